@@ -1,0 +1,20 @@
+// The two kinds of failure a user can meet. Everything else is a bug.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace evalbus {
+
+// The user's input is wrong: a file, a key, an option, a name. what() is one line that says what, where and what to
+// do. Programs exit with code 1.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// The machine, the bus or a component failed. what() is one line. Programs exit with code 2.
+struct EnvironmentError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace evalbus

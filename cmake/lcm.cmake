@@ -1,0 +1,21 @@
+# lcm_types(TARGET FILE...): generates a C++ header per .lcm file with lcm-gen and makes an interface library of them.
+# Debian's liblcm-dev ships a pkg-config file but no CMake package, hence no lcm_wrap_types.
+function(lcm_types target)
+  set(out ${CMAKE_BINARY_DIR}/generated)
+  set(headers)
+  foreach(file ${ARGN})
+    get_filename_component(name ${file} NAME_WE)
+    set(header ${out}/evalbus/${name}.hpp)
+    add_custom_command(
+      OUTPUT ${header}
+      COMMAND lcm-gen --cpp --cpp-std=c++11 --cpp-hpath ${out} ${CMAKE_CURRENT_SOURCE_DIR}/${file}
+      DEPENDS ${file}
+      VERBATIM)
+    list(APPEND headers ${header})
+  endforeach()
+  add_custom_target(${target}_headers DEPENDS ${headers})
+  add_library(${target} INTERFACE)
+  add_dependencies(${target} ${target}_headers)
+  # SYSTEM: generated code does not obey our warning flags.
+  target_include_directories(${target} SYSTEM INTERFACE ${out})
+endfunction()
