@@ -1,0 +1,15 @@
+// Position and orientation of a frame in another.
+#pragma once
+
+#include <array>
+
+namespace evalbus {
+
+struct Pose {
+  // Origin, m.
+  std::array<double, 3> position{0, 0, 0};
+  // Unit quaternion (w, x, y, z).
+  std::array<double, 4> quaternion{1, 0, 0, 0};
+};
+
+}  // namespace evalbus

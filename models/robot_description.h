@@ -1,0 +1,70 @@
+// A robot as its YAML file describes it: which MJCF models its arms and grippers are, where they stand, and which of
+// their joints, actuators and sites evalbus drives and measures. Names here are those inside the model file, without
+// the prefix that the scene composer adds.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "models/pose.h"
+
+namespace evalbus {
+
+struct ArmDescription {
+  // "left", "right", ...; also the prefix ("left/") of everything in its model.
+  std::string name;
+  // MJCF file, absolute.
+  std::filesystem::path model_file;
+  // Pose of the arm's base in the robot's frame.
+  Pose base;
+  // In the order of every joint array; one position actuator per joint.
+  std::vector<std::string> joints;
+  std::vector<std::string> actuators;
+  // Site whose pose is the wrist pose.
+  std::string wrist_site;
+  // Joint positions at reset, rad.
+  std::vector<double> home;
+  // Replacements for what the model file says, one value per joint; empty = as in the file. Needed for models made for
+  // newer MuJoCo integrators (docs/adding_a_robot.md).
+  std::vector<double> position_gain;  // N m / rad; also removes the actuator's velocity gain
+  std::vector<double> joint_damping;  // N m s / rad
+  std::vector<double> armature;       // kg m^2
+};
+
+struct GripperDescription {
+  // Same name as the arm that carries it.
+  std::string arm;
+  // MJCF file, absolute; attached to the arm under the prefix "<arm>/hand/". Empty: the arm's own model contains it, and
+  // the names below are names in that model.
+  std::filesystem::path model_file;
+  // Body of the arm's model that the hand is attached to, and the pose of the hand in it.
+  std::string attach_body;
+  Pose mount;
+  // Finger joints: opening = mean over them of (q - closed) / (open - closed).
+  std::vector<std::string> joints;
+  double joint_open = 0;    // m (or rad)
+  double joint_closed = 0;  // m (or rad)
+  // Replacement for the finger joints' damping; negative = as in the file.
+  double joint_damping = -1;
+  std::string actuator;
+  // Actuator command for fully open and fully closed, in the actuator's own unit.
+  double command_open = 0;
+  double command_closed = 0;
+  // Bodies whose collision geoms are the pads.
+  std::vector<std::string> pad_bodies;
+};
+
+struct RobotDescription {
+  std::string name;
+  std::filesystem::path file;
+  std::vector<ArmDescription> arms;
+  // One per arm, in the order of the arms.
+  std::vector<GripperDescription> grippers;
+};
+
+// Reads and checks a robot YAML. model_path: folders in which model files are looked for after the YAML's own folder
+// (a checkout of MuJoCo Menagerie, for instance). Throws InputError.
+RobotDescription LoadRobot(const std::filesystem::path& file, const std::vector<std::filesystem::path>& model_path = {});
+
+}  // namespace evalbus

@@ -1,0 +1,156 @@
+// A task as its YAML file describes it: scene, randomisation per variation, what is tracked, stages and verdict.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "models/pose.h"
+
+namespace evalbus {
+
+// Where something was written, for error messages: "lift_pot.yaml:12".
+struct SourceLocation {
+  std::string file;
+  int line = 0;
+  std::string ToString() const { return file + ":" + std::to_string(line); }
+};
+
+// A named predicate or quantity with its arguments, as written: {holding: {gripper: left, object: pot}} or
+// {all: [ ... ]}. What names and arguments exist is decided where expressions are compiled (metrics/task/).
+struct Expression {
+  std::string name;
+  // Scalar arguments in file order; numbers stay text until the compiler of the expression asks for a number.
+  struct Argument {
+    std::string key;
+    std::string value;
+    SourceLocation location;
+  };
+  std::vector<Argument> arguments;
+  // Operands of all, any, not, latched.
+  std::vector<Expression> operands;
+  SourceLocation location;
+};
+
+struct NamedExpression {
+  // Empty: a single unnamed value ("target_distance" as a plain number).
+  std::string name;
+  Expression expression;
+};
+
+struct Stage {
+  int index = 0;
+  std::string name;
+  Expression when;
+};
+
+// A part of the scene: an MJCF file attached under the prefix "<name>/" at a pose in the world.
+struct ScenePart {
+  std::string name;
+  std::filesystem::path model_file;
+  Pose pose;
+  // Attached with a free joint.
+  bool free = false;
+};
+
+// Uniform position in a box around `center`, rejecting poses that collide with the scene or come nearer than
+// min_distance to another free object. Height stays the part's own.
+struct SpawnBox {
+  std::string object;
+  std::array<double, 2> center{};        // x, y, m
+  std::array<double, 2> half_extents{};  // x, y, m
+  double min_distance = 0;               // m
+};
+
+// Grid of floor(2 ex / s) by floor(2 ey / s) points of pitch s around `origin`; as many distinct points as there are
+// objects, plus a uniform jitter of +-j per axis.
+struct SpawnPlane {
+  std::vector<std::string> objects;
+  std::array<double, 3> origin{};        // m
+  std::array<double, 2> half_extents{};  // m
+  double spacing = 0;                    // m
+  std::array<double, 3> jitter{};        // m
+};
+
+// Uniform rotation in +-bound about world z, on top of the part's base orientation.
+struct SpawnYaw {
+  std::string object;
+  double bound = 0;  // rad
+};
+
+using Randomisation = std::variant<SpawnBox, SpawnPlane, SpawnYaw>;
+
+struct Variation {
+  std::string name;  // "base", "position", "orientation", "position_and_orientation", ...
+  // RoboEval's class name ("LiftPotPosition").
+  std::string alias;
+  // Applied in order at each reset.
+  std::vector<Randomisation> randomisations;
+};
+
+struct MetricsOptions {
+  bool track_vel_sync = true;
+  bool track_vertical_sync = true;
+  bool track_slippage = true;
+  bool track_collisions = true;
+  bool track_cartesian_jerk = true;
+  bool track_joint_jerk = true;
+  bool track_cartesian_path_length = true;
+  bool track_joint_path_length = true;
+  bool track_orientation_path_length = true;
+  int slip_sample_window = 20;      // ticks
+  int collision_sample_window = 1;  // ticks
+};
+
+struct TaskDescription {
+  std::string name;   // "lift_pot"
+  std::string title;  // one line for people
+  std::filesystem::path file;
+  // The file's whole text, as it travels in MODEL.
+  std::string text;
+
+  std::filesystem::path robot_file;
+  Pose robot_base;
+  double time_limit = 0;  // s, simulated
+  // MJCF file with options, floor, lights and cameras that the parts are attached to.
+  std::filesystem::path scene_file;
+  std::vector<ScenePart> parts;
+  // Manipulated objects (names of parts), in the order of slip_count_per_object.
+  std::vector<std::string> objects;
+  std::vector<Variation> variations;
+
+  MetricsOptions metrics;
+  std::vector<Stage> stages;
+  Expression success;
+  // Name empty: no failure condition besides the built-in ones.
+  Expression failure;
+  std::vector<NamedExpression> target_distance;
+  std::vector<NamedExpression> pose_error;
+
+  // Throws InputError that lists the variations there are.
+  const Variation& variation(const std::string& name) const;
+};
+
+// Reads and checks a task YAML from a file, or from text whose relative paths are resolved against `file`. With
+// check_files, model and robot files must exist. Throws InputError.
+TaskDescription LoadTask(const std::filesystem::path& file);
+TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files);
+
+// A task with one of its variations, found by "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition" among the
+// YAML files of models/tasks, or by the path of a YAML file ("my_task.yaml/position"). Throws InputError that lists the
+// tasks there are.
+struct TaskSelection {
+  TaskDescription task;
+  std::string variation;
+};
+TaskSelection FindTask(const std::string& name);
+
+// Every task of models/tasks, sorted by name.
+std::vector<TaskDescription> AllTasks();
+
+// Folder with robots/, props/ and tasks/: the source tree's, or $EVALBUS_MODELS.
+std::filesystem::path ModelsFolder();
+
+}  // namespace evalbus
