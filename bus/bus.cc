@@ -1,0 +1,92 @@
+#include "bus/bus.h"
+
+#include <poll.h>
+
+#include <lcm/lcm-cpp.hpp>
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+constexpr char kMulticastFix[] =
+    "no multicast on this machine; fix: 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as root, "
+    "or use --in-process (see 'evalbus doctor')";
+
+bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
+
+std::string WithReceiveBuffer(const std::string& url) {
+  if (!IsMulticast(url) || url.find("recv_buf_size=") != std::string::npos) return url;
+  return url + (url.find('?') == std::string::npos ? "?" : "&") + "recv_buf_size=4194304";
+}
+
+}  // namespace
+
+Bus::Bus(const std::string& url) : url_(url) {
+  if (url != "memq://" && !IsMulticast(url)) {
+    throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
+  }
+  lcm_ = std::make_unique<lcm::LCM>(WithReceiveBuffer(url));
+  if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);
+}
+
+Bus::~Bus() = default;
+
+void Bus::SelfCheck() {
+  static constexpr char kChannel[] = "EVALBUS_SELF_CHECK";
+  bool heard = false;
+  lcm::LCM probe(lcm_->getUnderlyingLCM());
+  auto* subscription = probe.subscribeFunction<bool*>(
+      kChannel, [](const lcm::ReceiveBuffer*, const std::string&, bool* flag) { *flag = true; }, &heard);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  const uint8_t byte = 0;
+  PublishRaw(kChannel, {&byte, 1});
+  while (!heard && Handle(deadline)) {
+  }
+  probe.unsubscribe(subscription);
+  if (!heard) throw EnvironmentError("bus " + url_ + " does not deliver: " + kMulticastFix);
+}
+
+void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
+  if (lcm_->publish(channel, data.data(), static_cast<unsigned>(data.size())) != 0) {
+    throw EnvironmentError(std::string("cannot publish on ") + channel + " (bus " + url_ + ")");
+  }
+}
+
+void Bus::SubscribeRaw(const std::string& channel_regex, RawHandler handler) {
+  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, std::move(handler)}));
+  auto* subscription = lcm_->subscribe(channel_regex, &Subscription::Receive, subscriptions_.back().get());
+  // 0 = unlimited; the default of 30 drops the newest message without a word.
+  subscription->setQueueCapacity(0);
+}
+
+void Bus::Subscription::Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+  try {
+    handler(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size}, buffer->recv_utime);
+  } catch (...) {
+    if (!bus->thrown_) bus->thrown_ = std::current_exception();
+  }
+}
+
+bool Bus::Handle(SteadyTime deadline) {
+  pollfd fd{lcm_->getFileno(), POLLIN, 0};
+  timespec wait{};
+  if (deadline != SteadyTime::min()) {
+    const auto left = deadline - std::chrono::steady_clock::now();
+    const auto ns = std::max<int64_t>(0, std::chrono::duration_cast<std::chrono::nanoseconds>(left).count());
+    wait = {ns / 1'000'000'000, ns % 1'000'000'000};
+  }
+  // A signal (Ctrl-C) ends the wait early; the caller looks at its flags.
+  if (ppoll(&fd, 1, &wait, nullptr) <= 0) return false;
+  if (lcm_->handle() != 0) throw EnvironmentError("bus " + url_ + " failed while receiving");
+  if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
+  return true;
+}
+
+std::string LocalMulticastUrl(uint32_t salt) {
+  // Knuth's multiplicative hash spreads neighbouring process ids over the unprivileged ports.
+  const uint32_t port = 20000 + (salt * 2654435761u >> 8) % 40000;
+  return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0";
+}
+
+}  // namespace evalbus

@@ -1,0 +1,108 @@
+// Connection to a message bus: typed publish and subscribe on LCM, with the failures that LCM hides made visible.
+//
+// Not thread-safe: one thread publishes and handles. Handlers run inside Handle().
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <new>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace lcm {
+class LCM;
+struct ReceiveBuffer;
+}  // namespace lcm
+
+namespace evalbus {
+
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+class Bus {
+ public:
+  // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of 4 MiB is asked for unless
+  // the URL names one: with the kernel's default large messages are lost. Throws EnvironmentError, with the fix, if the
+  // bus cannot be had.
+  explicit Bus(const std::string& url);
+  ~Bus();
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  const std::string& url() const { return url_; }
+
+  // Sends a message to ourselves and waits for it. Throws EnvironmentError if it does not arrive within a second.
+  void SelfCheck();
+
+  // Throws EnvironmentError if the message cannot be sent.
+  template <class Message>
+  void Publish(const char* channel, const Message& message) {
+    buffer_.resize(static_cast<size_t>(message.getEncodedSize()));
+    message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
+    PublishRaw(channel, buffer_);
+  }
+  void PublishRaw(const char* channel, std::span<const uint8_t> data);
+
+  // Calls handler for each message on the channel. A message that does not decode (other type, cut, too long) is
+  // counted in decode_errors() and dropped. The queue is unlimited. What a handler throws comes out of Handle().
+  template <class Message>
+  void Subscribe(const char* channel, std::function<void(const Message&)> handler) {
+    // The message object is kept, so that decoding into it reuses its storage.
+    SubscribeRaw(channel, [this, handler = std::move(handler), message = Message{}](
+                              const std::string&, std::span<const uint8_t> data, int64_t) mutable {
+      if (Decode(data, &message)) {
+        handler(message);
+      } else {
+        ++decode_errors_;
+      }
+    });
+  }
+
+  // Undecoded messages of all channels that match a regular expression; receive_time_us is wall-clock time.
+  using RawHandler =
+      std::function<void(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us)>;
+  void SubscribeRaw(const std::string& channel_regex, RawHandler handler);
+
+  // Handles one message if there is one before the deadline; false if there was none. Rethrows what a handler threw.
+  bool Handle(SteadyTime deadline);
+  // The same without waiting.
+  bool Handle() { return Handle(SteadyTime::min()); }
+
+  int64_t decode_errors() const { return decode_errors_; }
+
+  // True if all of data is one message of this type.
+  template <class Message>
+  static bool Decode(std::span<const uint8_t> data, Message* message) {
+    try {
+      return message->decode(data.data(), 0, static_cast<int>(data.size())) == static_cast<int>(data.size());
+    } catch (const std::length_error&) {  // a negative count
+      return false;
+    } catch (const std::bad_alloc&) {  // an absurd count
+      return false;
+    }
+  }
+
+ private:
+  struct Subscription {
+    Bus* bus;
+    RawHandler handler;
+    // The form that LCM calls; nothing may be thrown through its C frames.
+    void Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+  };
+
+  std::string url_;
+  std::unique_ptr<lcm::LCM> lcm_;
+  std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  std::vector<uint8_t> buffer_;
+  std::exception_ptr thrown_;
+  int64_t decode_errors_ = 0;
+};
+
+// A multicast URL of this machine on a port derived from `salt` (a process id, say).
+std::string LocalMulticastUrl(uint32_t salt);
+
+}  // namespace evalbus
