@@ -2,6 +2,9 @@
 
 #include <poll.h>
 
+#include <algorithm>
+#include <utility>
+
 #include <lcm/lcm-cpp.hpp>
 
 #include "bus/errors.h"

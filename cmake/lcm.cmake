@@ -1,5 +1,12 @@
+# The library itself. Debian's lcm.pc names glib's, which liblcm-dev does not bring, so it is looked up by hand.
+find_library(LCM_LIBRARY lcm REQUIRED)
+find_path(LCM_INCLUDE_DIR lcm/lcm-cpp.hpp REQUIRED)
+add_library(lcm INTERFACE)
+target_link_libraries(lcm INTERFACE ${LCM_LIBRARY})
+target_include_directories(lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
+
 # lcm_types(TARGET FILE...): generates a C++ header per .lcm file with lcm-gen and makes an interface library of them.
-# Debian's liblcm-dev ships a pkg-config file but no CMake package, hence no lcm_wrap_types.
+# (liblcm-dev 1.3 has no CMake package, hence no lcm_wrap_types.)
 function(lcm_types target)
   set(out ${CMAKE_BINARY_DIR}/generated)
   set(headers)

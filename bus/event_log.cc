@@ -1,0 +1,120 @@
+#include "bus/event_log.h"
+
+#include <fcntl.h>
+#include <lcm/eventlog.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+constexpr std::array<uint8_t, 4> kMagic = {0xED, 0xA1, 0xDA, 0x01};
+constexpr size_t kHeaderSize = 28;
+// LCM allows channel names up to this length.
+constexpr uint32_t kMaxChannel = 63;
+// Larger than any message of ours by far; a length beyond it is damage.
+constexpr uint32_t kMaxData = 64 << 20;
+
+uint32_t BigEndian32(const uint8_t* p) {
+  return uint32_t{p[0]} << 24 | uint32_t{p[1]} << 16 | uint32_t{p[2]} << 8 | uint32_t{p[3]};
+}
+
+int64_t BigEndian64(const uint8_t* p) {
+  return static_cast<int64_t>(uint64_t{BigEndian32(p)} << 32 | BigEndian32(p + 4));
+}
+
+}  // namespace
+
+EventLogWriter::EventLogWriter(const std::filesystem::path& file)
+    : file_(file), stream_(std::fopen(file.c_str(), "wbx")) {
+  if (!stream_) Throw("cannot create");
+}
+
+EventLogWriter::~EventLogWriter() {
+  if (stream_) std::fclose(stream_);
+}
+
+void EventLogWriter::Throw(const char* what) {
+  throw EnvironmentError(std::string(what) + " log " + file_.string() + ": " + std::strerror(errno));
+}
+
+void EventLogWriter::Write(std::string_view channel, std::span<const uint8_t> data, int64_t time_us) {
+  lcm_eventlog_t log{stream_, num_events_++};
+  // lcm_eventlog_write_event does not modify what the event points to.
+  lcm_eventlog_event_t event{log.eventcount,
+                             time_us,
+                             static_cast<int32_t>(channel.size()),
+                             static_cast<int32_t>(data.size()),
+                             const_cast<char*>(channel.data()),
+                             const_cast<uint8_t*>(data.data())};
+  if (lcm_eventlog_write_event(&log, &event) != 0) Throw("cannot write");
+}
+
+void EventLogWriter::Close() {
+  if (!stream_) return;
+  const bool synced = std::fflush(stream_) == 0 && fsync(fileno(stream_)) == 0;
+  const bool closed = std::fclose(std::exchange(stream_, nullptr)) == 0;
+  if (!synced || !closed) Throw("cannot write");
+}
+
+EventLogReader::EventLogReader(const std::filesystem::path& file) {
+  const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat info {};
+  if (fd < 0 || fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
+    const std::string why = fd < 0 ? std::strerror(errno) : "not a file";
+    if (fd >= 0) close(fd);
+    throw InputError("cannot read log " + file.string() + ": " + why);
+  }
+  const auto size = static_cast<size_t>(info.st_size);
+  void* mapped = size == 0 ? nullptr : mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
+  close(fd);
+  if (mapped == MAP_FAILED) throw InputError("cannot read log " + file.string() + ": " + std::strerror(errno));
+  bytes_ = {static_cast<const uint8_t*>(mapped), size};
+}
+
+EventLogReader::~EventLogReader() {
+  if (!bytes_.empty()) munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
+}
+
+size_t EventLogReader::EventSize(size_t offset) const {
+  if (bytes_.size() - offset < kHeaderSize) return 0;
+  const uint8_t* p = bytes_.data() + offset;
+  if (std::memcmp(p, kMagic.data(), kMagic.size()) != 0) return 0;
+  const uint32_t channel_size = BigEndian32(p + 20);
+  const uint32_t data_size = BigEndian32(p + 24);
+  if (channel_size == 0 || channel_size > kMaxChannel || data_size > kMaxData) return 0;
+  const size_t size = kHeaderSize + channel_size + data_size;
+  return size <= bytes_.size() - offset ? size : 0;
+}
+
+bool EventLogReader::Next(LogEvent* event) {
+  const size_t start = offset_;
+  size_t size = 0;
+  while (offset_ < bytes_.size() && (size = EventSize(offset_)) == 0) {
+    const void* next = memchr(bytes_.data() + offset_ + 1, kMagic[0], bytes_.size() - offset_ - 1);
+    offset_ = next ? static_cast<size_t>(static_cast<const uint8_t*>(next) - bytes_.data()) : bytes_.size();
+  }
+  if (offset_ != start) {
+    damaged_bytes_ += static_cast<int64_t>(offset_ - start);
+    ++damaged_places_;
+  }
+  if (offset_ == bytes_.size()) return false;
+  const uint8_t* p = bytes_.data() + offset_;
+  const size_t channel_size = BigEndian32(p + 20);
+  event->number = BigEndian64(p + 4);
+  event->time_us = BigEndian64(p + 12);
+  event->channel = {reinterpret_cast<const char*>(p + kHeaderSize), channel_size};
+  event->data = {p + kHeaderSize + channel_size, size - kHeaderSize - channel_size};
+  offset_ += size;
+  return true;
+}
+
+}  // namespace evalbus

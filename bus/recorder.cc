@@ -1,0 +1,116 @@
+#include "bus/recorder.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+
+namespace evalbus {
+namespace {
+
+// The sim runs at most this far ahead of the disk.
+constexpr int64_t kLagWindowTicks = 256;
+
+bool HasHeader(const std::string& channel) {
+  return std::find(channels::kWithHeader.begin(), channels::kWithHeader.end(), channel) != channels::kWithHeader.end();
+}
+
+// The header behind the fingerprint; false if the message is too short to have one.
+bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
+  constexpr int kFingerprintSize = 8;
+  return header->_decodeNoHash(data.data(), kFingerprintSize, static_cast<int>(data.size()) - kFingerprintSize) > 0;
+}
+
+std::filesystem::path PartialFolder(const std::filesystem::path& run, int episode) {
+  return EpisodeFolder(run, episode).string() + ".partial";
+}
+
+}  // namespace
+
+std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episode) {
+  char name[16];
+  std::snprintf(name, sizeof name, "%04d", episode);
+  return run / "episodes" / name;
+}
+
+Recorder::Recorder(Bus* bus, std::filesystem::path run)
+    : Component(bus, "recorder", kLagWindowTicks), run_(std::move(run)) {
+  std::error_code error;
+  std::filesystem::create_directories(run_ / "episodes", error);
+  if (error) throw InputError("cannot create " + (run_ / "episodes").string() + ": " + error.message());
+  bus->SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t time_us) {
+    Record(channel, data, time_us);
+  });
+}
+
+void Recorder::Poll(SteadyTime now) {
+  Component::Poll(now);
+  if (close_at_ && now >= *close_at_) CloseEpisode();
+}
+
+void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
+  episode_begin_t begin{};
+  if (!Bus::Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
+  if (!EnterEpisode(begin)) return;
+  log_.reset();
+  close_at_.reset();
+  const auto folder = PartialFolder(run_, begin.header.episode);
+  if (std::filesystem::exists(EpisodeFolder(run_, begin.header.episode))) {
+    throw InputError(EpisodeFolder(run_, begin.header.episode).string() +
+                     " exists: this episode is recorded already; choose another --out");
+  }
+  // What an earlier attempt left is not evidence of anything.
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  log_.emplace(folder / "events.lcmlog");
+  time_us_ = 0;
+  if (!model_.empty()) log_->Write(channels::kModel, model_, TimeOf(channels::kModel, model_, 0));
+  SayReady();
+}
+
+int64_t Recorder::TimeOf(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
+  if (!simulated_time_) return time_us_ = receive_time_us;
+  header_t header{};
+  // Never backwards: lcm-logplayer would play an earlier event at once, and seeking needs order.
+  if (HasHeader(channel) && DecodeHeader(data, &header)) time_us_ = std::max(time_us_, header.sim_time_us);
+  return time_us_;
+}
+
+void Recorder::Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
+  if (channel == channels::kModel) {
+    model_info_t model{};
+    if (Bus::Decode(data, &model)) simulated_time_ = model.clock == "lockstep";
+    model_.assign(data.begin(), data.end());
+  }
+  if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
+  if (!log_) return;
+  log_->Write(channel, data, TimeOf(channel, data, receive_time_us));
+  if (channel == channels::kState) {
+    header_t header{};
+    if (DecodeHeader(data, &header) && IsOurs(header)) {
+      if (header.tick > status_.last_tick + 1) status_.missing_ticks += header.tick - status_.last_tick - 1;
+      if (header.tick > status_.last_tick) Progress(header.tick);
+    }
+  } else if (channel == channels::kEpisodeSummary) {
+    header_t header{};
+    if (DecodeHeader(data, &header) && IsOurs(header)) {
+      close_at_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    }
+  } else if (channel == channels::kRunSummary && close_at_) {
+    CloseEpisode();
+  }
+}
+
+void Recorder::CloseEpisode() {
+  log_->Close();
+  log_.reset();
+  close_at_.reset();
+  std::filesystem::rename(PartialFolder(run_, status_.episode), EpisodeFolder(run_, status_.episode));
+  status_.last_finished_episode = status_.episode;
+  PublishStatus();
+}
+
+}  // namespace evalbus

@@ -1,0 +1,44 @@
+// Writes everything that is on the bus during an episode into a standard LCM event log, one log per episode:
+// DIR/episodes/0007.partial/events.lcmlog while it grows, DIR/episodes/0007/events.lcmlog once it is complete and synced.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bus/component.h"
+#include "bus/event_log.h"
+
+namespace evalbus {
+
+// Folder of an episode: DIR/episodes/0007.
+std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episode);
+
+class Recorder : public Component {
+ public:
+  // Events of a lockstep run are stamped with simulated time (microseconds since the episode began), so that a player
+  // at speed 1 shows the episode as fast as the robot moves, however fast it was evaluated; those of a realtime run with
+  // the wall-clock time of their arrival.
+  Recorder(Bus* bus, std::filesystem::path run);
+
+  void Poll(SteadyTime now) override;
+
+ private:
+  void Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us);
+  void OnEpisodeBegin(std::span<const uint8_t> data);
+  void CloseEpisode();
+  int64_t TimeOf(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us);
+
+  std::filesystem::path run_;
+  // Last MODEL, which comes before the episode that it belongs to.
+  std::vector<uint8_t> model_;
+  bool simulated_time_ = true;
+  int64_t time_us_ = 0;
+  std::optional<EventLogWriter> log_;
+  // Set by EPISODE_SUMMARY: RUN_SUMMARY follows, and is the last message recorded; waited for until then.
+  std::optional<SteadyTime> close_at_;
+};
+
+}  // namespace evalbus
