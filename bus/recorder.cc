@@ -54,9 +54,10 @@ void Recorder::Poll(SteadyTime now) {
 void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
   if (!Bus::Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
+  const bool is_new = begin.header.episode != status_.episode || begin.attempt != status_.attempt;
+  if (is_new && close_at_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
   if (!EnterEpisode(begin)) return;
   log_.reset();
-  close_at_.reset();
   const auto folder = PartialFolder(run_, begin.header.episode);
   if (std::filesystem::exists(EpisodeFolder(run_, begin.header.episode))) {
     throw InputError(EpisodeFolder(run_, begin.header.episode).string() +

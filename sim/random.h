@@ -1,0 +1,35 @@
+// The random numbers of an episode: all drawn from the episode's seed, alike on every machine and compiler (the
+// standard library's distributions are not).
+#pragma once
+
+#include <cstdint>
+#include <random>
+
+namespace evalbus {
+
+// Seed of an episode from the run's seed and the episode's index alone, so that any episode can be run alone, anywhere
+// and in any order (SplitMix64's finaliser: Steele, Lea, Flood 2014). Not negative.
+inline int64_t EpisodeSeed(int64_t run_seed, int32_t episode) {
+  uint64_t z = static_cast<uint64_t>(run_seed) + 0x9E3779B97F4A7C15u * (static_cast<uint64_t>(episode) + 1);
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+  return static_cast<int64_t>((z ^ (z >> 31)) >> 1);
+}
+
+class Random {
+ public:
+  explicit Random(int64_t seed) : engine_(static_cast<uint64_t>(seed)) {}
+
+  // Uniform in [lower, upper), with 53 random bits.
+  double Uniform(double lower, double upper) {
+    return lower + (upper - lower) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
+
+  // Uniform in 0 .. n-1. The bias of the remainder is below n / 2^64.
+  int Index(int n) { return static_cast<int>(engine_() % static_cast<uint64_t>(n)); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+}  // namespace evalbus

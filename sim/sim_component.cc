@@ -1,0 +1,311 @@
+#include "sim/sim_component.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "evalbus/episode_summary_t.hpp"
+
+namespace evalbus {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
+
+SteadyTime::duration Seconds(double s) {
+  return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
+}
+
+void WriteFile(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  stream.close();
+  if (!stream) throw EnvironmentError("cannot write " + file.string());
+}
+
+std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
+  mj_saveModel(model, file.c_str(), nullptr, 0);
+  return std::filesystem::absolute(file).lexically_normal().string();
+}
+
+}  // namespace
+
+void InstallMujocoHandlers() {
+  mju_user_error = [](const char* message) { throw EnvironmentError(std::string("MuJoCo: ") + message); };
+  mju_user_warning = [](const char* message) { std::cerr << "MuJoCo warning: " << message << std::endl; };
+}
+
+SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus, "sim"), options_(options) {
+  InstallMujocoHandlers();
+  TaskSelection selection = FindTask(options.task);
+  task_ = std::move(selection.task);
+  variation_ = selection.variation;
+  task_.variation(variation_);
+  robot_ = LoadRobot(options.robot.empty() ? task_.robot_file : std::filesystem::path(options.robot),
+                     options.model_path);
+  scene_ = BuildScene(task_, robot_);
+  for (const std::string& warning : scene_.warnings) std::cerr << "warning: " << warning << std::endl;
+
+  const double timestep = scene_.physics->opt.timestep;
+  if (!(options.control_hz >= 20 && options.control_hz <= 500)) {
+    throw InputError("--control-hz: expected 20 to 500");
+  }
+  if (!(options.rtf > 0)) throw InputError("--rtf: expected a number above 0");
+  const int substeps = static_cast<int>(std::lround(1 / (options.control_hz * timestep)));
+  world_.emplace(scene_.physics.get(), scene_.info, robot_, task_, substeps);
+
+  model_info_ = scene_.info;
+  model_info_.message_version = model_info_t::VERSION;
+  model_info_.run_id = options.run_id;
+  model_info_.variation = variation_;
+  model_info_.clock = options.realtime ? "realtime" : "lockstep";
+  model_info_.substeps = substeps;
+  model_info_.clearance_every_ticks =
+      options.clearance_hz > 0
+          ? std::max(1, static_cast<int>(std::lround(1e6 / (options.clearance_hz * static_cast<double>(world_->tick_us())))))
+          : 0;
+  const auto folder = options.out / "model";
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw InputError("cannot create " + folder.string() + ": " + error.message());
+  WriteFile(folder / "scene.xml", scene_.xml);
+  model_info_.physics_file = SaveModel(scene_.physics.get(), folder / "physics.mjb");
+  model_info_.visual_file = SaveModel(scene_.visual.get(), folder / "visual.mjb");
+  model_info_.physics_sha256 = Sha256File(model_info_.physics_file);
+  model_info_.visual_sha256 = Sha256File(model_info_.visual_file);
+
+  for (int i = 0; i < options.episodes; ++i) {
+    command_t command{};
+    command.kind = command_t::START_EPISODE;
+    command.episode = i;
+    command.seed = EpisodeSeed(options.seed, i);
+    command.required_component = options.required;
+    command.num_required = static_cast<int32_t>(options.required.size());
+    queue_.push_back(command);
+  }
+
+  bus->Subscribe<command_t>(channels::kCommand, [this](const command_t& m) { OnCommand(m); });
+  bus->Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& m) { OnStatus(m); });
+  bus->Subscribe<action_t>(channels::kAction, [this](const action_t& m) { OnAction(m); });
+  bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
+  bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary, [this](const episode_summary_t& m) {
+    OnSummary(m.header);
+  });
+  if (!queue_.empty()) BeginNext();
+}
+
+void SimComponent::OnCommand(const command_t& command) {
+  if (command.kind == command_t::STOP) {
+    if (phase_ == Phase::kRunning) End("aborted", "stopped on command");
+    done_ = true;
+    return;
+  }
+  if (command.kind != command_t::START_EPISODE) {
+    ++status_.foreign_messages;
+    return;
+  }
+  const auto same = [&](int32_t episode, int32_t attempt) {
+    return command.episode == episode && command.attempt == attempt;
+  };
+  // Repeated commands are the sender's way to be heard; one start is enough.
+  if (same(status_.episode, status_.attempt)) return;
+  for (const command_t& queued : queue_) {
+    if (same(queued.episode, queued.attempt)) return;
+  }
+  queue_.push_back(command);
+  if (phase_ == Phase::kIdle) BeginNext();
+}
+
+void SimComponent::OnSummary(const header_t& header) {
+  // Episodes of our own (--episodes) follow one another; those on command come when the launcher says so.
+  if (options_.episodes == 0 || phase_ != Phase::kIdle || header.episode != status_.episode) return;
+  if (queue_.empty()) {
+    done_ = true;
+  } else {
+    BeginNext();
+  }
+}
+
+void SimComponent::BeginNext() {
+  command_ = queue_.front();
+  queue_.pop_front();
+  begin_ = {};
+  begin_.header.episode = command_.episode;
+  begin_.seed = command_.seed;
+  begin_.attempt = command_.attempt;
+  EnterEpisode(begin_);
+  for (const Parameter& parameter : world_->Reset(command_.seed, task_.variation(variation_))) {
+    begin_.parameter_name.push_back(parameter.name);
+    begin_.parameter_value_mixed.push_back(parameter.value);
+  }
+  begin_.num_parameters = static_cast<int32_t>(begin_.parameter_name.size());
+  phase_ = Phase::kWaiting;
+  AnnounceEpisode();
+}
+
+void SimComponent::AnnounceEpisode() {
+  bus().Publish(channels::kModel, model_info_);
+  bus().Publish(channels::kEpisodeBegin, begin_);
+  announced_ = steady_clock::now();
+}
+
+void SimComponent::OnStatus(const component_status_t& status) {
+  if (status.component == "sim") return;
+  Consumer& consumer = consumers_[status.component];
+  consumer.episode = status.episode;
+  consumer.attempt = status.attempt;
+  consumer.ready = status.state == component_status_t::READY;
+  consumer.last_tick = status.last_tick;
+  consumer.lag_window_ticks = status.lag_window_ticks;
+  if (phase_ == Phase::kWaiting) {
+    StartIfReady();
+  } else if (phase_ == Phase::kRunning && !options_.realtime) {
+    Advance();
+  }
+}
+
+std::string SimComponent::MissingComponents() const {
+  std::string missing;
+  for (const std::string& name : command_.required_component) {
+    const auto found = consumers_.find(name);
+    if (found != consumers_.end() && found->second.ready && found->second.episode == status_.episode &&
+        found->second.attempt == status_.attempt) {
+      continue;
+    }
+    missing += (missing.empty() ? "" : ", ") + name;
+  }
+  return missing;
+}
+
+void SimComponent::StartIfReady() {
+  if (!MissingComponents().empty()) return;
+  phase_ = Phase::kRunning;
+  SayReady();
+  state_.header = begin_.header;
+  state_.deadline_misses = deadline_misses_ = 0;
+  deadline_ = steady_clock::now() + Seconds(static_cast<double>(world_->tick_us()) * 1e-6 / options_.rtf);
+  PublishState();
+}
+
+void SimComponent::PublishState() {
+  world_->Fill(&state_);
+  state_.deadline_misses = deadline_misses_;
+  has_action_ = has_partial_ = false;
+  verdict_ = partial_metrics_t::UNDECIDED;
+  pending_end_.reset();
+  state_published_ = steady_clock::now();
+  Progress(state_.header.tick);
+  bus().Publish(channels::kState, state_);
+}
+
+void SimComponent::OnAction(const action_t& action) {
+  if (phase_ != Phase::kRunning || !IsOurs(action.header)) return;
+  const int64_t tick = state_.header.tick;
+  // Only the answer to this tick counts; in realtime an older one still is the latest word of a slow policy.
+  if (action.header.tick > tick || (action.header.tick < tick && !options_.realtime) || (has_action_ && !options_.realtime)) {
+    ++status_.foreign_messages;
+    return;
+  }
+  const std::string fault = action.error.empty() ? world_->Apply(action) : action.error;
+  if (action.header.tick == tick) has_action_ = true;
+  if (!fault.empty()) pending_end_ = {"policy_error", fault};
+  if (options_.realtime) return;
+  if (!pending_end_ && !TimeIsUp() && !world_->Step()) pending_end_ = {"unstable", world_->instability()};
+  Advance();
+}
+
+void SimComponent::OnPartial(const partial_metrics_t& partial) {
+  if (phase_ != Phase::kRunning || !IsOurs(partial.header)) return;
+  if (options_.realtime) {
+    // The verdict may be about an earlier tick; it holds all the same.
+    if (partial.verdict != partial_metrics_t::UNDECIDED) {
+      End(partial.verdict == partial_metrics_t::SUCCESS ? "success" : "failure");
+    }
+    return;
+  }
+  if (partial.header.tick != state_.header.tick || has_partial_) {
+    ++status_.foreign_messages;
+    return;
+  }
+  has_partial_ = true;
+  verdict_ = partial.verdict;
+  Advance();
+}
+
+bool SimComponent::ConsumersKeepUp() const {
+  return std::all_of(consumers_.begin(), consumers_.end(), [this](const auto& entry) {
+    const Consumer& consumer = entry.second;
+    return consumer.lag_window_ticks == 0 || consumer.episode != status_.episode ||
+           state_.header.tick - consumer.last_tick < consumer.lag_window_ticks;
+  });
+}
+
+void SimComponent::Advance() {
+  if (!has_partial_) return;
+  if (verdict_ != partial_metrics_t::UNDECIDED) {
+    End(verdict_ == partial_metrics_t::SUCCESS ? "success" : "failure");
+  } else if (TimeIsUp()) {
+    End("time_limit");
+  } else if (pending_end_) {
+    End(pending_end_->first, pending_end_->second);
+  } else if (has_action_ && ConsumersKeepUp()) {
+    ++state_.header.tick;
+    state_.header.sim_time_us += world_->tick_us();
+    PublishState();
+  }
+}
+
+void SimComponent::AdvanceRealtime(SteadyTime now) {
+  if (now < deadline_) return;
+  if (pending_end_) return End(pending_end_->first, pending_end_->second);
+  if (TimeIsUp()) return End("time_limit");
+  if (!has_action_) ++deadline_misses_;
+  if (!world_->Step()) return End("unstable", world_->instability());
+  const auto period = Seconds(static_cast<double>(world_->tick_us()) * 1e-6 / options_.rtf);
+  deadline_ += period;
+  // More than a tick behind: the schedule moves, rather than a burst of ticks nobody can answer in time.
+  if (now > deadline_) deadline_ = now + period;
+  ++state_.header.tick;
+  state_.header.sim_time_us += world_->tick_us();
+  PublishState();
+}
+
+void SimComponent::End(const std::string& reason, const std::string& detail) {
+  phase_ = Phase::kIdle;
+  episode_end_t end{};
+  end.header = state_.header;
+  end.end_reason = reason;
+  end.detail = detail;
+  bus().Publish(channels::kEpisodeEnd, end);
+  status_.state = component_status_t::IDLE;
+  status_.last_finished_episode = status_.episode;
+  PublishStatus();
+  if (options_.episodes == 0 && !queue_.empty()) BeginNext();
+}
+
+void SimComponent::Poll(SteadyTime now) {
+  Component::Poll(now);
+  if (phase_ == Phase::kWaiting && now - announced_ >= kAnnouncePeriod) AnnounceEpisode();
+  if (phase_ != Phase::kRunning) return;
+  if (options_.realtime) return AdvanceRealtime(now);
+  const auto waited = now - state_published_;
+  if (!has_partial_ && waited > Seconds(options_.metrics_timeout_s)) {
+    End("aborted", "no score for tick " + std::to_string(state_.header.tick) + " within " +
+                       std::to_string(std::lround(options_.metrics_timeout_s)) + " s");
+  } else if (has_partial_ && !has_action_ && waited > Seconds(options_.policy_timeout_s)) {
+    End("policy_timeout", "no action for tick " + std::to_string(state_.header.tick) + " within " +
+                              std::to_string(std::lround(options_.policy_timeout_s)) + " s");
+  } else if (has_partial_ && has_action_ && waited > Seconds(options_.metrics_timeout_s)) {
+    End("aborted", "a consumer (recorder?) stopped at " + std::to_string(state_.header.tick) + " ticks");
+  }
+}
+
+SteadyTime SimComponent::next_poll() const {
+  return phase_ == Phase::kRunning && options_.realtime ? deadline_ : SteadyTime::max();
+}
+
+}  // namespace evalbus

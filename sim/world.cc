@@ -1,0 +1,308 @@
+#include "sim/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <variant>
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+// A spawned object may touch what it stands on, but not sink into anything.
+constexpr double kMaxSpawnPenetration = 1e-3;  // m
+constexpr int kMaxSpawnTries = 1000;
+
+int Id(const mjModel* model, mjtObj type, const std::string& name, const char* kind) {
+  const int id = mj_name2id(model, type, name.c_str());
+  if (id < 0) throw InputError(std::string("model has no ") + kind + " '" + name + "'");
+  return id;
+}
+
+std::array<double, 4> Product(const std::array<double, 4>& a, const std::array<double, 4>& b) {
+  std::array<double, 4> product;
+  mju_mulQuat(product.data(), a.data(), b.data());
+  return product;
+}
+
+}  // namespace
+
+World::World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
+             const TaskDescription& task, int substeps)
+    : model_(model),
+      info_(info),
+      substeps_(substeps),
+      tick_us_(substeps * std::llround(model->opt.timestep * 1e6)),
+      data_(mj_makeData(model)) {
+  for (size_t i = 0; i < robot.arms.size(); ++i) {
+    const ArmDescription& description = robot.arms[i];
+    const std::string prefix = description.name + "/";
+    Arm arm;
+    arm.home = description.home;
+    for (const std::string& joint : description.joints) {
+      const int id = Id(model, mjOBJ_JOINT, prefix + joint, "joint");
+      arm.qpos.push_back(model->jnt_qposadr[id]);
+      arm.dof.push_back(model->jnt_dofadr[id]);
+      arm.lower.push_back(model->jnt_range[2 * id]);
+      arm.upper.push_back(model->jnt_range[2 * id + 1]);
+    }
+    for (const std::string& actuator : description.actuators) {
+      arm.actuator.push_back(Id(model, mjOBJ_ACTUATOR, prefix + actuator, "actuator"));
+    }
+    arm.wrist_site = Id(model, mjOBJ_SITE, prefix + description.wrist_site, "site");
+    arms_.push_back(std::move(arm));
+  }
+  for (const GripperDescription& description : robot.grippers) {
+    const std::string prefix = description.arm + (description.model_file.empty() ? "/" : "/hand/");
+    Gripper gripper;
+    for (const std::string& joint : description.joints) {
+      gripper.qpos.push_back(model->jnt_qposadr[Id(model, mjOBJ_JOINT, prefix + joint, "joint")]);
+    }
+    gripper.actuator = Id(model, mjOBJ_ACTUATOR, prefix + description.actuator, "actuator");
+    gripper.joint_open = description.joint_open;
+    gripper.joint_closed = description.joint_closed;
+    gripper.command_open = description.command_open;
+    gripper.command_closed = description.command_closed;
+    grippers_.push_back(std::move(gripper));
+  }
+  for (const ScenePart& description : task.parts) {
+    Part part{description.name, -1, -1, description.pose};
+    for (int joint = 0; joint < model->njnt; ++joint) {
+      const int body = model->jnt_bodyid[joint];
+      if (model->jnt_type[joint] == mjJNT_FREE &&
+          info.entity_name[static_cast<size_t>(info.body_entity[static_cast<size_t>(body)])] == part.name) {
+        part.body = body;
+        part.qpos = model->jnt_qposadr[joint];
+      }
+    }
+    parts_.push_back(std::move(part));
+  }
+}
+
+World::Part& World::FreePart(const std::string& name) {
+  for (Part& part : parts_) {
+    if (part.name == name && part.qpos >= 0) return part;
+  }
+  throw InputError("randomisation of '" + name + "': the task has no free part of this name");
+}
+
+void World::SetPose(const Part& part, const Pose& pose) {
+  std::copy(pose.position.begin(), pose.position.end(), data_->qpos + part.qpos);
+  std::copy(pose.quaternion.begin(), pose.quaternion.end(), data_->qpos + part.qpos + 3);
+}
+
+void World::SetHome() {
+  mj_resetData(model_, data_.get());
+  for (const Arm& arm : arms_) {
+    for (size_t j = 0; j < arm.qpos.size(); ++j) {
+      data_->qpos[arm.qpos[j]] = arm.home[j];
+      data_->ctrl[arm.actuator[j]] = arm.home[j];
+    }
+  }
+  for (const Gripper& gripper : grippers_) {
+    for (const int qpos : gripper.qpos) data_->qpos[qpos] = gripper.joint_open;
+    data_->ctrl[gripper.actuator] = gripper.command_open;
+  }
+  for (const Part& part : parts_) {
+    if (part.qpos >= 0) SetPose(part, part.pose);
+  }
+}
+
+std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
+  SetHome();
+  action_clips_ = 0;
+  instability_.clear();
+  Random random(seed);
+  std::vector<Parameter> parameters;
+  for (const Randomisation& randomisation : variation.randomisations) {
+    std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomisation);
+  }
+  // Collision tests ran on the way; only positions may survive them.
+  const std::vector<double> qpos(data_->qpos, data_->qpos + model_->nq);
+  SetHome();
+  std::copy(qpos.begin(), qpos.end(), data_->qpos);
+  Prepare();
+  return parameters;
+}
+
+void World::Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters) {
+  const Part& part = FreePart(box.object);
+  for (int i = 0; i < kMaxSpawnTries; ++i) {
+    double* qpos = data_->qpos + part.qpos;
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto a = static_cast<size_t>(axis);
+      qpos[axis] = random->Uniform(box.center[a] - box.half_extents[a], box.center[a] + box.half_extents[a]);
+    }
+    if (IsBlocked(part, box.min_distance)) continue;
+    parameters->push_back({part.name + "_x_m", qpos[0]});
+    parameters->push_back({part.name + "_y_m", qpos[1]});
+    return;
+  }
+  throw InputError("spawn box of '" + box.object + "': no collision-free pose in " + std::to_string(kMaxSpawnTries) +
+                   " tries");
+}
+
+void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters) {
+  // 1e-9: an extent that is a whole number of pitches stays one.
+  const int nx = static_cast<int>(std::floor(2 * plane.half_extents[0] / plane.spacing + 1e-9));
+  const int ny = static_cast<int>(std::floor(2 * plane.half_extents[1] / plane.spacing + 1e-9));
+  std::vector<int> points(static_cast<size_t>(std::max(0, nx * ny)));
+  for (size_t i = 0; i < points.size(); ++i) points[i] = static_cast<int>(i);
+  if (points.size() < plane.objects.size()) {
+    throw InputError("spawn plane: " + std::to_string(points.size()) + " grid points for " +
+                     std::to_string(plane.objects.size()) + " objects");
+  }
+  for (const std::string& object : plane.objects) {
+    const Part& part = FreePart(object);
+    const auto drawn = points.begin() + random->Index(static_cast<int>(points.size()));
+    const std::array<double, 3> offset = {(*drawn / ny - (nx - 1) / 2.0) * plane.spacing,
+                                          (*drawn % ny - (ny - 1) / 2.0) * plane.spacing, 0};
+    points.erase(drawn);
+    static constexpr const char* kAxis[] = {"_x_m", "_y_m", "_z_m"};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const double jitter = random->Uniform(-plane.jitter[axis], plane.jitter[axis]);
+      const double value = plane.origin[axis] + offset[axis] + jitter;
+      data_->qpos[part.qpos + static_cast<int>(axis)] = value;
+      parameters->push_back({part.name + kAxis[axis], value});
+    }
+  }
+}
+
+void World::Spawn(const SpawnYaw& spawn, Random* random, std::vector<Parameter>* parameters) {
+  const Part& part = FreePart(spawn.object);
+  const double yaw = random->Uniform(-spawn.bound, spawn.bound);
+  const auto turned = Product({std::cos(yaw / 2), 0, 0, std::sin(yaw / 2)}, part.pose.quaternion);
+  std::copy(turned.begin(), turned.end(), data_->qpos + part.qpos + 3);
+  parameters->push_back({part.name + "_yaw_rad", yaw});
+}
+
+bool World::IsBlocked(const Part& part, double min_distance) {
+  mj_kinematics(model_, data_.get());
+  mj_comPos(model_, data_.get());
+  mj_collision(model_, data_.get());
+  const auto entity = [&](int geom) { return info_.body_entity[static_cast<size_t>(model_->geom_bodyid[geom])]; };
+  const int own = info_.body_entity[static_cast<size_t>(part.body)];
+  for (int i = 0; i < data_->ncon; ++i) {
+    const mjContact& contact = data_->contact[i];
+    if ((entity(contact.geom1) == own) != (entity(contact.geom2) == own) && contact.dist < -kMaxSpawnPenetration) {
+      return true;
+    }
+  }
+  for (const Part& other : parts_) {
+    if (other.qpos >= 0 && other.name != part.name &&
+        mju_dist3(data_->qpos + part.qpos, data_->qpos + other.qpos) < min_distance) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::string World::Apply(const action_t& action) {
+  size_t num_joints = 0;
+  for (const Arm& arm : arms_) num_joints += arm.qpos.size();
+  if (action.mode != action_t::JOINT_POSITION) return "action mode " + std::to_string(action.mode) + " is not known";
+  if (action.joint_position_rad.size() != num_joints || action.gripper_closing.size() != grippers_.size()) {
+    return "action has " + std::to_string(action.joint_position_rad.size()) + " joint and " +
+           std::to_string(action.gripper_closing.size()) + " gripper values, expected " + std::to_string(num_joints) +
+           " and " + std::to_string(grippers_.size());
+  }
+  const auto finite = [](double x) { return std::isfinite(x); };
+  if (!std::all_of(action.joint_position_rad.begin(), action.joint_position_rad.end(), finite) ||
+      !std::all_of(action.gripper_closing.begin(), action.gripper_closing.end(), finite)) {
+    return "action contains NaN or infinity";
+  }
+  const auto clip = [this](double value, double lower, double upper) {
+    if (value < lower || value > upper) ++action_clips_;
+    return std::clamp(value, lower, upper);
+  };
+  size_t next = 0;
+  for (const Arm& arm : arms_) {
+    for (size_t j = 0; j < arm.qpos.size(); ++j) {
+      data_->ctrl[arm.actuator[j]] = clip(action.joint_position_rad[next++], arm.lower[j], arm.upper[j]);
+    }
+  }
+  for (size_t i = 0; i < grippers_.size(); ++i) {
+    const Gripper& gripper = grippers_[i];
+    const double closing = clip(action.gripper_closing[i], 0, 1);
+    data_->ctrl[gripper.actuator] =
+        gripper.command_open + closing * (gripper.command_closed - gripper.command_open);
+  }
+  return {};
+}
+
+void World::Prepare() {
+  mj_step1(model_, data_.get());
+  for (const Arm& arm : arms_) {
+    for (const int dof : arm.dof) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];
+  }
+}
+
+bool World::Step() {
+  for (int i = 0; i < substeps_; ++i) {
+    mj_step2(model_, data_.get());
+    Prepare();
+    if (!IsStable()) return false;
+  }
+  return true;
+}
+
+bool World::IsStable() {
+  for (int i = 0; i < mjNWARNING; ++i) {
+    // Any of them means that what follows is not the physics that was asked for.
+    if (data_->warning[i].number == 0) continue;
+    instability_ = mju_warningText(i, static_cast<size_t>(data_->warning[i].lastinfo));
+    return false;
+  }
+  return true;
+}
+
+void World::Fill(state_t* state) const {
+  const mjData& d = *data_;
+  state->num_qpos = model_->nq;
+  state->qpos_mixed.assign(d.qpos, d.qpos + model_->nq);
+  state->num_qvel = model_->nv;
+  state->qvel_mixed.assign(d.qvel, d.qvel + model_->nv);
+  state->num_ctrl = model_->nu;
+  state->ctrl_mixed.assign(d.ctrl, d.ctrl + model_->nu);
+  state->num_bodies = model_->nbody;
+  state->body_position_m.resize(static_cast<size_t>(model_->nbody));
+  state->body_quat_wxyz.resize(static_cast<size_t>(model_->nbody));
+  for (int body = 0; body < model_->nbody; ++body) {
+    auto& position = state->body_position_m[static_cast<size_t>(body)];
+    auto& quaternion = state->body_quat_wxyz[static_cast<size_t>(body)];
+    position.assign(d.xpos + 3 * body, d.xpos + 3 * body + 3);
+    quaternion.assign(d.xquat + 4 * body, d.xquat + 4 * body + 4);
+  }
+  state->num_arms = static_cast<int32_t>(arms_.size());
+  state->arm.resize(arms_.size());
+  for (size_t i = 0; i < arms_.size(); ++i) {
+    const Arm& arm = arms_[i];
+    arm_state_t& out = state->arm[i];
+    out.num_joints = static_cast<int32_t>(arm.qpos.size());
+    out.joint_position_rad.resize(arm.qpos.size());
+    out.joint_velocity_radps.resize(arm.qpos.size());
+    out.joint_torque_Nm.resize(arm.qpos.size());
+    for (size_t j = 0; j < arm.qpos.size(); ++j) {
+      out.joint_position_rad[j] = d.qpos[arm.qpos[j]];
+      out.joint_velocity_radps[j] = d.qvel[arm.dof[j]];
+      out.joint_torque_Nm[j] = d.qfrc_actuator[arm.dof[j]];
+    }
+    std::copy_n(d.site_xpos + 3 * arm.wrist_site, 3, out.wrist_position_m);
+    mju_mat2Quat(out.wrist_quat_wxyz, d.site_xmat + 9 * arm.wrist_site);
+  }
+  state->num_grippers = static_cast<int32_t>(grippers_.size());
+  state->gripper.resize(grippers_.size());
+  for (size_t i = 0; i < grippers_.size(); ++i) {
+    const Gripper& gripper = grippers_[i];
+    double sum = 0;
+    for (const int qpos : gripper.qpos) {
+      sum += (d.qpos[qpos] - gripper.joint_closed) / (gripper.joint_open - gripper.joint_closed);
+    }
+    state->gripper[i].opening = std::clamp(sum / static_cast<double>(gripper.qpos.size()), 0.0, 1.0);
+  }
+  state->action_clips = action_clips_;
+}
+
+}  // namespace evalbus

@@ -1,0 +1,103 @@
+// The simulated world: reset from a seed, take joint-position actions, step, report state. Knows neither bus nor clock.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "evalbus/action_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "models/robot_description.h"
+#include "models/task_description.h"
+#include "sim/random.h"
+
+namespace evalbus {
+
+struct DataDeleter {
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using DataPtr = std::unique_ptr<mjData, DataDeleter>;
+
+// A randomised parameter of an episode; the name ends in its unit ("pot_x_m", "pot_yaw_rad").
+struct Parameter {
+  std::string name;
+  double value = 0;
+};
+
+class World {
+ public:
+  // model: the physics model that BuildScene made of task and robot; must outlive the world. substeps: physics steps
+  // per control tick. Throws InputError if the model lacks something the descriptions name.
+  World(const mjModel* model, const model_info_t& info, const RobotDescription& robot, const TaskDescription& task,
+        int substeps);
+
+  // Robot at home, parts at their poses, then the variation's randomisations in order. Nothing of the episode before
+  // survives. Throws InputError if no collision-free pose is found.
+  std::vector<Parameter> Reset(int64_t seed, const Variation& variation);
+
+  // Takes joint targets and gripper commands, clipped to their limits. Returns an empty string, or what is wrong with
+  // the action (sizes, mode, NaN); then nothing is taken.
+  std::string Apply(const action_t& action);
+
+  // One control tick. False if the physics became unstable: see instability(); only Reset may follow.
+  bool Step();
+  const std::string& instability() const { return instability_; }
+
+  // Everything except header and deadline_misses. Reuses the storage of state.
+  void Fill(state_t* state) const;
+
+  // Control tick [us].
+  int64_t tick_us() const { return tick_us_; }
+
+  const mjModel& model() const { return *model_; }
+  const mjData& data() const { return *data_; }
+
+ private:
+  struct Arm {
+    std::vector<int> qpos, dof, actuator;
+    std::vector<double> lower, upper, home;
+    int wrist_site = -1;
+  };
+  struct Gripper {
+    std::vector<int> qpos;
+    int actuator = -1;
+    double joint_open = 0, joint_closed = 0, command_open = 0, command_closed = 0;
+  };
+  struct Part {
+    std::string name;
+    int body = -1;
+    // Address of the free joint's coordinates; -1 for a fixed part.
+    int qpos = -1;
+    Pose pose;
+  };
+
+  Part& FreePart(const std::string& name);
+  void SetPose(const Part& part, const Pose& pose);
+  // Robot and parts where they are when nothing is randomised.
+  void SetHome();
+  void Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters);
+  void Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters);
+  void Spawn(const SpawnYaw& yaw, Random* random, std::vector<Parameter>* parameters);
+  // True if the part penetrates anything, or its origin is nearer than min_distance to that of another free part.
+  bool IsBlocked(const Part& part, double min_distance);
+  // Everything that follows from positions and velocities, and the compensation of gravity and Coriolis forces on the
+  // arms, as the Panda's own controller does it.
+  void Prepare();
+  bool IsStable();
+
+  const mjModel* model_;
+  const model_info_t info_;
+  int substeps_;
+  int64_t tick_us_;
+  DataPtr data_;
+  std::vector<Arm> arms_;
+  std::vector<Gripper> grippers_;
+  std::vector<Part> parts_;
+  int64_t action_clips_ = 0;
+  std::string instability_;
+};
+
+}  // namespace evalbus
