@@ -1,0 +1,24 @@
+// A recorded trajectory as JSON (docs/metrics.md, "Scoring a recorded trajectory"), scored without any bus.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace evalbus {
+
+struct ScoreOptions {
+  // Collisions are looked at every this many steps, >= 1. The reference implementation looks every
+  // slip_sample_window steps; 0 takes that window.
+  int collision_sample_window = 1;
+};
+
+// The result dictionary of one episode. `file` is what error messages call the source. Throws InputError: one
+// line with file, key and what was expected.
+nlohmann::ordered_json ScoreEpisode(const nlohmann::json& episode, const std::string& file,
+                                    const ScoreOptions& options = {});
+
+// Reads a JSON file. Throws InputError: file, line and reason. NaN, infinities and repeated keys are refused.
+nlohmann::json ReadJsonFile(const std::filesystem::path& file);
+
+}  // namespace evalbus

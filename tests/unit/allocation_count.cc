@@ -1,0 +1,22 @@
+#include "tests/unit/allocation_count.h"
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+namespace {
+std::atomic<int64_t> count = 0;
+}
+
+namespace evalbus {
+int64_t AllocationCount() { return count; }
+}  // namespace evalbus
+
+// A file of its own, so that the compiler does not inline one of the pair and complain about the other.
+void* operator new(size_t size) {
+  ++count;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t) noexcept { std::free(memory); }
