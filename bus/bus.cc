@@ -3,9 +3,8 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <utility>
-
 #include <lcm/lcm-cpp.hpp>
+#include <utility>
 
 #include "bus/errors.h"
 
@@ -13,7 +12,8 @@ namespace evalbus {
 namespace {
 
 constexpr char kMulticastFix[] =
-    "no multicast on this machine; fix: 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as root, "
+    "no multicast on this machine; fix: 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as "
+    "root, "
     "or use --in-process (see 'evalbus doctor')";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }

@@ -1,4 +1,5 @@
-// Connection to a message bus: typed publish and subscribe on LCM, with the failures that LCM hides made visible.
+// Connection to a message bus: typed publish and subscribe on LCM, with the failures that LCM hides made
+// visible.
 //
 // Not thread-safe: one thread publishes and handles. Handlers run inside Handle().
 #pragma once
@@ -25,9 +26,9 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 
 class Bus {
  public:
-  // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of 4 MiB is asked for unless
-  // the URL names one: with the kernel's default large messages are lost. Throws EnvironmentError, with the fix, if the
-  // bus cannot be had.
+  // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of 4 MiB is asked for
+  // unless the URL names one: with the kernel's default large messages are lost. Throws EnvironmentError,
+  // with the fix, if the bus cannot be had.
   explicit Bus(const std::string& url);
   ~Bus();
   Bus(const Bus&) = delete;
@@ -35,7 +36,8 @@ class Bus {
 
   const std::string& url() const { return url_; }
 
-  // Sends a message to ourselves and waits for it. Throws EnvironmentError if it does not arrive within a second.
+  // Sends a message to ourselves and waits for it. Throws EnvironmentError if it does not arrive within a
+  // second.
   void SelfCheck();
 
   // Throws EnvironmentError if the message cannot be sent.
@@ -47,8 +49,9 @@ class Bus {
   }
   void PublishRaw(const char* channel, std::span<const uint8_t> data);
 
-  // Calls handler for each message on the channel. A message that does not decode (other type, cut, too long) is
-  // counted in decode_errors() and dropped. The queue is unlimited. What a handler throws comes out of Handle().
+  // Calls handler for each message on the channel. A message that does not decode (other type, cut, too long)
+  // is counted in decode_errors() and dropped. The queue is unlimited. What a handler throws comes out of
+  // Handle().
   template <class Message>
   void Subscribe(const char* channel, std::function<void(const Message&)> handler) {
     // The message object is kept, so that decoding into it reuses its storage.
@@ -67,7 +70,8 @@ class Bus {
       std::function<void(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us)>;
   void SubscribeRaw(const std::string& channel_regex, RawHandler handler);
 
-  // Handles one message if there is one before the deadline; false if there was none. Rethrows what a handler threw.
+  // Handles one message if there is one before the deadline; false if there was none. Rethrows what a handler
+  // threw.
   bool Handle(SteadyTime deadline);
   // The same without waiting.
   bool Handle() { return Handle(SteadyTime::min()); }

@@ -1,9 +1,8 @@
 #include "bus/component.h"
 
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <iostream>
-
-#include <CLI/CLI.hpp>
 
 #include "bus/channels.h"
 #include "bus/errors.h"
@@ -73,7 +72,8 @@ bool Component::IsOurs(const header_t& header) {
 
 void Component::Progress(int64_t tick) {
   status_.last_tick = tick;
-  if (status_.lag_window_ticks > 0 && tick - last_published_tick_ >= status_.lag_window_ticks / 2) PublishStatus();
+  if (status_.lag_window_ticks > 0 && tick - last_published_tick_ >= status_.lag_window_ticks / 2)
+    PublishStatus();
 }
 
 void InstallStopSignals() {
@@ -89,7 +89,8 @@ int HostMain(int argc, char** argv, const std::string& description,
              const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
   CLI::App app{description};
   std::string url;
-  app.add_option("--url", url, "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
+  app.add_option("--url", url,
+                 "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
       ->envname("EVALBUS_URL")
       ->required();
   add_options(&app);

@@ -1,5 +1,5 @@
-// What every process of a run has in common: a component works in its message handlers, reports its health on STATUS,
-// and is hosted either alone in a process (HostMain) or with the others on one in-process bus.
+// What every process of a run has in common: a component works in its message handlers, reports its health on
+// STATUS, and is hosted either alone in a process (HostMain) or with the others on one in-process bus.
 #pragma once
 
 #include <functional>
@@ -28,7 +28,8 @@ class Component {
 
   const component_status_t& status() const { return status_; }
 
-  // Wall-clock duties. The host calls it at least every 100 ms, and at next_poll(). Overrides call Component::Poll.
+  // Wall-clock duties. The host calls it at least every 100 ms, and at next_poll(). Overrides call
+  // Component::Poll.
   virtual void Poll(SteadyTime now);
   virtual SteadyTime next_poll() const { return SteadyTime::max(); }
   // True ends a host that is alone in its process.
@@ -41,8 +42,8 @@ class Component {
  protected:
   Bus& bus() { return *bus_; }
 
-  // Enters the episode unless it is the one we are in (EPISODE_BEGIN is repeated until everybody is ready): true when
-  // it is new and the component must prepare before it calls SayReady.
+  // Enters the episode unless it is the one we are in (EPISODE_BEGIN is repeated until everybody is ready):
+  // true when it is new and the component must prepare before it calls SayReady.
   bool EnterEpisode(const episode_begin_t& begin);
   void SayReady();
   // True if a message with this header belongs to the episode entered; counted as foreign otherwise.
@@ -62,8 +63,9 @@ class Component {
 // A component of a run, on a bus.
 using ComponentFactory = std::function<std::unique_ptr<Component>(Bus*)>;
 
-// main() of a component's executable: options --url and those that add_options adds; runs until SIGINT, SIGTERM or
-// done(). Prints "ready" on stdout once the component exists. Returns the exit code: 0 done, 1 wrong input, 2 failed.
+// main() of a component's executable: options --url and those that add_options adds; runs until SIGINT,
+// SIGTERM or done(). Prints "ready" on stdout once the component exists. Returns the exit code: 0 done, 1
+// wrong input, 2 failed.
 int HostMain(int argc, char** argv, const std::string& description,
              const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make);
 

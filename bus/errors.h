@@ -6,8 +6,8 @@
 
 namespace evalbus {
 
-// The user's input is wrong: a file, a key, an option, a name. what() is one line that says what, where and what to
-// do. Programs exit with code 1.
+// The user's input is wrong: a file, a key, an option, a name. what() is one line that says what, where and
+// what to do. Programs exit with code 1.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

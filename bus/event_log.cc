@@ -76,7 +76,8 @@ EventLogReader::EventLogReader(const std::filesystem::path& file) {
   const auto size = static_cast<size_t>(info.st_size);
   void* mapped = size == 0 ? nullptr : mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
   close(fd);
-  if (mapped == MAP_FAILED) throw InputError("cannot read log " + file.string() + ": " + std::strerror(errno));
+  if (mapped == MAP_FAILED)
+    throw InputError("cannot read log " + file.string() + ": " + std::strerror(errno));
   bytes_ = {static_cast<const uint8_t*>(mapped), size};
 }
 

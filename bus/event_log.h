@@ -1,6 +1,6 @@
-// Standard LCM event logs: written so that lcm-logplayer and lcm-spy read them, read so that damage costs only the
-// damaged events. Record format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time i64 [us], channel
-// length u32, data length u32, channel, data; all big-endian.
+// Standard LCM event logs: written so that lcm-logplayer and lcm-spy read them, read so that damage costs
+// only the damaged events. Record format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time
+// i64 [us], channel length u32, data length u32, channel, data; all big-endian.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,8 @@ namespace evalbus {
 
 class EventLogWriter {
  public:
-  // Creates the file. Throws EnvironmentError, as do the other functions: a log is complete or known not to be.
+  // Creates the file. Throws EnvironmentError, as do the other functions: a log is complete or known not to
+  // be.
   explicit EventLogWriter(const std::filesystem::path& file);
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;

@@ -15,13 +15,15 @@ namespace {
 constexpr int64_t kLagWindowTicks = 256;
 
 bool HasHeader(const std::string& channel) {
-  return std::find(channels::kWithHeader.begin(), channels::kWithHeader.end(), channel) != channels::kWithHeader.end();
+  return std::find(channels::kWithHeader.begin(), channels::kWithHeader.end(), channel) !=
+         channels::kWithHeader.end();
 }
 
 // The header behind the fingerprint; false if the message is too short to have one.
 bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
   constexpr int kFingerprintSize = 8;
-  return header->_decodeNoHash(data.data(), kFingerprintSize, static_cast<int>(data.size()) - kFingerprintSize) > 0;
+  return header->_decodeNoHash(data.data(), kFingerprintSize,
+                               static_cast<int>(data.size()) - kFingerprintSize) > 0;
 }
 
 std::filesystem::path PartialFolder(const std::filesystem::path& run, int episode) {

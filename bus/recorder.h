@@ -1,5 +1,6 @@
 // Writes everything that is on the bus during an episode into a standard LCM event log, one log per episode:
-// DIR/episodes/0007.partial/events.lcmlog while it grows, DIR/episodes/0007/events.lcmlog once it is complete and synced.
+// DIR/episodes/0007.partial/events.lcmlog while it grows, DIR/episodes/0007/events.lcmlog once it is complete
+// and synced.
 #pragma once
 
 #include <filesystem>
@@ -18,9 +19,9 @@ std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episod
 
 class Recorder : public Component {
  public:
-  // Events of a lockstep run are stamped with simulated time (microseconds since the episode began), so that a player
-  // at speed 1 shows the episode as fast as the robot moves, however fast it was evaluated; those of a realtime run with
-  // the wall-clock time of their arrival.
+  // Events of a lockstep run are stamped with simulated time (microseconds since the episode began), so that
+  // a player at speed 1 shows the episode as fast as the robot moves, however fast it was evaluated; those of
+  // a realtime run with the wall-clock time of their arrival.
   Recorder(Bus* bus, std::filesystem::path run);
 
   void Poll(SteadyTime now) override;

@@ -7,16 +7,21 @@ int main(int argc, char** argv) {
   evalbus::SimOptions options;
   return evalbus::HostMain(
       argc, argv,
-      "Simulates a task's world with MuJoCo and runs its episodes over the bus. Begins an episode on COMMAND (which\n"
-      "'evalbus run' sends), or with --episodes by itself as soon as collision, metrics and policy are ready.",
+      "Simulates a task's world with MuJoCo and runs its episodes over the bus. Begins an episode on COMMAND "
+      "(which\n"
+      "'evalbus run' sends), or with --episodes by itself as soon as collision, metrics and policy are "
+      "ready.",
       [&](CLI::App* app) {
         evalbus::AddSimOptions(app, &options);
         app->add_option("--out", options.out, "run folder; the models are written to OUT/model")->required();
-        app->add_option("--run-id", options.run_id, "name of the run, as MODEL carries it")->capture_default_str();
-        app->add_option("--episodes", options.episodes, "run this many episodes without waiting for COMMAND");
-        app->add_option("--seed", options.seed, "seed of the run; episode seeds derive from it and the episode's index")
+        app->add_option("--run-id", options.run_id, "name of the run, as MODEL carries it")
             ->capture_default_str();
-        app->add_option("--require", options.required, "components that must be ready before an episode starts")
+        app->add_option("--episodes", options.episodes, "run this many episodes without waiting for COMMAND");
+        app->add_option("--seed", options.seed,
+                        "seed of the run; episode seeds derive from it and the episode's index")
+            ->capture_default_str();
+        app->add_option("--require", options.required,
+                        "components that must be ready before an episode starts")
             ->delimiter(',')
             ->capture_default_str();
       },

@@ -66,7 +66,8 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus,
   model_info_.substeps = substeps;
   model_info_.clearance_every_ticks =
       options.clearance_hz > 0
-          ? std::max(1, static_cast<int>(std::lround(1e6 / (options.clearance_hz * static_cast<double>(world_->tick_us())))))
+          ? std::max(1, static_cast<int>(std::lround(
+                            1e6 / (options.clearance_hz * static_cast<double>(world_->tick_us())))))
           : 0;
   const auto folder = options.out / "model";
   std::error_code error;
@@ -92,9 +93,8 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus,
   bus->Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& m) { OnStatus(m); });
   bus->Subscribe<action_t>(channels::kAction, [this](const action_t& m) { OnAction(m); });
   bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
-  bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary, [this](const episode_summary_t& m) {
-    OnSummary(m.header);
-  });
+  bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary,
+                                    [this](const episode_summary_t& m) { OnSummary(m.header); });
   if (!queue_.empty()) BeginNext();
 }
 
@@ -206,7 +206,8 @@ void SimComponent::OnAction(const action_t& action) {
   if (phase_ != Phase::kRunning || !IsOurs(action.header)) return;
   const int64_t tick = state_.header.tick;
   // Only the answer to this tick counts; in realtime an older one still is the latest word of a slow policy.
-  if (action.header.tick > tick || (action.header.tick < tick && !options_.realtime) || (has_action_ && !options_.realtime)) {
+  if (action.header.tick > tick || (action.header.tick < tick && !options_.realtime) ||
+      (has_action_ && !options_.realtime)) {
     ++status_.foreign_messages;
     return;
   }

@@ -1,9 +1,10 @@
 // The sim as a component: runs episodes over the bus. See docs/messages.md for the protocol.
 //
-// lockstep: STATE(k+1) is published when ACTION(k) and PARTIAL(k) are there and no windowed consumer lags too far. The
-// physics of tick k+1 is computed as soon as ACTION(k) is there, beside collision checking and metrics of tick k in
-// their own processes; should PARTIAL(k) bring a verdict, that step is dropped and the episode ends at tick k.
-// realtime: the wall clock decides; a late action means that the last one is held and a deadline miss counted.
+// lockstep: STATE(k+1) is published when ACTION(k) and PARTIAL(k) are there and no windowed consumer lags too
+// far. The physics of tick k+1 is computed as soon as ACTION(k) is there, beside collision checking and
+// metrics of tick k in their own processes; should PARTIAL(k) bring a verdict, that step is dropped and the
+// episode ends at tick k. realtime: the wall clock decides; a late action means that the last one is held and
+// a deadline miss counted.
 #pragma once
 
 #include <deque>
@@ -118,8 +119,8 @@ class SimComponent : public Component {
   int64_t deadline_misses_ = 0;
 };
 
-// Routes MuJoCo's errors into exceptions and its warnings to stderr, instead of a wait for a key and a file in the
-// working folder. Call once per process.
+// Routes MuJoCo's errors into exceptions and its warnings to stderr, instead of a wait for a key and a file
+// in the working folder. Call once per process.
 void InstallMujocoHandlers();
 
 }  // namespace evalbus

@@ -8,17 +8,21 @@
 namespace evalbus {
 
 inline void AddSimOptions(CLI::App* app, SimOptions* options) {
-  app->add_option("task", options->task, "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition")
+  app->add_option("task", options->task,
+                  "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition")
       ->required();
   app->add_option("--robot", options->robot, "robot description (YAML) instead of the task's own");
-  app->add_option("--model-path", options->model_path, "folder to look for MJCF files in, e.g. a MuJoCo Menagerie");
+  app->add_option("--model-path", options->model_path,
+                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie");
   app->add_option("--control-hz", options->control_hz, "control ticks per simulated second, 20 to 500")
       ->capture_default_str();
   app->add_option("--clearance-hz", options->clearance_hz, "clearance checks per simulated second, 0 = none")
       ->capture_default_str();
   app->add_flag("--realtime,!--lockstep", options->realtime, "pace by the wall clock; default: lockstep");
-  app->add_option("--rtf", options->rtf, "simulated seconds per second, with --realtime")->capture_default_str();
-  app->add_option("--policy-timeout-s", options->policy_timeout_s, "wait for an action at most this long (lockstep)")
+  app->add_option("--rtf", options->rtf, "simulated seconds per second, with --realtime")
+      ->capture_default_str();
+  app->add_option("--policy-timeout-s", options->policy_timeout_s,
+                  "wait for an action at most this long (lockstep)")
       ->capture_default_str();
 }
 

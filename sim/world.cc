@@ -140,8 +140,8 @@ void World::Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* p
     parameters->push_back({part.name + "_y_m", qpos[1]});
     return;
   }
-  throw InputError("spawn box of '" + box.object + "': no collision-free pose in " + std::to_string(kMaxSpawnTries) +
-                   " tries");
+  throw InputError("spawn box of '" + box.object + "': no collision-free pose in " +
+                   std::to_string(kMaxSpawnTries) + " tries");
 }
 
 void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters) {
@@ -182,11 +182,14 @@ bool World::IsBlocked(const Part& part, double min_distance) {
   mj_kinematics(model_, data_.get());
   mj_comPos(model_, data_.get());
   mj_collision(model_, data_.get());
-  const auto entity = [&](int geom) { return info_.body_entity[static_cast<size_t>(model_->geom_bodyid[geom])]; };
+  const auto entity = [&](int geom) {
+    return info_.body_entity[static_cast<size_t>(model_->geom_bodyid[geom])];
+  };
   const int own = info_.body_entity[static_cast<size_t>(part.body)];
   for (int i = 0; i < data_->ncon; ++i) {
     const mjContact& contact = data_->contact[i];
-    if ((entity(contact.geom1) == own) != (entity(contact.geom2) == own) && contact.dist < -kMaxSpawnPenetration) {
+    if ((entity(contact.geom1) == own) != (entity(contact.geom2) == own) &&
+        contact.dist < -kMaxSpawnPenetration) {
       return true;
     }
   }
@@ -202,11 +205,12 @@ bool World::IsBlocked(const Part& part, double min_distance) {
 std::string World::Apply(const action_t& action) {
   size_t num_joints = 0;
   for (const Arm& arm : arms_) num_joints += arm.qpos.size();
-  if (action.mode != action_t::JOINT_POSITION) return "action mode " + std::to_string(action.mode) + " is not known";
+  if (action.mode != action_t::JOINT_POSITION)
+    return "action mode " + std::to_string(action.mode) + " is not known";
   if (action.joint_position_rad.size() != num_joints || action.gripper_closing.size() != grippers_.size()) {
     return "action has " + std::to_string(action.joint_position_rad.size()) + " joint and " +
-           std::to_string(action.gripper_closing.size()) + " gripper values, expected " + std::to_string(num_joints) +
-           " and " + std::to_string(grippers_.size());
+           std::to_string(action.gripper_closing.size()) + " gripper values, expected " +
+           std::to_string(num_joints) + " and " + std::to_string(grippers_.size());
   }
   const auto finite = [](double x) { return std::isfinite(x); };
   if (!std::all_of(action.joint_position_rad.begin(), action.joint_position_rad.end(), finite) ||

@@ -1,4 +1,5 @@
-// The simulated world: reset from a seed, take joint-position actions, step, report state. Knows neither bus nor clock.
+// The simulated world: reset from a seed, take joint-position actions, step, report state. Knows neither bus
+// nor clock.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -29,17 +30,17 @@ struct Parameter {
 
 class World {
  public:
-  // model: the physics model that BuildScene made of task and robot; must outlive the world. substeps: physics steps
-  // per control tick. Throws InputError if the model lacks something the descriptions name.
-  World(const mjModel* model, const model_info_t& info, const RobotDescription& robot, const TaskDescription& task,
-        int substeps);
+  // model: the physics model that BuildScene made of task and robot; must outlive the world. substeps:
+  // physics steps per control tick. Throws InputError if the model lacks something the descriptions name.
+  World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
+        const TaskDescription& task, int substeps);
 
-  // Robot at home, parts at their poses, then the variation's randomisations in order. Nothing of the episode before
-  // survives. Throws InputError if no collision-free pose is found.
+  // Robot at home, parts at their poses, then the variation's randomisations in order. Nothing of the episode
+  // before survives. Throws InputError if no collision-free pose is found.
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation);
 
-  // Takes joint targets and gripper commands, clipped to their limits. Returns an empty string, or what is wrong with
-  // the action (sizes, mode, NaN); then nothing is taken.
+  // Takes joint targets and gripper commands, clipped to their limits. Returns an empty string, or what is
+  // wrong with the action (sizes, mode, NaN); then nothing is taken.
   std::string Apply(const action_t& action);
 
   // One control tick. False if the physics became unstable: see instability(); only Reset may follow.
@@ -81,10 +82,11 @@ class World {
   void Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnYaw& yaw, Random* random, std::vector<Parameter>* parameters);
-  // True if the part penetrates anything, or its origin is nearer than min_distance to that of another free part.
+  // True if the part penetrates anything, or its origin is nearer than min_distance to that of another free
+  // part.
   bool IsBlocked(const Part& part, double min_distance);
-  // Everything that follows from positions and velocities, and the compensation of gravity and Coriolis forces on the
-  // arms, as the Panda's own controller does it.
+  // Everything that follows from positions and velocities, and the compensation of gravity and Coriolis
+  // forces on the arms, as the Panda's own controller does it.
   void Prepare();
   bool IsStable();
 

@@ -1,0 +1,62 @@
+// What `evalbus run` shows: a line per finished episode, and, on a terminal, the running one live below.
+#pragma once
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "cli/run_controller.h"
+
+namespace evalbus {
+
+struct LiveHeader {
+  std::string task, variation, policy, clock;
+  double control_hz = 0;
+  int64_t seed = 0;
+  int episodes = 0;
+};
+
+// "1:05", "12 s"; for people.
+std::string FormatDuration(double seconds);
+
+// The table at the end: rate with its interval, then the metrics people look at first, with units.
+std::string SummaryTable(const run_summary_t& summary);
+
+class LiveView : public RunListener {
+ public:
+  // Draws live if `out` is a terminal, else prints plain lines only.
+  LiveView(FILE* out, const LiveHeader& header);
+
+  void OnEpisodeBegin(const episode_begin_t& begin) override;
+  void OnPartial(const partial_metrics_t& partial) override;
+  void OnEpisodeDone(const episode_summary_t& episode, const run_summary_t& so_far) override;
+  void OnRetry(int episode, const std::string& why) override;
+
+  // Redraws at most ten times a second of wall time.
+  void Poll(SteadyTime now);
+  // Takes the live lines away.
+  void Finish();
+
+  // The live lines for a terminal of this width; without colour codes.
+  std::vector<std::string> Lines(int width, SteadyTime now) const;
+
+ private:
+  void Erase();
+  double Progress() const;
+
+  FILE* out_;
+  bool is_terminal_;
+  LiveHeader header_;
+  SteadyTime started_;
+  SteadyTime drawn_{};
+  int drawn_lines_ = 0;
+  bool has_partial_ = false;
+  int episode_ = 0;
+  SteadyTime episode_started_{};
+  partial_metrics_t partial_{};
+  run_summary_t so_far_{};
+  // Simulated length of finished episodes, for the time left.
+  double simulated_s_ = 0;
+};
+
+}  // namespace evalbus

@@ -1,0 +1,56 @@
+// evalbus: the command that users type.
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+
+#include "bus/errors.h"
+#include "cli/doctor.h"
+#include "cli/run_command.h"
+#include "evalbus/version.h"
+#include "metrics/score_file.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{"evalbus scores robot-manipulation rollouts while they run, over an LCM message bus.",
+               "evalbus"};
+  app.set_version_flag("--version", std::string("evalbus ") + evalbus::kVersion + " " + evalbus::kGitCommit);
+  app.require_subcommand(1);
+
+  evalbus::RunOptions run_options;
+  CLI::App* run = app.add_subcommand("run", "evaluate a policy on a task, with live scores");
+  evalbus::AddRunOptions(run, &run_options);
+
+  std::string score_file;
+  evalbus::ScoreOptions score_options;
+  CLI::App* score =
+      app.add_subcommand("score", "score one recorded trajectory (JSON), print the result dictionary");
+  score->add_option("file", score_file, "trajectory in the format of docs/metrics.md")->required();
+  score
+      ->add_option("--collision-sample-window", score_options.collision_sample_window,
+                   "look at contacts every this many steps; 0 = the file's slip_sample_window")
+      ->capture_default_str();
+
+  CLI::App* doctor = app.add_subcommand("doctor", "check what this machine offers and how to mend it");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::cerr << "error: " << error.what() << " ('evalbus --help' lists the commands)\n";
+    return 1;
+  }
+  try {
+    if (*run) return evalbus::Run(run_options);
+    if (*doctor) return evalbus::Doctor();
+    if (*score) {
+      std::cout << evalbus::ScoreEpisode(evalbus::ReadJsonFile(score_file), score_file, score_options).dump(2)
+                << "\n";
+    }
+    return 0;
+  } catch (const evalbus::InputError& error) {
+    std::cerr << "error: " << error.what() << "\n";
+    return 1;
+  } catch (const std::exception& error) {
+    std::cerr << "error: " << error.what() << "\n";
+    return 2;
+  }
+}

@@ -1,0 +1,32 @@
+// evalbus run: evaluates a policy on a task.
+#pragma once
+
+#include <string>
+
+#include "sim/sim_component.h"
+
+namespace CLI {
+class App;
+}
+
+namespace evalbus {
+
+struct RunOptions {
+  SimOptions sim;
+  std::string policy = "expert";
+  int episodes = 3;
+  int64_t seed = 0;
+  // Empty: runs/TASK-VARIATION-POLICY-DATE-TIME.
+  std::string out;
+  // Empty: the first that works of multicast on this machine, multicast in a private network namespace, one
+  // process.
+  std::string url;
+  bool in_process = false;
+};
+
+void AddRunOptions(CLI::App* app, RunOptions* options);
+
+// Returns the exit code. Throws InputError, EnvironmentError.
+int Run(RunOptions options);
+
+}  // namespace evalbus
