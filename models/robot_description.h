@@ -1,6 +1,6 @@
-// A robot as its YAML file describes it: which MJCF models its arms and grippers are, where they stand, and which of
-// their joints, actuators and sites evalbus drives and measures. Names here are those inside the model file, without
-// the prefix that the scene composer adds.
+// A robot as its YAML file describes it: which MJCF models its arms and grippers are, where they stand, and
+// which of their joints, actuators and sites evalbus drives and measures. Names here are those inside the
+// model file, without the prefix that the scene composer adds.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "models/pose.h"
+#include "models/source_location.h"
 
 namespace evalbus {
 
@@ -25,18 +26,20 @@ struct ArmDescription {
   std::string wrist_site;
   // Joint positions at reset, rad.
   std::vector<double> home;
-  // Replacements for what the model file says, one value per joint; empty = as in the file. Needed for models made for
-  // newer MuJoCo integrators (docs/adding_a_robot.md).
+  // Replacements for what the model file says, one value per joint; empty = as in the file. Needed for models
+  // made for newer MuJoCo integrators (docs/adding_a_robot.md).
   std::vector<double> position_gain;  // N m / rad; also removes the actuator's velocity gain
   std::vector<double> joint_damping;  // N m s / rad
   std::vector<double> armature;       // kg m^2
+  // Where the file describes it.
+  SourceLocation location;
 };
 
 struct GripperDescription {
   // Same name as the arm that carries it.
   std::string arm;
-  // MJCF file, absolute; attached to the arm under the prefix "<arm>/hand/". Empty: the arm's own model contains it, and
-  // the names below are names in that model.
+  // MJCF file, absolute; attached to the arm under the prefix "<arm>/hand/". Empty: the arm's own model
+  // contains it, and the names below are names in that model.
   std::filesystem::path model_file;
   // Body of the arm's model that the hand is attached to, and the pose of the hand in it.
   std::string attach_body;
@@ -53,6 +56,8 @@ struct GripperDescription {
   double command_closed = 0;
   // Bodies whose collision geoms are the pads.
   std::vector<std::string> pad_bodies;
+  // Where the file describes it.
+  SourceLocation location;
 };
 
 struct RobotDescription {
@@ -63,8 +68,9 @@ struct RobotDescription {
   std::vector<GripperDescription> grippers;
 };
 
-// Reads and checks a robot YAML. model_path: folders in which model files are looked for after the YAML's own folder
-// (a checkout of MuJoCo Menagerie, for instance). Throws InputError.
-RobotDescription LoadRobot(const std::filesystem::path& file, const std::vector<std::filesystem::path>& model_path = {});
+// Reads and checks a robot YAML. model_path: folders in which model files are looked for after the YAML's own
+// folder (a checkout of MuJoCo Menagerie, for instance). Throws InputError.
+RobotDescription LoadRobot(const std::filesystem::path& file,
+                           const std::vector<std::filesystem::path>& model_path = {});
 
 }  // namespace evalbus

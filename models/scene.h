@@ -1,4 +1,4 @@
-// Composes robot, props and scene into one MJCF document and compiles it into the two models of a run.
+// Composes robot, props and scene and compiles them into the two models of a run.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -10,6 +10,7 @@
 
 #include "evalbus/model_info_t.hpp"
 #include "models/robot_description.h"
+#include "models/scene_composer.h"
 #include "models/task_description.h"
 
 namespace evalbus {
@@ -19,36 +20,12 @@ struct ModelDeleter {
 };
 using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 
-// One MJCF document made of several files, everything in a part renamed with its prefix ("pot/base"). MuJoCo 2.2 has no
-// attach of its own.
-//
-// What MuJoCo 2.2 does not know is mapped, each time with a line in warnings(): integrator implicitfast, gravcomp, and
-// so on. What cannot be mapped is an InputError that names file, line and element. Mesh and texture files are named by
-// absolute path. Of <option>, <visual>, <statistic> and <size> only the base file's count.
-class SceneComposer {
- public:
-  // base_file: options, floor, lights, cameras.
-  explicit SceneComposer(const std::filesystem::path& base_file);
-  ~SceneComposer();
-
-  // Attaches the bodies of an MJCF file to the world, or to a body that was attached before ("left/link7").
-  void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose, bool free = false,
-              const std::string& parent_body = "");
-
-  // Sets an attribute of the named element ("joint", "left/joint1", "damping"); used for a robot's replacements.
-  void SetAttribute(const std::string& element, const std::string& name, const std::string& attribute,
-                    const std::string& value);
-
-  // The composed document.
-  std::string ToXml() const;
-  const std::vector<std::string>& warnings() const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
 // A scene ready to simulate.
+//
+// Bodies: every arm and every part is one body of the world, called as in its description ("left", "pot"),
+// with the bodies of its model file below it ("left/link0", "pot/pot"); a hand is the body "<arm>/hand" on
+// the arm. A free part's joint has the part's name. That first body is the part's own frame: its pose is the
+// pose that the task gives.
 struct Scene {
   std::string xml;
   std::vector<std::string> warnings;
@@ -56,14 +33,18 @@ struct Scene {
   ModelPtr physics;
   // Everything, for rendering; same bodies and joints.
   ModelPtr visual;
-  // Names, entities, arms, grippers, objects, timestep, time limit; the run's own fields (run_id, variation, files,
-  // hashes, clock, substeps, clearance_every_ticks) are left for the sim to fill.
+  // Names, entities, arms, grippers, objects, timestep, time limit, task and robot; the run's own fields
+  // (run_id, variation, files, hashes, clock, substeps, clearance_every_ticks) are left for the sim to fill.
+  // Geoms without a name are called "<body>/geom<N>", joints "<body>/joint<N>", N counting within the body.
   model_info_t info{};
 };
 
-// Composes and compiles robot and task. Throws InputError (also for what MuJoCo's compiler says of the result, with the
-// part it came from where that can be told).
+// Composes and compiles robot and task. Throws InputError, also for what MuJoCo's compiler says, with the
+// line of the model file that it means where that can be told.
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot);
+
+// Compiles a composed document. Throws InputError; what MuJoCo warns of is appended to warnings.
+ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual, std::vector<std::string>* warnings);
 
 // Lower-case hexadecimal SHA-256 of a file. Throws InputError when it cannot be read.
 std::string Sha256File(const std::filesystem::path& file);

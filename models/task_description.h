@@ -1,4 +1,5 @@
-// A task as its YAML file describes it: scene, randomisation per variation, what is tracked, stages and verdict.
+// A task as its YAML file describes it: scene, randomisation per variation, what is tracked, stages and
+// verdict.
 #pragma once
 
 #include <filesystem>
@@ -8,21 +9,17 @@
 #include <vector>
 
 #include "models/pose.h"
+#include "models/source_location.h"
 
 namespace evalbus {
-
-// Where something was written, for error messages: "lift_pot.yaml:12".
-struct SourceLocation {
-  std::string file;
-  int line = 0;
-  std::string ToString() const { return file + ":" + std::to_string(line); }
-};
 
 // A named predicate or quantity with its arguments, as written: {holding: {gripper: left, object: pot}} or
 // {all: [ ... ]}. What names and arguments exist is decided where expressions are compiled (metrics/task/).
 struct Expression {
   std::string name;
-  // Scalar arguments in file order; numbers stay text until the compiler of the expression asks for a number.
+  // Arguments in file order; numbers stay text until the compiler of the expression asks for a number, and a
+  // list of values is joined by spaces ("0 0 1"). The key is empty for an argument without a name: {constant:
+  // 0.3}.
   struct Argument {
     std::string key;
     std::string value;
@@ -53,6 +50,8 @@ struct ScenePart {
   Pose pose;
   // Attached with a free joint.
   bool free = false;
+  // Where the task describes it.
+  SourceLocation location;
 };
 
 // Uniform position in a box around `center`, rejecting poses that collide with the scene or come nearer than
@@ -64,8 +63,8 @@ struct SpawnBox {
   double min_distance = 0;               // m
 };
 
-// Grid of floor(2 ex / s) by floor(2 ey / s) points of pitch s around `origin`; as many distinct points as there are
-// objects, plus a uniform jitter of +-j per axis.
+// Grid of floor(2 ex / s) by floor(2 ey / s) points of pitch s around `origin`; as many distinct points as
+// there are objects, plus a uniform jitter of +-j per axis.
 struct SpawnPlane {
   std::vector<std::string> objects;
   std::array<double, 3> origin{};        // m
@@ -133,14 +132,14 @@ struct TaskDescription {
   const Variation& variation(const std::string& name) const;
 };
 
-// Reads and checks a task YAML from a file, or from text whose relative paths are resolved against `file`. With
-// check_files, model and robot files must exist. Throws InputError.
+// Reads and checks a task YAML from a file, or from text whose relative paths are resolved against `file`.
+// With check_files, model and robot files must exist. Throws InputError.
 TaskDescription LoadTask(const std::filesystem::path& file);
 TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files);
 
-// A task with one of its variations, found by "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition" among the
-// YAML files of models/tasks, or by the path of a YAML file ("my_task.yaml/position"). Throws InputError that lists the
-// tasks there are.
+// A task with one of its variations, found by "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition"
+// among the YAML files of models/tasks, or by the path of a YAML file ("my_task.yaml/position"). Throws
+// InputError that lists the tasks there are.
 struct TaskSelection {
   TaskDescription task;
   std::string variation;

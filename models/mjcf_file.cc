@@ -1,0 +1,104 @@
+#include "models/mjcf_file.h"
+
+#include <vector>
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+using tinyxml2::XMLDocument;
+using tinyxml2::XMLElement;
+using tinyxml2::XMLNode;
+
+void TagSources(XMLElement* element, const std::string& file) {
+  element->SetAttribute(kSourceAttribute, (file + ":" + std::to_string(element->GetLineNum())).c_str());
+  for (XMLElement* child = element->FirstChildElement(); child; child = child->NextSiblingElement()) {
+    TagSources(child, file);
+  }
+}
+
+std::unique_ptr<XMLDocument> Load(const std::filesystem::path& file, const std::string& asked_by) {
+  const std::string prefix = asked_by.empty() ? "" : asked_by + ": ";
+  if (!std::filesystem::is_regular_file(file)) {
+    throw InputError(prefix + "model file " + file.string() + " does not exist");
+  }
+  auto document = std::make_unique<XMLDocument>();
+  if (document->LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
+    throw InputError(file.string() + ":" + std::to_string(document->ErrorLineNum()) + ": not valid XML (" +
+                     document->ErrorName() + ")");
+  }
+  XMLElement* root = document->RootElement();
+  if (!root) throw InputError(file.string() + ":1: expected an MJCF model (<mujoco>)");
+  TagSources(root, file.string());
+  const std::string name = root->Name();
+  if (name != "mujoco" && !(name == "mujocoinclude" && !asked_by.empty())) {
+    throw InputError(SourceOf(root) + ": expected an MJCF model (<mujoco>), got <" + name + ">");
+  }
+  return document;
+}
+
+// Replaces each <include> below `parent` by what the file it names contains. Paths are relative to the main
+// file's folder, as in MuJoCo; `open` are the files being included now.
+void ExpandIncludes(XMLElement* parent, const std::filesystem::path& folder,
+                    std::vector<std::filesystem::path>* open) {
+  for (XMLElement* child = parent->FirstChildElement(); child;) {
+    XMLElement* next = child->NextSiblingElement();
+    if (std::string(child->Name()) == "include") {
+      const char* name = child->Attribute("file");
+      if (!name) throw InputError(SourceOf(child) + ": include needs the attribute 'file'");
+      const std::filesystem::path file = (folder / name).lexically_normal();
+      for (const auto& other : *open) {
+        if (other == file) throw InputError(SourceOf(child) + ": " + file.string() + " includes itself");
+      }
+      const auto document = Load(file, SourceOf(child));
+      open->push_back(file);
+      ExpandIncludes(document->RootElement(), folder, open);
+      open->pop_back();
+      XMLNode* last = child;
+      for (XMLNode* node = document->RootElement()->FirstChild(); node; node = node->NextSibling()) {
+        last = parent->InsertAfterChild(last, node->DeepClone(parent->GetDocument()));
+      }
+      parent->DeleteChild(child);
+    } else {
+      ExpandIncludes(child, folder, open);
+    }
+    child = next;
+  }
+}
+
+void CollectNames(const XMLElement* element, const std::string& kind, std::set<std::string>* names) {
+  for (const XMLElement* child = element->FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const char* name = child->Attribute("name");
+    if (name && (kind == "*" || kind == child->Name())) names->insert(name);
+    CollectNames(child, kind, names);
+  }
+}
+
+}  // namespace
+
+MjcfFile ReadMjcf(const std::filesystem::path& file) {
+  MjcfFile mjcf;
+  mjcf.file = std::filesystem::absolute(file).lexically_normal();
+  mjcf.document = Load(mjcf.file, "");
+  mjcf.root = mjcf.document->RootElement();
+  std::vector<std::filesystem::path> open{mjcf.file};
+  ExpandIncludes(mjcf.root, mjcf.file.parent_path(), &open);
+  return mjcf;
+}
+
+std::string SourceOf(const XMLElement* element) {
+  const char* source = element->Attribute(kSourceAttribute);
+  return source ? source : "?";
+}
+
+std::set<std::string> NamesIn(const MjcfFile& mjcf, const std::string& section, const std::string& kind) {
+  std::set<std::string> names;
+  for (const XMLElement* child = mjcf.root->FirstChildElement(section.c_str()); child;
+       child = child->NextSiblingElement(section.c_str())) {
+    CollectNames(child, kind, &names);
+  }
+  return names;
+}
+
+}  // namespace evalbus

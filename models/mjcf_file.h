@@ -1,0 +1,32 @@
+// Reading of MJCF files as text (tinyxml2), before MuJoCo compiles them.
+#pragma once
+
+#include <tinyxml2.h>
+
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+
+namespace evalbus {
+
+// An MJCF file with its includes in place. Every element carries the attribute kSourceAttribute =
+// "file:line", because tinyxml2 loses line numbers when an element moves to another document.
+struct MjcfFile {
+  std::filesystem::path file;
+  std::unique_ptr<tinyxml2::XMLDocument> document;
+  tinyxml2::XMLElement* root = nullptr;
+};
+inline constexpr const char* kSourceAttribute = "evalbus_source";
+
+// Throws InputError: not readable, not XML, not MJCF, include missing or endless.
+MjcfFile ReadMjcf(const std::filesystem::path& file);
+
+// "file:line" of an element of an MjcfFile.
+std::string SourceOf(const tinyxml2::XMLElement* element);
+
+// Names of the elements <kind name="..."> below `section` ("worldbody", "actuator", "asset", ...); kind "*":
+// any.
+std::set<std::string> NamesIn(const MjcfFile& mjcf, const std::string& section, const std::string& kind);
+
+}  // namespace evalbus

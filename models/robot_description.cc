@@ -1,0 +1,158 @@
+#include "models/robot_description.h"
+
+#include <fstream>
+#include <sstream>
+
+#include "bus/errors.h"
+#include "models/mjcf_file.h"
+#include "models/yaml_reader.h"
+
+namespace evalbus {
+namespace {
+
+std::filesystem::path FindModelFile(const YamlValue& value,
+                                    const std::vector<std::filesystem::path>& folders) {
+  std::string looked_in;
+  for (const std::filesystem::path& folder : folders) {
+    const std::filesystem::path file = (folder / value.Text()).lexically_normal();
+    if (std::filesystem::is_regular_file(file)) return file;
+    looked_in += (looked_in.empty() ? "" : ", ") + folder.string();
+  }
+  value.Fail("file '" + value.Text() + "' not found in " + looked_in);
+}
+
+// The text of `value`, which must be one of `names`.
+std::string NameIn(const YamlValue& value, const std::set<std::string>& names, const std::string& what,
+                   const std::filesystem::path& file) {
+  const std::string name = value.Text();
+  if (!names.contains(name)) {
+    value.Fail(file.filename().string() + " has no " + what + " '" + name + "'" +
+               Suggestion(name, {names.begin(), names.end()}));
+  }
+  return name;
+}
+
+std::vector<std::string> NamesFrom(const YamlValue& value, const std::set<std::string>& names,
+                                   const std::string& what, const std::filesystem::path& file) {
+  std::vector<std::string> result;
+  for (const YamlValue& element : value.List()) {
+    const std::string name = NameIn(element, names, what, file);
+    if (std::find(result.begin(), result.end(), name) != result.end())
+      element.Fail("'" + name + "' given twice");
+    result.push_back(name);
+  }
+  if (result.empty()) value.Fail("expected at least one " + what);
+  return result;
+}
+
+std::vector<double> OptionalNumbers(const YamlMap& map, const std::string& key, size_t size,
+                                    NumberRange range) {
+  const YamlValue* value = map.Find(key);
+  return value ? value->Numbers(size, range) : std::vector<double>();
+}
+
+// A key that ends in _m (slide joints) or _rad (hinges).
+double TravelOf(const YamlMap& map, const std::string& stem) {
+  const YamlValue* metres = map.Find(stem + "_m");
+  const YamlValue* radians = map.Find(stem + "_rad");
+  if ((metres != nullptr) == (radians != nullptr)) {
+    map.value().Fail("expected either '" + stem + "_m' or '" + stem + "_rad'");
+  }
+  return (metres ? metres : radians)->Number();
+}
+
+GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm, const MjcfFile& arm_model,
+                               const std::vector<std::filesystem::path>& folders) {
+  const YamlMap map(value, {"joints", "actuator", "command_open", "command_closed", "pad_bodies"},
+                    {"model", "attach_body", "mount", "joint_open_m", "joint_open_rad", "joint_closed_m",
+                     "joint_closed_rad", "joint_damping_Ns_per_m"});
+  GripperDescription gripper;
+  gripper.arm = arm.name;
+  gripper.location = value.location();
+
+  // Model of its own, or part of the arm's.
+  MjcfFile own_model;
+  const MjcfFile* model = &arm_model;
+  if (const YamlValue* file = map.Find("model")) {
+    gripper.model_file = FindModelFile(*file, folders);
+    own_model = ReadMjcf(gripper.model_file);
+    model = &own_model;
+    const YamlValue* body = map.Find("attach_body");
+    if (!body) value.Fail("a gripper with a model of its own needs 'attach_body'");
+    gripper.attach_body = NameIn(*body, NamesIn(arm_model, "worldbody", "body"), "body", arm_model.file);
+    if (const YamlValue* mount = map.Find("mount")) gripper.mount = ReadPose(*mount);
+  } else {
+    for (const char* key : {"attach_body", "mount"}) {
+      if (const YamlValue* useless = map.Find(key)) useless->Fail("needs 'model' as well");
+    }
+  }
+
+  gripper.joints = NamesFrom(map["joints"], NamesIn(*model, "worldbody", "joint"), "joint", model->file);
+  gripper.joint_open = TravelOf(map, "joint_open");
+  gripper.joint_closed = TravelOf(map, "joint_closed");
+  if (gripper.joint_open == gripper.joint_closed) value.Fail("joint_open and joint_closed must differ");
+  if (const YamlValue* damping = map.Find("joint_damping_Ns_per_m")) {
+    gripper.joint_damping = damping->Number(kNotNegative);
+  }
+  gripper.actuator = NameIn(map["actuator"], NamesIn(*model, "actuator", "*"), "actuator", model->file);
+  gripper.command_open = map["command_open"].Number();
+  gripper.command_closed = map["command_closed"].Number();
+  if (gripper.command_open == gripper.command_closed) {
+    map["command_closed"].Fail("must differ from command_open");
+  }
+  gripper.pad_bodies =
+      NamesFrom(map["pad_bodies"], NamesIn(*model, "worldbody", "body"), "body", model->file);
+  return gripper;
+}
+
+}  // namespace
+
+RobotDescription LoadRobot(const std::filesystem::path& file,
+                           const std::vector<std::filesystem::path>& model_path) {
+  std::ifstream stream(file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw InputError(file.string() + ": cannot read the robot description");
+  const YamlMap map(ParseYaml(text.str(), file.string()), {"name", "arms"});
+
+  RobotDescription robot;
+  robot.name = map["name"].Name();
+  robot.file = std::filesystem::absolute(file).lexically_normal();
+  std::vector<std::filesystem::path> folders{robot.file.parent_path()};
+  for (const auto& folder : model_path)
+    folders.push_back(std::filesystem::absolute(folder).lexically_normal());
+
+  for (const YamlValue& entry : map["arms"].List()) {
+    const YamlMap arm_map(entry,
+                          {"name", "model", "joints", "actuators", "wrist_site", "home_rad", "gripper"},
+                          {"base", "position_gain_Nm_per_rad", "joint_damping_Nms_per_rad", "armature_kgm2"});
+    ArmDescription arm;
+    arm.location = entry.location();
+    arm.name = arm_map["name"].Name();
+    for (const ArmDescription& other : robot.arms) {
+      if (other.name == arm.name) arm_map["name"].Fail("another arm is called '" + arm.name + "'");
+    }
+    arm.model_file = FindModelFile(arm_map["model"], folders);
+    const MjcfFile model = ReadMjcf(arm.model_file);
+    if (const YamlValue* base = arm_map.Find("base")) arm.base = ReadPose(*base);
+
+    arm.joints = NamesFrom(arm_map["joints"], NamesIn(model, "worldbody", "joint"), "joint", model.file);
+    const size_t n = arm.joints.size();
+    arm.actuators = NamesFrom(arm_map["actuators"], NamesIn(model, "actuator", "*"), "actuator", model.file);
+    if (arm.actuators.size() != n) {
+      arm_map["actuators"].Fail("expected one per joint, " + std::to_string(n) + ", got " +
+                                std::to_string(arm.actuators.size()));
+    }
+    arm.wrist_site = NameIn(arm_map["wrist_site"], NamesIn(model, "worldbody", "site"), "site", model.file);
+    arm.home = arm_map["home_rad"].Numbers(n);
+    arm.position_gain = OptionalNumbers(arm_map, "position_gain_Nm_per_rad", n, kPositive);
+    arm.joint_damping = OptionalNumbers(arm_map, "joint_damping_Nms_per_rad", n, kNotNegative);
+    arm.armature = OptionalNumbers(arm_map, "armature_kgm2", n, kNotNegative);
+    robot.grippers.push_back(ReadGripper(arm_map["gripper"], arm, model, folders));
+    robot.arms.push_back(std::move(arm));
+  }
+  if (robot.arms.empty()) map["arms"].Fail("expected at least one arm");
+  return robot;
+}
+
+}  // namespace evalbus

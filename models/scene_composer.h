@@ -1,0 +1,51 @@
+// Composes several MJCF files into one document. MuJoCo 2.2 has no attach of its own.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "models/pose.h"
+
+namespace evalbus {
+
+// Each attached file becomes one body, named after its prefix ("pot" for "pot/"), that stands for the file's
+// world: it sits at the given pose and holds the file's bodies, geoms, sites and cameras. Every name in the
+// file, and every reference to one, gets the prefix ("pot/handle"). Defaults of one file never reach another.
+//
+// Each file keeps its own <compiler> settings: angles, Euler sequences and folders are converted; a setting
+// that MuJoCo has only once for everything and that differs from the base file's is an InputError. Of
+// <option>, <visual>, <statistic> and <size> only the base file's count, and keyframes and lights of attached
+// files are dropped. What MuJoCo 2.2 does not know is dropped with a line in warnings() where physics stays
+// meaningful, else it is an InputError. All errors name file and line.
+class SceneComposer {
+ public:
+  // base_file: options, floor, lights, cameras; its names stay as they are.
+  explicit SceneComposer(const std::filesystem::path& base_file);
+  ~SceneComposer();
+
+  // Attaches an MJCF file under a prefix that ends in "/", to the world or to a body attached before
+  // ("left/link7"). free: on a free joint with the name of the body; only on the world.
+  void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
+              bool free = false, const std::string& parent_body = "");
+
+  // Replaces a joint's attribute ("damping", "armature"); the joint's full name.
+  void SetJointAttribute(const std::string& joint, const std::string& attribute, double value);
+  // Makes the actuator a position servo of this stiffness, N m / rad, without velocity gain.
+  void SetPositionGain(const std::string& actuator, double gain);
+
+  // The composed document; discard_visual: with the compiler option that drops what is only seen. Equal calls
+  // give equal bytes.
+  std::string ToXml(bool discard_visual = false) const;
+  // "file:line" that a line of ToXml() came from, or empty.
+  std::string Locate(int line) const;
+
+  const std::vector<std::string>& warnings() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace evalbus

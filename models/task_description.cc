@@ -1,0 +1,325 @@
+#include "models/task_description.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "bus/errors.h"
+#include "models/yaml_reader.h"
+
+namespace evalbus {
+namespace {
+
+// An expression is a map with one entry, {name: argument}. What the argument is decides its kind:
+//   {touching: {a: pot, b: floor}}   a map of values: named arguments
+//   {height: 1.2}                    a value or a list of values: one argument without a name
+//   {not: {touching: {...}}}         an expression: operand (a map with one entry that is a map or list
+//   again) {all: [{...}, {...}]}            a list of expressions: operands
+bool IsExpression(const YamlValue& value) {
+  if (!value.is_map()) return false;
+  const std::vector<YamlValue> entries = value.Entries();
+  if (entries.size() != 1) return false;
+  if (entries[0].is_map()) return true;
+  if (!entries[0].is_list()) return false;
+  const std::vector<YamlValue> elements = entries[0].List();
+  return std::any_of(elements.begin(), elements.end(), [](const YamlValue& e) { return !e.is_scalar(); });
+}
+
+Expression::Argument ReadArgument(const YamlValue& value, const std::string& key) {
+  Expression::Argument argument{key, "", value.location()};
+  if (value.is_list()) {
+    for (const std::string& element : value.Texts()) {
+      argument.value += (argument.value.empty() ? "" : " ") + element;
+    }
+  } else {
+    argument.value = value.Text();
+  }
+  return argument;
+}
+
+Expression ReadExpression(const YamlValue& value) {
+  const std::vector<YamlValue> entries = value.is_map() ? value.Entries() : std::vector<YamlValue>();
+  if (entries.size() != 1) {
+    value.Fail("expected one expression such as {holding: {gripper: left, object: pot}}");
+  }
+  const YamlValue& body = entries[0];
+  Expression expression;
+  expression.name = body.key();
+  expression.location = body.location();
+  if (IsExpression(body)) {
+    expression.operands.push_back(ReadExpression(body));
+  } else if (body.is_map()) {
+    for (const YamlValue& entry : body.Entries()) {
+      expression.arguments.push_back(ReadArgument(entry, entry.key()));
+    }
+  } else if (body.is_list() && !body.List().empty() && !body.List()[0].is_scalar()) {
+    for (const YamlValue& element : body.List()) expression.operands.push_back(ReadExpression(element));
+  } else {
+    expression.arguments.push_back(ReadArgument(body, ""));
+  }
+  return expression;
+}
+
+// {name: expression, ...}, or a single expression without a name.
+std::vector<NamedExpression> ReadNamedExpressions(const YamlValue& value) {
+  const std::vector<YamlValue> entries = value.Entries();
+  if (entries.size() == 1 && !IsExpression(entries[0])) return {{"", ReadExpression(value)}};
+  std::vector<NamedExpression> result;
+  for (const YamlValue& entry : entries) result.push_back({entry.key(), ReadExpression(entry)});
+  return result;
+}
+
+std::filesystem::path FileIn(const YamlValue& value, const std::filesystem::path& folder, bool check_files) {
+  const std::filesystem::path file = (folder / value.Text()).lexically_normal();
+  if (check_files && !std::filesystem::is_regular_file(file))
+    value.Fail("file " + file.string() + " does not exist");
+  return file;
+}
+
+std::string PartName(const YamlValue& value, const TaskDescription& task) {
+  std::vector<std::string> names;
+  for (const ScenePart& part : task.parts) names.push_back(part.name);
+  const std::string name = value.Text();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    value.Fail("no part of the scene is called '" + name + "'" + Suggestion(name, names));
+  }
+  return name;
+}
+
+std::vector<std::string> PartNames(const YamlValue& value, const TaskDescription& task) {
+  std::vector<std::string> names;
+  for (const YamlValue& element : value.List()) {
+    const std::string name = PartName(element, task);
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      element.Fail("'" + name + "' given twice");
+    names.push_back(name);
+  }
+  return names;
+}
+
+Randomisation ReadRandomisation(const YamlValue& value, const TaskDescription& task) {
+  const YamlMap kind(value, {}, {"spawn_box", "spawn_plane", "spawn_yaw"});
+  if (value.Entries().size() != 1) value.Fail("expected one of spawn_box, spawn_plane, spawn_yaw");
+  if (const YamlValue* box = kind.Find("spawn_box")) {
+    const YamlMap map(*box, {"object", "center_m", "half_extents_m"}, {"min_distance_m"});
+    SpawnBox spawn;
+    spawn.object = PartName(map["object"], task);
+    spawn.center = map["center_m"].Vector<2>();
+    spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
+    if (const YamlValue* distance = map.Find("min_distance_m"))
+      spawn.min_distance = distance->Number(kNotNegative);
+    return spawn;
+  }
+  if (const YamlValue* plane = kind.Find("spawn_plane")) {
+    const YamlMap map(*plane, {"objects", "origin_m", "half_extents_m", "spacing_m"}, {"jitter_m"});
+    SpawnPlane spawn;
+    spawn.objects = PartNames(map["objects"], task);
+    spawn.origin = map["origin_m"].Vector<3>();
+    spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
+    spawn.spacing = map["spacing_m"].Number(kPositive);
+    if (const YamlValue* jitter = map.Find("jitter_m")) spawn.jitter = jitter->Vector<3>(kNotNegative);
+    return spawn;
+  }
+  const YamlValue& yaw = *kind.Find("spawn_yaw");
+  const YamlMap map(yaw, {"object"}, {"bound_deg", "bound_rad"});
+  SpawnYaw spawn;
+  spawn.object = PartName(map["object"], task);
+  const std::optional<double> bound = map.Angle("bound", {.min = 0, .max = 180});
+  if (!bound) yaw.Fail("expected 'bound_deg' or 'bound_rad'");
+  spawn.bound = *bound;
+  return spawn;
+}
+
+MetricsOptions ReadMetrics(const YamlValue& value) {
+  const YamlMap map(
+      value, {},
+      {"track_vel_sync", "track_vertical_sync", "track_slippage", "track_collisions", "track_cartesian_jerk",
+       "track_joint_jerk", "track_cartesian_path_length", "track_joint_path_length",
+       "track_orientation_path_length", "slip_sample_window_ticks", "collision_sample_window_ticks"});
+  MetricsOptions options;
+  const auto read_bool = [&map](const char* key, bool* target) {
+    if (const YamlValue* found = map.Find(key)) *target = found->Bool();
+  };
+  read_bool("track_vel_sync", &options.track_vel_sync);
+  read_bool("track_vertical_sync", &options.track_vertical_sync);
+  read_bool("track_slippage", &options.track_slippage);
+  read_bool("track_collisions", &options.track_collisions);
+  read_bool("track_cartesian_jerk", &options.track_cartesian_jerk);
+  read_bool("track_joint_jerk", &options.track_joint_jerk);
+  read_bool("track_cartesian_path_length", &options.track_cartesian_path_length);
+  read_bool("track_joint_path_length", &options.track_joint_path_length);
+  read_bool("track_orientation_path_length", &options.track_orientation_path_length);
+  if (const YamlValue* found = map.Find("slip_sample_window_ticks")) {
+    options.slip_sample_window = found->Integer(1);
+  }
+  if (const YamlValue* found = map.Find("collision_sample_window_ticks")) {
+    options.collision_sample_window = found->Integer(1);
+  }
+  return options;
+}
+
+void ReadScene(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
+               TaskDescription* task) {
+  const YamlMap map(value, {"base", "parts"});
+  task->scene_file = FileIn(map["base"], folder, check_files);
+  for (const YamlValue& entry : map["parts"].List()) {
+    const YamlMap part_map(entry, {"name", "model", "pose"}, {"free"});
+    ScenePart part;
+    part.name = part_map["name"].Name();
+    for (const ScenePart& other : task->parts) {
+      if (other.name == part.name) part_map["name"].Fail("another part is called '" + part.name + "'");
+    }
+    if (part.name == "world") part_map["name"].Fail("'world' is the world itself; choose another name");
+    part.model_file = FileIn(part_map["model"], folder, check_files);
+    part.pose = ReadPose(part_map["pose"]);
+    if (const YamlValue* free = part_map.Find("free")) part.free = free->Bool();
+    part.location = entry.location();
+    task->parts.push_back(std::move(part));
+  }
+}
+
+void ReadVariations(const YamlValue& value, TaskDescription* task) {
+  for (const YamlValue& entry : value.Entries()) {
+    const YamlMap map(entry, {}, {"alias", "randomise"});
+    Variation variation;
+    variation.name = entry.key();
+    if (const YamlValue* alias = map.Find("alias")) variation.alias = alias->Name();
+    if (const YamlValue* randomise = map.Find("randomise")) {
+      for (const YamlValue& element : randomise->List()) {
+        variation.randomisations.push_back(ReadRandomisation(element, *task));
+      }
+    }
+    task->variations.push_back(std::move(variation));
+  }
+  if (task->variations.empty()) value.Fail("expected at least one variation, such as base: {}");
+}
+
+std::vector<std::string> VariationNames(const TaskDescription& task) {
+  std::vector<std::string> names;
+  for (const Variation& variation : task.variations) names.push_back(variation.name);
+  return names;
+}
+
+}  // namespace
+
+const Variation& TaskDescription::variation(const std::string& wanted) const {
+  for (const Variation& candidate : variations) {
+    if (candidate.name == wanted) return candidate;
+  }
+  throw InputError("task " + name + " has no variation '" + wanted + "'" +
+                   Suggestion(wanted, VariationNames(*this)));
+}
+
+TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files) {
+  const YamlMap map(
+      ParseYaml(text, file.string()),
+      {"name", "title", "robot", "time_limit_s", "scene", "objects", "variations", "stages", "success"},
+      {"metrics", "failure", "target_distance", "pose_error"});
+  TaskDescription task;
+  task.file = std::filesystem::absolute(file).lexically_normal();
+  task.text = text;
+  const std::filesystem::path folder = task.file.parent_path();
+
+  task.name = map["name"].Name();
+  task.title = map["title"].Text();
+  const YamlMap robot(map["robot"], {"file"}, {"base"});
+  task.robot_file = FileIn(robot["file"], folder, check_files);
+  if (const YamlValue* base = robot.Find("base")) task.robot_base = ReadPose(*base);
+  task.time_limit = map["time_limit_s"].Number(kPositive);
+  ReadScene(map["scene"], folder, check_files, &task);
+  task.objects = PartNames(map["objects"], task);
+  ReadVariations(map["variations"], &task);
+
+  if (const YamlValue* metrics = map.Find("metrics")) task.metrics = ReadMetrics(*metrics);
+  for (const YamlValue& entry : map["stages"].List()) {
+    const YamlMap stage(entry, {"name", "when"});
+    const std::string name = stage["name"].Name();
+    for (const Stage& other : task.stages) {
+      if (other.name == name) stage["name"].Fail("another stage is called '" + name + "'");
+    }
+    task.stages.push_back({static_cast<int>(task.stages.size()) + 1, name, ReadExpression(stage["when"])});
+  }
+  task.success = ReadExpression(map["success"]);
+  if (const YamlValue* failure = map.Find("failure")) task.failure = ReadExpression(*failure);
+  if (const YamlValue* distance = map.Find("target_distance"))
+    task.target_distance = ReadNamedExpressions(*distance);
+  if (const YamlValue* error = map.Find("pose_error")) task.pose_error = ReadNamedExpressions(*error);
+  return task;
+}
+
+TaskDescription LoadTask(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  if (!stream || std::filesystem::is_directory(file)) {
+    throw InputError(file.string() + ": cannot read the task description");
+  }
+  return ParseTask(text.str(), file, true);
+}
+
+TaskSelection FindTask(const std::string& name) {
+  // A file, with or without a variation after it.
+  for (const std::string extension : {".yaml", ".yml"}) {
+    const size_t dot = name.rfind(extension);
+    if (dot == std::string::npos) continue;
+    const size_t end = dot + extension.size();
+    if (end != name.size() && name[end] != '/') continue;
+    TaskDescription task = LoadTask(name.substr(0, end));
+    const std::string variation = end == name.size() ? task.variations[0].name : name.substr(end + 1);
+    task.variation(variation);
+    return {std::move(task), variation};
+  }
+
+  const size_t slash = name.find('/');
+  const std::string task_name = name.substr(0, slash);
+  std::vector<std::string> known;
+  for (TaskDescription& task : AllTasks()) {
+    if (task.name == task_name) {
+      const std::string variation =
+          slash == std::string::npos ? task.variations[0].name : name.substr(slash + 1);
+      task.variation(variation);
+      return {std::move(task), variation};
+    }
+    for (const Variation& variation : task.variations) {
+      if (variation.alias == name) return {task, variation.name};
+      known.push_back(task.name + "/" + variation.name);
+      if (!variation.alias.empty()) known.push_back(variation.alias);
+    }
+    known.push_back(task.name);
+  }
+
+  const std::string nearest = NearestName(name, known);
+  std::string message = "unknown task '" + name + "'";
+  if (!nearest.empty()) {
+    message += "; did you mean '" + nearest + "'?";
+  } else {
+    message += "; there are ";
+    std::string list;
+    for (const TaskDescription& task : AllTasks()) list += (list.empty() ? "" : ", ") + task.name;
+    message += list.empty() ? "none in " + (ModelsFolder() / "tasks").string() : list;
+  }
+  throw InputError(message);
+}
+
+std::vector<TaskDescription> AllTasks() {
+  const std::filesystem::path folder = ModelsFolder() / "tasks";
+  if (!std::filesystem::is_directory(folder)) {
+    throw InputError("no folder " + folder.string() +
+                     "; EVALBUS_MODELS must name a folder with tasks/, robots/, props/");
+  }
+  std::vector<TaskDescription> tasks;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".yaml") tasks.push_back(LoadTask(entry.path()));
+  }
+  std::sort(tasks.begin(), tasks.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return tasks;
+}
+
+std::filesystem::path ModelsFolder() {
+  const char* folder = std::getenv("EVALBUS_MODELS");
+  return folder && *folder ? std::filesystem::path(folder) : std::filesystem::path(EVALBUS_MODELS_FOLDER);
+}
+
+}  // namespace evalbus

@@ -1,0 +1,280 @@
+#include "models/yaml_reader.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <sstream>
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+std::string Format(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+std::string Describe(NumberRange range) {
+  const bool has_min = std::isfinite(range.min), has_max = std::isfinite(range.max);
+  if (has_min && has_max) {
+    return "a number in " + std::string(range.open_min ? "(" : "[") + Format(range.min) + ", " +
+           Format(range.max) + "]";
+  }
+  if (has_min) return std::string("a number ") + (range.open_min ? "> " : ">= ") + Format(range.min);
+  if (has_max) return "a number <= " + Format(range.max);
+  return "a number";
+}
+
+// The whole of `text` as a T.
+template <typename T>
+std::optional<T> Parse(const std::string& text) {
+  T value{};
+  const char* first = text.data();
+  const char* last = first + text.size();
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++first;
+  const auto [end, error] = std::from_chars(first, last, value);
+  if (error != std::errc() || end != last) return std::nullopt;
+  return value;
+}
+
+// Aliases can make a document endless or huge: `&a [*a]`.
+void CheckSize(const YAML::Node& node, const std::string& file, int depth, int* count) {
+  if (depth > 50 || ++*count > 100000) {
+    throw InputError(file + ":" + std::to_string(std::max(node.Mark().line, 0) + 1) +
+                     ": too deeply nested or too long");
+  }
+  for (const auto& entry : node) {
+    if (node.IsMap()) {
+      CheckSize(entry.first, file, depth + 1, count);
+      CheckSize(entry.second, file, depth + 1, count);
+    } else {
+      CheckSize(entry, file, depth + 1, count);
+    }
+  }
+}
+
+size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (size_t i = 1; i <= a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t change = diagonal + (std::tolower(a[i - 1]) != std::tolower(b[j - 1]));
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, change});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+YamlValue::YamlValue(YAML::Node node, std::string file, std::string key)
+    : node_(std::move(node)), file_(std::move(file)), key_(std::move(key)) {}
+
+SourceLocation YamlValue::location() const {
+  const int line = key_line_ >= 0 ? key_line_ : node_.Mark().line;
+  return {file_, std::max(line, 0) + 1};
+}
+
+void YamlValue::Fail(const std::string& message) const {
+  throw InputError(location().ToString() + ": " + (key_.empty() ? "" : "key '" + key_ + "': ") + message);
+}
+
+std::string YamlValue::Shown() const {
+  if (node_.IsScalar()) return "'" + node_.Scalar() + "'";
+  if (node_.IsSequence()) return "a list";
+  if (node_.IsMap()) return "a map";
+  return "nothing";
+}
+
+std::string YamlValue::Text() const {
+  if (!node_.IsScalar() || node_.Scalar().empty()) Fail("expected text, got " + Shown());
+  return node_.Scalar();
+}
+
+std::string YamlValue::Name() const {
+  const std::string text = node_.IsScalar() ? node_.Scalar() : "";
+  const bool valid =
+      !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) &&
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
+  if (!valid) Fail("expected a name of letters, digits and underscores, got " + Shown());
+  return text;
+}
+
+bool YamlValue::Bool() const {
+  const std::string text = node_.IsScalar() ? node_.Scalar() : "";
+  if (text != "true" && text != "false") Fail("expected true or false, got " + Shown());
+  return text == "true";
+}
+
+double YamlValue::Number(NumberRange range) const {
+  // A quoted scalar has the tag "!".
+  const auto value = node_.IsScalar() && node_.Tag() != "!" ? Parse<double>(node_.Scalar()) : std::nullopt;
+  const bool in_range = value && std::isfinite(*value) && *value <= range.max &&
+                        (range.open_min ? *value > range.min : *value >= range.min);
+  if (!in_range) Fail("expected " + Describe(range) + ", got " + Shown());
+  return *value;
+}
+
+int YamlValue::Integer(int min, int max) const {
+  const auto value = node_.IsScalar() && node_.Tag() != "!" ? Parse<int>(node_.Scalar()) : std::nullopt;
+  if (!value || *value < min || *value > max) {
+    const bool bounded = max != std::numeric_limits<int>::max();
+    Fail("expected a whole number " +
+         (bounded ? "from " + std::to_string(min) + " to " + std::to_string(max)
+                  : ">= " + std::to_string(min)) +
+         ", got " + Shown());
+  }
+  return *value;
+}
+
+std::vector<YamlValue> YamlValue::List() const {
+  if (!node_.IsSequence()) Fail("expected a list, got " + Shown());
+  std::vector<YamlValue> result;
+  for (size_t i = 0; i < node_.size(); ++i) {
+    const YAML::Node& element = node_;
+    result.emplace_back(element[i], file_, key_ + "[" + std::to_string(i) + "]");
+  }
+  return result;
+}
+
+std::vector<std::string> YamlValue::Texts() const {
+  std::vector<std::string> result;
+  for (const YamlValue& element : List()) result.push_back(element.Text());
+  return result;
+}
+
+std::vector<double> YamlValue::Numbers(size_t size, NumberRange range) const {
+  if (!node_.IsSequence() || (size != 0 && node_.size() != size)) {
+    Fail("expected a list of " + (size != 0 ? std::to_string(size) + " " : "") + "numbers, got " +
+         (node_.IsSequence() ? std::to_string(node_.size()) : Shown()));
+  }
+  std::vector<double> result;
+  for (const YamlValue& element : List()) result.push_back(element.Number(range));
+  return result;
+}
+
+std::vector<YamlValue> YamlValue::Entries() const {
+  if (!node_.IsMap()) Fail("expected a map, got " + Shown());
+  std::vector<YamlValue> result;
+  std::vector<YamlValue> merged;
+  std::map<std::string, int> line_of;
+  for (const auto& entry : node_) {
+    YamlValue value(entry.second, file_, entry.first.IsScalar() ? entry.first.Scalar() : "");
+    value.key_line_ = entry.first.Mark().line;
+    if (value.key_.empty()) value.Fail("expected a key that is plain text");
+    const auto [first, is_new] = line_of.emplace(value.key_, value.key_line_);
+    if (!is_new) value.Fail("given twice, first in line " + std::to_string(first->second + 1));
+    if (value.key_ == "<<") {
+      merged = value.Entries();
+    } else {
+      result.push_back(value);
+    }
+  }
+  // What the map itself says goes before what it takes over from an anchor.
+  for (const YamlValue& value : merged) {
+    if (!line_of.contains(value.key())) result.push_back(value);
+  }
+  return result;
+}
+
+YamlMap::YamlMap(const YamlValue& value, std::initializer_list<const char*> required,
+                 std::initializer_list<const char*> optional)
+    : value_(value) {
+  std::vector<std::string> known(required.begin(), required.end());
+  known.insert(known.end(), optional.begin(), optional.end());
+  for (const YamlValue& entry : value.Entries()) {
+    if (std::find(known.begin(), known.end(), entry.key()) == known.end()) {
+      entry.Fail("not a key here" + Suggestion(entry.key(), known));
+    }
+    entries_.emplace(entry.key(), entry);
+  }
+  for (const char* key : required) {
+    if (!entries_.contains(key)) {
+      throw InputError(value.location().ToString() + ": key '" + key + "': required here, but missing" +
+                       (value.key().empty() ? "" : " in '" + value.key() + "'"));
+    }
+  }
+}
+
+const YamlValue& YamlMap::operator[](const std::string& key) const { return entries_.at(key); }
+
+const YamlValue* YamlMap::Find(const std::string& key) const {
+  const auto found = entries_.find(key);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+std::optional<double> YamlMap::Angle(const std::string& stem, NumberRange range_deg) const {
+  constexpr double kRadPerDeg = std::numbers::pi / 180;
+  const YamlValue* deg = Find(stem + "_deg");
+  const YamlValue* rad = Find(stem + "_rad");
+  if (deg && rad) rad->Fail("give either this or '" + stem + "_deg'");
+  if (deg) return deg->Number(range_deg) * kRadPerDeg;
+  NumberRange range_rad = range_deg;
+  range_rad.min *= kRadPerDeg;
+  range_rad.max *= kRadPerDeg;
+  if (rad) return rad->Number(range_rad);
+  return std::nullopt;
+}
+
+YamlValue ParseYaml(const std::string& text, const std::string& file) {
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() != 1) {
+      throw InputError(file + ":1: expected one YAML document, got " + std::to_string(documents.size()));
+    }
+    int count = 0;
+    CheckSize(documents[0], file, 0, &count);
+    return YamlValue(documents[0], file, "");
+  } catch (const YAML::Exception& error) {
+    throw InputError(file + ":" + std::to_string(error.mark.line + 1) + ": not valid YAML: " + error.msg);
+  }
+}
+
+Pose ReadPose(const YamlValue& value) {
+  const YamlMap map(value, {"position_m"}, {"quaternion_wxyz", "yaw_deg", "yaw_rad"});
+  Pose pose;
+  pose.position = map["position_m"].Vector<3>();
+  const std::optional<double> yaw = map.Angle("yaw");
+  if (yaw) pose.quaternion = {std::cos(*yaw / 2), 0, 0, std::sin(*yaw / 2)};
+  if (const YamlValue* quaternion = map.Find("quaternion_wxyz")) {
+    if (yaw) quaternion->Fail("give either this or a yaw");
+    pose.quaternion = quaternion->Vector<4>();
+    double norm = 0;
+    for (double x : pose.quaternion) norm += x * x;
+    norm = std::sqrt(norm);
+    // Four written digits are enough; more is a typing error.
+    if (std::abs(norm - 1) > 1e-3) quaternion->Fail("expected a unit quaternion, got norm " + Format(norm));
+    for (double& x : pose.quaternion) x /= norm;
+  }
+  return pose;
+}
+
+std::string NearestName(const std::string& name, const std::vector<std::string>& candidates) {
+  std::string nearest;
+  size_t least = std::max<size_t>(1, name.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const size_t distance = EditDistance(name, candidate);
+    if (distance < least) {
+      least = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates) {
+  const std::string nearest = NearestName(name, candidates);
+  if (!nearest.empty()) return "; did you mean '" + nearest + "'?";
+  std::string list;
+  for (const std::string& candidate : candidates) list += (list.empty() ? "" : ", ") + candidate;
+  return list.empty() ? "" : "; expected one of " + list;
+}
+
+}  // namespace evalbus

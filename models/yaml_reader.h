@@ -1,0 +1,108 @@
+// Checked reading of YAML. Whatever is wrong is an InputError of one line:
+//   lift_pot.yaml:12: key 'time_limit_s': expected a number > 0, got 'soon'
+// Unknown and duplicate keys are errors. Anchors and aliases work, and so does `<<: *anchor` in a map.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <initializer_list>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "models/pose.h"
+#include "models/source_location.h"
+
+namespace evalbus {
+
+// Values a number may have; finite in any case.
+struct NumberRange {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  // min itself is not allowed.
+  bool open_min = false;
+};
+inline constexpr NumberRange kAnyNumber{};
+inline constexpr NumberRange kPositive{.min = 0, .open_min = true};
+inline constexpr NumberRange kNotNegative{.min = 0};
+
+// One value of a file, with the key it stands under.
+class YamlValue {
+ public:
+  YamlValue(YAML::Node node, std::string file, std::string key);
+
+  // Line 1 when the text is empty.
+  SourceLocation location() const;
+  const std::string& key() const { return key_; }
+  bool is_scalar() const { return node_.IsScalar(); }
+  bool is_list() const { return node_.IsSequence(); }
+  bool is_map() const { return node_.IsMap(); }
+
+  // A scalar that is not empty.
+  std::string Text() const;
+  // Letters, digits and underscores, starting with a letter.
+  std::string Name() const;
+  bool Bool() const;
+  double Number(NumberRange range = kAnyNumber) const;
+  int Integer(int min, int max = std::numeric_limits<int>::max()) const;
+  std::vector<YamlValue> List() const;
+  std::vector<std::string> Texts() const;
+  // size 0: any number of elements.
+  std::vector<double> Numbers(size_t size = 0, NumberRange range = kAnyNumber) const;
+  template <size_t N>
+  std::array<double, N> Vector(NumberRange range = kAnyNumber) const {
+    std::array<double, N> result{};
+    const std::vector<double> numbers = Numbers(N, range);
+    for (size_t i = 0; i < N; ++i) result[i] = numbers[i];
+    return result;
+  }
+  // Key and value of each entry in file order.
+  std::vector<YamlValue> Entries() const;
+
+  // Throws "file:line: key 'k': message".
+  [[noreturn]] void Fail(const std::string& message) const;
+
+ private:
+  friend class YamlMap;
+  std::string Shown() const;
+
+  YAML::Node node_;
+  std::string file_;
+  std::string key_;
+  // Line of the key in its map; -1: of the value.
+  int key_line_ = -1;
+};
+
+// A map whose keys are all known.
+class YamlMap {
+ public:
+  YamlMap(const YamlValue& value, std::initializer_list<const char*> required,
+          std::initializer_list<const char*> optional = {});
+
+  // A required key.
+  const YamlValue& operator[](const std::string& key) const;
+  // An optional key; null when absent.
+  const YamlValue* Find(const std::string& key) const;
+  // An angle given as either <stem>_deg or <stem>_rad, in rad; both keys must be among the optional ones.
+  std::optional<double> Angle(const std::string& stem, NumberRange range_deg = kAnyNumber) const;
+  const YamlValue& value() const { return value_; }
+
+ private:
+  YamlValue value_;
+  std::map<std::string, YamlValue> entries_;
+};
+
+// Reads a whole document. `file` only names it in messages.
+YamlValue ParseYaml(const std::string& text, const std::string& file);
+
+// {position_m: [x, y, z], and at most one of quaternion_wxyz, yaw_deg, yaw_rad}.
+Pose ReadPose(const YamlValue& value);
+
+// The candidate that `name` is most likely a misspelling of, or empty.
+std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
+// "; did you mean 'x'?" when there is such a candidate, else "; expected one of a, b, c".
+std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates);
+
+}  // namespace evalbus
