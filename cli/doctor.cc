@@ -10,7 +10,7 @@
 #include "bus/bus.h"
 #include "cli/network.h"
 #include "cli/processes.h"
-#include "evalbus/version.h"
+#include "cli/version.h"
 #include "models/task_description.h"
 
 namespace evalbus {

@@ -6,7 +6,7 @@
 #include "bus/errors.h"
 #include "cli/doctor.h"
 #include "cli/run_command.h"
-#include "evalbus/version.h"
+#include "cli/version.h"
 #include "metrics/score_file.h"
 
 int main(int argc, char** argv) {

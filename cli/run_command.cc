@@ -14,7 +14,7 @@
 #include "cli/processes.h"
 #include "cli/run_controller.h"
 #include "cli/run_folder.h"
-#include "evalbus/version.h"
+#include "cli/version.h"
 #include "metrics/collision/collision_component.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"

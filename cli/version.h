@@ -1,0 +1,11 @@
+// What made a result: filled in at build time (cmake/version.cmake).
+#pragma once
+
+namespace evalbus {
+
+extern const char kVersion[];
+// Commit the program was built from, "unknown" outside a git checkout; dirty = with uncommitted changes.
+extern const char kGitCommit[];
+extern const bool kGitDirty;
+
+}  // namespace evalbus

@@ -1,0 +1,68 @@
+# Sourced by ./run and ./test: installs missing Debian packages and configures the build. Sets `root` (the source
+# folder) and `build`; targets are built with `build_targets NAME...`.
+
+root=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
+build=$root/build
+
+packages=(
+  g++ cmake ninja-build ccache git
+  liblcm-dev liblcm-bin libmujoco-dev libfcl-dev libeigen3-dev libyaml-cpp-dev libtinyxml2-dev libssl-dev
+  nlohmann-json3-dev libcli11-dev libfmt-dev libgtest-dev libbenchmark-dev
+  iproute2
+)
+
+say() { printf '%s\n' "$*" >&2; }
+
+install_missing() {
+  local missing
+  missing=$(dpkg-query -W -f '${Package} ${db:Status-Abbrev}\n' "${packages[@]}" 2>/dev/null |
+    awk -v all="${packages[*]}" '$2 == "ii" { have[$1] = 1 }
+      END { n = split(all, p, " "); for (i = 1; i <= n; i++) if (!(p[i] in have)) print p[i] }' | xargs)
+  [ -z "$missing" ] && return
+  local as_root=()
+  if [ "$(id -u)" != 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      say "error: these packages are missing, and installing them needs root: apt-get install $missing"
+      exit 2
+    fi
+    as_root=(sudo)
+  fi
+  say "installing with apt: $missing"
+  local log
+  log=$(mktemp)
+  # The package list is fetched only when it must be: on a new machine, or when it is out of date.
+  if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $missing \
+      >"$log" 2>&1; then
+    "${as_root[@]}" apt-get update -qq >>"$log" 2>&1 || true
+    if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $missing \
+        >>"$log" 2>&1; then
+      tail -n 20 "$log" >&2
+      say "error: apt could not install: $missing (whole log: $log)"
+      exit 2
+    fi
+  fi
+  rm -f "$log"
+}
+
+build_targets() {
+  local log=$build/build.log
+  if [ ! -f "$build/build.ninja" ]; then
+    say "configuring in $build"
+    mkdir -p "$build"
+    if ! (cd "$root" && cmake --preset release) >"$log" 2>&1; then
+      tail -n 30 "$log" >&2
+      exit 2
+    fi
+  fi
+  # Silent when there is nothing to do, a moving line on a terminal, a line at the end otherwise.
+  if ninja -C "$build" -n "$@" 2>/dev/null | grep -q '\[.*\] Building\|\[.*\] Re-running'; then
+    say "building (a few minutes the first time)"
+  fi
+  if [ -t 2 ]; then
+    ninja -C "$build" --quiet "$@" >&2 || exit 2
+  else
+    ninja -C "$build" "$@" >"$log" 2>&1 || { tail -n 60 "$log" >&2; exit 2; }
+  fi
+}
+
+install_missing
