@@ -11,6 +11,7 @@
 #include "bus/errors.h"
 #include "metrics/collision/closed_forms.h"
 #include "metrics/collision/pair_filter.h"
+#include "metrics/collision/penetration.h"
 
 // The only file that pays for compiling FCL's headers.
 #include <fcl/geometry/shape/box.h>
@@ -110,10 +111,6 @@ std::shared_ptr<fcl::Convexd> MakeHull(const mjModel& m, int mesh, const std::st
   return std::make_shared<fcl::Convexd>(corners, num_faces, faces);
 }
 
-bool IsRound(const Shape& shape) {
-  return shape.kind == Shape::Kind::kSphere || shape.kind == Shape::Kind::kCapsule;
-}
-
 Pair MakePair(int a, int b, const Shape& shape_a, const Shape& shape_b) {
   if (shape_a.kind == Shape::Kind::kPlane) return {a, b, Method::kPlaneShape, false};
   if (shape_b.kind == Shape::Kind::kPlane) return {a, b, Method::kPlaneShape, true};
@@ -135,6 +132,7 @@ struct CollisionChecker::Impl {
   std::vector<Pair> clearance_pairs;
   std::vector<std::pair<double, int>> queue;
   std::vector<contact_t> contacts;
+  fcl::CollisionRequestd overlap_request;
   fcl::CollisionRequestd contact_request;
   fcl::DistanceRequestd distance_request;
   fcl::CollisionResultd contact_result;
@@ -237,7 +235,15 @@ bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Prox
   if (pair.method == Method::kFcl) {
     contact_result.clear();
     if (fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
-                     contact_request, contact_result) > 0) {
+                     overlap_request, contact_result) > 0) {
+      if (const std::optional<Proximity> deep = Penetration(first.shape, second.shape)) {
+        *result = *deep;
+        return true;
+      }
+      // Only the growth overlaps, or hardly more: FCL's rough estimate is good enough.
+      contact_result.clear();
+      fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
+                   contact_request, contact_result);
       const fcl::Contactd& contact = contact_result.getContact(0);
       result->distance = 2 * kGrowth - contact.penetration_depth;
       result->point = contact.pos;

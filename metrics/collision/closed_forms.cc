@@ -11,54 +11,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Directions this close to perpendicular count as perpendicular when a contact point is chosen (never for
-// distances).
-constexpr double kFlat = 1e-9;
-
-double Side(double direction) { return direction > kFlat ? 1 : direction < -kFlat ? -1 : 0; }
-
 // Half of the vector from one end of a capsule's or sphere's axis to the other.
 Vector3d HalfAxis(const Shape& shape) {
   if (shape.kind == Shape::Kind::kSphere) return Vector3d::Zero();
   return shape.size[1] * shape.rotation.col(2);
-}
-
-// Farthest point of the shape in direction `u` (local frame, unit length); the centre of the farthest feature
-// on a tie.
-Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
-  const Vector3d& s = shape.size;
-  switch (shape.kind) {
-    case Shape::Kind::kSphere:
-      return s[0] * u;
-    case Shape::Kind::kCapsule:
-      return s[0] * u + Vector3d(0, 0, Side(u[2]) * s[1]);
-    case Shape::Kind::kEllipsoid: {
-      const Vector3d scaled = s.cwiseProduct(u);
-      return s.cwiseProduct(scaled) / scaled.norm();
-    }
-    case Shape::Kind::kCylinder: {
-      const double radial = std::hypot(u[0], u[1]);
-      const double scale = radial > kFlat ? s[0] / radial : 0;
-      return {scale * u[0], scale * u[1], Side(u[2]) * s[1]};
-    }
-    case Shape::Kind::kBox:
-      return {Side(u[0]) * s[0], Side(u[1]) * s[1], Side(u[2]) * s[2]};
-    case Shape::Kind::kMesh: {
-      double farthest = -std::numeric_limits<double>::infinity();
-      for (const Vector3d& corner : shape.corners) farthest = std::max(farthest, corner.dot(u));
-      Vector3d sum = Vector3d::Zero();
-      int count = 0;
-      for (const Vector3d& corner : shape.corners) {
-        if (corner.dot(u) < farthest - kFlat) continue;
-        sum += corner;
-        ++count;
-      }
-      return sum / count;
-    }
-    case Shape::Kind::kPlane:
-      break;
-  }
-  return Vector3d::Zero();
 }
 
 // Some unit vector perpendicular to u; the same for the same u.

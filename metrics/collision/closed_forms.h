@@ -3,35 +3,9 @@
 // other pairs. All poses are in the world frame, lengths in metres.
 #pragma once
 
-#include <Eigen/Core>
-#include <vector>
+#include "metrics/collision/shape.h"
 
 namespace evalbus {
-
-// One shape in the world. The axis of capsules and cylinders is the local z axis.
-struct Shape {
-  enum class Kind { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox, kMesh };
-
-  Kind kind = Kind::kSphere;
-  // Sphere: radius. Capsule and cylinder: radius, half length (of the segment). Ellipsoid: semi-axes. Box:
-  // half extents.
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();
-  // Corners of a mesh's convex hull, local frame.
-  std::vector<Eigen::Vector3d> corners;
-  // Pose in the world.
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-};
-
-// Nearest or deepest place of a pair.
-struct Proximity {
-  // Negative in penetration: how far the shapes must move along the normal to touch.
-  double distance = 0;
-  // Midway between the two surfaces, along the normal.
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  // Unit vector from the first shape to the second.
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-};
 
 // The plane fills everything below its local z = 0. Where a whole face or edge is equally deep, its centre is
 // taken.
