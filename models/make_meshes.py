@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
-"""Makes the visual meshes of the Panda arm, its hand and the pot (OBJ, metres, smooth normals). Standard library only.
+"""Makes the visual meshes of the Panda arm, its hand and the pot (OBJ, metres, smooth normals) and the counter's oak
+texture. Standard library only.
 
 Shells are signed distance functions (negative inside), blended smoothly and turned into triangles by surface nets; turned
-and swept parts are built directly. Run it from anywhere; it overwrites robots/panda/meshes and props/pot/meshes.
+and swept parts are built directly. Run it from anywhere; it overwrites robots/panda/meshes, props/pot/meshes and
+props/base_cabinet/oak.png.
 """
 import math
 import pathlib
+import random
+import struct
+import zlib
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -345,7 +350,7 @@ def wrist():
 
 def flange():
     """Link 7: a ring with the connector's bump towards the hand's long side, and the metal flange."""
-    ring = cylinder(2, (0, 0, 0.066), 0.024 - GAP, 0.045, 0.008)
+    ring = cylinder(2, (0, 0, 0.068), 0.026 - GAP, 0.045, 0.008)
     bump = tapered((0.026, 0.026, 0.062), (0.037, 0.037, 0.072), 0.022, 0.017)
     light = surface(blend(0.02, ring, bump), (-0.06, -0.06, 0.035), (0.075, 0.075, 0.1), 0.01)
     metal = [(0.0315, 0.08), (0.0315, 0.107), None, (0, 0.107)]
@@ -353,13 +358,12 @@ def flange():
 
 
 def hand():
-    body = box((0, 0, 0.046), (0.0305, 0.101, 0.0225), 0.017)
-    crown = box((0, 0, 0.035), (0.0295, 0.062, 0.032), 0.018)
-    collar = cylinder(2, (0, 0, 0.012), 0.012, 0.036, 0.003)
-    shell = blend(0.02, body, crown, collar)
-    cut = common(shell, half_space(2, 1, 0.064))
-    light = surface(cut, (-0.05, -0.115, -0.01), (0.05, 0.115, 0.075), 0.0105)
-    return light, surface(box((0, 0, 0.0625), (0.0125, 0.088, 0.0045), 0.002), (-0.025, -0.1, 0.05), (0.025, 0.1, 0.075), 0.011)
+    bar = box((0, 0, 0.046), (0.0305, 0.1015, 0.0205), 0.011)
+    crown = box((0, 0, 0.038), (0.029, 0.062, 0.032), 0.016)
+    collar = cylinder(2, (0, 0, 0.012), 0.012, 0.04, 0.003)
+    shell = blend(0.014, bar, crown, collar)
+    cut = common(shell, half_space(2, 1, 0.0635))
+    return surface(cut, (-0.05, -0.115, -0.01), (0.05, 0.115, 0.075), 0.0092, shell)
 
 
 def finger():
@@ -405,17 +409,45 @@ def pot_brackets():
     return joined(*plates)
 
 
+# ---- counter ---------------------------------------------------------------------------------------------------------
+def oak(size=256, staves=8):
+    """Tileable picture of glued oak staves that run along its rows."""
+    draw = random.Random(7)
+    rows = []
+    for stave in range(staves):
+        joints = sorted(draw.randrange(size) for _ in range(2))
+        tones = [draw.uniform(-0.07, 0.07) for _ in range(2)]
+        grain = [draw.uniform(-0.025, 0.025) for _ in range(size // staves)]
+        for y, line in enumerate(grain):
+            row = bytearray([0])
+            for x in range(size):
+                between = joints[0] <= x < joints[1]
+                shade = 1 + tones[between] + line + 0.012 * math.sin(2 * math.pi * (x / size * (2 + stave % 3) + 0.07 * y))
+                if y == 0 or x in joints:
+                    shade -= 0.09
+                row += bytes(int(max(0, min(255, c * shade))) for c in (203, 172, 132))
+            rows.append(bytes(row))
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"".join(rows), 9)) + chunk(b"IEND", b"")
+
+
 def main():
     panda = HERE / "robots/panda/meshes"
-    shells = {"base": base, "shoulder": shoulder, "elbow": elbow, "forearm": forearm, "wrist": wrist, "flange": flange, "hand": hand}
+    shells = {"base": base, "shoulder": shoulder, "elbow": elbow, "forearm": forearm, "wrist": wrist, "flange": flange}
     for name, make in shells.items():
         light, dark = make()
         write(panda / f"{name}_light.obj", light)
         write(panda / f"{name}_dark.obj", dark)
+    write(panda / "hand.obj", hand())
     write(panda / "finger.obj", finger())
     pot = HERE / "props/pot/meshes"
     write(pot / "body.obj", pot_body())
     write(pot / "handles.obj", joined(pot_handle(1), pot_handle(-1), pot_brackets()))
+    (HERE / "props/base_cabinet/oak.png").write_bytes(oak())
 
 
 if __name__ == "__main__":
