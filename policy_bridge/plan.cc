@@ -1,0 +1,216 @@
+#include "policy_bridge/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "policy_bridge/ik.h"
+#include "policy_bridge/min_jerk.h"
+
+namespace evalbus {
+namespace {
+
+constexpr double kKnotDistance = 0.04;  // m
+constexpr double kKnotTurn = 0.25;      // rad
+// A joint that turns farther than this from knot to knot has changed its branch.
+constexpr double kMaxKnotStep = 0.6;    // rad
+constexpr double kMinDuration = 0.3;    // s
+// Weight of the home posture against the last knot's where redundancy is spent.
+constexpr double kHomePull = 0.1;
+
+double Turn(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
+}
+
+Eigen::Isometry3d Between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double s) {
+  Eigen::Isometry3d pose;
+  pose.makeAffine();
+  pose.translation() = (1 - s) * a.translation() + s * b.translation();
+  pose.linear() =
+      Eigen::Quaterniond(a.linear()).slerp(s, Eigen::Quaterniond(b.linear())).normalized().toRotationMatrix();
+  return pose;
+}
+
+int NumKnots(double distance, double turn) {
+  return 1 + std::max(3, static_cast<int>(std::ceil(std::max(distance / kKnotDistance, turn / kKnotTurn))));
+}
+
+double MinDuration(double distance, double speed, double turn, double turn_rate) {
+  return std::max(kMinDuration, kMinJerkPeakRate * std::max(distance / speed, turn / turn_rate));
+}
+
+// Time that the path needs with no joint faster than `speed`.
+double JointDuration(const JointPath& path, double speed) {
+  double duration = 0;
+  const int samples = 4 * static_cast<int>(path.knots().size());
+  for (int i = 1; i < samples; ++i) {
+    const double t = static_cast<double>(i) / samples;
+    duration = std::max(duration, path.Slope(MinJerk(t)).cwiseAbs().maxCoeff() * MinJerkRate(t) / speed);
+  }
+  return duration;
+}
+
+}  // namespace
+
+Configuration Motion::At(double t) const {
+  const double s = duration > 0 ? MinJerk(t / duration) : 1;
+  Configuration now;
+  for (const JointPath& path : paths) now.joints.push_back(path.At(s));
+  for (size_t i = 0; i < closing_to.size(); ++i) {
+    now.closing.push_back((1 - s) * closing_from[i] + s * closing_to[i]);
+  }
+  return now;
+}
+
+PlanningContext::PlanningContext(const mjModel& model, const model_info_t& info, const MotionLimits& motion_limits)
+    : limits(motion_limits),
+      arms(MakeArms(model, info)),
+      home(HomeConfiguration(info)),
+      probe(model, info, motion_limits.clearance) {}
+
+Plan::Plan(PlanningContext* context, const Configuration& now, const state_t& state)
+    : context_(context), state_(&state), end_(now) {}
+
+Motion Plan::Rest() const {
+  Motion rest;
+  for (const JointVector& joints : end_.joints) rest.paths.emplace_back(std::vector<JointVector>{joints});
+  rest.closing_from = rest.closing_to = end_.closing;
+  return rest;
+}
+
+void Plan::Append(Motion motion, const Carried& carried) {
+  end_ = motion.At(motion.duration);
+  motions_.push_back(std::move(motion));
+  carried_.push_back(carried);
+}
+
+template <class GripAt>
+Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration, const GripAt& grip,
+                   const Carried& carried) {
+  Motion motion = Rest();
+  motion.duration = min_duration;
+  for (size_t i = 0; i < arms.size() && feasible_; ++i) {
+    const Arm& arm = context_->arms[arms[i]];
+    const Eigen::Isometry3d grip_to_wrist = arm.grip.inverse();
+    std::vector<JointVector> path{end_.joints[arms[i]]};
+    IkOptions options;
+    for (int k = 1; k < knots; ++k) {
+      options.posture = (1 - kHomePull) * path.back() + kHomePull * context_->home.joints[arms[i]];
+      const IkResult ik =
+          SolveIk(arm.chain, grip(i, static_cast<double>(k) / (knots - 1)) * grip_to_wrist, path.back(), options);
+      if (!ik.converged || (ik.joints - path.back()).cwiseAbs().maxCoeff() > kMaxKnotStep) {
+        feasible_ = false;
+        return *this;
+      }
+      path.push_back(ik.joints);
+    }
+    motion.paths[arms[i]] = JointPath(std::move(path));
+    motion.duration =
+        std::max(motion.duration, JointDuration(motion.paths[arms[i]], context_->limits.joint_speed));
+  }
+  if (feasible_) Append(std::move(motion), carried);
+  return *this;
+}
+
+Plan& Plan::Reach(const std::vector<GripGoal>& goals) {
+  if (!feasible_) return *this;
+  std::vector<int> arms;
+  std::vector<Eigen::Isometry3d> starts;
+  double distance = 0, turn = 0;
+  for (const GripGoal& goal : goals) {
+    arms.push_back(goal.arm);
+    starts.push_back(context_->arms[goal.arm].GripPose(end_.joints[goal.arm]));
+    distance = std::max(distance, (goal.pose.translation() - starts.back().translation()).norm());
+    turn = std::max(turn, Turn(starts.back(), goal.pose));
+  }
+  const MotionLimits& limits = context_->limits;
+  return Follow(
+      arms, NumKnots(distance, turn), MinDuration(distance, limits.grip_speed, turn, limits.grip_turn_rate),
+      [&](size_t i, double s) { return Between(starts[i], goals[i].pose, s); }, {});
+}
+
+Plan& Plan::GoHome(const std::vector<int>& arms) {
+  if (!feasible_) return *this;
+  Motion motion = Rest();
+  motion.duration = kMinDuration;
+  for (int arm : arms) {
+    motion.paths[arm] = JointPath({end_.joints[arm], context_->home.joints[arm]});
+    motion.duration = std::max(motion.duration, JointDuration(motion.paths[arm], context_->limits.joint_speed));
+  }
+  Append(std::move(motion), {});
+  return *this;
+}
+
+Plan& Plan::MoveGrippers(const std::vector<int>& grippers, double closing) {
+  if (!feasible_) return *this;
+  Motion motion = Rest();
+  motion.duration = context_->limits.gripper_time;
+  for (int gripper : grippers) motion.closing_to[gripper] = closing;
+  Append(std::move(motion), {});
+  return *this;
+}
+
+Plan& Plan::Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                  const std::vector<int>& arms) {
+  if (!feasible_) return *this;
+  std::vector<Eigen::Isometry3d> in_object;
+  double distance = 0;
+  for (int arm : arms) {
+    const Eigen::Isometry3d grip = context_->arms[arm].GripPose(end_.joints[arm]);
+    in_object.push_back(from.inverse() * grip);
+    distance = std::max(distance, ((to * in_object.back()).translation() - grip.translation()).norm());
+  }
+  const double turn = Turn(from, to);
+  const MotionLimits& limits = context_->limits;
+  return Follow(
+      arms, NumKnots(distance, turn), MinDuration(distance, limits.carry_speed, turn, limits.grip_turn_rate),
+      [&](size_t i, double s) { return Between(from, to, s) * in_object[i]; }, {body, from, to});
+}
+
+Plan& Plan::Wait(double duration) {
+  if (!feasible_) return *this;
+  Motion motion = Rest();
+  motion.duration = duration;
+  Append(std::move(motion), {});
+  return *this;
+}
+
+Plan& Plan::CheckContacts() {
+  ContactProbe& probe = context_->probe;
+  if (feasible_) probe.Set(*state_);
+  for (size_t i = 0; i < motions_.size() && feasible_; ++i) {
+    const Motion& motion = motions_[i];
+    const Carried& carried = carried_[i];
+    size_t knots = 1;
+    for (const JointPath& path : motion.paths) knots = std::max(knots, path.knots().size());
+    for (size_t k = 1; k < knots && feasible_; ++k) {
+      const double s = static_cast<double>(k) / static_cast<double>(knots - 1);
+      for (size_t arm = 0; arm < motion.paths.size(); ++arm) probe.SetArm(static_cast<int>(arm), motion.paths[arm].At(s));
+      if (carried.body >= 0) probe.SetObject(carried.body, Between(carried.from, carried.to, s));
+      feasible_ = !probe.RobotTouches(carried.body);
+    }
+  }
+  return *this;
+}
+
+void Player::Reset(const Configuration& rest) {
+  motions_.clear();
+  started_ = 0;
+  commanded_ = rest;
+}
+
+void Player::Start(std::vector<Motion> motions, double time) {
+  motions_ = std::move(motions);
+  started_ = time;
+}
+
+const Configuration& Player::At(double time) {
+  while (!motions_.empty() && time - started_ >= motions_.front().duration) {
+    commanded_ = motions_.front().At(motions_.front().duration);
+    started_ += motions_.front().duration;
+    motions_.erase(motions_.begin());
+  }
+  if (!motions_.empty()) commanded_ = motions_.front().At(time - started_);
+  return commanded_;
+}
+
+}  // namespace evalbus

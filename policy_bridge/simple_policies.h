@@ -1,0 +1,84 @@
+// Policies that need no plan: hold, random, replay, and noise on top of another policy.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "evalbus/model_info_t.hpp"
+#include "policy_bridge/factory.h"
+#include "policy_bridge/policy.h"
+#include "policy_bridge/random.h"
+#include "policy_bridge/robot.h"
+
+namespace evalbus {
+
+// Smooth noise: a sum of three sines of random frequency and phase that starts at zero. A function of time alone, so it
+// does not depend on the control rate.
+class SmoothNoise {
+ public:
+  // Frequencies are uniform in [0.05, max_frequency] Hz. Values stay within +-amplitude.
+  SmoothNoise(Random* random, double amplitude, double max_frequency);
+  double At(double time) const;
+
+ private:
+  struct Sine {
+    double amplitude, rate, phase;
+  };
+  std::vector<Sine> sines_;
+};
+
+// Rests at home with open grippers.
+class HoldPolicy : public Policy {
+ public:
+  explicit HoldPolicy(const model_info_t& info) : home_(HomeConfiguration(info)) {}
+  void Begin(const episode_begin_t&) override {}
+  void Act(const state_t& state, action_t* action) override;
+
+ private:
+  Configuration home_;
+};
+
+// Moves every joint smoothly within +-0.4 rad of home (and its limits), and every gripper between open and closed.
+class RandomPolicy : public Policy {
+ public:
+  explicit RandomPolicy(const model_info_t& info);
+  void Begin(const episode_begin_t& begin) override;
+  void Act(const state_t& state, action_t* action) override;
+
+ private:
+  model_info_t info_;
+  Configuration home_;
+  std::vector<SmoothNoise> joints_, grippers_;
+};
+
+// Another policy, each joint target disturbed by smooth noise of at most +-kAmplitude.
+class NoisyPolicy : public Policy {
+ public:
+  static constexpr double kAmplitude = 0.03;  // rad
+
+  NoisyPolicy(std::unique_ptr<Policy> policy, const model_info_t& info);
+  void Begin(const episode_begin_t& begin) override;
+  void Act(const state_t& state, action_t* action) override;
+
+ private:
+  std::unique_ptr<Policy> policy_;
+  int num_joints_ = 0;
+  std::vector<SmoothNoise> joints_;
+};
+
+// Repeats the recorded actions of the episode with the same number: at each tick the last one whose simulated time has
+// come, so a recording plays at another control rate too.
+class ReplayPolicy : public Policy {
+ public:
+  ReplayPolicy(const Recording& recording, const model_info_t& info);
+  void Begin(const episode_begin_t& begin) override;
+  void Act(const state_t& state, action_t* action) override;
+
+ private:
+  Recording recording_;
+  size_t num_joints_, num_grippers_;
+  const std::vector<action_t>* actions_ = nullptr;
+  size_t next_ = 0;
+};
+
+}  // namespace evalbus
