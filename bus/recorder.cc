@@ -70,7 +70,7 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   std::filesystem::create_directories(folder);
   log_.emplace(folder / "events.lcmlog");
   time_us_ = 0;
-  if (!model_.empty()) log_->Write(channels::kModel, model_, TimeOf(channels::kModel, model_, 0));
+  if (!model_.empty()) log_->Write(channels::kModel, model_, TimeOf(channels::kModel, model_, model_time_us_));
   SayReady();
 }
 
@@ -87,6 +87,7 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
     model_info_t model{};
     if (Bus::Decode(data, &model)) simulated_time_ = model.clock == "lockstep";
     model_.assign(data.begin(), data.end());
+    model_time_us_ = receive_time_us;
   }
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!log_) return;

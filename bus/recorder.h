@@ -35,6 +35,7 @@ class Recorder : public Component {
   std::filesystem::path run_;
   // Last MODEL, which comes before the episode that it belongs to.
   std::vector<uint8_t> model_;
+  int64_t model_time_us_ = 0;
   bool simulated_time_ = true;
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> log_;

@@ -1,0 +1,126 @@
+#include "bus/recorder.h"
+
+#include <gtest/gtest.h>
+
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/run_summary_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus {
+namespace {
+
+class RecorderTest : public testing::Test {
+ protected:
+  void Begin(int episode, int attempt = 0, const std::string& clock = "lockstep") {
+    model_info_t model{};
+    model.clock = clock;
+    bus_.Publish(channels::kModel, model);
+    episode_begin_t begin{};
+    begin.header.episode = episode;
+    begin.attempt = attempt;
+    bus_.Publish(channels::kEpisodeBegin, begin);
+  }
+  void Tick(int episode, int64_t tick) {
+    state_t state{};
+    state.header.episode = episode;
+    state.header.tick = tick;
+    state.header.sim_time_us = 20000 * tick;
+    bus_.Publish(channels::kState, state);
+  }
+  void End(int episode) {
+    episode_summary_t summary{};
+    summary.header.episode = episode;
+    bus_.Publish(channels::kEpisodeSummary, summary);
+    bus_.Publish(channels::kRunSummary, run_summary_t{});
+  }
+  void HandleAll() {
+    while (bus_.Handle()) {
+    }
+  }
+  std::vector<std::pair<std::string, int64_t>> Log(int episode) {
+    std::vector<std::pair<std::string, int64_t>> events;
+    EventLogReader reader(EpisodeFolder(folder_.path(), episode) / "events.lcmlog");
+    LogEvent event;
+    while (reader.Next(&event)) events.emplace_back(event.channel, event.time_us);
+    return events;
+  }
+
+  TemporaryFolder folder_;
+  Bus bus_{"memq://"};
+  Recorder dut_{&bus_, folder_.path()};
+};
+
+TEST_F(RecorderTest, WritesModelFirstAndStampsSimulatedTime) {
+  Begin(0);
+  for (int tick = 0; tick < 3; ++tick) Tick(0, tick);
+  bus_.Publish("OTHER", header_t{});
+  End(0);
+  HandleAll();
+  std::vector<std::pair<std::string, int64_t>> events = Log(0);
+  // STATUS messages of the recorder itself are recorded, too.
+  std::erase_if(events, [](const auto& event) { return event.first == channels::kStatus; });
+  const std::vector<std::pair<std::string, int64_t>> expected = {{channels::kModel, 0},
+                                                                 {channels::kEpisodeBegin, 0},
+                                                                 {channels::kState, 0},
+                                                                 {channels::kState, 20000},
+                                                                 {channels::kState, 40000},
+                                                                 {"OTHER", 40000},
+                                                                 {channels::kEpisodeSummary, 40000},
+                                                                 {channels::kRunSummary, 40000}};
+  EXPECT_EQ(events, expected);
+}
+
+TEST_F(RecorderTest, EpisodesAreSeparateAndRenamedWhenComplete) {
+  for (int episode = 0; episode < 2; ++episode) {
+    Begin(episode);
+    Tick(episode, 0);
+    HandleAll();
+    EXPECT_FALSE(std::filesystem::exists(EpisodeFolder(folder_.path(), episode)));
+    End(episode);
+    HandleAll();
+    EXPECT_TRUE(std::filesystem::exists(EpisodeFolder(folder_.path(), episode)));
+    EXPECT_EQ(dut_.status().last_finished_episode, episode);
+  }
+}
+
+TEST_F(RecorderTest, ARetriedEpisodeKeepsNothingOfTheAttemptBefore) {
+  Begin(0, 0);
+  for (int tick = 0; tick < 5; ++tick) Tick(0, tick);
+  Begin(0, 1);
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  const auto events = Log(0);
+  EXPECT_EQ(
+      std::count_if(events.begin(), events.end(), [](const auto& e) { return e.first == channels::kState; }),
+      1);
+}
+
+TEST_F(RecorderTest, RefusesToReplaceAFinishedEpisode) {
+  std::filesystem::create_directories(EpisodeFolder(folder_.path(), 0));
+  Begin(0);
+  EXPECT_THROW(HandleAll(), InputError);
+}
+
+TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
+  Begin(0);
+  for (const int tick : {0, 1, 4, 5}) Tick(0, tick);
+  HandleAll();
+  EXPECT_EQ(dut_.status().missing_ticks, 2);
+}
+
+TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
+  Begin(0, 0, "realtime");
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  // Microseconds since 1970: after the year 2001.
+  for (const auto& [channel, time_us] : Log(0)) EXPECT_GT(time_us, 1'000'000'000'000'000) << channel;
+}
+
+}  // namespace
+}  // namespace evalbus
