@@ -1,0 +1,77 @@
+// Scores the episodes of a run from STATE and CONTACTS: rollout metrics and task evaluation for one model.
+// Pure; what the metrics process does per tick, and what rescoring a log does.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "evalbus/contacts_t.hpp"
+#include "evalbus/episode_begin_t.hpp"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/partial_metrics_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "metrics/rollout_metrics.h"
+#include "metrics/task/task_evaluator.h"
+
+namespace evalbus {
+
+class EpisodeScorer {
+ public:
+  // Throws InputError where the task does not fit the model.
+  EpisodeScorer(const model_info_t& model, const TaskDescription& task);
+  EpisodeScorer(const EpisodeScorer&) = delete;
+  EpisodeScorer& operator=(const EpisodeScorer&) = delete;
+
+  void Start();
+
+  // The next tick, ticks in order; missing ones are counted from the gap. The first tick is the reset state.
+  // Contents that are not finite or do not fit the model are refused and counted.
+  void Tick(const state_t& state, const contacts_t& contacts);
+
+  // The ticks between the last one and this one (the last of the episode) are missing too.
+  void EndAt(int64_t last_tick);
+
+  // The score after the last tick.
+  void Partial(partial_metrics_t* partial) const;
+  // The final score; header and what else comes from the sim is copied from its messages.
+  episode_summary_t Summary(const episode_begin_t& begin, const episode_end_t& end) const;
+
+  bool complete() const { return missing_ticks_ == 0 && refused_samples() == 0; }
+  int64_t missing_ticks() const { return missing_ticks_; }
+  int64_t refused_samples() const { return unfit_ticks_ + metrics_.refused_samples(); }
+
+ private:
+  bool Fits(const state_t& state) const;
+  int8_t VerdictValue() const;
+  void FillExtended(extended_metrics_t* extended) const;
+
+  model_info_t model_;
+  ModelNames names_;
+  TaskEvaluator evaluator_;
+  RolloutMetrics metrics_;
+  std::vector<int> stage_index_;
+  std::vector<std::vector<uint8_t>> pads_;     // by gripper, then geom
+  std::vector<std::vector<uint8_t>> objects_;  // by object, then geom
+
+  header_t header_{};
+  bool started_ = false;
+  int64_t next_tick_ = 0;
+  int64_t missing_ticks_ = 0;
+  int64_t unfit_ticks_ = 0;
+  int64_t action_clips_ = 0;
+  int64_t deadline_misses_ = 0;
+  // Storage of the sample, kept.
+  std::vector<ArmSample> arms_;
+  std::vector<double> opening_;
+  std::vector<uint8_t> holding_;
+  std::vector<GeomContact> contacts_;
+};
+
+// Why an episode did not succeed, from the list in docs/metrics.md; empty on success. `evaluated` is the task
+// evaluator's reason where the verdict is failure.
+std::string FailureReason(const std::string& end_reason, Verdict verdict, const std::string& evaluated);
+
+}  // namespace evalbus

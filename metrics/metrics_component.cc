@@ -1,0 +1,120 @@
+#include "metrics/metrics_component.h"
+
+#include "bus/channels.h"
+#include "metrics/result_json.h"
+#include "models/task_description.h"
+
+namespace evalbus {
+
+MetricsComponent::MetricsComponent(Bus* bus) : Component(bus, "metrics") {
+  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
+  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
+                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnTickMessage(m); });
+  bus->Subscribe<contacts_t>(channels::kContacts, [this](const contacts_t& m) { OnTickMessage(m); });
+  bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
+}
+
+void MetricsComponent::OnModel(const model_info_t& model) {
+  std::vector<uint8_t> bytes(static_cast<size_t>(model.getEncodedSize()));
+  model.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  if (bytes != model_bytes_) {
+    model_bytes_ = std::move(bytes);
+    model_ = model;
+    model_is_new_ = true;
+  }
+}
+
+void MetricsComponent::OnEpisodeBegin(const episode_begin_t& begin) {
+  if (EnterEpisode(begin)) {
+    begin_ = begin;
+    running_ = false;
+    deadline_ = SteadyTime::max();
+  }
+  // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
+  if (status_.state == component_status_t::IDLE) Prepare();
+}
+
+void MetricsComponent::Prepare() {
+  if (model_bytes_.empty()) return;
+  if (model_is_new_) {
+    const TaskDescription task = ParseTask(model_.task_yaml, model_.task + ".yaml", false);
+    scorer_ = std::make_unique<EpisodeScorer>(model_, task);
+    model_is_new_ = false;
+  }
+  scorer_->Start();
+  merger_.Start();
+  missing_before_ += missing_here_;
+  missing_here_ = 0;
+  running_ = true;
+  SayReady();
+}
+
+template <class Message>
+void MetricsComponent::OnTickMessage(const Message& message) {
+  if (!IsOurs(message.header)) return;
+  if (!running_ || !merger_.Add(message)) {
+    ++status_.foreign_messages;
+    return;
+  }
+  ScoreTicks();
+}
+
+void MetricsComponent::ScoreTicks() {
+  TickMerger::Pair pair;
+  while (running_ && merger_.Next(&pair)) {
+    const header_t header = pair.state->header;
+    scorer_->Tick(*pair.state, *pair.contacts);
+    scorer_->Partial(&partial_);
+    missing_here_ = scorer_->missing_ticks();
+    status_.missing_ticks = missing_before_ + missing_here_;
+    Progress(header.tick);
+    bus().Publish(channels::kPartial, partial_);
+  }
+  if (running_ && merger_.finished()) FinishEpisode();
+}
+
+void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
+  if (!IsOurs(end.header)) return;
+  if (!running_ || deadline_ != SteadyTime::max()) {
+    ++status_.foreign_messages;
+    return;
+  }
+  end_ = end;
+  deadline_ = std::chrono::steady_clock::now() + kMaxWait;
+  merger_.EndAt(end.header.tick);
+  ScoreTicks();
+}
+
+void MetricsComponent::Poll(SteadyTime now) {
+  Component::Poll(now);
+  if (now < deadline_) return;
+  merger_.GiveUp();
+  ScoreTicks();
+}
+
+SteadyTime MetricsComponent::next_poll() const { return deadline_; }
+
+void MetricsComponent::FinishEpisode() {
+  running_ = false;
+  deadline_ = SteadyTime::max();
+  scorer_->EndAt(end_.header.tick);
+  missing_here_ = scorer_->missing_ticks();
+  status_.missing_ticks = missing_before_ + missing_here_;
+  status_.last_finished_episode = end_.header.episode;
+
+  const episode_summary_t summary = scorer_->Summary(begin_, end_);
+  EpisodeResult& result = results_[end_.header.episode];
+  result = {.complete = summary.complete != 0,
+            .success = summary.verdict == partial_metrics_t::SUCCESS,
+            .metrics = ResultJson(summary.metrics)};
+  result.metrics["extended"] = ExtendedJson(summary.extended, summary.metrics);
+  std::vector<EpisodeResult> results;
+  for (const auto& [episode, r] : results_) results.push_back(r);
+
+  bus().Publish(channels::kEpisodeSummary, summary);
+  bus().Publish(channels::kRunSummary, Summarize(results));
+  PublishStatus();
+}
+
+}  // namespace evalbus

@@ -1,0 +1,61 @@
+// The metrics process: listens to MODEL, EPISODE_BEGIN, STATE, CONTACTS and EPISODE_END; publishes PARTIAL
+// for each tick whose STATE and CONTACTS it has, EPISODE_SUMMARY after each episode, then RUN_SUMMARY over
+// the episodes so far.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "bus/component.h"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "metrics/episode_scorer.h"
+#include "metrics/run_statistics.h"
+#include "metrics/tick_merger.h"
+
+namespace evalbus {
+
+class MetricsComponent : public Component {
+ public:
+  // Wall-clock time after EPISODE_END for which ticks may still arrive.
+  static constexpr std::chrono::milliseconds kMaxWait{1000};
+
+  explicit MetricsComponent(Bus* bus);
+
+  void Poll(SteadyTime now) override;
+  SteadyTime next_poll() const override;
+
+ private:
+  void OnModel(const model_info_t& model);
+  void OnEpisodeBegin(const episode_begin_t& begin);
+  void OnEpisodeEnd(const episode_end_t& end);
+  template <class Message>
+  void OnTickMessage(const Message& message);
+  // Begins the episode entered once its model is there.
+  void Prepare();
+  void ScoreTicks();
+  void FinishEpisode();
+
+  // The last MODEL and its encoding, by which a repetition is recognised.
+  model_info_t model_{};
+  std::vector<uint8_t> model_bytes_;
+  bool model_is_new_ = false;
+
+  std::unique_ptr<EpisodeScorer> scorer_;
+  TickMerger merger_;
+  episode_begin_t begin_{};
+  episode_end_t end_{};
+  partial_metrics_t partial_{};
+  // Between Prepare() and FinishEpisode().
+  bool running_ = false;
+  // Set while the episode's last ticks are awaited.
+  SteadyTime deadline_ = SteadyTime::max();
+  // Missing ticks of the episodes before this one.
+  int64_t missing_before_ = 0;
+  int64_t missing_here_ = 0;
+  // The latest attempt of each episode.
+  std::map<int32_t, EpisodeResult> results_;
+};
+
+}  // namespace evalbus

@@ -1,0 +1,77 @@
+// The predicates and quantities that task descriptions are made of. Each is a class in predicates.cc or
+// quantities.cc and one line in the registry there; docs/metrics.md lists their names and arguments.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evalbus/contact_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "metrics/sample.h"
+#include "metrics/task/model_names.h"
+#include "models/task_description.h"
+
+namespace evalbus {
+
+// One tick of the world.
+struct WorldView {
+  const state_t& state;
+  std::span<const contact_t> contacts;
+};
+
+// True or false about a tick.
+class Predicate {
+ public:
+  virtual ~Predicate() = default;
+  // Forgets the episode before.
+  virtual void Start() {}
+  virtual bool Evaluate(const WorldView& world) = 0;
+};
+
+// A number about a tick, in SI units.
+class Quantity {
+ public:
+  virtual ~Quantity() = default;
+  virtual double Evaluate(const WorldView& world) = 0;
+};
+
+// What expressions are compiled against. Both must outlive what is compiled.
+struct CompileContext {
+  const ModelNames& names;
+  const TaskDescription& task;
+};
+
+// Throw InputError with file and line: an unknown predicate or quantity, argument or name.
+std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context);
+std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context);
+
+// The arguments of an expression, each of which must be known. Throws InputError with file and line.
+class Arguments {
+ public:
+  Arguments(const Expression& expression, std::vector<std::string> required,
+            std::vector<std::string> optional = {});
+  const Expression::Argument& operator[](const std::string& key) const;
+  const Expression::Argument* Find(const std::string& key) const;
+  double Number(const std::string& key) const;
+  // rad, given as <stem>_deg or <stem>_rad; both must be among the optional ones.
+  double Angle(const std::string& stem) const;
+
+ private:
+  const Expression& expression_;
+};
+
+// True where a geom of one set touches a geom of the other; sets by geom id.
+bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
+
+// How far an object leans: the angle (rad) between its up axis (z of its body) and the vertical, or with
+// `axis` (0 x, 1 y) how far its up axis is from being perpendicular to that world axis, |phi - pi/2|.
+double Tilt(const std::vector<double>& quat_wxyz, int axis);
+inline constexpr int kNoAxis = -1;
+// Argument `axis` (x or y, optional) as for Tilt().
+int TiltAxis(const Arguments& arguments);
+
+}  // namespace evalbus

@@ -1,0 +1,113 @@
+#include "metrics/task/model_names.h"
+
+#include <algorithm>
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+int Find(const std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+std::string List(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    if (!name.empty()) text += (text.empty() ? "" : ", ") + name;
+  }
+  return text.empty() ? "(none)" : text;
+}
+
+void CheckIndices(const std::vector<int32_t>& indices, int limit, const char* what) {
+  for (int32_t index : indices) {
+    if (index < 0 || index >= limit) {
+      throw InputError("MODEL: " + std::string(what) + " names index " + std::to_string(index) +
+                       ", expected 0 to " + std::to_string(limit - 1));
+    }
+  }
+}
+
+std::vector<std::string> GripperNames(const model_info_t& model) {
+  std::vector<std::string> names;
+  for (const gripper_info_t& gripper : model.gripper) names.push_back(gripper.name);
+  return names;
+}
+
+}  // namespace
+
+ModelNames::ModelNames(const model_info_t& model) : model_(model) {
+  if (model.message_version != model_info_t::VERSION) {
+    throw InputError("MODEL: message version " + std::to_string(model.message_version) + ", expected " +
+                     std::to_string(model_info_t::VERSION));
+  }
+  if (model.timestep_us <= 0 || model.substeps <= 0) {
+    throw InputError("MODEL: expected timestep_us and substeps above 0");
+  }
+  CheckIndices(model.body_entity, model.num_entities, "body_entity");
+  CheckIndices(model.geom_body, model.num_bodies, "geom_body");
+  CheckIndices(model.object_entity, model.num_entities, "object_entity");
+  for (const gripper_info_t& gripper : model.gripper) {
+    CheckIndices({gripper.arm}, model.num_arms, "gripper.arm");
+    CheckIndices(gripper.pad_geom, model.num_geoms, "gripper.pad_geom");
+  }
+}
+
+std::vector<uint8_t> ModelNames::GeomsOfEntity(int entity) const {
+  std::vector<uint8_t> geoms(model_.num_geoms);
+  for (int geom = 0; geom < model_.num_geoms; ++geom) {
+    geoms[geom] = model_.body_entity[model_.geom_body[geom]] == entity;
+  }
+  return geoms;
+}
+
+std::vector<uint8_t> ModelNames::Geoms(const std::string& operand, const SourceLocation& where) const {
+  if (const int entity = Find(model_.entity_name, operand); entity >= 0) return GeomsOfEntity(entity);
+  std::vector<uint8_t> geoms(model_.num_geoms);
+  if (const int body = Find(model_.body_name, operand); body >= 0) {
+    for (int geom = 0; geom < model_.num_geoms; ++geom) geoms[geom] = model_.geom_body[geom] == body;
+    return geoms;
+  }
+  if (const int geom = Find(model_.geom_name, operand); geom >= 0) {
+    geoms[geom] = 1;
+    return geoms;
+  }
+  throw InputError(where.ToString() + ": nothing is called '" + operand + "'; expected an entity (" +
+                   List(model_.entity_name) + "), a body (" + List(model_.body_name) + ") or a geom (" +
+                   List(model_.geom_name) + ")");
+}
+
+int ModelNames::Body(const std::string& operand, const SourceLocation& where) const {
+  if (const int entity = Find(model_.entity_name, operand); entity >= 0) {
+    const int body = static_cast<int>(
+        std::find(model_.body_entity.begin(), model_.body_entity.end(), entity) - model_.body_entity.begin());
+    if (body < model_.num_bodies) return body;
+    throw InputError(where.ToString() + ": '" + operand + "' has no body");
+  }
+  if (const int body = Find(model_.body_name, operand); body >= 0) return body;
+  throw InputError(where.ToString() + ": no entity or body is called '" + operand +
+                   "'; expected an entity (" + List(model_.entity_name) + ") or a body (" +
+                   List(model_.body_name) + ")");
+}
+
+int ModelNames::FindGripper(const std::string& name) const { return Find(GripperNames(model_), name); }
+
+int ModelNames::Gripper(const std::string& name, const SourceLocation& where) const {
+  const int gripper = FindGripper(name);
+  if (gripper >= 0) return gripper;
+  throw InputError(where.ToString() + ": no gripper is called '" + name + "'; expected " +
+                   List(GripperNames(model_)) + " or any");
+}
+
+std::vector<uint8_t> ModelNames::Pads(int gripper) const {
+  std::vector<uint8_t> geoms(model_.num_geoms);
+  for (int32_t geom : model_.gripper[gripper].pad_geom) geoms[geom] = 1;
+  return geoms;
+}
+
+std::vector<uint8_t> ModelNames::ObjectGeoms(int object) const {
+  return GeomsOfEntity(model_.object_entity[object]);
+}
+
+}  // namespace evalbus

@@ -1,0 +1,55 @@
+// Judges a task tick by tick: stages, success, failure, distances and pose errors. Pure; compiled once for a
+// model.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "metrics/task/expressions.h"
+#include "metrics/task/model_names.h"
+#include "models/task_description.h"
+
+namespace evalbus {
+
+enum class Verdict { kUndecided, kSuccess, kFailure };
+
+class TaskEvaluator {
+ public:
+  // Throws InputError with file and line for names that the model does not have and expressions that do not
+  // exist. `names` must outlive this object.
+  TaskEvaluator(const TaskDescription& task, const ModelNames& names);
+
+  // Forgets the episode before.
+  void Start();
+
+  // The world at a tick; ticks in order. The verdict is undecided at tick 0, the reset state; from tick 1 on
+  // the first success or failure stands, and failure goes before success. A stage once reached stays so.
+  void Evaluate(const WorldView& world, int64_t tick);
+
+  Verdict verdict() const { return verdict_; }
+  // Why, from the list in docs/metrics.md; empty unless the verdict is failure.
+  const std::string& failure_reason() const { return failure_reason_; }
+  // In the order of TaskDescription: stages, target_distance (m), pose_error (rad).
+  const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }
+  const std::vector<double>& target_distance() const { return target_distance_; }
+  const std::vector<double>& pose_error() const { return pose_error_; }
+
+ private:
+  bool RobotIsOutOfBounds(const state_t& state) const;
+
+  std::vector<std::unique_ptr<Predicate>> stages_;
+  std::unique_ptr<Predicate> success_;
+  std::unique_ptr<Predicate> failure_;  // null: none but the built-in one
+  std::vector<std::unique_ptr<Quantity>> distances_;
+  std::vector<std::unique_ptr<Quantity>> errors_;
+  std::vector<int> robot_bodies_;
+
+  Verdict verdict_ = Verdict::kUndecided;
+  std::string failure_reason_;
+  std::vector<uint8_t> stage_reached_;
+  std::vector<double> target_distance_;
+  std::vector<double> pose_error_;
+};
+
+}  // namespace evalbus
