@@ -311,7 +311,7 @@ def elbow():
 def base():
     column = tapered((0, 0, 0.0), (0, 0, 0.2), 0.07, 0.05)
     foot = box((-0.055, 0, 0.015), (0.075, 0.085, 0.028), 0.022)
-    back = tapered((-0.095, 0, 0.03), (0, 0, 0.095), 0.045, 0.05)
+    back = tapered((-0.095, 0, 0.02), (0, 0, 0.08), 0.045, 0.05)
     shell = blend(0.045, foot, back, column)
     cut = common(common(shell, half_space(2, -1, 0.0)), half_space(2, 1, 0.143 - GAP))
     light = surface(cut, (-0.155, -0.11, -0.01), (0.09, 0.11, 0.155), CELL, shell)
@@ -337,9 +337,9 @@ def forearm():
 def wrist():
     """Link 6: housing about the wrist axis (z) and, 88 mm in front, the head that carries joint 7 (-y is outwards)."""
     housing = cylinder(2, (0, 0, 0.0), 0.052, 0.05, 0.012)
-    arm = tapered((0, 0, 0), (0.088, 0.015, 0), 0.044, 0.044)
+    arm = tapered((0, 0, 0), (0.088, 0.015, 0), 0.041, 0.041)
     head = cylinder(1, (0.088, 0.016, 0), 0.062, 0.049, 0.012)
-    shell = blend(0.035, housing, arm, head)
+    shell = blend(0.022, housing, arm, head)
     cut = common(shell, half_space(1, -1, -0.042 + GAP))
     lid_top = barrel_cap(1, (0.088, 0.0785, 0), 1, 0.035)
     lid_side = barrel_cap(2, (0, 0, 0.0525), 1, 0.033)
@@ -351,7 +351,7 @@ def wrist():
 def flange():
     """Link 7: a ring with the connector's bump towards the hand's long side, and the metal flange."""
     ring = cylinder(2, (0, 0, 0.068), 0.026 - GAP, 0.045, 0.008)
-    bump = tapered((0.026, 0.026, 0.062), (0.037, 0.037, 0.072), 0.022, 0.017)
+    bump = tapered((0.024, 0.024, 0.064), (0.032, 0.032, 0.07), 0.021, 0.016)
     light = surface(blend(0.02, ring, bump), (-0.06, -0.06, 0.035), (0.075, 0.075, 0.1), 0.01)
     metal = [(0.0315, 0.08), (0.0315, 0.107), None, (0, 0.107)]
     return light, turned(2, (0, 0, 0), metal, 24)
@@ -383,17 +383,17 @@ def pot_body():
 
 
 def pot_handle(side):
-    """Loop handle; its bar is 20 mm square, centred at y = 0.225 side."""
-    path, corner = [(0.072, 0.112), (0.072, 0.199)], 0.026
+    """Loop handle; its bar is 20 mm wide and 25 mm high, centred at y = 0.225 side."""
+    path, corner = [(0.072, 0.108), (0.072, 0.199)], 0.026
     path += [(0.072 - corner + corner * math.cos(a), 0.199 + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
     path += [(0.046, 0.225)]
     path += [(-x, y) for x, y in reversed(path)]
     ring = []
-    for s in range(12):  # a square with round edges
+    for s in range(12):  # a rectangle with round edges
         a = 2 * math.pi * (s + 0.5) / 12
         c, d = math.cos(a), math.sin(a)
-        p = [math.copysign(abs(x) ** 0.45, x) * 0.01 for x in (c, d)]
-        n = [math.copysign(abs(x) ** 1.55, x) for x in (c, d)]
+        p = [math.copysign(abs(x) ** 0.45, x) * r for x, r in ((c, 0.01), (d, 0.0125))]
+        n = [math.copysign(abs(x) ** 1.55, x) / r for x, r in ((c, 0.01), (d, 0.0125))]
         size = math.hypot(*n)
         ring.append((p, [x / size for x in n]))
     mesh = swept([(x, y, 0.035) for x, y in path], ring)
@@ -401,11 +401,14 @@ def pot_handle(side):
 
 
 def pot_brackets():
+    """Plates that hold the handles, tangential to the wall."""
+    plate = surface(box((0, 0, 0), (0.019, 0.005, 0.02), 0.004), (-0.022, -0.008, -0.023), (0.022, 0.008, 0.023), 0.0085)
     plates = []
-    for sx in (1, -1):
-        for sy in (1, -1):
-            plates.append(surface(box((sx * 0.072, sy * 0.1055, 0.035), (0.018, 0.008, 0.017), 0.005),
-                                  (sx * 0.072 - 0.03, sy * 0.1055 - 0.02, 0.01), (sx * 0.072 + 0.03, sy * 0.1055 + 0.02, 0.06), 0.009))
+    for x in (0.072, -0.072):
+        for y in (0.103, -0.103):
+            size = math.hypot(x, y)
+            c, d = x / size, y / size
+            plates.append(moved(plate, ((d, c, 0), (-c, d, 0), (0, 0, 1)), (0.1265 * c, 0.1265 * d, 0.035)))
     return joined(*plates)
 
 
