@@ -33,7 +33,7 @@ class LiveView : public RunListener {
   void OnRetry(int episode, const std::string& why) override;
 
   // Redraws at most ten times a second of wall time.
-  void Poll(SteadyTime now);
+  void Poll(SteadyTime now) override;
   // Takes the live lines away.
   void Finish();
 

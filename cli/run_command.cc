@@ -4,28 +4,19 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <iostream>
 
-#include "bus/channels.h"
 #include "bus/errors.h"
-#include "bus/recorder.h"
+#include "cli/evaluate.h"
 #include "cli/live_view.h"
 #include "cli/network.h"
-#include "cli/processes.h"
-#include "cli/run_controller.h"
 #include "cli/run_folder.h"
 #include "cli/version.h"
-#include "metrics/collision/collision_component.h"
-#include "metrics/metrics_component.h"
-#include "policy_bridge/policy_component.h"
 #include "sim/sim_options.h"
 
 namespace evalbus {
 namespace {
 
 using std::chrono::steady_clock;
-
-constexpr auto kIdlePoll = std::chrono::milliseconds(20);
 
 nlohmann::ordered_json RunJson(const RunOptions& options, const TaskSelection& selection) {
   const SimOptions& sim = options.sim;
@@ -80,103 +71,6 @@ void ChooseBus(RunOptions* options) {
   }
 }
 
-std::vector<std::pair<std::string, std::vector<std::string>>> ComponentCommands(const RunOptions& options,
-                                                                                const std::string& out) {
-  const SimOptions& sim = options.sim;
-  const auto program = [](const std::string& name) { return (Processes::BinaryFolder() / name).string(); };
-  const std::vector<std::string> url = {"--url", options.url};
-  std::vector<std::string> sim_command = {program("evalbus-sim"),
-                                          sim.task,
-                                          "--out",
-                                          out,
-                                          "--run-id",
-                                          sim.run_id,
-                                          "--control-hz",
-                                          fmt::format("{}", sim.control_hz),
-                                          "--clearance-hz",
-                                          fmt::format("{}", sim.clearance_hz),
-                                          "--rtf",
-                                          fmt::format("{}", sim.rtf),
-                                          "--policy-timeout-s",
-                                          fmt::format("{}", sim.policy_timeout_s)};
-  if (sim.realtime) sim_command.push_back("--realtime");
-  if (!sim.robot.empty()) sim_command.insert(sim_command.end(), {"--robot", sim.robot});
-  for (const auto& folder : sim.model_path)
-    sim_command.insert(sim_command.end(), {"--model-path", folder.string()});
-  std::vector<std::pair<std::string, std::vector<std::string>>> commands = {
-      {"recorder", {program("evalbus-recorder"), "--out", out}},
-      {"collision", {program("evalbus-collision")}},
-      {"metrics", {program("evalbus-metrics")}},
-      {"policy", {program("evalbus-policy"), "--policy", options.policy}},
-      {"sim", std::move(sim_command)},
-  };
-  for (auto& [name, command] : commands) command.insert(command.end(), url.begin(), url.end());
-  return commands;
-}
-
-void RunInProcess(const RunOptions& options, const RunFolder& folder, const RunPlan& plan, LiveView* view,
-                  run_summary_t* summary) {
-  Bus bus("memq://");
-  SimOptions sim_options = options.sim;
-  sim_options.out = folder.path();
-  Recorder recorder(&bus, folder.path());
-  CollisionComponent collision(&bus);
-  MetricsComponent metrics(&bus);
-  PolicyComponent policy(&bus, options.policy);
-  SimComponent sim(&bus, sim_options);
-  RunController controller(&bus, plan, folder, view);
-  const std::vector<Component*> components = {&recorder, &collision, &metrics, &policy, &sim, &controller};
-  SteadyTime poll_at{};
-  while (!controller.done() && !stop_requested()) {
-    const auto now = steady_clock::now();
-    if (now >= poll_at) {
-      for (Component* component : components) component->Poll(now);
-      view->Poll(now);
-      poll_at = std::min(now + kIdlePoll, sim.next_poll());
-    }
-    bus.Handle(poll_at);
-  }
-  *summary = controller.summary();
-}
-
-void RunProcesses(const RunOptions& options, const RunFolder& folder, const RunPlan& plan, LiveView* view,
-                  run_summary_t* summary) {
-  Bus bus(options.url);
-  RunController controller(&bus, plan, folder, view);
-  Processes processes;
-  const auto commands = ComponentCommands(options, folder.path().string());
-  const auto start = [&] {
-    for (const auto& [name, command] : commands) processes.Start(name, command, folder.log_file(name));
-  };
-  start();
-  SteadyTime poll_at{};
-  while (!controller.done() && !stop_requested()) {
-    const auto now = steady_clock::now();
-    if (now >= poll_at) {
-      controller.Poll(now);
-      view->Poll(now);
-      poll_at = now + kIdlePoll;
-      if (const auto exit = processes.Poll()) {
-        // Wrong input is wrong at the next try, too; the component's last line says what it is.
-        if (exit->code == 1) {
-          const size_t error = exit->description.find("error: ");
-          throw InputError(error == std::string::npos ? exit->description
-                                                      : exit->description.substr(error + 7));
-        }
-        processes.KillAll();
-        controller.Retry(exit->description);
-        start();
-      }
-    }
-    bus.Handle(poll_at);
-  }
-  *summary = controller.summary();
-  if (controller.done()) {
-    for (const Processes::Exit& exit : processes.StopAll())
-      std::cerr << "warning: " << exit.description << "\n";
-  }
-}
-
 }  // namespace
 
 void AddRunOptions(CLI::App* app, RunOptions* options) {
@@ -224,8 +118,8 @@ int Run(RunOptions options) {
     LiveView view(stdout, {selection.task.name, selection.variation, options.policy,
                            options.sim.realtime ? "realtime" : "lockstep", options.sim.control_hz,
                            options.seed, options.episodes});
-    const auto run = options.in_process ? RunInProcess : RunProcesses;
-    run(options, folder, plan, &view, &summary);
+    const auto evaluate = options.in_process ? EvaluateInProcess : EvaluateProcesses;
+    summary = evaluate(options, folder, plan, &view);
     view.Finish();
   } catch (...) {
     // Nothing half-written: what has no finished episode is not a run.

@@ -37,6 +37,8 @@ class RunListener {
   virtual void OnPartial(const partial_metrics_t&) {}
   virtual void OnEpisodeDone(const episode_summary_t&, const run_summary_t& /*so_far*/) {}
   virtual void OnRetry(int /*episode*/, const std::string& /*why*/) {}
+  // Called every few hundredths of a second of wall time.
+  virtual void Poll(SteadyTime) {}
 };
 
 class RunController : public Component {

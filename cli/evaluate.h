@@ -1,0 +1,16 @@
+// Runs the episodes of a plan, with one process per component or all components in this process. Both give
+// equal bits. They return early, with what was finished, once a stop was requested (InstallStopSignals). They
+// throw InputError and EnvironmentError; finished episodes are in the folder all the same.
+#pragma once
+
+#include "cli/run_command.h"
+#include "cli/run_controller.h"
+
+namespace evalbus {
+
+run_summary_t EvaluateInProcess(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
+                                RunListener* listener);
+run_summary_t EvaluateProcesses(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
+                                RunListener* listener);
+
+}  // namespace evalbus
