@@ -315,8 +315,8 @@ def base():
     shell = blend(0.045, foot, back, column)
     cut = common(common(shell, half_space(2, -1, 0.0)), half_space(2, 1, 0.143 - GAP))
     light = surface(cut, (-0.155, -0.11, -0.01), (0.09, 0.11, 0.155), CELL, shell)
-    plug = box((-0.131, 0, 0.035), (0.012, 0.032, 0.02), 0.004)
-    dark = joined(tube(2, (0, 0, 0.14), R_COLUMN - 0.004, 0.012), surface(plug, (-0.15, -0.04, 0.01), (-0.115, 0.04, 0.06), 0.01))
+    plug = box((-0.138, 0, 0.032), (0.012, 0.034, 0.02), 0.004)
+    dark = joined(tube(2, (0, 0, 0.14), R_COLUMN - 0.004, 0.012), surface(plug, (-0.155, -0.04, 0.005), (-0.12, 0.04, 0.06), 0.01))
     return light, dark
 
 
