@@ -1,0 +1,149 @@
+// Cost of scoring a tick: the metric step alone (limit: 1 microsecond), and with all values read out after it.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include "metrics/rollout_metrics.h"
+
+namespace evalbus {
+namespace {
+
+constexpr int kSteps = 1000;
+constexpr int kJoints = 7;
+constexpr double kDt = 0.02;
+// Geoms: 0-9 scene, 10-49 robot, 50-59 pot.
+constexpr int kGeoms = 60;
+
+// Two 7-jointed arms in smooth motion, with 30 contacts as while lifting a pot.
+struct Episode {
+  struct ArmData {
+    std::array<double, kJoints> q, w, torque;
+  };
+  std::vector<std::array<ArmData, 2>> data{kSteps};
+  std::vector<std::array<ArmSample, 2>> arms{kSteps};
+  std::vector<double> opening = {0.4, 0.4};
+  std::vector<uint8_t> held = {1, 1};
+  std::vector<GeomContact> contacts;
+  std::vector<Sample> samples;
+
+  Episode() {
+    for (int k = 0; k < 30; ++k) {
+      contacts.push_back({k % 3 == 0 ? k % 10 : 10 + k, 50 + k % 10, -1e-4});  // robot on pot, pot on scene
+    }
+    contacts[4] = {3, 15, -1e-4};  // robot on scene
+    contacts[5] = {12, 31, -1e-4};
+    for (int i = 0; i < kSteps; ++i) {
+      const double t = i * kDt;
+      for (int k = 0; k < 2; ++k) {
+        ArmData& d = data[i][k];
+        for (int j = 0; j < kJoints; ++j) {
+          d.q[j] = 0.3 * std::sin(t + j + k);
+          d.w[j] = 0.3 * std::cos(t + j + k);
+          d.torque[j] = 5 * std::sin(2 * t + j);
+        }
+        arms[i][k] = {d.q,
+                      d.w,
+                      d.torque,
+                      {0.1 * std::sin(t + k), 0.2 * k, 0.1 * std::cos(t + k)},
+                      {std::cos(t / 4), 0, std::sin(t / 4), 0}};
+      }
+      samples.push_back({.tick = i + 1,
+                         .time = (i + 1) * kDt,
+                         .arm = arms[i],
+                         .gripper_opening = opening,
+                         .holding = held,
+                         .contacts = contacts,
+                         .clearance = 0.1});
+    }
+  }
+};
+
+MetricsConfig Config() {
+  MetricsConfig config;
+  for (const char* name : {"left", "right"}) {
+    config.arms.push_back({.name = name,
+                           .num_joints = kJoints,
+                           .joint_lower = std::vector<double>(kJoints, -2),
+                           .joint_upper = std::vector<double>(kJoints, 2)});
+  }
+  config.num_grippers = 2;
+  config.objects = {"pot"};
+  config.control_dt = kDt;
+  config.slip_sample_window = 1;
+  config.geom_owner.assign(kGeoms, GeomOwner::kScene);
+  std::fill(config.geom_owner.begin() + 10, config.geom_owner.begin() + 50, GeomOwner::kRobot);
+  std::fill(config.geom_owner.begin() + 50, config.geom_owner.end(), GeomOwner::kObject);
+  for (int k = 1; k <= 4; ++k) config.stages.push_back({.index = k, .name = "stage"});
+  config.target_distances = {"lift", "left", "right"};
+  config.pose_errors = {""};
+  return config;
+}
+
+// The values of the episode in closed form.
+const char* Wrong(const RolloutMetrics& metrics) {
+  metric_values_t v{};
+  metrics.Values(&v);
+  // Chords of a circle of radius 0.1, turned by dt a step; the pose turns by dt / 2.
+  const double path = (kSteps - 1) * 2 * 0.1 * std::sin(kDt / 2);
+  const double jerk = 0.1 * std::pow(2 * std::sin(kDt / 2), 3) / std::pow(kDt, 3);
+  for (int k = 0; k < 2; ++k) {
+    if (std::abs(v.cartesian_path_length_m[k] - path) > 1e-9) return "cartesian path";
+    if (std::abs(v.orientation_path_length_rad[k] - (kSteps - 1) * kDt / 2) > 1e-9) return "orientation path";
+    if (std::abs(v.avg_cartesian_jerk_mps3[k] - jerk) > 1e-7) return "jerk";
+  }
+  if (v.num_jerk_samples != kSteps - 3) return "jerk samples";
+  if (std::abs(v.bimanual_gripper_vertical_difference_m) < 1e-3) return "vertical difference";
+  if (v.env_collision_count != 1 || v.self_collision_count != 1 || v.slip_count != 0) return "counts";
+  return nullptr;
+}
+
+void MetricStep(benchmark::State& state) {
+  const Episode episode;
+  RolloutMetrics metrics(Config());
+  std::vector<double> times;
+  for (auto _ : state) {
+    metrics.Start(episode.opening, episode.held);
+    const auto begin = std::chrono::steady_clock::now();
+    for (const Sample& sample : episode.samples) metrics.Step(sample);
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+    times.push_back(time.count() / kSteps);
+    state.SetIterationTime(time.count());
+  }
+  if (const char* wrong = Wrong(metrics)) state.SkipWithError(wrong);
+  std::sort(times.begin(), times.end());
+  state.counters["p50_us"] = times[times.size() / 2] * 1e6;
+  state.counters["limit_us"] = 1;
+}
+BENCHMARK(MetricStep)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+void MetricStepAndLiveValues(benchmark::State& state) {
+  const Episode episode;
+  RolloutMetrics metrics(Config());
+  metric_values_t values{};
+  extended_metrics_t extended{};
+  std::vector<double> times;
+  for (auto _ : state) {
+    metrics.Start(episode.opening, episode.held);
+    const auto begin = std::chrono::steady_clock::now();
+    for (const Sample& sample : episode.samples) {
+      metrics.Step(sample);
+      metrics.Values(&values);
+      metrics.Extended(&extended);
+    }
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+    times.push_back(time.count() / kSteps);
+    state.SetIterationTime(time.count());
+  }
+  if (const char* wrong = Wrong(metrics)) state.SkipWithError(wrong);
+  std::sort(times.begin(), times.end());
+  state.counters["p50_us"] = times[times.size() / 2] * 1e6;
+}
+BENCHMARK(MetricStepAndLiveValues)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace evalbus
+
+BENCHMARK_MAIN();

@@ -1,0 +1,231 @@
+// The metrics process on an in-process bus.
+#include "metrics/metrics_component.h"
+
+#include <gtest/gtest.h>
+
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "evalbus/run_summary_t.hpp"
+#include "tests/unit/small_world.h"
+
+namespace evalbus {
+namespace {
+
+using namespace small_world;
+
+class MetricsComponentTest : public testing::Test {
+ protected:
+  MetricsComponentTest() {
+    bus_.Subscribe<partial_metrics_t>(channels::kPartial, [this](const auto& m) { partials_.push_back(m); });
+    bus_.Subscribe<episode_summary_t>(channels::kEpisodeSummary,
+                                      [this](const auto& m) { summaries_.push_back(m); });
+    bus_.Subscribe<run_summary_t>(channels::kRunSummary, [this](const auto& m) { runs_.push_back(m); });
+    bus_.Subscribe<component_status_t>(channels::kStatus, [this](const auto& m) { said_ = m; });
+  }
+
+  void Drain() {
+    while (bus_.Handle()) {
+    }
+  }
+  void Begin(int32_t episode, int32_t attempt = 0, bool with_model = true) {
+    if (with_model) bus_.Publish(channels::kModel, model_);
+    episode_begin_t begin{};
+    begin.header = Header(0, episode);
+    begin.seed = 1000 + episode;
+    begin.attempt = attempt;
+    bus_.Publish(channels::kEpisodeBegin, begin);
+    Drain();
+  }
+  void SendState(int64_t tick, int32_t episode, double pot_z = 1) {
+    state_t state = State(tick, episode);
+    state.body_position_m[kPot][2] = pot_z;
+    bus_.Publish(channels::kState, state);
+    Drain();
+  }
+  void SendContacts(int64_t tick, int32_t episode,
+                    const std::vector<std::pair<int, int>>& pairs = {{kTop, kWall}}) {
+    bus_.Publish(channels::kContacts, Contacts(tick, pairs, episode));
+    Drain();
+  }
+  void End(int64_t tick, int32_t episode, const std::string& reason = "time_limit") {
+    episode_end_t end{};
+    end.header = Header(tick, episode);
+    end.end_reason = reason;
+    bus_.Publish(channels::kEpisodeEnd, end);
+    Drain();
+  }
+
+  Bus bus_{"memq://"};
+  MetricsComponent dut_{&bus_};
+  model_info_t model_ = Model();
+  std::vector<partial_metrics_t> partials_;
+  std::vector<episode_summary_t> summaries_;
+  std::vector<run_summary_t> runs_;
+  component_status_t said_{};
+};
+
+TEST_F(MetricsComponentTest, ScoresTwoEpisodes) {
+  Begin(0);
+  EXPECT_EQ(said_.state, component_status_t::READY);
+  EXPECT_EQ(said_.episode, 0);
+  SendState(0, 0);
+  EXPECT_TRUE(partials_.empty());
+  SendContacts(0, 0);
+  ASSERT_EQ(partials_.size(), 1);
+  EXPECT_EQ(partials_[0].header.tick, 0);
+  SendContacts(1, 0, {});
+  SendState(1, 0, 1.2);
+  ASSERT_EQ(partials_.size(), 2);
+  EXPECT_EQ(partials_[1].verdict, partial_metrics_t::SUCCESS);
+  EXPECT_TRUE(summaries_.empty());
+  End(1, 0, "success");
+  ASSERT_EQ(summaries_.size(), 1);
+  EXPECT_TRUE(summaries_[0].complete);
+  EXPECT_EQ(summaries_[0].seed, 1000);
+  ASSERT_EQ(runs_.size(), 1);
+  EXPECT_EQ(runs_[0].num_success, 1);
+  EXPECT_EQ(said_.last_finished_episode, 0);
+
+  Begin(1);
+  EXPECT_EQ(said_.state, component_status_t::READY);
+  SendState(0, 1);
+  SendContacts(0, 1);
+  End(0, 1);
+  ASSERT_EQ(runs_.size(), 2);
+  EXPECT_EQ(summaries_[1].failure_reason, "timeout");
+  EXPECT_EQ(runs_[1].num_episodes, 2);
+  EXPECT_EQ(runs_[1].num_complete, 2);
+  EXPECT_EQ(runs_[1].success_rate, 0.5);
+  EXPECT_NE(std::find(runs_[1].metric_name.begin(), runs_[1].metric_name.end(), "cartesian_path_length.left"),
+            runs_[1].metric_name.end());
+  EXPECT_NE(std::find(runs_[1].metric_name.begin(), runs_[1].metric_name.end(), "extended.contact_time_s"),
+            runs_[1].metric_name.end());
+}
+
+TEST_F(MetricsComponentTest, IsNotReadyWithoutAModel) {
+  Begin(0, 0, false);
+  EXPECT_EQ(dut_.status().state, component_status_t::IDLE);
+  Begin(0, 0, true);
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+}
+
+TEST_F(MetricsComponentTest, ARepeatedBeginChangesNothing) {
+  Begin(0);
+  SendState(0, 0);
+  Begin(0);
+  SendContacts(0, 0);
+  EXPECT_EQ(partials_.size(), 1);
+}
+
+TEST_F(MetricsComponentTest, ANewAttemptBeginsAgainAndReplacesTheOldResult) {
+  Begin(0);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  SendState(1, 0);
+  Begin(0, 1);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  End(0, 0);
+  ASSERT_EQ(summaries_.size(), 1);
+  EXPECT_EQ(summaries_[0].attempt, 1);
+  EXPECT_TRUE(summaries_[0].complete);
+  Begin(0, 2);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  End(0, 0);
+  EXPECT_EQ(runs_.back().num_episodes, 1);
+}
+
+TEST_F(MetricsComponentTest, CountsForeignMessagesAndDuplicates) {
+  SendState(0, 0);
+  SendContacts(3, 7);
+  End(0, 0);
+  EXPECT_EQ(dut_.status().foreign_messages, 3);
+  Begin(0);
+  SendState(0, 0);
+  SendState(0, 0);   // duplicate
+  SendState(0, 1);   // another episode
+  SendState(-5, 0);  // no such tick
+  EXPECT_EQ(dut_.status().foreign_messages, 6);
+  SendContacts(0, 0);
+  End(0, 0);
+  End(0, 0);
+  EXPECT_EQ(dut_.status().foreign_messages, 7);
+  ASSERT_EQ(summaries_.size(), 1);
+  EXPECT_TRUE(summaries_[0].complete);
+}
+
+TEST_F(MetricsComponentTest, WaitsABoundedTimeForTheLastTicks) {
+  Begin(0);
+  for (int64_t tick : {0, 1, 3, 4}) {
+    SendState(tick, 0);
+    SendContacts(tick, 0);
+  }
+  EXPECT_EQ(partials_.size(), 2);
+  EXPECT_EQ(dut_.next_poll(), SteadyTime::max());
+  const auto before = std::chrono::steady_clock::now();
+  End(5, 0);
+  EXPECT_GE(dut_.next_poll(), before + MetricsComponent::kMaxWait);
+  dut_.Poll(before + MetricsComponent::kMaxWait / 2);
+  Drain();
+  EXPECT_TRUE(summaries_.empty());
+  SendState(5, 0);
+  SendContacts(5, 0);
+  EXPECT_TRUE(summaries_.empty());
+  dut_.Poll(dut_.next_poll());
+  Drain();
+  ASSERT_EQ(summaries_.size(), 1);
+  EXPECT_EQ(partials_.size(), 5);
+  EXPECT_EQ(summaries_[0].extended.missing_ticks, 1);
+  EXPECT_FALSE(summaries_[0].complete);
+  EXPECT_EQ(runs_[0].num_complete, 0);
+  EXPECT_EQ(dut_.status().missing_ticks, 1);
+  EXPECT_EQ(dut_.next_poll(), SteadyTime::max());
+
+  // The count of the process goes on, the episode's begins again.
+  Begin(1);
+  End(0, 1);
+  dut_.Poll(dut_.next_poll());
+  Drain();
+  ASSERT_EQ(summaries_.size(), 2);
+  EXPECT_EQ(summaries_[1].extended.missing_ticks, 1);
+  EXPECT_EQ(dut_.status().missing_ticks, 2);
+}
+
+TEST_F(MetricsComponentTest, WaitsForTicksThatComeAfterTheEnd) {
+  Begin(0);
+  SendState(0, 0);
+  End(0, 0, "unstable");
+  EXPECT_TRUE(summaries_.empty());
+  SendContacts(0, 0);
+  ASSERT_EQ(summaries_.size(), 1);
+  EXPECT_TRUE(summaries_[0].complete);
+  EXPECT_EQ(summaries_[0].failure_reason, "unstable");
+}
+
+TEST_F(MetricsComponentTest, ABadTaskIsAnInputErrorWithTheLine) {
+  std::string& yaml = model_.task_yaml;
+  yaml.replace(yaml.find("object: pot}}"), 13, "object: pan}}");
+  try {
+    Begin(0);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).rfind("small.yaml:20: nothing is called 'pan'", 0), 0)
+        << error.what();
+  }
+}
+
+TEST_F(MetricsComponentTest, TakesTheNewModelOfANewRun) {
+  Begin(0);
+  model_.num_objects = 0;
+  model_.object_name.clear();
+  model_.object_entity.clear();
+  Begin(1);
+  SendState(0, 1);
+  SendContacts(0, 1);
+  ASSERT_EQ(partials_.size(), 1);
+  EXPECT_EQ(partials_[0].metrics.num_objects, 0);
+}
+
+}  // namespace
+}  // namespace evalbus
