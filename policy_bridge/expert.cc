@@ -33,7 +33,8 @@ void SetAction(const Configuration& configuration, action_t* action) {
 
 std::unique_ptr<Policy> MakeExpert(const mjModel& model, const model_info_t& info) {
   if (info.task == "lift_pot") return std::make_unique<LiftPotExpert>(model, info);
-  throw InputError("policy \"expert\": there is none for task \"" + info.task + "\"; there is one for lift_pot");
+  throw InputError("policy \"expert\": there is none for task \"" + info.task +
+                   "\"; there is one for lift_pot");
 }
 
 }  // namespace evalbus

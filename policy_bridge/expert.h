@@ -18,8 +18,8 @@ class Expert : public Policy {
   void Act(const state_t& state, action_t* action) override;
 
  protected:
-  // What to do from `now`, seeing `state`; empty to rest until asked again at the next tick. Throws std::runtime_error
-  // where nothing can be done.
+  // What to do from `now`, seeing `state`; empty to rest until asked again at the next tick. Throws
+  // std::runtime_error where nothing can be done.
   virtual std::vector<Motion> Next(const Configuration& now, const state_t& state) = 0;
 
   PlanningContext& context() { return context_; }

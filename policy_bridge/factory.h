@@ -1,7 +1,9 @@
 // Policies by name.
 #pragma once
 
-#include <map>
+#include <mujoco/mujoco.h>
+
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,17 +11,15 @@
 #include "evalbus/model_info_t.hpp"
 #include "policy_bridge/policy.h"
 
-#include <mujoco/mujoco.h>
-
 namespace evalbus {
 
-// Recorded actions of an earlier run, by episode, in the order of their ticks.
-using Recording = std::map<int, std::vector<action_t>>;
+// The actions that were recorded of an episode, in the order of their ticks; empty if there are none.
+using Recording = std::function<std::vector<action_t>(int episode)>;
 
-// name: "expert", "noisy_expert", "random", "hold" or "replay", which plays `recording`. Throws InputError that lists the
-// names, or says which tasks the policy is for.
+// name: expert, noisy_expert, random, hold, or replay, which plays `recording`. Throws InputError that lists
+// the names, or says which tasks the policy is for.
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info,
-                                   const Recording& recording);
+                                   const Recording& recording = {});
 
 // Throws InputError, as MakePolicy does, for a name that no policy has.
 void CheckPolicyName(const std::string& name);

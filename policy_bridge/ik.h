@@ -20,9 +20,9 @@ struct IkResult {
 
 // Joint positions whose wrist pose is `target` (world frame), searched from `start`. Each step solves
 //   dq = J^T (J J^T + (e^2 + c) I)^-1 e + N (posture - q)
-// with pose error e; damping that vanishes with the error (Sugihara, "Solvability-unconcerned inverse kinematics by the
-// Levenberg-Marquardt method", IEEE T-RO 2011) is stable out of reach and quadratic near the solution. A joint that a
-// step pushes against its limit is left out of that step.
+// with pose error e; damping that vanishes with the error (Sugihara, "Solvability-unconcerned inverse
+// kinematics by the Levenberg-Marquardt method", IEEE T-RO 2011) is stable out of reach and quadratic near
+// the solution. A joint that a step pushes against its limit is left out of that step.
 IkResult SolveIk(const ArmChain& arm, const Eigen::Isometry3d& target, const JointVector& start,
                  const IkOptions& options = {});
 

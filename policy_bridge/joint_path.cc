@@ -23,8 +23,8 @@ JointVector JointPath::At(double s) const {
   const double x = std::clamp(s, 0.0, 1.0) * static_cast<double>(knots_.size() - 1);
   const size_t i = std::min(static_cast<size_t>(x), knots_.size() - 2);
   const double b = x - static_cast<double>(i), a = 1 - b;
-  return a * knots_[i] + b * knots_[i + 1] +
-         (a * (a * a - 1) / 6) * curvature_[i] + (b * (b * b - 1) / 6) * curvature_[i + 1];
+  return a * knots_[i] + b * knots_[i + 1] + (a * (a * a - 1) / 6) * curvature_[i] +
+         (b * (b * b - 1) / 6) * curvature_[i + 1];
 }
 
 JointVector JointPath::Slope(double s) const {

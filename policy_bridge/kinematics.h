@@ -1,5 +1,5 @@
-// Forward kinematics and Jacobian of one arm: the serial chain from the world to the wrist, taken once from a compiled
-// model, then evaluated without MuJoCo (well under a microsecond).
+// Forward kinematics and Jacobian of one arm: the serial chain from the world to the wrist, taken once from a
+// compiled model, then evaluated without MuJoCo (well under a microsecond).
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -21,8 +21,8 @@ Eigen::Isometry3d ToPose(const mjtNum* position, const mjtNum* quat);
 
 class ArmChain {
  public:
-  // Throws InputError if what lies between the world and the wrist site are not exactly the arm's joints, each a hinge,
-  // in their order.
+  // Throws InputError if what lies between the world and the wrist site are not exactly the arm's joints,
+  // each a hinge, in their order.
   ArmChain(const mjModel& model, const arm_info_t& arm);
 
   int num_joints() const { return static_cast<int>(joints_.size()); }
@@ -33,7 +33,8 @@ class ArmChain {
   // Pose of the wrist in the world for joint positions q (rad).
   Eigen::Isometry3d Forward(const JointVector& q) const { return Forward(q, nullptr); }
 
-  // The same with the wrist's Jacobian: rows 0-2 linear velocity (m/s), 3-5 angular velocity (rad/s), world frame.
+  // The same with the wrist's Jacobian: rows 0-2 linear velocity (m/s), 3-5 angular velocity (rad/s), world
+  // frame.
   Eigen::Isometry3d Forward(const JointVector& q, Jacobian* jacobian) const;
 
  private:

@@ -24,10 +24,14 @@ constexpr double kLiftHeight = 0.125;
 constexpr double kHeldHeight = 0.1;
 // Way of the hand from above the handle to the grasp.
 constexpr double kApproach = 0.09;
-// A tilted hand leans towards the robot: it reaches farther, and takes the handle nearer to the robot so that it stays
-// clear of the pot's wall.
-constexpr double kTilts[] = {0, 15 * kDegree, 30 * kDegree, 45 * kDegree, 60 * kDegree};
-constexpr double kTiltedShift = -0.02;
+// A hand that leans back reaches farther. It takes the handle's bar nearer to the robot, and higher, so that
+// the palm stays clear of the bar.
+struct Style {
+  double tilt;
+  double forward, up;  // of the bar's middle, m
+};
+constexpr Style kStyles[] = {
+    {0, 0, 0}, {15 * kDegree, -0.01, 0}, {30 * kDegree, -0.03, 0}, {40 * kDegree, -0.04, 0.008}};
 // Out of reach of the height wanted, the pot comes towards the robot while it is lifted.
 constexpr double kPulls[] = {0, 0.05, 0.1, 0.15, 0.2};
 // A grasp must allow at least this much lift on the spot.
@@ -59,18 +63,17 @@ void LiftPotExpert::Begin(const episode_begin_t& begin) {
   attempts_ = 0;
 }
 
-std::vector<LiftPotExpert::Grasp> LiftPotExpert::Grasps(int arm) const {
+std::vector<LiftPotExpert::Grasp> LiftPotExpert::Grasps(int handle) const {
   std::vector<Grasp> grasps;
-  for (double tilt : kTilts) {
-    const Vector3d approach(std::sin(tilt), 0, -std::cos(tilt));
-    const Vector3d position = handles_[arm] + Vector3d(tilt > 0 ? kTiltedShift : 0, 0, 0);
+  for (const Style& style : kStyles) {
+    const Vector3d approach(std::sin(style.tilt), 0, -std::cos(style.tilt));
     // The pads close along the pot's y, either of them in front.
     for (double sign : {1.0, -1.0}) {
       const Vector3d closing = sign * Vector3d::UnitY();
       Grasp grasp;
       grasp.at.makeAffine();
       grasp.at.linear() << closing.cross(approach), closing, approach;
-      grasp.at.translation() = position;
+      grasp.at.translation() = handles_[handle] + Vector3d(style.forward, 0, style.up);
       grasp.before = Translation3d(-kApproach * approach) * grasp.at;
       grasps.push_back(grasp);
     }
@@ -78,59 +81,65 @@ std::vector<LiftPotExpert::Grasp> LiftPotExpert::Grasps(int arm) const {
   return grasps;
 }
 
-std::vector<LiftPotExpert::Grasp> LiftPotExpert::FeasibleGrasps(int arm, const Isometry3d& pot,
-                                                                const Configuration& now, const state_t& state) {
-  std::vector<Grasp> feasible;
-  for (const Grasp& grasp : Grasps(arm)) {
-    Plan plan = MakePlan(now, state);
-    plan.Reach({{arm, pot * grasp.before}})
-        .Reach({{arm, pot * grasp.at}})
-        .Reach({{arm, Raised(pot, kFirstLift) * grasp.at}});
-    if (plan.feasible()) feasible.push_back(grasp);
-  }
-  return feasible;
+bool LiftPotExpert::CanTake(const Plan& plan, int arm, const Isometry3d& pot, const Grasp& grasp) const {
+  Plan attempt = plan;
+  attempt.Reach({{arm, pot * grasp.before}})
+      .Approach({{arm, pot * grasp.at}})
+      .Carry(pot_body_, pot, Raised(pot, kFirstLift), {arm})
+      .CheckContacts({arm});
+  return attempt.feasible();
 }
 
-std::optional<Plan> LiftPotExpert::Lift(const Isometry3d& pot, const Configuration& now, const state_t& state) {
-  const std::vector<Grasp> lefts = FeasibleGrasps(kLeft, pot, now, state);
-  const std::vector<Grasp> rights = FeasibleGrasps(kRight, pot, now, state);
-  for (const Grasp& left : lefts) {
-    for (const Grasp& right : rights) {
+std::optional<Plan> LiftPotExpert::Lift(const Plan& plan, const Isometry3d& pot) const {
+  const std::vector<Grasp> rights = Grasps(kRight);
+  // Found out when first needed.
+  std::vector<std::optional<bool>> can_take(rights.size());
+  for (const Grasp& left : Grasps(kLeft)) {
+    if (!CanTake(plan, kLeft, pot, left)) continue;
+    for (size_t i = 0; i < rights.size(); ++i) {
+      const Grasp& right = rights[i];
+      if (!can_take[i]) can_take[i] = CanTake(plan, kRight, pot, right);
+      if (!*can_take[i]) continue;
+      Plan grasped = plan;
+      grasped.Reach({{kLeft, pot * left.before}, {kRight, pot * right.before}})
+          .Approach({{kLeft, pot * left.at}, {kRight, pot * right.at}})
+          .Close({kLeft, kRight})
+          .CheckContacts({kLeft, kRight});
       for (double pull : kPulls) {
+        if (!grasped.feasible()) break;
         const Vector3d lifted = pot.translation() + Vector3d(-pull, 0, kLiftHeight);
-        Plan plan = MakePlan(now, state);
-        plan.Reach({{kLeft, pot * left.before}, {kRight, pot * right.before}})
-            .Reach({{kLeft, pot * left.at}, {kRight, pot * right.at}})
-            .Close({kLeft, kRight})
-            .Carry(pot_body_, pot, Upright(lifted, Yaw(pot)), {kLeft, kRight})
-            .CheckContacts();
-        if (plan.feasible()) return plan;
+        Plan attempt = grasped;
+        attempt.Carry(pot_body_, pot, Upright(lifted, Yaw(pot)), {kLeft, kRight})
+            .CheckContacts({kLeft, kRight});
+        if (attempt.feasible()) return attempt;
       }
     }
   }
   return std::nullopt;
 }
 
-std::optional<Plan> LiftPotExpert::Drag(const Isometry3d& pot, const Configuration& now, const state_t& state) {
+std::optional<Plan> LiftPotExpert::Drag(const Plan& plan, const Isometry3d& pot) const {
   const Vector3d sweet_spot(kSweetSpot[0], kSweetSpot[1], pot.translation().z());
-  for (double drag : kDrags) {
-    const Isometry3d nearer =
-        Upright((1 - drag) * pot.translation() + drag * sweet_spot, (1 - drag) * Yaw(pot));
-    const bool reachable = !FeasibleGrasps(kLeft, nearer, now, state).empty() &&
-                           !FeasibleGrasps(kRight, nearer, now, state).empty();
-    if (!reachable) continue;
-    for (int arm : {kLeft, kRight}) {
-      for (const Grasp& grasp : Grasps(arm)) {
-        Plan plan = MakePlan(now, state);
-        plan.Reach({{arm, pot * grasp.before}})
-            .Reach({{arm, pot * grasp.at}})
+  for (int arm : {kLeft, kRight}) {
+    for (int handle : {kLeft, kRight}) {
+      for (const Grasp& grasp : Grasps(handle)) {
+        Plan grasped = plan;
+        grasped.Reach({{arm, pot * grasp.before}})
+            .Approach({{arm, pot * grasp.at}})
             .Close({arm})
-            .Carry(pot_body_, pot, nearer, {arm})
-            .CheckContacts()
-            .Open({arm})
-            .Reach({{arm, nearer * grasp.before}})
-            .GoHome({arm});
-        if (plan.feasible()) return plan;
+            .CheckContacts({kLeft, kRight});
+        for (double drag : kDrags) {
+          if (!grasped.feasible()) break;
+          const Isometry3d nearer =
+              Upright((1 - drag) * pot.translation() + drag * sweet_spot, (1 - drag) * Yaw(pot));
+          Plan attempt = grasped;
+          attempt.Carry(pot_body_, pot, nearer, {arm})
+              .Open({arm})
+              .Approach({{arm, nearer * grasp.before}})
+              .CheckContacts({kLeft, kRight});
+          if (arm != handle) attempt.GoHome({arm});
+          if (attempt.feasible() && Lift(attempt, nearer)) return attempt;
+        }
       }
     }
   }
@@ -143,11 +152,13 @@ std::vector<Motion> LiftPotExpert::Next(const Configuration& now, const state_t&
   const bool holding = now.closing[kLeft] > 0 && now.closing[kRight] > 0;
   if (holding && pot.translation().z() > start_height_ + kHeldHeight) return {};
   if (attempts_++ < kMaxAttempts) {
-    if (auto plan = Lift(pot, now, state)) return plan->motions();
-    if (auto plan = Drag(pot, now, state)) return plan->motions();
+    const Plan start = MakePlan(now, state);
+    if (auto plan = Lift(start, pot)) return plan->motions();
+    if (auto plan = Drag(start, pot)) return plan->motions();
   }
-  throw std::runtime_error("expert: no way to lift the pot at (" + std::to_string(pot.translation().x()) + ", " +
-                           std::to_string(pot.translation().y()) + ") m, yaw " + std::to_string(Yaw(pot)) + " rad");
+  throw std::runtime_error("expert: no way to lift the pot at (" + std::to_string(pot.translation().x()) +
+                           ", " + std::to_string(pot.translation().y()) + ") m, yaw " +
+                           std::to_string(Yaw(pot)) + " rad");
 }
 
 }  // namespace evalbus

@@ -1,5 +1,5 @@
-// Scripted expert for LiftPot: both hands grasp a handle of the pot, lift it and hold it level. Where the pot stands out of
-// reach of both arms at once, one hand first drags it nearer.
+// Scripted expert for LiftPot: both hands grasp a handle of the pot, lift it and hold it level. Where the pot
+// stands out of reach of both arms at once, one hand first drags it nearer.
 #pragma once
 
 #include <optional>
@@ -24,16 +24,17 @@ class LiftPotExpert : public Expert {
     Eigen::Isometry3d before, at;
   };
 
-  // Ways to take the handle of an arm's side, the most upright first.
-  std::vector<Grasp> Grasps(int arm) const;
-  // Those with which the arm can take and raise the pot where it stands.
-  std::vector<Grasp> FeasibleGrasps(int arm, const Eigen::Isometry3d& pot, const Configuration& now,
-                                    const state_t& state);
-  std::optional<Plan> Lift(const Eigen::Isometry3d& pot, const Configuration& now, const state_t& state);
-  std::optional<Plan> Drag(const Eigen::Isometry3d& pot, const Configuration& now, const state_t& state);
+  // Ways to take a handle, the most upright first.
+  std::vector<Grasp> Grasps(int handle) const;
+  // True if the arm can take and raise the pot so, following `plan`.
+  bool CanTake(const Plan& plan, int arm, const Eigen::Isometry3d& pot, const Grasp& grasp) const;
+  // `plan` and then: both hands lift the pot from where it stands. Nothing if that is impossible.
+  std::optional<Plan> Lift(const Plan& plan, const Eigen::Isometry3d& pot) const;
+  // `plan` and then: one hand drags the pot to where Lift is possible.
+  std::optional<Plan> Drag(const Plan& plan, const Eigen::Isometry3d& pot) const;
 
   int pot_body_;
-  // Handles in the pot's frame, left and right; m.
+  // Middle of the handles' bars in the pot's frame, left and right; m.
   Eigen::Vector3d handles_[2];
   int attempts_ = 0;
   // Height of the pot's origin at tick 0, m.

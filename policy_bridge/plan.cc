@@ -12,8 +12,8 @@ namespace {
 constexpr double kKnotDistance = 0.04;  // m
 constexpr double kKnotTurn = 0.25;      // rad
 // A joint that turns farther than this from knot to knot has changed its branch.
-constexpr double kMaxKnotStep = 0.6;    // rad
-constexpr double kMinDuration = 0.3;    // s
+constexpr double kMaxKnotStep = 0.6;  // rad
+constexpr double kMinDuration = 0.3;  // s
 // Weight of the home posture against the last knot's where redundancy is spent.
 constexpr double kHomePull = 0.1;
 
@@ -61,7 +61,8 @@ Configuration Motion::At(double t) const {
   return now;
 }
 
-PlanningContext::PlanningContext(const mjModel& model, const model_info_t& info, const MotionLimits& motion_limits)
+PlanningContext::PlanningContext(const mjModel& model, const model_info_t& info,
+                                 const MotionLimits& motion_limits)
     : limits(motion_limits),
       arms(MakeArms(model, info)),
       home(HomeConfiguration(info)),
@@ -93,10 +94,12 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
     const Eigen::Isometry3d grip_to_wrist = arm.grip.inverse();
     std::vector<JointVector> path{end_.joints[arms[i]]};
     IkOptions options;
+    // From knot to knot it converges in a few steps or, out of reach, not at all.
+    options.max_iterations = 20;
     for (int k = 1; k < knots; ++k) {
       options.posture = (1 - kHomePull) * path.back() + kHomePull * context_->home.joints[arms[i]];
-      const IkResult ik =
-          SolveIk(arm.chain, grip(i, static_cast<double>(k) / (knots - 1)) * grip_to_wrist, path.back(), options);
+      const IkResult ik = SolveIk(arm.chain, grip(i, static_cast<double>(k) / (knots - 1)) * grip_to_wrist,
+                                  path.back(), options);
       if (!ik.converged || (ik.joints - path.back()).cwiseAbs().maxCoeff() > kMaxKnotStep) {
         feasible_ = false;
         return *this;
@@ -111,7 +114,7 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
   return *this;
 }
 
-Plan& Plan::Reach(const std::vector<GripGoal>& goals) {
+Plan& Plan::GoStraight(const std::vector<GripGoal>& goals, double speed) {
   if (!feasible_) return *this;
   std::vector<int> arms;
   std::vector<Eigen::Isometry3d> starts;
@@ -122,10 +125,9 @@ Plan& Plan::Reach(const std::vector<GripGoal>& goals) {
     distance = std::max(distance, (goal.pose.translation() - starts.back().translation()).norm());
     turn = std::max(turn, Turn(starts.back(), goal.pose));
   }
-  const MotionLimits& limits = context_->limits;
-  return Follow(
-      arms, NumKnots(distance, turn), MinDuration(distance, limits.grip_speed, turn, limits.grip_turn_rate),
-      [&](size_t i, double s) { return Between(starts[i], goals[i].pose, s); }, {});
+  return Follow(arms, NumKnots(distance, turn),
+                MinDuration(distance, speed, turn, context_->limits.grip_turn_rate),
+                [&](size_t i, double s) { return Between(starts[i], goals[i].pose, s); }, {});
 }
 
 Plan& Plan::GoHome(const std::vector<int>& arms) {
@@ -134,7 +136,8 @@ Plan& Plan::GoHome(const std::vector<int>& arms) {
   motion.duration = kMinDuration;
   for (int arm : arms) {
     motion.paths[arm] = JointPath({end_.joints[arm], context_->home.joints[arm]});
-    motion.duration = std::max(motion.duration, JointDuration(motion.paths[arm], context_->limits.joint_speed));
+    motion.duration =
+        std::max(motion.duration, JointDuration(motion.paths[arm], context_->limits.joint_speed));
   }
   Append(std::move(motion), {});
   return *this;
@@ -161,9 +164,9 @@ Plan& Plan::Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry
   }
   const double turn = Turn(from, to);
   const MotionLimits& limits = context_->limits;
-  return Follow(
-      arms, NumKnots(distance, turn), MinDuration(distance, limits.carry_speed, turn, limits.grip_turn_rate),
-      [&](size_t i, double s) { return Between(from, to, s) * in_object[i]; }, {body, from, to});
+  return Follow(arms, NumKnots(distance, turn),
+                MinDuration(distance, limits.carry_speed, turn, limits.grip_turn_rate),
+                [&](size_t i, double s) { return Between(from, to, s) * in_object[i]; }, {body, from, to});
 }
 
 Plan& Plan::Wait(double duration) {
@@ -174,21 +177,31 @@ Plan& Plan::Wait(double duration) {
   return *this;
 }
 
-Plan& Plan::CheckContacts() {
+Plan& Plan::CheckContacts(const std::vector<int>& arms) {
+  if (!feasible_) return *this;
   ContactProbe& probe = context_->probe;
-  if (feasible_) probe.Set(*state_);
-  for (size_t i = 0; i < motions_.size() && feasible_; ++i) {
+  probe.Set(*state_);
+  for (size_t i = 0; i < motions_.size(); ++i) {
     const Motion& motion = motions_[i];
     const Carried& carried = carried_[i];
-    size_t knots = 1;
-    for (const JointPath& path : motion.paths) knots = std::max(knots, path.knots().size());
-    for (size_t k = 1; k < knots && feasible_; ++k) {
-      const double s = static_cast<double>(k) / static_cast<double>(knots - 1);
-      for (size_t arm = 0; arm < motion.paths.size(); ++arm) probe.SetArm(static_cast<int>(arm), motion.paths[arm].At(s));
+    if (i < num_checked_) {
+      if (carried.body >= 0) probe.SetObject(carried.body, carried.to);
+      continue;
+    }
+    size_t spans = 0;
+    for (const JointPath& path : motion.paths) spans = std::max(spans, path.knots().size() - 1);
+    for (size_t k = 1; k <= spans; ++k) {
+      const double s = static_cast<double>(k) / static_cast<double>(spans);
+      for (size_t arm = 0; arm < motion.paths.size(); ++arm)
+        probe.SetArm(static_cast<int>(arm), motion.paths[arm].At(s));
       if (carried.body >= 0) probe.SetObject(carried.body, Between(carried.from, carried.to, s));
-      feasible_ = !probe.RobotTouches(carried.body);
+      if (probe.Touches(arms, carried.body)) {
+        feasible_ = false;
+        return *this;
+      }
     }
   }
+  num_checked_ = motions_.size();
   return *this;
 }
 

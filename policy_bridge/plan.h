@@ -1,10 +1,12 @@
 // Motion primitives, from which a scripted expert is written as a short list:
 //
 //   Plan plan(&planner, now);
-//   plan.Open({0, 1}).Reach({above_left, above_right}).Reach({left, right}).Close({0, 1}).Carry(body, from, to, {0, 1});
+//   plan.Open({0, 1}).Reach({above_left, above_right}).Reach({left, right}).Close({0, 1}).Carry(body, from,
+//   to, {0, 1});
 //
-// A plan is made before it is carried out: straight lines of the grip frames, solved for joint positions at knots, timed
-// so that no joint and no hand exceeds its speed. It is feasible or not, so an expert can try one after the other.
+// A plan is made before it is carried out: straight lines of the grip frames, solved for joint positions at
+// knots, timed so that no joint and no hand exceeds its speed. It is feasible or not, so an expert can try
+// one after the other.
 #pragma once
 
 #include <optional>
@@ -16,10 +18,12 @@
 namespace evalbus {
 
 struct MotionLimits {
-  double joint_speed = 1.3;     // rad/s; the Panda's own limits are 2.175 and 2.61
-  double grip_speed = 0.5;      // m/s
-  double carry_speed = 0.25;    // m/s
-  double grip_turn_rate = 1.5;  // rad/s
+  // Also the wrist's: 12 N m against a joint damping of 10 N m s/rad allow no more than 1.2 rad/s.
+  double joint_speed = 1.1;     // rad/s
+  double grip_speed = 0.6;      // m/s
+  double approach_speed = 0.2;  // m/s
+  double carry_speed = 0.3;     // m/s
+  double grip_turn_rate = 2.0;  // rad/s
   double gripper_time = 0.6;    // s, to open or close
   double clearance = 0.003;     // m, to everything the robot should not touch
 };
@@ -58,17 +62,23 @@ class Plan {
   // Each primitive appends a motion. Once one is impossible the plan is infeasible and the rest do nothing.
 
   // The grips go straight to their goals, the other arms rest.
-  Plan& Reach(const std::vector<GripGoal>& goals);
+  Plan& Reach(const std::vector<GripGoal>& goals) { return GoStraight(goals, context_->limits.grip_speed); }
+  // The same slowly: the last centimetres to a grasp, and the first ones away from it.
+  Plan& Approach(const std::vector<GripGoal>& goals) {
+    return GoStraight(goals, context_->limits.approach_speed);
+  }
   // The arms go home, straight in joint space.
   Plan& GoHome(const std::vector<int>& arms);
   Plan& Open(const std::vector<int>& grippers) { return MoveGrippers(grippers, 0); }
   Plan& Close(const std::vector<int>& grippers) { return MoveGrippers(grippers, 1); }
   // The arms, which hold the object whose first body is `body`, bring it straight from one pose to another.
-  Plan& Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, const std::vector<int>& arms);
+  Plan& Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+              const std::vector<int>& arms);
   Plan& Wait(double duration);
 
-  // Infeasible if the robot touches anything on the way, apart from pads on what is carried. Looks at the knots.
-  Plan& CheckContacts();
+  // Infeasible if these arms touch anything but arms not named, in the motions since the last check. Pads may
+  // touch what is carried. Looks at the knots.
+  Plan& CheckContacts(const std::vector<int>& arms);
 
   bool feasible() const { return feasible_; }
   const std::vector<Motion>& motions() const { return motions_; }
@@ -82,7 +92,9 @@ class Plan {
   };
   // grip(i, s): pose of the grip of arms[i] at fraction s.
   template <class GripAt>
-  Plan& Follow(const std::vector<int>& arms, int knots, double min_duration, const GripAt& grip, const Carried& carried);
+  Plan& Follow(const std::vector<int>& arms, int knots, double min_duration, const GripAt& grip,
+               const Carried& carried);
+  Plan& GoStraight(const std::vector<GripGoal>& goals, double speed);
   Plan& MoveGrippers(const std::vector<int>& grippers, double closing);
   Motion Rest() const;
   void Append(Motion motion, const Carried& carried);
@@ -93,6 +105,8 @@ class Plan {
   std::vector<Motion> motions_;
   // Of each motion: what it carries.
   std::vector<Carried> carried_;
+  // Motions checked for contacts so far.
+  size_t num_checked_ = 0;
   bool feasible_ = true;
 };
 

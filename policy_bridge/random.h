@@ -11,7 +11,8 @@ class Random {
  public:
   // stream: independent numbers for different purposes of one episode.
   Random(int64_t seed, uint32_t stream) {
-    std::seed_seq sequence{static_cast<uint32_t>(seed), static_cast<uint32_t>(static_cast<uint64_t>(seed) >> 32), stream};
+    std::seed_seq sequence{static_cast<uint32_t>(seed),
+                           static_cast<uint32_t>(static_cast<uint64_t>(seed) >> 32), stream};
     engine_.seed(sequence);
   }
 

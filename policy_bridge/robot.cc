@@ -13,8 +13,8 @@ struct DataDeleter {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 
-// Midway between the pads of a gripper, and the way they close. A pad's place is that of its body's geom farthest from
-// the wrist: a finger has other geoms too.
+// Midway between the pads of a gripper, and the way they close. A pad's place is that of its body's geom
+// farthest from the wrist: a finger has other geoms too.
 Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const gripper_info_t& gripper,
                             const Eigen::Isometry3d& wrist) {
   const Eigen::Vector3d approach = wrist.linear().col(2);
@@ -110,7 +110,9 @@ ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, doubl
     model_->geom_margin[geom] = std::max(model_->geom_margin[geom], clearance_m);
     const int entity = info.body_entity[info.geom_body[geom]];
     entity_of_geom_.push_back(entity);
-    is_robot_.push_back(info.entity_kind[entity] == model_info_t::ROBOT);
+    const auto arm = std::find_if(info.arm.begin(), info.arm.end(),
+                                  [&](const arm_info_t& candidate) { return candidate.entity == entity; });
+    arm_of_geom_.push_back(arm == info.arm.end() ? -1 : static_cast<int>(arm - info.arm.begin()));
     is_pad_.push_back(false);
   }
   data_.reset(mj_makeData(model_.get()));
@@ -142,16 +144,20 @@ void ContactProbe::SetObject(int body, const Eigen::Isometry3d& pose) {
   qpos[6] = quat.z();
 }
 
-bool ContactProbe::RobotTouches(int held_body) {
+bool ContactProbe::Touches(const std::vector<int>& arms, int held_body) {
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());
   const int held = held_body < 0 ? -1 : entity_of_body_[held_body];
+  const auto is_named = [&](int geom) {
+    return std::find(arms.begin(), arms.end(), arm_of_geom_[geom]) != arms.end();
+  };
   for (int i = 0; i < data_->ncon; ++i) {
     const int a = data_->contact[i].geom1, b = data_->contact[i].geom2;
-    if (!is_robot_[a] && !is_robot_[b]) continue;
-    if (held >= 0 && ((is_pad_[a] && entity_of_geom_[b] == held) || (is_pad_[b] && entity_of_geom_[a] == held))) continue;
-    // The pads of one hand meet when it closes.
-    if (is_pad_[a] && is_pad_[b]) continue;
+    const bool a_named = is_named(a), b_named = is_named(b);
+    if (!a_named && !b_named) continue;
+    if ((arm_of_geom_[a] >= 0 && !a_named) || (arm_of_geom_[b] >= 0 && !b_named)) continue;
+    if (is_pad_[a] && (is_pad_[b] || entity_of_geom_[b] == held)) continue;
+    if (is_pad_[b] && entity_of_geom_[a] == held) continue;
     return true;
   }
   return false;

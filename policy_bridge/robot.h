@@ -1,5 +1,5 @@
-// The robot and its surroundings as a scripted policy knows them: kinematics of the arms, where each gripper grips, and
-// which configurations touch something.
+// The robot and its surroundings as a scripted policy knows them: kinematics of the arms, where each gripper
+// grips, and which configurations touch something.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -22,7 +22,8 @@ struct Configuration {
 
 struct Arm {
   ArmChain chain;
-  // Grip frame in the wrist frame: origin midway between the pads, z away from the wrist, y the way the pads close.
+  // Grip frame in the wrist frame: origin midway between the pads, z away from the wrist, y the way the pads
+  // close.
   Eigen::Isometry3d grip;
 
   Eigen::Isometry3d GripPose(const JointVector& q) const { return chain.Forward(q) * grip; }
@@ -34,15 +35,17 @@ std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 // Home joints, grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
 
-// Index of the first body of a named object of the task; its pose in a state. Throws InputError if there is no such object.
+// Index of the first body of a named object of the task; its pose in a state. Throws InputError if there is
+// no such object.
 int ObjectBody(const model_info_t& info, const std::string& object);
 Eigen::Isometry3d BodyPose(const state_t& state, int body);
 
-// Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if there is no such site.
+// Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if there is no such
+// site.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);
 
-// Answers what the robot would touch, by MuJoCo's collision detection on a private copy of the scene in which every geom
-// is thicker by a clearance.
+// Answers what the robot would touch, by MuJoCo's collision detection on a private copy of the scene in which
+// every geom is thicker by a clearance.
 class ContactProbe {
  public:
   ContactProbe(const mjModel& model, const model_info_t& info, double clearance_m);
@@ -52,9 +55,9 @@ class ContactProbe {
   void SetArm(int arm, const JointVector& q);
   void SetObject(int body, const Eigen::Isometry3d& pose);
 
-  // True if a geom of the robot touches anything (another of its geoms too). Pads may touch the object with the first
-  // body `held_body`; -1: nothing is held.
-  bool RobotTouches(int held_body);
+  // True if one of these arms (or its hand) touches anything but the arms that are not named. Pads may touch
+  // the object with the first body `held_body`; -1: nothing is held.
+  bool Touches(const std::vector<int>& arms, int held_body);
 
  private:
   struct Free {
@@ -64,8 +67,10 @@ class ContactProbe {
   std::unique_ptr<mjModel, Free> model_;
   std::unique_ptr<mjData, Free> data_;
   std::vector<std::vector<int>> arm_qpos_;
-  std::vector<char> is_robot_, is_pad_;
-  std::vector<int> entity_of_geom_, entity_of_body_;
+  // Of each geom: the arm it belongs to or -1, its entity, whether it is a pad.
+  std::vector<int> arm_of_geom_, entity_of_geom_;
+  std::vector<char> is_pad_;
+  std::vector<int> entity_of_body_;
 };
 
 }  // namespace evalbus

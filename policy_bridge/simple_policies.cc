@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "bus/errors.h"
 #include "policy_bridge/expert.h"
@@ -19,9 +18,9 @@ constexpr int kNumSines = 3;
 constexpr double kMinFrequency = 0.05;  // Hz
 constexpr double kRampTime = 1;         // s
 
-constexpr double kRandomAmplitude = 0.4;     // rad
-constexpr double kRandomFrequency = 0.3;     // Hz
-constexpr double kNoiseFrequency = 0.7;      // Hz
+constexpr double kRandomAmplitude = 0.4;  // rad
+constexpr double kRandomFrequency = 0.3;  // Hz
+constexpr double kNoiseFrequency = 0.7;   // Hz
 
 double Time(const state_t& state) { return static_cast<double>(state.header.sim_time_us) * 1e-6; }
 
@@ -54,7 +53,8 @@ void RandomPolicy::Begin(const episode_begin_t& begin) {
   Random random(begin.seed, kRandomStream);
   joints_.clear();
   grippers_.clear();
-  for (size_t i = 0; i < CountJoints(info_); ++i) joints_.emplace_back(&random, kRandomAmplitude, kRandomFrequency);
+  for (size_t i = 0; i < CountJoints(info_); ++i)
+    joints_.emplace_back(&random, kRandomAmplitude, kRandomFrequency);
   for (size_t i = 0; i < info_.gripper.size(); ++i) grippers_.emplace_back(&random, 1.0, kRandomFrequency);
 }
 
@@ -65,8 +65,8 @@ void RandomPolicy::Act(const state_t& state, action_t* action) {
   for (size_t i = 0; i < now.joints.size(); ++i) {
     for (Eigen::Index j = 0; j < now.joints[i].size(); ++j) {
       const auto index = static_cast<size_t>(j);
-      now.joints[i][j] = std::clamp(now.joints[i][j] + joints_[next++].At(time), info_.arm[i].joint_lower_rad[index],
-                                    info_.arm[i].joint_upper_rad[index]);
+      now.joints[i][j] = std::clamp(now.joints[i][j] + joints_[next++].At(time),
+                                    info_.arm[i].joint_lower_rad[index], info_.arm[i].joint_upper_rad[index]);
     }
   }
   for (size_t i = 0; i < grippers_.size(); ++i) now.closing[i] = std::abs(grippers_[i].At(time));
@@ -89,16 +89,17 @@ void NoisyPolicy::Act(const state_t& state, action_t* action) {
   for (size_t i = 0; i < joints_.size(); ++i) action->joint_position_rad[i] += joints_[i].At(time);
 }
 
-ReplayPolicy::ReplayPolicy(const Recording& recording, const model_info_t& info)
-    : recording_(recording), num_joints_(CountJoints(info)), num_grippers_(info.gripper.size()) {}
+ReplayPolicy::ReplayPolicy(Recording recording, const model_info_t& info)
+    : recording_(std::move(recording)), num_joints_(CountJoints(info)), num_grippers_(info.gripper.size()) {}
 
 void ReplayPolicy::Begin(const episode_begin_t& begin) {
-  const auto found = recording_.find(begin.header.episode);
-  if (found == recording_.end() || found->second.empty()) {
+  actions_ = recording_(begin.header.episode);
+  next_ = 0;
+  if (actions_.empty()) {
     throw InputError("policy \"replay\": the recording has no actions of episode " +
                      std::to_string(begin.header.episode));
   }
-  for (const action_t& action : found->second) {
+  for (const action_t& action : actions_) {
     if (action.joint_position_rad.size() != num_joints_ || action.gripper_closing.size() != num_grippers_) {
       throw InputError("policy \"replay\": the recording is of another robot: " +
                        std::to_string(action.joint_position_rad.size()) + " joints and " +
@@ -106,15 +107,12 @@ void ReplayPolicy::Begin(const episode_begin_t& begin) {
                        std::to_string(num_joints_) + " and " + std::to_string(num_grippers_));
     }
   }
-  actions_ = &found->second;
-  next_ = 0;
 }
 
 void ReplayPolicy::Act(const state_t& state, action_t* action) {
-  while (next_ + 1 < actions_->size() && (*actions_)[next_ + 1].header.sim_time_us <= state.header.sim_time_us) {
+  while (next_ + 1 < actions_.size() && actions_[next_ + 1].header.sim_time_us <= state.header.sim_time_us)
     ++next_;
-  }
-  *action = (*actions_)[next_];
+  *action = actions_[next_];
 }
 
 }  // namespace evalbus

@@ -12,8 +12,8 @@
 
 namespace evalbus {
 
-// Smooth noise: a sum of three sines of random frequency and phase that starts at zero. A function of time alone, so it
-// does not depend on the control rate.
+// Smooth noise: a sum of three sines of random frequency and phase that starts at zero. A function of time
+// alone, so it does not depend on the control rate.
 class SmoothNoise {
  public:
   // Frequencies are uniform in [0.05, max_frequency] Hz. Values stay within +-amplitude.
@@ -38,7 +38,8 @@ class HoldPolicy : public Policy {
   Configuration home_;
 };
 
-// Moves every joint smoothly within +-0.4 rad of home (and its limits), and every gripper between open and closed.
+// Moves every joint smoothly within +-0.4 rad of home (and its limits), and every gripper between open and
+// closed.
 class RandomPolicy : public Policy {
  public:
   explicit RandomPolicy(const model_info_t& info);
@@ -66,18 +67,18 @@ class NoisyPolicy : public Policy {
   std::vector<SmoothNoise> joints_;
 };
 
-// Repeats the recorded actions of the episode with the same number: at each tick the last one whose simulated time has
-// come, so a recording plays at another control rate too.
+// Repeats the recorded actions of the episode with the same number. At each tick that is the last one whose
+// simulated time has come, so a recording plays at another control rate too.
 class ReplayPolicy : public Policy {
  public:
-  ReplayPolicy(const Recording& recording, const model_info_t& info);
+  ReplayPolicy(Recording recording, const model_info_t& info);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
 
  private:
   Recording recording_;
   size_t num_joints_, num_grippers_;
-  const std::vector<action_t>* actions_ = nullptr;
+  std::vector<action_t> actions_;
   size_t next_ = 0;
 };
 

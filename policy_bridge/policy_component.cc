@@ -1,0 +1,107 @@
+#include "policy_bridge/policy_component.h"
+
+#include <mujoco/mujoco.h>
+
+#include <filesystem>
+
+#include "bus/bus.h"
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "bus/event_log.h"
+#include "bus/recorder.h"
+
+namespace evalbus {
+namespace {
+
+constexpr char kReplayPrefix[] = "replay:";
+
+struct ModelDeleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+
+std::unique_ptr<mjModel, ModelDeleter> LoadModel(const std::string& file) {
+  if (!std::filesystem::exists(file)) throw InputError("physics model " + file + " does not exist");
+  std::unique_ptr<mjModel, ModelDeleter> model(mj_loadModel(file.c_str(), nullptr));
+  if (!model) throw InputError("physics model " + file + " cannot be read by this version of MuJoCo");
+  return model;
+}
+
+std::vector<action_t> ReadActions(const std::filesystem::path& log, int episode) {
+  EventLogReader reader(log);
+  std::vector<action_t> actions;
+  LogEvent event;
+  action_t action{};
+  while (reader.Next(&event)) {
+    if (event.channel != channels::kAction || !Bus::Decode(event.data, &action)) continue;
+    if (action.header.episode != episode) continue;
+    // An episode that was begun again starts over.
+    while (!actions.empty() && actions.back().header.tick >= action.header.tick) actions.pop_back();
+    actions.push_back(action);
+  }
+  return actions;
+}
+
+}  // namespace
+
+Recording OpenRecording(const std::string& path) {
+  if (std::filesystem::is_directory(path)) {
+    if (!std::filesystem::is_directory(std::filesystem::path(path) / "episodes")) {
+      throw InputError("policy \"replay\": " + path + " is no run folder: it has no folder episodes/");
+    }
+    return [path](int episode) {
+      const std::filesystem::path log = EpisodeFolder(path, episode) / "events.lcmlog";
+      return std::filesystem::exists(log) ? ReadActions(log, episode) : std::vector<action_t>{};
+    };
+  }
+  if (!std::filesystem::exists(path)) throw InputError("policy \"replay\": " + path + " does not exist");
+  return [path](int episode) { return ReadActions(path, episode); };
+}
+
+PolicyComponent::PolicyComponent(Bus* bus, const std::string& policy)
+    : Component(bus, "policy"), name_(policy) {
+  if (policy.starts_with(kReplayPrefix)) {
+    name_ = "replay";
+    recording_ = OpenRecording(policy.substr(sizeof kReplayPrefix - 1));
+  } else if (policy == "replay") {
+    throw InputError("policy \"replay\": replay:PATH expected, with a run folder or an LCM event log");
+  }
+  CheckPolicyName(name_);
+  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
+  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
+                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnState(m); });
+}
+
+void PolicyComponent::OnModel(const model_info_t& model) {
+  std::vector<uint8_t> bytes(static_cast<size_t>(model.getEncodedSize()));
+  model.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  if (bytes == model_bytes_) return;
+  model_bytes_ = std::move(bytes);
+  model_ = model;
+  policy_.reset();
+}
+
+void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
+  EnterEpisode(begin);
+  // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
+  if (status_.state != component_status_t::IDLE || model_bytes_.empty()) return;
+  if (!policy_) policy_ = MakePolicy(name_, *LoadModel(model_.physics_file), model_, recording_);
+  policy_->Begin(begin);
+  SayReady();
+}
+
+void PolicyComponent::OnState(const state_t& state) {
+  if (!IsOurs(state.header) || status_.state != component_status_t::READY) return;
+  try {
+    policy_->Act(state, &action_);
+  } catch (const std::exception& error) {
+    action_ = {};
+    action_.mode = action_t::JOINT_POSITION;
+    action_.error = error.what();
+  }
+  action_.header = state.header;
+  bus().Publish(channels::kAction, action_);
+  Progress(state.header.tick);
+}
+
+}  // namespace evalbus

@@ -1,0 +1,42 @@
+// A policy as a component: says READY once it has MODEL and EPISODE_BEGIN, then answers each STATE with an
+// ACTION. What a policy throws while it acts travels in the action and ends the episode with policy_error.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bus/component.h"
+#include "evalbus/action_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "policy_bridge/factory.h"
+
+namespace evalbus {
+
+class PolicyComponent : public Component {
+ public:
+  // policy: a name that MakePolicy takes, or replay:PATH with a run folder or an LCM event log. Throws
+  // InputError.
+  PolicyComponent(Bus* bus, const std::string& policy);
+
+ private:
+  void OnModel(const model_info_t& model);
+  void OnEpisodeBegin(const episode_begin_t& begin);
+  void OnState(const state_t& state);
+
+  std::string name_;
+  Recording recording_;
+  model_info_t model_{};
+  std::vector<uint8_t> model_bytes_;
+  // Made for model_ when the next episode begins.
+  std::unique_ptr<Policy> policy_;
+  action_t action_{};
+};
+
+// Actions in a run folder or in a log, read when an episode is asked for. Throws InputError if there is no
+// such thing.
+Recording OpenRecording(const std::string& path);
+
+}  // namespace evalbus
