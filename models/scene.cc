@@ -57,7 +57,8 @@ std::string Translate(std::string message, const SceneComposer& composer) {
       std::regex_replace(message, std::regex(R"(\s*Object name = (\S*), id = (-?\d+), line.*)"), " ('$1')");
   message = std::regex_replace(message, std::regex(R"(\s*Element '(\w+)', line.*)"), " (<$1>)");
   message = std::regex_replace(message, std::regex(R"(^(XML )?Error: )"), "");
-  message = std::regex_replace(message, std::regex(R"( \(''\))"), "");
+  message = std::regex_replace(message, std::regex(R"(( in object '' \(id = \d+\))?( \(''\))?$)"), "");
+  message = std::regex_replace(message, std::regex(R"(('[^']+')(.*) \(\1\)$)"), "$1$2");
   message = std::regex_replace(message, std::regex(R"(\s+)"), " ");
   while (!message.empty() && message.back() == ' ') message.pop_back();
   return (source.empty() ? "scene" : source) + ": MuJoCo: " + message;
@@ -109,28 +110,25 @@ void AttachRobot(const TaskDescription& task, const RobotDescription& robot, Sce
   }
 }
 
+bool InertiasAgree(const mjModel& a, const mjModel& b) {
+  return std::memcmp(a.body_mass, b.body_mass, a.nbody * sizeof(mjtNum)) == 0 &&
+         std::memcmp(a.body_inertia, b.body_inertia, 3 * a.nbody * sizeof(mjtNum)) == 0 &&
+         std::memcmp(a.body_ipos, b.body_ipos, 3 * a.nbody * sizeof(mjtNum)) == 0;
+}
+
 // The two models must agree in everything that ids in messages and replayed states rely on.
 void CheckAgreement(const mjModel& physics, const mjModel& visual) {
-  const auto differ = [](const std::string& what) {
-    throw InputError("scene: dropping visual geoms changes " + what + "; give the bodies an <inertial>");
-  };
-  if (physics.nbody != visual.nbody || physics.njnt != visual.njnt || physics.nq != visual.nq ||
-      physics.nv != visual.nv || physics.nu != visual.nu || physics.nsite != visual.nsite ||
-      physics.ntendon != visual.ntendon || physics.neq != visual.neq) {
-    differ("the number of bodies, joints, actuators, sites, tendons or constraints");
-  }
-  for (int i = 0; i < physics.nbody; ++i) {
-    if (physics.body_mass[i] != visual.body_mass[i] ||
-        std::memcmp(physics.body_inertia + 3 * i, visual.body_inertia + 3 * i, 3 * sizeof(mjtNum)) != 0) {
-      differ("the inertia of body '" + NameOf(physics, mjOBJ_BODY, i) + "'");
-    }
-  }
   const auto colliding = [](const mjModel& model) {
     int count = 0;
     for (int i = 0; i < model.ngeom; ++i) count += (model.geom_contype[i] | model.geom_conaffinity[i]) != 0;
     return count;
   };
-  if (colliding(physics) != colliding(visual)) differ("the colliding geoms");
+  if (physics.nbody != visual.nbody || physics.njnt != visual.njnt || physics.nq != visual.nq ||
+      physics.nv != visual.nv || physics.nu != visual.nu || physics.nsite != visual.nsite ||
+      physics.ntendon != visual.ntendon || physics.neq != visual.neq ||
+      colliding(physics) != colliding(visual) || !InertiasAgree(physics, visual)) {
+    throw InputError("scene: MuJoCo's discardvisual drops more than visual geoms");
+  }
 }
 
 void FillBodies(const TaskDescription& task, const RobotDescription& robot, const mjModel& model,
@@ -287,10 +285,16 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   }
 
   Scene scene;
-  scene.xml = composer.ToXml();
   scene.warnings = composer.warnings();
-  scene.physics = CompileModel(composer, true, &scene.warnings);
   scene.visual = CompileModel(composer, false, &scene.warnings);
+  scene.physics = CompileModel(composer, true, &scene.warnings);
+  if (!InertiasAgree(*scene.physics, *scene.visual)) {
+    // MuJoCo drops visual geoms before it infers inertias from geoms.
+    composer.SetInertials(*scene.visual);
+    scene.visual = CompileModel(composer, false, &scene.warnings);
+    scene.physics = CompileModel(composer, true, &scene.warnings);
+  }
+  scene.xml = composer.ToXml();
   CheckAgreement(*scene.physics, *scene.visual);
   // Two arms of one model say everything twice.
   std::vector<std::string> unique;

@@ -1,24 +1,17 @@
 // Composes robot, props and scene and compiles them into the two models of a run.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "evalbus/model_info_t.hpp"
+#include "models/physics_model.h"
 #include "models/robot_description.h"
 #include "models/scene_composer.h"
 #include "models/task_description.h"
 
 namespace evalbus {
-
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 
 // A scene ready to simulate.
 //

@@ -1,6 +1,5 @@
 #include "models/scene_composer.h"
 
-#include <mujoco/mujoco.h>
 #include <tinyxml2.h>
 
 #include <algorithm>
@@ -243,7 +242,7 @@ class Part {
     for (XMLElement* section : Sections(name)) mjcf_.root->DeleteChild(section);
   }
 
-  // Merges the <default> sections into one with the class name "main".
+  // The <default> sections, merged into one with the class name "main".
   XMLElement* MainDefault() {
     if (main_default_) return main_default_;
     XMLElement*& main = main_default_;
@@ -256,6 +255,11 @@ class Part {
         continue;
       }
       for (XMLElement* child : Children(section)) {
+        // MuJoCo would not hand these on to the classes that are there already.
+        if (!Is(child, "default") && main->FirstChildElement("default")) {
+          Fail(child, Tag(child) + " defaults must come before the default classes of " +
+                          SourceOf(main->FirstChildElement("default")));
+        }
         XMLElement* same = Is(child, "default") ? nullptr : main->FirstChildElement(child->Name());
         if (!same) {
           main->InsertEndChild(child);
@@ -290,6 +294,9 @@ class Part {
     const bool degree = compiler("angle", "degree") == "degree";
     std::string sequence = compiler("eulerseq", "xyz");
     for (XMLElement* section : Sections("worldbody")) {
+      const auto* attribute = section->FirstAttribute();
+      while (attribute && std::string(attribute->Name()) == kSourceAttribute) attribute = attribute->Next();
+      if (attribute) Fail(section, "<worldbody> cannot have attributes");
       if (degree) ConvertJoints(section, "main");
       if (compiler("inertiafromgeom", "auto") == "true") RemoveInertials(section);
     }
@@ -428,8 +435,11 @@ class Part {
 
   void RemoveInertials(XMLElement* body) {
     for (XMLElement* child : Children(body)) {
-      if (Is(child, "inertial")) body->DeleteChild(child);
-      if (Is(child, "body")) RemoveInertials(child);
+      if (Is(child, "body")) {
+        RemoveInertials(child);
+      } else if (Is(child, "inertial")) {
+        body->DeleteChild(child);
+      }
     }
   }
 
@@ -682,6 +692,26 @@ void SceneComposer::SetPositionGain(const std::string& actuator, double gain) {
   Set(element, "biastype", "affine");
   Set(element, "gainprm", Number(gain) + " 0 0");
   Set(element, "biasprm", "0 " + Number(-gain) + " 0");
+}
+
+void SceneComposer::SetInertials(const mjModel& model) {
+  // Body ids are in document order, the world first.
+  int id = -1;
+  ForEach(impl_->sections["worldbody"], [&](XMLElement* element) {
+    if (!Is(element, "body") && !Is(element, "worldbody")) return;
+    ++id;
+    if (id == 0 || model.body_mass[id] == 0 || element->FirstChildElement("inertial")) return;
+    const auto numbers = [id](const mjtNum* values, int n) {
+      return Join(std::vector<double>(values + n * id, values + n * (id + 1)));
+    };
+    XMLElement* inertial = impl_->document.NewElement("inertial");
+    element->InsertFirstChild(inertial);
+    Set(inertial, kSourceAttribute, SourceOf(element));
+    Set(inertial, "mass", Number(model.body_mass[id]));
+    Set(inertial, "pos", numbers(model.body_ipos, 3));
+    Set(inertial, "quat", numbers(model.body_iquat, 4));
+    Set(inertial, "diaginertia", numbers(model.body_inertia, 3));
+  });
 }
 
 std::string SceneComposer::ToXml(bool discard_visual) const {

@@ -1,6 +1,8 @@
 // Composes several MJCF files into one document. MuJoCo 2.2 has no attach of its own.
 #pragma once
 
+#include <mujoco/mujoco.h>
+
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -34,6 +36,10 @@ class SceneComposer {
   void SetJointAttribute(const std::string& joint, const std::string& attribute, double value);
   // Makes the actuator a position servo of this stiffness, N m / rad, without velocity gain.
   void SetPositionGain(const std::string& actuator, double gain);
+
+  // Gives every body without an <inertial> the inertia it has in `model`, which must be this document
+  // compiled.
+  void SetInertials(const mjModel& model);
 
   // The composed document; discard_visual: with the compiler option that drops what is only seen. Equal calls
   // give equal bytes.

@@ -260,7 +260,9 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
   std::string nearest;
   size_t least = std::max<size_t>(1, name.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    const size_t distance = EditDistance(name, candidate);
+    // A key without its unit is the likeliest mistake.
+    const bool lacks_end = name.size() >= 3 && candidate.starts_with(name + "_");
+    const size_t distance = lacks_end ? 1 : EditDistance(name, candidate);
     if (distance < least) {
       least = distance;
       nearest = candidate;

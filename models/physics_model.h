@@ -1,0 +1,25 @@
+// The compiled model of a run, as its processes share it: a file, named with its hash in MODEL.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+
+#include "evalbus/model_info_t.hpp"
+
+namespace evalbus {
+
+struct ModelDeleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
+
+// Loads info.physics_file. Throws InputError if it cannot be read or is not the one that MODEL's SHA-256
+// stands for.
+ModelPtr LoadPhysicsModel(const model_info_t& info);
+
+// MuJoCo's own answers to trouble are to wait for a key and to write a file into the working folder. From now
+// on its errors are EnvironmentErrors and its warnings lines on stderr.
+void InstallMujocoHandlers();
+
+}  // namespace evalbus
