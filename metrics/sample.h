@@ -9,10 +9,9 @@
 #include <string>
 #include <vector>
 
-namespace evalbus {
+#include "metrics/contact_distance.h"
 
-// Two geoms touch when their signed distance is at most this (m).
-inline constexpr double kContactDistance = 1e-8;
+namespace evalbus {
 
 enum class GeomOwner : uint8_t {
   kScene,   // everything that is neither of the two below

@@ -34,11 +34,6 @@ std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
 
 }  // namespace
 
-void InstallMujocoHandlers() {
-  mju_user_error = [](const char* message) { throw EnvironmentError(std::string("MuJoCo: ") + message); };
-  mju_user_warning = [](const char* message) { std::cerr << "MuJoCo warning: " << message << std::endl; };
-}
-
 SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus, "sim"), options_(options) {
   InstallMujocoHandlers();
   TaskSelection selection = FindTask(options.task);

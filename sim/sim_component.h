@@ -119,8 +119,4 @@ class SimComponent : public Component {
   int64_t deadline_misses_ = 0;
 };
 
-// Routes MuJoCo's errors into exceptions and its warnings to stderr, instead of a wait for a key and a file
-// in the working folder. Call once per process.
-void InstallMujocoHandlers();
-
 }  // namespace evalbus

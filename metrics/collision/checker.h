@@ -14,10 +14,9 @@
 #include <optional>
 #include <vector>
 
-namespace evalbus {
+#include "metrics/contact_distance.h"
 
-// Shapes touch when their signed distance is at most this, metres.
-inline constexpr double kContactDistance = 1e-8;
+namespace evalbus {
 
 struct Clearance {
   // Signed distance, metres; negative in penetration.

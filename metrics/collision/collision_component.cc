@@ -1,22 +1,12 @@
 #include "metrics/collision/collision_component.h"
 
-#include <mujoco/mujoco.h>
-
-#include <iostream>
 #include <string>
 
 #include "bus/channels.h"
-#include "bus/errors.h"
-#include "models/scene.h"
+#include "models/physics_model.h"
 
 namespace evalbus {
 namespace {
-
-// MuJoCo's own answers to trouble are to wait for a key and to write a file into the working folder.
-void InstallMujocoHandlers() {
-  mju_user_error = [](const char* message) { throw EnvironmentError(std::string("MuJoCo: ") + message); };
-  mju_user_warning = [](const char* message) { std::cerr << "MuJoCo warning: " << message << std::endl; };
-}
 
 bool HasPoses(const state_t& state, int num_bodies) {
   if (state.num_bodies != num_bodies) return false;
@@ -29,14 +19,7 @@ bool HasPoses(const state_t& state, int num_bodies) {
 }  // namespace
 
 std::unique_ptr<CollisionChecker> LoadChecker(const model_info_t& info) {
-  InstallMujocoHandlers();
-  if (Sha256File(info.physics_file) != info.physics_sha256) {
-    throw InputError(info.physics_file +
-                     " is not the model of this run: its SHA-256 is not the one in MODEL");
-  }
-  const ModelPtr model(mj_loadModel(info.physics_file.c_str(), nullptr));
-  if (!model)
-    throw InputError(info.physics_file + " is not a compiled model of MuJoCo " + mj_versionString());
+  const ModelPtr model = LoadPhysicsModel(info);
   return std::make_unique<CollisionChecker>(model.get(), info);
 }
 
