@@ -3,9 +3,9 @@
 
 namespace evalbus {
 
-extern const char kVersion[];
+extern const char* const kVersion;
 // Commit the program was built from, "unknown" outside a git checkout; dirty = with uncommitted changes.
-extern const char kGitCommit[];
+extern const char* const kGitCommit;
 extern const bool kGitDirty;
 
 }  // namespace evalbus
