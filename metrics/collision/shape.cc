@@ -43,7 +43,9 @@ Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
         sum += corner;
         ++count;
       }
-      return sum / count;
+      // Equally far to within the noise; exactly as far as the farthest.
+      const Vector3d centre = sum / count;
+      return centre + (farthest - centre.dot(u)) * u;
     }
     case Shape::Kind::kPlane:
       break;

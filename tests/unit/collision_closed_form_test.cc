@@ -130,12 +130,13 @@ TEST(CollisionClosedForm, CrossedAndParallelCapsules) {
   dut.Expect({0.08, 0, 0.4}, kUnit, -0.01, {0.045, 0, 0.25}, {1, 0, 0});
   // End to end.
   dut.Expect({0, 0, 0.58}, kUnit, -0.01, {0, 0, 0.345}, {0, 0, 1});
-  // The axes cut each other.
-  dut.Place(2, {0, 0, 0}, Turn(90, Vector3d::UnitY()));
+  // The axes cut each other: out across both, z and (cos 37, sin 37, 0).
+  const double turn = 37 * mjPI / 180;
+  dut.Place(2, {0, 0, 0}, Turn(37, Vector3d::UnitZ()) * Turn(90, Vector3d::UnitY()));
   const std::optional<contact_t> contact = dut.Check();
   ASSERT_TRUE(contact);
   EXPECT_NEAR(contact->distance_m, -0.09, 1e-12);
-  EXPECT_NEAR(std::abs(contact->normal[1]), 1, 1e-12);
+  EXPECT_NEAR(std::abs(contact->normal[0] * -std::sin(turn) + contact->normal[1] * std::cos(turn)), 1, 1e-12);
   dut.ExpectApart({0.0901, 0, 0});
 }
 

@@ -142,14 +142,16 @@ TEST(CollisionChecker, RefusesHeightFieldsByName) {
 }
 
 TEST(Clearance, ByHand) {
-  // The robot's moving sphere is 0.3 - 0.1 from the table's side, 0.25 - 0.1 above the floor; the object and
-  // its own base are nearer but do not count.
+  // The robot's tip is 0.3 - 0.1 from the table's side and 0.25 - 0.1 above the floor. Nearer, but not
+  // counted: the object, and the moving fixture (drawer) 0.05 below the base, which is fixed to the world.
   CollisionScene scene(R"(<mujoco><worldbody>
     <geom name="floor" type="plane" size="1 1 1"/>
     <body name="robot" pos="0 0 .25"><geom name="base" type="sphere" size=".2" pos="0 0 -.2"/>
       <body name="link"><joint axis="0 0 1"/><geom name="link" type="sphere" size=".02" pos=".3 0 0"/>
         <body name="tip"><joint axis="0 0 1"/><geom name="tip" type="sphere" size=".1"/></body></body></body>
     <body name="fixture" pos="0 .4 .25"><geom name="table" type="box" size=".1 .1 .1"/></body>
+    <body name="fixture_drawer" pos="0 0 -.5"><joint type="slide" axis="1 0 0"/>
+      <geom name="drawer" type="sphere" size=".3"/></body>
     <body name="o" pos=".15 0 .25"><freejoint/><geom name="object" type="sphere" size=".04"/></body>
     </worldbody></mujoco>)");
   CollisionChecker checker(scene.model.get(), scene.info);
