@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "bus/errors.h"
+#include "models/source_location.h"
 
 namespace evalbus {
 namespace {
@@ -21,7 +22,7 @@ void TagSources(XMLElement* element, const std::string& file) {
 std::unique_ptr<XMLDocument> Load(const std::filesystem::path& file, const std::string& asked_by) {
   const std::string prefix = asked_by.empty() ? "" : asked_by + ": ";
   if (!std::filesystem::is_regular_file(file)) {
-    throw InputError(prefix + "model file " + file.string() + " does not exist");
+    throw InputError(OneLine(prefix + "model file " + file.string() + " does not exist"));
   }
   auto document = std::make_unique<XMLDocument>();
   if (document->LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {

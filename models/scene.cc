@@ -53,8 +53,7 @@ std::string Translate(std::string message, const SceneComposer& composer) {
   if (std::regex_search(message, match, std::regex(R"(line =? ?(\d+))")))
     source = composer.Locate(std::stoi(match[1]));
   // "Object name = pot/pot, id = 3, line = 40, column = -1", "Element 'geom', line 40"
-  message =
-      std::regex_replace(message, std::regex(R"(\s*Object name = (\S*), id = (-?\d+), line.*)"), " ('$1')");
+  message = std::regex_replace(message, std::regex(R"(\s*Object name = (\S*), id = (-?\d+).*)"), " ('$1')");
   message = std::regex_replace(message, std::regex(R"(\s*Element '(\w+)', line.*)"), " (<$1>)");
   message = std::regex_replace(message, std::regex(R"(^(XML )?Error: )"), "");
   message = std::regex_replace(message, std::regex(R"(( in object '' \(id = \d+\))?( \(''\))?$)"), "");

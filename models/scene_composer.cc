@@ -15,6 +15,7 @@
 
 #include "bus/errors.h"
 #include "models/mjcf_file.h"
+#include "models/source_location.h"
 
 namespace evalbus {
 namespace {
@@ -28,7 +29,7 @@ constexpr double kRadPerDeg = std::numbers::pi / 180;
 // ----------------------------------------------------------------------------------------------------
 
 [[noreturn]] void Fail(const XMLElement* element, const std::string& message) {
-  throw InputError(SourceOf(element) + ": " + message);
+  throw InputError(OneLine(SourceOf(element) + ": " + message));
 }
 
 std::string Tag(const XMLElement* element) { return "<" + std::string(element->Name()) + ">"; }
@@ -342,6 +343,7 @@ class Part {
     static const std::set<std::string> kOwn = {"autolimits", "angle",        "eulerseq",  "meshdir",
                                                "texturedir", "assetdir",     "strippath", "inertiafromgeom",
                                                "usethread",  "discardvisual"};
+    const XMLElement* last = mjcf_.root;
     for (XMLElement* compiler : Sections("compiler")) {
       if (const XMLElement* child = compiler->FirstChildElement()) {
         Fail(child, Tag(child) + " in <compiler> is not supported");
@@ -354,13 +356,12 @@ class Part {
         }
         compiler_[name] = a->Value();
       }
-      compiler_source_ = SourceOf(compiler);
+      last = compiler;
     }
     const auto check = [&](const std::string& attribute, std::initializer_list<const char*> values) {
       const std::string value = compiler(attribute, *values.begin());
       if (std::find(values.begin(), values.end(), value) == values.end()) {
-        throw InputError(compiler_source_ + ": <compiler>: attribute '" + attribute + "': '" + value +
-                         "' is not allowed");
+        Fail(last, "<compiler>: attribute '" + attribute + "': '" + value + "' is not allowed");
       }
     };
     check("angle", {"degree", "radian"});
@@ -368,9 +369,7 @@ class Part {
     check("inertiafromgeom", {"auto", "true", "false"});
     const std::string sequence = compiler("eulerseq", "xyz");
     if (sequence.size() != 3 || sequence.find_first_not_of("xyzXYZ") != std::string::npos) {
-      throw InputError(compiler_source_ +
-                       ": <compiler>: attribute 'eulerseq': expected three of xyzXYZ, got '" + sequence +
-                       "'");
+      Fail(last, "<compiler>: attribute 'eulerseq': expected three of xyzXYZ, got '" + sequence + "'");
     }
   }
 
@@ -467,7 +466,6 @@ class Part {
   MjcfFile mjcf_;
   std::vector<std::string>* warnings_;
   std::map<std::string, std::string> compiler_;
-  std::string compiler_source_;
   XMLElement* main_default_ = nullptr;
   std::map<std::string, XMLElement*> classes_;
   // What was dropped -> where first, how often.
@@ -491,8 +489,7 @@ struct SceneComposer::Impl {
     for (const char* name : names) {
       for (XMLElement* section : part->Sections(name)) {
         for (const auto* a = section->FirstAttribute(); a; a = a->Next()) {
-          if (std::string(a->Name()) != kSourceAttribute)
-            sections.at(name)->SetAttribute(a->Name(), a->Value());
+          sections.at(name)->SetAttribute(a->Name(), a->Value());
         }
         for (XMLElement* child : Children(section)) {
           sections.at(name)->InsertEndChild(child->DeepClone(&document));

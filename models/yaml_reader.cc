@@ -83,7 +83,8 @@ SourceLocation YamlValue::location() const {
 }
 
 void YamlValue::Fail(const std::string& message) const {
-  throw InputError(location().ToString() + ": " + (key_.empty() ? "" : "key '" + key_ + "': ") + message);
+  throw InputError(
+      OneLine(location().ToString() + ": " + (key_.empty() ? "" : "key '" + key_ + "': ") + message));
 }
 
 std::string YamlValue::Shown() const {
@@ -233,7 +234,8 @@ YamlValue ParseYaml(const std::string& text, const std::string& file) {
     CheckSize(documents[0], file, 0, &count);
     return YamlValue(documents[0], file, "");
   } catch (const YAML::Exception& error) {
-    throw InputError(file + ":" + std::to_string(error.mark.line + 1) + ": not valid YAML: " + error.msg);
+    throw InputError(
+        OneLine(file + ":" + std::to_string(error.mark.line + 1) + ": not valid YAML: " + error.msg));
   }
 }
 

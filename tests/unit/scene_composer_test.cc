@@ -318,6 +318,9 @@ TEST(SceneComposer, BrokenFiles) {
   EXPECT_EQ(ErrorOfPart("\n<robot/>"), "part.xml:2: expected an MJCF model (<mujoco>), got <robot>");
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<geom euler='1 2'/></worldbody></mujoco>"),
             "part.xml:2: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
+  // One line, whatever the file says.
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><geom euler='1\n2'/></worldbody></mujoco>"),
+            "part.xml:1: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
   EXPECT_EQ(ErrorOfPart("<mujoco><default class='other'/></mujoco>"),
             "part.xml:1: the outermost default class must be called 'main', not 'other'");
 }
@@ -331,6 +334,8 @@ TEST(SceneComposer, MuJoCosErrorsNameTheLineOfThePart) {
   EXPECT_EQ(
       ErrorOfPart("<mujoco><worldbody>\n<body>\n<geom class='no' size='1'/>\n</body></worldbody></mujoco>"),
       "part.xml:3: MuJoCo: unknown default class (<geom>)");
+  EXPECT_EQ(ErrorOfPart("<mujoco/>", "<mujoco>\n<option integrator='magic'/></mujoco>"),
+            "base.xml:2: MuJoCo: invalid keyword: 'magic' (<option>)");
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<body name='b'><joint/></body></worldbody></mujoco>"),
             "part.xml:2: MuJoCo: mass and inertia of moving bodies must be larger than mjMINVAL ('p/b')");
 }
