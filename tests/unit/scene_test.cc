@@ -227,6 +227,37 @@ TEST(Scene, ModelsForNewerVersions) {
   EXPECT_LT(HoldHome(scene, robot, 3), 1e-3);
 }
 
+TEST(Scene, AnArmsModelMayContainItsHand) {
+  SceneFiles files;
+  // A composed document is a model file like any other.
+  SceneComposer composer(kModelsData / "world.xml");
+  composer.Attach(kModelsData / "newer_arm.xml", "a/", Pose{});
+  composer.Attach(kModelsData / "newer_hand.xml", "h/", Pose{}, false, "a/flange");
+  files.folder.Write("both.xml", composer.ToXml());
+  files.folder.Write("newer_robot.yaml", R"(name: whole
+arms:
+  - name: left
+    model: both.xml
+    joints: [a/joint1, a/joint2]
+    actuators: [a/motor1, a/motor2]
+    wrist_site: a/wrist
+    home_rad: [0, 0.5]
+    gripper:
+      joints: [h/slide1, h/slide2]
+      joint_open_m: 0.04
+      joint_closed_m: 0
+      actuator: h/grip
+      command_open: 255
+      command_closed: 0
+      pad_bodies: [h/left_finger, h/right_finger]
+)");
+  const Scene scene = files.Build();
+  EXPECT_EQ(scene.info.arm[0].wrist_site, "left/a/wrist");
+  EXPECT_EQ(scene.info.gripper[0].num_pad_geoms, 4);
+  EXPECT_EQ(scene.info.entity_name[scene.info.body_entity[IndexOf(scene.info.body_name, "left/h/hand")]],
+            "left");
+}
+
 TEST(Scene, MistakesNameTheLine) {
   {
     SceneFiles files;
