@@ -77,6 +77,9 @@ TEST_F(ExpressionTest, HoldingIsAPadTouchingTheObject) {
   EXPECT_FALSE(Evaluate(left, {{kLeftLink, kWall}}));
   EXPECT_FALSE(Evaluate(left, {{kRightPad, kWall}}));
   EXPECT_FALSE(Evaluate(left, {{kTop, kLeftPad}, {kTop, kWall}}));
+  contacts_ = Contacts(1, {{kLeftPad, kWall}});
+  contacts_.contact[0].distance_m = 2e-8;
+  EXPECT_FALSE(Compile(left)->Evaluate({state_, contacts_.contact})) << "near is not touching";
   EXPECT_TRUE(Evaluate(any, {{kRightPad, kWall}}));
   EXPECT_TRUE(Evaluate(any, {{kLeftPad, kWall}}));
   EXPECT_FALSE(Evaluate(any, {{kRightLink, kWall}}));
@@ -287,6 +290,24 @@ TEST_F(TaskEvaluatorTest, KeepsStagesAndTheFirstVerdict) {
   dut_.Start();
   EXPECT_EQ(dut_.verdict(), Verdict::kUndecided);
   EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{0, 0}));
+}
+
+TEST_F(TaskEvaluatorTest, StartUnlatchesEverything) {
+  const auto held = [] { return Of("latched", {Call("holding", {{"gripper", "left"}, {"object", "pot"}})}); };
+  TaskDescription task;
+  task.stages = {{1, "held", held()}};
+  task.success = Of("all", {held(), Call("height_above", {{"object", "pot"}, {"min_m", "1.1"}})});
+  TaskEvaluator dut(task, names_);
+  dut.Start();
+  contacts_ = Contacts(1, {{kLeftPad, kWall}});
+  dut.Evaluate({state_, contacts_.contact}, 1);
+  EXPECT_EQ(dut.stage_reached(), std::vector<uint8_t>{1});
+  dut.Start();
+  state_.body_position_m[kPot][2] = 2;
+  contacts_ = Contacts(1, {});
+  dut.Evaluate({state_, contacts_.contact}, 1);
+  EXPECT_EQ(dut.stage_reached(), std::vector<uint8_t>{0});
+  EXPECT_EQ(dut.verdict(), Verdict::kUndecided);
 }
 
 TEST_F(TaskEvaluatorTest, FailureGoesBeforeSuccess) {
