@@ -1,8 +1,8 @@
 #include "policy_bridge/robot.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
+#include <stdexcept>
 
 #include "bus/errors.h"
 
@@ -87,6 +87,11 @@ int ObjectBody(const model_info_t& info, const std::string& object) {
 }
 
 Eigen::Isometry3d BodyPose(const state_t& state, int body) {
+  const size_t needed = static_cast<size_t>(body) + 1;
+  if (state.body_position_m.size() < needed || state.body_quat_wxyz.size() < needed) {
+    throw std::runtime_error("the state has " + std::to_string(state.body_position_m.size()) +
+                             " bodies, fewer than the model");
+  }
   return ToPose(state.body_position_m[body].data(), state.body_quat_wxyz[body].data());
 }
 
@@ -124,6 +129,10 @@ ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, doubl
 }
 
 void ContactProbe::Set(const state_t& state) {
+  if (state.qpos_mixed.size() != static_cast<size_t>(model_->nq)) {
+    throw std::runtime_error("the state has " + std::to_string(state.qpos_mixed.size()) +
+                             " coordinates, the model " + std::to_string(model_->nq));
+  }
   std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
 }
 

@@ -36,7 +36,7 @@ std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 Configuration HomeConfiguration(const model_info_t& info);
 
 // Index of the first body of a named object of the task; its pose in a state. Throws InputError if there is
-// no such object.
+// no such object, std::runtime_error if the state lacks it.
 int ObjectBody(const model_info_t& info, const std::string& object);
 Eigen::Isometry3d BodyPose(const state_t& state, int body);
 
@@ -50,7 +50,7 @@ class ContactProbe {
  public:
   ContactProbe(const mjModel& model, const model_info_t& info, double clearance_m);
 
-  // Takes over where everything is.
+  // Takes over where everything is. Throws std::runtime_error if the state is not of this model.
   void Set(const state_t& state);
   void SetArm(int arm, const JointVector& q);
   void SetObject(int body, const Eigen::Isometry3d& pose);

@@ -74,19 +74,27 @@ void RandomPolicy::Act(const state_t& state, action_t* action) {
 }
 
 NoisyPolicy::NoisyPolicy(std::unique_ptr<Policy> policy, const model_info_t& info)
-    : policy_(std::move(policy)), num_joints_(static_cast<int>(CountJoints(info))) {}
+    : policy_(std::move(policy)) {
+  for (const arm_info_t& arm : info.arm) {
+    lower_.insert(lower_.end(), arm.joint_lower_rad.begin(), arm.joint_lower_rad.end());
+    upper_.insert(upper_.end(), arm.joint_upper_rad.begin(), arm.joint_upper_rad.end());
+  }
+}
 
 void NoisyPolicy::Begin(const episode_begin_t& begin) {
   policy_->Begin(begin);
   Random random(begin.seed, kNoiseStream);
   joints_.clear();
-  for (int i = 0; i < num_joints_; ++i) joints_.emplace_back(&random, kAmplitude, kNoiseFrequency);
+  for (size_t i = 0; i < lower_.size(); ++i) joints_.emplace_back(&random, kAmplitude, kNoiseFrequency);
 }
 
 void NoisyPolicy::Act(const state_t& state, action_t* action) {
   policy_->Act(state, action);
   const double time = Time(state);
-  for (size_t i = 0; i < joints_.size(); ++i) action->joint_position_rad[i] += joints_[i].At(time);
+  for (size_t i = 0; i < joints_.size(); ++i) {
+    double& target = action->joint_position_rad[i];
+    target = std::clamp(target + joints_[i].At(time), lower_[i], upper_[i]);
+  }
 }
 
 ReplayPolicy::ReplayPolicy(Recording recording, const model_info_t& info)

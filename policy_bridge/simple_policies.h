@@ -52,10 +52,11 @@ class RandomPolicy : public Policy {
   std::vector<SmoothNoise> joints_, grippers_;
 };
 
-// Another policy, each joint target disturbed by smooth noise of at most +-kAmplitude.
+// Another policy, each joint target disturbed by smooth noise of at most +-kAmplitude: about 7 cm at the
+// hand, so that grasps are missed now and then.
 class NoisyPolicy : public Policy {
  public:
-  static constexpr double kAmplitude = 0.03;  // rad
+  static constexpr double kAmplitude = 0.09;  // rad
 
   NoisyPolicy(std::unique_ptr<Policy> policy, const model_info_t& info);
   void Begin(const episode_begin_t& begin) override;
@@ -63,7 +64,7 @@ class NoisyPolicy : public Policy {
 
  private:
   std::unique_ptr<Policy> policy_;
-  int num_joints_ = 0;
+  std::vector<double> lower_, upper_;
   std::vector<SmoothNoise> joints_;
 };
 

@@ -1,0 +1,96 @@
+// Cost of a policy: planning at tick 0, each further tick, and what planning is made of.
+#include <benchmark/benchmark.h>
+
+#include "models/scene.h"
+#include "policy_bridge/factory.h"
+#include "policy_bridge/ik.h"
+#include "sim/world.h"
+
+namespace evalbus {
+namespace {
+
+struct Setting {
+  TaskDescription task = FindTask("lift_pot").task;
+  RobotDescription robot = LoadRobot(task.robot_file);
+  Scene scene = BuildScene(task, robot);
+  state_t state{};
+
+  Setting() {
+    World world(scene.physics.get(), scene.info, robot, task, 10);
+    world.Reset(1, task.variation("position_and_orientation"));
+    world.Fill(&state);
+  }
+  ArmChain Chain() const { return ArmChain(*scene.physics, scene.info.arm[0]); }
+};
+
+Setting& GetSetting() {
+  static Setting setting;
+  return setting;
+}
+
+void ForwardKinematicsAndJacobian(benchmark::State& bench) {
+  const ArmChain chain = GetSetting().Chain();
+  JointVector q = chain.home();
+  Jacobian jacobian;
+  for (auto _ : bench) {
+    q[0] = -q[0] + 1e-3;
+    benchmark::DoNotOptimize(chain.Forward(q, &jacobian));
+    benchmark::DoNotOptimize(jacobian);
+  }
+  if (!jacobian.allFinite() || jacobian.cols() != 7) bench.SkipWithError("wrong Jacobian");
+}
+BENCHMARK(ForwardKinematicsAndJacobian);
+
+// One arm follows a line of 4 cm: what a knot of a plan costs.
+void InverseKinematics(benchmark::State& bench) {
+  const ArmChain chain = GetSetting().Chain();
+  const Eigen::Isometry3d target = Eigen::Translation3d(0.02, 0.02, 0.025) * chain.Forward(chain.home());
+  IkResult result;
+  for (auto _ : bench) {
+    result = SolveIk(chain, target, chain.home());
+    benchmark::DoNotOptimize(result);
+  }
+  if (!result.converged) bench.SkipWithError("did not converge");
+  bench.counters["iterations"] = result.iterations;
+}
+BENCHMARK(InverseKinematics);
+
+// Tick 0, once per episode: all motions are planned.
+void ExpertPlans(benchmark::State& bench) {
+  Setting& setting = GetSetting();
+  const auto expert = MakePolicy("expert", *setting.scene.physics, setting.scene.info);
+  setting.state.header.sim_time_us = 0;
+  action_t action{};
+  for (auto _ : bench) {
+    expert->Begin({});
+    expert->Act(setting.state, &action);
+  }
+  setting.state.header.sim_time_us = 1'000'000;
+  const std::vector<double> before = action.joint_position_rad;
+  expert->Act(setting.state, &action);
+  if (action.joint_position_rad == before) bench.SkipWithError("no plan");
+}
+BENCHMARK(ExpertPlans)->Unit(benchmark::kMicrosecond);
+
+// Every other tick.
+void ExpertActs(benchmark::State& bench) {
+  Setting& setting = GetSetting();
+  const auto expert = MakePolicy("expert", *setting.scene.physics, setting.scene.info);
+  expert->Begin({});
+  action_t action{};
+  setting.state.header.sim_time_us = 0;
+  expert->Act(setting.state, &action);
+  const std::vector<double> before = action.joint_position_rad;
+  // Within the first motion.
+  for (auto _ : bench) {
+    setting.state.header.sim_time_us = 500'000 + (setting.state.header.sim_time_us + 1) % 1000;
+    expert->Act(setting.state, &action);
+  }
+  if (action.joint_position_rad == before) bench.SkipWithError("does not move");
+}
+BENCHMARK(ExpertActs);
+
+}  // namespace
+}  // namespace evalbus
+
+BENCHMARK_MAIN();

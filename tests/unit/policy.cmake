@@ -1,0 +1,9 @@
+add_executable(policy_test
+  expert_test.cc
+  kinematics_test.cc
+  motion_test.cc
+  policy_component_test.cc
+  simple_policies_test.cc)
+target_link_libraries(policy_test PRIVATE policy_component sim_core GTest::gtest_main)
+evalbus_target(policy_test)
+gtest_discover_tests(policy_test)
