@@ -5,6 +5,7 @@
 
 #include "bus/errors.h"
 #include "cli/doctor.h"
+#include "cli/render_command.h"
 #include "cli/run_command.h"
 #include "cli/version.h"
 #include "metrics/score_file.h"
@@ -18,6 +19,10 @@ int main(int argc, char** argv) {
   evalbus::RunOptions run_options;
   CLI::App* run = app.add_subcommand("run", "evaluate a policy on a task, with live scores");
   evalbus::AddRunOptions(run, &run_options);
+
+  evalbus::RenderOptions render_options;
+  CLI::App* render = app.add_subcommand("render", "film episodes of a run, from their logs");
+  evalbus::AddRenderOptions(render, &render_options);
 
   std::string score_file;
   evalbus::ScoreOptions score_options;
@@ -40,6 +45,7 @@ int main(int argc, char** argv) {
   }
   try {
     if (*run) return evalbus::Run(run_options);
+    if (*render) return evalbus::Render(render_options);
     if (*doctor) return evalbus::Doctor();
     if (*score) {
       std::cout << evalbus::ScoreEpisode(evalbus::ReadJsonFile(score_file), score_file, score_options).dump(2)

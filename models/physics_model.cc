@@ -7,18 +7,23 @@
 #include "models/scene.h"
 
 namespace evalbus {
+namespace {
 
-ModelPtr LoadPhysicsModel(const model_info_t& info) {
+ModelPtr Load(const std::string& file, const std::string& sha256) {
   InstallMujocoHandlers();
-  if (Sha256File(info.physics_file) != info.physics_sha256) {
-    throw InputError(info.physics_file +
-                     " is not the model of this run: its SHA-256 is not the one in MODEL");
+  if (Sha256File(file) != sha256) {
+    throw InputError(file + " is not the model of this run: its SHA-256 is not the one in MODEL");
   }
-  ModelPtr model(mj_loadModel(info.physics_file.c_str(), nullptr));
-  if (!model)
-    throw InputError(info.physics_file + " is not a compiled model of MuJoCo " + mj_versionString());
+  ModelPtr model(mj_loadModel(file.c_str(), nullptr));
+  if (!model) throw InputError(file + " is not a compiled model of MuJoCo " + mj_versionString());
   return model;
 }
+
+}  // namespace
+
+ModelPtr LoadPhysicsModel(const model_info_t& info) { return Load(info.physics_file, info.physics_sha256); }
+
+ModelPtr LoadVisualModel(const model_info_t& info) { return Load(info.visual_file, info.visual_sha256); }
 
 void InstallMujocoHandlers() {
   mju_user_error = [](const char* message) { throw EnvironmentError(std::string("MuJoCo: ") + message); };

@@ -1,4 +1,4 @@
-// The compiled model of a run, as its processes share it: a file, named with its hash in MODEL.
+// The compiled models of a run, as its processes share them: files, named with their hashes in MODEL.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -17,6 +17,8 @@ using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 // Loads info.physics_file. Throws InputError if it cannot be read or is not the one that MODEL's SHA-256
 // stands for.
 ModelPtr LoadPhysicsModel(const model_info_t& info);
+// The same for info.visual_file.
+ModelPtr LoadVisualModel(const model_info_t& info);
 
 // MuJoCo's own answers to trouble are to wait for a key and to write a file into the working folder. From now
 // on its errors are EnvironmentErrors and its warnings lines on stderr.

@@ -1,0 +1,166 @@
+#include "viz/film.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "bus/bus.h"
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "bus/event_log.h"
+#include "evalbus/episode_begin_t.hpp"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/partial_metrics_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "viz/overlay.h"
+#include "viz/renderer.h"
+#include "viz/video_writer.h"
+
+namespace evalbus {
+namespace {
+
+constexpr int64_t kSecond = 1000000;  // us
+
+struct Tick {
+  int64_t tick = 0, sim_time_us = 0;
+  std::vector<double> qpos;
+};
+
+// What a film needs of a log.
+struct Episode {
+  std::optional<model_info_t> model;
+  std::optional<episode_begin_t> begin;
+  std::vector<Tick> ticks;
+  std::vector<partial_metrics_t> partials;
+  std::optional<episode_end_t> end;
+};
+
+Episode ReadEpisode(const std::filesystem::path& log) {
+  Episode episode;
+  EventLogReader reader(log);
+  LogEvent event;
+  const auto decode = [&event](auto* message) { return Bus::Decode(event.data, message); };
+  state_t state{};
+  while (reader.Next(&event)) {
+    if (event.channel == channels::kState) {
+      // Only forwards: a repeated tick says nothing new.
+      if (decode(&state) &&
+          (episode.ticks.empty() || state.header.sim_time_us > episode.ticks.back().sim_time_us)) {
+        episode.ticks.push_back({state.header.tick, state.header.sim_time_us, state.qpos_mixed});
+      }
+    } else if (event.channel == channels::kPartial) {
+      if (!decode(&episode.partials.emplace_back())) episode.partials.pop_back();
+    } else if (event.channel == channels::kModel) {
+      if (!decode(&episode.model.emplace())) episode.model.reset();
+    } else if (event.channel == channels::kEpisodeBegin) {
+      if (!decode(&episode.begin.emplace())) episode.begin.reset();
+    } else if (event.channel == channels::kEpisodeEnd) {
+      if (!decode(&episode.end.emplace())) episode.end.reset();
+    }
+  }
+  if (!episode.model) throw InputError(log.string() + ": no whole MODEL message in this log");
+  if (episode.ticks.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
+  // Of a realtime run, scores may have arrived out of order.
+  std::stable_sort(episode.partials.begin(), episode.partials.end(),
+                   [](const auto& a, const auto& b) { return a.header.tick < b.header.tick; });
+  return episode;
+}
+
+ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {
+  if (!std::filesystem::exists(info.visual_file)) {
+    info.visual_file =
+        (std::filesystem::absolute(log).parent_path() / "../../model/visual.mjb").lexically_normal().string();
+  }
+  return LoadVisualModel(info);
+}
+
+OverlayText Describe(const Episode& episode) {
+  OverlayText text;
+  text.title = episode.model->task + "/" + episode.model->variation;
+  if (episode.begin) {
+    text.subtitle = fmt::format("episode {}, seed {}", episode.begin->header.episode, episode.begin->seed);
+  }
+  return text;
+}
+
+void AddScores(const metric_values_t& metrics, OverlayText* text) {
+  text->stages.clear();
+  for (size_t i = 0; i < metrics.stage_name.size(); ++i) {
+    text->stages.push_back({metrics.stage_name[i], metrics.stage_reached[i] != 0});
+  }
+  text->has_slips = metrics.tracks_slippage;
+  text->slips = metrics.slip_count;
+  text->has_collisions = metrics.tracks_collisions;
+  text->collisions = metrics.env_collision_count + metrics.self_collision_count;
+}
+
+std::string FileName(std::string camera) {
+  std::replace(camera.begin(), camera.end(), '/', '_');
+  return camera + ".mp4";
+}
+
+}  // namespace
+
+int64_t FilmFrames(int64_t last_sim_time_us) { return last_sim_time_us * kFilmRate / kSecond + 1; }
+
+std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
+                                               const std::vector<std::string>& cameras, FrameSize size,
+                                               const std::filesystem::path& folder) {
+  const Episode episode = ReadEpisode(log);
+  Renderer renderer(VisualModel(*episode.model, log), size);
+  const Overlay overlay(size);
+  Frame frame(size);
+  OverlayText text = Describe(episode);
+
+  struct View {
+    int camera;
+    std::filesystem::path file;
+    std::unique_ptr<VideoWriter> video;
+  };
+  std::vector<View> views;
+  for (const std::string& camera : cameras) {
+    views.push_back({renderer.FindCamera(camera), folder / FileName(camera), nullptr});
+  }
+  for (View& view : views) view.video = std::make_unique<VideoWriter>(view.file, size, kFilmRate);
+
+  size_t tick = 0, num_scored = 0;
+  const auto film = [&] {
+    while (num_scored < episode.partials.size() &&
+           episode.partials[num_scored].header.tick <= episode.ticks[tick].tick) {
+      ++num_scored;
+    }
+    if (num_scored > 0) AddScores(episode.partials[num_scored - 1].metrics, &text);
+    renderer.SetState(episode.ticks[tick].qpos);
+    for (View& view : views) {
+      renderer.Render(view.camera, &frame);
+      overlay.Draw(text, &frame);
+      view.video->Write(frame);
+    }
+  };
+  const int64_t num_frames = FilmFrames(episode.ticks.back().sim_time_us);
+  for (int64_t n = 0; n < num_frames; ++n) {
+    while (tick + 1 < episode.ticks.size() &&
+           episode.ticks[tick + 1].sim_time_us * kFilmRate <= n * kSecond) {
+      ++tick;
+    }
+    text.time_s = static_cast<double>(n) / kFilmRate;
+    film();
+  }
+  if (episode.end) {
+    tick = episode.ticks.size() - 1;
+    text.time_s = static_cast<double>(episode.ticks[tick].sim_time_us) / kSecond;
+    text.end_reason = episode.end->end_reason;
+    for (int n = 0; n < kFilmHold; ++n) film();
+  }
+  std::vector<std::filesystem::path> files;
+  for (View& view : views) {
+    view.video->Close();
+    files.push_back(view.file);
+  }
+  return files;
+}
+
+}  // namespace evalbus

@@ -1,0 +1,29 @@
+// The film of an episode, made from its log.
+//
+// Frame n shows the world at simulated time n / 30 s: the last STATE at or before it, with the scores of that
+// tick. If the log has the episode's end, 30 frames follow that hold the last STATE and say how it ended.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "viz/frame.h"
+
+namespace evalbus {
+
+inline constexpr int kFilmRate = 30;  // frames per second of simulated time
+inline constexpr int kFilmHold = 30;  // frames at the end
+
+// Frames of a film whose last STATE is at this time, without those at the end: floor(30 T) + 1.
+int64_t FilmFrames(int64_t last_sim_time_us);
+
+// Films what each camera sees into FOLDER/<camera>.mp4 ("/" in a camera's name becomes "_"), and returns
+// these files. The visual model is the file that MODEL names, or, when the run has been moved,
+// ../../model/visual.mjb as seen from the log. Throws InputError (no such log or camera, log without MODEL or
+// STATE), EnvironmentError.
+std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
+                                               const std::vector<std::string>& cameras, FrameSize size,
+                                               const std::filesystem::path& folder);
+
+}  // namespace evalbus

@@ -1,0 +1,39 @@
+// What is written into the picture: task, time, stages, counts, and how the episode ended.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "viz/frame.h"
+
+namespace evalbus {
+
+struct OverlayText {
+  std::string title;     // "lift_pot/position"
+  std::string subtitle;  // "episode 3, seed 1234"
+  double time_s = 0;
+  struct Stage {
+    std::string name;
+    bool reached = false;
+  };
+  std::vector<Stage> stages;
+  // Left out where a run does not count them.
+  bool has_slips = false, has_collisions = false;
+  int64_t slips = 0, collisions = 0;
+  // episode_end_t.end_reason; empty while the episode runs.
+  std::string end_reason;
+};
+
+class Overlay {
+ public:
+  // Sizes follow the frame's height. Throws EnvironmentError if the font is missing.
+  explicit Overlay(FrameSize size);
+
+  void Draw(const OverlayText& text, Frame* frame) const;
+
+ private:
+  double scale_;
+};
+
+}  // namespace evalbus

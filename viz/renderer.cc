@@ -1,0 +1,157 @@
+#include "viz/renderer.h"
+
+#include <GL/osmesa.h>
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+constexpr int kMaxGeoms = 10000;
+// OpenGL guarantees a render target of this size on every Mesa.
+constexpr int kMaxPixels = 8192;
+
+// The functions of OSMesa, loaded once and never unloaded. MuJoCo finds OpenGL's through the same library.
+struct OsMesa {
+  OsMesa() {
+    void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
+    if (!library) {
+      throw EnvironmentError("rendering needs OSMesa: install it with 'apt-get install libosmesa6' (" +
+                             std::string(dlerror()) + ")");
+    }
+    const auto load = [library](auto* function, const char* name) {
+      *function = reinterpret_cast<std::remove_pointer_t<decltype(function)>>(dlsym(library, name));
+      if (!*function) throw EnvironmentError(std::string("libOSMesa.so.8 has no ") + name);
+    };
+    load(&create, "OSMesaCreateContextExt");
+    load(&make_current, "OSMesaMakeCurrent");
+    load(&destroy, "OSMesaDestroyContext");
+  }
+
+  decltype(&OSMesaCreateContextExt) create;
+  decltype(&OSMesaMakeCurrent) make_current;
+  decltype(&OSMesaDestroyContext) destroy;
+};
+
+const OsMesa& Mesa() {
+  static const OsMesa mesa;
+  return mesa;
+}
+
+}  // namespace
+
+struct Renderer::Gl {
+  // Everything is drawn into MuJoCo's own offscreen buffer; OSMesa's is there because it insists on one.
+  static constexpr int kUnused = 16;
+
+  Gl(const mjModel& model, FrameSize size) : rgb(size_t(size.width) * size_t(size.height) * 3) {
+    mjv_defaultScene(&scene);
+    mjr_defaultContext(&context);
+    mjv_defaultOption(&option);
+    mjv_defaultCamera(&camera);
+    camera.type = mjCAMERA_FIXED;
+    try {
+      mesa = Mesa().create(OSMESA_RGBA, 24, 8, 0, nullptr);
+      if (!mesa) throw EnvironmentError("OSMesa cannot create an OpenGL context");
+      MakeCurrent();
+      mjv_makeScene(&model, &scene, kMaxGeoms);
+      mjr_makeContext(&model, &context, mjFONTSCALE_50);
+      mjr_setBuffer(mjFB_OFFSCREEN, &context);
+      if (context.currentBuffer != mjFB_OFFSCREEN) {
+        throw EnvironmentError("OSMesa offers no offscreen buffer of this size");
+      }
+    } catch (...) {
+      Free();
+      throw;
+    }
+  }
+  ~Gl() { Free(); }
+  Gl(const Gl&) = delete;
+  Gl& operator=(const Gl&) = delete;
+
+  void MakeCurrent() {
+    if (!Mesa().make_current(mesa, unused, GL_UNSIGNED_BYTE, kUnused, kUnused)) {
+      throw EnvironmentError("OSMesa refuses its own context");
+    }
+  }
+  void Free() {
+    if (!mesa) return;
+    Mesa().make_current(mesa, unused, GL_UNSIGNED_BYTE, kUnused, kUnused);
+    mjr_freeContext(&context);
+    mjv_freeScene(&scene);
+    Mesa().destroy(mesa);
+  }
+
+  OSMesaContext mesa = nullptr;
+  uint8_t unused[kUnused * kUnused * 4];
+  mjvScene scene;
+  mjrContext context;
+  mjvOption option;
+  mjvCamera camera;
+  std::vector<uint8_t> rgb;
+};
+
+Renderer::Renderer(ModelPtr model, FrameSize size)
+    : model_(std::move(model)), size_(size), data_(nullptr, mj_deleteData) {
+  if (size.width < 1 || size.height < 1 || size.width > kMaxPixels || size.height > kMaxPixels) {
+    throw InputError(fmt::format("picture of {}x{}: expected 1 to {} pixels each way", size.width,
+                                 size.height, kMaxPixels));
+  }
+  InstallMujocoHandlers();
+  model_->vis.global.offwidth = size.width;
+  model_->vis.global.offheight = size.height;
+  data_.reset(mj_makeData(model_.get()));
+  mj_kinematics(model_.get(), data_.get());
+  gl_ = std::make_unique<Gl>(*model_, size);
+}
+
+Renderer::~Renderer() = default;
+
+int Renderer::FindCamera(const std::string& name) const {
+  const int camera = mj_name2id(model_.get(), mjOBJ_CAMERA, name.c_str());
+  if (camera >= 0) return camera;
+  std::string names;
+  for (int i = 0; i < model_->ncam; ++i) {
+    const char* known = mj_id2name(model_.get(), mjOBJ_CAMERA, i);
+    if (known) names += (names.empty() ? "" : ", ") + std::string(known);
+  }
+  throw InputError("no camera '" + name + "'; this scene has " + (names.empty() ? "none" : names));
+}
+
+void Renderer::SetState(std::span<const double> qpos) {
+  if (std::ssize(qpos) != model_->nq) {
+    throw InputError(fmt::format("STATE has {} coordinates, the visual model {}", qpos.size(), model_->nq));
+  }
+  std::copy(qpos.begin(), qpos.end(), data_->qpos);
+  mj_kinematics(model_.get(), data_.get());
+  mj_comPos(model_.get(), data_.get());  // lights and cameras that follow a subtree
+  mj_camlight(model_.get(), data_.get());
+}
+
+void Renderer::Render(int camera, Frame* frame) {
+  gl_->MakeCurrent();
+  gl_->camera.fixedcamid = camera;
+  mjv_updateScene(model_.get(), data_.get(), &gl_->option, nullptr, &gl_->camera, mjCAT_ALL, &gl_->scene);
+  const mjrRect view{0, 0, size_.width, size_.height};
+  mjr_render(view, &gl_->scene, &gl_->context);
+  mjr_readPixels(gl_->rgb.data(), nullptr, view, &gl_->context);
+  // OpenGL's rows go upwards.
+  const size_t width = static_cast<size_t>(size_.width), height = static_cast<size_t>(size_.height);
+  for (size_t row = 0; row < height; ++row) {
+    const uint8_t* in = &gl_->rgb[(height - 1 - row) * width * 3];
+    uint8_t* out = &frame->bgrx[row * width * 4];
+    for (size_t i = 0; i < width; ++i, in += 3, out += 4) {
+      out[0] = in[2];
+      out[1] = in[1];
+      out[2] = in[0];
+      out[3] = 0;
+    }
+  }
+}
+
+}  // namespace evalbus

@@ -1,0 +1,41 @@
+// Draws a model off screen, in software (OSMesa), as its cameras see it. Needs no display and no GPU.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "models/physics_model.h"
+#include "viz/frame.h"
+
+namespace evalbus {
+
+class Renderer {
+ public:
+  // model: with visual geoms; light, shadows and samples per pixel are those of its <visual>. Throws
+  // InputError for an unusable size, EnvironmentError if OSMesa is missing or refuses.
+  Renderer(ModelPtr model, FrameSize size);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  const mjModel& model() const { return *model_; }
+  FrameSize size() const { return size_; }
+
+  // Throws InputError, with the names there are.
+  int FindCamera(const std::string& name) const;
+
+  // What Render shows from now on: state_t.qpos_mixed. Throws InputError if it is not this model's.
+  void SetState(std::span<const double> qpos);
+  void Render(int camera, Frame* frame);
+
+ private:
+  struct Gl;
+
+  ModelPtr model_;
+  FrameSize size_;
+  std::unique_ptr<mjData, void (*)(mjData*)> data_;
+  std::unique_ptr<Gl> gl_;
+};
+
+}  // namespace evalbus
