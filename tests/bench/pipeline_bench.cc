@@ -1,0 +1,189 @@
+// How much of bare MuJoCo's speed is left when the whole pipeline works beside it: physics, FCL contacts,
+// metrics, the scripted expert and the recorder, in one process and in separate processes, against mj_step
+// alone on the same scene with the same commands, which must end in the same state to the bit.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+
+#include "bus/bus.h"
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "bus/event_log.h"
+#include "bus/recorder.h"
+#include "cli/evaluate.h"
+#include "cli/network.h"
+#include "evalbus/state_t.hpp"
+#include "models/scene.h"
+#include "sim/world.h"
+
+namespace evalbus {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr int kEpisodes = 4;
+constexpr int kRounds = 7;
+constexpr double kTimestep = 0.002;  // s
+
+double SecondsSince(SteadyTime start) {
+  return std::chrono::duration<double>(steady_clock::now() - start).count();
+}
+
+// Time between the first and the last score of each episode, as any listener sees it.
+class Stopwatch : public RunListener {
+ public:
+  void OnPartial(const partial_metrics_t& partial) override {
+    if (partial.header.tick == 0) first_ = steady_clock::now();
+    last_us_ = partial.header.sim_time_us;
+    last_ = steady_clock::now();
+  }
+  void OnEpisodeDone(const episode_summary_t& episode, const run_summary_t&) override {
+    if (!episode.complete) throw EnvironmentError("the timed episode is incomplete");
+    wall_s += std::chrono::duration<double>(last_ - first_).count();
+    steps += static_cast<double>(last_us_) * 1e-6 / kTimestep;
+    successes += episode.metrics.success != 0;
+  }
+  double wall_s = 0;
+  double steps = 0;
+  int successes = 0;
+
+ private:
+  SteadyTime first_{}, last_{};
+  int64_t last_us_ = 0;
+};
+
+struct Recorded {
+  episode_begin_t begin{};
+  std::vector<state_t> states;
+};
+
+Recorded ReadEpisode(const std::filesystem::path& file) {
+  Recorded recorded;
+  EventLogReader log(file);
+  LogEvent event;
+  while (log.Next(&event)) {
+    if (event.channel == channels::kEpisodeBegin) Bus::Decode(event.data, &recorded.begin);
+    if (event.channel == channels::kState) {
+      recorded.states.emplace_back();
+      if (!Bus::Decode(event.data, &recorded.states.back())) throw EnvironmentError("STATE does not decode");
+    }
+  }
+  return recorded;
+}
+
+// Microseconds per physics step of MuJoCo alone, from the same start under the recorded commands.
+class BareStepping {
+ public:
+  BareStepping(const std::string& task, int substeps)
+      : selection_(FindTask(task)),
+        robot_(LoadRobot(selection_.task.robot_file)),
+        scene_(BuildScene(selection_.task, robot_)),
+        model_(scene_.physics.get()),
+        world_(model_, scene_.info, robot_, selection_.task, substeps),
+        data_(mj_makeData(model_)),
+        substeps_(substeps) {
+    for (const arm_info_t& arm : scene_.info.arm) {
+      for (const std::string& joint : arm.joint_name) {
+        arm_dofs_.push_back(model_->jnt_dofadr[mj_name2id(model_, mjOBJ_JOINT, joint.c_str())]);
+      }
+    }
+  }
+
+  double Time(const std::vector<Recorded>& episodes) {
+    double wall = 0, steps = 0;
+    for (const Recorded& episode : episodes) {
+      world_.Reset(episode.begin.seed, selection_.task.variation(selection_.variation));
+      mj_copyData(data_.get(), model_, &world_.data());
+      const auto start = steady_clock::now();
+      for (size_t tick = 1; tick < episode.states.size(); ++tick) {
+        mju_copy(data_->ctrl, episode.states[tick].ctrl_mixed.data(), model_->nu);
+        for (int i = 0; i < substeps_; ++i) {
+          // The two halves of mj_step, with gravity compensation where the controller of a real arm has it.
+          mj_step2(model_, data_.get());
+          mj_step1(model_, data_.get());
+          for (const int dof : arm_dofs_) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];
+        }
+      }
+      wall += SecondsSince(start);
+      steps += static_cast<double>((episode.states.size() - 1) * static_cast<size_t>(substeps_));
+      if (!std::equal(data_->qpos, data_->qpos + model_->nq, episode.states.back().qpos_mixed.begin())) {
+        throw EnvironmentError("bare stepping ends in another state than the pipeline");
+      }
+    }
+    return wall / steps * 1e6;
+  }
+
+ private:
+  TaskSelection selection_;
+  RobotDescription robot_;
+  Scene scene_;
+  const mjModel* model_;
+  World world_;
+  DataPtr data_;
+  int substeps_;
+  std::vector<int> arm_dofs_;
+};
+
+double Median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+void Measure(double control_hz, const std::filesystem::path& folder) {
+  RunOptions options;
+  options.sim.task = "lift_pot/position_and_orientation";
+  options.sim.control_hz = control_hz;
+  options.policy = "expert";
+  const RunPlan plan{
+      "lift_pot", "position_and_orientation", kEpisodes, 1, {"collision", "metrics", "policy", "recorder"}};
+  BareStepping bare_stepping(options.sim.task, static_cast<int>(std::lround(1 / (control_hz * kTimestep))));
+  std::vector<double> bare, one_process, processes;
+  for (int round = 0; round < kRounds; ++round) {
+    for (const bool in_process : {true, false}) {
+      const auto out = folder / fmt::format("{}-{}-{}", control_hz, round, in_process);
+      const RunFolder run(out);
+      options.in_process = in_process;
+      options.url = in_process ? "" : LocalMulticastUrl(static_cast<uint32_t>(round));
+      Stopwatch stopwatch;
+      (in_process ? EvaluateInProcess : EvaluateProcesses)(options, run, plan, &stopwatch);
+      if (stopwatch.successes != kEpisodes) throw EnvironmentError("a timed episode failed");
+      (in_process ? one_process : processes).push_back(stopwatch.wall_s / stopwatch.steps * 1e6);
+      std::vector<Recorded> episodes;
+      for (int i = 0; i < kEpisodes; ++i)
+        episodes.push_back(ReadEpisode(EpisodeFolder(out, i) / "events.lcmlog"));
+      bare.push_back(bare_stepping.Time(episodes));
+      std::filesystem::remove_all(out);
+    }
+  }
+  const double step = Median(bare);
+  fmt::print(
+      "{:>4} Hz  bare mj_step {:5.1f} us = {:3.0f} x real time | one process {:5.1f} us, {:.2f} of bare | "
+      "separate processes {:5.1f} us, {:.2f} of bare\n",
+      control_hz, step, kTimestep * 1e6 / step, Median(one_process), step / Median(one_process),
+      Median(processes), step / Median(processes));
+}
+
+}  // namespace
+}  // namespace evalbus
+
+int main(int argc, char**) {
+  if (argc > 1) {
+    std::cout
+        << "Times the whole pipeline against bare mj_step at 50 and 500 Hz control. Takes no arguments.\n";
+    return 0;
+  }
+  const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
+  try {
+    evalbus::EnterPrivateNetwork();
+    for (const double hz : {50.0, 500.0}) evalbus::Measure(hz, folder);
+    std::filesystem::remove_all(folder);
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "error: " << error.what() << "\n";
+    std::filesystem::remove_all(folder);
+    return 2;
+  }
+}
