@@ -13,6 +13,7 @@ void Expert::Act(const state_t& state, action_t* action) {
   const double time = static_cast<double>(state.header.sim_time_us) * 1e-6;
   const Configuration* commanded = &player_.At(time);
   if (player_.done()) {
+    context_.effort_left = PlanningContext::kEffort;
     player_.Start(Next(*commanded, state), time);
     commanded = &player_.At(time);
   }

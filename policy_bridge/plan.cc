@@ -97,6 +97,10 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
     // From knot to knot it converges in a few steps or, out of reach, not at all.
     options.max_iterations = 20;
     for (int k = 1; k < knots; ++k) {
+      if (context_->effort_left-- <= 0) {
+        feasible_ = false;
+        return *this;
+      }
       options.posture = (1 - kHomePull) * path.back() + kHomePull * context_->home.joints[arms[i]];
       const IkResult ik = SolveIk(arm.chain, grip(i, static_cast<double>(k) / (knots - 1)) * grip_to_wrist,
                                   path.back(), options);
@@ -169,14 +173,6 @@ Plan& Plan::Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry
                 [&](size_t i, double s) { return Between(from, to, s) * in_object[i]; }, {body, from, to});
 }
 
-Plan& Plan::Wait(double duration) {
-  if (!feasible_) return *this;
-  Motion motion = Rest();
-  motion.duration = duration;
-  Append(std::move(motion), {});
-  return *this;
-}
-
 Plan& Plan::CheckContacts(const std::vector<int>& arms) {
   if (!feasible_) return *this;
   ContactProbe& probe = context_->probe;
@@ -195,7 +191,7 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
       for (size_t arm = 0; arm < motion.paths.size(); ++arm)
         probe.SetArm(static_cast<int>(arm), motion.paths[arm].At(s));
       if (carried.body >= 0) probe.SetObject(carried.body, Between(carried.from, carried.to, s));
-      if (probe.Touches(arms, carried.body)) {
+      if (context_->effort_left-- <= 0 || probe.Touches(arms, carried.body)) {
         feasible_ = false;
         return *this;
       }

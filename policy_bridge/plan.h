@@ -52,6 +52,11 @@ struct PlanningContext {
   std::vector<Arm> arms;
   Configuration home;
   ContactProbe probe;
+  // Knots that may still be solved or checked for contacts (2 and 20 microseconds each); then every plan is
+  // infeasible. An Expert gets kEffort anew each time that it is asked, so that no state makes it think for
+  // long.
+  static constexpr int kEffort = 3'000;
+  int effort_left = kEffort;
 };
 
 class Plan {
@@ -74,7 +79,6 @@ class Plan {
   // The arms, which hold the object whose first body is `body`, bring it straight from one pose to another.
   Plan& Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
               const std::vector<int>& arms);
-  Plan& Wait(double duration);
 
   // Infeasible if these arms touch anything but arms not named, in the motions since the last check. Pads may
   // touch what is carried. Looks at the knots.

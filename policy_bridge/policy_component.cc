@@ -1,7 +1,5 @@
 #include "policy_bridge/policy_component.h"
 
-#include <mujoco/mujoco.h>
-
 #include <filesystem>
 
 #include "bus/bus.h"
@@ -9,22 +7,12 @@
 #include "bus/errors.h"
 #include "bus/event_log.h"
 #include "bus/recorder.h"
+#include "models/physics_model.h"
 
 namespace evalbus {
 namespace {
 
 constexpr char kReplayPrefix[] = "replay:";
-
-struct ModelDeleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-
-std::unique_ptr<mjModel, ModelDeleter> LoadModel(const std::string& file) {
-  if (!std::filesystem::exists(file)) throw InputError("physics model " + file + " does not exist");
-  std::unique_ptr<mjModel, ModelDeleter> model(mj_loadModel(file.c_str(), nullptr));
-  if (!model) throw InputError("physics model " + file + " cannot be read by this version of MuJoCo");
-  return model;
-}
 
 std::vector<action_t> ReadActions(const std::filesystem::path& log, int episode) {
   EventLogReader reader(log);
@@ -85,7 +73,7 @@ void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   EnterEpisode(begin);
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
   if (status_.state != component_status_t::IDLE || model_bytes_.empty()) return;
-  if (!policy_) policy_ = MakePolicy(name_, *LoadModel(model_.physics_file), model_, recording_);
+  if (!policy_) policy_ = MakePolicy(name_, *LoadPhysicsModel(model_), model_, recording_);
   policy_->Begin(begin);
   SayReady();
 }

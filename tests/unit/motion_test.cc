@@ -102,7 +102,7 @@ TEST_F(PlanTest, ReachGoesStraightWithinSpeedLimits) {
 TEST_F(PlanTest, OutOfReachIsInfeasibleAndEndsThePlan) {
   Eigen::Isometry3d goal = Eigen::Translation3d(1.5, 0, 0) * Grip(1, context_.home);
   Plan plan(&context_, context_.home, state_);
-  plan.Wait(1).Reach({{1, goal}}).Wait(1);
+  plan.Close({0}).Reach({{1, goal}}).Open({0});
   EXPECT_FALSE(plan.feasible());
   EXPECT_EQ(plan.motions().size(), 1u);
 }

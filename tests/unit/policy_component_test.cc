@@ -25,6 +25,7 @@ class PolicyComponentTest : public testing::Test {
     model_ = GetPolicyScene().info();
     model_.physics_file = folder_ / "physics.mjb";
     mj_saveModel(&GetPolicyScene().model(), model_.physics_file.c_str(), nullptr, 0);
+    model_.physics_sha256 = Sha256File(model_.physics_file);
     bus_.Subscribe<action_t>(channels::kAction,
                              [this](const action_t& action) { actions_.push_back(action); });
     bus_.Subscribe<component_status_t>(channels::kStatus,
