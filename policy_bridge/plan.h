@@ -1,8 +1,7 @@
 // Motion primitives, from which a scripted expert is written as a short list:
 //
-//   Plan plan(&planner, now);
-//   plan.Open({0, 1}).Reach({above_left, above_right}).Reach({left, right}).Close({0, 1}).Carry(body, from,
-//   to, {0, 1});
+//   Plan plan(&context, now, state);
+//   plan.Reach(above_handles).Approach(handles).Close({0, 1}).Carry(body, from, to, {0, 1});
 //
 // A plan is made before it is carried out: straight lines of the grip frames, solved for joint positions at
 // knots, timed so that no joint and no hand exceeds its speed. It is feasible or not, so an expert can try
