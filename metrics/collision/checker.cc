@@ -14,6 +14,7 @@
 #include "metrics/collision/penetration.h"
 
 // The only file that pays for compiling FCL's headers.
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/convex.h>
@@ -34,6 +35,17 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // FCL reports strict overlap only. Its shapes are grown by half the contact distance on every side, so that
 // overlap of the grown shapes means contact of the true ones (meshes: nearly so).
 constexpr double kGrowth = 0.5 * kContactDistance;
+
+// A geom in FCL's broad phase, under the bounding box that we compute: FCL's own is that of the bounding
+// sphere for anything rotated.
+class BroadPhaseObject : public fcl::CollisionObjectd {
+ public:
+  BroadPhaseObject(const std::shared_ptr<fcl::CollisionGeometryd>& shape, int index_in)
+      : fcl::CollisionObjectd(shape), index(index_in) {}
+  void SetBounds(const Vector3d& lower, const Vector3d& upper) { aabb = fcl::AABBd(lower, upper); }
+  // Of the geom.
+  const int index;
+};
 
 struct Geom {
   int id = -1;
@@ -128,6 +140,16 @@ struct CollisionChecker::Impl {
   // Geoms of body i: geoms[first_geom[i]] up to geoms[first_geom[i + 1]]; geom ids are grouped by body.
   std::vector<int> first_geom;
   std::vector<Pair> pairs;
+  // Index into pairs for two geoms (a * geoms.size() + b, a < b), -1 where they are not checked.
+  std::vector<int> pair_of;
+  // Broad phase of all geoms but planes, whose boxes are infinite (FCL cannot hold those); pairs with a plane
+  // are always candidates. Candidates are evaluated in the order of pairs, whatever order the broad phase
+  // finds them in.
+  fcl::DynamicAABBTreeCollisionManagerd broad_phase;
+  std::vector<std::unique_ptr<BroadPhaseObject>> objects;
+  std::vector<int> plane_pairs;
+  std::vector<int> candidates;
+  bool is_set_up = false;
   // Pairs (a the robot's geom) of the clearance, and scratch for ordering them.
   std::vector<Pair> clearance_pairs;
   std::vector<std::pair<double, int>> queue;
@@ -140,6 +162,8 @@ struct CollisionChecker::Impl {
 
   Geom MakeGeom(const mjModel& m, int id) const;
   void UpdateBounds(Geom* geom) const;
+  // Fills candidates: pairs whose bounding boxes overlap.
+  void FindCandidates();
   // Contact of a pair, or nothing; `true_distance` asks for the distance of separated shapes too (normal and
   // point are then valid for closed forms only).
   bool Evaluate(const Pair& pair, bool true_distance, Proximity* result);
@@ -229,6 +253,28 @@ void CollisionChecker::Impl::UpdateBounds(Geom* geom) const {
   geom->upper = centre + half;
 }
 
+void CollisionChecker::Impl::FindCandidates() {
+  if (is_set_up) {
+    broad_phase.update();
+  } else {
+    for (const auto& object : objects) {
+      if (object) broad_phase.registerObject(object.get());
+    }
+    broad_phase.setup();
+    is_set_up = true;
+  }
+  candidates = plane_pairs;
+  broad_phase.collide(this, [](fcl::CollisionObjectd* first, fcl::CollisionObjectd* second, void* data) {
+    auto* self = static_cast<Impl*>(data);
+    const auto [a, b] = std::minmax(static_cast<BroadPhaseObject*>(first)->index,
+                                    static_cast<BroadPhaseObject*>(second)->index);
+    const int pair = self->pair_of[static_cast<size_t>(a) * self->geoms.size() + static_cast<size_t>(b)];
+    if (pair >= 0) self->candidates.push_back(pair);
+    return false;  // go on
+  });
+  std::sort(candidates.begin(), candidates.end());
+}
+
 bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Proximity* result) {
   const Geom& first = geoms[pair.swapped ? pair.b : pair.a];
   const Geom& second = geoms[pair.swapped ? pair.a : pair.b];
@@ -308,10 +354,20 @@ CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& inf
   const auto is_scene = [&](const Geom& geom) {
     return kind_of(geom) == model_info_t::WORLD || kind_of(geom) == model_info_t::FIXTURE;
   };
+  impl_->pair_of.assign(impl_->geoms.size() * impl_->geoms.size(), -1);
+  for (size_t i = 0; i < impl_->geoms.size(); ++i) {
+    const Geom& geom = impl_->geoms[i];
+    impl_->objects.push_back(geom.shape.kind == Shape::Kind::kPlane
+                                 ? nullptr
+                                 : std::make_unique<BroadPhaseObject>(geom.fcl_shape, static_cast<int>(i)));
+  }
   for (const auto& [a, b] : checked) {
     const Geom& geom_a = impl_->geoms[index[a]];
     const Geom& geom_b = impl_->geoms[index[b]];
     const Pair pair = MakePair(index[a], index[b], geom_a.shape, geom_b.shape);
+    impl_->pair_of[index[a] * impl_->geoms.size() + index[b]] = static_cast<int>(impl_->pairs.size());
+    if (pair.method == Method::kPlaneShape)
+      impl_->plane_pairs.push_back(static_cast<int>(impl_->pairs.size()));
     impl_->pairs.push_back(pair);
     if (is_moving_robot(geom_a) && is_scene(geom_b)) impl_->clearance_pairs.push_back(pair);
     if (is_moving_robot(geom_b) && is_scene(geom_a)) {
@@ -346,17 +402,19 @@ void CollisionChecker::SetBodyPose(int body, const double position[3], const dou
     geom.fcl_pose.linear() = geom.shape.rotation;
     geom.fcl_pose.translation() = geom.shape.position;
     impl_->UpdateBounds(&geom);
+    if (impl_->objects[i]) impl_->objects[i]->SetBounds(geom.lower, geom.upper);
   }
 }
 
 const std::vector<contact_t>& CollisionChecker::FindContacts() {
   impl_->contacts.clear();
   Proximity touch;
-  for (const Pair& pair : impl_->pairs) {
+  impl_->FindCandidates();
+  for (const int candidate : impl_->candidates) {
+    const Pair& pair = impl_->pairs[candidate];
+    if (!impl_->Evaluate(pair, false, &touch)) continue;
     const Geom& a = impl_->geoms[pair.a];
     const Geom& b = impl_->geoms[pair.b];
-    if ((a.lower.array() > b.upper.array()).any() || (b.lower.array() > a.upper.array()).any()) continue;
-    if (!impl_->Evaluate(pair, false, &touch)) continue;
     contact_t& contact = impl_->contacts.emplace_back();
     contact.geom_a = a.id;
     contact.geom_b = b.id;
