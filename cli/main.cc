@@ -6,6 +6,7 @@
 #include "bus/errors.h"
 #include "cli/doctor.h"
 #include "cli/render_command.h"
+#include "cli/rescore_command.h"
 #include "cli/run_command.h"
 #include "cli/version.h"
 #include "metrics/score_file.h"
@@ -23,6 +24,11 @@ int main(int argc, char** argv) {
   evalbus::RenderOptions render_options;
   CLI::App* render = app.add_subcommand("render", "film episodes of a run, from their logs");
   evalbus::AddRenderOptions(render, &render_options);
+
+  evalbus::RescoreOptions rescore_options;
+  CLI::App* rescore = app.add_subcommand(
+      "rescore", "score recorded episodes again, offline; compare with what was recorded");
+  evalbus::AddRescoreOptions(rescore, &rescore_options);
 
   std::string score_file;
   evalbus::ScoreOptions score_options;
@@ -46,6 +52,7 @@ int main(int argc, char** argv) {
   try {
     if (*run) return evalbus::Run(run_options);
     if (*render) return evalbus::Render(render_options);
+    if (*rescore) return evalbus::Rescore(rescore_options);
     if (*doctor) return evalbus::Doctor();
     if (*score) {
       std::cout << evalbus::ScoreEpisode(evalbus::ReadJsonFile(score_file), score_file, score_options).dump(2)

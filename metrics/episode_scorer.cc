@@ -161,7 +161,7 @@ void EpisodeScorer::EndAt(int64_t last_tick) {
   next_tick_ = last_tick + 1;
 }
 
-int8_t EpisodeScorer::VerdictValue() const {
+int8_t EpisodeScorer::verdict() const {
   switch (evaluator_.verdict()) {
     case Verdict::kSuccess:
       return partial_metrics_t::SUCCESS;
@@ -183,7 +183,7 @@ void EpisodeScorer::FillExtended(extended_metrics_t* extended) const {
 
 void EpisodeScorer::Partial(partial_metrics_t* partial) const {
   partial->header = header_;
-  partial->verdict = VerdictValue();
+  partial->verdict = verdict();
   metrics_.Values(&partial->metrics);
   FillExtended(&partial->extended);
 }
@@ -193,11 +193,12 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   summary.header = end.header;
   summary.seed = begin.seed;
   summary.attempt = begin.attempt;
-  summary.verdict = VerdictValue();
+  summary.verdict = verdict();
   summary.end_reason = end.end_reason;
   summary.end_detail = end.detail;
   summary.failure_reason = FailureReason(end.end_reason, evaluator_.verdict(), evaluator_.failure_reason());
-  summary.complete = complete();
+  summary.complete = missing_ticks_ == 0 && refused_samples() == 0 && summary.failure_reason != "aborted" &&
+                     summary.failure_reason != "unconfirmed";
   metrics_.Values(&summary.metrics);
   FillExtended(&summary.extended);
   return summary;

@@ -36,16 +36,18 @@ class EpisodeScorer {
 
   // The score after the last tick.
   void Partial(partial_metrics_t* partial) const;
-  // The final score; header and what else comes from the sim is copied from its messages.
+  // The final score; header and what else comes from the sim is copied from its messages. Not complete where
+  // ticks are missing, samples were refused, or the episode was cut short: aborted, or ended on a verdict that
+  // these ticks do not give.
   episode_summary_t Summary(const episode_begin_t& begin, const episode_end_t& end) const;
 
-  bool complete() const { return missing_ticks_ == 0 && refused_samples() == 0; }
+  // As in partial_metrics_t.
+  int8_t verdict() const;
   int64_t missing_ticks() const { return missing_ticks_; }
   int64_t refused_samples() const { return unfit_ticks_ + metrics_.refused_samples(); }
 
  private:
   bool Fits(const state_t& state) const;
-  int8_t VerdictValue() const;
   void FillExtended(extended_metrics_t* extended) const;
 
   model_info_t model_;

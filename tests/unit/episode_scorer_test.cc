@@ -150,6 +150,17 @@ TEST_F(EpisodeScorerTest, DoesNotAllocateAfterTheFirstEpisode) {
   }
 }
 
+TEST_F(EpisodeScorerTest, CutShortIsNotComplete) {
+  for (const auto& [end_reason, complete] :
+       {std::pair("time_limit", true), std::pair("policy_error", true), std::pair("aborted", false),
+        std::pair("success", false), std::pair("failure", false)}) {
+    dut_.Start();
+    dut_.Tick(State(0), Contacts(0));
+    dut_.Tick(State(1), Contacts(1));
+    EXPECT_EQ(Summary(end_reason, 1).complete != 0, complete) << end_reason;
+  }
+}
+
 TEST(FailureReason, ComesFromTheFixedList) {
   EXPECT_EQ(FailureReason("success", Verdict::kSuccess, ""), "");
   EXPECT_EQ(FailureReason("failure", Verdict::kFailure, "failure_condition"), "failure_condition");

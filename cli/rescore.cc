@@ -1,0 +1,183 @@
+#include "cli/rescore.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bus/bus.h"
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "cli/run_controller.h"
+
+namespace evalbus {
+namespace {
+
+std::vector<uint8_t> Encode(const episode_summary_t& summary) {
+  std::vector<uint8_t> bytes(static_cast<size_t>(summary.getEncodedSize()));
+  summary.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+const char* EndReason(int8_t verdict) {
+  return verdict == partial_metrics_t::SUCCESS ? "success" : "failure";
+}
+
+}  // namespace
+
+bool RescoredEpisode::equal() const { return recorded && SameBits(*recorded, summary); }
+
+RescoredLog Rescorer::Rescore(const std::filesystem::path& file) {
+  EventLogReader reader(file);
+  RescoredLog log;
+  running_ = false;
+  model_.reset();
+  try {
+    for (LogEvent event; reader.Next(&event);) OnEvent(event, &log);
+    Finish(std::nullopt, &log);
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+  log.damaged_bytes = reader.damaged_bytes();
+  log.damaged_places = reader.damaged_places();
+  return log;
+}
+
+void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
+  const auto decode = [&](auto* message) {
+    const bool good = Bus::Decode(event.data, message);
+    log->decode_errors += !good;
+    return good;
+  };
+  if (event.channel == channels::kState) {
+    OnTickMessage(event, &state_, log);
+  } else if (event.channel == channels::kContacts) {
+    OnTickMessage(event, &contacts_, log);
+  } else if (event.channel == channels::kModel) {
+    if (model_ && std::ranges::equal(event.data, model_bytes_)) return;
+    auto model = std::make_shared<model_info_t>();
+    if (!decode(model.get())) return;
+    if (!std::ranges::equal(event.data, model_bytes_)) scorer_.reset();
+    model_bytes_.assign(event.data.begin(), event.data.end());
+    model_ = std::move(model);
+  } else if (event.channel == channels::kEpisodeBegin) {
+    episode_begin_t begin{};
+    if (!decode(&begin)) return;
+    // It is repeated until everybody is ready.
+    if (running_ && begin.header.episode == begin_.header.episode && begin.attempt == begin_.attempt) return;
+    Finish(std::nullopt, log);
+    Begin(begin);
+  } else if (event.channel == channels::kEpisodeEnd) {
+    episode_end_t end{};
+    if (!decode(&end) || !running_ || end.header.episode != begin_.header.episode) return;
+    if (end_) return;
+    end_ = end;
+    merger_.EndAt(end.header.tick);
+    ScoreTicks();
+  } else if (event.channel == channels::kEpisodeSummary) {
+    episode_summary_t recorded{};
+    if (!decode(&recorded) || !running_) return;
+    if (recorded.header.episode != begin_.header.episode || recorded.attempt != begin_.attempt) return;
+    // What comes later, the metrics process did not wait for.
+    Finish(recorded, log);
+  }
+}
+
+void Rescorer::Begin(const episode_begin_t& begin) {
+  if (!model_) return;
+  if (!scorer_) {
+    scorer_ = std::make_unique<EpisodeScorer>(
+        *model_, task_ ? *task_ : ParseTask(model_->task_yaml, model_->task + ".yaml", false));
+  }
+  begin_ = begin;
+  last_ = begin.header;
+  end_.reset();
+  own_end_.reset();
+  scorer_->Start();
+  merger_.Start();
+  running_ = true;
+}
+
+template <class Message>
+void Rescorer::OnTickMessage(const LogEvent& event, Message* message, RescoredLog* log) {
+  if (!running_ || own_end_) return;
+  if (!Bus::Decode(event.data, message)) {
+    ++log->decode_errors;
+    return;
+  }
+  if (message->header.episode != begin_.header.episode || !merger_.Add(*message)) return;
+  if (message->header.tick > last_.tick) last_ = message->header;
+  ScoreTicks();
+}
+
+void Rescorer::ScoreTicks() {
+  TickMerger::Pair pair;
+  while (!own_end_ && merger_.Next(&pair)) {
+    scorer_->Tick(*pair.state, *pair.contacts);
+    if (!task_) continue;
+    episode_end_t end{};
+    end.header = pair.state->header;
+    if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
+      // A realtime episode runs on until the sim hears the verdict.
+      if (model_->clock != "lockstep") continue;
+      end.end_reason = EndReason(scorer_->verdict());
+    } else if (end.header.sim_time_us >= std::llround(task_->time_limit * 1e6)) {
+      end.end_reason = "time_limit";
+    } else {
+      continue;
+    }
+    own_end_ = end;
+  }
+}
+
+void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, RescoredLog* log) {
+  if (!running_) return;
+  running_ = false;
+  RescoredEpisode episode;
+  episode.model = model_;
+  episode.recorded = recorded;
+  episode.has_end = end_.has_value();
+  if (!end_ && recorded) {
+    end_ = {.header = recorded->header, .end_reason = recorded->end_reason, .detail = recorded->end_detail};
+  } else if (!end_) {
+    end_ = {.header = last_, .end_reason = "aborted", .detail = "the log ends before the episode"};
+  }
+  merger_.EndAt(end_->header.tick);
+  merger_.GiveUp();
+  ScoreTicks();
+  if (own_end_) {
+    end_ = own_end_;
+  } else if (task_ && scorer_->verdict() != partial_metrics_t::UNDECIDED) {
+    end_->end_reason = EndReason(scorer_->verdict());
+  } else if (task_ && end_->end_reason == "time_limit") {
+    end_->end_reason = "aborted";
+    end_->detail = "the log ends before this description's time limit";
+  }
+  scorer_->EndAt(end_->header.tick);
+  episode.summary = scorer_->Summary(begin_, *end_);
+  log->episodes.push_back(std::move(episode));
+}
+
+std::vector<Difference> Differences(const episode_summary_t& before, const episode_summary_t& after) {
+  const auto a = EpisodeJson("", "", before).flatten(), b = EpisodeJson("", "", after).flatten();
+  std::vector<Difference> differences;
+  const auto add = [&](const std::string& key, const std::string& x, const std::string& y) {
+    std::string name = key.substr(1);
+    std::replace(name.begin(), name.end(), '/', '.');
+    differences.push_back({std::move(name), x, y});
+  };
+  for (const auto& [key, value] : a.items()) {
+    const auto other = b.find(key);
+    if (other == b.end()) {
+      add(key, value.dump(), "-");
+    } else if (*other != value) {
+      add(key, value.dump(), other->dump());
+    }
+  }
+  for (const auto& [key, value] : b.items()) {
+    if (!a.contains(key)) add(key, "-", value.dump());
+  }
+  return differences;
+}
+
+bool SameBits(const episode_summary_t& a, const episode_summary_t& b) { return Encode(a) == Encode(b); }
+
+}  // namespace evalbus

@@ -1,0 +1,215 @@
+#include "cli/rescore_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <sstream>
+
+#include "bus/errors.h"
+#include "cli/episode_logs.h"
+#include "cli/rescore.h"
+#include "cli/run_controller.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Longer lists of names are cut; --out has them all.
+constexpr size_t kNamesShown = 4;
+
+TaskDescription ReadTask(const fs::path& file) {
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw InputError("--task " + file.string() + ": cannot read this file");
+  // Only the rules are used; the scene is the log's.
+  return ParseTask(text.str(), file, false);
+}
+
+// What kept the episode from being scored as a whole; empty if nothing did.
+std::string Missing(const RescoredEpisode& episode) {
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  const extended_metrics_t& extended = episode.summary.extended;
+  if (extended.missing_ticks > 0) add(fmt::format("{} ticks missing", extended.missing_ticks));
+  if (extended.refused_samples > 0) add(fmt::format("{} samples refused", extended.refused_samples));
+  if (!episode.has_end) add("no EPISODE_END in the log");
+  return text;
+}
+
+std::string Damage(const RescoredLog& log) {
+  std::string text;
+  if (log.damaged_bytes > 0) {
+    text = fmt::format("{} damaged bytes in {} place{} skipped", log.damaged_bytes, log.damaged_places,
+                       log.damaged_places == 1 ? "" : "s");
+  }
+  if (log.decode_errors > 0) {
+    text += fmt::format("{}{} messages do not decode", text.empty() ? "" : ", ", log.decode_errors);
+  }
+  return text;
+}
+
+std::string Stages(const metric_values_t& metrics) {
+  return fmt::format("{}/{}", std::count(metrics.stage_reached.begin(), metrics.stage_reached.end(), 1),
+                     metrics.num_stages);
+}
+
+std::string Verdict(const episode_summary_t& summary) {
+  return summary.verdict == partial_metrics_t::SUCCESS   ? "success"
+         : summary.verdict == partial_metrics_t::FAILURE ? "failure"
+                                                         : summary.failure_reason;
+}
+
+std::string Arrow(const std::string& before, const std::string& after) {
+  return before == after ? after : before + " -> " + after;
+}
+
+// "slip_count, completion_time and 3 more"
+std::string Names(const std::vector<Difference>& differences) {
+  std::string text;
+  size_t shown = 0;
+  for (const Difference& difference : differences) {
+    if (!difference.name.starts_with("metrics.") && !difference.name.starts_with("extended.")) continue;
+    if (shown++ >= kNamesShown) continue;
+    text += (text.empty() ? "" : ", ") + difference.name.substr(difference.name.find('.') + 1);
+  }
+  if (shown > kNamesShown) text += fmt::format(" and {} more", shown - kNamesShown);
+  return text.empty() ? "nothing" : text;
+}
+
+std::string Values(const std::vector<Difference>& differences) {
+  std::string text;
+  for (size_t i = 0; i < std::min(differences.size(), kNamesShown); ++i) {
+    const Difference& difference = differences[i];
+    text += fmt::format("{}{} {} -> {}", i == 0 ? "" : ", ", difference.name, difference.before,
+                        difference.after);
+  }
+  if (differences.size() > kNamesShown) {
+    text += fmt::format(" and {} more", differences.size() - kNamesShown);
+  }
+  return text.empty() ? "a field that episodes.jsonl does not have" : text;
+}
+
+void PrintScore(const RescoredEpisode& episode) {
+  const episode_summary_t& summary = episode.summary;
+  std::string text = "equal to the recorded score";
+  if (!episode.recorded) {
+    text = "no score was recorded";
+  } else if (!episode.equal()) {
+    text = "DIFFERS: " + Values(Differences(*episode.recorded, summary));
+  }
+  fmt::print("{:>7}  {:<14} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, summary.end_reason,
+             summary.metrics.completion_time_s, Stages(summary.metrics), text);
+}
+
+void PrintChanges(const RescoredEpisode& episode) {
+  const episode_summary_t& after = episode.summary;
+  const episode_summary_t& before = episode.recorded ? *episode.recorded : after;
+  const auto time = [](const episode_summary_t& summary) {
+    return fmt::format("{:.2f}", summary.metrics.completion_time_s);
+  };
+  fmt::print("{:>7}  {:<24} {:<14} s  {:<10}  {}\n", after.header.episode,
+             Arrow(Verdict(before), Verdict(after)), Arrow(time(before), time(after)),
+             Arrow(Stages(before.metrics), Stages(after.metrics)),
+             episode.recorded ? Names(Differences(before, after)) : "no score was recorded");
+}
+
+// The new scores; in place as a whole or not at all.
+class ScoreFile {
+ public:
+  explicit ScoreFile(const fs::path& file) : file_(file), temporary_(file.string() + ".tmp") {
+    if (file.empty()) return;
+    if (fs::exists(file)) throw InputError("--out " + file.string() + ": exists; choose another name");
+    stream_.open(temporary_);
+    if (!stream_) throw InputError("--out " + file.string() + ": cannot write this file");
+  }
+  ~ScoreFile() {
+    std::error_code ignored;
+    if (!file_.empty()) fs::remove(temporary_, ignored);
+  }
+  void Add(const RescoredEpisode& episode) {
+    if (file_.empty()) return;
+    stream_ << EpisodeJson(episode.model->task, episode.model->variation, episode.summary).dump() << "\n";
+  }
+  void Close() {
+    if (file_.empty()) return;
+    stream_.close();
+    if (!stream_) throw EnvironmentError("cannot write " + temporary_.string());
+    fs::rename(temporary_, file_);
+  }
+
+ private:
+  fs::path file_, temporary_;
+  std::ofstream stream_;
+};
+
+}  // namespace
+
+void AddRescoreOptions(CLI::App* app, RescoreOptions* options) {
+  app->add_option("run_or_log", options->run_or_log, "run folder or event log")->required();
+  app->add_option("--task", options->task,
+                  "judge by this task description (YAML) instead of the recorded one");
+  app->add_option("--out", options->out, "write the scores to this file, in the format of episodes.jsonl");
+}
+
+int Rescore(const RescoreOptions& options) {
+  const bool new_rules = !options.task.empty();
+  Rescorer rescorer(new_rules ? std::optional(ReadTask(options.task)) : std::nullopt);
+  const std::vector<fs::path> logs = EpisodeLogs(options.run_or_log);
+  ScoreFile out(options.out);
+
+  int episodes = 0, equal = 0, complete = 0, logs_without = 0;
+  int successes = 0, recorded_successes = 0;
+  double simulated = 0, wall = 0;  // s
+  for (const fs::path& file : logs) {
+    const auto started = std::chrono::steady_clock::now();
+    const RescoredLog log = rescorer.Rescore(file);
+    wall += std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    if (log.episodes.empty() && logs.size() == 1) {
+      throw InputError(file.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)");
+    }
+    if (episodes == 0 && !log.episodes.empty()) {
+      const model_info_t& model = *log.episodes[0].model;
+      fmt::print("{}/{}  {}\n", model.task, model.variation,
+                 new_rules ? "rules of " + options.task.string() : "recorded rules");
+      fmt::print("{}\n", new_rules ? "episode  verdict                  time             stages      changed"
+                                   : "episode  end                time   stages  score");
+    }
+    for (const RescoredEpisode& episode : log.episodes) {
+      new_rules ? PrintChanges(episode) : PrintScore(episode);
+      if (const std::string missing = Missing(episode); !missing.empty()) {
+        fmt::print("         incomplete: {}\n", missing);
+      }
+      out.Add(episode);
+      ++episodes;
+      equal += episode.equal();
+      complete += episode.summary.complete;
+      successes += episode.summary.complete && episode.summary.metrics.success;
+      recorded_successes +=
+          episode.recorded && episode.recorded->complete && episode.recorded->metrics.success;
+      simulated += static_cast<double>(episode.summary.header.sim_time_us) * 1e-6;
+    }
+    if (log.episodes.empty()) {
+      ++logs_without;
+      fmt::print("      -  {}: nothing to score, MODEL or EPISODE_BEGIN is missing\n", file.string());
+    }
+    if (const std::string damage = Damage(log); !damage.empty()) {
+      fmt::print("         {}: {}\n", file.string(), damage);
+    }
+  }
+  out.Close();
+  if (new_rules) {
+    fmt::print("\n{} episodes, {} complete; successes {} -> {}", episodes, complete, recorded_successes,
+               successes);
+  } else {
+    fmt::print("\n{} of {} episodes equal the recorded scores in every bit", equal, episodes);
+  }
+  fmt::print("; {:.1f} s simulated in {:.3f} s, {:.0f} x real time\n", simulated, wall, simulated / wall);
+  return new_rules || (equal == episodes && logs_without == 0) ? 0 : 2;
+}
+
+}  // namespace evalbus
