@@ -388,14 +388,14 @@ def pot_handle(side):
     path += [(0.072 - corner + corner * math.cos(a), 0.199 + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
     path += [(0.046, 0.225)]
     path += [(-x, y) for x, y in reversed(path)]
-    ring = []
+    ring, r = [], 0.005
     for s in range(12):  # a rectangle with round edges
-        a = 2 * math.pi * (s + 0.5) / 12
-        c, d = math.cos(a), math.sin(a)
-        p = [math.copysign(abs(x) ** 0.45, x) * r for x, r in ((c, 0.01), (d, 0.0125))]
-        n = [math.copysign(abs(x) ** 1.55, x) / r for x, r in ((c, 0.01), (d, 0.0125))]
-        size = math.hypot(*n)
-        ring.append((p, [x / size for x in n]))
+        quarter = s // 3
+        a = math.pi / 2 * (quarter + (s % 3) / 2)
+        n = (math.cos(a), math.sin(a))
+        u = math.copysign(0.01 - r, 1 if quarter in (0, 3) else -1)
+        v = math.copysign(0.0125 - r, 1 if quarter < 2 else -1)
+        ring.append(((u + r * n[0], v + r * n[1]), n))
     mesh = swept([(x, y, 0.035) for x, y in path], ring)
     return mesh if side > 0 else moved(mesh, ((-1, 0, 0), (0, -1, 0), (0, 0, 1)), (0, 0, 0))
 

@@ -12,8 +12,8 @@ namespace evalbus {
 
 class Renderer {
  public:
-  // model: with visual geoms; light, shadows and samples per pixel are those of its <visual>. Throws
-  // InputError for an unusable size, EnvironmentError if OSMesa is missing or refuses.
+  // model: with visual geoms; light and shadows are those of its <visual>. Throws InputError for an odd or
+  // absurd size, EnvironmentError if OSMesa is missing or refuses.
   Renderer(ModelPtr model, FrameSize size);
   ~Renderer();
   Renderer(const Renderer&) = delete;
