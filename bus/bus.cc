@@ -3,9 +3,12 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <utility>
 
+#include "bus/channel_filter.h"
 #include "bus/errors.h"
 
 namespace evalbus {
@@ -17,6 +20,12 @@ constexpr char kMulticastFix[] =
     "or use --in-process (see 'evalbus doctor')";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
+
+// liblcm has accepted the URL; without a port it takes 7667.
+int PortOf(const std::string& url) {
+  const size_t colon = url.find(':', sizeof "udpm://" - 1);
+  return colon == std::string::npos ? 7667 : std::atoi(url.c_str() + colon + 1);
+}
 
 std::string WithReceiveBuffer(const std::string& url) {
   if (!IsMulticast(url) || url.find("recv_buf_size=") != std::string::npos) return url;
@@ -37,17 +46,14 @@ Bus::~Bus() = default;
 
 void Bus::SelfCheck() {
   static constexpr char kChannel[] = "EVALBUS_SELF_CHECK";
-  bool heard = false;
-  lcm::LCM probe(lcm_->getUnderlyingLCM());
-  auto* subscription = probe.subscribeFunction<bool*>(
-      kChannel, [](const lcm::ReceiveBuffer*, const std::string&, bool* flag) { *flag = true; }, &heard);
+  const auto heard = std::make_shared<bool>(false);
+  SubscribeRaw(kChannel, [heard](const std::string&, std::span<const uint8_t>, int64_t) { *heard = true; });
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
   const uint8_t byte = 0;
   PublishRaw(kChannel, {&byte, 1});
-  while (!heard && Handle(deadline)) {
+  while (!*heard && Handle(deadline)) {
   }
-  probe.unsubscribe(subscription);
-  if (!heard) throw EnvironmentError("bus " + url_ + " does not deliver: " + kMulticastFix);
+  if (!*heard) throw EnvironmentError("bus " + url_ + " does not deliver: " + kMulticastFix);
 }
 
 void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
@@ -61,6 +67,13 @@ void Bus::SubscribeRaw(const std::string& channel_regex, RawHandler handler) {
   auto* subscription = lcm_->subscribe(channel_regex, &Subscription::Receive, subscriptions_.back().get());
   // 0 = unlimited; the default of 30 drops the newest message without a word.
   subscription->setQueueCapacity(0);
+
+  const bool is_name = std::all_of(channel_regex.begin(), channel_regex.end(),
+                                   [](unsigned char c) { return std::isalnum(c) || c == '_'; });
+  if (!is_name) hears_everything_ = true;
+  channels_.push_back(channel_regex);
+  if (IsMulticast(url_))
+    FilterChannels(PortOf(url_), hears_everything_ ? std::span<const std::string>() : channels_);
 }
 
 void Bus::Subscription::Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel) {

@@ -101,6 +101,9 @@ class Bus {
   std::string url_;
   std::unique_ptr<lcm::LCM> lcm_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  // Subscribed channels, for the filter in the kernel; a regular expression switches that off.
+  std::vector<std::string> channels_;
+  bool hears_everything_ = false;
   std::vector<uint8_t> buffer_;
   std::exception_ptr thrown_;
   int64_t decode_errors_ = 0;
