@@ -15,6 +15,10 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
+// MODEL is repeated while an episode runs, for those who begin to listen in its middle: by the wall clock
+// where policies are slow, by simulated time so that the log of a run that was faster than time has it, too.
+constexpr auto kRepeatModel = std::chrono::seconds(1);
+constexpr int64_t kRepeatModelSimUs = 2'000'000;
 
 SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
@@ -143,9 +147,15 @@ void SimComponent::BeginNext() {
 }
 
 void SimComponent::AnnounceEpisode() {
-  bus().Publish(channels::kModel, model_info_);
+  PublishModel();
   bus().Publish(channels::kEpisodeBegin, begin_);
   announced_ = steady_clock::now();
+}
+
+void SimComponent::PublishModel() {
+  bus().Publish(channels::kModel, model_info_);
+  model_published_ = steady_clock::now();
+  model_published_sim_us_ = phase_ == Phase::kRunning ? state_.header.sim_time_us : 0;
 }
 
 void SimComponent::OnStatus(const component_status_t& status) {
@@ -287,6 +297,10 @@ void SimComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (phase_ == Phase::kWaiting && now - announced_ >= kAnnouncePeriod) AnnounceEpisode();
   if (phase_ != Phase::kRunning) return;
+  if (now - model_published_ >= kRepeatModel ||
+      state_.header.sim_time_us - model_published_sim_us_ >= kRepeatModelSimUs) {
+    PublishModel();
+  }
   if (options_.realtime) return AdvanceRealtime(now);
   const auto waited = now - state_published_;
   if (!has_partial_ && waited > Seconds(options_.metrics_timeout_s)) {

@@ -79,6 +79,7 @@ class SimComponent : public Component {
 
   void BeginNext();
   void AnnounceEpisode();
+  void PublishModel();
   void StartIfReady();
   // Publishes the next STATE or ends the episode, if what that needs is there.
   void Advance();
@@ -104,6 +105,8 @@ class SimComponent : public Component {
   episode_begin_t begin_{};
   std::map<std::string, Consumer> consumers_;
   SteadyTime announced_{};
+  SteadyTime model_published_{};
+  int64_t model_published_sim_us_ = 0;
 
   // The episode's current tick: what of it has arrived.
   state_t state_{};

@@ -21,12 +21,15 @@ class SimComponentTest : public testing::Test {
     sim_.reset();
     bus_.emplace("memq://");
     sim_ = std::make_unique<SimComponent>(&*bus_, options);
-    bus_->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { model_ = m; });
+    bus_->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) {
+      model_ = m;
+      ++num_models_;
+    });
     bus_->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
-                                    [this](const episode_begin_t& m) { begins_.push_back(m); });
+                                     [this](const episode_begin_t& m) { begins_.push_back(m); });
     bus_->Subscribe<state_t>(channels::kState, [this](const state_t& m) { states_.push_back(m); });
     bus_->Subscribe<episode_end_t>(channels::kEpisodeEnd,
-                                  [this](const episode_end_t& m) { ends_.push_back(m); });
+                                   [this](const episode_end_t& m) { ends_.push_back(m); });
   }
   void HandleAll() {
     while (bus_->Handle()) {
@@ -90,6 +93,7 @@ class SimComponentTest : public testing::Test {
   std::optional<Bus> bus_;
   std::unique_ptr<SimComponent> sim_;
   model_info_t model_{};
+  int num_models_ = 0;
   std::vector<episode_begin_t> begins_;
   std::vector<state_t> states_;
   std::vector<episode_end_t> ends_;
@@ -265,6 +269,27 @@ TEST_F(SimComponentTest, SilentPolicyAndSilentMetricsEndTheEpisode) {
   ASSERT_EQ(ends_.size(), 2u);
   EXPECT_EQ(ends_[0].end_reason, "policy_timeout");
   EXPECT_EQ(ends_[1].end_reason, "aborted");
+}
+
+TEST_F(SimComponentTest, RepeatsTheModelForThoseWhoComeLate) {
+  MakeSim();
+  Start();
+  const int announced = num_models_;
+  const auto now = std::chrono::steady_clock::now();
+  sim_->Poll(now);
+  HandleAll();
+  EXPECT_EQ(num_models_, announced);
+  sim_->Poll(now + std::chrono::milliseconds(1100));  // while the policy thinks
+  HandleAll();
+  EXPECT_EQ(num_models_, announced + 1);
+  for (int64_t k = 0; k < 101; ++k) {  // two simulated seconds, in no time
+    Act(Action(k));
+    Score(k);
+    sim_->Poll(now);
+    HandleAll();
+  }
+  EXPECT_EQ(num_models_, announced + 2);
+  EXPECT_EQ(states_.size(), 102u);
 }
 
 TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
