@@ -5,6 +5,12 @@
 #include "models/task_description.h"
 
 namespace evalbus {
+namespace {
+
+// RUN_SUMMARY is repeated for those who begin to listen in the middle of a run.
+constexpr auto kRepeatSummary = std::chrono::seconds(1);
+
+}  // namespace
 
 MetricsComponent::MetricsComponent(Bus* bus) : Component(bus, "metrics") {
   bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
@@ -88,6 +94,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
 
 void MetricsComponent::Poll(SteadyTime now) {
   Component::Poll(now);
+  if (!results_.empty() && now - summary_published_ >= kRepeatSummary) PublishRunSummary();
   if (now < deadline_) return;
   merger_.GiveUp();
   ScoreTicks();
@@ -111,10 +118,16 @@ void MetricsComponent::FinishEpisode() {
   result.metrics["extended"] = ExtendedJson(summary.extended, summary.metrics);
   std::vector<EpisodeResult> results;
   for (const auto& [episode, r] : results_) results.push_back(r);
+  run_summary_ = Summarize(results);
 
   bus().Publish(channels::kEpisodeSummary, summary);
-  bus().Publish(channels::kRunSummary, Summarize(results));
+  PublishRunSummary();
   PublishStatus();
+}
+
+void MetricsComponent::PublishRunSummary() {
+  bus().Publish(channels::kRunSummary, run_summary_);
+  summary_published_ = std::chrono::steady_clock::now();
 }
 
 }  // namespace evalbus

@@ -1,6 +1,6 @@
 // The metrics process: listens to MODEL, EPISODE_BEGIN, STATE, CONTACTS and EPISODE_END; publishes PARTIAL
 // for each tick whose STATE and CONTACTS it has, EPISODE_SUMMARY after each episode, then RUN_SUMMARY over
-// the episodes so far.
+// the episodes so far; RUN_SUMMARY again once a second.
 #pragma once
 
 #include <map>
@@ -36,6 +36,7 @@ class MetricsComponent : public Component {
   void Prepare();
   void ScoreTicks();
   void FinishEpisode();
+  void PublishRunSummary();
 
   // The last MODEL and its encoding, by which a repetition is recognised.
   model_info_t model_{};
@@ -56,6 +57,8 @@ class MetricsComponent : public Component {
   int64_t missing_here_ = 0;
   // The latest attempt of each episode.
   std::map<int32_t, EpisodeResult> results_;
+  run_summary_t run_summary_{};
+  SteadyTime summary_published_{};
 };
 
 }  // namespace evalbus

@@ -109,6 +109,39 @@ TEST_F(MetricsComponentTest, IsNotReadyWithoutAModel) {
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
 }
 
+TEST_F(MetricsComponentTest, ARepeatedModelChangesNothing) {
+  Begin(0);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  bus_.Publish(channels::kModel, model_);
+  SendState(1, 0);
+  bus_.Publish(channels::kModel, model_);
+  SendContacts(1, 0);
+  ASSERT_EQ(partials_.size(), 2);
+  EXPECT_EQ(partials_[1].metrics.num_samples, 1);
+  EXPECT_EQ(said_.foreign_messages, 0);
+}
+
+TEST_F(MetricsComponentTest, RepeatsTheRunSummaryForThoseWhoComeLate) {
+  const auto now = std::chrono::steady_clock::now();
+  dut_.Poll(now);
+  Begin(0);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  Drain();
+  EXPECT_EQ(runs_.size(), 0);
+  End(0, 0);
+  ASSERT_EQ(runs_.size(), 1);
+  dut_.Poll(now + std::chrono::milliseconds(500));
+  Drain();
+  EXPECT_EQ(runs_.size(), 1);
+  dut_.Poll(now + std::chrono::milliseconds(1600));
+  Drain();
+  ASSERT_EQ(runs_.size(), 2);
+  EXPECT_EQ(runs_[1].num_episodes, 1);
+  EXPECT_EQ(summaries_.size(), 1);
+}
+
 TEST_F(MetricsComponentTest, ARepeatedBeginChangesNothing) {
   Begin(0);
   SendState(0, 0);
