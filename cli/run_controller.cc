@@ -5,7 +5,7 @@
 #include "bus/channels.h"
 #include "bus/errors.h"
 #include "metrics/result_json.h"
-#include "sim/random.h"
+#include "sim/episode_seed.h"
 
 namespace evalbus {
 namespace {
@@ -63,7 +63,7 @@ void RunController::Poll(SteadyTime now) {
 
 void RunController::OnSummary(const episode_summary_t& summary) {
   if (summary.header.episode != next_ || summary.attempt != attempt_ || episode_) return;
-  if (summary.end_reason == "aborted") return Retry(summary.end_detail);
+  if (summary.end_reason == "aborted") return BeginAgain(summary.end_detail);
   episode_ = summary;
   summarised_ = std::chrono::steady_clock::now();
   FinishIfRecorded();
@@ -87,12 +87,17 @@ void RunController::FinishIfRecorded() {
 }
 
 void RunController::Retry(const std::string& why) {
+  BeginAgain(why);
+  folder_.DiscardEpisode(next_);
+}
+
+// Leaves the folder to the recorder, which may be about to close the log of the attempt that was aborted.
+void RunController::BeginAgain(const std::string& why) {
   if (attempt_ + 1 >= plan_.max_attempts) {
     throw EnvironmentError("episode " + std::to_string(next_) + " failed " +
                            std::to_string(plan_.max_attempts) + " times, the last time: " + why);
   }
   listener_->OnRetry(next_, why);
-  folder_.DiscardEpisode(next_);
   episode_.reset();
   begun_ = recorded_ = false;
   ++attempt_;

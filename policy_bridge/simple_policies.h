@@ -7,7 +7,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "policy_bridge/factory.h"
 #include "policy_bridge/policy.h"
-#include "policy_bridge/random.h"
+#include "bus/random.h"
 #include "policy_bridge/robot.h"
 
 namespace evalbus {

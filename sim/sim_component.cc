@@ -8,6 +8,7 @@
 #include "bus/channels.h"
 #include "bus/errors.h"
 #include "evalbus/episode_summary_t.hpp"
+#include "sim/episode_seed.h"
 
 namespace evalbus {
 namespace {

@@ -114,7 +114,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
   SetHome();
   action_clips_ = 0;
   instability_.clear();
-  Random random(seed);
+  Random random(seed, 0);
   std::vector<Parameter> parameters;
   for (const Randomisation& randomisation : variation.randomisations) {
     std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomisation);

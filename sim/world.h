@@ -13,7 +13,7 @@
 #include "evalbus/state_t.hpp"
 #include "models/robot_description.h"
 #include "models/task_description.h"
-#include "sim/random.h"
+#include "bus/random.h"
 
 namespace evalbus {
 

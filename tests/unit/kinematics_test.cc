@@ -6,7 +6,7 @@
 
 #include "bus/errors.h"
 #include "policy_bridge/ik.h"
-#include "policy_bridge/random.h"
+#include "bus/random.h"
 #include "tests/unit/policy_scene.h"
 
 namespace evalbus {

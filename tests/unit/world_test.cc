@@ -7,6 +7,7 @@
 
 #include "bus/errors.h"
 #include "models/scene.h"
+#include "sim/episode_seed.h"
 
 namespace evalbus {
 namespace {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <random>
 
 namespace evalbus {
 
@@ -16,21 +15,5 @@ inline int64_t EpisodeSeed(int64_t run_seed, int32_t episode) {
   z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
   return static_cast<int64_t>((z ^ (z >> 31)) >> 11);
 }
-
-class Random {
- public:
-  explicit Random(int64_t seed) : engine_(static_cast<uint64_t>(seed)) {}
-
-  // Uniform in [lower, upper), with 53 random bits.
-  double Uniform(double lower, double upper) {
-    return lower + (upper - lower) * static_cast<double>(engine_() >> 11) * 0x1p-53;
-  }
-
-  // Uniform in 0 .. n-1. The bias of the remainder is below n / 2^64.
-  int Index(int n) { return static_cast<int>(engine_() % static_cast<uint64_t>(n)); }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 }  // namespace evalbus
