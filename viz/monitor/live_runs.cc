@@ -83,14 +83,14 @@ LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url) 
   for (const LiveRun& run : runs) {
     if (!url.empty() && run.url != url) continue;
     fitting.push_back(run);
-    urls += (urls.empty() ? "" : ", ") + run.url;
+    urls += (urls.empty() ? "" : ", ") + (run.folder.empty() ? run.url : run.folder.string());
   }
   if (fitting.size() == 1) return fitting[0];
   if (fitting.empty()) {
     throw InputError(url.empty() ? "no run goes on on this machine; name its bus with --url"
                                  : "no run on this machine has the bus " + url);
   }
-  throw InputError("more than one run goes on: choose one with --url or name its folder (" + urls + ")");
+  throw InputError("more than one run goes on: name the folder of one, or its bus with --url (" + urls + ")");
 }
 
 void JoinNetwork(const LiveRun& run) {

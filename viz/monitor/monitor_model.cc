@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "bus/channels.h"
 #include "evalbus/episode_begin_t.hpp"
@@ -22,13 +23,18 @@ double Seconds(SteadyTime::duration duration) { return std::chrono::duration<dou
 std::string Number(double value) {
   if (!std::isfinite(value)) return "-";
   const double magnitude = std::abs(value);
-  if (magnitude >= 99999.5) return fmt::format("{:.0e}", value);
+  if (magnitude < 0.0005) return "0.000";  // without a sign that comes and goes
+  if (magnitude >= 99999.5) return fmt::format("{:.0f}k", value * 1e-3);
   const int decimals = magnitude >= 999.95 ? 0 : magnitude >= 99.995 ? 1 : magnitude >= 9.9995 ? 2 : 3;
   return fmt::format("{:.{}f}", value, decimals);
 }
 
 std::string Rate(double rate) {
   return rate >= 9.95 ? fmt::format("{:.0f}", rate) : fmt::format("{:.1f}", rate);
+}
+
+std::string Speed(double speed) {
+  return fmt::format("{:.{}f}", speed, speed >= 99.95 ? 0 : speed >= 9.995 ? 1 : 2);
 }
 
 std::string Millimetres(double metres) { return fmt::format("{:.1f}", metres * 1e3); }
@@ -51,16 +57,16 @@ std::string Right(const std::string& text, int width) {
   return std::string(static_cast<size_t>(std::max(0, width - Width(text))), ' ') + text;
 }
 
-int Width(const Line& line) {
-  return std::accumulate(line.begin(), line.end(), 0,
-                         [](int sum, const Span& span) { return sum + Width(span.text); });
-}
-
 void Cut(int width, Line* line) {
+  std::string* last = line->empty() ? nullptr : &line->back().text;
+  if (last != nullptr) last->erase(last->find_last_not_of(' ') + 1);
+  if (Width(*line) <= width) return;
+  --width;
   for (Span& span : *line) {
     span.text = Cut(span.text, std::max(0, width));
     width -= Width(span.text);
   }
+  line->push_back({"…"});
 }
 
 // Names may come from anywhere; a terminal obeys control characters.
@@ -106,6 +112,11 @@ const char* StateName(const component_status_t& status) {
 
 int Width(const std::string& text) {
   return static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+int Width(const Line& line) {
+  return std::accumulate(line.begin(), line.end(), 0,
+                         [](int sum, const Span& span) { return sum + Width(span.text); });
 }
 
 std::string Text(const Line& line) {
@@ -279,14 +290,16 @@ std::string MonitorModel::GeomName(int32_t geom) const {
 }
 
 std::string MonitorModel::Success() const {
-  if (!run_) return "none done yet";
-  const int incomplete = run_->num_episodes - run_->num_complete;
-  std::string text = fmt::format("{} done", run_->num_episodes);
+  std::string text = std::to_string(run_ ? run_->num_episodes : 0);
+  if (planned_episodes_ > 0) text += fmt::format(" of {}", planned_episodes_);
+  text += " done";
+  if (!run_) return text;
   if (run_->num_complete > 0) {
-    text += fmt::format(", {} of {} succeeded: {:.0f} % (95 % interval {:.0f} to {:.0f} %)",
-                        run_->num_success, run_->num_complete, run_->success_rate * 100,
-                        run_->success_rate_lower * 100, run_->success_rate_upper * 100);
+    text +=
+        fmt::format(", {} succeeded, {:.0f} % (CI {:.0f} to {:.0f})", run_->num_success,
+                    run_->success_rate * 100, run_->success_rate_lower * 100, run_->success_rate_upper * 100);
   }
+  const int incomplete = run_->num_episodes - run_->num_complete;
   if (incomplete > 0) text += fmt::format(", {} incomplete", incomplete);
   return text;
 }
@@ -296,7 +309,9 @@ std::string MonitorModel::Phase() const {
   if (episode_ < 0) return "";
   if (state_) return "running";
   const auto sim = health_.find("sim");
-  const bool mid_episode = sim != health_.end() && sim->second.status.state == component_status_t::READY;
+  // In the middle of an episode whose STATE we have not heard yet.
+  const bool mid_episode = sim != health_.end() && sim->second.status.state == component_status_t::READY &&
+                           sim->second.status.episode == episode_ && sim->second.status.attempt == attempt_;
   return mid_episode ? "waiting for the next tick" : "waiting for components";
 }
 
@@ -305,9 +320,9 @@ std::string MonitorModel::ProgressLine(SteadyTime now) {
   if (!has_scores() || !end_reason_.empty()) return "";
   const metric_values_t& m = partial_->metrics;
   std::string line = fmt::format(
-      "episode {}  {:.2f} s  {:.2f} x real time  stages {}  slips {}  collisions {} scene {} self  wrist "
+      "episode {}  {:.2f} s  {} x real time  stages {}  slips {}  collisions {} scene {} self  wrist "
       "path {:.2f} m",
-      episode_, m.completion_time_s, speed_, StageCount(m), m.slip_count, m.env_collision_count,
+      episode_, m.completion_time_s, Speed(speed_), StageCount(m), m.slip_count, m.env_collision_count,
       m.self_collision_count, Sum(m.cartesian_path_length_m));
   if (clearance_) line += fmt::format("  clearance {} mm", Millimetres(clearance_->clearance_m));
   return line;
@@ -358,7 +373,7 @@ std::vector<MonitorModel::Ranked> MonitorModel::Screen(int width, bool spacious,
     return screen;
   }
   screen.push_back({kBlank, {}});
-  screen.push_back({0, EpisodeLine()});
+  screen.push_back({0, EpisodeLine(width)});
   if (partial_) {
     AddStages(width, &screen);
     screen.push_back({kBlank, {}});
@@ -395,27 +410,31 @@ Line MonitorModel::Title(int width, SteadyTime now) const {
   return line;
 }
 
-Line MonitorModel::EpisodeLine() const {
+Line MonitorModel::EpisodeLine(int width) const {
   if (episode_ < 0) return {{"no episode yet", Style::kQuiet}};
   std::string name = fmt::format("episode {}", episode_);
-  if (planned_episodes_ > 0) name += fmt::format(" ({} of {})", episode_ + 1, planned_episodes_);
   if (attempt_ > 0) name += fmt::format(", try {}", attempt_ + 1);
-  Line line = {{name + "   ", Style::kStrong}};
-  std::string time = state_ ? fmt::format("{:.2f}", static_cast<double>(state_->sim_time_us) * 1e-6) : "-";
-  line.push_back({Right(time, 5) + " s"});
-  if (model_)
-    line.push_back(
-        {fmt::format(" of {:g} s", static_cast<double>(model_->time_limit_us) * 1e-6), Style::kQuiet});
-  line.push_back({"   " + (has_rates_ ? fmt::format("{:.2f}", speed_) : std::string("-"))});
-  line.push_back({" x real time", Style::kQuiet});
-  line.push_back({"   " + Phase(), StyleOf(end_reason_)});
+  Line line = {{fmt::format("{:<12}", name + "  "), Style::kStrong}};
+  line.push_back({fmt::format("{:<12}", Phase()), StyleOf(end_reason_)});
+  const double time = state_ ? static_cast<double>(state_->sim_time_us) * 1e-6 : 0;
+  line.push_back({Right(state_ ? fmt::format("{:.2f}", time) : "-", 6) + " s"});
+  if (model_) {
+    const double limit = static_cast<double>(model_->time_limit_us) * 1e-6;
+    line.push_back({fmt::format(" of {:g} s", limit), Style::kQuiet});
+  }
+  line.push_back({Right(has_rates_ ? Speed(speed_) : "-", 8)});
+  line.push_back({width < 76 ? " x" : " x real time", Style::kQuiet});
+  if (has_scores() && partial_->metrics.num_stages > 0) {
+    line.push_back({"   progress ", Style::kQuiet});
+    line.push_back({fmt::format("{:.0f} %", partial_->metrics.subtask_progress * 100)});
+  }
   return line;
 }
 
 void MonitorModel::AddStages(int width, std::vector<Ranked>* screen) const {
   const metric_values_t& m = partial_->metrics;
   const size_t columns = width >= 76 ? 2 : 1;
-  const int room = width / static_cast<int>(columns);
+  const int room = std::min(46, width / static_cast<int>(columns));
   for (size_t row = 0; row * columns < m.stage_name.size(); ++row) {
     Line line;
     for (size_t k = row * columns; k < std::min((row + 1) * columns, m.stage_name.size()); ++k) {
@@ -426,7 +445,7 @@ void MonitorModel::AddStages(int width, std::vector<Ranked>* screen) const {
       line.push_back({Fit(Printable(m.stage_name[k]), room - 16), reached ? Style::kPlain : Style::kQuiet});
       line.push_back({Fit(when >= 0 ? Right(fmt::format("{:.2f} s", when), 9) : "", 12)});
     }
-    screen->push_back({2, line});
+    screen->push_back({1, line});
   }
 }
 
@@ -438,7 +457,6 @@ std::vector<MonitorModel::Scalar> MonitorModel::Scalars() const {
                        bool alarming = false) {
     scalars.push_back({rank, label, has_scores() ? value : "-", unit, has_scores() && alarming});
   };
-  add(3, "subtask progress", fmt::format("{:.0f}", m.subtask_progress * 100), "%");
   if (m.tracks_collisions) {
     add(3, "collisions, scene", fmt::format("{}", m.env_collision_count), "", m.env_collision_count > 0);
     add(3, "collisions, self", fmt::format("{}", m.self_collision_count), "", m.self_collision_count > 0);
@@ -483,7 +501,7 @@ void MonitorModel::AddMetrics(int width, std::vector<Ranked>* screen) const {
   };
   const auto sum = [](const std::vector<double>& values) { return std::optional(Sum(values)); };
   const std::vector<Row> rows = {
-      {4, "wrist path", m.cartesian_path_length_m, sum(m.cartesian_path_length_m), "m",
+      {3, "wrist path", m.cartesian_path_length_m, sum(m.cartesian_path_length_m), "m",
        m.tracks_cartesian_path_length != 0},
       {4, "joint path", m.joint_path_length_rad, sum(m.joint_path_length_rad), "rad",
        m.tracks_joint_path_length != 0},
@@ -505,7 +523,7 @@ void MonitorModel::AddMetrics(int width, std::vector<Ranked>* screen) const {
   for (const std::string& name : m.arm_name)
     head.push_back({Right(Cut(Printable(name), kValue - 1), kValue), Style::kQuiet});
   if (both) head.push_back({Right("both", kValue), Style::kQuiet});
-  if (m.num_arms > 1) left.push_back({4, head});
+  if (m.num_arms > 1) left.push_back({3, head});
   for (const Row& row : rows) {
     if (!row.tracked) continue;
     Line line = {{Fit(row.label, kArmLabel), Style::kQuiet}};
@@ -516,24 +534,34 @@ void MonitorModel::AddMetrics(int width, std::vector<Ranked>* screen) const {
   }
   const int left_width = kArmLabel + kValue * (m.num_arms + (both ? 1 : 0)) + kUnit;
   const bool two_columns = width >= left_width + kGap + 33;
-  const int label = two_columns ? std::min(30, width - left_width - kGap - kValue - kUnit + 1)
-                                : left_width - kValue - kUnit;
-  for (const Scalar& scalar : Scalars()) {
-    right.push_back({scalar.rank,
-                     {{Fit(Printable(scalar.label), label), Style::kQuiet},
-                      {Right(scalar.value, kValue), scalar.alarming ? Style::kBad : Style::kPlain},
-                      {Fit(scalar.unit.empty() ? "" : " " + scalar.unit, kUnit), Style::kQuiet}}});
-  }
+  const int long_label = left_width - kValue - kUnit;
+  const int label = two_columns ? std::min(30, width - left_width - kGap - kValue - kUnit + 1) : long_label;
+  const auto add = [](const Scalar& scalar, int label_width, std::vector<Ranked>* column) {
+    column->push_back({scalar.rank,
+                       {{Fit(Printable(scalar.label), label_width), Style::kQuiet},
+                        {Right(scalar.value, kValue), scalar.alarming ? Style::kBad : Style::kPlain},
+                        {Fit(scalar.unit.empty() ? "" : " " + scalar.unit, kUnit), Style::kQuiet}}});
+  };
+  std::vector<Scalar> scalars = Scalars();
   if (!two_columns) {
-    screen->insert(screen->end(), right.begin(), right.end());
+    for (const Scalar& scalar : scalars) add(scalar, long_label, screen);
     screen->insert(screen->end(), left.begin(), left.end());
     return;
   }
-  // Beside each other; a row is worth what its better half is.
-  for (size_t i = 0; i < std::max(left.size(), right.size()); ++i) {
+  // Beside each other, equally long; a row is worth what its better half is.
+  const size_t height = std::max(left.size(), (left.size() + scalars.size() + 1) / 2);
+  for (size_t i = 0; i < scalars.size(); ++i) {
+    if (i < height) {
+      add(scalars[i], label, &right);
+    } else {
+      add(scalars[i], long_label, &left);
+    }
+  }
+  for (size_t i = 0; i < height; ++i) {
     Ranked row{9, {}};
     if (i < left.size()) row = left[i];
-    row.line.push_back({std::string(static_cast<size_t>(left_width + kGap - Width(row.line)), ' ')});
+    row.line.push_back(
+        {std::string(static_cast<size_t>(std::max(0, left_width + kGap - Width(row.line))), ' ')});
     if (i < right.size()) {
       row.rank = std::min(row.rank, right[i].rank);
       row.line.insert(row.line.end(), right[i].line.begin(), right[i].line.end());
@@ -563,7 +591,7 @@ void MonitorModel::AddContacts(int width, std::vector<Ranked>* screen) const {
       line.push_back({text});
     }
   }
-  screen->push_back({3, line});
+  screen->push_back({2, line});
   line = Heading("clearance");
   if (!clearance_) {
     line.push_back({"-"});
@@ -578,15 +606,15 @@ void MonitorModel::AddContacts(int width, std::vector<Ranked>* screen) const {
                                 GeomName(clearance_->clearance_scene_geom)),
                     Style::kQuiet});
   }
-  screen->push_back({3, line});
+  screen->push_back({2, line});
   line = Heading("counted");
   const std::pair<const char*, int64_t> counts[] = {{"actions clipped", e.action_clips},
                                                     {"late", e.deadline_misses},
                                                     {"ticks missing", e.missing_ticks},
-                                                    {"refused", e.refused_samples}};
+                                                    {"samples refused", e.refused_samples}};
   for (const auto& [name, count] : counts) {
     const bool bad = has_scores() && count > 0;
-    line.push_back({Fit((has_scores() ? std::to_string(count) : "-") + " " + name, 19),
+    line.push_back({(has_scores() ? std::to_string(count) : "-") + " " + name + "   ",
                     bad ? Style::kBad : Style::kQuiet});
   }
   screen->push_back({6, line});
@@ -595,14 +623,13 @@ void MonitorModel::AddContacts(int width, std::vector<Ranked>* screen) const {
 void MonitorModel::AddEpisodes(int width, bool spacious, std::vector<Ranked>* screen) const {
   Line line = Heading("episodes");
   line.push_back({Success()});
-  if (!spacious && !done_.empty()) {
-    line.push_back({"   last ", Style::kQuiet});
-    for (auto episode = done_.rbegin(); episode != done_.rend(); ++episode) {
-      const std::string reason = Printable(episode->end_reason);
-      if (episode != done_.rbegin() && Width(line) + Width(reason) + 2 > width) break;
-      if (episode != done_.rbegin()) line.push_back({", ", Style::kQuiet});
-      line.push_back({reason, StyleOf(episode->end_reason)});
-    }
+  // How the last ones ended, the newest first, as many as there is room for.
+  for (auto episode = done_.rbegin(); !spacious && episode != done_.rend(); ++episode) {
+    const std::string before = episode == done_.rbegin() ? "  last " : ", ";
+    const std::string reason = Printable(episode->end_reason);
+    if (Width(line) + Width(before) + Width(reason) > width) break;
+    line.push_back({before, Style::kQuiet});
+    line.push_back({reason, StyleOf(episode->end_reason)});
   }
   screen->push_back({1, line});
   if (!spacious) return;
@@ -648,6 +675,7 @@ void MonitorModel::AddHealth(bool spacious, SteadyTime now, std::vector<Ranked>*
   } else {
     // All is well in one line; who is not has one of its own.
     Line line = Heading("components");
+    line.push_back({"", Style::kQuiet});  // the largest lag, below
     int64_t lag = 0;
     for (const auto& [name, health] : health_) {
       const component_status_t& status = health.status;
@@ -660,7 +688,7 @@ void MonitorModel::AddHealth(bool spacious, SteadyTime now, std::vector<Ranked>*
         if (count > 0) counts += (counts.empty() ? "" : ", ") + std::to_string(count) + kind;
       }
       line.push_back({is_bad(health) ? "✕ " : "● ", is_bad(health) ? Style::kBad : Style::kGood});
-      line.push_back({name + (counts.empty() ? "" : " (" + counts + ")") + "  "});
+      line.push_back({name + (counts.empty() ? "" : " (" + counts + ")") + " "});
       if (!is_bad(health)) continue;
       Line own = {{Fit("", 12)}, {"✕ " + name, Style::kBad}};
       own.push_back({health.silent ? fmt::format(" silent for {:.0f} s", Seconds(now - health.heard))
@@ -669,14 +697,21 @@ void MonitorModel::AddHealth(bool spacious, SteadyTime now, std::vector<Ranked>*
       own.push_back({fmt::format("   last tick {}", status.last_tick), Style::kQuiet});
       screen->push_back({1, own});
     }
-    line.push_back({fmt::format(" lag {}", lag), Style::kQuiet});
+    line[1].text = fmt::format("lag {:<5}", lag);
     screen->push_back({2, line});
   }
   Line line = Heading("per second");
+  // In the order of an episode's tick, then the rest.
+  std::vector<std::string> names = {channels::kState,   channels::kContacts, channels::kAction,
+                                    channels::kPartial, channels::kStatus,   channels::kModel};
   for (const auto& [name, channel] : channels_) {
-    if (has_rates_ && channel.rate < 0.05) continue;
-    line.push_back({ChannelName(name) + " ", Style::kQuiet});
-    line.push_back({(has_rates_ ? Rate(channel.rate) : "-") + "  "});
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  for (const std::string& name : names) {
+    const auto channel = channels_.find(name);
+    if (channel == channels_.end() || (has_rates_ && channel->second.rate < 0.05)) continue;
+    line.push_back({ChannelName(Printable(name)) + " ", Style::kQuiet});
+    line.push_back({(has_rates_ ? Rate(channel->second.rate) : "-") + "  "});
   }
   if (undecodable_ > 0) line.push_back({fmt::format("{} garbled", undecodable_), Style::kBad});
   screen->push_back({7, line});

@@ -32,6 +32,7 @@ using Line = std::vector<Span>;
 
 // Length in characters (UTF-8) and text of a line.
 int Width(const std::string& text);
+int Width(const Line& line);
 std::string Text(const Line& line);
 
 class MonitorModel {
@@ -97,7 +98,7 @@ class MonitorModel {
 
   std::vector<Ranked> Screen(int width, bool spacious, SteadyTime now) const;
   Line Title(int width, SteadyTime now) const;
-  Line EpisodeLine() const;
+  Line EpisodeLine(int width) const;
   void AddStages(int width, std::vector<Ranked>* screen) const;
   void AddMetrics(int width, std::vector<Ranked>* screen) const;
   void AddContacts(int width, std::vector<Ranked>* screen) const;

@@ -108,7 +108,9 @@ std::pair<int, int> Terminal::size() const {
 }
 
 void Terminal::Draw(const std::vector<Line>& lines) {
-  // Over what is there, so that nothing flickers.
+  const auto [columns, rows] = size();
+  // Over what is there, so that nothing flickers. What follows a full line or the last row is not cleared:
+  // the cursor would still be on its last character.
   std::string frame = "\x1b[H";
   for (size_t i = 0; i < lines.size(); ++i) {
     if (i > 0) frame += "\r\n";
@@ -116,9 +118,9 @@ void Terminal::Draw(const std::vector<Line>& lines) {
       const char* code = colours_ ? Code(span.style) : "";
       frame += code + span.text + (*code ? "\x1b[0m" : "");
     }
-    frame += "\x1b[K";
+    if (Width(lines[i]) < columns) frame += "\x1b[K";
   }
-  frame += "\x1b[J";
+  if (static_cast<int>(lines.size()) < rows) frame += "\r\n\x1b[J";
   Write(frame.data(), frame.size());
 }
 
