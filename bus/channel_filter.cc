@@ -1,6 +1,7 @@
 #include "bus/channel_filter.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <linux/filter.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -74,6 +75,8 @@ void FilterChannels(int port, std::span<const std::string> channels) {
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
     const int fd = std::atoi(entry.path().filename().c_str());
     if (!IsBoundTo(fd, port)) continue;
+    // A program that inherited the socket would put its own filter on it, which then is ours too.
+    fcntl(fd, F_SETFD, FD_CLOEXEC);
     if (channels.empty()) {
       const int unused = 0;
       setsockopt(fd, SOL_SOCKET, SO_DETACH_FILTER, &unused, sizeof unused);
