@@ -6,6 +6,7 @@
 #include "bus/errors.h"
 #include "cli/doctor.h"
 #include "cli/render_command.h"
+#include "cli/replay_command.h"
 #include "cli/rescore_command.h"
 #include "cli/run_command.h"
 #include "cli/version.h"
@@ -24,6 +25,11 @@ int main(int argc, char** argv) {
   evalbus::RenderOptions render_options;
   CLI::App* render = app.add_subcommand("render", "film episodes of a run, from their logs");
   evalbus::AddRenderOptions(render, &render_options);
+
+  evalbus::ReplayOptions replay_options;
+  CLI::App* replay =
+      app.add_subcommand("replay", "play recorded episodes into fresh metrics; compare with what was recorded");
+  evalbus::AddReplayOptions(replay, &replay_options);
 
   evalbus::RescoreOptions rescore_options;
   CLI::App* rescore = app.add_subcommand(
@@ -52,6 +58,7 @@ int main(int argc, char** argv) {
   try {
     if (*run) return evalbus::Run(run_options);
     if (*render) return evalbus::Render(render_options);
+    if (*replay) return evalbus::Replay(replay_options);
     if (*rescore) return evalbus::Rescore(rescore_options);
     if (*doctor) return evalbus::Doctor();
     if (*score) {

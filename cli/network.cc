@@ -1,6 +1,7 @@
 #include "cli/network.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <net/if.h>
 #include <net/route.h>
 #include <netinet/in.h>
@@ -88,6 +89,32 @@ void EnterPrivateNetwork() {
   if (fd >= 0) close(fd);
   if (!good)
     throw EnvironmentError(std::string("no multicast in the private network: ") + std::strerror(error));
+}
+
+std::string ChooseBus(const std::string& asked) {
+  if (!asked.empty()) {
+    if (!asked.starts_with("udpm://")) {
+      throw InputError("--url " + asked + ": expected udpm://ADDRESS:PORT?ttl=0");
+    }
+    const std::string why = WhyNoMulticast(asked);
+    if (!why.empty()) throw EnvironmentError(why);
+    return asked;
+  }
+  const std::string url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
+  if (WhyNoMulticast(url).empty()) {
+    fmt::print("bus {} (listen with lcm-spy or lcm-logger at this URL)\n", url);
+    return url;
+  }
+  try {
+    EnterPrivateNetwork();
+  } catch (const EnvironmentError&) {
+    return "";
+  }
+  fmt::print(
+      "bus {} in a private network namespace, since this machine has no multicast ('evalbus doctor' says "
+      "why); tools outside cannot listen\n",
+      url);
+  return url;
 }
 
 }  // namespace evalbus

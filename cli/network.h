@@ -12,4 +12,9 @@ std::string WhyNoMulticast(const std::string& url);
 // its loopback interface. Children share it; nobody else hears it. Throws EnvironmentError, one line.
 void EnterPrivateNetwork();
 
+// The bus to use, said on stdout with the reason: the one asked for, or the first that works of this
+// machine's multicast and multicast in a private network, which is then entered; empty if neither does.
+// Throws InputError or EnvironmentError if the one asked for does not work: it is never replaced.
+std::string ChooseBus(const std::string& asked);
+
 }  // namespace evalbus

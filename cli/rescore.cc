@@ -1,5 +1,7 @@
 #include "cli/rescore.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -179,5 +181,19 @@ std::vector<Difference> Differences(const episode_summary_t& before, const episo
 }
 
 bool SameBits(const episode_summary_t& a, const episode_summary_t& b) { return Encode(a) == Encode(b); }
+
+std::string Compare(const std::optional<episode_summary_t>& recorded, const episode_summary_t& score) {
+  if (!recorded) return "no score was recorded";
+  if (SameBits(*recorded, score)) return "equal to the recorded score";
+  constexpr size_t kShown = 3;
+  const std::vector<Difference> differences = Differences(*recorded, score);
+  std::string text;
+  for (size_t i = 0; i < std::min(differences.size(), kShown); ++i) {
+    text += fmt::format("{}{} {} -> {}", i == 0 ? "" : ", ", differences[i].name, differences[i].before,
+                        differences[i].after);
+  }
+  if (differences.size() > kShown) text += fmt::format(" and {} more", differences.size() - kShown);
+  return "DIFFERS: " + (text.empty() ? "in a field that episodes.jsonl does not have" : text);
+}
 
 }  // namespace evalbus

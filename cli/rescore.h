@@ -91,4 +91,7 @@ std::vector<Difference> Differences(const episode_summary_t& before, const episo
 // Every field is equal, doubles by their bits.
 bool SameBits(const episode_summary_t& a, const episode_summary_t& b);
 
+// For people: "equal to the recorded score", or what differs.
+std::string Compare(const std::optional<episode_summary_t>& recorded, const episode_summary_t& score);
+
 }  // namespace evalbus

@@ -81,29 +81,10 @@ std::string Names(const std::vector<Difference>& differences) {
   return text.empty() ? "nothing" : text;
 }
 
-std::string Values(const std::vector<Difference>& differences) {
-  std::string text;
-  for (size_t i = 0; i < std::min(differences.size(), kNamesShown); ++i) {
-    const Difference& difference = differences[i];
-    text += fmt::format("{}{} {} -> {}", i == 0 ? "" : ", ", difference.name, difference.before,
-                        difference.after);
-  }
-  if (differences.size() > kNamesShown) {
-    text += fmt::format(" and {} more", differences.size() - kNamesShown);
-  }
-  return text.empty() ? "a field that episodes.jsonl does not have" : text;
-}
-
 void PrintScore(const RescoredEpisode& episode) {
   const episode_summary_t& summary = episode.summary;
-  std::string text = "equal to the recorded score";
-  if (!episode.recorded) {
-    text = "no score was recorded";
-  } else if (!episode.equal()) {
-    text = "DIFFERS: " + Values(Differences(*episode.recorded, summary));
-  }
   fmt::print("{:>7}  {:<14} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, summary.end_reason,
-             summary.metrics.completion_time_s, Stages(summary.metrics), text);
+             summary.metrics.completion_time_s, Stages(summary.metrics), Compare(episode.recorded, summary));
 }
 
 void PrintChanges(const RescoredEpisode& episode) {

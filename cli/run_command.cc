@@ -41,31 +41,14 @@ nlohmann::ordered_json RunJson(const RunOptions& options, const TaskSelection& s
 }
 
 // Decides where the run's messages go and says so. What the user asked for is never replaced.
-void ChooseBus(RunOptions* options) {
+void DecideBus(RunOptions* options) {
   if (options->in_process) {
     if (!options->url.empty()) throw InputError("--in-process and --url exclude each other");
     return;
   }
-  if (!options->url.empty()) {
-    const std::string why = WhyNoMulticast(options->url);
-    if (!why.empty()) throw EnvironmentError(why);
-    return;
-  }
-  options->url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
-  const std::string why = WhyNoMulticast(options->url);
-  if (why.empty()) {
-    fmt::print("bus {} (listen with lcm-spy or lcm-logger at this URL)\n", options->url);
-    return;
-  }
-  try {
-    EnterPrivateNetwork();
-    fmt::print(
-        "bus {} in a private network namespace, since this machine has no multicast ('evalbus doctor' says "
-        "why); tools outside cannot listen\n",
-        options->url);
-  } catch (const EnvironmentError&) {
+  options->url = ChooseBus(options->url);
+  if (options->url.empty()) {
     options->in_process = true;
-    options->url.clear();
     fmt::print(
         "everything in one process, since this machine has no multicast ('evalbus doctor' says why)\n");
   }
@@ -108,7 +91,7 @@ int Run(RunOptions options) {
   const auto started = steady_clock::now();
   run_summary_t summary{};
   try {
-    ChooseBus(&options);
+    DecideBus(&options);
     folder.WriteJson("run.json", RunJson(options, selection));
     RunPlan plan{selection.task.name,
                  selection.variation,
