@@ -11,6 +11,7 @@
 #include "cli/run_command.h"
 #include "cli/version.h"
 #include "metrics/score_file.h"
+#include "viz/monitor/monitor.h"
 
 int main(int argc, char** argv) {
   CLI::App app{"evalbus scores robot-manipulation rollouts while they run, over an LCM message bus.",
@@ -36,6 +37,10 @@ int main(int argc, char** argv) {
       "rescore", "score recorded episodes again, offline; compare with what was recorded");
   evalbus::AddRescoreOptions(rescore, &rescore_options);
 
+  evalbus::MonitorOptions monitor_options;
+  CLI::App* monitor = app.add_subcommand("monitor", "watch a run or a replay while it goes on");
+  evalbus::AddMonitorOptions(monitor, &monitor_options);
+
   std::string score_file;
   evalbus::ScoreOptions score_options;
   CLI::App* score =
@@ -60,6 +65,7 @@ int main(int argc, char** argv) {
     if (*render) return evalbus::Render(render_options);
     if (*replay) return evalbus::Replay(replay_options);
     if (*rescore) return evalbus::Rescore(rescore_options);
+    if (*monitor) return evalbus::Monitor(monitor_options);
     if (*doctor) return evalbus::Doctor();
     if (*score) {
       std::cout << evalbus::ScoreEpisode(evalbus::ReadJsonFile(score_file), score_file, score_options).dump(2)
