@@ -1,12 +1,12 @@
 #include "bus/recorder.h"
 
-#include <algorithm>
 #include <cstdio>
 
 #include "bus/channels.h"
 #include "bus/errors.h"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
 
 namespace evalbus {
 namespace {
@@ -14,16 +14,14 @@ namespace {
 // The sim runs at most this far ahead of the disk.
 constexpr int64_t kLagWindowTicks = 256;
 
-bool HasHeader(const std::string& channel) {
-  return std::find(channels::kWithHeader.begin(), channels::kWithHeader.end(), channel) !=
-         channels::kWithHeader.end();
-}
-
-// The header behind the fingerprint; false if the message is too short to have one.
+// The header of a message that begins with one, without decoding the rest; false if it is of another type.
+template <class Message>
 bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
-  constexpr int kFingerprintSize = 8;
-  return header->_decodeNoHash(data.data(), kFingerprintSize,
-                               static_cast<int>(data.size()) - kFingerprintSize) > 0;
+  const int size = static_cast<int>(data.size());
+  int64_t fingerprint = 0;
+  const int begin = __int64_t_decode_array(data.data(), 0, size, &fingerprint, 1);
+  return begin > 0 && fingerprint == Message::getHash() &&
+         header->_decodeNoHash(data.data(), begin, size - begin) > 0;
 }
 
 std::filesystem::path PartialFolder(const std::filesystem::path& run, int episode) {
@@ -61,6 +59,8 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   if (!EnterEpisode(begin)) return;
   log_.reset();
   const auto folder = PartialFolder(run_, begin.header.episode);
+  // An aborted attempt was closed like any other; its successor takes its place.
+  if (begin.attempt > 0) std::filesystem::remove_all(EpisodeFolder(run_, begin.header.episode));
   if (std::filesystem::exists(EpisodeFolder(run_, begin.header.episode))) {
     throw InputError(EpisodeFolder(run_, begin.header.episode).string() +
                      " exists: this episode is recorded already; choose another --out");
@@ -70,16 +70,8 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   std::filesystem::create_directories(folder);
   log_.emplace(folder / "events.lcmlog");
   time_us_ = 0;
-  if (!model_.empty()) log_->Write(channels::kModel, model_, TimeOf(channels::kModel, model_, model_time_us_));
+  if (!model_.empty()) log_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
-}
-
-int64_t Recorder::TimeOf(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
-  if (!simulated_time_) return time_us_ = receive_time_us;
-  header_t header{};
-  // Never backwards: lcm-logplayer would play an earlier event at once, and seeking needs order.
-  if (HasHeader(channel) && DecodeHeader(data, &header)) time_us_ = std::max(time_us_, header.sim_time_us);
-  return time_us_;
 }
 
 void Recorder::Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
@@ -91,16 +83,16 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   }
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!log_) return;
-  log_->Write(channel, data, TimeOf(channel, data, receive_time_us));
-  if (channel == channels::kState) {
-    header_t header{};
-    if (DecodeHeader(data, &header) && IsOurs(header)) {
-      if (header.tick > status_.last_tick + 1) status_.missing_ticks += header.tick - status_.last_tick - 1;
-      if (header.tick > status_.last_tick) Progress(header.tick);
-    }
+  header_t header{};
+  const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
+                             IsOurs(header) && header.tick > status_.last_tick;
+  if (is_next_state) time_us_ = header.sim_time_us;
+  log_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
+  if (is_next_state) {
+    status_.missing_ticks += header.tick - status_.last_tick - 1;
+    Progress(header.tick);
   } else if (channel == channels::kEpisodeSummary) {
-    header_t header{};
-    if (DecodeHeader(data, &header) && IsOurs(header)) {
+    if (DecodeHeader<episode_summary_t>(data, &header) && IsOurs(header)) {
       close_at_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
     }
   } else if (channel == channels::kRunSummary && close_at_) {

@@ -30,13 +30,13 @@ class Recorder : public Component {
   void Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us);
   void OnEpisodeBegin(std::span<const uint8_t> data);
   void CloseEpisode();
-  int64_t TimeOf(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us);
 
   std::filesystem::path run_;
   // Last MODEL, which comes before the episode that it belongs to.
   std::vector<uint8_t> model_;
   int64_t model_time_us_ = 0;
   bool simulated_time_ = true;
+  // Simulated time of the last STATE.
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> log_;
   // Set by EPISODE_SUMMARY: RUN_SUMMARY follows, and is the last message recorded; waited for until then.

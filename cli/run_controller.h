@@ -48,8 +48,8 @@ class RunController : public Component {
   void Poll(SteadyTime now) override;
   bool done() const override { return next_ >= plan_.episodes; }
 
-  // The episode in progress is lost with its components; begin it again. Throws EnvironmentError after
-  // max_attempts.
+  // The episode in progress is lost with its components, which are gone by now; begin it again. Throws
+  // EnvironmentError after max_attempts.
   void Retry(const std::string& why);
 
   const run_summary_t& summary() const { return summary_; }
@@ -58,6 +58,7 @@ class RunController : public Component {
   void Command();
   void OnSummary(const episode_summary_t& summary);
   void FinishIfRecorded();
+  void BeginAgain(const std::string& why);
 
   RunPlan plan_;
   const RunFolder& folder_;

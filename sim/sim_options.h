@@ -17,12 +17,14 @@ inline void AddSimOptions(CLI::App* app, SimOptions* options) {
   app->add_option("--control-hz", options->control_hz, "control ticks per simulated second, 20 to 500")
       ->capture_default_str();
   app->add_option("--clearance-hz", options->clearance_hz, "clearance checks per simulated second, 0 = none")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app->add_flag("--realtime,!--lockstep", options->realtime, "pace by the wall clock; default: lockstep");
   app->add_option("--rtf", options->rtf, "simulated seconds per second, with --realtime")
       ->capture_default_str();
   app->add_option("--policy-timeout-s", options->policy_timeout_s,
                   "wait for an action at most this long (lockstep)")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
 }
 
