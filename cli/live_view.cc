@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace evalbus {
@@ -89,15 +90,46 @@ std::string Number(double value) {
                                                        : fmt::format("{:.{}f}", value, decimals);
 }
 
-constexpr char kEpisodeHeader[] =
-    "episode  end              time  stages  slips  collisions  clearance    path";
+// One line per finished episode: columns from the left as far as the terminal is wide.
+struct Column {
+  const char* title;
+  // In characters; negative: text to the left.
+  int width;
+};
+constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -14}, Column{"time", 7},
+                                 Column{"stages", 6},    Column{"slips", 5}, Column{"collisions", 10},
+                                 Column{"clearance", 9}, Column{"path", 7}};
 
-std::string EpisodeLine(const episode_summary_t& episode) {
+std::string Pad(const std::string& text, int width) {
+  const std::string space(static_cast<size_t>(std::max(0, std::abs(width) - static_cast<int>(Width(text)))),
+                          ' ');
+  return width < 0 ? text + space : space + text;
+}
+
+std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width) {
+  std::string line;
+  for (size_t i = 0; i < kColumns.size(); ++i) {
+    const std::string cell = (i > 0 ? "  " : "") + Pad(cells[i], kColumns[i].width);
+    if (static_cast<int>(Width(line + cell)) > width) break;
+    line += cell;
+  }
+  return line.substr(0, line.find_last_not_of(' ') + 1);
+}
+
+std::string HeaderLine(int width) {
+  std::array<std::string, kColumns.size()> titles;
+  for (size_t i = 0; i < titles.size(); ++i) titles[i] = kColumns[i].title;
+  return ColumnLine(titles, width);
+}
+
+std::string EpisodeLine(const episode_summary_t& episode, int width) {
   const metric_values_t& m = episode.metrics;
-  std::string line = fmt::format("{:>7}  {:<14} {:>5.2f} s  {:>6}  {:>5}  {:>4} + {:<3}  {:>9}  {:>4.2f} m",
-                                 episode.header.episode, episode.end_reason, m.completion_time_s,
-                                 StageCount(m), m.slip_count, m.env_collision_count, m.self_collision_count,
-                                 Clearance(episode.extended), Sum(m.cartesian_path_length_m));
+  std::string line =
+      ColumnLine({std::to_string(episode.header.episode), episode.end_reason,
+                  fmt::format("{:.2f} s", m.completion_time_s), StageCount(m), std::to_string(m.slip_count),
+                  fmt::format("{} + {}", m.env_collision_count, m.self_collision_count),
+                  Clearance(episode.extended), fmt::format("{:.2f} m", Sum(m.cartesian_path_length_m))},
+                 width);
   if (!episode.complete) line += "  incomplete";
   if (!episode.end_detail.empty()) line += "  " + episode.end_detail;
   return line;
@@ -112,27 +144,48 @@ std::string FormatDuration(double seconds) {
   return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-std::string SummaryTable(const run_summary_t& summary) {
+int TerminalWidth(FILE* out) {
+  winsize size{};
+  if (isatty(fileno(out)) == 0) return std::numeric_limits<int>::max();
+  return ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+std::string SummaryTable(const run_summary_t& summary, int width) {
   std::string text;
   if (summary.num_complete > 0) {
-    text += fmt::format("Success in {} of {} episodes: {:.0f} % (95 % interval {:.0f} to {:.0f} %, Wilson)\n",
-                        summary.num_success, summary.num_complete, summary.success_rate * 100,
-                        summary.success_rate_lower * 100, summary.success_rate_upper * 100);
+    const std::string rate = fmt::format("Success in {} of {} episodes: {:.0f} %", summary.num_success,
+                                         summary.num_complete, summary.success_rate * 100);
+    const std::string interval =
+        fmt::format("(95 % interval {:.0f} to {:.0f} %, Wilson)", summary.success_rate_lower * 100,
+                    summary.success_rate_upper * 100);
+    const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
+    text += rate + (one_line ? " " : "\n") + interval + "\n";
   }
   if (summary.num_complete < summary.num_episodes) {
-    text += fmt::format("{} incomplete episodes are left out of the rate and of the table\n",
-                        summary.num_episodes - summary.num_complete);
+    text += fmt::format("{} of {} episodes incomplete: left out of all this\n",
+                        summary.num_episodes - summary.num_complete, summary.num_episodes);
   }
   if (summary.num_complete == 0) return text;
-  text += fmt::format("\n{:<28}{:>10}{:>10}{:>10}{:>10}{:>10}\n", "", "mean", "std", "median", "min", "max");
+
+  constexpr int kLabelWidth = 25, kValueWidth = 9, kUnitWidth = 8;
+  const std::array<std::pair<const char*, const std::vector<double>*>, 5> statistics = {
+      {{"mean", &summary.mean_mixed},
+       {"std", &summary.std_mixed},
+       {"median", &summary.median_mixed},
+       {"min", &summary.min_mixed},
+       {"max", &summary.max_mixed}}};
+  const auto shown = static_cast<size_t>(std::clamp((width - kLabelWidth - kUnitWidth) / kValueWidth, 1, 5));
+  text += "\n" + std::string(kLabelWidth, ' ');
+  for (size_t s = 0; s < shown; ++s) text += Pad(statistics[s].first, kValueWidth);
+  text += "\n";
   for (const Row& row : kRows) {
     const auto found = std::find(summary.metric_name.begin(), summary.metric_name.end(), row.metric);
     if (found == summary.metric_name.end()) continue;
     const auto i = static_cast<size_t>(found - summary.metric_name.begin());
-    const auto cell = [&](const std::vector<double>& values) { return Number(values[i] * row.scale); };
-    text += fmt::format("{:<28}{:>10}{:>10}{:>10}{:>10}{:>10}  {}\n", row.label, cell(summary.mean_mixed),
-                        cell(summary.std_mixed), cell(summary.median_mixed), cell(summary.min_mixed),
-                        cell(summary.max_mixed), row.unit);
+    text += Pad(row.label, -kLabelWidth);
+    for (size_t s = 0; s < shown; ++s)
+      text += Pad(Number((*statistics[s].second)[i] * row.scale), kValueWidth);
+    text += *row.unit ? fmt::format("  {}\n", row.unit) : "\n";
   }
   return text;
 }
@@ -145,7 +198,7 @@ LiveView::LiveView(FILE* out, const LiveHeader& header)
   fmt::print(out_, "{}/{}  policy {}  seed {}  {} {:g} Hz  {} episode{}\n", header.task, header.variation,
              header.policy, header.seed, header.clock, header.control_hz, header.episodes,
              header.episodes == 1 ? "" : "s");
-  fmt::print(out_, "{}\n", kEpisodeHeader);
+  fmt::print(out_, "{}\n", HeaderLine(TerminalWidth(out_)));
   std::fflush(out_);
 }
 
@@ -161,19 +214,15 @@ void LiveView::OnPartial(const partial_metrics_t& partial) {
 }
 
 void LiveView::OnEpisodeDone(const episode_summary_t& episode, const run_summary_t& so_far) {
-  Erase();
-  fmt::print(out_, "{}\n", EpisodeLine(episode));
-  std::fflush(out_);
   so_far_ = so_far;
   simulated_s_ += episode.metrics.completion_time_s;
   has_partial_ = false;
+  Print(EpisodeLine(episode, TerminalWidth(out_)));
 }
 
 void LiveView::OnRetry(int episode, const std::string& why) {
-  Erase();
-  fmt::print(out_, "{:>7}  begun again: {}\n", episode, why);
-  std::fflush(out_);
   has_partial_ = false;
+  Print(fmt::format("{:>7}  begun again: {}", episode, why));
 }
 
 double LiveView::Progress() const {
@@ -186,34 +235,40 @@ double LiveView::Progress() const {
 std::vector<std::string> LiveView::Lines(int width, SteadyTime now) const {
   const double elapsed = SecondsBetween(started_, now);
   const double progress = Progress();
+  const int bar_width = std::clamp(width - 40, 5, 20);
   std::string first =
       fmt::format("episode {} of {}  {} {:.0f} %", std::min(so_far_.num_episodes + 1, header_.episodes),
-                  header_.episodes, Bar(progress, 20), progress * 100);
-  if (progress > 0.02) first += fmt::format("  about {} left", FormatDuration(elapsed * (1 / progress - 1)));
-  if (so_far_.num_complete > 0)
-    first += fmt::format("  {} of {} succeeded", so_far_.num_success, so_far_.num_complete);
+                  header_.episodes, Bar(progress, bar_width), progress * 100);
+  if (progress > 0.02) first += fmt::format("  {} left", FormatDuration(elapsed * (1 / progress - 1)));
   std::vector<std::string> lines = {"", first};
+  const auto add = [&](const std::string& label, const std::string& text) {
+    lines.push_back("  " + Pad(label, -12) + text);
+  };
+  if (so_far_.num_complete > 0) {
+    add("success",
+        fmt::format("{} of {}, 95 % interval {:.0f} to {:.0f} %", so_far_.num_success, so_far_.num_complete,
+                    so_far_.success_rate_lower * 100, so_far_.success_rate_upper * 100));
+  }
   if (has_partial_) {
     const metric_values_t& m = partial_.metrics;
     const double wall = SecondsBetween(episode_started_, now);
-    lines.push_back(fmt::format("  time       {:6.2f} s   {:.1f} x real time", m.completion_time_s,
-                                wall > 0 ? m.completion_time_s / wall : 0));
+    add("time", fmt::format("{:6.2f} s  {:.1f} x real time", m.completion_time_s,
+                            wall > 0 ? m.completion_time_s / wall : 0));
     for (size_t k = 0; k < m.stage_name.size(); ++k) {
       const double when = partial_.extended.stage_time_s[k];
-      lines.push_back(fmt::format("  stage {}   {} {}{}", m.stage_index[k], m.stage_reached[k] ? "●" : "○",
-                                  m.stage_name[k],
-                                  m.stage_reached[k] && when >= 0 ? fmt::format("  at {:.2f} s", when) : ""));
+      const bool reached = m.stage_reached[k] != 0;
+      add(fmt::format("stage {}", m.stage_index[k]),
+          fmt::format("{} {}{}", reached ? "●" : "○", m.stage_name[k],
+                      reached && when >= 0 ? fmt::format("  {:.2f} s", when) : ""));
     }
-    for (size_t k = 0; k < m.target_distance_name.size(); ++k) {
-      lines.push_back(
-          fmt::format("  distance   {:6.3f} m   {}", m.target_distance_m[k], m.target_distance_name[k]));
-    }
-    lines.push_back(fmt::format("  slips      {:<5} collisions {} scene, {} self   clearance {}",
-                                m.slip_count, m.env_collision_count, m.self_collision_count,
-                                Clearance(partial_.extended)));
-    lines.push_back(fmt::format(
-        "  path       {:5.2f} m   jerk {} m/s³ rms", Sum(m.cartesian_path_length_m),
-        Number(m.num_arms == 1 ? m.rms_cartesian_jerk_mps3[0] : m.overall_rms_cartesian_jerk_mps3)));
+    for (size_t k = 0; k < m.target_distance_name.size(); ++k)
+      add("distance", fmt::format("{:6.3f} m  {}", m.target_distance_m[k], m.target_distance_name[k]));
+    add("clearance", Pad(Clearance(partial_.extended), 8));
+    add("collisions", fmt::format("{} scene, {} self, {} slips", m.env_collision_count,
+                                  m.self_collision_count, m.slip_count));
+    add("path", fmt::format("{:6.2f} m  jerk {} m/s³ rms", Sum(m.cartesian_path_length_m),
+                            Number(m.num_arms == 1 ? m.rms_cartesian_jerk_mps3[0]
+                                                   : m.overall_rms_cartesian_jerk_mps3)));
   }
   for (std::string& line : lines) {
     if (Width(line) > static_cast<size_t>(width)) line = Cut(line, static_cast<size_t>(width));
@@ -221,31 +276,39 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) const {
   return lines;
 }
 
-void LiveView::Erase() {
-  // Up to the first live line, then clear to the end of the screen.
-  if (drawn_lines_ > 0) fmt::print(out_, "\x1b[{}F\x1b[0J", drawn_lines_);
-  drawn_lines_ = 0;
+std::vector<std::string> LiveView::LinesThatFit(SteadyTime now) const {
+  winsize size{};
+  std::vector<std::string> lines = Lines(TerminalWidth(out_), now);
+  // A terminal lower than the display would scroll at each redraw.
+  if (ioctl(fileno(out_), TIOCGWINSZ, &size) == 0 && size.ws_row > 0)
+    lines.resize(std::min<size_t>(lines.size(), std::max(2, size.ws_row - 1)));
+  return lines;
+}
+
+// Everything in one write, each line over the one that was there: what does not change does not flicker.
+void LiveView::Draw(const std::string& above, const std::vector<std::string>& live) {
+  std::string text = drawn_lines_ > 0 ? fmt::format("\x1b[{}F", drawn_lines_) : "";
+  const char* end_of_line = is_terminal_ ? "\x1b[K\n" : "\n";
+  if (!above.empty()) text += above + end_of_line;
+  for (const std::string& line : live) text += line + end_of_line;
+  if (is_terminal_ && drawn_lines_ > 0) text += "\x1b[J";
+  std::fwrite(text.data(), 1, text.size(), out_);
+  std::fflush(out_);
+  drawn_lines_ = static_cast<int>(live.size());
+}
+
+void LiveView::Print(const std::string& line) {
+  Draw(line, is_terminal_ ? LinesThatFit(std::chrono::steady_clock::now()) : std::vector<std::string>());
 }
 
 void LiveView::Poll(SteadyTime now) {
   if (!is_terminal_ || now - drawn_ < kRedrawPeriod) return;
   drawn_ = now;
-  winsize size{};
-  const bool known = ioctl(fileno(out_), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  std::vector<std::string> lines = Lines(known ? size.ws_col : 80, now);
-  // A terminal lower than the display would scroll at each redraw.
-  if (known && lines.size() > static_cast<size_t>(std::max(2, size.ws_row - 1))) {
-    lines.resize(static_cast<size_t>(std::max(2, size.ws_row - 1)));
-  }
-  Erase();
-  for (const std::string& line : lines) fmt::print(out_, "{}\n", line);
-  std::fflush(out_);
-  drawn_lines_ = static_cast<int>(lines.size());
+  Draw("", LinesThatFit(now));
 }
 
 void LiveView::Finish() {
-  Erase();
-  std::fflush(out_);
+  if (drawn_lines_ > 0) Draw("", {});
 }
 
 }  // namespace evalbus

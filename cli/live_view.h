@@ -19,13 +19,18 @@ struct LiveHeader {
 // "1:05", "12 s"; for people.
 std::string FormatDuration(double seconds);
 
-// The table at the end: rate with its interval, then the metrics people look at first, with units.
-std::string SummaryTable(const run_summary_t& summary);
+// Columns of the terminal; without limit where there is none.
+int TerminalWidth(FILE* out);
+
+// The table at the end: rate with its interval, then the metrics people look at first, with units. As many
+// columns as the width has room for.
+std::string SummaryTable(const run_summary_t& summary, int width = TerminalWidth(stdout));
 
 class LiveView : public RunListener {
  public:
   // Draws live if `out` is a terminal, else prints plain lines only.
   LiveView(FILE* out, const LiveHeader& header);
+  ~LiveView() override { Finish(); }
 
   void OnEpisodeBegin(const episode_begin_t& begin) override;
   void OnPartial(const partial_metrics_t& partial) override;
@@ -41,8 +46,11 @@ class LiveView : public RunListener {
   std::vector<std::string> Lines(int width, SteadyTime now) const;
 
  private:
-  void Erase();
   double Progress() const;
+  std::vector<std::string> LinesThatFit(SteadyTime now) const;
+  // Puts a line, if any, above the live lines, and these in place of those drawn before.
+  void Draw(const std::string& above, const std::vector<std::string>& live);
+  void Print(const std::string& line);
 
   FILE* out_;
   bool is_terminal_;

@@ -1,0 +1,221 @@
+#include "cli/live_view.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace evalbus {
+namespace {
+
+using std::chrono::seconds;
+
+// Characters of the longest line; UTF-8 continuation bytes do not count.
+int LongestLine(const std::string& text) {
+  std::istringstream lines(text);
+  int longest = 0;
+  for (std::string line; std::getline(lines, line);) {
+    longest = std::max(longest, static_cast<int>(std::count_if(line.begin(), line.end(),
+                                                               [](char c) { return (c & 0xC0) != 0x80; })));
+  }
+  return longest;
+}
+
+std::string Joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+bool Has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+metric_values_t Metrics() {
+  metric_values_t m{};
+  m.completion_time_s = 2;
+  m.num_stages = 2;
+  m.stage_index = {1, 2};
+  m.stage_name = {"pot_held", "pot_lifted"};
+  m.stage_reached = {1, 0};
+  m.num_target_distances = 1;
+  m.target_distance_name = {"lift"};
+  m.target_distance_m = {0.0123};
+  m.slip_count = 3;
+  m.env_collision_count = 4;
+  m.self_collision_count = 5;
+  m.num_arms = 2;
+  m.arm_name = {"left", "right"};
+  m.cartesian_path_length_m = {0.5, 0.25};
+  m.overall_rms_cartesian_jerk_mps3 = 4.5116;
+  return m;
+}
+
+extended_metrics_t Extended() {
+  extended_metrics_t e{};
+  e.has_clearance = 1;
+  e.min_clearance_m = 0.1634;
+  e.num_stages = 2;
+  e.stage_time_s = {1.5, -1};
+  return e;
+}
+
+run_summary_t Summary(int complete, int success) {
+  run_summary_t s{};
+  s.num_episodes = s.num_complete = complete;
+  s.num_success = success;
+  s.success_rate = complete > 0 ? static_cast<double>(success) / complete : 0;
+  s.success_rate_lower = 0.0945;
+  s.success_rate_upper = 0.9055;
+  s.metric_name = {"slip_count", "extended.min_clearance_m", "bimanual_gripper_vertical_difference"};
+  s.num_metrics = 3;
+  s.mean_mixed = {1.5, 0.16345, 0.0001234};
+  s.std_mixed = {0.5, std::nan(""), 12.3456};
+  s.median_mixed = s.min_mixed = s.max_mixed = {1, 0.2, 1234.5678};
+  return s;
+}
+
+TEST(FormatDuration, HasTheUnitThatFits) {
+  EXPECT_EQ(FormatDuration(-3), "0 s");
+  EXPECT_EQ(FormatDuration(0.4), "0 s");
+  EXPECT_EQ(FormatDuration(59.4), "59 s");
+  EXPECT_EQ(FormatDuration(59.5), "1:00 min");
+  EXPECT_EQ(FormatDuration(65), "1:05 min");
+  EXPECT_EQ(FormatDuration(3599), "59:59 min");
+  EXPECT_EQ(FormatDuration(3600), "1:00:00 h");
+  EXPECT_EQ(FormatDuration(90061), "25:01:01 h");
+}
+
+TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
+  EXPECT_EQ(SummaryTable(Summary(2, 1), 80),
+            "Success in 1 of 2 episodes: 50 % (95 % interval 9 to 91 %, Wilson)\n"
+            "\n"
+            "                              mean      std   median      min      max\n"
+            "slips                        1.500    0.500        1        1        1\n"
+            "smallest clearance           163.5        -      200      200      200  mm\n"
+            "gripper height difference    0.123    12346  1234568  1234568  1234568  mm\n");
+}
+
+TEST(SummaryTable, FitsEveryWidth) {
+  for (const int width : {50, 60, 70, 80, 100}) {
+    const std::string table = SummaryTable(Summary(2, 1), width);
+    EXPECT_LE(LongestLine(table), width) << table;
+    EXPECT_TRUE(Has(table, "mean")) << width;
+    EXPECT_EQ(Has(table, "max"), width >= 80) << table;
+    EXPECT_FALSE(Has(table, " \n")) << table;
+  }
+}
+
+TEST(SummaryTable, SaysWhatIsLeftOut) {
+  run_summary_t summary = Summary(2, 1);
+  summary.num_episodes = 5;
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "3 of 5 episodes incomplete"));
+  const std::string none = SummaryTable(Summary(0, 0), 80);
+  EXPECT_EQ(none, "");
+  summary.num_complete = 0;
+  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: left out of all this\n");
+}
+
+class LiveViewTest : public testing::Test {
+ protected:
+  ~LiveViewTest() override { std::fclose(file_); }
+  std::string Printed() {
+    std::fflush(file_);
+    std::string text(static_cast<size_t>(std::ftell(file_)), '\0');
+    std::rewind(file_);
+    EXPECT_EQ(std::fread(text.data(), 1, text.size(), file_), text.size());
+    return text;
+  }
+  void Begin(int episode) {
+    episode_begin_t begin{};
+    begin.header.episode = episode;
+    dut_.OnEpisodeBegin(begin);
+  }
+  void Partial() {
+    partial_metrics_t partial{};
+    partial.metrics = Metrics();
+    partial.extended = Extended();
+    dut_.OnPartial(partial);
+  }
+  void Done(int episode, const std::string& detail = "") {
+    episode_summary_t summary{};
+    summary.header.episode = episode;
+    summary.end_reason = "time_limit";
+    summary.end_detail = detail;
+    summary.complete = 1;
+    summary.metrics = Metrics();
+    summary.extended = Extended();
+    dut_.OnEpisodeDone(summary, Summary(episode + 1, 1));
+  }
+  std::vector<std::string> Lines(int width) {
+    return dut_.Lines(width, std::chrono::steady_clock::now() + seconds(10));
+  }
+
+  FILE* file_ = std::tmpfile();
+  LiveView dut_{file_, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4}};
+};
+
+TEST_F(LiveViewTest, BeforeTheFirstScoreThereIsProgressOnly) {
+  const auto lines = Lines(80);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0], "");
+  EXPECT_EQ(lines[1], "episode 1 of 4  ──────────────────── 0 %");
+}
+
+TEST_F(LiveViewTest, ShowsScoresAsTheyCome) {
+  Begin(0);
+  Partial();
+  const std::string text = Joined(Lines(80));
+  EXPECT_TRUE(Has(text, "  time          2.00 s  0.2 x real time\n")) << text;
+  EXPECT_TRUE(Has(text, "  stage 1     ● pot_held  1.50 s\n")) << text;
+  EXPECT_TRUE(Has(text, "  stage 2     ○ pot_lifted\n")) << text;
+  EXPECT_TRUE(Has(text, "  distance     0.012 m  lift\n")) << text;
+  EXPECT_TRUE(Has(text, "  clearance     163 mm\n")) << text;
+  EXPECT_TRUE(Has(text, "  collisions  4 scene, 5 self, 3 slips\n")) << text;
+  EXPECT_TRUE(Has(text, "  path          0.75 m  jerk 4.512 m/s³ rms\n")) << text;
+  // Two of an unknown length, guessed as ten seconds, of one of four episodes.
+  EXPECT_TRUE(Has(text, " 5 %  3:10 min left\n")) << text;
+}
+
+TEST_F(LiveViewTest, KnowsWhatIsDone) {
+  Begin(0);
+  Partial();
+  Done(0);
+  Begin(1);
+  const std::string text = Joined(Lines(80));
+  EXPECT_TRUE(Has(text, "episode 2 of 4  ━━━━━─────────────── 25 %")) << text;
+  EXPECT_TRUE(Has(text, "  success     1 of 1, 95 % interval 9 to 91 %\n")) << text;
+  // The finished episode's scores are not the new one's.
+  EXPECT_FALSE(Has(text, "stage")) << text;
+  for (int episode = 1; episode < 4; ++episode) Done(episode);
+  EXPECT_TRUE(Has(Joined(Lines(80)), "episode 4 of 4  ━━━━━━━━━━━━━━━━━━━━ 100 %  0 s left"))
+      << Joined(Lines(80));
+}
+
+TEST_F(LiveViewTest, FitsEveryWidth) {
+  Begin(0);
+  Partial();
+  Done(0);
+  Begin(1);
+  Partial();
+  for (int width = 1; width < 100; ++width) EXPECT_LE(LongestLine(Joined(Lines(width))), width);
+  // At the width of half a screen nothing is cut yet.
+  EXPECT_TRUE(Has(Joined(Lines(50)), "left\n")) << Joined(Lines(50));
+  EXPECT_TRUE(Has(Joined(Lines(50)), "m/s³ rms\n"));
+}
+
+TEST_F(LiveViewTest, WithoutATerminalThereArePlainLinesOnly) {
+  Begin(0);
+  Partial();
+  dut_.Poll(std::chrono::steady_clock::now() + seconds(1));
+  Done(0, "the reason");
+  dut_.OnRetry(1, "sim was killed");
+  dut_.Finish();
+  EXPECT_EQ(Printed(),
+            "lift_pot/base  policy expert  seed 7  lockstep 50 Hz  4 episodes\n"
+            "episode  end                time  stages  slips  collisions  clearance     path\n"
+            "      0  time_limit       2.00 s     1/2      3       4 + 5     163 mm   0.75 m  the reason\n"
+            "      1  begun again: sim was killed\n");
+}
+
+}  // namespace
+}  // namespace evalbus
