@@ -84,7 +84,9 @@ int Run(RunOptions options) {
       options.out.empty()
           ? DefaultRunFolder(selection.task.name + "-" + selection.variation + "-" + policy_name)
           : std::filesystem::path(options.out);
-  const bool existed = std::filesystem::exists(out);
+  std::vector<std::filesystem::path> made;
+  for (auto path = std::filesystem::absolute(out); !std::filesystem::exists(path); path = path.parent_path())
+    made.push_back(path);
   const RunFolder folder(out);
   options.sim.run_id = folder.path().filename().string();
   InstallStopSignals();
@@ -111,7 +113,7 @@ int Run(RunOptions options) {
       for (const auto& entry : std::filesystem::directory_iterator(folder.path(), ignored)) {
         std::filesystem::remove_all(entry, ignored);
       }
-      if (!existed) std::filesystem::remove(folder.path(), ignored);
+      for (const auto& path : made) std::filesystem::remove(path, ignored);
     }
     throw;
   }
