@@ -25,7 +25,7 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr int kEpisodes = 4;
-constexpr int kRounds = 7;
+constexpr int kRounds = 5;
 constexpr double kTimestep = 0.002;  // s
 
 double SecondsSince(SteadyTime start) {
