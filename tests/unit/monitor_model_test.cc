@@ -198,7 +198,7 @@ top wrist speed  0.310  0.300        m/s      height difference       12.1 mm
 contacts    2     deepest left/pad – pot/lid 0.3 mm
 clearance   41.0 mm   smallest 12.0 mm at 0.84 s   right/link – counter/top
 counted     0 actions clipped   4 late   0 ticks missing   0 samples refused
-episodes    2 of 10 done, 1 succeeded, 50 % (CI 9 to 91)  last time_limit
+episodes    2 of 10 done, success 50 % (CI 9 to 91)  last time_limit, success
 components  lag 12   ● collision ● metrics ● policy ● recorder ● run ● sim
 per second  STATE 50  CONTACTS 50  PARTIAL 50  STATUS 14
 )";
@@ -336,7 +336,7 @@ TEST_F(MonitorModelTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   Say(channels::kRunSummary, run);
   SayModel();
   screen = All(80, 24);
-  EXPECT_NE(screen.find("4 of 10 done, 3 succeeded, 75 %"), std::string::npos) << screen;
+  EXPECT_NE(screen.find("4 of 10 done, success 75 %"), std::string::npos) << screen;
   EXPECT_NE(screen.find("left/pad – pot/lid 0.3 mm"), std::string::npos);
   EXPECT_NE(screen.find("small/position"), std::string::npos);
 }
@@ -448,7 +448,7 @@ TEST_F(MonitorModelTest, TellsEventsAndProgressInLines) {
   EXPECT_EQ(
       events[1],
       "episode 0 success after 2.50 s, stages 1/2, slips 3, collisions 2 scene 0 self, wrist path 2.00 m");
-  EXPECT_EQ(events[2], "1 of 10 done, 1 succeeded, 100 % (CI 9 to 91)");
+  EXPECT_EQ(events[2], "1 of 10 done, success 100 % (CI 9 to 91)");
   EXPECT_EQ(dut_.ProgressLine(now_),
             "episode 2  2.50 s  1.00 x real time  stages 1/2  slips 3  collisions 2 scene 0 self  wrist path "
             "2.00 m  "

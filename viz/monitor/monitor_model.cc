@@ -295,9 +295,8 @@ std::string MonitorModel::Success() const {
   text += " done";
   if (!run_) return text;
   if (run_->num_complete > 0) {
-    text +=
-        fmt::format(", {} succeeded, {:.0f} % (CI {:.0f} to {:.0f})", run_->num_success,
-                    run_->success_rate * 100, run_->success_rate_lower * 100, run_->success_rate_upper * 100);
+    text += fmt::format(", success {:.0f} % (CI {:.0f} to {:.0f})", run_->success_rate * 100,
+                        run_->success_rate_lower * 100, run_->success_rate_upper * 100);
   }
   const int incomplete = run_->num_episodes - run_->num_complete;
   if (incomplete > 0) text += fmt::format(", {} incomplete", incomplete);

@@ -1,0 +1,220 @@
+// The monitor beside a run: it may come late, hang or be many, and the run does not notice.
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+
+// Short episodes of a hand that holds still: the speed of the bus is what is measured.
+std::vector<std::string> RunCommand(const fs::path& folder, const std::string& name, const std::string& url,
+                                    const std::vector<std::string>& more = {}) {
+  std::vector<std::string> command = {
+      "evalbus", "run",   ShortTask(folder, 4), "--policy",     "hold", "--url",
+      url,       "--out", folder / name,        "--control-hz", "200"};
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+double SecondsOf(const std::vector<std::string>& command) {
+  const auto began = steady_clock::now();
+  const Result result = RunProgram(command);
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  return std::chrono::duration<double>(steady_clock::now() - began).count();
+}
+
+TEST(MonitorRun, AHangingMonitorNeitherStopsNorSlowsTheRun) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const double alone = SecondsOf(RunCommand(folder.path(), "alone", UniqueUrl(), {"--episodes", "4"}));
+  const std::string url = UniqueUrl();
+  Program hanging({"evalbus-monitor", "--url", url}), listening({"evalbus", "monitor", "--url", url});
+  ASSERT_TRUE(WaitFor([&] { return !hanging.out().empty() && !listening.out().empty(); }));
+  hanging.Signal(SIGSTOP);
+  const double watched = SecondsOf(RunCommand(folder.path(), "watched", url, {"--episodes", "4"}));
+  ExpectSameScores(folder.path() / "alone", folder.path() / "watched");
+  for (int i = 0; i < 4; ++i) {
+    ExpectSameTicks(ReadLog(LogFile(folder.path() / "alone", i)),
+                    ReadLog(LogFile(folder.path() / "watched", i)));
+  }
+  // A run that waits would wait for ever; the rest is the noise of a busy machine.
+  EXPECT_LT(watched, 2 * alone + 2);
+  RecordProperty("alone_ms", static_cast<int>(alone * 1e3));
+  RecordProperty("watched_ms", static_cast<int>(watched * 1e3));
+  hanging.Signal(SIGCONT);
+  // The run is over: both say so and end.
+  for (Program* monitor : {&hanging, &listening}) {
+    EXPECT_EQ(monitor->Wait(), 0) << monitor->err();
+    EXPECT_NE(monitor->out().find("the run is over"), std::string::npos) << monitor->out();
+  }
+  EXPECT_NE(listening.out().find("episode 3 time_limit after 4.00 s"), std::string::npos) << listening.out();
+  EXPECT_NE(listening.out().find("4 done, success 0 %"), std::string::npos) << listening.out();
+}
+
+TEST(MonitorRun, OpenedInMidEpisodeShowsWhatCameBefore) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  Program run(RunCommand(folder.path(), "run", UniqueUrl(), {"--episodes", "2", "--realtime"}));
+  ASSERT_TRUE(WaitFor([&] {
+    std::error_code error;
+    return fs::file_size(folder.path() / "run/episodes/0001.partial/events.lcmlog", error) > 100'000 &&
+           !error;
+  })) << run.out()
+      << run.err();
+  // By its folder; the number of episodes planned is in run.json, that of episodes done came before us.
+  Program monitor({"evalbus", "monitor", folder.path() / "run"});
+  for (const char* text : {"1 of 2 done", "episode 1  "}) {
+    EXPECT_TRUE(WaitFor([&] { return monitor.out().find(text) != std::string::npos; })) << monitor.out();
+  }
+  monitor.Signal(SIGINT);
+  EXPECT_EQ(monitor.Wait(), 0);
+  EXPECT_EQ(run.Wait(), 0) << run.err();
+}
+
+TEST(MonitorRun, FindsARunInAPrivateNetwork) {
+  if (RunProgram({"true"}, {"",
+                            [] {
+                              if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0)
+                                _exit(125);
+                            }})
+          .code != 0)
+    GTEST_SKIP() << "no network namespaces here";
+  TemporaryFolder folder;
+  Program run({"evalbus", "run", ShortTask(folder.path(), 4), "--policy", "hold", "--realtime", "--episodes",
+               "2", "--out", folder.path() / "run"},
+              {"", [] {
+                 if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(125);
+               }});
+  ASSERT_TRUE(WaitFor([&] { return fs::exists(folder.path() / "run/episodes/0000.partial"); }))
+      << run.out() << run.err();
+  ASSERT_NE(run.out().find("private network namespace"), std::string::npos) << run.out();
+  Program monitor({"evalbus", "monitor", folder.path() / "run"});
+  EXPECT_TRUE(WaitFor([&] { return monitor.out().find("episode 0  ") != std::string::npos; }))
+      << monitor.out() << monitor.err();
+  monitor.Signal(SIGTERM);
+  EXPECT_EQ(monitor.Wait(), 0);
+}
+
+TEST(MonitorRun, WrongInputIsOneLine) {
+  TemporaryFolder folder;
+  const std::vector<std::vector<std::string>> commands = {
+      {"evalbus", "monitor", folder.path()},
+      {"evalbus", "monitor", folder.path(), "--url", "udpm://239.255.76.67:7667"},
+      {"evalbus-monitor", "--url", "tcp://here"}};
+  for (const auto& command : commands) {
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
+  }
+  fs::create_directories(folder.path() / "run");
+  WriteText(folder.path() / "run/run.json", R"({"url": "memq://", "episodes": 3})");
+  EXPECT_NE(RunProgram({"evalbus", "monitor", folder.path() / "run"}).err.find("in one process"),
+            std::string::npos);
+}
+
+// A pseudo-terminal with a monitor in it.
+class MonitorTerminal : public testing::Test {
+ protected:
+  void SetUp() override {
+    EVALBUS_NEEDS_BUS();
+    master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
+    ASSERT_GE(master_, 0);
+    ASSERT_EQ(grantpt(master_), 0);
+    ASSERT_EQ(unlockpt(master_), 0);
+    name_ = ptsname(master_);
+    slave_ = open(name_.c_str(), O_RDWR | O_NOCTTY);
+    ASSERT_EQ(tcgetattr(slave_, &before_), 0);
+    const auto enter = [name = name_, own_session = own_session_] {
+      own_session ? void(setsid()) : void(setpgid(0, 0));
+      const int fd = open(name.c_str(), O_RDWR);
+      dup2(fd, STDIN_FILENO);
+      dup2(fd, STDOUT_FILENO);
+    };
+    monitor_.emplace(std::vector<std::string>{"evalbus-monitor", "--url", UniqueUrl()},
+                     Program::Setting{"", enter});
+    ASSERT_TRUE(WaitFor([&] { return Screen().find("\x1b[?1049h") != std::string::npos; }))
+        << monitor_->err();
+  }
+  void TearDown() override {
+    monitor_.reset();
+    close(slave_);
+    close(master_);
+  }
+  std::string Screen() {
+    char buffer[4096];
+    for (ssize_t n; (n = read(master_, buffer, sizeof buffer)) > 0;)
+      screen_.append(buffer, static_cast<size_t>(n));
+    return screen_;
+  }
+  void ExpectRestored() {
+    const std::string screen = Screen();
+    EXPECT_GT(screen.rfind("\x1b[?1049l") + 1, screen.rfind("\x1b[?1049h") + 1);
+    EXPECT_GT(screen.rfind("\x1b[?25h") + 1, screen.rfind("\x1b[?25l") + 1);
+    termios now{};
+    ASSERT_EQ(tcgetattr(slave_, &now), 0);
+    EXPECT_EQ(now.c_lflag, before_.c_lflag);
+  }
+
+  int master_ = -1, slave_ = -1;
+  std::string name_, screen_;
+  termios before_{};
+  // With a session of its own the terminal's keys make signals.
+  bool own_session_ = true;
+  std::optional<Program> monitor_;
+};
+
+TEST_F(MonitorTerminal, IsLeftAsItWasByQ) {
+  ASSERT_EQ(write(master_, "q", 1), 1);
+  EXPECT_EQ(monitor_->Wait(), 0);
+  ExpectRestored();
+}
+
+TEST_F(MonitorTerminal, IsLeftAsItWasByCtrlC) {
+  ASSERT_EQ(write(master_, "\x03", 1), 1);
+  EXPECT_EQ(monitor_->Wait(), 0);
+  ExpectRestored();
+}
+
+TEST_F(MonitorTerminal, IsLeftAsItWasBySignals) {
+  monitor_->Signal(SIGTERM);
+  EXPECT_EQ(monitor_->Wait(), 0);
+  ExpectRestored();
+}
+
+TEST_F(MonitorTerminal, IsLeftAsItWasByACrash) {
+  monitor_->Signal(SIGSEGV);
+  EXPECT_EQ(monitor_->Wait(), 128 + SIGSEGV);
+  ExpectRestored();
+}
+
+// Only a process whose parent is in its session can be suspended.
+class SuspendedMonitor : public MonitorTerminal {
+ protected:
+  SuspendedMonitor() { own_session_ = false; }
+};
+
+TEST_F(SuspendedMonitor, LeavesTheTerminalAsItWas) {
+  monitor_->Signal(SIGTSTP);
+  EXPECT_TRUE(WaitFor([&] { return Screen().find("\x1b[?1049l") != std::string::npos; }));
+  ExpectRestored();
+  monitor_->Signal(SIGCONT);
+  EXPECT_TRUE(WaitFor([&] { return Screen().rfind("\x1b[?1049h") > screen_.rfind("\x1b[?1049l"); }));
+  monitor_->Signal(SIGINT);
+  EXPECT_EQ(monitor_->Wait(), 0);
+  ExpectRestored();
+}
+
+}  // namespace
+}  // namespace evalbus
