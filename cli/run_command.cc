@@ -7,11 +7,14 @@
 
 #include "bus/errors.h"
 #include "cli/evaluate.h"
+#include "cli/filming.h"
 #include "cli/live_view.h"
 #include "cli/network.h"
 #include "cli/run_folder.h"
 #include "cli/version.h"
 #include "sim/sim_options.h"
+#include "viz/film.h"
+#include "viz/renderer.h"
 
 namespace evalbus {
 namespace {
@@ -72,13 +75,22 @@ void AddRunOptions(CLI::App* app, RunOptions* options) {
       "network namespace, one process");
   app->add_flag("--in-process", options->in_process,
                 "all components in one process, without network; fastest");
+  app->add_option(
+         "--video", options->video,
+         "cameras, with commas: film each episode while the next one runs; 'evalbus render' does it later")
+      ->delimiter(',');
 }
 
 int Run(RunOptions options) {
   const TaskSelection selection = FindTask(options.sim.task);
   selection.task.variation(selection.variation);
-  LoadRobot(options.sim.robot.empty() ? selection.task.robot_file : std::filesystem::path(options.sim.robot),
-            options.sim.model_path);
+  const RobotDescription robot = LoadRobot(
+      options.sim.robot.empty() ? selection.task.robot_file : std::filesystem::path(options.sim.robot),
+      options.sim.model_path);
+  if (!options.video.empty()) {
+    const Scene scene = BuildScene(selection.task, robot);
+    for (const std::string& camera : options.video) FindCamera(*scene.visual, camera);
+  }
   const std::string policy_name = options.policy.substr(0, options.policy.find(':'));
   const std::filesystem::path out =
       options.out.empty()
@@ -92,6 +104,8 @@ int Run(RunOptions options) {
   InstallStopSignals();
   const auto started = steady_clock::now();
   run_summary_t summary{};
+  std::optional<LiveView> view;
+  std::optional<Filming> filming;
   try {
     DecideBus(&options);
     folder.WriteJson("run.json", RunJson(options, selection));
@@ -100,12 +114,13 @@ int Run(RunOptions options) {
                  options.episodes,
                  options.seed,
                  {"collision", "metrics", "policy", "recorder"}};
-    LiveView view(stdout, {selection.task.name, selection.variation, options.policy,
-                           options.sim.realtime ? "realtime" : "lockstep", options.sim.control_hz,
-                           options.seed, options.episodes});
+    view.emplace(stdout, LiveHeader{selection.task.name, selection.variation, options.policy,
+                                    options.sim.realtime ? "realtime" : "lockstep", options.sim.control_hz,
+                                    options.seed, options.episodes});
+    filming.emplace(folder, options.video, &*view);
     const auto evaluate = options.in_process ? EvaluateInProcess : EvaluateProcesses;
-    summary = evaluate(options, folder, plan, &view);
-    view.Finish();
+    summary = evaluate(options, folder, plan, &*filming);
+    view->Finish();
   } catch (...) {
     // Nothing half-written: what has no finished episode is not a run.
     if (!std::filesystem::exists(folder.path() / "episodes.jsonl")) {
@@ -124,6 +139,10 @@ int Run(RunOptions options) {
   fmt::print("results  {}\n", (shown / "episodes.jsonl").string());
   fmt::print("summary  {}\n", (shown / "summary.json").string());
   fmt::print("logs     {}\n", (shown / "episodes/*/events.lcmlog").string());
+  filming->Finish();
+  for (const std::string& camera : options.video) {
+    fmt::print("films    {}\n", (shown / "episodes/*" / FilmName(camera)).string());
+  }
   if (summary.num_episodes < options.episodes) {
     throw EnvironmentError(
         fmt::format("stopped after {} of {} episodes", summary.num_episodes, options.episodes));

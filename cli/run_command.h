@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "sim/sim_component.h"
 
@@ -22,6 +23,8 @@ struct RunOptions {
   // process.
   std::string url;
   bool in_process = false;
+  // Cameras whose films are made of each episode.
+  std::vector<std::string> video;
 };
 
 void AddRunOptions(CLI::App* app, RunOptions* options);

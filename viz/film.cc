@@ -24,16 +24,12 @@ namespace {
 
 constexpr int64_t kSecond = 1000000;  // us
 
-struct Tick {
-  int64_t tick = 0, sim_time_us = 0;
-  std::vector<double> qpos;
-};
-
-// What a film needs of a log.
+// What a film needs of a log. Of each STATE: tick, time and coordinates.
 struct Episode {
   std::optional<model_info_t> model;
   std::optional<episode_begin_t> begin;
-  std::vector<Tick> ticks;
+  std::vector<int64_t> tick, sim_time_us;
+  std::vector<std::vector<double>> qpos;
   std::vector<partial_metrics_t> partials;
   std::optional<episode_end_t> end;
 };
@@ -47,9 +43,10 @@ Episode ReadEpisode(const std::filesystem::path& log) {
   while (reader.Next(&event)) {
     if (event.channel == channels::kState) {
       // Only forwards: a repeated tick says nothing new.
-      if (decode(&state) &&
-          (episode.ticks.empty() || state.header.sim_time_us > episode.ticks.back().sim_time_us)) {
-        episode.ticks.push_back({state.header.tick, state.header.sim_time_us, state.qpos_mixed});
+      if (decode(&state) && (episode.tick.empty() || state.header.sim_time_us > episode.sim_time_us.back())) {
+        episode.tick.push_back(state.header.tick);
+        episode.sim_time_us.push_back(state.header.sim_time_us);
+        episode.qpos.push_back(state.qpos_mixed);
       }
     } else if (event.channel == channels::kPartial) {
       if (!decode(&episode.partials.emplace_back())) episode.partials.pop_back();
@@ -62,7 +59,7 @@ Episode ReadEpisode(const std::filesystem::path& log) {
     }
   }
   if (!episode.model) throw InputError(log.string() + ": no whole MODEL message in this log");
-  if (episode.ticks.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
+  if (episode.tick.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
   // Of a realtime run, scores may have arrived out of order.
   std::stable_sort(episode.partials.begin(), episode.partials.end(),
                    [](const auto& a, const auto& b) { return a.header.tick < b.header.tick; });
@@ -97,14 +94,23 @@ void AddScores(const metric_values_t& metrics, OverlayText* text) {
   text->collisions = metrics.env_collision_count + metrics.self_collision_count;
 }
 
-std::string FileName(std::string camera) {
+}  // namespace
+
+std::string FilmName(std::string camera) {
   std::replace(camera.begin(), camera.end(), '/', '_');
   return camera + ".mp4";
 }
 
-}  // namespace
-
-int64_t FilmFrames(int64_t last_sim_time_us) { return last_sim_time_us * kFilmRate / kSecond + 1; }
+std::vector<size_t> FilmSchedule(const std::vector<int64_t>& sim_time_us) {
+  std::vector<size_t> shown;
+  size_t i = 0;
+  // In whole numbers, so that no frame is off by one: n / 30 s against microseconds.
+  for (int64_t n = 0; !sim_time_us.empty() && n * kSecond <= sim_time_us.back() * kFilmRate; ++n) {
+    while (i + 1 < sim_time_us.size() && sim_time_us[i + 1] * kFilmRate <= n * kSecond) ++i;
+    shown.push_back(i);
+  }
+  return shown;
+}
 
 std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
                                                const std::vector<std::string>& cameras, FrameSize size,
@@ -122,38 +128,34 @@ std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
   };
   std::vector<View> views;
   for (const std::string& camera : cameras) {
-    views.push_back({renderer.FindCamera(camera), folder / FileName(camera), nullptr});
+    views.push_back({FindCamera(renderer.model(), camera), folder / FilmName(camera), nullptr});
   }
   for (View& view : views) view.video = std::make_unique<VideoWriter>(view.file, size, kFilmRate);
 
-  size_t tick = 0, num_scored = 0;
-  const auto film = [&] {
+  size_t num_scored = 0;
+  const auto film = [&](size_t shown, double time) {
     while (num_scored < episode.partials.size() &&
-           episode.partials[num_scored].header.tick <= episode.ticks[tick].tick) {
+           episode.partials[num_scored].header.tick <= episode.tick[shown]) {
       ++num_scored;
     }
     if (num_scored > 0) AddScores(episode.partials[num_scored - 1].metrics, &text);
-    renderer.SetState(episode.ticks[tick].qpos);
+    text.time_s = time;
+    renderer.SetState(episode.qpos[shown]);
     for (View& view : views) {
       renderer.Render(view.camera, &frame);
       overlay.Draw(text, &frame);
       view.video->Write(frame);
     }
   };
-  const int64_t num_frames = FilmFrames(episode.ticks.back().sim_time_us);
-  for (int64_t n = 0; n < num_frames; ++n) {
-    while (tick + 1 < episode.ticks.size() &&
-           episode.ticks[tick + 1].sim_time_us * kFilmRate <= n * kSecond) {
-      ++tick;
-    }
-    text.time_s = static_cast<double>(n) / kFilmRate;
-    film();
+  int64_t n = 0;
+  for (const size_t shown : FilmSchedule(episode.sim_time_us)) {
+    film(shown, static_cast<double>(n++) / kFilmRate);
   }
   if (episode.end) {
-    tick = episode.ticks.size() - 1;
-    text.time_s = static_cast<double>(episode.ticks[tick].sim_time_us) / kSecond;
     text.end_reason = episode.end->end_reason;
-    for (int n = 0; n < kFilmHold; ++n) film();
+    for (int hold = 0; hold < kFilmHold; ++hold) {
+      film(episode.tick.size() - 1, static_cast<double>(episode.sim_time_us.back()) / kSecond);
+    }
   }
   std::vector<std::filesystem::path> files;
   for (View& view : views) {

@@ -4,6 +4,8 @@
 // tick. If the log has the episode's end, 30 frames follow that hold the last STATE and say how it ended.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -15,13 +17,16 @@ namespace evalbus {
 inline constexpr int kFilmRate = 30;  // frames per second of simulated time
 inline constexpr int kFilmHold = 30;  // frames at the end
 
-// Frames of a film whose last STATE is at this time, without those at the end: floor(30 T) + 1.
-int64_t FilmFrames(int64_t last_sim_time_us);
+// Which STATE each frame shows, without those at the end: for each n up to floor(30 T), T the last time, the
+// index of the last time at or before n / 30 s. sim_time_us: increasing.
+std::vector<size_t> FilmSchedule(const std::vector<int64_t>& sim_time_us);
 
-// Films what each camera sees into FOLDER/<camera>.mp4 ("/" in a camera's name becomes "_"), and returns
-// these files. The visual model is the file that MODEL names, or, when the run has been moved,
-// ../../model/visual.mjb as seen from the log. Throws InputError (no such log or camera, log without MODEL or
-// STATE), EnvironmentError.
+// "left_hand_wrist.mp4" for the camera "left/hand/wrist".
+std::string FilmName(std::string camera);
+
+// Films what each camera sees into FOLDER/<FilmName>, and returns these files. The visual model is the file
+// that MODEL names, or, when the run has been moved, ../../model/visual.mjb as seen from the log. Throws
+// InputError (no such log or camera, log without MODEL or STATE), EnvironmentError.
 std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
                                                const std::vector<std::string>& cameras, FrameSize size,
                                                const std::filesystem::path& folder);

@@ -63,6 +63,17 @@ void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* bg
 
 }  // namespace
 
+int FindCamera(const mjModel& model, const std::string& name) {
+  const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
+  if (camera >= 0) return camera;
+  std::string names;
+  for (int i = 0; i < model.ncam; ++i) {
+    const char* known = mj_id2name(&model, mjOBJ_CAMERA, i);
+    if (known) names += (names.empty() ? "" : ", ") + std::string(known);
+  }
+  throw InputError("no camera '" + name + "'; this scene has " + (names.empty() ? "none" : names));
+}
+
 struct Renderer::Gl {
   // Everything is drawn into MuJoCo's own offscreen buffer; OSMesa's is there because it insists on one.
   static constexpr int kUnused = 16;
@@ -119,9 +130,10 @@ struct Renderer::Gl {
 
 Renderer::Renderer(ModelPtr model, FrameSize size)
     : model_(std::move(model)), size_(size), data_(nullptr, mj_deleteData) {
-  if (size.width < 1 || size.height < 1 || size.width > kMaxPixels || size.height > kMaxPixels) {
-    throw InputError(fmt::format("pictures of {}x{}: expected 1 to {} pixels each way", size.width,
-                                 size.height, kMaxPixels));
+  const auto usable = [](int pixels) { return pixels >= 2 && pixels <= kMaxPixels && pixels % 2 == 0; };
+  if (!usable(size.width) || !usable(size.height)) {
+    throw InputError(fmt::format("pictures of {}x{}: expected even numbers of pixels, 2 to {} each way",
+                                 size.width, size.height, kMaxPixels));
   }
   InstallMujocoHandlers();
   model_->vis.global.offwidth = size.width / kShown * kDrawn;
@@ -133,17 +145,6 @@ Renderer::Renderer(ModelPtr model, FrameSize size)
 }
 
 Renderer::~Renderer() = default;
-
-int Renderer::FindCamera(const std::string& name) const {
-  const int camera = mj_name2id(model_.get(), mjOBJ_CAMERA, name.c_str());
-  if (camera >= 0) return camera;
-  std::string names;
-  for (int i = 0; i < model_->ncam; ++i) {
-    const char* known = mj_id2name(model_.get(), mjOBJ_CAMERA, i);
-    if (known) names += (names.empty() ? "" : ", ") + std::string(known);
-  }
-  throw InputError("no camera '" + name + "'; this scene has " + (names.empty() ? "none" : names));
-}
 
 void Renderer::SetState(std::span<const double> qpos) {
   if (std::ssize(qpos) != model_->nq) {

@@ -10,6 +10,9 @@
 
 namespace evalbus {
 
+// Throws InputError, with the names there are, for a camera that the model has not.
+int FindCamera(const mjModel& model, const std::string& name);
+
 class Renderer {
  public:
   // model: with visual geoms; light and shadows are those of its <visual>. Throws InputError for an odd or
@@ -21,9 +24,6 @@ class Renderer {
 
   const mjModel& model() const { return *model_; }
   FrameSize size() const { return size_; }
-
-  // Throws InputError, with the names there are.
-  int FindCamera(const std::string& name) const;
 
   // What Render shows from now on: state_t.qpos_mixed. Throws InputError if it is not this model's.
   void SetState(std::span<const double> qpos);

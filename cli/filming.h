@@ -1,0 +1,40 @@
+// Films of a run's finished episodes, made beside it: one `evalbus render` at a time, at low priority.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "cli/processes.h"
+#include "cli/run_controller.h"
+
+namespace evalbus {
+
+class Filming : public RunListener {
+ public:
+  // Passes everything on to `next`. Without cameras it does only that.
+  Filming(const RunFolder& folder, std::vector<std::string> cameras, RunListener* next);
+
+  void OnEpisodeBegin(const episode_begin_t& begin) override { next_->OnEpisodeBegin(begin); }
+  void OnPartial(const partial_metrics_t& partial) override { next_->OnPartial(partial); }
+  void OnEpisodeDone(const episode_summary_t& episode, const run_summary_t& so_far) override;
+  void OnRetry(int episode, const std::string& why) override { next_->OnRetry(episode, why); }
+  void Poll(SteadyTime now) override;
+
+  // Waits for the films that are missing, or until a stop is requested. Throws EnvironmentError if one could
+  // not be made; no further ones are then tried.
+  void Finish();
+
+ private:
+  void Advance();
+
+  const RunFolder& folder_;
+  std::vector<std::string> cameras_;
+  RunListener* next_;
+  std::deque<int> waiting_;
+  bool filming_ = false;
+  std::string failure_;
+  Processes processes_;
+};
+
+}  // namespace evalbus
