@@ -164,6 +164,7 @@ void Measure(double control_hz, const std::filesystem::path& folder) {
       "separate processes {:5.1f} us, {:.2f} of bare\n",
       control_hz, step, kTimestep * 1e6 / step, Median(one_process), step / Median(one_process),
       Median(processes), step / Median(processes));
+  std::fflush(stdout);
 }
 
 }  // namespace
