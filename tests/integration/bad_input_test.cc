@@ -1,0 +1,144 @@
+// Wrong input of every kind: one line that names the culprit, the exit code, and nothing left behind.
+#include <algorithm>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BadInput : public testing::Test {
+ protected:
+  BadInput() { fs::create_directory(work_); }
+
+  // Runs in an empty folder. The error must contain each of `words`.
+  void Expect(int code, const std::vector<std::string>& command, const std::vector<std::string>& words) {
+    SCOPED_TRACE(testing::PrintToString(command));
+    const Result result = RunProgram(command, {work_, nullptr});
+    EXPECT_EQ(result.code, code) << result.out << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
+    for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
+    EXPECT_TRUE(fs::is_empty(work_)) << fs::directory_iterator(work_)->path();
+  }
+  // `evalbus run` in one process and in several, with --out and without.
+  void ExpectRun(int code, std::vector<std::string> arguments, const std::vector<std::string>& words) {
+    arguments.insert(arguments.begin(), {"evalbus", "run"});
+    if (WhyNoBus().empty()) Expect(code, arguments, words);
+    arguments.push_back("--in-process");
+    Expect(code, arguments, words);
+    arguments.insert(arguments.end(), {"--out", "mine"});
+    Expect(code, arguments, words);
+  }
+  // lift_pot's YAML with one text replaced.
+  std::string Task(const std::string& what, const std::string& with) {
+    const std::string file = ShortTask(folder_.path(), 1);
+    std::string text = ReadText(file);
+    const size_t at = text.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    WriteText(file, text.replace(at, what.size(), with));
+    return file;
+  }
+  std::string File(const std::string& name, const std::string& text) {
+    WriteText(folder_.path() / name, text);
+    return folder_.path() / name;
+  }
+
+  TemporaryFolder folder_;
+  const fs::path work_ = folder_.path() / "work";
+};
+
+TEST_F(BadInput, UnknownNames) {
+  ExpectRun(1, {"lift_pt"}, {"lift_pt", "lift_pot"});
+  ExpectRun(1, {"lift_pot/postion"}, {"postion", "position"});
+  ExpectRun(1, {"lift_pot", "--policy", "exprt"}, {"exprt", "noisy_expert"});
+  ExpectRun(1, {"lift_pot", "--robot", "none.yaml"}, {"none.yaml"});
+  ExpectRun(1, {"none.yaml"}, {"none.yaml"});
+}
+
+TEST_F(BadInput, CommandLine) {
+  Expect(1, {"evalbus"}, {"subcommand"});
+  Expect(1, {"evalbus", "fly"}, {"fly"});
+  Expect(1, {"evalbus", "run"}, {"task"});
+  ExpectRun(1, {"lift_pot", "--colour", "red"}, {"--colour"});
+  ExpectRun(1, {"lift_pot", "--control-hz", "5"}, {"--control-hz", "20", "500"});
+  ExpectRun(1, {"lift_pot", "--control-hz", "nan"}, {"--control-hz"});
+  ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes"});
+  ExpectRun(1, {"lift_pot", "--episodes", "many"}, {"--episodes", "many"});
+  ExpectRun(1, {"lift_pot", "--seed", "x"}, {"--seed"});
+  ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "0"}, {"--rtf"});
+  ExpectRun(1, {"lift_pot", "--clearance-hz", "-1"}, {"--clearance-hz"});
+  ExpectRun(1, {"lift_pot", "--policy-timeout-s", "0"}, {"--policy-timeout-s"});
+}
+
+TEST_F(BadInput, Url) {
+  Expect(1, {"evalbus", "run", "lift_pot", "--url", "garbage"}, {"garbage", "udpm://"});
+  Expect(1, {"evalbus", "run", "lift_pot", "--url", "memq://"}, {"memq://", "udpm://"});
+  Expect(1, {"evalbus", "run", "lift_pot", "--url", "udpm://239.255.76.67:7667", "--in-process"}, {"--url"});
+  Expect(2, {"evalbus", "run", "lift_pot", "--url", "udpm://10.0.0.1:99"}, {"udpm://10.0.0.1:99"});
+  for (const char* program : {"evalbus-metrics", "evalbus-collision", "evalbus-policy"}) {
+    Expect(1, {program, "--url", "garbage"}, {"garbage", "udpm://"});
+    Expect(1, {program}, {"--url"});
+  }
+}
+
+TEST_F(BadInput, Out) {
+  fs::create_directory(folder_.path() / "taken");
+  const std::string file = File("taken/file", "mine");
+  Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--out", folder_.path() / "taken"}, {"taken"});
+  EXPECT_EQ(ReadText(file), "mine");
+  Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--out", file}, {"taken/file"});
+  Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--out", file + "/below"}, {"taken/file/below"});
+  EXPECT_EQ(ReadText(file), "mine");
+}
+
+TEST_F(BadInput, FailureInAnEmptyFolderOfTheUsersLeavesItEmpty) {
+  const fs::path empty = folder_.path() / "empty";
+  fs::create_directory(empty);
+  Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--policy", "none", "--out", empty}, {"none"});
+  EXPECT_TRUE(fs::is_empty(empty));
+}
+
+TEST_F(BadInput, TaskFiles) {
+  ExpectRun(1, {Task("time_limit_s", "time_limit")}, {"short_pot.yaml", "time_limit", "time_limit_s"});
+  ExpectRun(1, {Task("time_limit_s: 1", "time_limit_s: soon")}, {"short_pot.yaml", "time_limit_s", "soon"});
+  ExpectRun(1, {Task("objects: [pot]", "objects: [pan]")}, {"short_pot.yaml", "pan"});
+  ExpectRun(1, {Task("holding: {gripper: left", "grasping: {gripper: left")}, {"grasping"});
+  ExpectRun(1, {Task("props/pot/pot.xml", "props/pot/pan.xml")}, {"pan.xml"});
+  ExpectRun(1, {Task("scene:", "scene: [")}, {"short_pot.yaml"});
+  ExpectRun(1, {File("empty.yaml", "")}, {"empty.yaml"});
+}
+
+TEST_F(BadInput, ModelFiles) {
+  const std::string pot = std::string(EVALBUS_SOURCE_DIR) + "/models/props/pot/pot.xml";
+  const std::string text = ReadText(pot);
+  const auto task = [&] { return Task(pot, folder_.path() / "bad.xml"); };
+  File("bad.xml", text.substr(0, text.size() / 2));
+  ExpectRun(1, {task()}, {"bad.xml"});
+  File("bad.xml", "<mujoco><worldbody><body><geom type=\"blob\"/></body></worldbody></mujoco>");
+  ExpectRun(1, {task()}, {"blob"});
+  File("bad.xml", "");
+  ExpectRun(1, {task()}, {"bad.xml"});
+}
+
+TEST_F(BadInput, Replay) {
+  ExpectRun(1, {"lift_pot", "--policy", "replay:/nowhere"}, {"/nowhere"});
+  ExpectRun(1, {"lift_pot", "--policy", "replay"}, {"replay"});
+  ExpectRun(1, {"lift_pot", "--policy", "replay:" + File("damaged.lcmlog", std::string(5000, 'x'))},
+            {"replay", "no actions"});
+}
+
+TEST_F(BadInput, Score) {
+  Expect(1, {"evalbus", "score", "nowhere.json"}, {"nowhere.json"});
+  Expect(1, {"evalbus", "score", File("broken.json", "{\"name\": ")}, {"broken.json"});
+  Expect(1, {"evalbus", "score", File("list.json", "[]")}, {"list.json"});
+  const std::string good = ReadText(EVALBUS_SOURCE_DIR "/tests/data/vectors/stationary.json");
+  std::string wrong = good;
+  wrong.replace(wrong.find("\"control_frequency\""), 19, "\"control_freqency\"");
+  Expect(1, {"evalbus", "score", File("key.json", wrong)}, {"key.json", "control_freq"});
+  Expect(1, {"evalbus", "score", folder_.path()}, {folder_.path()});
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,285 @@
+// What goes wrong while a run goes on: killed processes, stops, and messages that do not belong to it.
+#include <signal.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+
+#include "bus/channels.h"
+#include "evalbus/action_t.hpp"
+#include "evalbus/command_t.hpp"
+#include "evalbus/component_status_t.hpp"
+#include "evalbus/contacts_t.hpp"
+#include "evalbus/episode_begin_t.hpp"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/partial_metrics_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Long enough in wall time to be disturbed in the middle: expert at 200 Hz.
+const std::vector<std::string> kRun = {"lift_pot/position_and_orientation", "--control-hz", "200", "--seed",
+                                       "1"};
+
+std::vector<std::string> RunCommand(const fs::path& out, const std::string& episodes,
+                                    const std::vector<std::string>& more = {}) {
+  std::vector<std::string> command = {"evalbus", "run", "--out", out, "--episodes", episodes};
+  command.insert(command.end(), kRun.begin(), kRun.end());
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+// In the middle of the second episode.
+bool InSecondEpisode(const fs::path& run) {
+  std::error_code error;
+  return fs::file_size(run / "episodes/0001.partial/events.lcmlog", error) > 100'000 && !error;
+}
+
+int CountLines(const std::string& text) {
+  return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+}
+
+class KillOf : public testing::TestWithParam<const char*> {};
+
+TEST_P(KillOf, AComponentInMidRunChangesNoScore) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path reference = folder.path() / "reference", run = folder.path() / "run";
+  ASSERT_EQ(RunProgram(RunCommand(reference, "3", {"--in-process"})).code, 0);
+  Program launcher(RunCommand(run, "3"));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run); })) << launcher.out() << launcher.err();
+  const std::string program = std::string("evalbus-") + GetParam();
+  const auto children = ChildrenOf(launcher.pid(), program);
+  ASSERT_EQ(children.size(), 1u);
+  ASSERT_EQ(kill(children[0], SIGKILL), 0);
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  EXPECT_NE(launcher.out().find("begun again: " + std::string(GetParam()) + " was ended by signal Killed"),
+            std::string::npos)
+      << launcher.out();
+  ExpectSameScores(run, reference);
+  for (int i = 0; i < 3; ++i) ExpectSameTicks(ReadLog(LogFile(run, i)), ReadLog(LogFile(reference, i)));
+  EXPECT_FALSE(fs::exists(run / "episodes/0001.partial"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, KillOf, testing::Values("sim", "collision", "metrics", "policy", "recorder"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(Faults, AComponentThatNeverWorksEndsTheRun) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  Program launcher(RunCommand(run, "1"));
+  std::set<pid_t> killed;
+  ASSERT_TRUE(WaitFor([&] {
+    for (const pid_t child : ChildrenOf(launcher.pid(), "evalbus-collision")) {
+      if (killed.insert(child).second) kill(child, SIGKILL);
+    }
+    return !launcher.running();
+  }));
+  EXPECT_EQ(launcher.Wait(), 2);
+  EXPECT_EQ(killed.size(), 3u);
+  EXPECT_EQ(CountLines(launcher.err()), 1) << launcher.err();
+  EXPECT_NE(launcher.err().find("collision was ended by signal Killed"), std::string::npos) << launcher.err();
+  EXPECT_FALSE(fs::exists(run));
+}
+
+TEST(Faults, KilledLauncherLeavesNoProcessesAndWholeEpisodes) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  Program launcher(RunCommand(run, "50"));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run); })) << launcher.err();
+  const auto children = ChildrenOf(launcher.pid());
+  EXPECT_EQ(children.size(), 5u);
+  launcher.Signal(SIGKILL);
+  EXPECT_EQ(launcher.Wait(), 128 + SIGKILL);
+  for (const pid_t child : children) {
+    EXPECT_TRUE(WaitFor(
+        [&] {
+          // An orphan that nobody waits for stays as a zombie.
+          const std::string stat = ReadText("/proc/" + std::to_string(child) + "/stat");
+          return stat.empty() || stat.find(") Z ") != std::string::npos;
+        },
+        std::chrono::seconds(5)))
+        << child;
+  }
+  const auto episodes = Episodes(run);
+  ASSERT_GE(episodes.size(), 1u);
+  EXPECT_EQ(episodes[0]["episode"], 0);
+  EXPECT_EQ(episodes[0]["complete"], true);
+  const Log log = ReadLog(LogFile(run, 0));
+  EXPECT_EQ(log.damaged_bytes, 0);
+  EXPECT_EQ(log.events.back().channel, channels::kRunSummary);
+}
+
+class StopBy : public testing::TestWithParam<std::tuple<int, bool>> {};
+
+TEST_P(StopBy, SignalKeepsWhatIsFinished) {
+  const auto [signal, in_process] = GetParam();
+  if (!in_process) EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  Program launcher(RunCommand(
+      run, "50", in_process ? std::vector<std::string>{"--in-process"} : std::vector<std::string>{}));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run); })) << launcher.err();
+  launcher.Signal(signal);
+  EXPECT_EQ(launcher.Wait(std::chrono::seconds(2)), 2);
+  EXPECT_EQ(CountLines(launcher.err()), 1) << launcher.err();
+  EXPECT_TRUE(launcher.err().starts_with("error: stopped after ")) << launcher.err();
+  const auto episodes = Episodes(run);
+  ASSERT_GE(episodes.size(), 1u);
+  const auto summary = nlohmann::json::parse(ReadText(run / "summary.json"));
+  EXPECT_EQ(summary["episodes"], episodes.size());
+  for (size_t i = 0; i < episodes.size(); ++i) {
+    EXPECT_EQ(ReadLog(LogFile(run, static_cast<int>(i))).events.back().channel, channels::kRunSummary);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, StopBy, testing::Combine(testing::Values(SIGINT, SIGTERM), testing::Bool()),
+                         [](const auto& test) {
+                           return std::string(std::get<0>(test.param) == SIGINT ? "Int" : "Term") +
+                                  (std::get<1>(test.param) ? "InProcess" : "Processes");
+                         });
+
+// Talks into a run on every channel.
+class Heckler {
+ public:
+  explicit Heckler(const std::string& url) : bus_(url) {
+    bus_.SubscribeRaw("EVALBUS_.*", [this](const std::string& channel, std::span<const uint8_t> data,
+                                           int64_t) { Hear(channel, data); });
+  }
+
+  void Listen() {
+    while (bus_.Handle()) {
+    }
+  }
+
+  int said() const { return said_; }
+  // Highest counts seen per component.
+  std::map<std::string, int64_t> decode_errors, foreign_messages;
+
+ private:
+  void Say(const std::string& channel, std::span<const uint8_t> data) {
+    own_.insert(std::vector<uint8_t>(data.begin(), data.end()));
+    bus_.PublishRaw(channel.c_str(), data);
+    ++said_;
+  }
+  template <class Message>
+  void SayMessage(const std::string& channel, const Message& message) {
+    std::vector<uint8_t> bytes(static_cast<size_t>(message.getEncodedSize()));
+    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    Say(channel, bytes);
+  }
+  // The message as one of another episode.
+  template <class Message>
+  void SayForeign(const std::string& channel, std::span<const uint8_t> data) {
+    Message message{};
+    ASSERT_TRUE(Bus::Decode(data, &message));
+    message.header.episode = 77;
+    SayMessage(channel, message);
+  }
+
+  void Hear(const std::string& channel, std::span<const uint8_t> data) {
+    const std::vector<uint8_t> bytes(data.begin(), data.end());
+    if (const auto own = own_.find(bytes); own != own_.end()) {
+      own_.erase(own);
+      return;
+    }
+    if (channel == channels::kStatus) {
+      component_status_t status{};
+      if (!Bus::Decode(data, &status)) return;
+      decode_errors[status.component] = std::max(decode_errors[status.component], status.decode_errors);
+      foreign_messages[status.component] =
+          std::max(foreign_messages[status.component], status.foreign_messages);
+    }
+    const bool tick = channel == channels::kState || channel == channels::kContacts ||
+                      channel == channels::kAction || channel == channels::kPartial;
+    // Now and then; what is rare each time.
+    if (tick && ++heard_ % 16 >= 4) return;
+    // Noise, of a random length.
+    std::vector<uint8_t> noise(random_() % 200);
+    for (uint8_t& byte : noise) byte = static_cast<uint8_t>(random_());
+    Say(channel, noise);
+    // Right type, cut short and too long.
+    Say(channel, std::span(bytes).first(bytes.size() - 1));
+    std::vector<uint8_t> longer = bytes;
+    longer.push_back(0);
+    Say(channel, longer);
+    // Right type, absurd counts: all bytes behind the fingerprint and the header are ones.
+    std::vector<uint8_t> absurd = bytes;
+    for (size_t i = 28; i < absurd.size(); ++i) absurd[i] = 0xFF;
+    Say(channel, absurd);
+    // Wrong type with a header that would fit: of this episode, of a tick far ahead.
+    header_t header{};
+    if (tick && header._decodeNoHash(data.data(), 8, static_cast<int>(data.size()) - 8) > 0) {
+      header.tick += 1000;
+      header.sim_time_us += 1'000'000'000;
+      std::vector<uint8_t> wrong(8 + static_cast<size_t>(header._getEncodedSizeNoHash()) + 50);
+      header._encodeNoHash(wrong.data(), 8, static_cast<int>(wrong.size()) - 8);
+      for (const std::string_view other : channels::kWithHeader) Say(std::string(other), wrong);
+    }
+    // Of another episode.
+    if (channel == channels::kState) SayForeign<state_t>(channel, data);
+    if (channel == channels::kContacts) SayForeign<contacts_t>(channel, data);
+    if (channel == channels::kAction) SayForeign<action_t>(channel, data);
+    if (channel == channels::kPartial) SayForeign<partial_metrics_t>(channel, data);
+    if (channel == channels::kPartial) {
+      episode_end_t end{};
+      end.header.episode = 77;
+      end.end_reason = "failure";
+      SayMessage(channels::kEpisodeEnd, end);
+      episode_summary_t summary{};
+      summary.header.episode = 77;
+      SayMessage(channels::kEpisodeSummary, summary);
+      command_t command{};
+      command.kind = 9;
+      SayMessage(channels::kCommand, command);
+    }
+    // Again.
+    if (tick || channel == channels::kCommand || channel == channels::kModel) Say(channel, bytes);
+  }
+
+  Bus bus_;
+  std::multiset<std::vector<uint8_t>> own_;
+  std::mt19937 random_{1};
+  int heard_ = 0;
+  int said_ = 0;
+};
+
+TEST(Faults, ForeignAndMalformedMessagesChangeNoScore) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path reference = folder.path() / "reference", run = folder.path() / "run";
+  ASSERT_EQ(RunProgram(RunCommand(reference, "2", {"--in-process"})).code, 0);
+  const std::string url = UniqueUrl();
+  Heckler heckler(url);
+  Program launcher(RunCommand(run, "2", {"--url", url}));
+  ASSERT_TRUE(WaitFor([&] {
+    heckler.Listen();
+    return !launcher.running();
+  }));
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  EXPECT_GT(heckler.said(), 1000);
+  EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
+  ExpectSameScores(run, reference);
+  for (const char* name : {"sim", "collision", "metrics", "policy"}) {
+    EXPECT_GT(heckler.decode_errors[name], 10) << name;
+    EXPECT_GT(heckler.foreign_messages[name], 10) << name;
+  }
+  EXPECT_GT(heckler.foreign_messages["recorder"], 10);
+  for (int i = 0; i < 2; ++i) {
+    const Log log = ReadLog(LogFile(run, i));
+    EXPECT_EQ(log.damaged_bytes, 0);
+    // Simulated time: no message that is not of this episode moves the clock.
+    EXPECT_LT(log.events.back().time_us, 20'000'000);
+  }
+}
+
+}  // namespace
+}  // namespace evalbus

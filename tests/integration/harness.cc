@@ -1,0 +1,210 @@
+#include "tests/integration/harness.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "bus/event_log.h"
+#include "bus/recorder.h"
+#include "cli/network.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+
+std::string g_why_no_bus;
+int g_num_urls = 0;
+
+std::string Replace(std::string text, const std::string& what, const std::string& with) {
+  size_t at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  for (; at != std::string::npos; at = text.find(what, at + with.size())) text.replace(at, what.size(), with);
+  return text;
+}
+
+}  // namespace
+
+bool WaitFor(const std::function<bool()>& condition, std::chrono::milliseconds deadline) {
+  const auto end = steady_clock::now() + deadline;
+  while (!condition()) {
+    if (steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+std::string ReadText(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+void WriteText(const fs::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+  EXPECT_EQ(fs::file_size(file), text.size()) << file;
+}
+
+std::string UniqueUrl() { return LocalMulticastUrl(static_cast<uint32_t>(getpid() + 100000 * ++g_num_urls)); }
+
+const std::string& WhyNoBus() { return g_why_no_bus; }
+
+Program::Program(std::vector<std::string> command, const Setting& setting) {
+  if (command[0].starts_with("evalbus")) command[0] = std::string(EVALBUS_BINARY_DIR "/bin/") + command[0];
+  std::vector<char*> argv;
+  for (std::string& argument : command) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const std::string out = folder_.path() / "out", err = folder_.path() / "err";
+  pid_ = fork();
+  if (pid_ == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const int flags = O_WRONLY | O_CREAT | O_APPEND;
+    dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+    dup2(open(out.c_str(), flags, 0644), STDOUT_FILENO);
+    dup2(open(err.c_str(), flags, 0644), STDERR_FILENO);
+    if (!setting.working_folder.empty() && chdir(setting.working_folder.c_str()) != 0) _exit(126);
+    if (setting.before) setting.before();
+    execvp(argv[0], argv.data());
+    _exit(127);
+  }
+  EXPECT_GT(pid_, 0);
+}
+
+Program::~Program() {
+  if (!running()) return;
+  Signal(SIGKILL);
+  Wait();
+}
+
+bool Program::running() {
+  int status = 0;
+  if (!ended_ && waitpid(pid_, &status, WNOHANG) == pid_) {
+    ended_ = true;
+    code_ = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  }
+  return !ended_;
+}
+
+void Program::Signal(int signal) {
+  if (!ended_) kill(pid_, signal);
+}
+
+int Program::Wait(std::chrono::milliseconds deadline) {
+  EXPECT_TRUE(WaitFor([this] { return !running(); }, deadline)) << out() << err();
+  return code_;
+}
+
+Result RunProgram(std::vector<std::string> command, const Program::Setting& setting) {
+  Program program(std::move(command), setting);
+  const int code = program.Wait();
+  return {code, program.out(), program.err()};
+}
+
+void Evaluate(const std::vector<std::string>& arguments, const fs::path& out) {
+  std::vector<std::string> command = {"evalbus", "run", "--out", out};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  const Result result = RunProgram(command);
+  ASSERT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_EQ(result.err, "");
+}
+
+std::string ShortTask(const fs::path& folder, double time_limit_s) {
+  const std::string models = EVALBUS_SOURCE_DIR "/models/";
+  std::string text = ReadText(models + "tasks/lift_pot.yaml");
+  text = Replace(text, "../", models);
+  text = Replace(text, "time_limit_s: 20", "time_limit_s: " + std::to_string(time_limit_s));
+  const fs::path file = folder / "short_pot.yaml";
+  WriteText(file, text);
+  return file;
+}
+
+std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program) {
+  std::vector<pid_t> children;
+  const std::string pid = std::to_string(parent);
+  std::istringstream list(ReadText("/proc/" + pid + "/task/" + pid + "/children"));
+  for (pid_t child; list >> child;) {
+    std::error_code error;
+    const fs::path exe = fs::read_symlink("/proc/" + std::to_string(child) + "/exe", error);
+    if (program.empty() || exe.filename() == program) children.push_back(child);
+  }
+  return children;
+}
+
+std::vector<std::vector<uint8_t>> Log::Payloads(const std::string& channel) const {
+  std::vector<std::vector<uint8_t>> payloads;
+  for (const Event& event : events) {
+    if (event.channel == channel) payloads.push_back(event.data);
+  }
+  return payloads;
+}
+
+Log ReadLog(const fs::path& file) {
+  EventLogReader reader(file);
+  Log log;
+  for (LogEvent event; reader.Next(&event);) {
+    log.events.push_back({std::string(event.channel), {event.data.begin(), event.data.end()}, event.time_us});
+  }
+  log.damaged_bytes = reader.damaged_bytes();
+  EXPECT_FALSE(log.events.empty()) << file;
+  return log;
+}
+
+fs::path LogFile(const fs::path& run, int episode) { return EpisodeFolder(run, episode) / "events.lcmlog"; }
+
+void ExpectSameTicks(const Log& a, const Log& b) {
+  for (const char* channel : {channels::kState, channels::kContacts, channels::kAction, channels::kPartial}) {
+    auto payloads_a = a.Payloads(channel), payloads_b = b.Payloads(channel);
+    if (channel == channels::kAction) {
+      // The answer to the last state decides nothing any more, and may come after the log was closed.
+      const size_t num_states = a.Payloads(channels::kState).size();
+      for (auto* payloads : {&payloads_a, &payloads_b}) {
+        ASSERT_GE(payloads->size() + 1, num_states);
+        payloads->resize(num_states - 1);
+      }
+    }
+    ASSERT_EQ(payloads_a.size(), payloads_b.size()) << channel;
+    EXPECT_GT(payloads_a.size(), 5u) << channel;
+    const auto [first, unused] = std::mismatch(payloads_a.begin(), payloads_a.end(), payloads_b.begin());
+    EXPECT_EQ(first, payloads_a.end())
+        << channel << " differs first in message " << first - payloads_a.begin();
+  }
+}
+
+void ExpectSameScores(const fs::path& run_a, const fs::path& run_b) {
+  for (const char* file : {"episodes.jsonl", "summary.json"}) {
+    EXPECT_NE(ReadText(run_a / file), "") << run_a / file;
+    EXPECT_EQ(ReadText(run_a / file), ReadText(run_b / file));
+  }
+}
+
+std::vector<nlohmann::ordered_json> Episodes(const fs::path& run) {
+  std::vector<nlohmann::ordered_json> episodes;
+  std::istringstream lines(ReadText(run / "episodes.jsonl"));
+  for (std::string line; std::getline(lines, line);) episodes.push_back(nlohmann::ordered_json::parse(line));
+  return episodes;
+}
+
+}  // namespace evalbus
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  // Nothing leaves this process and its children, and nobody else is heard.
+  try {
+    evalbus::EnterPrivateNetwork();
+  } catch (const evalbus::EnvironmentError&) {
+    // Not allowed here. The machine's own multicast does as well: with ttl=0 nothing leaves the machine.
+    evalbus::g_why_no_bus = evalbus::WhyNoMulticast(evalbus::UniqueUrl());
+  }
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,112 @@
+// What the pipeline's tests share: programs as child processes, run folders and logs read back, conditions
+// waited for.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/types.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bus/bus.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus {
+
+// Far more than anything here takes on a busy machine; a test that waits this long has failed.
+constexpr std::chrono::seconds kDeadline{40};
+
+// Looks at a condition until it is true; false at the deadline.
+bool WaitFor(const std::function<bool()>& condition, std::chrono::milliseconds deadline = kDeadline);
+
+std::string ReadText(const std::filesystem::path& file);
+void WriteText(const std::filesystem::path& file, const std::string& text);
+
+// A bus that no other test and no other process of this machine uses.
+std::string UniqueUrl();
+// Skips the test where this machine has no bus to test on.
+#define EVALBUS_NEEDS_BUS() \
+  if (!WhyNoBus().empty()) GTEST_SKIP() << WhyNoBus()
+const std::string& WhyNoBus();
+
+// A child process. Programs of ours are named without a folder: "evalbus", "evalbus-sim".
+class Program {
+ public:
+  struct Setting {
+    std::filesystem::path working_folder;
+    // Runs in the child before the program starts.
+    std::function<void()> before;
+  };
+  explicit Program(std::vector<std::string> command) : Program(std::move(command), Setting{}) {}
+  Program(std::vector<std::string> command, const Setting& setting);
+  // Kills it if it runs.
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  pid_t pid() const { return pid_; }
+  bool running();
+  void Signal(int signal);
+  // Exit code, or 128 + signal; -1 and a failure of the test if it does not end.
+  int Wait(std::chrono::milliseconds deadline = kDeadline);
+  std::string out() const { return ReadText(folder_.path() / "out"); }
+  std::string err() const { return ReadText(folder_.path() / "err"); }
+
+ private:
+  TemporaryFolder folder_;
+  pid_t pid_ = -1;
+  int code_ = -1;
+  bool ended_ = false;
+};
+
+struct Result {
+  int code;
+  std::string out, err;
+};
+Result RunProgram(std::vector<std::string> command, const Program::Setting& setting = {});
+
+// `evalbus run` with these arguments; fails the test unless it exits with 0.
+void Evaluate(const std::vector<std::string>& arguments, const std::filesystem::path& out);
+
+// lift_pot as a file of the folder, each episode as long as said; returns the file.
+std::string ShortTask(const std::filesystem::path& folder, double time_limit_s);
+
+// Process ids of the children of a process whose program has this name.
+std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program = "");
+
+struct Log {
+  struct Event {
+    std::string channel;
+    std::vector<uint8_t> data;
+    int64_t time_us = 0;
+  };
+  std::vector<Event> events;
+  int64_t damaged_bytes = 0;
+
+  std::vector<std::vector<uint8_t>> Payloads(const std::string& channel) const;
+  // Messages of the channel; those that do not decode fail the test.
+  template <class Message>
+  std::vector<Message> Messages(const std::string& channel) const {
+    std::vector<Message> messages;
+    for (const Event& event : events) {
+      if (event.channel != channel) continue;
+      EXPECT_TRUE(Bus::Decode(event.data, &messages.emplace_back())) << channel;
+    }
+    return messages;
+  }
+};
+Log ReadLog(const std::filesystem::path& file);
+std::filesystem::path LogFile(const std::filesystem::path& run, int episode);
+
+// Fails the test unless both logs hold the same STATE, CONTACTS, ACTION and PARTIAL, byte for byte.
+void ExpectSameTicks(const Log& a, const Log& b);
+// Fails the test unless both runs have the same episodes.jsonl and summary.json, byte for byte.
+void ExpectSameScores(const std::filesystem::path& run_a, const std::filesystem::path& run_b);
+
+std::vector<nlohmann::ordered_json> Episodes(const std::filesystem::path& run);
+
+}  // namespace evalbus

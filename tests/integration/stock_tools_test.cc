@@ -1,0 +1,121 @@
+// LCM's own tools work with a run and with its logs.
+#include <signal.h>
+
+#include <sstream>
+
+#include "bus/channels.h"
+#include "evalbus/component_status_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const std::string url = UniqueUrl(), file = folder.path() / "logger.lcmlog";
+  Program logger({"lcm-logger", "--lcm-url", url, "--flush-interval", "10", "--quiet", file});
+  {
+    // The logger listens once something that was said is in its file.
+    Bus bus(url);
+    auto said = SteadyTime::min();
+    ASSERT_TRUE(WaitFor([&] {
+      const auto now = std::chrono::steady_clock::now();
+      if (said == SteadyTime::min() || now - said > std::chrono::milliseconds(20)) {
+        bus.Publish("HELLO", header_t{});
+        said = now;
+      }
+      return fs::exists(file) && fs::file_size(file) > 0;
+    })) << logger.err();
+  }
+  const fs::path run = folder.path() / "run";
+  Evaluate({"lift_pot/position", "--episodes", "2", "--url", url}, run);
+  size_t recorded = 0;
+  for (int i = 0; i < 2; ++i) recorded += ReadLog(LogFile(run, i)).Payloads(channels::kState).size();
+  EXPECT_GT(recorded, 200u);
+  const auto logged = [&] { return ReadLog(file).Payloads(channels::kState).size(); };
+  // It writes out every hundredth of a second.
+  EXPECT_TRUE(WaitFor([&] { return logged() >= recorded; }, std::chrono::seconds(5)));
+  logger.Signal(SIGINT);
+  EXPECT_EQ(logger.Wait(), 0) << logger.err();
+  EXPECT_EQ(logged(), recorded);
+}
+
+TEST(StockTools, PlayerBringsMetricsToTheSameSummary) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  Evaluate({"lift_pot/position", "--episodes", "1", "--in-process"}, run);
+  const auto recorded = ReadLog(LogFile(run, 0)).Payloads(channels::kEpisodeSummary);
+  ASSERT_EQ(recorded.size(), 1u);
+
+  const std::string url = UniqueUrl();
+  Bus bus(url);
+  std::vector<std::vector<uint8_t>> summaries;
+  int64_t missing_ticks = 0;
+  bus.SubscribeRaw(channels::kEpisodeSummary,
+                   [&](const std::string&, std::span<const uint8_t> data, int64_t) {
+                     summaries.emplace_back(data.begin(), data.end());
+                   });
+  bus.Subscribe<component_status_t>(
+      channels::kStatus, [&](const component_status_t& status) { missing_ticks += status.missing_ticks; });
+  Program metrics({"evalbus-metrics", "--url", url});
+  ASSERT_TRUE(WaitFor([&] { return metrics.out() == "ready\n"; })) << metrics.err();
+  Program player({"lcm-logplayer", "--speed", "20", "--lcm-url", url, "--regexp",
+                  "EVALBUS_(MODEL|EPISODE_BEGIN|STATE|CONTACTS|EPISODE_END)", LogFile(run, 0)});
+  EXPECT_TRUE(WaitFor([&] {
+    bus.Handle();
+    return !summaries.empty();
+  })) << player.err();
+  EXPECT_EQ(player.Wait(), 0) << player.err();
+  EXPECT_EQ(summaries, recorded);
+  EXPECT_EQ(missing_ticks, 0);
+}
+
+constexpr char kReader[] = R"(import struct, sys
+sys.path.insert(0, sys.argv[1])
+import evalbus
+log = open(sys.argv[2], 'rb').read()
+at, state = 0, None
+while at < len(log):
+    magic, number, time_us, channel_size, data_size = struct.unpack_from('>IqqII', log, at)
+    assert magic == 0xEDA1DA01
+    at += 28
+    channel = log[at:at + channel_size].decode()
+    data = log[at + channel_size:at + channel_size + data_size]
+    at += channel_size + data_size
+    if channel == 'EVALBUS_STATE':
+        state = evalbus.state_t.decode(data)
+        assert state.encode() == data
+print(state.header.tick, *state.arm[1].wrist_position_m)
+)";
+
+TEST(StockTools, GeneratedPythonDecodesTheLog) {
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run", python = folder.path() / "python";
+  Evaluate({ShortTask(folder.path(), 0.5), "--policy", "random", "--episodes", "1", "--in-process"}, run);
+  std::vector<std::string> generate = {"lcm-gen", "--python", "--ppath", python};
+  for (const auto& entry : fs::directory_iterator(EVALBUS_SOURCE_DIR "/lcmtypes")) {
+    if (entry.path().extension() == ".lcm") generate.push_back(entry.path());
+  }
+  fs::create_directory(python);
+  ASSERT_EQ(RunProgram(generate).code, 0);
+  WriteText(folder.path() / "read.py", kReader);
+  const Result result = RunProgram({"python3", "-B", folder.path() / "read.py", python, LogFile(run, 0)});
+  ASSERT_EQ(result.code, 0) << result.err;
+
+  const state_t last = ReadLog(LogFile(run, 0)).Messages<state_t>(channels::kState).back();
+  std::istringstream words(result.out);
+  int64_t tick = -1;
+  double position[3] = {};
+  words >> tick >> position[0] >> position[1] >> position[2];
+  EXPECT_EQ(tick, last.header.tick);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(position[k], last.arm[1].wrist_position_m[k]) << k;
+}
+
+}  // namespace
+}  // namespace evalbus
