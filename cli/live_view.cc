@@ -195,10 +195,12 @@ LiveView::LiveView(FILE* out, const LiveHeader& header)
       is_terminal_(isatty(fileno(out)) != 0),
       header_(header),
       started_(std::chrono::steady_clock::now()) {
-  fmt::print(out_, "{}/{}  policy {}  seed {}  {} {:g} Hz  {} episode{}\n", header.task, header.variation,
-             header.policy, header.seed, header.clock, header.control_hz, header.episodes,
-             header.episodes == 1 ? "" : "s");
-  fmt::print(out_, "{}\n", HeaderLine(TerminalWidth(out_)));
+  const int width = TerminalWidth(out_);
+  const std::string what = fmt::format("{}/{}  policy {}", header.task, header.variation, header.policy);
+  const std::string how = fmt::format("seed {}  {} {:g} Hz  {} episode{}", header.seed, header.clock,
+                                      header.control_hz, header.episodes, header.episodes == 1 ? "" : "s");
+  const bool one_line = static_cast<int>(Width(what) + 2 + Width(how)) <= width;
+  fmt::print(out_, "{}{}{}\n{}\n", what, one_line ? "  " : "\n", how, HeaderLine(width));
   std::fflush(out_);
 }
 
@@ -261,8 +263,11 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) const {
           fmt::format("{} {}{}", reached ? "●" : "○", m.stage_name[k],
                       reached && when >= 0 ? fmt::format("  {:.2f} s", when) : ""));
     }
-    for (size_t k = 0; k < m.target_distance_name.size(); ++k)
-      add("distance", fmt::format("{:6.3f} m  {}", m.target_distance_m[k], m.target_distance_name[k]));
+    for (size_t k = 0; k < m.target_distance_name.size(); ++k) {
+      // No "-0.000".
+      const double millimetres = std::round(m.target_distance_m[k] * 1e3) + 0.0;
+      add("distance", fmt::format("{:6.3f} m  {}", millimetres * 1e-3, m.target_distance_name[k]));
+    }
     add("clearance", Pad(Clearance(partial_.extended), 8));
     add("collisions", fmt::format("{} scene, {} self, {} slips", m.env_collision_count,
                                   m.self_collision_count, m.slip_count));

@@ -28,13 +28,13 @@ int main(int argc, char** argv) {
   evalbus::AddRenderOptions(render, &render_options);
 
   evalbus::ReplayOptions replay_options;
-  CLI::App* replay =
-      app.add_subcommand("replay", "play recorded episodes into fresh metrics; compare with what was recorded");
+  CLI::App* replay = app.add_subcommand(
+      "replay", "play recorded episodes into fresh metrics; compare with what was recorded");
   evalbus::AddReplayOptions(replay, &replay_options);
 
   evalbus::RescoreOptions rescore_options;
-  CLI::App* rescore = app.add_subcommand(
-      "rescore", "score recorded episodes again, offline; compare with what was recorded");
+  CLI::App* rescore =
+      app.add_subcommand("rescore", "score recorded episodes again, offline; compare with what was recorded");
   evalbus::AddRescoreOptions(rescore, &rescore_options);
 
   evalbus::MonitorOptions monitor_options;
@@ -57,7 +57,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "error: " << error.what() << " ('evalbus --help' lists the commands)\n";
+    // CLI11 misses the command before it minds what stands in its place.
+    const bool unknown = app.get_subcommands().empty() && !app.remaining().empty();
+    std::cerr << "error: " << (unknown ? "there is no command '" + app.remaining()[0] + "'" : error.what())
+              << " ('evalbus --help' lists the commands)\n";
     return 1;
   }
   try {

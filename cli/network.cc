@@ -102,7 +102,7 @@ std::string ChooseBus(const std::string& asked) {
   }
   const std::string url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
   if (WhyNoMulticast(url).empty()) {
-    fmt::print("bus {} (listen with lcm-spy or lcm-logger at this URL)\n", url);
+    fmt::print("bus {} (listen with lcm-spy or lcm-logger)\n", url);
     return url;
   }
   try {

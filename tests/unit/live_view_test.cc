@@ -37,9 +37,9 @@ metric_values_t Metrics() {
   m.stage_index = {1, 2};
   m.stage_name = {"pot_held", "pot_lifted"};
   m.stage_reached = {1, 0};
-  m.num_target_distances = 1;
-  m.target_distance_name = {"lift"};
-  m.target_distance_m = {0.0123};
+  m.num_target_distances = 2;
+  m.target_distance_name = {"lift", "gap"};
+  m.target_distance_m = {0.0123, -0.0001};
   m.slip_count = 3;
   m.env_collision_count = 4;
   m.self_collision_count = 5;
@@ -169,6 +169,7 @@ TEST_F(LiveViewTest, ShowsScoresAsTheyCome) {
   EXPECT_TRUE(Has(text, "  stage 1     ● pot_held  1.50 s\n")) << text;
   EXPECT_TRUE(Has(text, "  stage 2     ○ pot_lifted\n")) << text;
   EXPECT_TRUE(Has(text, "  distance     0.012 m  lift\n")) << text;
+  EXPECT_TRUE(Has(text, "  distance     0.000 m  gap\n")) << text;
   EXPECT_TRUE(Has(text, "  clearance     163 mm\n")) << text;
   EXPECT_TRUE(Has(text, "  collisions  4 scene, 5 self, 3 slips\n")) << text;
   EXPECT_TRUE(Has(text, "  path          0.75 m  jerk 4.512 m/s³ rms\n")) << text;
