@@ -161,6 +161,7 @@ class MonitorModelTest : public testing::Test {
       }
       now_ += milliseconds(20);
     }
+    SayTick(2, 126);  // clearance is not of every tick
   }
   std::vector<std::string> Screen(int width, int height) {
     std::vector<std::string> texts;
@@ -180,7 +181,7 @@ class MonitorModelTest : public testing::Test {
 constexpr char kGolden[] = R"(
 small/position   two_arms   realtime                              a_run   q ends
 
-episode 2   running       2.50 s of 5 s    1.00 x real time   progress 50 %
+episode 2   running       2.52 s of 5 s    1.00 x real time   progress 50 %
   ● held                       0.52 s     ○ lifted
 
                   left  right   both          collisions, scene          2
@@ -259,7 +260,7 @@ TEST_F(MonitorModelTest, EveryValueHasItsUnit) {
         "wrist rotation   2.000  1.000  3.000 rad", "wrist jerk rms   150.0  90.00  125.0 m/s³",
         "wrist jerk mean  100.5  80.00  90.25 m/s³", "joint jerk rms    2000   123k  70000 rad/s³",
         "joint jerk mean   1000  12345   6000 rad/s³", "work             5.000  2.500  7.500 J",
-        "top wrist speed  0.310  0.300        m/s", "2.50 s of 5 s", "progress 50 %"}) {
+        "top wrist speed  0.310  0.300        m/s", "2.52 s of 5 s", "progress 50 %"}) {
     const std::string wanted(text, std::string(text).find_last_not_of('\n') + 1);
     EXPECT_NE(screen.find(wanted), std::string::npos) << wanted << "\n" << screen;
   }
@@ -390,6 +391,14 @@ TEST_F(MonitorModelTest, ASilentComponentIsDeadAndComesBack) {
   EXPECT_EQ(events.back(), "policy is back");
 }
 
+TEST_F(MonitorModelTest, ScoresOfAnotherEpisodeAreNotShown) {
+  Play();
+  partial_metrics_t partial{};
+  partial.header = Header(3, 9);
+  Say(channels::kPartial, partial);
+  EXPECT_NE(All(80, 24).find("wrist path       1.250  0.750  2.000 m"), std::string::npos) << All(80, 24);
+}
+
 TEST_F(MonitorModelTest, FailureIsShownWithItsText) {
   Play();
   component_status_t status{};
@@ -415,7 +424,10 @@ TEST_F(MonitorModelTest, RatesAndSpeedAreOfTheLastSecond) {
   EXPECT_NE(screen.find("STATE 50  CONTACTS 50"), std::string::npos) << screen;
   EXPECT_NE(screen.find("1.00 x real time"), std::string::npos) << screen;
   now_ += milliseconds(1000);
-  EXPECT_EQ(All(80, 24).find("STATE 50"), std::string::npos);
+  All(80, 24);
+  SayTick(2, 126);
+  now_ += milliseconds(5000);
+  EXPECT_NE(All(80, 24).find("STATE 0.2  CONTACTS 0.2"), std::string::npos) << All(80, 24);
 }
 
 TEST_F(MonitorModelTest, SurvivesWhatDoesNotDecode) {
@@ -453,6 +465,9 @@ TEST_F(MonitorModelTest, TellsEventsAndProgressInLines) {
             "episode 2  2.50 s  1.00 x real time  stages 1/2  slips 3  collisions 2 scene 0 self  wrist path "
             "2.00 m  "
             "clearance 41.0 mm");
+  run_summary_t again{};
+  again.num_episodes = 2;
+  Say(channels::kRunSummary, again);
   EXPECT_TRUE(dut_.TakeEvents(now_).empty());
   SaySummary(2, "success");
   EXPECT_EQ(dut_.ProgressLine(now_), "");
