@@ -100,6 +100,46 @@ TEST_F(RecorderTest, ARetriedEpisodeKeepsNothingOfTheAttemptBefore) {
       1);
 }
 
+TEST_F(RecorderTest, ARetryTakesThePlaceOfAnAttemptThatWasAborted) {
+  Begin(0, 0);
+  for (int tick = 0; tick < 5; ++tick) Tick(0, tick);
+  End(0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, 0);
+  Begin(0, 1);
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  const auto events = Log(0);
+  EXPECT_EQ(
+      std::count_if(events.begin(), events.end(), [](const auto& e) { return e.first == channels::kState; }),
+      1);
+}
+
+TEST_F(RecorderTest, MessagesOfAnotherTypeOrEpisodeNeitherMoveTheClockNorEndTheEpisode) {
+  Begin(0);
+  Tick(0, 0);
+  state_t ahead{};
+  ahead.header.tick = 1000;
+  ahead.header.sim_time_us = 1'000'000'000;
+  for (const char* channel : {channels::kEpisodeSummary, channels::kEpisodeEnd, channels::kAction})
+    bus_.Publish(channel, ahead);
+  episode_summary_t other{};
+  other.header = ahead.header;
+  bus_.Publish(channels::kState, other);
+  Tick(7, 1000);
+  bus_.Publish(channels::kRunSummary, run_summary_t{});
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, -1);
+  EXPECT_EQ(dut_.status().last_tick, 0);
+  EXPECT_EQ(dut_.status().missing_ticks, 0);
+  EXPECT_EQ(dut_.status().foreign_messages, 1);
+  Tick(0, 1);
+  End(0);
+  HandleAll();
+  for (const auto& [channel, time_us] : Log(0)) EXPECT_LE(time_us, 20000) << channel;
+}
+
 TEST_F(RecorderTest, RefusesToReplaceAFinishedEpisode) {
   std::filesystem::create_directories(EpisodeFolder(folder_.path(), 0));
   Begin(0);
