@@ -427,7 +427,7 @@ TEST_F(MonitorModelTest, RatesAndSpeedAreOfTheLastSecond) {
   All(80, 24);
   SayTick(2, 126);
   now_ += milliseconds(5000);
-  EXPECT_NE(All(80, 24).find("STATE 0.2  CONTACTS 0.2"), std::string::npos) << All(80, 24);
+  EXPECT_NE(All(80, 50).find("STATE 0.2  CONTACTS 0.2"), std::string::npos) << All(80, 50);
 }
 
 TEST_F(MonitorModelTest, SurvivesWhatDoesNotDecode) {
