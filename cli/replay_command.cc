@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -151,8 +152,10 @@ class Player {
   }
 
   void Stop() {
-    for (const Processes::Exit& exit : processes_.StopAll())
-      fmt::print(stderr, "warning: {}\n", exit.description);
+    for (const Processes::Exit& exit : processes_.StopAll()) {
+      // Nobody expects a player that is stopped to end well.
+      if (exit.name != "player") fmt::print(stderr, "warning: {}\n", exit.description);
+    }
   }
 
   int equal() const { return equal_; }
@@ -245,13 +248,14 @@ class Player {
 void AddReplayOptions(CLI::App* app, ReplayOptions* options) {
   app->add_option("run_or_log", options->run_or_log, "run folder or event log")->required();
   app->add_option("--episode", options->episode, "of a run: this episode only");
-  app->add_option("--speed", options->speed, "1 = as fast as the robot moved")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  app->add_option("--speed", options->speed, "1 = as fast as the robot moved")->capture_default_str();
   app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default as for run");
 }
 
 int Replay(const ReplayOptions& options) {
+  if (!(options.speed > 0) || std::isinf(options.speed)) {
+    throw InputError(fmt::format("--speed {}: expected a number above 0", options.speed));
+  }
   // The logs say what is to be expected.
   Rescorer rescorer;
   std::vector<std::pair<fs::path, RescoredLog>> logs;

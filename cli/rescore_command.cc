@@ -25,7 +25,9 @@ TaskDescription ReadTask(const fs::path& file) {
   std::ifstream stream(file);
   std::ostringstream text;
   text << stream.rdbuf();
-  if (!stream) throw InputError("--task " + file.string() + ": cannot read this file");
+  if (!stream || !fs::is_regular_file(file)) {
+    throw InputError("--task " + file.string() + ": cannot read this file");
+  }
   // Only the rules are used; the scene is the log's.
   return ParseTask(text.str(), file, false);
 }
@@ -35,7 +37,9 @@ std::string Missing(const RescoredEpisode& episode) {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
   const extended_metrics_t& extended = episode.summary.extended;
-  if (extended.missing_ticks > 0) add(fmt::format("{} ticks missing", extended.missing_ticks));
+  if (extended.missing_ticks > 0) {
+    add(fmt::format("{} tick{} missing", extended.missing_ticks, extended.missing_ticks == 1 ? "" : "s"));
+  }
   if (extended.refused_samples > 0) add(fmt::format("{} samples refused", extended.refused_samples));
   if (!episode.has_end) add("no EPISODE_END in the log");
   return text;
@@ -68,17 +72,20 @@ std::string Arrow(const std::string& before, const std::string& after) {
   return before == after ? after : before + " -> " + after;
 }
 
-// "slip_count, completion_time and 3 more"
-std::string Names(const std::vector<Difference>& differences) {
-  std::string text;
-  size_t shown = 0;
+// The metrics that changed, by the first part of their names, in the order of episodes.jsonl.
+std::string ChangedMetrics(const std::vector<Difference>& differences) {
+  std::vector<std::string> names;
   for (const Difference& difference : differences) {
-    if (!difference.name.starts_with("metrics.") && !difference.name.starts_with("extended.")) continue;
-    if (shown++ >= kNamesShown) continue;
-    text += (text.empty() ? "" : ", ") + difference.name.substr(difference.name.find('.') + 1);
+    const size_t from = difference.name.find('.') + 1;  // after "metrics." or "extended."
+    if (from == 0) continue;
+    const std::string name = difference.name.substr(from, difference.name.find('.', from) - from);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
-  if (shown > kNamesShown) text += fmt::format(" and {} more", shown - kNamesShown);
-  return text.empty() ? "nothing" : text;
+  if (names.empty()) return "nothing";
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kNamesShown); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kNamesShown) text += fmt::format(" and {} more", names.size() - kNamesShown);
+  return text;
 }
 
 void PrintScore(const RescoredEpisode& episode) {
@@ -93,10 +100,10 @@ void PrintChanges(const RescoredEpisode& episode) {
   const auto time = [](const episode_summary_t& summary) {
     return fmt::format("{:.2f}", summary.metrics.completion_time_s);
   };
-  fmt::print("{:>7}  {:<24} {:<14} s  {:<10}  {}\n", after.header.episode,
+  fmt::print("{:>7}  {:<23}  {:<14}  {:<10}  {}\n", after.header.episode,
              Arrow(Verdict(before), Verdict(after)), Arrow(time(before), time(after)),
              Arrow(Stages(before.metrics), Stages(after.metrics)),
-             episode.recorded ? Names(Differences(before, after)) : "no score was recorded");
+             episode.recorded ? ChangedMetrics(Differences(before, after)) : "no score was recorded");
 }
 
 // The new scores; in place as a whole or not at all.
@@ -157,7 +164,7 @@ int Rescore(const RescoreOptions& options) {
       const model_info_t& model = *log.episodes[0].model;
       fmt::print("{}/{}  {}\n", model.task, model.variation,
                  new_rules ? "rules of " + options.task.string() : "recorded rules");
-      fmt::print("{}\n", new_rules ? "episode  verdict                  time             stages      changed"
+      fmt::print("{}\n", new_rules ? "episode  verdict                  time, s         stages      changed"
                                    : "episode  end                time   stages  score");
     }
     for (const RescoredEpisode& episode : log.episodes) {

@@ -1,0 +1,115 @@
+// How fast recorded episodes are scored again: offline, from log to score, against the time that the robot
+// took. Every score that is timed must equal the recorded one in every bit. Also where the time goes: finding
+// the events, decoding them, the rest (pairing and scoring).
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+
+#include "bus/bus.h"
+#include "bus/channels.h"
+#include "bus/errors.h"
+#include "bus/event_log.h"
+#include "cli/episode_logs.h"
+#include "cli/evaluate.h"
+#include "cli/rescore.h"
+
+namespace evalbus {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr int kEpisodes = 20;
+constexpr int kRounds = 15;
+
+double SecondsSince(SteadyTime start) {
+  return std::chrono::duration<double>(steady_clock::now() - start).count();
+}
+
+double Median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+// Walks through a log as rescoring does, without scoring.
+int64_t Walk(const std::filesystem::path& file, bool decode) {
+  EventLogReader reader(file);
+  int64_t states = 0;
+  state_t state{};
+  contacts_t contacts{};
+  for (LogEvent event; reader.Next(&event);) {
+    if (event.channel == channels::kState) {
+      ++states;
+      if (decode && !Bus::Decode(event.data, &state)) throw EnvironmentError("STATE does not decode");
+    } else if (event.channel == channels::kContacts) {
+      if (decode && !Bus::Decode(event.data, &contacts)) throw EnvironmentError("CONTACTS does not decode");
+    }
+  }
+  return states;
+}
+
+void Measure(const std::filesystem::path& folder) {
+  RunOptions options;
+  options.sim.task = "lift_pot/position_and_orientation";
+  options.in_process = true;
+  const RunPlan plan{
+      "lift_pot", "position_and_orientation", kEpisodes, 1, {"collision", "metrics", "policy", "recorder"}};
+  const RunFolder run(folder);
+  RunListener nobody;
+  EvaluateInProcess(options, run, plan, &nobody);
+  const auto logs = EpisodeLogs(folder);
+
+  std::vector<double> whole, walk, decode;
+  double simulated = 0;
+  int64_t ticks = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    auto start = steady_clock::now();
+    Rescorer rescorer;
+    simulated = 0;
+    for (const auto& log : logs) {
+      const RescoredLog scored = rescorer.Rescore(log);
+      if (scored.episodes.size() != 1 || !scored.episodes[0].equal() ||
+          !scored.episodes[0].summary.complete) {
+        throw EnvironmentError("a timed score is not the recorded one");
+      }
+      simulated += static_cast<double>(scored.episodes[0].summary.header.sim_time_us) * 1e-6;
+    }
+    whole.push_back(SecondsSince(start));
+    for (const bool with_decoding : {false, true}) {
+      ticks = 0;
+      start = steady_clock::now();
+      for (const auto& log : logs) ticks += Walk(log, with_decoding);
+      (with_decoding ? decode : walk).push_back(SecondsSince(start));
+    }
+  }
+  const double n = static_cast<double>(ticks) / 1e6;
+  fmt::print(
+      "rescoring {} episodes, {:.0f} s simulated at 50 Hz: {:.4f} s = {:.0f} x real time, {:.0f} ticks/s; "
+      "per tick "
+      "{:.2f} us, of which finding events {:.2f}, decoding {:.2f}\n",
+      kEpisodes, simulated, Median(whole), simulated / Median(whole),
+      static_cast<double>(ticks) / Median(whole), Median(whole) / n, Median(walk) / n,
+      (Median(decode) - Median(walk)) / n);
+}
+
+}  // namespace
+}  // namespace evalbus
+
+int main(int argc, char**) {
+  if (argc > 1) {
+    std::cout << "Times offline scoring of recorded episodes against real time. Takes no arguments.\n";
+    return 0;
+  }
+  const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
+  int code = 0;
+  try {
+    evalbus::Measure(folder);
+  } catch (const std::exception& error) {
+    std::cerr << "error: " << error.what() << "\n";
+    code = 2;
+  }
+  std::filesystem::remove_all(folder);
+  return code;
+}

@@ -1,0 +1,350 @@
+// What was recorded comes back: over a bus with LCM's player, and offline.
+#include <signal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "bus/channels.h"
+#include "bus/event_log.h"
+#include "evalbus/contacts_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Recorded : public testing::Test {
+ protected:
+  void Record(int episodes) {
+    Evaluate({"lift_pot/position", "--episodes", std::to_string(episodes), "--in-process"}, run_);
+    log_ = LogFile(run_, 0);
+  }
+  size_t NumStates(int episodes) {
+    size_t n = 0;
+    for (int i = 0; i < episodes; ++i) n += ReadLog(LogFile(run_, i)).Payloads(channels::kState).size();
+    return n;
+  }
+  // lift_pot with another height that counts as lifted.
+  fs::path TaskWithThreshold(const std::string& metres) {
+    std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/tasks/lift_pot.yaml");
+    const std::string key = "min_m: 1.096";
+    const size_t at = text.find(key);
+    EXPECT_NE(at, std::string::npos);
+    text.replace(at, key.size(), "min_m: " + metres);
+    WriteText(folder_.path() / "edited.yaml", text);
+    return folder_.path() / "edited.yaml";
+  }
+  // A copy of the first episode's log as `edit` leaves it.
+  fs::path EditedLog(const std::function<void(std::vector<Log::Event>*)>& edit) {
+    std::vector<Log::Event> events = ReadLog(log_).events;
+    edit(&events);
+    const fs::path file = folder_.path() / "edited.lcmlog";
+    EventLogWriter writer(file);
+    for (const Log::Event& event : events) writer.Write(event.channel, event.data, event.time_us);
+    writer.Close();
+    return file;
+  }
+  Result Rescore(const fs::path& what, std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"evalbus", "rescore", what});
+    return RunProgram(more);
+  }
+  Result Replay(const fs::path& what, std::vector<std::string> more = {"--speed", "10"}) {
+    more.insert(more.begin(), {"evalbus", "replay", what});
+    return RunProgram(more);
+  }
+  // The scores that rescoring writes.
+  nlohmann::json FirstScore(const fs::path& what, std::vector<std::string> more = {}) {
+    const fs::path out = folder_.path() / "scores.jsonl";
+    fs::remove(out);
+    more.insert(more.end(), {"--out", out});
+    Rescore(what, more);
+    return nlohmann::json::parse(ReadText(out));
+  }
+
+  TemporaryFolder folder_;
+  fs::path run_ = folder_.path() / "run", log_;
+};
+
+#define EXPECT_SAYS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
+
+header_t HeaderOf(const Log::Event& event) {
+  header_t header{};
+  EXPECT_GT(header._decodeNoHash(event.data.data(), 8, static_cast<int>(event.data.size()) - 8), 0);
+  return header;
+}
+
+TEST_F(Recorded, RescoreGivesTheRecordedBits) {
+  Record(2);
+  const fs::path out = folder_.path() / "scores.jsonl";
+  const Result result = Rescore(run_, {"--out", out});
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_SAYS(result.out, "2 of 2 episodes equal the recorded scores in every bit");
+  EXPECT_EQ(ReadText(out), ReadText(run_ / "episodes.jsonl"));
+}
+
+TEST_F(Recorded, ReplayGivesTheRecordedBits) {
+  EVALBUS_NEEDS_BUS();
+  Record(2);
+  const Result result = Replay(run_);
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_SAYS(result.out, "2 of 2 episodes equal the recorded scores in every bit; 0 of " +
+                              std::to_string(NumStates(2)) + " ticks lost");
+  const Result one = Replay(run_, {"--speed", "20", "--episode", "1"});
+  EXPECT_EQ(one.code, 0) << one.out << one.err;
+  EXPECT_SAYS(one.out, "1 of 1 episodes equal");
+}
+
+TEST_F(Recorded, ReplayAtSpeedOneTakesAsLongAsTheRobotDid) {
+  EVALBUS_NEEDS_BUS();
+  Evaluate({ShortTask(folder_.path(), 1), "--policy", "random", "--episodes", "1", "--in-process"}, run_);
+  const auto start = std::chrono::steady_clock::now();
+  const Result result = Replay(run_, {});
+  EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_SAYS(result.out, "0 of 51 ticks lost");
+}
+
+// Metrics, viz and monitor hear in a replay what they heard in the run, and nobody is commanded.
+TEST_F(Recorded, ReplaySoundsLikeTheRun) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  const std::string url = UniqueUrl();
+  Bus bus(url);
+  Log heard;
+  bus.SubscribeRaw(".*", [&](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+    heard.events.push_back({channel, {data.begin(), data.end()}, 0});
+  });
+  Program replay({"evalbus", "replay", run_, "--speed", "10", "--url", url});
+  EXPECT_TRUE(WaitFor([&] {
+    while (bus.Handle()) {
+    }
+    return !replay.running();
+  }));
+  EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
+  const Log recorded = ReadLog(log_);
+  for (const char* channel : {channels::kModel, channels::kState, channels::kContacts, channels::kPartial,
+                              channels::kEpisodeEnd, channels::kEpisodeSummary}) {
+    EXPECT_FALSE(recorded.Payloads(channel).empty()) << channel;
+    EXPECT_TRUE(heard.Payloads(channel) == recorded.Payloads(channel)) << channel;
+  }
+  EXPECT_TRUE(heard.Payloads(channels::kCommand).empty());
+}
+
+TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  const fs::path log = EditedLog([](std::vector<Log::Event>* events) {
+    for (Log::Event& event : *events) {
+      if (event.channel != channels::kEpisodeSummary) continue;
+      episode_summary_t summary{};
+      ASSERT_TRUE(Bus::Decode(event.data, &summary));
+      summary.extended.mechanical_work_J[1] = std::nextafter(summary.extended.mechanical_work_J[1], 1e9);
+      summary.encode(event.data.data(), 0, static_cast<int>(event.data.size()));
+    }
+  });
+  for (const Result& result : {Rescore(log), Replay(log)}) {
+    EXPECT_EQ(result.code, 2);
+    EXPECT_SAYS(result.out, "DIFFERS: extended.mechanical_work_J.right");
+    EXPECT_SAYS(result.out, "0 of 1 episodes equal");
+  }
+}
+
+TEST_F(Recorded, LowerThresholdEndsTheEpisodeAtTheTickThatReachesIt) {
+  Record(1);
+  const Log log = ReadLog(log_);
+  const auto model = log.Messages<model_info_t>(channels::kModel).at(0);
+  const auto pot =
+      std::find(model.body_name.begin(), model.body_name.end(), "pot/pot") - model.body_name.begin();
+  ASSERT_LT(pot, model.num_bodies);
+  const auto states = log.Messages<state_t>(channels::kState);
+  // Well clear of the counter by then, and level: success asks for no more.
+  const auto first = std::find_if(states.begin(), states.end(), [pot](const state_t& state) {
+    return state.body_position_m[pot][2] > 1.05;
+  });
+  ASSERT_NE(first, states.end());
+  ASSERT_LT(first->header.tick, states.back().header.tick);
+
+  const Result result = Rescore(run_, {"--task", TaskWithThreshold("1.05")});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_SAYS(result.out, "completion_time");
+  const nlohmann::json score = FirstScore(run_, {"--task", TaskWithThreshold("1.05")});
+  EXPECT_EQ(score["metrics"]["completion_time"], static_cast<double>(first->header.sim_time_us) * 1e-6);
+  EXPECT_EQ(score["metrics"]["success"], 1.0);
+  EXPECT_EQ(score["end_reason"], "success");
+  EXPECT_EQ(score["complete"], true);
+}
+
+TEST_F(Recorded, HigherThresholdIsNotDecidedByThisLog) {
+  Record(1);
+  const fs::path task = TaskWithThreshold("1.3");
+  const Result result = Rescore(run_, {"--task", task});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_SAYS(result.out, "success -> unconfirmed");
+  EXPECT_SAYS(result.out, "4/4 -> 2/4");
+  EXPECT_SAYS(result.out, "successes 1 -> 0");
+  const nlohmann::json score = FirstScore(run_, {"--task", task});
+  EXPECT_EQ(score["metrics"]["success"], 0.0);
+  EXPECT_EQ(score["failure_reason"], "unconfirmed");
+  EXPECT_EQ(score["complete"], false);
+}
+
+TEST_F(Recorded, OtherTimeLimit) {
+  Record(1);
+  const fs::path task = ShortTask(folder_.path(), 1);
+  const nlohmann::json shorter = FirstScore(run_, {"--task", task});
+  EXPECT_EQ(shorter["end_reason"], "time_limit");
+  EXPECT_EQ(shorter["metrics"]["completion_time"], 1.0);
+  EXPECT_EQ(shorter["complete"], true);
+
+  const fs::path short_run = folder_.path() / "short";
+  Evaluate({task, "--policy", "hold", "--episodes", "1", "--in-process"}, short_run);
+  EXPECT_EQ(FirstScore(short_run)["complete"], true);
+  const nlohmann::json longer = FirstScore(short_run, {"--task", ShortTask(folder_.path(), 2)});
+  EXPECT_EQ(longer["end_reason"], "aborted");
+  EXPECT_EQ(longer["complete"], false);
+}
+
+TEST_F(Recorded, MissingTicksAreCountedExactly) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  const int64_t last = static_cast<int64_t>(NumStates(1)) - 1;
+  // One gap early, one that ticks up to the end cannot make up for.
+  const fs::path log = EditedLog([last](std::vector<Log::Event>* events) {
+    std::erase_if(*events, [last](const Log::Event& event) {
+      if (event.channel == channels::kState) {
+        const int64_t tick = HeaderOf(event).tick;
+        return tick >= 5 && tick < 9;
+      }
+      return event.channel == channels::kContacts && HeaderOf(event).tick == last - 10;
+    });
+  });
+  const Result rescored = Rescore(log);
+  EXPECT_EQ(rescored.code, 2);
+  EXPECT_SAYS(rescored.out, "incomplete: 5 ticks missing\n");
+  const nlohmann::json score = FirstScore(log);
+  EXPECT_EQ(score["complete"], false);
+  EXPECT_EQ(score["extended"]["missing_ticks"], 5);
+  const Result replayed = Replay(log);
+  EXPECT_EQ(replayed.code, 2);
+  EXPECT_SAYS(replayed.out, "5 ticks are missing in the log; DIFFERS: complete true -> false");
+  EXPECT_SAYS(replayed.out, "0 of " + std::to_string(NumStates(1) - 5) + " ticks lost");
+}
+
+TEST_F(Recorded, CutLogIsScoredAsFarAsItGoes) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  const fs::path log = folder_.path() / "cut.lcmlog";
+  fs::copy_file(log_, log);
+  fs::resize_file(log, fs::file_size(log) / 2);
+  const auto states = ReadLog(log).Messages<state_t>(channels::kState);
+  const Result rescored = Rescore(log);
+  EXPECT_EQ(rescored.code, 2);
+  EXPECT_SAYS(rescored.out, "no EPISODE_END in the log");
+  EXPECT_SAYS(rescored.out, "damaged bytes in 1 place skipped");
+  EXPECT_SAYS(rescored.out, "no score was recorded");
+  const nlohmann::json score = FirstScore(log);
+  EXPECT_EQ(score["end_reason"], "aborted");
+  EXPECT_EQ(score["complete"], false);
+  const double last = static_cast<double>(states.back().header.sim_time_us) * 1e-6;
+  EXPECT_NEAR(score["metrics"]["completion_time"], last, 0.0201);
+  const Result replayed = Replay(log, {"--speed", "20"});
+  EXPECT_EQ(replayed.code, 2);
+  EXPECT_SAYS(replayed.out, "no EPISODE_END in the log; no score was recorded");
+  EXPECT_SAYS(replayed.out, "0 of ");
+}
+
+TEST_F(Recorded, DamageCostsRescoringOneTickAndThePlayerTheRest) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  const fs::path log = folder_.path() / "damaged.lcmlog";
+  std::string bytes = ReadText(log_);
+  // The STATE of tick 99: its event begins 28 bytes before the channel's name.
+  size_t at = 0;
+  for (int i = 0; i < 100; ++i) at = bytes.find("EVALBUS_STATE", at + 1);
+  ASSERT_NE(at, std::string::npos);
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at) - 28, 20, '\0');
+  WriteText(log, bytes);
+  const Result rescored = Rescore(log);
+  EXPECT_EQ(rescored.code, 2);
+  EXPECT_SAYS(rescored.out, "incomplete: 1 tick missing\n");
+  EXPECT_SAYS(rescored.out, "damaged bytes in 1 place skipped");
+  const size_t played = 99, scored = NumStates(1) - 1;
+  const Result replayed = Replay(log, {"--speed", "20"});
+  EXPECT_EQ(replayed.code, 2);
+  EXPECT_SAYS(replayed.out, std::to_string(scored - played) + " ticks were lost in the replay");
+  EXPECT_SAYS(replayed.out, "LCM's player stops at the first damaged event");
+}
+
+TEST_F(Recorded, BusWithARunOnItIsRefused) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  const std::string url = UniqueUrl();
+  Program metrics({"evalbus-metrics", "--url", url});
+  ASSERT_TRUE(WaitFor([&] { return metrics.out() == "ready\n"; })) << metrics.err();
+  const Result result = Replay(run_, {"--url", url});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.err,
+            "error: --url " + url + ": a run or another replay is on this bus; choose another port\n");
+}
+
+TEST_F(Recorded, InterruptEndsTheReplay) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  Program replay({"evalbus", "replay", run_, "--speed", "0.1"});
+  ASSERT_TRUE(WaitFor([&] { return !ChildrenOf(replay.pid(), "lcm-logplayer").empty(); })) << replay.err();
+  const std::vector<pid_t> children = ChildrenOf(replay.pid());
+  replay.Signal(SIGINT);
+  EXPECT_EQ(replay.Wait(std::chrono::seconds(5)), 2);
+  EXPECT_EQ(replay.err(), "error: stopped before the end\n");
+  EXPECT_EQ(children.size(), 2u);
+  for (const pid_t child : children) EXPECT_NE(kill(child, 0), 0);
+}
+
+TEST_F(Recorded, WrongInputGetsOneLine) {
+  Record(1);
+  const fs::path empty = folder_.path() / "empty", text = folder_.path() / "text";
+  fs::create_directories(empty / "episodes");
+  WriteText(text, "no log at all\n");
+  const std::string run = run_, none = folder_.path() / "none";
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"rescore", none}, none + ": no such run folder or log"},
+      {{"replay", none}, none + ": no such run folder or log"},
+      {{"rescore", folder_.path()}, folder_.path().string() + ": neither a run folder nor a log"},
+      {{"rescore", empty}, empty.string() + ": this run has no finished episode"},
+      {{"rescore", text},
+       text.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)"},
+      {{"replay", text},
+       text.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)"},
+      {{"replay", run, "--episode", "7"}, run + " has no finished episode 7; it has 1, 0 to 0"},
+      {{"replay", log_, "--episode", "0"}, "--episode: " + log_.string() + " is no run folder"},
+      {{"replay", run, "--speed", "0"}, "--speed 0: expected a number above 0"},
+      {{"replay", run, "--url", "memq://"}, "--url memq://: expected udpm://ADDRESS:PORT?ttl=0"},
+      {{"rescore", run, "--task", none}, "--task " + none + ": cannot read this file"},
+      {{"rescore", run, "--out", text}, "--out " + text.string() + ": exists; choose another name"},
+  };
+  for (const auto& [arguments, line] : cases) {
+    std::vector<std::string> command = arguments;
+    command.insert(command.begin(), "evalbus");
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1) << line;
+    EXPECT_EQ(result.err, "error: " + line + "\n");
+  }
+}
+
+TEST_F(Recorded, PlayerThatIsNotThereIsNamed) {
+  Record(1);
+  const Result result = RunProgram({"evalbus", "replay", run_},
+                                   {.working_folder = {}, .before = [] { setenv("PATH", "/nowhere", 1); }});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(result.err, "error: lcm-logplayer is not in PATH; fix: apt-get install liblcm-bin\n");
+}
+
+}  // namespace
+}  // namespace evalbus
