@@ -16,7 +16,8 @@ say() { printf '%s\n' "$*" >&2; }
 
 install_missing() {
   local missing
-  missing=$(dpkg-query -W -f '${Package} ${db:Status-Abbrev}\n' "${packages[@]}" 2>/dev/null |
+  # dpkg-query fails for a package it has never heard of, which is one that is missing.
+  missing=$( (dpkg-query -W -f '${Package} ${db:Status-Abbrev}\n' "${packages[@]}" 2>/dev/null || true) |
     awk -v all="${packages[*]}" '$2 == "ii" { have[$1] = 1 }
       END { n = split(all, p, " "); for (i = 1; i <= n; i++) if (!(p[i] in have)) print p[i] }' | xargs)
   [ -z "$missing" ] && return
