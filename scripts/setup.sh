@@ -56,12 +56,14 @@ build_targets() {
       exit 2
     fi
   fi
-  # Silent when there is nothing to do, a moving line on a terminal, a line at the end otherwise.
+  # Silent when there is nothing to compile; else a moving line on a terminal, and one line anywhere else.
+  local quiet=--quiet
   if ninja -C "$build" -n "$@" 2>/dev/null | grep -q '\[.*\] Building\|\[.*\] Re-running'; then
     say "building (a few minutes the first time)"
+    quiet=
   fi
   if [ -t 2 ]; then
-    ninja -C "$build" --quiet "$@" >&2 || exit 2
+    ninja -C "$build" $quiet "$@" >&2 || exit 2
   else
     ninja -C "$build" "$@" >"$log" 2>&1 || { tail -n 60 "$log" >&2; exit 2; }
   fi
