@@ -41,8 +41,15 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorSlowsTheRun) {
   const std::string url = UniqueUrl();
   Program hanging({"evalbus-monitor", "--url", url}), listening({"evalbus", "monitor", "--url", url});
   ASSERT_TRUE(WaitFor([&] { return !hanging.out().empty() && !listening.out().empty(); }));
+  const auto began = steady_clock::now();
+  Program run(RunCommand(folder.path(), "watched", url, {"--episodes", "4"}));
+  // In the middle of the run, when it has heard and could have said everything.
+  ASSERT_TRUE(WaitFor([&] { return hanging.out().find("episode 0 begins") != std::string::npos; }));
   hanging.Signal(SIGSTOP);
-  const double watched = SecondsOf(RunCommand(folder.path(), "watched", url, {"--episodes", "4"}));
+  ASSERT_TRUE(run.running());
+  EXPECT_EQ(run.Wait(), 0) << run.err();
+  const double watched = std::chrono::duration<double>(steady_clock::now() - began).count();
+  EXPECT_EQ(run.out().find("begun again"), std::string::npos) << run.out();
   ExpectSameScores(folder.path() / "alone", folder.path() / "watched");
   for (int i = 0; i < 4; ++i) {
     ExpectSameTicks(ReadLog(LogFile(folder.path() / "alone", i)),
