@@ -118,7 +118,7 @@ TEST(LiftPotExpert, SucceedsOnEachVariation) {
 
 TEST(LiftPotExpert, DragsWhatIsOutOfReach) {
   const auto expert = Make("expert");
-  for (const int64_t seed : {27, 85}) {
+  for (const int64_t seed : {26, 28}) {
     SCOPED_TRACE(seed);
     const Outcome outcome = Play(expert.get(), "position_and_orientation", seed);
     ExpectGood(outcome);
