@@ -1,9 +1,11 @@
 #include "cli/doctor.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -48,6 +50,12 @@ int Doctor() {
     all_programs = all_programs && good;
   }
   if (all_programs) Print(true, "component programs in " + Processes::BinaryFolder().string());
+
+  void* osmesa = dlopen("libOSMesa.so.8", RTLD_LAZY);
+  Print(osmesa != nullptr, "OSMesa, which renders films", "apt-get install libosmesa6");
+  if (osmesa) dlclose(osmesa);
+  const bool has_ffmpeg = std::system("command -v ffmpeg >/dev/null 2>&1") == 0;
+  Print(has_ffmpeg, "ffmpeg, which encodes films", "apt-get install ffmpeg");
 
   try {
     Print(true,

@@ -87,7 +87,7 @@ void Rescorer::Begin(const episode_begin_t& begin) {
   if (!model_) return;
   if (!scorer_) {
     scorer_ = std::make_unique<EpisodeScorer>(
-        *model_, task_ ? *task_ : ParseTask(model_->task_yaml, model_->task + ".yaml", false));
+        *model_, task_ ? *task_ : ParseTask(model_->task_yaml, model_->task_file, false));
   }
   begin_ = begin;
   last_ = begin.header;

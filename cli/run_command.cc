@@ -134,8 +134,10 @@ int Run(RunOptions options) {
   }
   const double wall = std::chrono::duration<double>(steady_clock::now() - started).count();
   fmt::print("\n{}", SummaryTable(summary));
-  fmt::print("\n{} episodes in {:.1f} s\n", summary.num_episodes, wall);
-  const auto shown = std::filesystem::proximate(folder.path());
+  fmt::print("\n{} episode{} in {:.1f} s\n", summary.num_episodes, summary.num_episodes == 1 ? "" : "s",
+             wall);
+  auto shown = std::filesystem::proximate(folder.path());
+  if (shown.string().starts_with("..")) shown = folder.path();
   fmt::print("results  {}\n", (shown / "episodes.jsonl").string());
   fmt::print("summary  {}\n", (shown / "summary.json").string());
   fmt::print("logs     {}\n", (shown / "episodes/*/events.lcmlog").string());

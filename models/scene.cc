@@ -307,6 +307,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   info.message_version = model_info_t::VERSION;
   info.task = task.name;
   info.task_yaml = task.text;
+  info.task_file = task.file.string();
   info.robot = robot.name;
   info.timestep_us = std::llround(model.opt.timestep * 1e6);
   info.time_limit_us = std::llround(task.time_limit * 1e6);

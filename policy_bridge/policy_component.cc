@@ -1,6 +1,7 @@
 #include "policy_bridge/policy_component.h"
 
 #include <filesystem>
+#include <utility>
 
 #include "bus/bus.h"
 #include "bus/channels.h"
@@ -66,14 +67,16 @@ void PolicyComponent::OnModel(const model_info_t& model) {
   if (bytes == model_bytes_) return;
   model_bytes_ = std::move(bytes);
   model_ = model;
-  policy_.reset();
+  model_is_new_ = true;  // for the next episode; this one goes on as it began
 }
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   EnterEpisode(begin);
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
   if (status_.state != component_status_t::IDLE || model_bytes_.empty()) return;
-  if (!policy_) policy_ = MakePolicy(name_, *LoadPhysicsModel(model_), model_, recording_);
+  if (std::exchange(model_is_new_, false)) {
+    policy_ = MakePolicy(name_, *LoadPhysicsModel(model_), model_, recording_);
+  }
   policy_->Begin(begin);
   SayReady();
 }

@@ -30,6 +30,7 @@ class PolicyComponent : public Component {
   Recording recording_;
   model_info_t model_{};
   std::vector<uint8_t> model_bytes_;
+  bool model_is_new_ = false;
   // Made for model_ when the next episode begins.
   std::unique_ptr<Policy> policy_;
   action_t action_{};

@@ -18,7 +18,7 @@
 namespace evalbus {
 
 // Far more than anything here takes on a busy machine; a test that waits this long has failed.
-constexpr std::chrono::seconds kDeadline{40};
+constexpr std::chrono::seconds kDeadline{90};
 
 // Looks at a condition until it is true; false at the deadline.
 bool WaitFor(const std::function<bool()>& condition, std::chrono::milliseconds deadline = kDeadline);

@@ -53,6 +53,7 @@ inline model_info_t Model() {
   model.message_version = model_info_t::VERSION;
   model.task = "small";
   model.task_yaml = kTask;
+  model.task_file = "small.yaml";
   model.timestep_us = 2000;
   model.substeps = 10;
   model.entity_name = {"world", "left", "right", "counter", "pot"};
