@@ -37,8 +37,8 @@ class EpisodeScorer {
   // The score after the last tick.
   void Partial(partial_metrics_t* partial) const;
   // The final score; header and what else comes from the sim is copied from its messages. Not complete where
-  // ticks are missing, samples were refused, or the episode was cut short: aborted, or ended on a verdict that
-  // these ticks do not give.
+  // ticks are missing, samples were refused, or the episode was cut short: aborted, or ended on a verdict
+  // that these ticks do not give.
   episode_summary_t Summary(const episode_begin_t& begin, const episode_end_t& end) const;
 
   // As in partial_metrics_t.

@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
+#include "bus/random.h"
 #include "evalbus/model_info_t.hpp"
 #include "policy_bridge/factory.h"
 #include "policy_bridge/policy.h"
-#include "bus/random.h"
 #include "policy_bridge/robot.h"
 
 namespace evalbus {

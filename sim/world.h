@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "bus/random.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
 #include "models/robot_description.h"
 #include "models/task_description.h"
-#include "bus/random.h"
 
 namespace evalbus {
 

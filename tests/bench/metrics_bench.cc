@@ -1,4 +1,5 @@
-// Cost of scoring a tick: the metric step alone (limit: 1 microsecond), and with all values read out after it.
+// Cost of scoring a tick: the metric step alone (limit: 1 microsecond), and with all values read out after
+// it.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

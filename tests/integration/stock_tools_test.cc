@@ -18,8 +18,10 @@ TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
   const std::string url = UniqueUrl(), file = folder.path() / "logger.lcmlog";
-  // With the kernel's default buffer a logger that is kept waiting loses messages: nothing in a run waits for it.
-  Program logger({"lcm-logger", "--lcm-url", url + "&recv_buf_size=4194304", "--flush-interval", "10", "--quiet", file});
+  // With the kernel's default buffer a logger that is kept waiting loses messages: nothing in a run waits for
+  // it.
+  Program logger(
+      {"lcm-logger", "--lcm-url", url + "&recv_buf_size=4194304", "--flush-interval", "10", "--quiet", file});
   {
     // The logger listens once something that was said is in its file.
     Bus bus(url);

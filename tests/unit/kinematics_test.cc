@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "bus/errors.h"
-#include "policy_bridge/ik.h"
 #include "bus/random.h"
+#include "policy_bridge/ik.h"
 #include "tests/unit/policy_scene.h"
 
 namespace evalbus {
