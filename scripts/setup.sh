@@ -58,7 +58,7 @@ build_targets() {
   fi
   # Silent when there is nothing to compile; else a moving line on a terminal, and one line anywhere else.
   local quiet=--quiet
-  if ninja -C "$build" -n "$@" 2>/dev/null | grep -v 'version.cc' | grep -q '\[.*\] Building\|\[.*\] Re-running'; then
+  if ninja -C "$build" -n "$@" 2>/dev/null | grep -v version.cc | grep -q '\] Building'; then
     say "building (a few minutes the first time)"
     quiet=
   fi
