@@ -49,24 +49,18 @@ install_missing() {
 build_targets() {
   local log=$build/build.log
   if [ ! -f "$build/build.ninja" ]; then
-    say "configuring in $build"
+    say "configuring and building in $build (a few minutes the first time)"
     mkdir -p "$build"
     if ! (cd "$root" && cmake --preset release) >"$log" 2>&1; then
       tail -n 30 "$log" >&2
       exit 2
     fi
+    # The first build shows how far it is; later ones are short.
+    if [ -t 2 ]; then
+      ninja -C "$build" "$@" >&2 || exit 2
+    fi
   fi
-  # Silent when there is nothing to compile; else a moving line on a terminal, and one line anywhere else.
-  local quiet=--quiet
-  if ninja -C "$build" -n "$@" 2>/dev/null | grep -v version.cc | grep -q '\] Building'; then
-    say "building (a few minutes the first time)"
-    quiet=
-  fi
-  if [ -t 2 ]; then
-    ninja -C "$build" $quiet "$@" >&2 || exit 2
-  else
-    ninja -C "$build" "$@" >"$log" 2>&1 || { tail -n 60 "$log" >&2; exit 2; }
-  fi
+  ninja -C "$build" "$@" >"$log" 2>&1 || { tail -n 60 "$log" >&2; exit 2; }
 }
 
 install_missing
