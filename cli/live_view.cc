@@ -82,12 +82,12 @@ constexpr std::array kRows = {
 };
 
 // Four significant digits, never in exponential form for the sizes met here.
-std::string Number(double value) {
+std::string Number(double value, bool is_count = false) {
   if (!std::isfinite(value)) return "-";
+  if (is_count && value == std::floor(value)) return fmt::format("{:.0f}", value);
   const double magnitude = std::abs(value);
   const int decimals = magnitude >= 999.95 ? 0 : magnitude >= 99.995 ? 1 : magnitude >= 9.9995 ? 2 : 3;
-  return value == std::floor(value) && magnitude < 1e6 ? fmt::format("{:.0f}", value)
-                                                       : fmt::format("{:.{}f}", value, decimals);
+  return fmt::format("{:.{}f}", value, decimals);
 }
 
 // One line per finished episode: columns from the left as far as the terminal is wide.
@@ -183,8 +183,10 @@ std::string SummaryTable(const run_summary_t& summary, int width) {
     if (found == summary.metric_name.end()) continue;
     const auto i = static_cast<size_t>(found - summary.metric_name.begin());
     text += Pad(row.label, -kLabelWidth);
-    for (size_t s = 0; s < shown; ++s)
-      text += Pad(Number((*statistics[s].second)[i] * row.scale), kValueWidth);
+    const bool is_count = *row.unit == '\0' || *row.unit == '%';
+    for (size_t s = 0; s < shown; ++s) {
+      text += Pad(Number((*statistics[s].second)[i] * row.scale, is_count), kValueWidth);
+    }
     text += *row.unit ? fmt::format("  {}\n", row.unit) : "\n";
   }
   return text;

@@ -91,7 +91,7 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "\n"
             "                              mean      std   median      min      max\n"
             "slips                        1.500    0.500        1        1        1\n"
-            "smallest clearance           163.5        -      200      200      200  mm\n"
+            "smallest clearance           163.5        -    200.0    200.0    200.0  mm\n"
             "gripper height difference    0.123    12346  1234568  1234568  1234568  mm\n");
 }
 
