@@ -117,13 +117,13 @@ int HostMain(int argc, char** argv, const std::string& description,
     component->Stop();
     return 0;
   } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << std::endl;
+    const int code = ReportError(error);
     try {
       if (component) component->Fail(error.what());
     } catch (const std::exception&) {
       // The bus itself is what failed; the exit code says so.
     }
-    return dynamic_cast<const InputError*>(&error) ? 1 : 2;
+    return code;
   }
 }
 

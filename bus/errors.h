@@ -1,6 +1,7 @@
 // The two kinds of failure a user can meet. Everything else is a bug.
 #pragma once
 
+#include <iostream>
 #include <stdexcept>
 #include <string>
 
@@ -16,5 +17,11 @@ struct InputError : std::runtime_error {
 struct EnvironmentError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+// Says on stderr what a program ends with; returns its exit code.
+inline int ReportError(const std::exception& error) {
+  std::cerr << "error: " << error.what() << std::endl;
+  return dynamic_cast<const InputError*>(&error) ? 1 : 2;
+}
 
 }  // namespace evalbus

@@ -75,11 +75,7 @@ int main(int argc, char** argv) {
                 << "\n";
     }
     return 0;
-  } catch (const evalbus::InputError& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    return 1;
   } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    return 2;
+    return evalbus::ReportError(error);
   }
 }

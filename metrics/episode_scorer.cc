@@ -37,18 +37,7 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
     }
   }
 
-  const MetricsOptions& options = task.metrics;
-  config.track_vel_sync = options.track_vel_sync;
-  config.track_vertical_sync = options.track_vertical_sync;
-  config.track_slippage = options.track_slippage;
-  config.track_collisions = options.track_collisions;
-  config.track_cartesian_jerk = options.track_cartesian_jerk;
-  config.track_joint_jerk = options.track_joint_jerk;
-  config.track_cartesian_path_length = options.track_cartesian_path_length;
-  config.track_joint_path_length = options.track_joint_path_length;
-  config.track_orientation_path_length = options.track_orientation_path_length;
-  config.slip_sample_window = options.slip_sample_window;
-  config.collision_sample_window = options.collision_sample_window;
+  static_cast<MetricsOptions&>(config) = task.metrics;
   for (const Stage& stage : task.stages) config.stages.push_back({.index = stage.index, .name = stage.name});
   config.target_distances = NamesOf(task.target_distance);
   config.pose_errors = NamesOf(task.pose_error);

@@ -19,6 +19,7 @@
 #include "metrics/sample.h"
 #include "metrics/slips.h"
 #include "metrics/stages.h"
+#include "models/task_description.h"
 
 namespace evalbus {
 
@@ -30,7 +31,9 @@ struct ArmConfig {
   std::vector<double> joint_upper;
 };
 
-struct MetricsConfig {
+// What is tracked, and the sample windows (>= 1), are a task's own options. A collision window of 20 gives
+// the reference implementation's collision counts.
+struct MetricsConfig : MetricsOptions {
   std::vector<ArmConfig> arms;
   int num_grippers = 0;
   // Manipulated objects in the task's order.
@@ -38,19 +41,6 @@ struct MetricsConfig {
   std::vector<GeomOwner> geom_owner;
   // Simulated time between ticks (s): physics steps per tick x physics step.
   double control_dt = 0;
-
-  bool track_vel_sync = true;
-  bool track_vertical_sync = true;
-  bool track_slippage = true;
-  bool track_collisions = true;
-  bool track_cartesian_jerk = true;
-  bool track_joint_jerk = true;
-  bool track_cartesian_path_length = true;
-  bool track_joint_path_length = true;
-  bool track_orientation_path_length = true;
-  // In samples, >= 1. A collision window of 20 gives the reference implementation's collision counts.
-  int slip_sample_window = 20;
-  int collision_sample_window = 1;
 
   std::vector<StageState> stages;
   // One entry with an empty name is a plain number in the result.

@@ -19,11 +19,7 @@ int main(int argc, char** argv) {
   }
   try {
     return evalbus::Monitor(options);
-  } catch (const evalbus::InputError& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    return 1;
   } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    return 2;
+    return evalbus::ReportError(error);
   }
 }
