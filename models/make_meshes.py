@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Makes the visual meshes of the Panda arm, its hand and the pot (OBJ, metres, smooth normals) and the counter's oak
+"""Makes the visual meshes of the Panda arm, its hand and the props (OBJ, metres, smooth normals) and the counter's oak
 texture. Standard library only.
 
 Shells are signed distance functions (negative inside), blended smoothly and turned into triangles by surface nets; turned
-and swept parts are built directly. Run it from anywhere; it overwrites robots/panda/meshes, props/pot/meshes and
+and swept parts are built directly. Run it from anywhere; it overwrites robots/panda/meshes, the props' meshes and
 props/base_cabinet/oak.png.
 """
 import math
@@ -203,6 +203,35 @@ def turned(axis, centre, profile, slices):
 def tube(axis, centre, radius, half, slices=24):
     """Side of a cylinder: what shows in the seam between two shells."""
     return turned(axis, centre, [(radius, -half), (radius, half)], slices)
+
+
+def rounded_box(half, radius, steps=2):
+    """Box with round edges and flat faces."""
+    core = [h - radius for h in half]
+    arc = [math.tan(math.pi / 4 * (s / steps - 1)) for s in range(steps + 1)]
+    line = [(-1, t) for t in arc] + [(1, -t) for t in reversed(arc)]
+    vertices, normals, triangles = [], [], []
+    for axis in range(3):
+        for sign in (1, -1):
+            i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
+            start, n = len(vertices), len(line)
+            for side_u, u in line:
+                for side_v, v in line:
+                    out = [0.0] * 3
+                    out[i], out[j], out[k] = float(sign), u, v
+                    out = unit(out)
+                    p = [0.0] * 3
+                    p[i] = sign * core[i] + radius * out[i]
+                    p[j] = side_u * core[j] + radius * out[j]
+                    p[k] = side_v * core[k] + radius * out[k]
+                    vertices.append(p)
+                    normals.append(out)
+            for a in range(n - 1):
+                for b in range(n - 1):
+                    c = start + a * n + b
+                    faces = [(c, c + n, c + n + 1), (c, c + n + 1, c + 1)]
+                    triangles += faces if sign > 0 else [f[::-1] for f in faces]
+    return vertices, normals, triangles
 
 
 def swept(path, ring):
@@ -451,6 +480,8 @@ def main():
     write(pot / "body.obj", pot_body())
     write(pot / "handles.obj", joined(pot_handle(1), pot_handle(-1), pot_brackets()))
     (HERE / "props/base_cabinet/oak.png").write_bytes(oak())
+    write(HERE / "props/cube/meshes/cube.obj", rounded_box((0.02, 0.02, 0.02), 0.0025))
+    write(HERE / "props/rod/meshes/rod.obj", rounded_box((0.02, 0.1, 0.02), 0.003))
 
 
 if __name__ == "__main__":
