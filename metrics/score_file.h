@@ -1,9 +1,10 @@
 // A recorded trajectory as JSON (docs/metrics.md, "Scoring a recorded trajectory"), scored without any bus.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+
+#include "metrics/json_file.h"
 
 namespace evalbus {
 
@@ -17,8 +18,5 @@ struct ScoreOptions {
 // line with file, key and what was expected.
 nlohmann::ordered_json ScoreEpisode(const nlohmann::json& episode, const std::string& file,
                                     const ScoreOptions& options = {});
-
-// Reads a JSON file. Throws InputError: file, line and reason. NaN, infinities and repeated keys are refused.
-nlohmann::json ReadJsonFile(const std::filesystem::path& file);
 
 }  // namespace evalbus
