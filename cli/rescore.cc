@@ -86,8 +86,9 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
 void Rescorer::Begin(const episode_begin_t& begin) {
   if (!model_) return;
   if (!scorer_) {
-    scorer_ = std::make_unique<EpisodeScorer>(
-        *model_, task_ ? *task_ : ParseTask(model_->task_yaml, model_->task_file, false));
+    TaskDescription task = task_ ? *task_ : ParseTask(model_->task_yaml, model_->task_file, false);
+    task.Apply(model_->variation);
+    scorer_ = std::make_unique<EpisodeScorer>(*model_, task);
   }
   begin_ = begin;
   last_ = begin.header;

@@ -1,5 +1,6 @@
 #include "metrics/episode_scorer.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace evalbus {
@@ -49,6 +50,7 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
 EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& task)
     : model_(model), names_(model_), evaluator_(task, names_), metrics_(MakeConfig(names_, task)) {
   for (const Stage& stage : task.stages) stage_index_.push_back(stage.index);
+  for (const int index : model_.joint_qpos_index) num_coordinates_ = std::max(num_coordinates_, index + 1);
   for (int gripper = 0; gripper < model_.num_grippers; ++gripper) pads_.push_back(names_.Pads(gripper));
   for (int object = 0; object < model_.num_objects; ++object) objects_.push_back(names_.ObjectGeoms(object));
   arms_.resize(model_.num_arms);
@@ -69,7 +71,7 @@ void EpisodeScorer::Start() {
 
 bool EpisodeScorer::Fits(const state_t& state) const {
   if (state.num_bodies != model_.num_bodies || state.num_arms != model_.num_arms ||
-      state.num_grippers != model_.num_grippers) {
+      state.num_grippers != model_.num_grippers || state.num_qpos < num_coordinates_) {
     return false;
   }
   // NaN and infinity both make 0 * x NaN.

@@ -55,6 +55,8 @@ class EpisodeScorer {
   TaskEvaluator evaluator_;
   RolloutMetrics metrics_;
   std::vector<int> stage_index_;
+  // What STATE must have at least, for the joints of MODEL.
+  int num_coordinates_ = 0;
   std::vector<std::vector<uint8_t>> pads_;     // by gripper, then geom
   std::vector<std::vector<uint8_t>> objects_;  // by object, then geom
 

@@ -44,7 +44,8 @@ void MetricsComponent::OnEpisodeBegin(const episode_begin_t& begin) {
 void MetricsComponent::Prepare() {
   if (model_bytes_.empty()) return;
   if (model_is_new_) {
-    const TaskDescription task = ParseTask(model_.task_yaml, model_.task_file, false);
+    TaskDescription task = ParseTask(model_.task_yaml, model_.task_file, false);
+    task.Apply(model_.variation);
     scorer_ = std::make_unique<EpisodeScorer>(model_, task);
     model_is_new_ = false;
   }

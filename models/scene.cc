@@ -89,7 +89,7 @@ void AttachRobot(const TaskDescription& task, const RobotDescription& robot, Sce
     const std::string prefix = arm.name + "/";
     composer->Attach(arm.model_file, prefix, Compose(task.robot_base, arm.base));
     if (!gripper.model_file.empty()) {
-      composer->Attach(gripper.model_file, HandPrefix(gripper), gripper.mount, false,
+      composer->Attach(gripper.model_file, HandPrefix(gripper), gripper.mount, Mount::kFixed,
                        prefix + gripper.attach_body);
     }
     for (size_t j = 0; j < arm.joints.size(); ++j) {
@@ -123,8 +123,8 @@ void CheckAgreement(const mjModel& physics, const mjModel& visual) {
     return count;
   };
   if (physics.nbody != visual.nbody || physics.njnt != visual.njnt || physics.nq != visual.nq ||
-      physics.nv != visual.nv || physics.nu != visual.nu || physics.nsite != visual.nsite ||
-      physics.ntendon != visual.ntendon || physics.neq != visual.neq ||
+      physics.nv != visual.nv || physics.nmocap != visual.nmocap || physics.nu != visual.nu ||
+      physics.nsite != visual.nsite || physics.ntendon != visual.ntendon || physics.neq != visual.neq ||
       colliding(physics) != colliding(visual) || !InertiasAgree(physics, visual)) {
     throw InputError("scene: MuJoCo's discardvisual drops more than visual geoms");
   }
@@ -280,7 +280,8 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
                          robot.name);
       }
     }
-    composer.Attach(part.model_file, part.name + "/", part.pose, part.free);
+    const Mount mount = part.free ? Mount::kFree : part.placed ? Mount::kMocap : Mount::kFixed;
+    composer.Attach(part.model_file, part.name + "/", part.pose, mount);
   }
 
   Scene scene;

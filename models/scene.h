@@ -17,8 +17,9 @@ namespace evalbus {
 //
 // Bodies: every arm and every part is one body of the world, called as in its description ("left", "pot"),
 // with the bodies of its model file below it ("left/link0", "pot/pot"); a hand is the body "<arm>/hand" on
-// the arm. A free part's joint has the part's name. That first body is the part's own frame: its pose is the
-// pose that the task gives.
+// the arm. A free part's joint has the part's name, a placed part is a mocap body. That first body is the
+// part's own frame: its pose is the pose that the task gives. Other joints of a part start at the `ref` of
+// their file.
 struct Scene {
   std::string xml;
   std::vector<std::string> warnings;
@@ -32,8 +33,8 @@ struct Scene {
   model_info_t info{};
 };
 
-// Composes and compiles robot and task. Throws InputError, also for what MuJoCo's compiler says, with the
-// line of the model file that it means where that can be told.
+// Composes and compiles robot and task (as its variation has it). Throws InputError, also for what MuJoCo's
+// compiler says, with the line of the model file that it means where that can be told.
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot);
 
 // Compiles a composed document. Throws InputError; what MuJoCo warns of is appended to warnings.

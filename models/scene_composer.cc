@@ -586,7 +586,8 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
 SceneComposer::~SceneComposer() = default;
 
 void SceneComposer::Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
-                           bool free, const std::string& parent_body) {
+                           Mount mount, const std::string& parent_body) {
+  const bool free = mount == Mount::kFree;
   Impl& impl = *impl_;
   const std::string body_name = prefix.substr(0, prefix.size() - 1);
   Part part(file, &impl.warnings);
@@ -648,7 +649,9 @@ void SceneComposer::Attach(const std::filesystem::path& file, const std::string&
   XMLElement* parent = parent_body.empty() ? impl.sections["worldbody"]
                                            : impl.Find(impl.sections["worldbody"], "body", parent_body);
   if (!parent) throw InputError(root_source + ": cannot be attached: there is no body '" + parent_body + "'");
-  if (free && !parent_body.empty()) throw InputError(root_source + ": a part on a body cannot be free");
+  if (mount != Mount::kFixed && !parent_body.empty()) {
+    throw InputError(root_source + ": a part on a body cannot be free or placed");
+  }
   if (impl.Find(impl.sections["worldbody"], "body", body_name)) {
     throw InputError(root_source + ": cannot be attached as '" + body_name +
                      "': there is such a body already");
@@ -660,6 +663,7 @@ void SceneComposer::Attach(const std::filesystem::path& file, const std::string&
   Set(body, "pos", Join(pose.position));
   Set(body, "quat", Join(pose.quaternion));
   Set(body, "childclass", main_class);
+  if (mount == Mount::kMocap) Set(body, "mocap", "true");
   if (free) {
     XMLElement* joint = body->InsertNewChildElement("freejoint");
     Set(joint, kSourceAttribute, root_source);

@@ -12,6 +12,14 @@
 
 namespace evalbus {
 
+// How an attached file's body moves; all but kFixed only on the world.
+enum class Mount {
+  kFixed,
+  kFree,   // on a free joint with the name of the body
+  kMocap,  // placed through mjData.mocap_pos and mocap_quat; like a fixed body it never touches the world or
+           // other fixed and mocap bodies
+};
+
 // Each attached file becomes one body, named after its prefix ("pot" for "pot/"), that stands for the file's
 // world: it sits at the given pose and holds the file's bodies, geoms, sites and cameras. Every name in the
 // file, and every reference to one, gets the prefix ("pot/handle"). Defaults of one file never reach another.
@@ -28,9 +36,9 @@ class SceneComposer {
   ~SceneComposer();
 
   // Attaches an MJCF file under a prefix that ends in "/", to the world or to a body attached before
-  // ("left/link7"). free: on a free joint with the name of the body; only on the world.
+  // ("left/link7").
   void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
-              bool free = false, const std::string& parent_body = "");
+              Mount mount = Mount::kFixed, const std::string& parent_body = "");
 
   // Replaces a joint's attribute ("damping", "armature"); the joint's full name.
   void SetJointAttribute(const std::string& joint, const std::string& attribute, double value);

@@ -78,14 +78,18 @@ std::filesystem::path FileIn(const YamlValue& value, const std::filesystem::path
   return file;
 }
 
-std::string PartName(const YamlValue& value, const TaskDescription& task) {
+// The name, which `value` contains, if it is that of a part.
+std::string PartName(const std::string& name, const YamlValue& value, const TaskDescription& task) {
   std::vector<std::string> names;
   for (const ScenePart& part : task.parts) names.push_back(part.name);
-  const std::string name = value.Text();
   if (std::find(names.begin(), names.end(), name) == names.end()) {
     value.Fail("no part of the scene is called '" + name + "'" + Suggestion(name, names));
   }
   return name;
+}
+
+std::string PartName(const YamlValue& value, const TaskDescription& task) {
+  return PartName(value.Text(), value, task);
 }
 
 std::vector<std::string> PartNames(const YamlValue& value, const TaskDescription& task) {
@@ -180,17 +184,54 @@ void ReadScene(const YamlValue& value, const std::filesystem::path& folder, bool
   }
 }
 
+std::vector<Stage> ReadStages(const YamlValue& value) {
+  std::vector<Stage> stages;
+  for (const YamlValue& entry : value.List()) {
+    const YamlMap map(entry, {"name", "when"});
+    const std::string name = map["name"].Name();
+    for (const Stage& other : stages) {
+      if (other.name == name) map["name"].Fail("another stage is called '" + name + "'");
+    }
+    stages.push_back({static_cast<int>(stages.size()) + 1, name, ReadExpression(map["when"])});
+  }
+  return stages;
+}
+
+// Marks the parts that a randomisation places although they are not free.
+void MarkPlaced(const Randomisation& randomisation, std::vector<ScenePart>* parts) {
+  std::vector<std::string> objects;
+  if (const auto* plane = std::get_if<SpawnPlane>(&randomisation)) objects = plane->objects;
+  if (const auto* box = std::get_if<SpawnBox>(&randomisation)) objects = {box->object};
+  if (const auto* yaw = std::get_if<SpawnYaw>(&randomisation)) objects = {yaw->object};
+  for (ScenePart& part : *parts) {
+    if (!part.free && std::find(objects.begin(), objects.end(), part.name) != objects.end()) {
+      part.placed = true;
+    }
+  }
+}
+
 void ReadVariations(const YamlValue& value, TaskDescription* task) {
   for (const YamlValue& entry : value.Entries()) {
-    const YamlMap map(entry, {}, {"alias", "randomise"});
+    const YamlMap map(entry, {},
+                      {"alias", "randomise", "robot_base", "poses", "stages", "success", "failure"});
     Variation variation;
     variation.name = entry.key();
     if (const YamlValue* alias = map.Find("alias")) variation.alias = alias->Name();
     if (const YamlValue* randomise = map.Find("randomise")) {
       for (const YamlValue& element : randomise->List()) {
         variation.randomisations.push_back(ReadRandomisation(element, *task));
+        MarkPlaced(variation.randomisations.back(), &task->parts);
       }
     }
+    if (const YamlValue* base = map.Find("robot_base")) variation.robot_base = ReadPose(*base);
+    if (const YamlValue* poses = map.Find("poses")) {
+      for (const YamlValue& pose : poses->Entries()) {
+        variation.poses[PartName(pose.key(), pose, *task)] = ReadPose(pose);
+      }
+    }
+    if (const YamlValue* stages = map.Find("stages")) variation.stages = ReadStages(*stages);
+    if (const YamlValue* success = map.Find("success")) variation.success = ReadExpression(*success);
+    if (const YamlValue* failure = map.Find("failure")) variation.failure = ReadExpression(*failure);
     task->variations.push_back(std::move(variation));
   }
   if (task->variations.empty()) value.Fail("expected at least one variation, such as base: {}");
@@ -210,6 +251,18 @@ const Variation& TaskDescription::variation(const std::string& wanted) const {
   }
   throw InputError("task " + name + " has no variation '" + wanted + "'" +
                    Suggestion(wanted, VariationNames(*this)));
+}
+
+void TaskDescription::Apply(const std::string& wanted) {
+  const Variation& chosen = variation(wanted);
+  if (chosen.robot_base) robot_base = *chosen.robot_base;
+  for (ScenePart& part : parts) {
+    const auto pose = chosen.poses.find(part.name);
+    if (pose != chosen.poses.end()) part.pose = pose->second;
+  }
+  if (!chosen.stages.empty()) stages = chosen.stages;
+  if (!chosen.success.name.empty()) success = chosen.success;
+  if (!chosen.failure.name.empty()) failure = chosen.failure;
 }
 
 TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files) {
@@ -233,14 +286,7 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
   ReadVariations(map["variations"], &task);
 
   if (const YamlValue* metrics = map.Find("metrics")) task.metrics = ReadMetrics(*metrics);
-  for (const YamlValue& entry : map["stages"].List()) {
-    const YamlMap stage(entry, {"name", "when"});
-    const std::string name = stage["name"].Name();
-    for (const Stage& other : task.stages) {
-      if (other.name == name) stage["name"].Fail("another stage is called '" + name + "'");
-    }
-    task.stages.push_back({static_cast<int>(task.stages.size()) + 1, name, ReadExpression(stage["when"])});
-  }
+  task.stages = ReadStages(map["stages"]);
   task.success = ReadExpression(map["success"]);
   if (const YamlValue* failure = map.Find("failure")) task.failure = ReadExpression(*failure);
   if (const YamlValue* distance = map.Find("target_distance"))
@@ -268,7 +314,7 @@ TaskSelection FindTask(const std::string& name) {
     if (end != name.size() && name[end] != '/') continue;
     TaskDescription task = LoadTask(name.substr(0, end));
     const std::string variation = end == name.size() ? task.variations[0].name : name.substr(end + 1);
-    task.variation(variation);
+    task.Apply(variation);
     return {std::move(task), variation};
   }
 
@@ -279,11 +325,15 @@ TaskSelection FindTask(const std::string& name) {
     if (task.name == task_name) {
       const std::string variation =
           slash == std::string::npos ? task.variations[0].name : name.substr(slash + 1);
-      task.variation(variation);
+      task.Apply(variation);
       return {std::move(task), variation};
     }
     for (const Variation& variation : task.variations) {
-      if (variation.alias == name) return {task, variation.name};
+      if (variation.alias == name) {
+        const std::string found = variation.name;
+        task.Apply(found);
+        return {std::move(task), found};
+      }
       known.push_back(task.name + "/" + variation.name);
       if (!variation.alias.empty()) known.push_back(variation.alias);
     }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -50,12 +51,14 @@ struct ScenePart {
   Pose pose;
   // Attached with a free joint.
   bool free = false;
+  // Not free, but some variation places it anew at each reset: attached as a mocap body.
+  bool placed = false;
   // Where the task describes it.
   SourceLocation location;
 };
 
-// Uniform position in a box around `center`, rejecting poses that collide with the scene or come nearer than
-// min_distance to another free object. Height stays the part's own.
+// Uniform position in a box around `center`, not nearer than min_distance to any other free or placed part.
+// Height stays the part's own.
 struct SpawnBox {
   std::string object;
   std::array<double, 2> center{};        // x, y, m
@@ -87,6 +90,11 @@ struct Variation {
   std::string alias;
   // Applied in order at each reset.
   std::vector<Randomisation> randomisations;
+  // What it has instead of the task's own; see TaskDescription::Apply.
+  std::optional<Pose> robot_base;
+  std::map<std::string, Pose> poses;  // of parts, by name
+  std::vector<Stage> stages;          // empty: the task's
+  Expression success, failure;        // name empty: the task's
 };
 
 struct MetricsOptions {
@@ -130,6 +138,10 @@ struct TaskDescription {
 
   // Throws InputError that lists the variations there are.
   const Variation& variation(const std::string& name) const;
+
+  // Makes this the task as the variation has it: its robot base, poses, stages and verdict in place of the
+  // task's own. For one variation of a task as it was read. Throws as variation() does.
+  void Apply(const std::string& variation);
 };
 
 // Reads and checks a task YAML from a file, or from text whose relative paths are resolved against `file`.
@@ -137,16 +149,16 @@ struct TaskDescription {
 TaskDescription LoadTask(const std::filesystem::path& file);
 TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files);
 
-// A task with one of its variations, found by "lift_pot", "lift_pot/position" or RoboEval's "LiftPotPosition"
-// among the YAML files of models/tasks, or by the path of a YAML file ("my_task.yaml/position"). Throws
-// InputError that lists the tasks there are.
+// A task as one of its variations has it, found by "lift_pot", "lift_pot/position" or RoboEval's
+// "LiftPotPosition" among the YAML files of models/tasks, or by the path of a YAML file
+// ("my_task.yaml/position"). Throws InputError that lists the tasks there are.
 struct TaskSelection {
   TaskDescription task;
   std::string variation;
 };
 TaskSelection FindTask(const std::string& name);
 
-// Every task of models/tasks, sorted by name.
+// Every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
 
 // Folder with robots/, props/ and tasks/: the source tree's, or $EVALBUS_MODELS.

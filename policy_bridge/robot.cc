@@ -134,10 +134,21 @@ void ContactProbe::Set(const state_t& state) {
                              " coordinates, the model " + std::to_string(model_->nq));
   }
   std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
+  for (int body = 0; body < model_->nbody; ++body) {
+    if (model_->body_mocapid[body] >= 0) SetMocap(body, BodyPose(state, body));
+  }
 }
 
 void ContactProbe::SetArm(int arm, const JointVector& q) {
   for (Eigen::Index i = 0; i < q.size(); ++i) data_->qpos[arm_qpos_[arm][i]] = q[i];
+}
+
+void ContactProbe::SetMocap(int body, const Eigen::Isometry3d& pose) {
+  const int mocap = model_->body_mocapid[body];
+  const Eigen::Quaterniond quat(pose.linear());
+  const double values[] = {quat.w(), quat.x(), quat.y(), quat.z()};
+  std::copy_n(pose.translation().data(), 3, data_->mocap_pos + 3 * mocap);
+  std::copy_n(values, 4, data_->mocap_quat + 4 * mocap);
 }
 
 void ContactProbe::SetObject(int body, const Eigen::Isometry3d& pose) {

@@ -64,6 +64,8 @@ class ContactProbe {
     void operator()(mjModel* model) const { mj_deleteModel(model); }
     void operator()(mjData* data) const { mj_deleteData(data); }
   };
+  void SetMocap(int body, const Eigen::Isometry3d& pose);
+
   std::unique_ptr<mjModel, Free> model_;
   std::unique_ptr<mjData, Free> data_;
   std::vector<std::vector<int>> arm_qpos_;

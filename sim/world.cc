@@ -13,7 +13,7 @@ namespace {
 
 // A spawned object may touch what it stands on, but not sink into anything.
 constexpr double kMaxSpawnPenetration = 1e-3;  // m
-constexpr int kMaxSpawnTries = 1000;
+constexpr int kMaxDraws = 1000;
 
 int Id(const mjModel* model, mjtObj type, const std::string& name, const char* kind) {
   const int id = mj_name2id(model, type, name.c_str());
@@ -68,29 +68,28 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     grippers_.push_back(std::move(gripper));
   }
   for (const ScenePart& description : task.parts) {
-    Part part{description.name, -1, -1, description.pose};
-    for (int joint = 0; joint < model->njnt; ++joint) {
-      const int body = model->jnt_bodyid[joint];
-      if (model->jnt_type[joint] == mjJNT_FREE &&
-          info.entity_name[static_cast<size_t>(info.body_entity[static_cast<size_t>(body)])] == part.name) {
-        part.body = body;
-        part.qpos = model->jnt_qposadr[joint];
-      }
-    }
+    Part part{.name = description.name, .pose = description.pose};
+    part.body = Id(model, mjOBJ_BODY, part.name, "body");
+    part.entity = info.body_entity[static_cast<size_t>(part.body)];
+    part.mocap = model->body_mocapid[part.body];
+    if (description.free) part.qpos = model->jnt_qposadr[model->body_jntadr[part.body]];
     parts_.push_back(std::move(part));
   }
 }
 
-World::Part& World::FreePart(const std::string& name) {
-  for (Part& part : parts_) {
-    if (part.name == name && part.qpos >= 0) return part;
+const World::Part& World::MovablePart(const std::string& name) const {
+  for (const Part& part : parts_) {
+    if (part.name == name && part.is_movable()) return part;
   }
-  throw InputError("randomisation of '" + name + "': the task has no free part of this name");
+  throw InputError("randomisation of '" + name + "': the model has no movable part of this name");
 }
 
-void World::SetPose(const Part& part, const Pose& pose) {
-  std::copy(pose.position.begin(), pose.position.end(), data_->qpos + part.qpos);
-  std::copy(pose.quaternion.begin(), pose.quaternion.end(), data_->qpos + part.qpos + 3);
+double* World::Position(const Part& part) const {
+  return part.qpos >= 0 ? data_->qpos + part.qpos : data_->mocap_pos + 3 * part.mocap;
+}
+
+double* World::Quaternion(const Part& part) const {
+  return part.qpos >= 0 ? data_->qpos + part.qpos + 3 : data_->mocap_quat + 4 * part.mocap;
 }
 
 void World::SetHome() {
@@ -106,42 +105,50 @@ void World::SetHome() {
     data_->ctrl[gripper.actuator] = gripper.command_open;
   }
   for (const Part& part : parts_) {
-    if (part.qpos >= 0) SetPose(part, part.pose);
+    if (!part.is_movable()) continue;
+    std::copy(part.pose.position.begin(), part.pose.position.end(), Position(part));
+    std::copy(part.pose.quaternion.begin(), part.pose.quaternion.end(), Quaternion(part));
   }
 }
 
 std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
-  SetHome();
   action_clips_ = 0;
   instability_.clear();
   Random random(seed, 0);
   std::vector<Parameter> parameters;
-  for (const Randomisation& randomisation : variation.randomisations) {
-    std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomisation);
+  for (int i = 0;; ++i) {
+    if (i == kMaxDraws) {
+      throw InputError("variation '" + variation.name + "': no draw in " + std::to_string(kMaxDraws) +
+                       " leaves every part clear of the others");
+    }
+    SetHome();
+    parameters.clear();
+    for (const Randomisation& randomisation : variation.randomisations) {
+      std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomisation);
+    }
+    if (variation.randomisations.empty() || !IsBlocked(variation)) break;
   }
   // Collision tests ran on the way; only positions may survive them.
   const std::vector<double> qpos(data_->qpos, data_->qpos + model_->nq);
+  const std::vector<double> mocap_pos(data_->mocap_pos, data_->mocap_pos + 3 * model_->nmocap);
+  const std::vector<double> mocap_quat(data_->mocap_quat, data_->mocap_quat + 4 * model_->nmocap);
   SetHome();
   std::copy(qpos.begin(), qpos.end(), data_->qpos);
+  std::copy(mocap_pos.begin(), mocap_pos.end(), data_->mocap_pos);
+  std::copy(mocap_quat.begin(), mocap_quat.end(), data_->mocap_quat);
   Prepare();
   return parameters;
 }
 
 void World::Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters) {
-  const Part& part = FreePart(box.object);
-  for (int i = 0; i < kMaxSpawnTries; ++i) {
-    double* qpos = data_->qpos + part.qpos;
-    for (int axis = 0; axis < 2; ++axis) {
-      const auto a = static_cast<size_t>(axis);
-      qpos[axis] = random->Uniform(box.center[a] - box.half_extents[a], box.center[a] + box.half_extents[a]);
-    }
-    if (IsBlocked(part, box.min_distance)) continue;
-    parameters->push_back({part.name + "_x_m", qpos[0]});
-    parameters->push_back({part.name + "_y_m", qpos[1]});
-    return;
+  const Part& part = MovablePart(box.object);
+  double* position = Position(part);
+  for (size_t axis = 0; axis < 2; ++axis) {
+    position[axis] =
+        random->Uniform(box.center[axis] - box.half_extents[axis], box.center[axis] + box.half_extents[axis]);
   }
-  throw InputError("spawn box of '" + box.object + "': no collision-free pose in " +
-                   std::to_string(kMaxSpawnTries) + " tries");
+  parameters->push_back({part.name + "_x_m", position[0]});
+  parameters->push_back({part.name + "_y_m", position[1]});
 }
 
 void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters) {
@@ -155,7 +162,7 @@ void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter
                      std::to_string(plane.objects.size()) + " objects");
   }
   for (const std::string& object : plane.objects) {
-    const Part& part = FreePart(object);
+    const Part& part = MovablePart(object);
     const auto drawn = points.begin() + random->Index(static_cast<int>(points.size()));
     const std::array<double, 3> offset = {(*drawn / ny - (nx - 1) / 2.0) * plane.spacing,
                                           (*drawn % ny - (ny - 1) / 2.0) * plane.spacing, 0};
@@ -164,39 +171,45 @@ void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter
     for (size_t axis = 0; axis < 3; ++axis) {
       const double jitter = random->Uniform(-plane.jitter[axis], plane.jitter[axis]);
       const double value = plane.origin[axis] + offset[axis] + jitter;
-      data_->qpos[part.qpos + static_cast<int>(axis)] = value;
+      Position(part)[axis] = value;
       parameters->push_back({part.name + kAxis[axis], value});
     }
   }
 }
 
 void World::Spawn(const SpawnYaw& spawn, Random* random, std::vector<Parameter>* parameters) {
-  const Part& part = FreePart(spawn.object);
+  const Part& part = MovablePart(spawn.object);
   const double yaw = random->Uniform(-spawn.bound, spawn.bound);
   const auto turned = Product({std::cos(yaw / 2), 0, 0, std::sin(yaw / 2)}, part.pose.quaternion);
-  std::copy(turned.begin(), turned.end(), data_->qpos + part.qpos + 3);
+  std::copy(turned.begin(), turned.end(), Quaternion(part));
   parameters->push_back({part.name + "_yaw_rad", yaw});
 }
 
-bool World::IsBlocked(const Part& part, double min_distance) {
+bool World::IsBlocked(const Variation& variation) {
   mj_kinematics(model_, data_.get());
   mj_comPos(model_, data_.get());
   mj_collision(model_, data_.get());
   const auto entity = [&](int geom) {
     return info_.body_entity[static_cast<size_t>(model_->geom_bodyid[geom])];
   };
-  const int own = info_.body_entity[static_cast<size_t>(part.body)];
+  const auto is_movable = [&](int which) {
+    return std::any_of(parts_.begin(), parts_.end(),
+                       [&](const Part& part) { return part.entity == which && part.is_movable(); });
+  };
   for (int i = 0; i < data_->ncon; ++i) {
     const mjContact& contact = data_->contact[i];
-    if ((entity(contact.geom1) == own) != (entity(contact.geom2) == own) &&
-        contact.dist < -kMaxSpawnPenetration) {
-      return true;
-    }
+    const int a = entity(contact.geom1), b = entity(contact.geom2);
+    if (a != b && (is_movable(a) || is_movable(b)) && contact.dist < -kMaxSpawnPenetration) return true;
   }
-  for (const Part& other : parts_) {
-    if (other.qpos >= 0 && other.name != part.name &&
-        mju_dist3(data_->qpos + part.qpos, data_->qpos + other.qpos) < min_distance) {
-      return true;
+  for (const Randomisation& randomisation : variation.randomisations) {
+    const auto* box = std::get_if<SpawnBox>(&randomisation);
+    if (!box) continue;
+    const Part& part = MovablePart(box->object);
+    for (const Part& other : parts_) {
+      if (other.is_movable() && &other != &part &&
+          mju_dist3(Position(part), Position(other)) < box->min_distance) {
+        return true;
+      }
     }
   }
   return false;

@@ -30,13 +30,15 @@ struct Parameter {
 
 class World {
  public:
-  // model: the physics model that BuildScene made of task and robot; must outlive the world. substeps:
+  // model: the physics model that BuildScene made of task (as its variation has it) and robot; must outlive
+  // the world. substeps:
   // physics steps per control tick. Throws InputError if the model lacks something the descriptions name.
   World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
         const TaskDescription& task, int substeps);
 
-  // Robot at home, parts at their poses, then the variation's randomisations in order. Nothing of the episode
-  // before survives. Throws InputError if no collision-free pose is found.
+  // Robot at home, parts at their poses, then the variation's randomisations in order, drawn again as a whole
+  // until no movable part penetrates anything and min_distance is kept. Nothing of the episode before
+  // survives. Throws InputError if no such draw is found.
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation);
 
   // Takes joint targets and gripper commands, clipped to their limits. Returns an empty string, or what is
@@ -70,21 +72,28 @@ class World {
   struct Part {
     std::string name;
     int body = -1;
-    // Address of the free joint's coordinates; -1 for a fixed part.
+    // Address of the free joint's coordinates; -1 without one.
     int qpos = -1;
+    // Index of the mocap body; -1 if it is none.
+    int mocap = -1;
     Pose pose;
+    // Index of its entity in MODEL.
+    int entity = -1;
+
+    bool is_movable() const { return qpos >= 0 || mocap >= 0; }
   };
 
-  Part& FreePart(const std::string& name);
-  void SetPose(const Part& part, const Pose& pose);
+  const Part& MovablePart(const std::string& name) const;
+  // Where a movable part's coordinates are, position and quaternion.
+  double* Position(const Part& part) const;
+  double* Quaternion(const Part& part) const;
   // Robot and parts where they are when nothing is randomised.
   void SetHome();
   void Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnYaw& yaw, Random* random, std::vector<Parameter>* parameters);
-  // True if the part penetrates anything, or its origin is nearer than min_distance to that of another free
-  // part.
-  bool IsBlocked(const Part& part, double min_distance);
+  // True if a part penetrates another entity, or two movable parts are nearer than a spawn box allows.
+  bool IsBlocked(const Variation& variation);
   // Everything that follows from positions and velocities, and the compensation of gravity and Coriolis
   // forces on the arms, as the Panda's own controller does it.
   void Prepare();

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
+#include <sstream>
 
 #include "bus/errors.h"
 
@@ -60,6 +62,27 @@ double Arguments::Number(const std::string& key) const {
   return number;
 }
 
+std::array<double, 3> Arguments::Vector(const std::string& key) const {
+  const Expression::Argument& argument = (*this)[key];
+  std::istringstream stream(argument.value);
+  std::array<double, 3> vector{};
+  for (double& number : vector) stream >> number;
+  if (!stream || stream.peek() != std::istringstream::traits_type::eof()) {
+    throw InputError(argument.location.ToString() + ": key '" + key +
+                     "': expected a list of 3 numbers, got '" + argument.value + "'");
+  }
+  return vector;
+}
+
+std::array<double, 2> Arguments::Limits(const std::string& min, const std::string& max) const {
+  if (!Find(min) && !Find(max)) {
+    throw InputError(expression_.location.ToString() + ": '" + expression_.name + "' needs '" + min + "', '" +
+                     max + "' or both");
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {Find(min) ? Number(min) : -kInfinity, Find(max) ? Number(max) : kInfinity};
+}
+
 double Arguments::Angle(const std::string& stem) const {
   const bool has_degrees = Find(stem + "_deg") != nullptr;
   if (has_degrees == (Find(stem + "_rad") != nullptr)) {
@@ -78,6 +101,19 @@ bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a,
     return contact.distance_m <= kContactDistance && ((in(a, contact.geom_a) && in(b, contact.geom_b)) ||
                                                       (in(b, contact.geom_a) && in(a, contact.geom_b)));
   });
+}
+
+JointFraction::JointFraction(const Arguments& arguments, const CompileContext& context) {
+  const Expression::Argument& name = arguments["joint"];
+  const model_info_t& model = context.names.model();
+  const int joint = context.names.Joint(name.value, name.location);
+  coordinate_ = model.joint_qpos_index[joint];
+  lower_ = model.joint_lower_mixed[joint];
+  range_ = model.joint_upper_mixed[joint] - lower_;
+  if (!(range_ > 0)) {
+    throw InputError(name.location.ToString() + ": joint '" + name.value +
+                     "' has no range to be a fraction of");
+  }
 }
 
 double Tilt(const std::vector<double>& quat_wxyz, int axis) {

@@ -9,28 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "evalbus/contact_t.hpp"
-#include "evalbus/state_t.hpp"
 #include "metrics/sample.h"
 #include "metrics/task/model_names.h"
+#include "metrics/task/predicate.h"
 #include "models/task_description.h"
 
 namespace evalbus {
-
-// One tick of the world.
-struct WorldView {
-  const state_t& state;
-  std::span<const contact_t> contacts;
-};
-
-// True or false about a tick.
-class Predicate {
- public:
-  virtual ~Predicate() = default;
-  // Forgets the episode before.
-  virtual void Start() {}
-  virtual bool Evaluate(const WorldView& world) = 0;
-};
 
 // A number about a tick, in SI units.
 class Quantity {
@@ -57,6 +41,11 @@ class Arguments {
   const Expression::Argument& operator[](const std::string& key) const;
   const Expression::Argument* Find(const std::string& key) const;
   double Number(const std::string& key) const;
+  // Of three numbers.
+  std::array<double, 3> Vector(const std::string& key) const;
+  // A lower and an upper limit, at least one of which must be given; both keys must be among the optional
+  // ones. Infinite where not given.
+  std::array<double, 2> Limits(const std::string& min, const std::string& max) const;
   // rad, given as <stem>_deg or <stem>_rad; both must be among the optional ones.
   double Angle(const std::string& stem) const;
 
@@ -66,6 +55,18 @@ class Arguments {
 
 // True where a geom of one set touches a geom of the other; sets by geom id.
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
+
+// A hinge or slide with a range, as a fraction of it: 0 at its lower end, 1 at its upper one.
+class JointFraction {
+ public:
+  // Argument `joint`. Throws InputError for a joint without a range.
+  JointFraction(const Arguments& arguments, const CompileContext& context);
+  double Of(const state_t& state) const { return (state.qpos_mixed[coordinate_] - lower_) / range_; }
+
+ private:
+  int coordinate_;
+  double lower_, range_;
+};
 
 // How far an object leans: the angle (rad) between its up axis (z of its body) and the vertical, or with
 // `axis` (0 x, 1 y) how far its up axis is from being perpendicular to that world axis, |phi - pi/2|.

@@ -7,15 +7,17 @@
 namespace evalbus {
 namespace {
 
+constexpr char kGripperSuffix[] = "_gripper";
+
 int Find(const std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   return found == names.end() ? -1 : static_cast<int>(found - names.begin());
 }
 
-std::string List(const std::vector<std::string>& names) {
+std::string List(const std::vector<std::string>& names, const std::string& suffix = "") {
   std::string text;
   for (const std::string& name : names) {
-    if (!name.empty()) text += (text.empty() ? "" : ", ") + name;
+    if (!name.empty()) text += (text.empty() ? "" : ", ") + name + suffix;
   }
   return text.empty() ? "(none)" : text;
 }
@@ -64,6 +66,9 @@ std::vector<uint8_t> ModelNames::GeomsOfEntity(int entity) const {
 
 std::vector<uint8_t> ModelNames::Geoms(const std::string& operand, const SourceLocation& where) const {
   if (const int entity = Find(model_.entity_name, operand); entity >= 0) return GeomsOfEntity(entity);
+  for (int gripper = 0; gripper < model_.num_grippers; ++gripper) {
+    if (operand == model_.gripper[gripper].name + kGripperSuffix) return Pads(gripper);
+  }
   std::vector<uint8_t> geoms(model_.num_geoms);
   if (const int body = Find(model_.body_name, operand); body >= 0) {
     for (int geom = 0; geom < model_.num_geoms; ++geom) geoms[geom] = model_.geom_body[geom] == body;
@@ -74,8 +79,8 @@ std::vector<uint8_t> ModelNames::Geoms(const std::string& operand, const SourceL
     return geoms;
   }
   throw InputError(where.ToString() + ": nothing is called '" + operand + "'; expected an entity (" +
-                   List(model_.entity_name) + "), a body (" + List(model_.body_name) + ") or a geom (" +
-                   List(model_.geom_name) + ")");
+                   List(model_.entity_name) + "), a gripper (" + List(GripperNames(model_), kGripperSuffix) +
+                   "), a body (" + List(model_.body_name) + ") or a geom (" + List(model_.geom_name) + ")");
 }
 
 int ModelNames::Body(const std::string& operand, const SourceLocation& where) const {
@@ -89,6 +94,12 @@ int ModelNames::Body(const std::string& operand, const SourceLocation& where) co
   throw InputError(where.ToString() + ": no entity or body is called '" + operand +
                    "'; expected an entity (" + List(model_.entity_name) + ") or a body (" +
                    List(model_.body_name) + ")");
+}
+
+int ModelNames::Joint(const std::string& name, const SourceLocation& where) const {
+  if (const int joint = Find(model_.joint_name, name); joint >= 0) return joint;
+  throw InputError(where.ToString() + ": no joint is called '" + name + "'; expected " +
+                   List(model_.joint_name));
 }
 
 int ModelNames::FindGripper(const std::string& name) const { return Find(GripperNames(model_), name); }

@@ -1,5 +1,6 @@
 // What the names in a task description refer to in the model of a run. An operand is the name of an entity
-// (an arm, an object, a fixture, "world"), else of a body, else of a geom.
+// (an arm, an object, a fixture, "world"), else "<gripper>_gripper" for the pads of a gripper, else the name
+// of a body, else of a geom.
 #pragma once
 
 #include <string>
@@ -25,6 +26,8 @@ class ModelNames {
   // Body whose frame stands for the operand: an entity's first body. Not for geoms: their poses are not in
   // STATE.
   int Body(const std::string& operand, const SourceLocation& where) const;
+  // Index into the lists of joints.
+  int Joint(const std::string& name, const SourceLocation& where) const;
   // Index of a gripper; -1 where there is none of this name.
   int FindGripper(const std::string& name) const;
   int Gripper(const std::string& name, const SourceLocation& where) const;

@@ -64,6 +64,16 @@ class Lift : public Quantity {
   double start_;
 };
 
+class JointFractionOf : public Quantity {
+ public:
+  JointFractionOf(const Expression& expression, const CompileContext& context)
+      : fraction_(Arguments(expression, {"joint"}), context) {}
+  double Evaluate(const WorldView& world) override { return fraction_.Of(world.state); }
+
+ private:
+  JointFraction fraction_;
+};
+
 class TiltOf : public Quantity {
  public:
   TiltOf(const Expression& expression, const CompileContext& context) {
@@ -87,6 +97,7 @@ std::unique_ptr<Quantity> Make(const Expression& expression, const CompileContex
 
 const std::map<std::string, Factory> kRegistry = {
     {"distance", Make<Distance>},
+    {"joint_fraction", Make<JointFractionOf>},
     {"lift", Make<Lift>},
     {"tilt", Make<TiltOf>},
 };

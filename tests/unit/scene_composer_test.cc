@@ -32,7 +32,7 @@ int Id(const ModelPtr& model, mjtObj type, const std::string& name) {
 struct OnePart {
   explicit OnePart(const std::string& part, const std::string& base = kEmptyBase, bool free = false)
       : composer(folder.Write("base.xml", base)), file(folder.Write("part.xml", part)) {
-    composer.Attach(file, "p/", Pose{}, free);
+    composer.Attach(file, "p/", Pose{}, free ? Mount::kFree : Mount::kFixed);
   }
   TempFolder folder;
   SceneComposer composer;
@@ -44,7 +44,7 @@ std::string ErrorOfPart(const std::string& part, const std::string& base = kEmpt
   TempFolder folder;
   const std::string message = ErrorOf([&] {
     SceneComposer composer(folder.Write("base.xml", base));
-    composer.Attach(folder.Write("part.xml", part), "p/", Pose{}, free);
+    composer.Attach(folder.Write("part.xml", part), "p/", Pose{}, free ? Mount::kFree : Mount::kFixed);
     Compile(composer);
   });
   std::string short_message = message;
@@ -104,7 +104,7 @@ TEST(SceneComposer, DefaultsOfAnArmDoNotReachItsHand) {
   composer.Attach(folder.Write("hand.xml",
                                "<mujoco><worldbody><body name='h'><geom name='g' size='0.1'/></body>"
                                "<geom name='w' type='ellipsoid' size='0.1 0.2 0.1'/></worldbody></mujoco>"),
-                  "arm/hand/", Pose{}, false, "arm/tip");
+                  "arm/hand/", Pose{}, Mount::kFixed, "arm/tip");
   const ModelPtr model = Compile(composer);
   EXPECT_EQ(model->geom_size[3 * Id(model, mjOBJ_GEOM, "arm/hand/g")], 0.1);
   EXPECT_EQ(model->body_parentid[Id(model, mjOBJ_BODY, "arm/hand")], Id(model, mjOBJ_BODY, "arm/tip"));
@@ -120,7 +120,7 @@ TEST(SceneComposer, PosesMultiply) {
   const Pose pose{{1, 2, 3}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
   composer.Attach(file, "p/", pose);
   // The same again on the body: turned twice it faces back.
-  composer.Attach(file, "q/", pose, false, "p/b");
+  composer.Attach(file, "q/", pose, Mount::kFixed, "p/b");
   const ModelPtr model = Compile(composer);
   mjData* data = mj_makeData(model.get());
   mj_kinematics(model.get(), data);
@@ -225,7 +225,7 @@ TEST(SceneComposer, DegreesAndEulerSequences) {
 TEST(SceneComposer, NewerModelsLoadWithWarnings) {
   SceneComposer composer(kModelsData / "world.xml");
   composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{});
-  composer.Attach(kModelsData / "newer_hand.xml", "arm/hand/", Pose{}, false, "arm/flange");
+  composer.Attach(kModelsData / "newer_hand.xml", "arm/hand/", Pose{}, Mount::kFixed, "arm/flange");
   const std::string arm = (kModelsData / "newer_arm.xml").string();
   const std::string hand = (kModelsData / "newer_hand.xml").string();
   const std::string version = mj_versionString();
@@ -350,10 +350,10 @@ TEST(SceneComposer, AttachingWhereItCannotBe) {
             part.string() + ":1: cannot be attached as 'p': there is such a body already");
   EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "post/", Pose{}); }),
             part.string() + ":1: cannot be attached as 'post': there is such a body already");
-  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, false, "p/no"); }),
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, Mount::kFixed, "p/no"); }),
             part.string() + ":1: cannot be attached: there is no body 'p/no'");
-  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, true, "p"); }),
-            part.string() + ":1: a part on a body cannot be free");
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, Mount::kFree, "p"); }),
+            part.string() + ":1: a part on a body cannot be free or placed");
 }
 
 }  // namespace

@@ -232,7 +232,7 @@ TEST(Scene, AnArmsModelMayContainItsHand) {
   // A composed document is a model file like any other.
   SceneComposer composer(kModelsData / "world.xml");
   composer.Attach(kModelsData / "newer_arm.xml", "a/", Pose{});
-  composer.Attach(kModelsData / "newer_hand.xml", "h/", Pose{}, false, "a/flange");
+  composer.Attach(kModelsData / "newer_hand.xml", "h/", Pose{}, Mount::kFixed, "a/flange");
   files.folder.Write("both.xml", composer.ToXml());
   files.folder.Write("newer_robot.yaml", R"(name: whole
 arms:

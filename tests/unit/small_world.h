@@ -52,6 +52,7 @@ inline model_info_t Model() {
   model_info_t model{};
   model.message_version = model_info_t::VERSION;
   model.task = "small";
+  model.variation = "base";
   model.task_yaml = kTask;
   model.task_file = "small.yaml";
   model.timestep_us = 2000;

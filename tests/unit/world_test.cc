@@ -212,7 +212,8 @@ TEST_F(WorldTest, UnstablePhysicsIsSaidAndDoesNotOutliveReset) {
 TEST_F(WorldTest, GridPlacesObjectsOnDistinctPoints) {
   World world = MakeWorld();
   // 2 * 0.1 / 0.05 = 4 by 2 * 0.25 / 0.05 = 10 points.
-  Variation variation{"grid", "", {SpawnPlane{{"pot"}, {0.7, 0, 0.996}, {0.1, 0.25}, 0.05, {0, 0, 0}}}};
+  Variation variation;
+  variation.randomisations = {SpawnPlane{{"pot"}, {0.7, 0, 0.996}, {0.1, 0.25}, 0.05, {0, 0, 0}}};
   for (int64_t seed = 0; seed < 50; ++seed) {
     const auto parameters = world.Reset(seed, variation);
     const double column = (Value(parameters, "pot_x_m") - 0.7) / 0.05 + 1.5;
@@ -227,7 +228,8 @@ TEST_F(WorldTest, GridPlacesObjectsOnDistinctPoints) {
 
 TEST_F(WorldTest, NamesWhatCannotBeRandomised) {
   World world = MakeWorld();
-  const Variation variation{"bad", "", {SpawnYaw{"left_cabinet", 1}}};
+  Variation variation;
+  variation.randomisations = {SpawnYaw{"left_cabinet", 1}};
   EXPECT_THROW(world.Reset(0, variation), InputError);
 }
 
