@@ -85,23 +85,7 @@ void InstallStopSignals() {
 
 bool stop_requested() { return g_stop != 0; }
 
-int HostMain(int argc, char** argv, const std::string& description,
-             const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
-  CLI::App app{description};
-  std::string url;
-  app.add_option("--url", url,
-                 "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
-      ->envname("EVALBUS_URL")
-      ->required();
-  add_options(&app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
-    return 1;
-  }
+int Host(const std::string& url, const ComponentFactory& make) {
   InstallStopSignals();
   std::unique_ptr<Bus> bus;
   std::unique_ptr<Component> component;
@@ -125,6 +109,26 @@ int HostMain(int argc, char** argv, const std::string& description,
     }
     return code;
   }
+}
+
+int HostMain(int argc, char** argv, const std::string& description,
+             const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
+  CLI::App app{description};
+  std::string url;
+  app.add_option("--url", url,
+                 "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
+      ->envname("EVALBUS_URL")
+      ->required();
+  add_options(&app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
+    return 1;
+  }
+  return Host(url, make);
 }
 
 }  // namespace evalbus

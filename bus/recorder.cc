@@ -75,6 +75,8 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
 }
 
 void Recorder::Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
+  // Pictures can be drawn again from the log, and who looks on does not change what a run leaves behind.
+  if (channel.starts_with(channels::kImagePrefix)) return;
   if (channel == channels::kModel) {
     model_info_t model{};
     if (Bus::Decode(data, &model)) simulated_time_ = model.clock == "lockstep";

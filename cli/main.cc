@@ -37,9 +37,9 @@ int main(int argc, char** argv) {
       app.add_subcommand("rescore", "score recorded episodes again, offline; compare with what was recorded");
   evalbus::AddRescoreOptions(rescore, &rescore_options);
 
-  evalbus::MonitorOptions monitor_options;
+  evalbus::Address monitor_address;
   CLI::App* monitor = app.add_subcommand("monitor", "watch a run or a replay while it goes on");
-  evalbus::AddMonitorOptions(monitor, &monitor_options);
+  evalbus::AddAddressOptions(monitor, &monitor_address);
 
   std::string score_file;
   evalbus::ScoreOptions score_options;
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
     if (*render) return evalbus::Render(render_options);
     if (*replay) return evalbus::Replay(replay_options);
     if (*rescore) return evalbus::Rescore(rescore_options);
-    if (*monitor) return evalbus::Monitor(monitor_options);
+    if (*monitor) return evalbus::Monitor(monitor_address);
     if (*doctor) return evalbus::Doctor();
     if (*score) {
       std::cout << evalbus::ScoreEpisode(evalbus::ReadJsonFile(score_file), score_file, score_options).dump(2)

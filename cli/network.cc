@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iostream>
@@ -103,6 +104,7 @@ std::string ChooseBus(const std::string& asked) {
   const std::string url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
   if (WhyNoMulticast(url).empty()) {
     fmt::print("bus {} (listen with lcm-spy or lcm-logger)\n", url);
+    std::fflush(stdout);
     return url;
   }
   try {
@@ -112,8 +114,9 @@ std::string ChooseBus(const std::string& asked) {
   }
   fmt::print(
       "bus {} in a private network namespace, since this machine has no multicast ('evalbus doctor' says "
-      "why); tools outside cannot listen\n",
+      "why); outside, only 'evalbus monitor' and 'evalbus-viz' can listen\n",
       url);
+  std::fflush(stdout);
   return url;
 }
 

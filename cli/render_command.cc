@@ -5,26 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "bus/errors.h"
 #include "cli/episode_logs.h"
 #include "viz/film.h"
 
 namespace evalbus {
-namespace {
 
 namespace fs = std::filesystem;
-
-FrameSize ParseSize(const std::string& text) {
-  FrameSize size;
-  int used = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%n", &size.width, &size.height, &used) != 2 ||
-      used != static_cast<int>(text.size())) {
-    throw InputError("--size " + text + ": expected WIDTHxHEIGHT, such as 1280x720");
-  }
-  return size;
-}
-
-}  // namespace
 
 void AddRenderOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("run", options->run, "run folder, an episode's folder or a log")->required();
@@ -37,7 +23,7 @@ void AddRenderOptions(CLI::App* app, RenderOptions* options) {
 }
 
 int Render(const RenderOptions& options) {
-  const FrameSize size = ParseSize(options.size);
+  const FrameSize size = ParseFrameSize(options.size);
   std::vector<fs::path> logs;
   for (const int episode : options.episodes) logs.push_back(EpisodeLogs(options.run, episode).front());
   if (logs.empty()) logs = EpisodeLogs(options.run);

@@ -90,25 +90,27 @@ LiveHeader Header(const fs::path& log, const RescoredEpisode& first, int episode
   return header;
 }
 
-class Player {
+// Says STATUS as "replay", by which a monitor knows what it watches.
+class Player : public Component {
  public:
-  Player(const ReplayOptions& options, const std::string& url, LiveView* view)
-      : options_(options), bus_(url), view_(view), program_(FindPlayer()) {
-    bus_.Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& status) {
+  Player(const ReplayOptions& options, Bus* bus, LiveView* view)
+      : Component(bus, "replay"), options_(options), view_(view), program_(FindPlayer()) {
+    bus->Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& status) {
       metrics_heard_ |= status.component == "metrics";
       sim_heard_ |= status.component == "sim";
     });
-    bus_.Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
-      if (begin.header.episode == episode_ && begin.attempt == attempt_) return;
-      episode_ = begin.header.episode;
-      attempt_ = begin.attempt;
+    bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
+      if (!EnterEpisode(begin)) return;
+      SayReady();
       view_->OnEpisodeBegin(begin);
     });
-    bus_.Subscribe<partial_metrics_t>(
-        channels::kPartial, [this](const partial_metrics_t& partial) { view_->OnPartial(partial); });
-    bus_.Subscribe<episode_summary_t>(channels::kEpisodeSummary,
+    bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& partial) {
+      Progress(partial.header.tick);
+      view_->OnPartial(partial);
+    });
+    bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary,
                                       [this](const episode_summary_t& summary) { score_ = summary; });
-    bus_.Subscribe<run_summary_t>(channels::kRunSummary, [this](const run_summary_t& run) { OnScore(run); });
+    bus->Subscribe<run_summary_t>(channels::kRunSummary, [this](const run_summary_t& run) { OnScore(run); });
   }
 
   // Starts metrics; throws if a run is on this bus already.
@@ -118,7 +120,7 @@ class Player {
                        ": a run or another replay is on this bus; choose another port");
     }
     processes_.Start("metrics",
-                     {(Processes::BinaryFolder() / "evalbus-metrics").string(), "--url", bus_.url()},
+                     {(Processes::BinaryFolder() / "evalbus-metrics").string(), "--url", bus().url()},
                      scratch_ / "metrics.log");
     if (!HandleUntil([this] { return metrics_heard_; }, kMetricsStart)) Overdue("metrics did not start");
   }
@@ -130,7 +132,7 @@ class Player {
     playing_ = true;
     processes_.Start("player",
                      {program_.string(), "--speed", fmt::format("{}", options_.speed), "--lcm-url",
-                      bus_.url(), "--regexp", PlayedChannels(), file.string()},
+                      bus().url(), "--regexp", PlayedChannels(), file.string()},
                      scratch_ / "player.log");
     HandleUntil([this] { return !playing_; }, std::nullopt);
     const auto done = [this] { return scored_.back(); };
@@ -141,7 +143,7 @@ class Player {
       end.header = last.header;
       end.end_reason = last.end_reason;
       end.detail = last.end_detail;
-      bus_.Publish(channels::kEpisodeEnd, end);
+      bus().Publish(channels::kEpisodeEnd, end);
       if (!HandleUntil(done, kOverdue)) Overdue("metrics gave no score for " + file.string());
     }
     for (size_t i = 0; i < scored_.size() && !stop_requested(); ++i) {
@@ -151,7 +153,8 @@ class Player {
     }
   }
 
-  void Stop() {
+  void StopAll() {
+    Stop();
     for (const Processes::Exit& exit : processes_.StopAll()) {
       // Nobody expects a player that is stopped to end well.
       if (exit.name != "player") fmt::print(stderr, "warning: {}\n", exit.description);
@@ -176,11 +179,12 @@ class Player {
       const auto now = steady_clock::now();
       if (stop_requested() || (time && now - started > *time)) return false;
       if (now >= poll_at) {
+        Poll(now);
         view_->Poll(now);
         CheckProcesses();
         poll_at = now + kTick;
       }
-      bus_.Handle(poll_at);
+      bus().Handle(poll_at);
     }
     return true;
   }
@@ -225,14 +229,11 @@ class Player {
   const ReplayOptions& options_;
   ScratchFolder scratch_;
   Processes processes_;
-  Bus bus_;
   LiveView* view_;
   fs::path program_;
 
   bool metrics_heard_ = false;
   bool sim_heard_ = false;
-  int32_t episode_ = -1;
-  int32_t attempt_ = -1;
   // What is being played, and which of its episodes have a score.
   const RescoredLog* log_ = nullptr;
   bool playing_ = false;
@@ -284,7 +285,8 @@ int Replay(const ReplayOptions& options) {
   }
   InstallStopSignals();
   LiveView view(stdout, Header(logs[0].first, logs[0].second.episodes[0], episodes));
-  Player player(options, url, &view);
+  Bus bus(url);
+  Player player(options, &bus, &view);
   player.Start();
   const auto started = steady_clock::now();
   for (const auto& [file, log] : logs) {
@@ -292,7 +294,7 @@ int Replay(const ReplayOptions& options) {
   }
   const double wall = std::chrono::duration<double>(steady_clock::now() - started).count();
   view.Finish();
-  player.Stop();
+  player.StopAll();
   if (stop_requested()) throw EnvironmentError("stopped before the end");
   if (damaged > 0) {
     fmt::print(

@@ -7,8 +7,8 @@ build=$root/build
 packages=(
   g++ cmake ninja-build ccache git
   liblcm-dev liblcm-bin libmujoco-dev libfcl-dev libeigen3-dev libyaml-cpp-dev libtinyxml2-dev libssl-dev
-  nlohmann-json3-dev libcli11-dev libfmt-dev libgtest-dev libbenchmark-dev
-  libosmesa6-dev libcairo2-dev fonts-dejavu-core ffmpeg pkgconf
+  nlohmann-json3-dev libboost-math-dev libcli11-dev libfmt-dev libgtest-dev libbenchmark-dev
+  libosmesa6-dev libcairo2-dev libturbojpeg0-dev fonts-dejavu-core ffmpeg pkgconf
   iproute2
 )
 

@@ -1,7 +1,5 @@
 #include "viz/film.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -24,12 +22,11 @@ namespace {
 
 constexpr int64_t kSecond = 1000000;  // us
 
-// What a film needs of a log. Of each STATE: tick, time and coordinates.
+// What a film needs of a log.
 struct Episode {
   std::optional<model_info_t> model;
   std::optional<episode_begin_t> begin;
-  std::vector<int64_t> tick, sim_time_us;
-  std::vector<std::vector<double>> qpos;
+  std::vector<state_t> states;
   std::vector<partial_metrics_t> partials;
   std::optional<episode_end_t> end;
 };
@@ -43,10 +40,9 @@ Episode ReadEpisode(const std::filesystem::path& log) {
   while (reader.Next(&event)) {
     if (event.channel == channels::kState) {
       // Only forwards: a repeated tick says nothing new.
-      if (decode(&state) && (episode.tick.empty() || state.header.sim_time_us > episode.sim_time_us.back())) {
-        episode.tick.push_back(state.header.tick);
-        episode.sim_time_us.push_back(state.header.sim_time_us);
-        episode.qpos.push_back(state.qpos_mixed);
+      if (decode(&state) &&
+          (episode.states.empty() || state.header.sim_time_us > episode.states.back().header.sim_time_us)) {
+        episode.states.push_back(state);
       }
     } else if (event.channel == channels::kPartial) {
       if (!decode(&episode.partials.emplace_back())) episode.partials.pop_back();
@@ -59,7 +55,7 @@ Episode ReadEpisode(const std::filesystem::path& log) {
     }
   }
   if (!episode.model) throw InputError(log.string() + ": no whole MODEL message in this log");
-  if (episode.tick.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
+  if (episode.states.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
   // Of a realtime run, scores may have arrived out of order.
   std::stable_sort(episode.partials.begin(), episode.partials.end(),
                    [](const auto& a, const auto& b) { return a.header.tick < b.header.tick; });
@@ -77,21 +73,9 @@ ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {
 OverlayText Describe(const Episode& episode) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;
-  if (episode.begin) {
-    text.subtitle = fmt::format("episode {}, seed {}", episode.begin->header.episode, episode.begin->seed);
-  }
+  text.subtitle = EpisodeSubtitle(episode.states[0].header.episode,
+                                  episode.begin ? std::optional(episode.begin->seed) : std::nullopt);
   return text;
-}
-
-void AddScores(const metric_values_t& metrics, OverlayText* text) {
-  text->stages.clear();
-  for (size_t i = 0; i < metrics.stage_name.size(); ++i) {
-    text->stages.push_back({metrics.stage_name[i], metrics.stage_reached[i] != 0});
-  }
-  text->has_slips = metrics.tracks_slippage;
-  text->slips = metrics.slip_count;
-  text->has_collisions = metrics.tracks_collisions;
-  text->collisions = metrics.env_collision_count + metrics.self_collision_count;
 }
 
 }  // namespace
@@ -135,26 +119,28 @@ std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
   size_t num_scored = 0;
   const auto film = [&](size_t shown, double time) {
     while (num_scored < episode.partials.size() &&
-           episode.partials[num_scored].header.tick <= episode.tick[shown]) {
+           episode.partials[num_scored].header.tick <= episode.states[shown].header.tick) {
       ++num_scored;
     }
     if (num_scored > 0) AddScores(episode.partials[num_scored - 1].metrics, &text);
     text.time_s = time;
-    renderer.SetState(episode.qpos[shown]);
+    renderer.SetState(episode.states[shown]);
     for (View& view : views) {
       renderer.Render(view.camera, &frame);
       overlay.Draw(text, &frame);
       view.video->Write(frame);
     }
   };
+  std::vector<int64_t> sim_time_us;
+  for (const state_t& state : episode.states) sim_time_us.push_back(state.header.sim_time_us);
   int64_t n = 0;
-  for (const size_t shown : FilmSchedule(episode.sim_time_us)) {
+  for (const size_t shown : FilmSchedule(sim_time_us)) {
     film(shown, static_cast<double>(n++) / kFilmRate);
   }
   if (episode.end) {
     text.end_reason = episode.end->end_reason;
     for (int hold = 0; hold < kFilmHold; ++hold) {
-      film(episode.tick.size() - 1, static_cast<double>(episode.sim_time_us.back()) / kSecond);
+      film(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond);
     }
   }
   std::vector<std::filesystem::path> files;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace evalbus {
@@ -11,6 +12,11 @@ struct FrameSize {
   int width = 640;
   int height = 480;
 };
+
+// From "640x480". Throws InputError.
+FrameSize ParseFrameSize(const std::string& text);
+// Throws InputError for an odd or absurd size.
+void CheckFrameSize(FrameSize size);
 
 // Rows from the top, pixels from the left, 4 bytes each: blue, green, red, unused. (Cairo's RGB24 on a
 // little-endian machine and ffmpeg's bgr0, so that no pixel is converted twice.)

@@ -129,6 +129,21 @@ class Canvas {
 
 }  // namespace
 
+std::string EpisodeSubtitle(int32_t episode, std::optional<int64_t> seed) {
+  return fmt::format("episode {}", episode) + (seed ? fmt::format(", seed {}", *seed) : "");
+}
+
+void AddScores(const metric_values_t& metrics, OverlayText* text) {
+  text->stages.clear();
+  for (size_t i = 0; i < metrics.stage_name.size(); ++i) {
+    text->stages.push_back({metrics.stage_name[i], metrics.stage_reached[i] != 0});
+  }
+  text->has_slips = metrics.tracks_slippage;
+  text->slips = metrics.slip_count;
+  text->has_collisions = metrics.tracks_collisions;
+  text->collisions = metrics.env_collision_count + metrics.self_collision_count;
+}
+
 Overlay::Overlay(FrameSize size) : scale_(std::max(0.5, size.height / 480.0)) { LoadedFonts(); }
 
 void Overlay::Draw(const OverlayText& text, Frame* frame) const {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "evalbus/metric_values_t.hpp"
 #include "viz/frame.h"
 
 namespace evalbus {
@@ -24,6 +26,11 @@ struct OverlayText {
   // episode_end_t.end_reason; empty while the episode runs.
   std::string end_reason;
 };
+
+// "episode 3, seed 1234"; without the seed where it is not known.
+std::string EpisodeSubtitle(int32_t episode, std::optional<int64_t> seed);
+// Stages and counts of these scores.
+void AddScores(const metric_values_t& metrics, OverlayText* text);
 
 class Overlay {
  public:

@@ -17,8 +17,6 @@ constexpr int kMaxGeoms = 10000;
 // pixel. In software that is both quicker than OpenGL's multisampling and better to look at: the edges of
 // shadows and textures become smooth, too.
 constexpr int kDrawn = 3, kShown = 2;
-// OSMesa's limit is 16384 drawn pixels each way; this one is for the memory they take.
-constexpr int kMaxPixels = 4096;
 
 // The functions of OSMesa, loaded once and never unloaded. MuJoCo finds OpenGL's through the same library.
 struct OsMesa {
@@ -62,6 +60,8 @@ void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* bg
 }
 
 }  // namespace
+
+void LoadOsMesa() { Mesa(); }
 
 int FindCamera(const mjModel& model, const std::string& name) {
   const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
@@ -130,11 +130,7 @@ struct Renderer::Gl {
 
 Renderer::Renderer(ModelPtr model, FrameSize size)
     : model_(std::move(model)), size_(size), data_(nullptr, mj_deleteData) {
-  const auto usable = [](int pixels) { return pixels >= 2 && pixels <= kMaxPixels && pixels % 2 == 0; };
-  if (!usable(size.width) || !usable(size.height)) {
-    throw InputError(fmt::format("pictures of {}x{}: expected even numbers of pixels, 2 to {} each way",
-                                 size.width, size.height, kMaxPixels));
-  }
+  CheckFrameSize(size);
   InstallMujocoHandlers();
   model_->vis.global.offwidth = size.width / kShown * kDrawn;
   model_->vis.global.offheight = size.height / kShown * kDrawn;
@@ -146,11 +142,23 @@ Renderer::Renderer(ModelPtr model, FrameSize size)
 
 Renderer::~Renderer() = default;
 
-void Renderer::SetState(std::span<const double> qpos) {
-  if (std::ssize(qpos) != model_->nq) {
-    throw InputError(fmt::format("STATE has {} coordinates, the visual model {}", qpos.size(), model_->nq));
+void Renderer::SetState(const state_t& state) {
+  if (state.num_qpos != model_->nq) {
+    throw InputError(
+        fmt::format("STATE has {} coordinates, the visual model {}", state.num_qpos, model_->nq));
   }
-  std::copy(qpos.begin(), qpos.end(), data_->qpos);
+  if (model_->nmocap > 0 && state.num_bodies != model_->nbody) {
+    throw InputError(
+        fmt::format("STATE has {} bodies, the visual model {}", state.num_bodies, model_->nbody));
+  }
+  std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
+  for (int body = 0; body < model_->nbody && model_->nmocap > 0; ++body) {
+    const int mocap = model_->body_mocapid[body];
+    if (mocap < 0) continue;
+    const size_t i = static_cast<size_t>(body);
+    mju_copy3(data_->mocap_pos + 3 * mocap, state.body_position_m[i].data());
+    mju_copy4(data_->mocap_quat + 4 * mocap, state.body_quat_wxyz[i].data());
+  }
   mj_kinematics(model_.get(), data_.get());
   mj_comPos(model_.get(), data_.get());  // lights and cameras that follow a subtree
   mj_camlight(model_.get(), data_.get());

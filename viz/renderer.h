@@ -2,9 +2,9 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <string>
 
+#include "evalbus/state_t.hpp"
 #include "models/physics_model.h"
 #include "viz/frame.h"
 
@@ -12,6 +12,10 @@ namespace evalbus {
 
 // Throws InputError, with the names there are, for a camera that the model has not.
 int FindCamera(const mjModel& model, const std::string& name);
+
+// Throws EnvironmentError if OSMesa is missing. A Renderer does so itself; this is for those who want to know
+// before they have a model.
+void LoadOsMesa();
 
 class Renderer {
  public:
@@ -25,8 +29,9 @@ class Renderer {
   const mjModel& model() const { return *model_; }
   FrameSize size() const { return size_; }
 
-  // What Render shows from now on: state_t.qpos_mixed. Throws InputError if it is not this model's.
-  void SetState(std::span<const double> qpos);
+  // What Render shows from now on. Bodies that physics does not move (mocap) are where the STATE's body poses
+  // say, all others where its coordinates put them. Throws InputError if it is not this model's.
+  void SetState(const state_t& state);
   void Render(int camera, Frame* frame);
 
  private:

@@ -74,8 +74,9 @@ void Frames(benchmark::State& state, const char* camera_name) {
   view.fixedcamid = camera;
   mjv_updateScene(model.get(), data, &option, nullptr, &view, mjCAT_ALL, &bare);
 
+  const state_t shown = StateOf(qpos);
   const auto draw_ours = [&] {
-    renderer.SetState(qpos);
+    renderer.SetState(shown);
     renderer.Render(camera, &frame);
     overlay.Draw(text, &frame);
   };

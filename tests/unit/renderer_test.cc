@@ -7,8 +7,11 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <numbers>
 
 #include "bus/errors.h"
+#include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz_scene.h"
 #include "viz/overlay.h"
 
@@ -82,7 +85,7 @@ class RendererTest : public testing::Test {
   static const mjModel& model() { return renderer_->model(); }
   static Frame Picture(const std::string& camera, const std::vector<double>& qpos) {
     Frame frame(kSize);
-    renderer_->SetState(qpos);
+    renderer_->SetState(StateOf(qpos));
     renderer_->Render(FindCamera(model(), camera), &frame);
     return frame;
   }
@@ -140,7 +143,7 @@ TEST_F(RendererTest, EqualStatesGiveEqualPictures) {
   EXPECT_EQ(Picture("front", home).bgrx, first.bgrx);
   Renderer again(Copy(*scene_->visual), kSize);
   Frame frame(kSize);
-  again.SetState(home);
+  again.SetState(StateOf(home));
   again.Render(FindCamera(again.model(), "front"), &frame);
   EXPECT_EQ(frame.bgrx, first.bgrx);
 }
@@ -207,7 +210,52 @@ TEST_F(RendererTest, RefusesWhatItCannotDraw) {
   EXPECT_THROW(Renderer(Copy(*scene_->visual), {0, 240}), InputError);
   EXPECT_THROW(Renderer(Copy(*scene_->visual), {321, 240}), InputError);
   EXPECT_THROW(Renderer(Copy(*scene_->visual), {320, 100000}), InputError);
-  EXPECT_THROW(renderer_->SetState(std::vector<double>(3)), InputError);
+  EXPECT_THROW(renderer_->SetState(StateOf(std::vector<double>(3))), InputError);
+}
+
+// A bar that lies along x under a camera 3 m above it: a picture 240 pixels high shows 90 / tan(45 / 2) =
+// 289.7 pixels per metre of distance.
+TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "bar.xml";
+  std::ofstream(file) << R"(<mujoco><worldbody>
+    <camera name="above" pos="0 0 3" xyaxes="1 0 0 0 1 0" fovy="45"/>
+    <body name="bar" mocap="true"><geom type="box" size="0.3 0.1 0.001" rgba="1 0 0 1"/></body>
+    </worldbody></mujoco>)";
+  char message[200] = "";
+  ModelPtr model(mj_loadXML(file.c_str(), nullptr, message, sizeof message));
+  ASSERT_TRUE(model) << message;
+  Renderer renderer(Copy(*model), kSize);
+  state_t state{};
+  EXPECT_THROW(renderer.SetState(state), InputError);
+  // Position, rotation about z in halves of a turn, and what is then red: columns and rows.
+  struct Case {
+    double x, y, turn;
+    int left, right, top, bottom;
+  };
+  for (const Case& c : {Case{0, 0, 0, 131, 189, 110, 130}, Case{-0.5, 0.2, 0, 83, 141, 91, 110},
+                        Case{0.5, 0, 0.5, 199, 218, 91, 149}}) {
+    const double half = c.turn * std::numbers::pi / 2;
+    state.num_bodies = 2;
+    state.body_position_m = {{0, 0, 0}, {c.x, c.y, 0}};
+    state.body_quat_wxyz = {{1, 0, 0, 0}, {std::cos(half), 0, 0, std::sin(half)}};
+    renderer.SetState(state);
+    Frame frame(kSize);
+    renderer.Render(0, &frame);
+    int left = kSize.width, right = 0, top = kSize.height, bottom = 0;
+    for (int i = 0; i < kSize.width * kSize.height; ++i) {
+      const uint8_t* pixel = &frame.bgrx[static_cast<size_t>(i) * 4];
+      if (pixel[2] < 40 || pixel[2] < 3 * pixel[1]) continue;
+      left = std::min(left, i % kSize.width);
+      right = std::max(right, i % kSize.width);
+      top = std::min(top, i / kSize.width);
+      bottom = std::max(bottom, i / kSize.width);
+    }
+    EXPECT_NEAR(left, c.left, 1.5);
+    EXPECT_NEAR(right, c.right, 1.5);
+    EXPECT_NEAR(top, c.top, 1.5);
+    EXPECT_NEAR(bottom, c.bottom, 1.5);
+  }
 }
 
 }  // namespace

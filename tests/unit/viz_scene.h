@@ -38,19 +38,33 @@ inline std::vector<double> HomeQpos(const mjModel& model) {
   return qpos;
 }
 
-// Writes RUN/model/visual.mjb and RUN/episodes/0000/events.lcmlog: an episode whose state of each tick is
-// given, with two stages, one reached from the first tick on. Returns the log.
-inline std::filesystem::path WriteRun(const std::filesystem::path& run, const mjModel& visual,
-                                      int64_t tick_us, const std::vector<std::vector<double>>& qpos,
-                                      const std::string& end_reason = "success") {
+// All that a renderer needs of a scene without mocap bodies.
+inline state_t StateOf(const std::vector<double>& qpos) {
+  state_t state{};
+  state.num_qpos = static_cast<int32_t>(qpos.size());
+  state.qpos_mixed = qpos;
+  return state;
+}
+
+// MODEL of a scene whose visual model is written to RUN/model/visual.mjb.
+inline model_info_t VisualInfo(const std::filesystem::path& run, const mjModel& visual) {
   std::filesystem::create_directories(run / "model");
-  std::filesystem::create_directories(run / "episodes/0000");
   model_info_t info{};
   info.task = "lift_pot";
   info.variation = "base";
   info.visual_file = run / "model/visual.mjb";
   mj_saveModel(&visual, info.visual_file.c_str(), nullptr, 0);
   info.visual_sha256 = Sha256File(info.visual_file);
+  return info;
+}
+
+// Writes RUN/model/visual.mjb and RUN/episodes/0000/events.lcmlog: an episode whose state of each tick is
+// given, with two stages, one reached from the first tick on. Returns the log.
+inline std::filesystem::path WriteRun(const std::filesystem::path& run, const mjModel& visual,
+                                      int64_t tick_us, const std::vector<std::vector<double>>& qpos,
+                                      const std::string& end_reason = "success") {
+  std::filesystem::create_directories(run / "episodes/0000");
+  const model_info_t info = VisualInfo(run, visual);
   const std::filesystem::path file = run / "episodes/0000/events.lcmlog";
   EventLogWriter log(file);
   const auto write = [&log](const char* channel, const auto& message, int64_t time_us) {
@@ -70,10 +84,9 @@ inline std::filesystem::path WriteRun(const std::filesystem::path& run, const mj
   partial.metrics.tracks_slippage = partial.metrics.tracks_collisions = true;
   state_t state{};
   for (size_t i = 0; i < qpos.size(); ++i) {
+    state = StateOf(qpos[i]);
     state.header.tick = partial.header.tick = static_cast<int64_t>(i);
     state.header.sim_time_us = partial.header.sim_time_us = static_cast<int64_t>(i) * tick_us;
-    state.num_qpos = static_cast<int32_t>(qpos[i].size());
-    state.qpos_mixed = qpos[i];
     write(channels::kState, state, state.header.sim_time_us);
     write(channels::kPartial, partial, state.header.sim_time_us);
   }

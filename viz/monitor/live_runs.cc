@@ -59,7 +59,8 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
     const auto arguments = CommandLine(entry.path());
     if (arguments.empty()) continue;
     const std::string program = fs::path(arguments[0]).filename();
-    if (!program.starts_with("evalbus-") || program == "evalbus-monitor") continue;
+    if (!program.starts_with("evalbus-") || program == "evalbus-monitor" || program == "evalbus-viz")
+      continue;
     run.url = Option(arguments, "--url");
     if (run.url.empty()) continue;
     if (program == "evalbus-recorder" || program == "evalbus-sim") run.folder = Option(arguments, "--out");

@@ -19,7 +19,7 @@ struct LiveRun {
   bool other_network = false;
 };
 
-// One entry per bus, from the command lines of evalbus' component processes.
+// One entry per bus, from the command lines of evalbus' component processes; those who only look on are none.
 std::vector<LiveRun> FindLiveRuns(const std::filesystem::path& proc = "/proc");
 
 // The run with this URL (empty: any). Throws InputError, one line, if there is none or more than one.

@@ -7,8 +7,8 @@
 
 int main(int argc, char** argv) {
   CLI::App app{"Shows a run or a replay while it goes on, from its messages. Only listens."};
-  evalbus::MonitorOptions options;
-  evalbus::AddMonitorOptions(&app, &options);
+  evalbus::Address address;
+  evalbus::AddAddressOptions(&app, &address);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {
@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   try {
-    return evalbus::Monitor(options);
+    return evalbus::Monitor(address);
   } catch (const std::exception& error) {
     return evalbus::ReportError(error);
   }

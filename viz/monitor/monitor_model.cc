@@ -391,8 +391,10 @@ Line MonitorModel::Title(int width, SteadyTime now) const {
   Line line = {{"evalbus monitor", Style::kStrong}};
   std::string where = url_;
   if (model_) {
-    line = {{Printable(model_->task + "/" + model_->variation), Style::kStrong},
-            {Printable("   " + model_->robot + "   " + model_->clock), Style::kQuiet}};
+    line = {
+        {Printable(model_->task + "/" + model_->variation), Style::kStrong},
+        {Printable("   " + model_->robot + "   " + (health_.contains("replay") ? "replay" : model_->clock)),
+         Style::kQuiet}};
     where = Printable(model_->run_id);
   } else if (heard_at_) {
     line.push_back({"   waiting for the names (MODEL)", Style::kQuiet});

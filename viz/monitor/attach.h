@@ -1,0 +1,31 @@
+// How those who look on (monitor, viz) find the run or replay that they listen to.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace evalbus {
+
+struct Address {
+  // Run folder and bus: at most one of them; neither: the one run or replay on this machine.
+  std::filesystem::path run;
+  std::string url;
+};
+
+void AddAddressOptions(CLI::App* app, Address* address);
+
+struct Attached {
+  std::string url;
+  // Number of episodes planned; 0 where that is not known.
+  int planned_episodes = 0;
+};
+
+// Decides what to listen to and goes where it can be heard: into the private network of a run that has one,
+// before this process has started any thread. Throws InputError, EnvironmentError.
+Attached Attach(const Address& address);
+
+}  // namespace evalbus

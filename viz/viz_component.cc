@@ -1,0 +1,116 @@
+#include "viz/viz_component.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bus/channels.h"
+#include "bus/errors.h"
+
+namespace evalbus {
+
+std::string ImageChannel(std::string camera) {
+  std::replace(camera.begin(), camera.end(), '/', '_');
+  return channels::kImagePrefix + camera;
+}
+
+VizComponent::VizComponent(Bus* bus, const VizOptions& options)
+    : Component(bus, "viz"), options_(options), overlay_(options.size), frame_(options.size) {
+  CheckFrameSize(options.size);
+  if (!(options.fps > 0) || std::isinf(options.fps)) throw InputError("--fps: expected a number above 0");
+  LoadOsMesa();
+  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
+  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
+                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnState(m); });
+  bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
+  bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
+}
+
+void VizComponent::OnModel(const model_info_t& model) {
+  if (!model_ || model.visual_sha256 != model_->visual_sha256) {
+    renderer_ = std::make_unique<Renderer>(LoadVisualModel(model), options_.size);
+    views_.clear();
+    for (const std::string& camera : options_.cameras) {
+      View view{FindCamera(renderer_->model(), camera), ImageChannel(camera), {}};
+      view.image.camera = camera;
+      view.image.width_px = options_.size.width;
+      view.image.height_px = options_.size.height;
+      view.image.encoding = "jpeg";
+      views_.push_back(std::move(view));
+    }
+  }
+  model_ = model;
+  text_.title = model.task + "/" + model.variation;
+}
+
+void VizComponent::OnEpisodeBegin(const episode_begin_t& begin) { Enter(begin, begin.seed); }
+
+void VizComponent::Enter(const episode_begin_t& begin, std::optional<int64_t> seed) {
+  if (!EnterEpisode(begin)) return;
+  status_.skipped_ticks += passing_;
+  newest_tick_ = -1;
+  undrawn_ = passing_ = false;
+  text_ = {};
+  if (model_) text_.title = model_->task + "/" + model_->variation;
+  text_.subtitle = EpisodeSubtitle(begin.header.episode, seed);
+  SayReady();
+}
+
+void VizComponent::OnState(const state_t& state) {
+  // Of an episode whose begin we have not heard: we came in its middle.
+  if (state.header.episode != status_.episode) {
+    episode_begin_t begin{};
+    begin.header = state.header;
+    Enter(begin, std::nullopt);
+    newest_tick_ = state.header.tick - 1;
+  }
+  if (state.header.tick <= newest_tick_) {
+    ++status_.foreign_messages;
+    return;
+  }
+  status_.missing_ticks += state.header.tick - newest_tick_ - 1;
+  status_.skipped_ticks += passing_;
+  newest_tick_ = state.header.tick;
+  state_ = state;
+  undrawn_ = passing_ = true;
+}
+
+void VizComponent::OnPartial(const partial_metrics_t& partial) {
+  if (partial.header.episode == status_.episode) AddScores(partial.metrics, &text_);
+}
+
+void VizComponent::OnEpisodeEnd(const episode_end_t& end) {
+  if (end.header.episode != status_.episode || newest_tick_ < 0) return;
+  text_.end_reason = end.end_reason;
+  undrawn_ = true;
+}
+
+void VizComponent::Poll(SteadyTime now) {
+  Component::Poll(now);
+  if (now < next_poll()) return;
+  // What has come while the last frame was drawn: only the newest is shown.
+  while (bus().Handle()) {
+  }
+  if (undrawn_) Draw();
+  next_frame_ =
+      now + std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(1 / options_.fps));
+}
+
+SteadyTime VizComponent::next_poll() const { return renderer_ && undrawn_ ? next_frame_ : SteadyTime::max(); }
+
+void VizComponent::Draw() {
+  undrawn_ = passing_ = false;
+  text_.time_s = static_cast<double>(state_.header.sim_time_us) * 1e-6;
+  renderer_->SetState(state_);
+  for (View& view : views_) {
+    renderer_->Render(view.camera, &frame_);
+    overlay_.Draw(text_, &frame_);
+    view.image.header = state_.header;
+    view.image.data = jpeg_.Encode(frame_);
+    view.image.num_bytes = static_cast<int32_t>(view.image.data.size());
+    bus().Publish(view.channel.c_str(), view.image);
+  }
+  Progress(state_.header.tick);
+}
+
+}  // namespace evalbus
