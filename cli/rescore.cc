@@ -115,6 +115,7 @@ void Rescorer::ScoreTicks() {
   TickMerger::Pair pair;
   while (!own_end_ && merger_.Next(&pair)) {
     scorer_->Tick(*pair.state, *pair.contacts);
+    if (on_tick_) on_tick_(*scorer_, *pair.state, *pair.contacts);
     if (!task_) continue;
     episode_end_t end{};
     end.header = pair.state->header;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,6 +51,10 @@ class Rescorer {
   // "aborted").
   explicit Rescorer(std::optional<TaskDescription> task = std::nullopt) : task_(std::move(task)) {}
 
+  // Called after each tick that was scored.
+  using TickListener = std::function<void(const EpisodeScorer&, const state_t&, const contacts_t&)>;
+  void OnTick(TickListener listener) { on_tick_ = std::move(listener); }
+
   // Throws InputError, with the file's name, if it cannot be read or its messages are not ours. A log without
   // MODEL or EPISODE_BEGIN has no episodes.
   RescoredLog Rescore(const std::filesystem::path& file);
@@ -64,6 +69,7 @@ class Rescorer {
   void Finish(const std::optional<episode_summary_t>& recorded, RescoredLog* log);
 
   std::optional<TaskDescription> task_;
+  TickListener on_tick_;
   std::vector<uint8_t> model_bytes_;
   std::shared_ptr<const model_info_t> model_;
   // Kept from log to log, since all episodes of a run have the same model.

@@ -1,0 +1,93 @@
+// The report of a run, or of several, as one HTML page that opens without a network. Pure: from the structs
+// below to text; equal input, equal bytes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "viz/report/figures.h"
+
+namespace evalbus {
+
+struct ReportLink {
+  std::string text;
+  std::string url;  // relative to the page; see Url()
+};
+
+struct ReportEpisode {
+  int episode = 0;
+  int64_t seed = 0;
+  std::string end_reason;
+  std::string failure_reason;  // empty on success
+  std::string explanation;     // a sentence; may be empty
+  bool complete = true;
+  bool success = false;
+  // Metrics by their names in summary.json.
+  std::vector<std::pair<std::string, double>> values;
+  std::vector<ReportLink> films;
+  std::vector<ReportLink> logs;
+};
+
+// A number that describes the distribution of a metric, by its name in summary.json; two numbers are an
+// interval.
+struct ReportStatistic {
+  std::string name;
+  std::vector<double> value;
+};
+
+struct ReportMetric {
+  std::string name;
+  std::vector<ReportStatistic> statistics;
+};
+
+struct ReportInterval {
+  std::string method;  // "Wilson"
+  double lower, upper;
+};
+
+struct ReportStage {
+  int index = 0;
+  std::string name;  // may be empty
+};
+
+// What happened in one episode, tick by tick.
+struct ReportCurves {
+  int episode = 0;
+  std::string why;  // it was chosen: "first failure"
+  std::vector<CurveFigure> figures;
+  std::vector<EpisodeEvent> events;
+};
+
+struct ReportRun {
+  std::string name;
+  std::string task;
+  std::string variation;
+  std::string policy;
+  // Episodes that are finished, those that are complete, and successes among the complete ones.
+  int episodes = 0, complete = 0, successes = 0;
+  // 95 %; the first one is the one that is drawn and quoted.
+  std::vector<ReportInterval> intervals;
+  // What a reader has to know before the numbers, a sentence each.
+  std::vector<std::string> remarks;
+  std::vector<ReportStage> stages;
+  std::vector<ReportMetric> metrics;
+  std::vector<ReportEpisode> episode;
+  std::vector<ReportCurves> curves;
+  // How the run was made: options, versions, hashes.
+  std::vector<std::pair<std::string, std::string>> made;
+};
+
+struct Report {
+  std::string title;
+  // At least one; with several, a table of them comes first.
+  std::vector<ReportRun> runs;
+  std::vector<std::string> remarks;
+  // Version and commit of the program that wrote the page.
+  std::string made_by;
+};
+
+std::string ReportPage(const Report& report);
+
+}  // namespace evalbus
