@@ -23,16 +23,6 @@ void Flatten(const nlohmann::ordered_json& value, const std::string& name,
 
 }  // namespace
 
-Interval WilsonInterval(int successes, int trials) {
-  if (trials == 0) return {0, 1};
-  constexpr double z = 1.959963984540054;
-  const double n = trials, p = successes / n;
-  const double center = p + z * z / (2 * n);
-  const double half_width = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  const double scale = 1 + z * z / n;
-  return {std::max(0.0, (center - half_width) / scale), std::min(1.0, (center + half_width) / scale)};
-}
-
 std::vector<std::pair<std::string, double>> FlattenedValues(const nlohmann::ordered_json& metrics) {
   std::vector<std::pair<std::string, double>> values;
   Flatten(metrics, "", &values);

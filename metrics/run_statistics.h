@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evalbus/run_summary_t.hpp"
+#include "metrics/statistics/wilson.h"
 
 namespace evalbus {
 
@@ -18,15 +19,6 @@ struct EpisodeResult {
   // The result dictionary; whoever wants our own metrics in the statistics adds them under "extended".
   nlohmann::ordered_json metrics;
 };
-
-struct Interval {
-  double lower;
-  double upper;
-};
-
-// Wilson score interval of a proportion at 95 % (two-sided, z = 1.959963984540054):
-// (p + z^2/2n +- z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n). [0, 1] without trials.
-Interval WilsonInterval(int successes, int trials);
 
 // Numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
 // ("cartesian_path_length.left"), in the dictionary's order.

@@ -7,16 +7,6 @@
 namespace evalbus {
 namespace {
 
-TEST(WilsonInterval, AgreesWithPublishedValues) {
-  // scipy.stats.binomtest(43, 50).proportion_ci(method='wilson')
-  EXPECT_NEAR(WilsonInterval(43, 50).lower, 0.738138, 5e-7);
-  EXPECT_NEAR(WilsonInterval(43, 50).upper, 0.930492, 5e-7);
-  EXPECT_EQ(WilsonInterval(0, 10).lower, 0);
-  EXPECT_DOUBLE_EQ(WilsonInterval(10, 10).upper, 1);
-  EXPECT_EQ(WilsonInterval(0, 0).lower, 0);
-  EXPECT_EQ(WilsonInterval(0, 0).upper, 1);
-}
-
 EpisodeResult Episode(bool complete, bool success, nlohmann::ordered_json metrics) {
   return {.complete = complete, .success = success, .metrics = std::move(metrics)};
 }

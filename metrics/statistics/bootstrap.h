@@ -1,0 +1,134 @@
+// Bootstrap intervals of means. Sources: Efron and Tibshirani 1993, "An introduction to the bootstrap",
+// chapter 13 (percentile) and 14 (BCa: bias-corrected and accelerated). Deterministic: always the same random
+// numbers.
+#pragma once
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "metrics/statistics/describe.h"
+#include "metrics/statistics/interval.h"
+
+namespace evalbus {
+
+inline constexpr int kResamples = 10000;
+// BCa needs the sample's skewness, which fewer values do not tell: then percentile.
+inline constexpr size_t kFewestForBca = 10;
+
+// Indices 0 .. n-1 with replacement; the engine's output is fixed by the C++ standard.
+class Resampler {
+ public:
+  template <class Use>
+  void Draw(size_t n, const Use& use) {
+    for (size_t i = 0; i < n; i += 2) {
+      const uint64_t bits = engine_();
+      use(static_cast<size_t>((bits >> 32) * n >> 32));
+      if (i + 1 < n) use(static_cast<size_t>((bits & 0xFFFFFFFF) * n >> 32));
+    }
+  }
+  double Mean(std::span<const double> x) {
+    double sum = 0;
+    Draw(x.size(), [&](size_t i) { sum += x[i]; });
+    return sum / static_cast<double>(x.size());
+  }
+
+ private:
+  std::mt19937_64 engine_{1993};
+};
+
+inline Interval PercentileInterval(std::vector<double> resamples) {
+  std::sort(resamples.begin(), resamples.end());
+  return {Quantile(resamples, kAlpha / 2), Quantile(resamples, 1 - kAlpha / 2)};
+}
+
+// estimate: of the sample itself. acceleration: a sixth of the skewness of the influence of single values.
+inline Interval BcaInterval(std::vector<double> resamples, double estimate, double acceleration) {
+  std::sort(resamples.begin(), resamples.end());
+  const auto [below, above] = std::equal_range(resamples.begin(), resamples.end(), estimate);
+  // Of the resamples that equal the estimate, half count as smaller.
+  const double smaller =
+      static_cast<double>((below - resamples.begin()) + (above - resamples.begin())) / 2 / resamples.size();
+  if (smaller <= 0 || smaller >= 1)
+    return {Quantile(resamples, kAlpha / 2), Quantile(resamples, 1 - kAlpha / 2)};
+  const boost::math::normal_distribution<> normal;
+  const double bias = quantile(normal, smaller);
+  const auto corrected = [&](double z) {
+    const double shifted = bias + z;
+    return Quantile(resamples, cdf(normal, bias + shifted / (1 - acceleration * shifted)));
+  };
+  return {corrected(-kNormal975), corrected(kNormal975)};
+}
+
+// Sums of squares and cubes of the deviations from the mean, times scale; for the acceleration.
+struct Moments {
+  double squares = 0, cubes = 0;
+  void Add(std::span<const double> x, double scale) {
+    const double mean = Mean(x);
+    for (const double value : x) {
+      const double d = (value - mean) * scale;
+      squares += d * d;
+      cubes += d * d * d;
+    }
+  }
+  double acceleration() const { return cubes / (6 * std::pow(squares, 1.5)); }
+};
+
+// Of the mean: BCa, percentile below 10 values, NaN below two. For pairs: of their differences.
+inline Interval BootstrapMean(std::span<const double> x) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  if (x.size() < 2) return {kNaN, kNaN};
+  if (std::equal(x.begin() + 1, x.end(), x.begin())) return {x[0], x[0]};
+  Resampler resampler;
+  std::vector<double> means(kResamples);
+  for (double& mean : means) mean = resampler.Mean(x);
+  if (x.size() < kFewestForBca) return PercentileInterval(std::move(means));
+  Moments moments;
+  moments.Add(x, 1);
+  return BcaInterval(std::move(means), Mean(x), moments.acceleration());
+}
+
+// Of mean(a) - mean(b), independent samples; likewise.
+inline Interval BootstrapDifferenceOfMeans(std::span<const double> a, std::span<const double> b) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  if (a.size() < 2 || b.size() < 2) return {kNaN, kNaN};
+  Resampler resampler;
+  std::vector<double> differences(kResamples);
+  for (double& difference : differences) {
+    const double mean_a = resampler.Mean(a);
+    difference = mean_a - resampler.Mean(b);
+  }
+  Moments moments;
+  moments.Add(a, 1 / static_cast<double>(a.size()));
+  moments.Add(b, -1 / static_cast<double>(b.size()));
+  if (std::min(a.size(), b.size()) < kFewestForBca || moments.squares == 0) {
+    return PercentileInterval(std::move(differences));
+  }
+  return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration());
+}
+
+// Of mean(a) / mean(b), pairs (equal sizes), values not negative; percentile. NaN below two pairs, or where b
+// may be zero throughout a resample.
+inline Interval BootstrapRatioOfMeans(std::span<const double> a, std::span<const double> b) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  if (a.size() < 2 || a.size() != b.size()) return {kNaN, kNaN};
+  Resampler resampler;
+  std::vector<double> ratios(kResamples);
+  for (double& ratio : ratios) {
+    double sum_a = 0, sum_b = 0;
+    resampler.Draw(a.size(), [&](size_t i) {
+      sum_a += a[i];
+      sum_b += b[i];
+    });
+    if (sum_b <= 0) return {kNaN, kNaN};
+    ratio = sum_a / sum_b;
+  }
+  return PercentileInterval(std::move(ratios));
+}
+
+}  // namespace evalbus

@@ -1,0 +1,37 @@
+// Descriptive statistics of a sample.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <span>
+
+namespace evalbus {
+
+// NaN for an empty sample.
+inline double Mean(std::span<const double> x) {
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+}
+
+// Of the sample (n - 1); NaN for fewer than two values.
+inline double StandardDeviation(std::span<const double> x) {
+  if (x.size() < 2) return std::numeric_limits<double>::quiet_NaN();
+  const double mean = Mean(x);
+  double squares = 0;
+  for (const double value : x) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / static_cast<double>(x.size() - 1));
+}
+
+// Quantile of values in ascending order, by linear interpolation between the order statistics around
+// (n - 1) p: definition 7 of Hyndman and Fan 1996, "Sample quantiles in statistical packages", the default of
+// R and NumPy. At p = 0.5 the median. NaN for an empty sample.
+inline double Quantile(std::span<const double> sorted, double p) {
+  if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const double at = static_cast<double>(sorted.size() - 1) * p;
+  const auto below = static_cast<size_t>(at);
+  if (below + 1 == sorted.size()) return sorted[below];
+  const double fraction = at - static_cast<double>(below);
+  return sorted[below] + fraction * (sorted[below + 1] - sorted[below]);
+}
+
+}  // namespace evalbus

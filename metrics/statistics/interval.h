@@ -1,0 +1,16 @@
+// What the procedures of this folder share. All intervals are at 95 %, two-sided.
+#pragma once
+
+namespace evalbus {
+
+struct Interval {
+  double lower;
+  double upper;
+};
+
+// Standard normal quantile at 97.5 %.
+inline constexpr double kNormal975 = 1.959963984540054;
+// Two-sided significance level.
+inline constexpr double kAlpha = 0.05;
+
+}  // namespace evalbus

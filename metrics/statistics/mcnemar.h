@@ -1,0 +1,20 @@
+// Exact test of two success rates on pairs. Source: McNemar 1947, "Note on the sampling error of the
+// difference between correlated proportions or percentages", Psychometrika 12, with the binomial distribution
+// in place of chi-squared.
+#pragma once
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+
+namespace evalbus {
+
+// Two-sided p of the pairs in which only one of the two succeeded: min(1, 2 P(Binomial(a + b, 1/2) <= min(a,
+// b))). 1 without such pairs.
+inline double McNemarTest(int only_a, int only_b) {
+  const int discordant = only_a + only_b;
+  if (discordant == 0) return 1;
+  const boost::math::binomial_distribution<> binomial(discordant, 0.5);
+  return std::min(1.0, 2 * cdf(binomial, std::min(only_a, only_b)));
+}
+
+}  // namespace evalbus

@@ -1,0 +1,62 @@
+// Ranks for the two rank tests.
+#pragma once
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <vector>
+
+namespace evalbus {
+
+struct Ranks {
+  // Twice the rank of each value, ties getting the mean of their ranks: whole numbers.
+  std::vector<int> twice;
+  // Sum over groups of t equal values of t^3 - t.
+  double ties = 0;
+};
+
+inline Ranks RankValues(std::span<const double> values) {
+  std::vector<size_t> order(values.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return values[a] < values[b]; });
+  Ranks ranks{.twice = std::vector<int>(values.size()), .ties = 0};
+  for (size_t first = 0; first < order.size();) {
+    size_t last = first;
+    while (last + 1 < order.size() && values[order[last + 1]] == values[order[first]]) ++last;
+    for (size_t k = first; k <= last; ++k) ranks.twice[order[k]] = static_cast<int>(first + last + 2);
+    const auto t = static_cast<double>(last - first + 1);
+    ranks.ties += t * t * t - t;
+    first = last + 1;
+  }
+  return ranks;
+}
+
+// A rank test's result.
+struct RankTest {
+  // Sum of ranks that the test is about.
+  double statistic = 0;
+  // Two-sided.
+  double p = 1;
+  // From the distribution itself, not from its normal approximation.
+  bool exact = true;
+};
+
+// Two-sided p of a statistic by the normal distribution, corrected for continuity by half a rank.
+inline double NormalTwoSided(double statistic, double mean, double variance) {
+  if (!(variance > 0)) return 1;
+  const double z = std::max(0.0, std::abs(statistic - mean) - 0.5) / std::sqrt(variance);
+  return std::min(1.0, 2 * cdf(complement(boost::math::normal_distribution<>(), z)));
+}
+
+// Two-sided p of a statistic whose value s has the weight weights[s]: twice the smaller tail, at most 1.
+inline double ExactTwoSided(const std::vector<double>& weights, int statistic) {
+  const auto at = weights.begin() + statistic;
+  const double all = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const double lower = std::accumulate(weights.begin(), at + 1, 0.0);
+  const double upper = std::accumulate(at, weights.end(), 0.0);
+  return std::min(1.0, 2 * std::min(lower, upper) / all);
+}
+
+}  // namespace evalbus

@@ -1,0 +1,50 @@
+// Signed-rank test of paired differences. Source: Wilcoxon 1945, "Individual comparisons by ranking methods",
+// Biometrics Bulletin 1; ties as in Hollander, Wolfe and Chicken 2014, "Nonparametric statistical
+// methods", 3.1.
+#pragma once
+
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "metrics/statistics/ranks.h"
+
+namespace evalbus {
+
+// Differences of zero are left out, as Wilcoxon did; statistic: sum of the ranks of positive differences. Up
+// to 50 others the distribution is exact, also with ties: over all signs, given the ranks. Beyond, normal
+// with the variance corrected for ties. p = 1 where no difference is left.
+inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
+  std::vector<double> sizes;
+  std::vector<bool> positive;
+  for (const double difference : differences) {
+    if (difference == 0) continue;
+    sizes.push_back(std::abs(difference));
+    positive.push_back(difference > 0);
+  }
+  if (sizes.empty()) return {};
+  const Ranks ranks = RankValues(sizes);
+  int twice = 0;
+  for (size_t i = 0; i < sizes.size(); ++i) twice += positive[i] ? ranks.twice[i] : 0;
+
+  RankTest test{.statistic = twice / 2.0, .p = 1, .exact = sizes.size() <= 50};
+  if (test.exact) {
+    // Number of the 2^n choices of signs for each sum.
+    std::vector<double> choices(
+        static_cast<size_t>(std::accumulate(ranks.twice.begin(), ranks.twice.end(), 1)));
+    choices[0] = 1;
+    for (const int rank : ranks.twice) {
+      for (size_t sum = choices.size(); sum-- > static_cast<size_t>(rank);)
+        choices[sum] += choices[sum - static_cast<size_t>(rank)];
+    }
+    test.p = ExactTwoSided(choices, twice);
+  } else {
+    const auto n = static_cast<double>(sizes.size());
+    const double variance = n * (n + 1) * (2 * n + 1) / 24 - ranks.ties / 48;
+    test.p = NormalTwoSided(test.statistic, n * (n + 1) / 4, variance);
+  }
+  return test;
+}
+
+}  // namespace evalbus
