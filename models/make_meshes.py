@@ -254,6 +254,19 @@ def swept(path, ring):
     return vertices, normals, triangles
 
 
+def rounded_rectangle(half_u, half_v, r):
+    """Ring for swept(), with edges of radius r."""
+    ring = []
+    for s in range(12):
+        quarter = s // 3
+        a = math.pi / 2 * (quarter + (s % 3) / 2)
+        n = (math.cos(a), math.sin(a))
+        u = math.copysign(half_u - r, 1 if quarter in (0, 3) else -1)
+        v = math.copysign(half_v - r, 1 if quarter < 2 else -1)
+        ring.append(((u + r * n[0], v + r * n[1]), n))
+    return ring
+
+
 def moved(mesh, rotation, offset):
     """Rotates by a matrix (rows) and shifts."""
 
@@ -417,15 +430,7 @@ def pot_handle(side):
     path += [(0.072 - corner + corner * math.cos(a), 0.199 + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
     path += [(0.046, 0.225)]
     path += [(-x, y) for x, y in reversed(path)]
-    ring, r = [], 0.005
-    for s in range(12):  # a rectangle with round edges
-        quarter = s // 3
-        a = math.pi / 2 * (quarter + (s % 3) / 2)
-        n = (math.cos(a), math.sin(a))
-        u = math.copysign(0.01 - r, 1 if quarter in (0, 3) else -1)
-        v = math.copysign(0.0125 - r, 1 if quarter < 2 else -1)
-        ring.append(((u + r * n[0], v + r * n[1]), n))
-    mesh = swept([(x, y, 0.035) for x, y in path], ring)
+    mesh = swept([(x, y, 0.035) for x, y in path], rounded_rectangle(0.01, 0.0125, 0.005))
     return mesh if side > 0 else moved(mesh, ((-1, 0, 0), (0, -1, 0), (0, 0, 1)), (0, 0, 0))
 
 
@@ -439,6 +444,86 @@ def pot_brackets():
             c, d = x / size, y / size
             plates.append(moved(plate, ((d, c, 0), (-c, d, 0), (0, 0, 1)), (0.1265 * c, 0.1265 * d, 0.035)))
     return joined(*plates)
+
+
+# ---- tray ------------------------------------------------------------------------------------------------------------
+def tray_frame():
+    """Rim of 10 by 30 mm around 0.33 by 0.55 m, with round edges and corners."""
+    x, y, corner = 0.16, 0.27, 0.02
+    path = [(x, 0.0)]
+    for quarter, (cx, cy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+        angles = (math.pi / 2 * (quarter + k / 5) for k in range(6))
+        path += [(cx * (x - corner) + corner * math.cos(a), cy * (y - corner) + corner * math.sin(a)) for a in angles]
+    path += [(x, 0.0)]
+    return swept([(*p, -0.015) for p in path], rounded_rectangle(0.005, 0.015, 0.0035))
+
+
+def tray_handle(side):
+    """Bow over an end of the tray; its bar is 20 mm wide and 25 mm high, centred at (0, 0.265 side, 0.0475)."""
+    corner = 0.022
+    path = [(0.086, -0.002), (0.086, 0.0475 - corner)]
+    path += [(0.086 - corner + corner * math.cos(a), 0.0475 - corner + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
+    path += [(0.086 - corner, 0.0475)]
+    path += [(-x, z) for x, z in reversed(path)]
+    mesh = swept([(x, z, 0.0) for x, z in path], rounded_rectangle(0.0125, 0.01, 0.005))
+    return moved(mesh, ((1, 0, 0), (0, 0, -1), (0, 1, 0)), (0, 0.265 * side, 0))
+
+
+# ---- valve -----------------------------------------------------------------------------------------------------------
+def valve_wheel():
+    """Hand-wheel about z: rim, five spokes and hub; origin in the rim's middle."""
+    rim = [(0.0255 + 0.0055 * math.cos(a), 0.007 * math.sin(a)) for a in (math.pi / 8 * k for k in range(-8, 9))]
+    hub = [(0, -0.006), None, (0.0075, -0.006), (0.0085, -0.005), (0.0085, 0.006), (0.0075, 0.007), None, (0, 0.007)]
+    spoke = turned(0, (0.015, 0, 0), [(0.0028, -0.008), (0.0028, 0.008)], 10)
+    spokes = []
+    for k in range(5):
+        c, d = math.cos(2 * math.pi / 5 * k), math.sin(2 * math.pi / 5 * k)
+        spokes.append(moved(spoke, ((c, -d, 0), (d, c, 0), (0, 0, 1)), (0, 0, 0)))
+    return joined(turned(2, (0, 0, 0), rim, 40), turned(2, (0, 0, 0), hub, 20), *spokes)
+
+
+def valve_body():
+    """Globe valve with two pipe ends along y; origin on the wheel's axis, at the height of its foot."""
+    globe = tapered((0, -0.03, 0.052), (0, 0.03, 0.052), 0.036, 0.036)
+    pipe = cylinder(1, (0, 0, 0.052), 0.1, 0.024, 0.0)
+    neck = cylinder(2, (0, 0, 0.075), 0.03, 0.022, 0.003)
+    shell = surface(common(blend(0.02, globe, pipe, neck), half_space(2, 1, 0.102)), (-0.04, -0.105, 0.01), (0.04, 0.105, 0.105), 0.0085)
+    ends = [flange_disc(1, (0, side * 0.103, 0.052), 0.008, 0.046, 0.031) for side in (-1, 1)]
+    return joined(shell, flange_disc(2, (0, 0, 0.1), 0.005, 0.03, 0.023), *ends)
+
+
+def flange_disc(axis, centre, half, radius, bolt_circle):
+    """Disc with rounded edges and six bolts through it."""
+    disc = [(0, -half), None, (radius - 0.002, -half), (radius, 0.002 - half), (radius, half - 0.002), (radius - 0.002, half),
+            None, (0, half)]
+    bolt = [(0, -half - 0.004), None, (0.004, -half - 0.004), (0.004, half + 0.004), None, (0, half + 0.004)]
+    meshes = [turned(axis, centre, disc, 32)]
+    for k in range(6):
+        place = list(centre)
+        place[(axis + 1) % 3] += bolt_circle * math.cos(math.pi / 3 * (k + 0.5))
+        place[(axis + 2) % 3] += bolt_circle * math.sin(math.pi / 3 * (k + 0.5))
+        meshes.append(turned(axis, place, bolt, 6))
+    return joined(*meshes)
+
+
+# ---- cardboard -------------------------------------------------------------------------------------------------------
+def cardboard(size=128):
+    """Tileable picture of brown kraft liner: fibres and the faint shadows of the corrugation beneath."""
+    draw = random.Random(5)
+    rows = []
+    for y in range(size):
+        row = bytearray([0])
+        for x in range(size):
+            shade = 1 + 0.012 * math.sin(2 * math.pi * x / 8) + draw.uniform(-0.025, 0.025)
+            row += bytes(int(max(0, min(255, c * shade))) for c in (196, 158, 112))
+        rows.append(row)
+    for _ in range(90):
+        x, y, tone = draw.randrange(size), draw.randrange(size), draw.choice((0.9, 1.07))
+        for step in range(draw.randrange(3, 9)):
+            at = 1 + 3 * ((x + step) % size)
+            for c in range(3):
+                rows[y][at + c] = min(255, int(rows[y][at + c] * tone))
+    return png(size, rows)
 
 
 # ---- counter ---------------------------------------------------------------------------------------------------------
@@ -460,11 +545,18 @@ def oak(size=256, staves=8):
                 row += bytes(int(max(0, min(255, c * shade))) for c in (203, 172, 132))
             rows.append(bytes(row))
 
+    return png(size, rows)
+
+
+def png(size, rows):
+    """Square RGB picture; each row starts with the filter type 0."""
+
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     header = struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"".join(rows), 9)) + chunk(b"IEND", b"")
+    data = zlib.compress(b"".join(bytes(row) for row in rows), 9)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
 
 
 def main():
@@ -479,7 +571,13 @@ def main():
     pot = HERE / "props/pot/meshes"
     write(pot / "body.obj", pot_body())
     write(pot / "handles.obj", joined(pot_handle(1), pot_handle(-1), pot_brackets()))
+    tray = HERE / "props/tray/meshes"
+    write(tray / "frame.obj", tray_frame())
+    write(tray / "handles.obj", joined(tray_handle(1), tray_handle(-1)))
     (HERE / "props/base_cabinet/oak.png").write_bytes(oak())
+    write(HERE / "props/valve/meshes/body.obj", valve_body())
+    write(HERE / "props/valve/meshes/wheel.obj", valve_wheel())
+    (HERE / "props/cardboard_box/cardboard.png").write_bytes(cardboard())
     write(HERE / "props/cube/meshes/cube.obj", rounded_box((0.02, 0.02, 0.02), 0.0025))
     write(HERE / "props/rod/meshes/rod.obj", rounded_box((0.02, 0.1, 0.02), 0.003))
 
