@@ -16,8 +16,10 @@ constexpr double kMaxKnotStep = 0.6;  // rad
 constexpr double kMinDuration = 0.3;  // s
 // Weight of the home posture against the last knot's where redundancy is spent.
 constexpr double kHomePull = 0.1;
+// An object that is placed first stops so far above its support.
+constexpr double kAbove = 0.05;  // m
 
-double Turn(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+double Angle(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
 }
 
@@ -69,7 +71,7 @@ PlanningContext::PlanningContext(const mjModel& model, const model_info_t& info,
       probe(model, info, motion_limits.clearance) {}
 
 Plan::Plan(PlanningContext* context, const Configuration& now, const state_t& state)
-    : context_(context), state_(&state), end_(now) {}
+    : context_(context), state_(&state), end_(now), held_(now.joints.size(), -1) {}
 
 Motion Plan::Rest() const {
   Motion rest;
@@ -78,15 +80,26 @@ Motion Plan::Rest() const {
   return rest;
 }
 
-void Plan::Append(Motion motion, const Carried& carried) {
+void Plan::Append(Motion motion, Contacts contacts) {
   end_ = motion.At(motion.duration);
   motions_.push_back(std::move(motion));
-  carried_.push_back(carried);
+  contacts.touchable = near_;
+  for (int body : held_) {
+    if (body >= 0) contacts.touchable.push_back(body);
+  }
+  contacts_.push_back(std::move(contacts));
+}
+
+Eigen::Isometry3d Plan::PoseOf(int body) const {
+  for (const ObjectGoal& moved : moved_) {
+    if (moved.body == body) return moved.pose;
+  }
+  return BodyPose(*state_, body);
 }
 
 template <class GripAt>
 Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration, const GripAt& grip,
-                   const Carried& carried) {
+                   Contacts contacts) {
   Motion motion = Rest();
   motion.duration = min_duration;
   for (size_t i = 0; i < arms.size() && feasible_; ++i) {
@@ -114,7 +127,7 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
     motion.duration =
         std::max(motion.duration, JointDuration(motion.paths[arms[i]], context_->limits.joint_speed));
   }
-  if (feasible_) Append(std::move(motion), carried);
+  if (feasible_) Append(std::move(motion), std::move(contacts));
   return *this;
 }
 
@@ -125,9 +138,9 @@ Plan& Plan::GoStraight(const std::vector<GripGoal>& goals, double speed) {
   double distance = 0, turn = 0;
   for (const GripGoal& goal : goals) {
     arms.push_back(goal.arm);
-    starts.push_back(context_->arms[goal.arm].GripPose(end_.joints[goal.arm]));
+    starts.push_back(GripPose(goal.arm));
     distance = std::max(distance, (goal.pose.translation() - starts.back().translation()).norm());
-    turn = std::max(turn, Turn(starts.back(), goal.pose));
+    turn = std::max(turn, Angle(starts.back(), goal.pose));
   }
   return Follow(arms, NumKnots(distance, turn),
                 MinDuration(distance, speed, turn, context_->limits.grip_turn_rate),
@@ -156,21 +169,121 @@ Plan& Plan::MoveGrippers(const std::vector<int>& grippers, double closing) {
   return *this;
 }
 
-Plan& Plan::Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
-                  const std::vector<int>& arms) {
+void Plan::SetPose(const ObjectGoal& object) {
+  std::erase_if(moved_, [&](const ObjectGoal& moved) { return moved.body == object.body; });
+  moved_.push_back(object);
+}
+
+Plan& Plan::Push(const std::vector<GripGoal>& goals) {
+  GoStraight(goals, context_->limits.push_speed);
+  if (feasible_) contacts_.back().expected = true;
+  return *this;
+}
+
+Plan& Plan::Press(int body, const Eigen::Isometry3d& pose, const std::vector<GripGoal>& goals) {
+  SetPose({body, pose});
+  near_ = {body};
+  Approach(goals);
+  near_.clear();
+  return *this;
+}
+
+Plan& Plan::Turn(const std::vector<int>& arms, const Axis& axis, double angle, double speed) {
   if (!feasible_) return *this;
-  std::vector<Eigen::Isometry3d> in_object;
+  std::vector<Eigen::Isometry3d> starts;
   double distance = 0;
   for (int arm : arms) {
-    const Eigen::Isometry3d grip = context_->arms[arm].GripPose(end_.joints[arm]);
-    in_object.push_back(from.inverse() * grip);
-    distance = std::max(distance, ((to * in_object.back()).translation() - grip.translation()).norm());
+    starts.push_back(GripPose(arm));
+    const Eigen::Vector3d lever = starts.back().translation() - axis.point;
+    distance = std::max(distance, std::abs(angle) * axis.direction.cross(lever).norm());
   }
-  const double turn = Turn(from, to);
-  const MotionLimits& limits = context_->limits;
-  return Follow(arms, NumKnots(distance, turn),
-                MinDuration(distance, limits.carry_speed, turn, limits.grip_turn_rate),
-                [&](size_t i, double s) { return Between(from, to, s) * in_object[i]; }, {body, from, to});
+  const auto turned = [&](size_t i, double s) -> Eigen::Isometry3d {
+    return Eigen::Translation3d(axis.point) * Eigen::AngleAxisd(s * angle, axis.direction) *
+           Eigen::Translation3d(-axis.point) * starts[i];
+  };
+  return Follow(arms, NumKnots(distance, std::abs(angle)),
+                MinDuration(distance, speed, std::abs(angle), context_->limits.grip_turn_rate), turned,
+                {.carried = {}, .touchable = {}, .expected = true});
+}
+
+Plan& Plan::Open(const std::vector<int>& grippers) {
+  for (int gripper : grippers) held_[gripper] = -1;
+  return MoveGrippers(grippers, 0);
+}
+
+Plan& Plan::Take(const std::vector<Hold>& holds) {
+  std::vector<int> arms;
+  std::vector<GripGoal> before, at;
+  for (const Hold& hold : holds) {
+    const Eigen::Isometry3d object = PoseOf(hold.body);
+    arms.push_back(hold.arm);
+    before.push_back({hold.arm, object * hold.grasp.before});
+    at.push_back({hold.arm, object * hold.grasp.at});
+  }
+  Reach(before);
+  for (const Hold& hold : holds) near_.push_back(hold.body);
+  Approach(at).Close(arms);
+  near_.clear();
+  for (const Hold& hold : holds) held_[hold.arm] = hold.body;
+  return *this;
+}
+
+Plan& Plan::Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                  const std::vector<int>& arms) {
+  for (int arm : arms) held_[arm] = body;
+  SetPose({body, from});
+  return Move({{body, to}});
+}
+
+Plan& Plan::Carry(const std::vector<ObjectGoal>& goals, double speed) {
+  if (!feasible_) return *this;
+  std::vector<int> arms;
+  // Of each arm: what it carries, and its grip there.
+  std::vector<size_t> carries;
+  std::vector<Eigen::Isometry3d> in_object;
+  Contacts contacts;
+  double distance = 0, turn = 0;
+  for (size_t i = 0; i < goals.size(); ++i) {
+    const Eigen::Isometry3d from = PoseOf(goals[i].body), &to = goals[i].pose;
+    contacts.carried.push_back({goals[i].body, from, to});
+    turn = std::max(turn, Angle(from, to));
+    for (size_t arm = 0; arm < held_.size(); ++arm) {
+      if (held_[arm] != goals[i].body) continue;
+      const Eigen::Isometry3d grip = GripPose(static_cast<int>(arm));
+      arms.push_back(static_cast<int>(arm));
+      carries.push_back(i);
+      in_object.push_back(from.inverse() * grip);
+      distance = std::max(distance, ((to * in_object.back()).translation() - grip.translation()).norm());
+    }
+    SetPose(goals[i]);
+  }
+  const std::vector<Carried> carried = contacts.carried;
+  return Follow(
+      arms, NumKnots(distance, turn), MinDuration(distance, speed, turn, context_->limits.grip_turn_rate),
+      [&](size_t i, double s) {
+        return Between(carried[carries[i]].from, carried[carries[i]].to, s) * in_object[i];
+      },
+      std::move(contacts));
+}
+
+Plan& Plan::Lift(int body, double height) {
+  return Move({{body, Eigen::Translation3d(0, 0, height) * PoseOf(body)}});
+}
+
+Plan& Plan::Place(int body, const Eigen::Isometry3d& pose) {
+  return Move({{body, Eigen::Translation3d(0, 0, kAbove) * pose}})
+      .Carry({{body, pose}}, context_->limits.approach_speed);
+}
+
+Plan& Plan::Release(const std::vector<int>& arms) {
+  std::vector<GripGoal> back;
+  for (int arm : arms) {
+    back.push_back({arm, GripPose(arm) * Eigen::Translation3d(0, 0, -kGraspApproach)});
+    if (held_[arm] >= 0) near_.push_back(held_[arm]);
+  }
+  Open(arms).Approach(back);
+  near_.clear();
+  return *this;
 }
 
 Plan& Plan::CheckContacts(const std::vector<int>& arms) {
@@ -179,9 +292,9 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
   probe.Set(*state_);
   for (size_t i = 0; i < motions_.size(); ++i) {
     const Motion& motion = motions_[i];
-    const Carried& carried = carried_[i];
-    if (i < num_checked_) {
-      if (carried.body >= 0) probe.SetObject(carried.body, carried.to);
+    const Contacts& contacts = contacts_[i];
+    if (i < num_checked_ || contacts.expected) {
+      for (const Carried& carried : contacts.carried) probe.SetObject(carried.body, carried.to);
       continue;
     }
     size_t spans = 0;
@@ -190,8 +303,10 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
       const double s = static_cast<double>(k) / static_cast<double>(spans);
       for (size_t arm = 0; arm < motion.paths.size(); ++arm)
         probe.SetArm(static_cast<int>(arm), motion.paths[arm].At(s));
-      if (carried.body >= 0) probe.SetObject(carried.body, Between(carried.from, carried.to, s));
-      if (context_->effort_left-- <= 0 || probe.Touches(arms, carried.body)) {
+      for (const Carried& carried : contacts.carried) {
+        probe.SetObject(carried.body, Between(carried.from, carried.to, s));
+      }
+      if (context_->effort_left-- <= 0 || probe.Touches(arms, contacts.touchable)) {
         feasible_ = false;
         return *this;
       }

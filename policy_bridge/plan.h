@@ -1,16 +1,17 @@
 // Motion primitives, from which a scripted expert is written as a short list:
 //
 //   Plan plan(&context, now, state);
-//   plan.Reach(above_handles).Approach(handles).Close({0, 1}).Carry(body, from, to, {0, 1});
+//   plan.Take({{kLeft, cube, grasp}}).Lift(cube, 0.1).Place(cube, there).Release({kLeft}).GoHome({kLeft});
 //
-// A plan is made before it is carried out: straight lines of the grip frames, solved for joint positions at
-// knots, timed so that no joint and no hand exceeds its speed. It is feasible or not, so an expert can try
-// one after the other.
+// A plan is made before it is carried out: straight lines and arcs of the grip frames, solved for joint
+// positions at knots, timed so that no joint and no hand exceeds its speed. It is feasible or not, so an
+// expert can try one after the other.
 #pragma once
 
 #include <optional>
 #include <vector>
 
+#include "policy_bridge/grasp.h"
 #include "policy_bridge/joint_path.h"
 #include "policy_bridge/robot.h"
 
@@ -22,6 +23,7 @@ struct MotionLimits {
   double grip_speed = 0.6;      // m/s
   double approach_speed = 0.2;  // m/s
   double carry_speed = 0.3;     // m/s
+  double push_speed = 0.1;      // m/s
   double grip_turn_rate = 2.0;  // rad/s
   double gripper_time = 0.6;    // s, to open or close
   double clearance = 0.003;     // m, to everything the robot should not touch
@@ -41,6 +43,24 @@ struct Motion {
 struct GripGoal {
   int arm;
   Eigen::Isometry3d pose;
+};
+
+// An object's goal, as the pose of its first body in the world.
+struct ObjectGoal {
+  int body;
+  Eigen::Isometry3d pose;
+};
+
+// An arm that is to take an object, and how.
+struct Hold {
+  int arm;
+  int body;
+  Grasp grasp;
+};
+
+// A line in the world that something turns about; the direction is a unit vector.
+struct Axis {
+  Eigen::Vector3d point, direction;
 };
 
 // What plans need of the model; made once per run.
@@ -63,26 +83,52 @@ class Plan {
   // From what is commanded now, with everything else where `state` says.
   Plan(PlanningContext* context, const Configuration& now, const state_t& state);
 
-  // Each primitive appends a motion. Once one is impossible the plan is infeasible and the rest do nothing.
+  // Each primitive appends motions. Once one is impossible the plan is infeasible and the rest do nothing.
+  // Arms and grippers that are not named rest.
 
-  // The grips go straight to their goals, the other arms rest.
+  // The grips go straight to their goals.
   Plan& Reach(const std::vector<GripGoal>& goals) { return GoStraight(goals, context_->limits.grip_speed); }
   // The same slowly: the last centimetres to a grasp, and the first ones away from it.
   Plan& Approach(const std::vector<GripGoal>& goals) {
     return GoStraight(goals, context_->limits.approach_speed);
   }
+  // The same against something: contacts are expected, so CheckContacts passes it over.
+  Plan& Push(const std::vector<GripGoal>& goals);
+  // As Approach, down on an object at `pose` that the arms then drag with Carry: pads may touch it.
+  Plan& Press(int body, const Eigen::Isometry3d& pose, const std::vector<GripGoal>& goals);
+  // The grips turn about an axis by an angle (rad, right-handed) at most at `speed` (m/s), as a hand does
+  // that turns a valve or moves a lid. Contacts are expected.
+  Plan& Turn(const std::vector<int>& arms, const Axis& axis, double angle, double speed);
   // The arms go home, straight in joint space.
   Plan& GoHome(const std::vector<int>& arms);
-  Plan& Open(const std::vector<int>& grippers) { return MoveGrippers(grippers, 0); }
+  // Lets go what the grippers hold.
+  Plan& Open(const std::vector<int>& grippers);
   Plan& Close(const std::vector<int>& grippers) { return MoveGrippers(grippers, 1); }
-  // The arms, which hold the object whose first body is `body`, bring it straight from one pose to another.
+
+  // The arms reach for their objects, approach and close: they hold them from then on.
+  Plan& Take(const std::vector<Hold>& holds);
+  // The objects go straight to their goals, each in the hands of the arms that hold it.
+  Plan& Move(const std::vector<ObjectGoal>& goals) { return Carry(goals, context_->limits.carry_speed); }
+  // The same for one object that these arms have closed on without Take, and from where it is taken to be.
   Plan& Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
               const std::vector<int>& arms);
+  // Straight up by `height` (m).
+  Plan& Lift(int body, double height);
+  // To a pose on a support: first above it, then slowly down.
+  Plan& Place(int body, const Eigen::Isometry3d& pose);
+  // The grippers open, let go what they hold and back off along their own axes.
+  Plan& Release(const std::vector<int>& arms);
+  // Another arm takes the object before the one that holds it lets it go.
+  Plan& HandOver(int giver, const Hold& receiver) { return Take({receiver}).Release({giver}); }
 
   // Infeasible if these arms touch anything but arms not named, in the motions since the last check. Pads may
-  // touch what is carried. Looks at the knots.
+  // touch what is taken or held. Looks at the knots.
   Plan& CheckContacts(const std::vector<int>& arms);
 
+  // Where the plan leaves a body: as in the state, unless it moved it.
+  Eigen::Isometry3d PoseOf(int body) const;
+  // Where the plan leaves a grip.
+  Eigen::Isometry3d GripPose(int arm) const { return context_->arms[arm].GripPose(end_.joints[arm]); }
   bool feasible() const { return feasible_; }
   const std::vector<Motion>& motions() const { return motions_; }
   // Where the plan ends.
@@ -90,24 +136,38 @@ class Plan {
 
  private:
   struct Carried {
-    int body = -1;
+    int body;
     Eigen::Isometry3d from, to;
+  };
+  // What CheckContacts needs to know of a motion.
+  struct Contacts {
+    std::vector<Carried> carried;
+    // Bodies that pads may touch.
+    std::vector<int> touchable;
+    bool expected = false;
   };
   // grip(i, s): pose of the grip of arms[i] at fraction s.
   template <class GripAt>
   Plan& Follow(const std::vector<int>& arms, int knots, double min_duration, const GripAt& grip,
-               const Carried& carried);
+               Contacts contacts);
   Plan& GoStraight(const std::vector<GripGoal>& goals, double speed);
+  Plan& Carry(const std::vector<ObjectGoal>& goals, double speed);
   Plan& MoveGrippers(const std::vector<int>& grippers, double closing);
+  void SetPose(const ObjectGoal& object);
   Motion Rest() const;
-  void Append(Motion motion, const Carried& carried);
+  void Append(Motion motion, Contacts contacts);
 
   PlanningContext* context_;
   const state_t* state_;
   Configuration end_;
   std::vector<Motion> motions_;
-  // Of each motion: what it carries.
-  std::vector<Carried> carried_;
+  // Of each motion.
+  std::vector<Contacts> contacts_;
+  // Objects where the plan left them, and of each arm the one that it holds, -1 for none.
+  std::vector<ObjectGoal> moved_;
+  std::vector<int> held_;
+  // Pads may touch these, too, though nobody holds them: what is being taken or was just released.
+  std::vector<int> near_;
   // Motions checked for contacts so far.
   size_t num_checked_ = 0;
   bool feasible_ = true;

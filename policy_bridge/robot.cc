@@ -164,10 +164,13 @@ void ContactProbe::SetObject(int body, const Eigen::Isometry3d& pose) {
   qpos[6] = quat.z();
 }
 
-bool ContactProbe::Touches(const std::vector<int>& arms, int held_body) {
+bool ContactProbe::Touches(const std::vector<int>& arms, const std::vector<int>& touchable_bodies) {
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());
-  const int held = held_body < 0 ? -1 : entity_of_body_[held_body];
+  const auto is_touchable = [&](int geom) {
+    return std::any_of(touchable_bodies.begin(), touchable_bodies.end(),
+                       [&](int body) { return entity_of_body_[body] == entity_of_geom_[geom]; });
+  };
   const auto is_named = [&](int geom) {
     return std::find(arms.begin(), arms.end(), arm_of_geom_[geom]) != arms.end();
   };
@@ -176,8 +179,8 @@ bool ContactProbe::Touches(const std::vector<int>& arms, int held_body) {
     const bool a_named = is_named(a), b_named = is_named(b);
     if (!a_named && !b_named) continue;
     if ((arm_of_geom_[a] >= 0 && !a_named) || (arm_of_geom_[b] >= 0 && !b_named)) continue;
-    if (is_pad_[a] && (is_pad_[b] || entity_of_geom_[b] == held)) continue;
-    if (is_pad_[b] && entity_of_geom_[a] == held) continue;
+    if (is_pad_[a] && (is_pad_[b] || is_touchable(b))) continue;
+    if (is_pad_[b] && is_touchable(a)) continue;
     return true;
   }
   return false;

@@ -56,8 +56,8 @@ class ContactProbe {
   void SetObject(int body, const Eigen::Isometry3d& pose);
 
   // True if one of these arms (or its hand) touches anything but the arms that are not named. Pads may touch
-  // the object with the first body `held_body`; -1: nothing is held.
-  bool Touches(const std::vector<int>& arms, int held_body);
+  // the objects that these bodies belong to.
+  bool Touches(const std::vector<int>& arms, const std::vector<int>& touchable_bodies);
 
  private:
   struct Free {
