@@ -15,9 +15,11 @@ namespace fs = std::filesystem;
 void AddRenderOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("run", options->run, "run folder, an episode's folder or a log")->required();
   app->add_option("--episode", options->episodes, "numbers of episodes, with commas; default: all")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app->add_option("--camera", options->cameras, "names of cameras, with commas")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   app->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
 }

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   evalbus::AddAddressOptions(&app, &address);
   app.add_option("--camera", options.cameras, "names of cameras, with commas")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   app.add_option("--fps", options.fps, "frames per second and camera, at most")->capture_default_str();
