@@ -164,24 +164,30 @@ MetricsOptions ReadMetrics(const YamlValue& value) {
   return options;
 }
 
+// Appends a list of parts.
+void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
+               std::vector<ScenePart>* parts) {
+  for (const YamlValue& entry : value.List()) {
+    const YamlMap map(entry, {"name", "model", "pose"}, {"free"});
+    ScenePart part;
+    part.name = map["name"].Name();
+    for (const ScenePart& other : *parts) {
+      if (other.name == part.name) map["name"].Fail("another part is called '" + part.name + "'");
+    }
+    if (part.name == "world") map["name"].Fail("'world' is the world itself; choose another name");
+    part.model_file = FileIn(map["model"], folder, check_files);
+    part.pose = ReadPose(map["pose"]);
+    if (const YamlValue* free = map.Find("free")) part.free = free->Bool();
+    part.location = entry.location();
+    parts->push_back(std::move(part));
+  }
+}
+
 void ReadScene(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
                TaskDescription* task) {
   const YamlMap map(value, {"base", "parts"});
   task->scene_file = FileIn(map["base"], folder, check_files);
-  for (const YamlValue& entry : map["parts"].List()) {
-    const YamlMap part_map(entry, {"name", "model", "pose"}, {"free"});
-    ScenePart part;
-    part.name = part_map["name"].Name();
-    for (const ScenePart& other : task->parts) {
-      if (other.name == part.name) part_map["name"].Fail("another part is called '" + part.name + "'");
-    }
-    if (part.name == "world") part_map["name"].Fail("'world' is the world itself; choose another name");
-    part.model_file = FileIn(part_map["model"], folder, check_files);
-    part.pose = ReadPose(part_map["pose"]);
-    if (const YamlValue* free = part_map.Find("free")) part.free = free->Bool();
-    part.location = entry.location();
-    task->parts.push_back(std::move(part));
-  }
+  ReadParts(map["parts"], folder, check_files, &task->parts);
 }
 
 std::vector<Stage> ReadStages(const YamlValue& value) {
@@ -210,13 +216,17 @@ void MarkPlaced(const Randomisation& randomisation, std::vector<ScenePart>* part
   }
 }
 
-void ReadVariations(const YamlValue& value, TaskDescription* task) {
+void ReadVariations(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
+                    TaskDescription* task) {
+  const auto num_common_parts = static_cast<std::ptrdiff_t>(task->parts.size());
   for (const YamlValue& entry : value.Entries()) {
     const YamlMap map(entry, {},
-                      {"alias", "randomise", "robot_base", "poses", "stages", "success", "failure"});
+                      {"alias", "randomise", "robot_base", "parts", "poses", "stages", "success", "failure"});
     Variation variation;
     variation.name = entry.key();
     if (const YamlValue* alias = map.Find("alias")) variation.alias = alias->Name();
+    // The variation's own parts are the task's while its keys are read, for these name parts.
+    if (const YamlValue* parts = map.Find("parts")) ReadParts(*parts, folder, check_files, &task->parts);
     if (const YamlValue* randomise = map.Find("randomise")) {
       for (const YamlValue& element : randomise->List()) {
         variation.randomisations.push_back(ReadRandomisation(element, *task));
@@ -232,6 +242,8 @@ void ReadVariations(const YamlValue& value, TaskDescription* task) {
     if (const YamlValue* stages = map.Find("stages")) variation.stages = ReadStages(*stages);
     if (const YamlValue* success = map.Find("success")) variation.success = ReadExpression(*success);
     if (const YamlValue* failure = map.Find("failure")) variation.failure = ReadExpression(*failure);
+    variation.parts.assign(task->parts.begin() + num_common_parts, task->parts.end());
+    task->parts.erase(task->parts.begin() + num_common_parts, task->parts.end());
     task->variations.push_back(std::move(variation));
   }
   if (task->variations.empty()) value.Fail("expected at least one variation, such as base: {}");
@@ -256,6 +268,7 @@ const Variation& TaskDescription::variation(const std::string& wanted) const {
 void TaskDescription::Apply(const std::string& wanted) {
   const Variation& chosen = variation(wanted);
   if (chosen.robot_base) robot_base = *chosen.robot_base;
+  parts.insert(parts.end(), chosen.parts.begin(), chosen.parts.end());
   for (ScenePart& part : parts) {
     const auto pose = chosen.poses.find(part.name);
     if (pose != chosen.poses.end()) part.pose = pose->second;
@@ -283,7 +296,7 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
   task.time_limit = map["time_limit_s"].Number(kPositive);
   ReadScene(map["scene"], folder, check_files, &task);
   task.objects = PartNames(map["objects"], task);
-  ReadVariations(map["variations"], &task);
+  ReadVariations(map["variations"], folder, check_files, &task);
 
   if (const YamlValue* metrics = map.Find("metrics")) task.metrics = ReadMetrics(*metrics);
   task.stages = ReadStages(map["stages"]);

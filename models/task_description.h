@@ -90,7 +90,8 @@ struct Variation {
   std::string alias;
   // Applied in order at each reset.
   std::vector<Randomisation> randomisations;
-  // What it has instead of the task's own; see TaskDescription::Apply.
+  // What it has besides the task's own, and instead; see TaskDescription::Apply.
+  std::vector<ScenePart> parts;
   std::optional<Pose> robot_base;
   std::map<std::string, Pose> poses;  // of parts, by name
   std::vector<Stage> stages;          // empty: the task's
@@ -139,8 +140,9 @@ struct TaskDescription {
   // Throws InputError that lists the variations there are.
   const Variation& variation(const std::string& name) const;
 
-  // Makes this the task as the variation has it: its robot base, poses, stages and verdict in place of the
-  // task's own. For one variation of a task as it was read. Throws as variation() does.
+  // Makes this the task as the variation has it: with its parts besides the task's own, and its robot base,
+  // poses, stages and verdict in their place. For one variation of a task as it was read. Throws as
+  // variation() does.
   void Apply(const std::string& variation);
 };
 
