@@ -1,7 +1,10 @@
 #include "policy_bridge/expert.h"
 
+#include <functional>
+#include <map>
+
 #include "bus/errors.h"
-#include "policy_bridge/lift_pot.h"
+#include "policy_bridge/lift_by_handles.h"
 
 namespace evalbus {
 
@@ -32,10 +35,37 @@ void SetAction(const Configuration& configuration, action_t* action) {
   action->error.clear();
 }
 
+namespace {
+
+using Factory = std::function<std::unique_ptr<Policy>(const mjModel&, const model_info_t&)>;
+
+Factory LiftByHandles(const HandledObject& object) {
+  return [object](const mjModel& model, const model_info_t& info) {
+    return std::make_unique<LiftByHandlesExpert>(object, model, info);
+  };
+}
+
+// By task.
+const std::map<std::string, Factory>& Experts() {
+  static const std::map<std::string, Factory> experts = {
+      {"lift_pot",
+       LiftByHandles({.name = "pot", .sweet_spot = {0.62, 0}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = 1})},
+      {"lift_tray",
+       LiftByHandles(
+           {.name = "tray", .sweet_spot = {0.6, -0.325}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = -0.02})},
+  };
+  return experts;
+}
+
+}  // namespace
+
 std::unique_ptr<Policy> MakeExpert(const mjModel& model, const model_info_t& info) {
-  if (info.task == "lift_pot") return std::make_unique<LiftPotExpert>(model, info);
-  throw InputError("policy \"expert\": there is none for task \"" + info.task +
-                   "\"; there is one for lift_pot");
+  const auto expert = Experts().find(info.task);
+  if (expert != Experts().end()) return expert->second(model, info);
+  std::string known;
+  for (const auto& [task, unused] : Experts()) known += (known.empty() ? "" : ", ") + task;
+  throw InputError("policy \"expert\": there is none for task \"" + info.task + "\"; there is one for " +
+                   known);
 }
 
 }  // namespace evalbus
