@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace evalbus {
 namespace {
@@ -21,7 +22,7 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
                            .joint_lower = arm.joint_lower_rad,
                            .joint_upper = arm.joint_upper_rad});
   }
-  config.num_grippers = model.num_grippers;
+  for (const gripper_info_t& gripper : model.gripper) config.grippers.push_back(gripper.name);
   config.objects = model.object_name;
   config.control_dt = static_cast<double>(model.timestep_us * model.substeps) / 1e6;
 
@@ -45,17 +46,40 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
   return config;
 }
 
+// By finger, that is by body with pads, then geom.
+std::vector<std::vector<uint8_t>> Fingers(const model_info_t& model, const gripper_info_t& gripper) {
+  std::map<int, std::vector<uint8_t>> fingers;
+  for (int geom : gripper.pad_geom) {
+    std::vector<uint8_t>& pads = fingers[model.geom_body[geom]];
+    pads.resize(model.num_geoms);
+    pads[geom] = 1;
+  }
+  std::vector<std::vector<uint8_t>> result;
+  for (auto& [body, pads] : fingers) result.push_back(std::move(pads));
+  return result;
+}
+
 }  // namespace
 
 EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& task)
-    : model_(model), names_(model_), evaluator_(task, names_), metrics_(MakeConfig(names_, task)) {
+    : model_(model),
+      names_(model_),
+      evaluator_(task, names_),
+      metrics_(MakeConfig(names_, task)),
+      history_(model_.object_name.size(), model_.gripper.size()),
+      grasps_(metrics_.config()) {
   for (const Stage& stage : task.stages) stage_index_.push_back(stage.index);
   for (const int index : model_.joint_qpos_index) num_coordinates_ = std::max(num_coordinates_, index + 1);
-  for (int gripper = 0; gripper < model_.num_grippers; ++gripper) pads_.push_back(names_.Pads(gripper));
-  for (int object = 0; object < model_.num_objects; ++object) objects_.push_back(names_.ObjectGeoms(object));
+  for (const gripper_info_t& gripper : model_.gripper) fingers_.push_back(Fingers(model_, gripper));
+  for (int object = 0; object < model_.num_objects; ++object) {
+    objects_.push_back(names_.ObjectGeoms(object));
+    object_body_.push_back(names_.Body(model_.object_name[object], {task.file, 0}));
+  }
   arms_.resize(model_.num_arms);
   opening_.resize(model_.num_grippers);
   holding_.resize(model_.num_grippers * model_.num_objects);
+  pinched_.resize(holding_.size());
+  height_.resize(model_.num_objects);
   Start();
 }
 
@@ -67,6 +91,9 @@ void EpisodeScorer::Start() {
   opening_.assign(opening_.size(), 0);
   holding_.assign(holding_.size(), 0);
   metrics_.Start(opening_, holding_);
+  history_.Start();
+  grasps_.Start();
+  first_collision_ = {};
 }
 
 bool EpisodeScorer::Fits(const state_t& state) const {
@@ -83,6 +110,20 @@ bool EpisodeScorer::Fits(const state_t& state) const {
     for (double x : quat) sum += 0 * x;
   }
   return sum == 0;
+}
+
+void EpisodeScorer::FindHolds(std::span<const contact_t> contacts) {
+  for (size_t gripper = 0; gripper < fingers_.size(); ++gripper) {
+    for (size_t object = 0; object < objects_.size(); ++object) {
+      size_t touching = 0;
+      for (const std::vector<uint8_t>& pads : fingers_[gripper]) {
+        touching += Touch(contacts, pads, objects_[object]);
+      }
+      const size_t pair = object * fingers_.size() + gripper;
+      holding_[pair] = touching > 0;
+      pinched_[pair] = touching > 0 && touching == fingers_[gripper].size();
+    }
+  }
 }
 
 void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
@@ -105,12 +146,9 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
                 .wrist_position = {p[0], p[1], p[2]},
                 .wrist_quat = {q[0], q[1], q[2], q[3]}};
   }
-  for (size_t gripper = 0; gripper < pads_.size(); ++gripper) {
-    opening_[gripper] = state.gripper[gripper].opening;
-    for (size_t object = 0; object < objects_.size(); ++object) {
-      holding_[object * pads_.size() + gripper] = Touch(contacts.contact, pads_[gripper], objects_[object]);
-    }
-  }
+  for (size_t k = 0; k < opening_.size(); ++k) opening_[k] = state.gripper[k].opening;
+  for (size_t k = 0; k < height_.size(); ++k) height_[k] = state.body_position_m[object_body_[k]][2];
+  FindHolds(contacts.contact);
   contacts_.clear();
   for (const contact_t& contact : contacts.contact) {
     contacts_.push_back({contact.geom_a, contact.geom_b, contact.distance_m});
@@ -121,6 +159,7 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
                 .arm = arms_,
                 .gripper_opening = opening_,
                 .holding = holding_,
+                .pinched = pinched_,
                 .contacts = contacts_,
                 .clearance = {}};
   if (contacts.has_clearance) sample.clearance = contacts.clearance_m;
@@ -129,10 +168,15 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
   if (!started_) {
     started_ = true;
     metrics_.Start(opening_, holding_);
+    history_.Add(header_.tick, opening_, holding_, height_, false);
     if (header_.tick == 0) evaluator_.Evaluate({state, contacts.contact}, 0);
   }
   if (header_.tick > 0) {
     if (!metrics_.Step(sample)) return;
+    const std::span<const SceneContact> collisions = metrics_.scene_contacts();
+    history_.Add(header_.tick, opening_, holding_, height_, !collisions.empty());
+    grasps_.Add(header_.tick, pinched_);
+    if (first_collision_.tick == 0 && !collisions.empty()) first_collision_ = {header_.tick, collisions[0]};
     evaluator_.Evaluate({state, contacts.contact}, header_.tick);
   }
   for (size_t k = 0; k < stage_index_.size(); ++k) {
@@ -164,8 +208,7 @@ int8_t EpisodeScorer::verdict() const {
   return partial_metrics_t::UNDECIDED;
 }
 
-void EpisodeScorer::FillExtended(extended_metrics_t* extended) const {
-  metrics_.Extended(extended);
+void EpisodeScorer::FillCounters(extended_metrics_t* extended) const {
   extended->refused_samples = refused_samples();
   extended->missing_ticks = missing_ticks_;
   extended->action_clips = action_clips_;
@@ -176,7 +219,8 @@ void EpisodeScorer::Partial(partial_metrics_t* partial) const {
   partial->header = header_;
   partial->verdict = verdict();
   metrics_.Values(&partial->metrics);
-  FillExtended(&partial->extended);
+  metrics_.Extended(&partial->extended);
+  FillCounters(&partial->extended);
 }
 
 episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const episode_end_t& end) const {
@@ -187,21 +231,24 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   summary.verdict = verdict();
   summary.end_reason = end.end_reason;
   summary.end_detail = end.detail;
-  summary.failure_reason = FailureReason(end.end_reason, evaluator_.verdict(), evaluator_.failure_reason());
+  const EpisodeOutcome outcome{.model = model_,
+                               .history = history_,
+                               .slips = metrics_.slips(),
+                               .verdict = evaluator_.verdict(),
+                               .out_of_bounds = evaluator_.out_of_bounds(),
+                               .end_reason = end.end_reason,
+                               .last_tick = header_.tick,
+                               .conditions = evaluator_.ExplainVerdict(),
+                               .next = evaluator_.ExplainNextStage()};
+  summary.failure_reason = FailureReason(outcome);
   summary.complete = missing_ticks_ == 0 && refused_samples() == 0 && summary.failure_reason != "aborted" &&
                      summary.failure_reason != "unconfirmed";
   metrics_.Values(&summary.metrics);
-  FillExtended(&summary.extended);
+  metrics_.FinalExtended(&summary.extended);
+  FillCounters(&summary.extended);
+  summary.explanation =
+      Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());
   return summary;
-}
-
-std::string FailureReason(const std::string& end_reason, Verdict verdict, const std::string& evaluated) {
-  if (verdict == Verdict::kSuccess) return "";
-  if (verdict == Verdict::kFailure) return evaluated;
-  if (end_reason == "time_limit") return "timeout";
-  // The sim ended on a verdict that the ticks at hand do not give.
-  if (end_reason == "success" || end_reason == "failure") return "unconfirmed";
-  return end_reason;
 }
 
 }  // namespace evalbus

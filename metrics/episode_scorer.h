@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "metrics/episode_history.h"
+#include "metrics/explanation.h"
+#include "metrics/grasps.h"
 #include "metrics/rollout_metrics.h"
 #include "metrics/task/task_evaluator.h"
 
@@ -48,17 +52,23 @@ class EpisodeScorer {
 
  private:
   bool Fits(const state_t& state) const;
-  void FillExtended(extended_metrics_t* extended) const;
+  // Sets holding_ and pinched_.
+  void FindHolds(std::span<const contact_t> contacts);
+  void FillCounters(extended_metrics_t* extended) const;
 
   model_info_t model_;
   ModelNames names_;
   TaskEvaluator evaluator_;
   RolloutMetrics metrics_;
+  EpisodeHistory history_;
+  Grasps grasps_;
+  FirstCollision first_collision_;
   std::vector<int> stage_index_;
   // What STATE must have at least, for the joints of MODEL.
   int num_coordinates_ = 0;
-  std::vector<std::vector<uint8_t>> pads_;     // by gripper, then geom
-  std::vector<std::vector<uint8_t>> objects_;  // by object, then geom
+  std::vector<std::vector<std::vector<uint8_t>>> fingers_;  // by gripper, finger, geom: its pads
+  std::vector<std::vector<uint8_t>> objects_;               // by object, then geom
+  std::vector<int> object_body_;
 
   header_t header_{};
   bool started_ = false;
@@ -71,11 +81,9 @@ class EpisodeScorer {
   std::vector<ArmSample> arms_;
   std::vector<double> opening_;
   std::vector<uint8_t> holding_;
+  std::vector<uint8_t> pinched_;
+  std::vector<double> height_;
   std::vector<GeomContact> contacts_;
 };
-
-// Why an episode did not succeed, from the list in docs/metrics.md; empty on success. `evaluated` is the task
-// evaluator's reason where the verdict is failure.
-std::string FailureReason(const std::string& end_reason, Verdict verdict, const std::string& evaluated);
 
 }  // namespace evalbus

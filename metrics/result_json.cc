@@ -93,12 +93,19 @@ ordered_json ResultJson(const metric_values_t& v) {
 
 ordered_json ExtendedJson(const extended_metrics_t& e, const metric_values_t& v) {
   ordered_json result;
-  if (e.has_clearance) {
-    result["min_clearance_m"] = e.min_clearance_m;
-    result["min_clearance_time_s"] = e.min_clearance_time_s;
+  for (size_t k = 0; k < e.name.size(); ++k) {
+    // "peak_wrist_speed_mps.left": a value by arm or gripper.
+    const size_t dot = e.name[k].find('.');
+    ordered_json& value = dot == std::string::npos
+                              ? result[e.name[k]]
+                              : result[e.name[k].substr(0, dot)][e.name[k].substr(dot + 1)];
+    if (std::isnan(e.value_mixed[k])) continue;  // null
+    if (e.unit[k] == "count") {
+      value = static_cast<int64_t>(e.value_mixed[k]);
+    } else {
+      value = e.value_mixed[k];
+    }
   }
-  result["peak_penetration_m"] = e.peak_penetration_m;
-  result["contact_time_s"] = e.contact_time_s;
   if (e.num_stages > 0) {
     ordered_json& times = result["stage_time_s"];
     for (int k = 0; k < e.num_stages; ++k) {
@@ -107,15 +114,71 @@ ordered_json ExtendedJson(const extended_metrics_t& e, const metric_values_t& v)
           e.stage_time_s[k] < 0 ? ordered_json() : ordered_json(e.stage_time_s[k]);
     }
   }
-  result["mechanical_work_J"] = ByArm(v, e.mechanical_work_J);
-  result["peak_wrist_speed_mps"] = ByArm(v, e.peak_wrist_speed_mps);
-  if (std::isfinite(e.min_joint_limit_margin_rad)) {
-    result["min_joint_limit_margin_rad"] = e.min_joint_limit_margin_rad;
-  }
   result["missing_ticks"] = e.missing_ticks;
   result["refused_samples"] = e.refused_samples;
   result["action_clips"] = e.action_clips;
   result["deadline_misses"] = e.deadline_misses;
+  return result;
+}
+
+namespace {
+
+ordered_json ConditionJson(const condition_t& condition) {
+  ordered_json result;
+  result["text"] = condition.text;
+  result["predicate"] = condition.predicate;
+  result["subject"] = condition.subject;
+  if (!condition.other.empty()) result["other"] = condition.other;
+  result["holds"] = condition.holds != 0;
+  if (condition.has_value) {
+    result["value"] = condition.value_mixed;
+    result["comparison"] = condition.comparison;
+    result["threshold"] = condition.threshold_mixed;
+    result["unit"] = condition.unit;
+  }
+  result["tick"] = condition.tick;
+  result["time_s"] = condition.time_s;
+  return result;
+}
+
+ordered_json EventJson(const object_event_t& event) {
+  ordered_json result;
+  result["object"] = event.object;
+  result["gripper"] = event.gripper;
+  result["tick"] = event.tick;
+  result["time_s"] = event.time_s;
+  return result;
+}
+
+}  // namespace
+
+ordered_json ExplanationJson(const explanation_t& e) {
+  ordered_json result;
+  result["text"] = e.text;
+  result["last_stage"] = nullptr;
+  if (e.last_stage_index > 0) {
+    ordered_json& stage = result["last_stage"];
+    stage["index"] = e.last_stage_index;
+    stage["name"] = e.last_stage_name;
+    stage["time_s"] = e.last_stage_time_s;
+  }
+  result["conditions"] = ordered_json::array();
+  for (const condition_t& condition : e.condition) result["conditions"].push_back(ConditionJson(condition));
+  result["first_collision"] = nullptr;
+  if (e.has_first_collision) {
+    ordered_json& collision = result["first_collision"];
+    collision["robot_geom"] = e.first_collision_robot_geom;
+    collision["scene_geom"] = e.first_collision_scene_geom;
+    collision["tick"] = e.first_collision_tick;
+    collision["time_s"] = e.first_collision_time_s;
+  }
+  result["slips"] = ordered_json::array();
+  for (const object_event_t& slip : e.slip) result["slips"].push_back(EventJson(slip));
+  result["grasps"] = ordered_json::array();
+  for (const object_event_t& grasp : e.grasp) {
+    result["grasps"].push_back(EventJson(grasp));
+    result["grasps"].back()["duration_s"] = grasp.duration_s;
+  }
   return result;
 }
 

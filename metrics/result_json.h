@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "evalbus/explanation_t.hpp"
 #include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/metric_values_t.hpp"
 
@@ -13,8 +14,11 @@ namespace evalbus {
 // arms, plain numbers for one.
 nlohmann::ordered_json ResultJson(const metric_values_t& values);
 
-// Our own metrics; for the key "extended" beside the dictionary above. `values` gives the names of stages and
-// arms.
+// Our own metrics; for the key "extended" beside the dictionary above. null where there is no value. `values`
+// gives the names of stages.
 nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const metric_values_t& values);
+
+// For the key "explanation" (docs/run_folder.md).
+nlohmann::ordered_json ExplanationJson(const explanation_t& explanation);
 
 }  // namespace evalbus

@@ -30,9 +30,10 @@ RolloutMetrics::RolloutMetrics(MetricsConfig config)
       target_distance_(config_.target_distances.size()),
       pose_error_(config_.pose_errors.size()),
       stages_(config_.stages),
-      slips_(config_.objects.size(), config_.num_grippers, config_.slip_sample_window),
-      collisions_(config_.collision_sample_window),
-      contact_time_(config_.control_dt) {
+      slips_(config_.objects.size(), config_.grippers.size(), config_.slip_sample_window),
+      env_collisions_(config_.collision_sample_window),
+      self_collisions_(config_.collision_sample_window),
+      extended_(config_) {
   if (!(config_.control_dt > 0) || config_.slip_sample_window < 1 || config_.collision_sample_window < 1) {
     throw std::invalid_argument("RolloutMetrics: control_dt and the sample windows must be positive");
   }
@@ -42,8 +43,6 @@ RolloutMetrics::RolloutMetrics(MetricsConfig config)
     orientation_path_.emplace_back();
     cartesian_jerk_.emplace_back(3, config_.control_dt);
     joint_jerk_.emplace_back(arm.num_joints, config_.control_dt);
-    work_.emplace_back(config_.control_dt);
-    wrist_speed_.emplace_back(config_.control_dt);
   }
 }
 
@@ -57,7 +56,8 @@ void RolloutMetrics::Start(std::span<const double> gripper_opening, std::span<co
   pose_error_.assign(pose_error_.size(), 0);
   stages_.Start();
   slips_.Start(gripper_opening, holding);
-  collisions_.Start();
+  env_collisions_.Start();
+  self_collisions_.Start();
   speed_difference_.Start();
   height_difference_.Start();
   StartAll(cartesian_path_);
@@ -65,18 +65,14 @@ void RolloutMetrics::Start(std::span<const double> gripper_opening, std::span<co
   StartAll(orientation_path_);
   StartAll(cartesian_jerk_);
   StartAll(joint_jerk_);
-  StartAll(work_);
-  StartAll(wrist_speed_);
-  clearance_.Start();
-  penetration_.Start();
-  contact_time_.Start();
-  joint_margin_.Start();
+  extended_.Start();
+  scene_contacts_ = {};
 }
 
 bool RolloutMetrics::Acceptable(const Sample& sample) const {
-  if (sample.arm.size() != config_.arms.size() ||
-      sample.gripper_opening.size() != static_cast<size_t>(config_.num_grippers) ||
-      sample.holding.size() != config_.objects.size() * config_.num_grippers) {
+  if (sample.arm.size() != config_.arms.size() || sample.gripper_opening.size() != config_.grippers.size() ||
+      sample.holding.size() != config_.objects.size() * config_.grippers.size() ||
+      (!sample.pinched.empty() && sample.pinched.size() != sample.holding.size())) {
     return false;
   }
   for (size_t k = 0; k < sample.arm.size(); ++k) {
@@ -103,7 +99,7 @@ bool RolloutMetrics::Step(const Sample& sample) {
     ++refused_samples_;
     return false;
   }
-  const bool in_a_row = sample.tick == last_tick_ + 1;
+  const bool in_a_row = num_samples_ > 0 && sample.tick == last_tick_ + 1;
   last_tick_ = sample.tick;
   time_ = sample.time;
   ++num_samples_;
@@ -113,7 +109,6 @@ bool RolloutMetrics::Step(const Sample& sample) {
     if (!in_a_row) {
       cartesian_jerk_[k].RestartHistory();
       joint_jerk_[k].RestartHistory();
-      wrist_speed_[k].RestartHistory();
     }
     std::array<double, 4> quat = arm.wrist_quat;
     const double norm = Norm(quat);
@@ -124,20 +119,18 @@ bool RolloutMetrics::Step(const Sample& sample) {
     if (config_.track_orientation_path_length) orientation_path_[k].Add(quat);
     if (config_.track_cartesian_jerk) cartesian_jerk_[k].Add(arm.wrist_position);
     if (config_.track_joint_jerk) joint_jerk_[k].Add(arm.joint_position);
-    work_[k].Add(arm.joint_torque, arm.joint_velocity);
-    wrist_speed_[k].Add(arm.wrist_position);
-    joint_margin_.Add(arm.joint_position, config_.arms[k].joint_lower, config_.arms[k].joint_upper);
   }
   if (sample.arm.size() == 2) {
     const ArmSample &left = sample.arm[0], &right = sample.arm[1];
     if (config_.track_vel_sync) speed_difference_.Add(left.joint_velocity, right.joint_velocity);
     if (config_.track_vertical_sync) height_difference_.Add(left.wrist_position[2], right.wrist_position[2]);
   }
-  if (config_.track_slippage) slips_.Add(sample.gripper_opening, sample.holding);
-  if (config_.track_collisions) collisions_.Add(sample.contacts, owners_);
-  penetration_.Add(sample.contacts, owners_);
-  contact_time_.Add(sample.contacts, owners_);
-  if (sample.clearance) clearance_.Add(*sample.clearance, sample.time);
+  if (config_.track_slippage) slips_.Add(sample.tick, sample.gripper_opening, sample.holding);
+  if (config_.track_collisions) {
+    env_collisions_.Add(sample.contacts, owners_);
+    self_collisions_.Add(sample.contacts, owners_);
+  }
+  scene_contacts_ = extended_.Add(sample, owners_, in_a_row);
   return true;
 }
 
@@ -179,8 +172,8 @@ void RolloutMetrics::Values(metric_values_t* values) const {
   v.num_objects = config_.objects.size();
   v.object_name = config_.objects;
   v.slip_count_per_object = slips_.per_object();
-  v.env_collision_count = collisions_.environment();
-  v.self_collision_count = collisions_.self();
+  v.env_collision_count = env_collisions_.count();
+  v.self_collision_count = self_collisions_.count();
   v.bimanual_arm_velocity_difference_radps = speed_difference_.mean();
   v.bimanual_gripper_vertical_difference_m = height_difference_.mean();
 
@@ -210,26 +203,22 @@ void RolloutMetrics::Values(metric_values_t* values) const {
   v.overall_rms_joint_jerk_radps3 = PooledRms(joint_jerk_);
 }
 
-void RolloutMetrics::Extended(extended_metrics_t* extended) const {
-  extended_metrics_t& e = *extended;
-  e.has_clearance = clearance_.has_value();
-  e.min_clearance_m = clearance_.clearance();
-  e.min_clearance_time_s = clearance_.time();
-  e.peak_penetration_m = penetration_.depth();
-  e.contact_time_s = contact_time_.time();
+void RolloutMetrics::FillBookkeeping(extended_metrics_t* extended) const {
   const std::vector<StageState>& stages = stages_.stages();
-  e.num_stages = stages.size();
-  e.stage_time_s.resize(stages.size());
-  for (size_t k = 0; k < stages.size(); ++k) e.stage_time_s[k] = stages[k].reached_time;
-  e.num_arms = config_.arms.size();
-  e.mechanical_work_J.resize(config_.arms.size());
-  e.peak_wrist_speed_mps.resize(config_.arms.size());
-  for (size_t k = 0; k < config_.arms.size(); ++k) {
-    e.mechanical_work_J[k] = work_[k].work();
-    e.peak_wrist_speed_mps[k] = wrist_speed_[k].peak();
-  }
-  e.min_joint_limit_margin_rad = joint_margin_.margin();
-  e.refused_samples = refused_samples_;
+  extended->num_stages = stages.size();
+  extended->stage_time_s.resize(stages.size());
+  for (size_t k = 0; k < stages.size(); ++k) extended->stage_time_s[k] = stages[k].reached_time;
+  extended->refused_samples = refused_samples_;
+}
+
+void RolloutMetrics::Extended(extended_metrics_t* extended) const {
+  FillBookkeeping(extended);
+  extended_.Values(extended);
+}
+
+void RolloutMetrics::FinalExtended(extended_metrics_t* extended) const {
+  FillBookkeeping(extended);
+  extended_.FinalValues(extended);
 }
 
 }  // namespace evalbus

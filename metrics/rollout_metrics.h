@@ -1,6 +1,6 @@
 // All metrics of one episode, fed tick by tick and readable at any tick. Pure: no bus, no clock, no file.
-// Definitions: docs/metrics.md. A new metric is one accumulator in a header of its own and its lines in
-// rollout_metrics.cc.
+// Definitions: docs/metrics.md. Each formula is an accumulator in a header of its own; a new metric is one in
+// extended/ (see extended_metric.h).
 #pragma once
 
 #include <cstdint>
@@ -10,43 +10,20 @@
 
 #include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/metric_values_t.hpp"
-#include "metrics/bimanual.h"
-#include "metrics/collisions.h"
-#include "metrics/effort.h"
+#include "metrics/arm_speed_difference.h"
+#include "metrics/env_collisions.h"
+#include "metrics/extended_metrics.h"
+#include "metrics/gripper_height_difference.h"
 #include "metrics/jerk.h"
+#include "metrics/metrics_config.h"
+#include "metrics/orientation_path_length.h"
 #include "metrics/path_length.h"
-#include "metrics/safety.h"
 #include "metrics/sample.h"
+#include "metrics/self_collisions.h"
 #include "metrics/slips.h"
 #include "metrics/stages.h"
-#include "models/task_description.h"
 
 namespace evalbus {
-
-struct ArmConfig {
-  std::string name;
-  int num_joints = 0;
-  // Joint limits (rad) by joint, both empty where not known.
-  std::vector<double> joint_lower;
-  std::vector<double> joint_upper;
-};
-
-// What is tracked, and the sample windows (>= 1), are a task's own options. A collision window of 20 gives
-// the reference implementation's collision counts.
-struct MetricsConfig : MetricsOptions {
-  std::vector<ArmConfig> arms;
-  int num_grippers = 0;
-  // Manipulated objects in the task's order.
-  std::vector<std::string> objects;
-  std::vector<GeomOwner> geom_owner;
-  // Simulated time between ticks (s): physics steps per tick x physics step.
-  double control_dt = 0;
-
-  std::vector<StageState> stages;
-  // One entry with an empty name is a plain number in the result.
-  std::vector<std::string> target_distances;
-  std::vector<std::string> pose_errors;
-};
 
 class RolloutMetrics {
  public:
@@ -70,14 +47,24 @@ class RolloutMetrics {
 
   int64_t refused_samples() const { return refused_samples_; }
   const MetricsConfig& config() const { return config_; }
+  // Simulated seconds of the last sample since the episode began.
+  double time() const { return time_; }
 
   // Fill in every member; no allocation when *values was filled by the same object before.
   void Values(metric_values_t* values) const;
-  // missing_ticks, action_clips and deadline_misses are left alone: they are not known here.
+  // missing_ticks, action_clips and deadline_misses are left alone: they are not known here. The final values
+  // are those at the end of the episode: they include what is too dear to be evaluated at every tick.
   void Extended(extended_metrics_t* extended) const;
+  void FinalExtended(extended_metrics_t* extended) const;
+
+  const Stages& stages() const { return stages_; }
+  const std::vector<Slip>& slips() const { return slips_.slips(); }
+  // Of the robot with the scene, at the last sample; valid until the next Step() or Start().
+  std::span<const SceneContact> scene_contacts() const { return scene_contacts_; }
 
  private:
   bool Acceptable(const Sample& sample) const;
+  void FillBookkeeping(extended_metrics_t* extended) const;
 
   MetricsConfig config_;
   GeomOwners owners_;
@@ -92,7 +79,8 @@ class RolloutMetrics {
 
   Stages stages_;
   SlipCounter slips_;
-  CollisionCounter collisions_;
+  EnvCollisions env_collisions_;
+  SelfCollisions self_collisions_;
   ArmSpeedDifference speed_difference_;
   GripperHeightDifference height_difference_;
   // By arm.
@@ -101,13 +89,9 @@ class RolloutMetrics {
   std::vector<OrientationPathLength> orientation_path_;
   std::vector<Jerk> cartesian_jerk_;
   std::vector<Jerk> joint_jerk_;
-  std::vector<MechanicalWork> work_;
-  std::vector<PeakSpeed> wrist_speed_;
 
-  MinClearance clearance_;
-  PeakPenetration penetration_;
-  ContactTime contact_time_;
-  JointLimitMargin joint_margin_;
+  ExtendedMetrics extended_;
+  std::span<const SceneContact> scene_contacts_;
 };
 
 }  // namespace evalbus

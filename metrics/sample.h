@@ -55,6 +55,7 @@ struct Sample {
   std::span<const ArmSample> arm;           // as in MetricsConfig::arms
   std::span<const double> gripper_opening;  // 0 closed, 1 open
   std::span<const uint8_t> holding;         // [object * number of grippers + gripper]
+  std::span<const uint8_t> pinched;         // likewise, held by pads of both fingers; empty where not known
   std::span<const GeomContact> contacts;
   std::optional<double> clearance;  // m, robot to scene, where it was evaluated
 };

@@ -150,7 +150,7 @@ std::vector<GeomOwner> ReadGeoms(const Node& geoms) {
 MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
   MetricsConfig config;
   config.arms = ReadArms(episode["robot"]);
-  config.num_grippers = config.arms.size();
+  for (const ArmConfig& arm : config.arms) config.grippers.push_back(arm.name);
   config.control_dt = episode["control_dt"].PositiveNumber();
   episode["control_frequency"].PositiveNumber();
 
@@ -208,7 +208,7 @@ void ReadGripper(const Node& arm, size_t gripper, const MetricsConfig& config, s
   (*opening)[gripper] = arm["gripper_opening"].Number();
   arm["holding"].CheckKeys(config.objects);
   for (size_t object = 0; object < config.objects.size(); ++object) {
-    (*holding)[object * config.num_grippers + gripper] = arm["holding"][config.objects[object]].Bool();
+    (*holding)[object * config.grippers.size() + gripper] = arm["holding"][config.objects[object]].Bool();
   }
 }
 
@@ -269,6 +269,7 @@ Sample ReadStep(const Node& node, size_t index, const MetricsConfig& config, Ste
           .arm = step->arm,
           .gripper_opening = step->opening,
           .holding = step->holding,
+          .pinched = {},
           .contacts = step->contacts,
           .clearance = {}};
 }
@@ -308,8 +309,8 @@ nlohmann::ordered_json ScoreEpisode(const json& document, const std::string& fil
   RolloutMetrics metrics(config);
 
   Step step;
-  step.opening.resize(config.num_grippers);
-  step.holding.resize(config.objects.size() * config.num_grippers);
+  step.opening.resize(config.grippers.size());
+  step.holding.resize(config.objects.size() * config.grippers.size());
   const Node initial = episode["initial"];
   std::vector<std::string> arm_names;
   for (const ArmConfig& arm : config.arms) arm_names.push_back(arm.name);

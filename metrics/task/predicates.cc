@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
+#include <numbers>
 
 #include "bus/errors.h"
 #include "metrics/task/expressions.h"
@@ -6,37 +10,79 @@
 namespace evalbus {
 namespace {
 
-// A pad of the gripper touches the object; gripper `any`: of any gripper.
-class Holding : public Predicate {
+// A pad of the gripper touches the object; gripper `any`: of any gripper; `first`: of the one that held the
+// object first in this episode (of two that began at one tick, the first of the model); `other`: of any but
+// that one, once there is a first.
+class Holding : public Relation {
  public:
   Holding(const Expression& expression, const CompileContext& context) {
     const Arguments arguments(expression, {"gripper", "object"});
     const auto &gripper = arguments["gripper"], &object = arguments["object"];
     object_ = context.names.Geoms(object.value, object.location);
-    if (gripper.value == "any") {
-      pads_.resize(object_.size());
-      for (int k = 0; k < context.names.model().num_grippers; ++k) {
-        for (int32_t geom : context.names.model().gripper[k].pad_geom) pads_[geom] = 1;
-      }
+    const int num_grippers = context.names.model().num_grippers;
+    if (gripper.value == "any" || gripper.value == "first" || gripper.value == "other") {
+      which_ = gripper.value == "any"     ? Which::kNamed
+               : gripper.value == "first" ? Which::kFirst
+                                          : Which::kOther;
+      for (int k = 0; k < num_grippers; ++k) pads_.push_back(context.names.Pads(k));
     } else {
-      pads_ = context.names.Pads(context.names.Gripper(gripper.value, gripper.location));
+      pads_.push_back(context.names.Pads(context.names.Gripper(gripper.value, gripper.location)));
     }
+    if (which_ == Which::kOther && num_grippers < 2) {
+      throw InputError(gripper.location.ToString() + ": gripper 'other' needs a robot with two grippers");
+    }
+    condition_.predicate = "holding";
+    condition_.kind = condition_t::HOLDING;
+    condition_.subject = object.value;
+    condition_.other = gripper.value;
+    const std::string who = gripper.value == "first"   ? "the first gripper"
+                            : gripper.value == "other" ? "the other gripper"
+                                                       : gripper.value;
+    text_if_true_ = (gripper.value == "any" ? "a gripper" : who) + " holds " + object.value;
+    text_if_false_ =
+        gripper.value == "any" ? "no gripper holds " + object.value : who + " does not hold " + object.value;
+    Start();
   }
-  bool Evaluate(const WorldView& world) override { return Touch(world.contacts, pads_, object_); }
+  void Start() override { first_ = pads_.size(); }
+
+ protected:
+  bool Holds(const WorldView& world) override {
+    bool named = false, first = false, other = false;
+    for (size_t k = 0; k < pads_.size(); ++k) {
+      if (!Touch(world.contacts, pads_[k], object_)) continue;
+      if (first_ == pads_.size()) first_ = k;
+      named = true;
+      (k == first_ ? first : other) = true;
+    }
+    return which_ == Which::kNamed ? named : which_ == Which::kFirst ? first : other;
+  }
 
  private:
-  std::vector<uint8_t> pads_;
+  enum class Which { kNamed, kFirst, kOther };
+  Which which_ = Which::kNamed;
+  // Of each gripper in question.
+  std::vector<std::vector<uint8_t>> pads_;
   std::vector<uint8_t> object_;
+  // Index into pads_ of the gripper that held first; its size: none has.
+  size_t first_ = 0;
 };
 
-class Touching : public Predicate {
+class Touching : public Relation {
  public:
   Touching(const Expression& expression, const CompileContext& context) {
     const Arguments arguments(expression, {"a", "b"});
     a_ = context.names.Geoms(arguments["a"].value, arguments["a"].location);
     b_ = context.names.Geoms(arguments["b"].value, arguments["b"].location);
+    condition_.predicate = "touching";
+    condition_.kind = condition_t::CONTACT;
+    condition_.subject = arguments["a"].value;
+    condition_.other = arguments["b"].value;
+    text_if_true_ = condition_.subject + " touches " + condition_.other;
+    text_if_false_ = condition_.subject + " does not touch " + condition_.other;
   }
-  bool Evaluate(const WorldView& world) override { return Touch(world.contacts, a_, b_); }
+
+ protected:
+  bool Holds(const WorldView& world) override { return Touch(world.contacts, a_, b_); }
 
  private:
   std::vector<uint8_t> a_;
@@ -44,39 +90,144 @@ class Touching : public Predicate {
 };
 
 // The object's origin is at world height min_m or higher.
-class HeightAbove : public Predicate {
+class HeightAbove : public Within {
  public:
   HeightAbove(const Expression& expression, const CompileContext& context) {
     const Arguments arguments(expression, {"object", "min_m"});
     body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
-    min_ = arguments.Number("min_m");
+    lower_ = arguments.Number("min_m");
+    condition_.predicate = "height_above";
+    condition_.kind = condition_t::PROGRESS;
+    condition_.subject = arguments["object"].value;
+    condition_.unit = "m";
+    quantity_ = "height of " + condition_.subject;
   }
-  bool Evaluate(const WorldView& world) override { return world.state.body_position_m[body_][2] >= min_; }
+
+ protected:
+  double Value(const WorldView& world) override { return world.state.body_position_m[body_][2]; }
 
  private:
   int body_;
-  double min_;
 };
 
-// The object is not upside down and its tilt (see Tilt) is at most the limit.
-class TiltBelow : public Predicate {
+// The world coordinate of the object's origin along an axis is within min_m and max_m.
+class Position : public Within {
+ public:
+  Position(const Expression& expression, const CompileContext& context) {
+    const Arguments arguments(expression, {"object", "axis"}, {"min_m", "max_m"});
+    body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
+    const Expression::Argument& axis = arguments["axis"];
+    if (axis.value != "x" && axis.value != "y" && axis.value != "z") {
+      throw InputError(axis.location.ToString() + ": key 'axis': expected x, y or z, got '" + axis.value +
+                       "'");
+    }
+    axis_ = static_cast<size_t>(axis.value[0] - 'x');
+    const std::array<double, 2> limits = arguments.Limits("min_m", "max_m");
+    lower_ = limits[0];
+    upper_ = limits[1];
+    condition_.predicate = "position";
+    condition_.kind = condition_t::POSE;
+    condition_.subject = arguments["object"].value;
+    condition_.unit = "m";
+    quantity_ = axis.value + " of " + condition_.subject;
+  }
+
+ protected:
+  double Value(const WorldView& world) override { return world.state.body_position_m[body_][axis_]; }
+
+ private:
+  int body_;
+  size_t axis_;
+};
+
+// The object's origin is in a box along the world's axes, its surface included: how far (m) it is out of the
+// box along the axis along which it is furthest out, negative inside.
+class Inside : public Within {
+ public:
+  Inside(const Expression& expression, const CompileContext& context) {
+    const Arguments arguments(expression, {"object", "center_m", "half_extents_m"});
+    body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
+    center_ = arguments.Vector("center_m");
+    half_extents_ = arguments.Vector("half_extents_m");
+    upper_ = 0;
+    condition_.predicate = "inside";
+    condition_.kind = condition_t::POSE;
+    condition_.subject = arguments["object"].value;
+    condition_.unit = "m";
+    quantity_ = "distance of " + condition_.subject + " out of its box";
+  }
+
+ protected:
+  double Value(const WorldView& world) override {
+    const std::vector<double>& position = world.state.body_position_m[body_];
+    double out = -std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < 3; ++i) {
+      out = std::max(out, std::abs(position[i] - center_[i]) - half_extents_[i]);
+    }
+    return out;
+  }
+
+ private:
+  int body_;
+  std::array<double, 3> center_, half_extents_;
+};
+
+// The joint is within min and max, fractions of its range.
+class JointFractionWithin : public Within {
+ public:
+  JointFractionWithin(const Expression& expression, const CompileContext& context)
+      : JointFractionWithin(Arguments(expression, {"joint"}, {"min", "max"}), context) {}
+
+ protected:
+  double Value(const WorldView& world) override { return fraction_.Of(world.state); }
+
+ private:
+  JointFractionWithin(const Arguments& arguments, const CompileContext& context)
+      : fraction_(arguments, context) {
+    const std::array<double, 2> limits = arguments.Limits("min", "max");
+    lower_ = limits[0];
+    upper_ = limits[1];
+    condition_.predicate = "joint_fraction";
+    condition_.kind = condition_t::PROGRESS;
+    condition_.subject = arguments["joint"].value;
+    condition_.unit = "1";
+    quantity_ = "fraction of the range of " + condition_.subject;
+  }
+  JointFraction fraction_;
+};
+
+// The object's tilt (see Tilt) is at most the limit; an object that is upside down is more than 90 degrees
+// off.
+class TiltBelow : public Within {
  public:
   TiltBelow(const Expression& expression, const CompileContext& context) {
     const Arguments arguments(expression, {"object"}, {"axis", "max_deg", "max_rad"});
     body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
     axis_ = TiltAxis(arguments);
-    max_ = arguments.Angle("max");
+    upper_ = arguments.Angle("max") * 180 / std::numbers::pi;
+    if (upper_ > 90) {
+      throw InputError(
+          expression.location.ToString() +
+          ": 'tilt_below': expected a limit of at most 90 degrees; upside down is never within it");
+    }
+    condition_.predicate = "tilt_below";
+    condition_.kind = condition_t::POSE;
+    condition_.subject = arguments["object"].value;
+    condition_.unit = "deg";
+    quantity_ = "tilt of " + condition_.subject;
   }
-  bool Evaluate(const WorldView& world) override {
+
+ protected:
+  double Value(const WorldView& world) override {
     const std::vector<double>& quat = world.state.body_quat_wxyz[body_];
     const double up_z = quat[0] * quat[0] - quat[1] * quat[1] - quat[2] * quat[2] + quat[3] * quat[3];
-    return up_z >= 0 && Tilt(quat, axis_) <= max_;
+    const double tilt = Tilt(quat, axis_);
+    return (up_z >= 0 || axis_ == kNoAxis ? tilt : std::numbers::pi - tilt) * 180 / std::numbers::pi;
   }
 
  private:
   int body_;
   int axis_;
-  double max_;
 };
 
 // Every operand is evaluated at every tick: a latched one must see them all.
@@ -89,6 +240,7 @@ class Combination : public Predicate {
     }
     for (const Expression& operand : expression.operands)
       operands_.push_back(CompilePredicate(operand, context));
+    was_true_.resize(operands_.size());
   }
   void Start() override {
     for (const auto& operand : operands_) operand->Start();
@@ -97,8 +249,17 @@ class Combination : public Predicate {
  protected:
   int CountTrue(const WorldView& world) {
     int count = 0;
-    for (const auto& operand : operands_) count += operand->Evaluate(world);
+    for (size_t k = 0; k < operands_.size(); ++k) {
+      was_true_[k] = operands_[k]->Evaluate(world);
+      count += was_true_[k];
+    }
     return count;
+  }
+  // What makes every operand come out as `value`, or where some do not, the first of those as it is.
+  void ExplainEach(bool value, std::vector<condition_t>* conditions) const {
+    const auto other = std::find(was_true_.begin(), was_true_.end(), !value);
+    if (other != was_true_.end()) return operands_[other - was_true_.begin()]->Explain(conditions);
+    for (const auto& operand : operands_) operand->Explain(conditions);
   }
   void NeedOne(const Expression& expression) const {
     if (operands_.size() == 1) return;
@@ -106,6 +267,8 @@ class Combination : public Predicate {
                      "' needs exactly one predicate");
   }
   std::vector<std::unique_ptr<Predicate>> operands_;
+  // At the last tick.
+  std::vector<uint8_t> was_true_;
 };
 
 class All : public Combination {
@@ -114,12 +277,14 @@ class All : public Combination {
   bool Evaluate(const WorldView& world) override {
     return CountTrue(world) == static_cast<int>(operands_.size());
   }
+  void Explain(std::vector<condition_t>* conditions) const override { ExplainEach(true, conditions); }
 };
 
 class Any : public Combination {
  public:
   using Combination::Combination;
   bool Evaluate(const WorldView& world) override { return CountTrue(world) > 0; }
+  void Explain(std::vector<condition_t>* conditions) const override { ExplainEach(false, conditions); }
 };
 
 class Not : public Combination {
@@ -128,9 +293,10 @@ class Not : public Combination {
     NeedOne(expression);
   }
   bool Evaluate(const WorldView& world) override { return CountTrue(world) == 0; }
+  void Explain(std::vector<condition_t>* conditions) const override { operands_[0]->Explain(conditions); }
 };
 
-// True from the first tick on at which its operand is.
+// True from the first tick on at which its operand is; explained by what was so then.
 class Latched : public Combination {
  public:
   Latched(const Expression& expression, const CompileContext& context) : Combination(expression, context) {
@@ -139,14 +305,23 @@ class Latched : public Combination {
   void Start() override {
     Combination::Start();
     latched_ = false;
+    why_.clear();
   }
   bool Evaluate(const WorldView& world) override {
-    latched_ |= CountTrue(world) > 0;
+    if (CountTrue(world) > 0 && !latched_) {
+      latched_ = true;
+      operands_[0]->Explain(&why_);
+    }
     return latched_;
+  }
+  void Explain(std::vector<condition_t>* conditions) const override {
+    if (!latched_) return operands_[0]->Explain(conditions);
+    conditions->insert(conditions->end(), why_.begin(), why_.end());
   }
 
  private:
   bool latched_ = false;
+  std::vector<condition_t> why_;
 };
 
 using Factory = std::unique_ptr<Predicate> (*)(const Expression&, const CompileContext&);
@@ -161,8 +336,11 @@ const std::map<std::string, Factory> kRegistry = {
     {"any", Make<Any>},
     {"height_above", Make<HeightAbove>},
     {"holding", Make<Holding>},
+    {"inside", Make<Inside>},
+    {"joint_fraction", Make<JointFractionWithin>},
     {"latched", Make<Latched>},
     {"not", Make<Not>},
+    {"position", Make<Position>},
     {"tilt_below", Make<TiltBelow>},
     {"touching", Make<Touching>},
 };

@@ -1,6 +1,9 @@
 #include "metrics/task/task_evaluator.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 namespace evalbus {
 namespace {
@@ -8,10 +11,30 @@ namespace {
 // A robot body further than this from the origin (m) is a failure of any task.
 constexpr double kBounds = 10;
 
+condition_t OutOfBounds(const state_t& state, const std::string& name, int body) {
+  const std::vector<double>& p = state.body_position_m[body];
+  condition_t condition{};
+  condition.predicate = "robot_out_of_bounds";
+  condition.kind = condition_t::POSE;
+  condition.subject = name;
+  condition.holds = true;
+  condition.has_value = true;
+  condition.value_mixed = std::hypot(p[0], p[1], p[2]);
+  condition.comparison = ">=";
+  condition.threshold_mixed = kBounds;
+  condition.unit = "m";
+  condition.tick = state.header.tick;
+  condition.time_s = static_cast<double>(state.header.sim_time_us) / 1e6;
+  condition.text =
+      fmt::format("{} is {:.3g} m from the origin, more than {:g} m", name, condition.value_mixed, kBounds);
+  return condition;
+}
+
 }  // namespace
 
 TaskEvaluator::TaskEvaluator(const TaskDescription& task, const ModelNames& names)
-    : stage_reached_(task.stages.size()),
+    : names_(names),
+      stage_reached_(task.stages.size()),
       target_distance_(task.target_distance.size()),
       pose_error_(task.pose_error.size()) {
   const CompileContext context{names, task};
@@ -33,38 +56,65 @@ void TaskEvaluator::Start() {
   success_->Start();
   if (failure_) failure_->Start();
   verdict_ = Verdict::kUndecided;
-  failure_reason_.clear();
+  judged_ = out_of_bounds_ = false;
+  why_.clear();
   stage_reached_.assign(stage_reached_.size(), 0);
   target_distance_.assign(target_distance_.size(), 0);
   pose_error_.assign(pose_error_.size(), 0);
 }
 
-bool TaskEvaluator::RobotIsOutOfBounds(const state_t& state) const {
-  return std::any_of(robot_bodies_.begin(), robot_bodies_.end(), [&](int body) {
+int TaskEvaluator::BodyOutOfBounds(const state_t& state) const {
+  int furthest = -1;
+  double bound = kBounds * kBounds;
+  for (int body : robot_bodies_) {
     const std::vector<double>& p = state.body_position_m[body];
-    return p[0] * p[0] + p[1] * p[1] + p[2] * p[2] > kBounds * kBounds;
-  });
+    const double squared = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+    if (squared <= bound) continue;
+    bound = squared;
+    furthest = body;
+  }
+  return furthest;
 }
 
 void TaskEvaluator::Evaluate(const WorldView& world, int64_t tick) {
   for (size_t k = 0; k < distances_.size(); ++k) target_distance_[k] = distances_[k]->Evaluate(world);
   for (size_t k = 0; k < errors_.size(); ++k) pose_error_[k] = errors_[k]->Evaluate(world);
   if (tick == 0) return;
+  judged_ = true;
   for (size_t k = 0; k < stages_.size(); ++k) {
     if (stages_[k]->Evaluate(world)) stage_reached_[k] = 1;
   }
   const bool success = success_->Evaluate(world);
   const bool failure = failure_ && failure_->Evaluate(world);
   if (verdict_ != Verdict::kUndecided) return;
-  if (RobotIsOutOfBounds(world.state)) {
+  const int body = BodyOutOfBounds(world.state);
+  if (body >= 0) {
     verdict_ = Verdict::kFailure;
-    failure_reason_ = "robot_out_of_bounds";
+    out_of_bounds_ = true;
+    why_.push_back(OutOfBounds(world.state, names_.model().body_name[body], body));
   } else if (failure) {
     verdict_ = Verdict::kFailure;
-    failure_reason_ = "failure_condition";
+    failure_->Explain(&why_);
   } else if (success) {
     verdict_ = Verdict::kSuccess;
+    success_->Explain(&why_);
   }
+}
+
+std::vector<condition_t> TaskEvaluator::ExplainVerdict() const {
+  if (verdict_ != Verdict::kUndecided || !judged_) return why_;
+  std::vector<condition_t> conditions;
+  success_->Explain(&conditions);
+  return conditions;
+}
+
+std::vector<condition_t> TaskEvaluator::ExplainNextStage() const {
+  if (!judged_) return {};
+  const auto next = std::find(stage_reached_.begin(), stage_reached_.end(), 0);
+  if (next == stage_reached_.end()) return ExplainVerdict();
+  std::vector<condition_t> conditions;
+  stages_[next - stage_reached_.begin()]->Explain(&conditions);
+  return conditions;
 }
 
 }  // namespace evalbus

@@ -28,15 +28,23 @@ class TaskEvaluator {
   void Evaluate(const WorldView& world, int64_t tick);
 
   Verdict verdict() const { return verdict_; }
-  // Why, from the list in docs/metrics.md; empty unless the verdict is failure.
-  const std::string& failure_reason() const { return failure_reason_; }
+  // The failure is the built-in one: a robot body too far away.
+  bool out_of_bounds() const { return out_of_bounds_; }
+  // What decided: the conditions that made success, or failure, true at that tick; without a verdict those
+  // for which success is not true.
+  std::vector<condition_t> ExplainVerdict() const;
+  // Why the first stage that was not reached is not; of success where all were.
+  std::vector<condition_t> ExplainNextStage() const;
   // In the order of TaskDescription: stages, target_distance (m), pose_error (rad).
   const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }
   const std::vector<double>& target_distance() const { return target_distance_; }
   const std::vector<double>& pose_error() const { return pose_error_; }
 
  private:
-  bool RobotIsOutOfBounds(const state_t& state) const;
+  // The robot body that is furthest out of bounds, -1 where none is.
+  int BodyOutOfBounds(const state_t& state) const;
+
+  const ModelNames& names_;
 
   std::vector<std::unique_ptr<Predicate>> stages_;
   std::unique_ptr<Predicate> success_;
@@ -46,7 +54,11 @@ class TaskEvaluator {
   std::vector<int> robot_bodies_;
 
   Verdict verdict_ = Verdict::kUndecided;
-  std::string failure_reason_;
+  bool out_of_bounds_ = false;
+  // A tick after the reset state was evaluated.
+  bool judged_ = false;
+  // Of the tick of the verdict.
+  std::vector<condition_t> why_;
   std::vector<uint8_t> stage_reached_;
   std::vector<double> target_distance_;
   std::vector<double> pose_error_;

@@ -56,6 +56,7 @@ struct Episode {
                          .arm = arms[i],
                          .gripper_opening = opening,
                          .holding = held,
+                         .pinched = held,
                          .contacts = contacts,
                          .clearance = 0.1});
     }
@@ -70,7 +71,7 @@ MetricsConfig Config() {
                            .joint_lower = std::vector<double>(kJoints, -2),
                            .joint_upper = std::vector<double>(kJoints, 2)});
   }
-  config.num_grippers = 2;
+  config.grippers = {"left", "right"};
   config.objects = {"pot"};
   config.control_dt = kDt;
   config.slip_sample_window = 1;

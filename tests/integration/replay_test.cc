@@ -145,7 +145,10 @@ TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {
       if (event.channel != channels::kEpisodeSummary) continue;
       episode_summary_t summary{};
       ASSERT_TRUE(Bus::Decode(event.data, &summary));
-      summary.extended.mechanical_work_J[1] = std::nextafter(summary.extended.mechanical_work_J[1], 1e9);
+      auto& extended = summary.extended;
+      const auto work = std::find(extended.name.begin(), extended.name.end(), "mechanical_work_J.right");
+      double& value = extended.value_mixed[work - extended.name.begin()];
+      value = std::nextafter(value, 1e9);
       summary.encode(event.data.data(), 0, static_cast<int>(event.data.size()));
     }
   });

@@ -12,11 +12,13 @@
 #include "evalbus/arm_state_t.hpp"
 #include "evalbus/command_t.hpp"
 #include "evalbus/component_status_t.hpp"
+#include "evalbus/condition_t.hpp"
 #include "evalbus/contact_t.hpp"
 #include "evalbus/contacts_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
+#include "evalbus/explanation_t.hpp"
 #include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/gripper_info_t.hpp"
 #include "evalbus/gripper_state_t.hpp"
@@ -24,6 +26,7 @@
 #include "evalbus/image_t.hpp"
 #include "evalbus/metric_values_t.hpp"
 #include "evalbus/model_info_t.hpp"
+#include "evalbus/object_event_t.hpp"
 #include "evalbus/observation_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/run_summary_t.hpp"
@@ -42,11 +45,13 @@ std::map<std::string, uint64_t> Fingerprints() {
   add(arm_state_t{});
   add(command_t{});
   add(component_status_t{});
+  add(condition_t{});
   add(contact_t{});
   add(contacts_t{});
   add(episode_begin_t{});
   add(episode_end_t{});
   add(episode_summary_t{});
+  add(explanation_t{});
   add(extended_metrics_t{});
   add(gripper_info_t{});
   add(gripper_state_t{});
@@ -54,6 +59,7 @@ std::map<std::string, uint64_t> Fingerprints() {
   add(image_t{});
   add(metric_values_t{});
   add(model_info_t{});
+  add(object_event_t{});
   add(observation_t{});
   add(partial_metrics_t{});
   add(run_summary_t{});

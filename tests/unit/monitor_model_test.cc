@@ -90,17 +90,23 @@ class MonitorModelTest : public testing::Test {
   }
   static extended_metrics_t Extended() {
     extended_metrics_t e{};
-    e.has_clearance = 1;
-    e.min_clearance_m = 0.012;
-    e.min_clearance_time_s = 0.84;
-    e.peak_penetration_m = 0.0004;
-    e.contact_time_s = 0.06;
+    const auto add = [&e](const std::string& name, const std::string& unit, double value) {
+      e.name.push_back(name);
+      e.unit.push_back(unit);
+      e.value_mixed.push_back(value);
+      ++e.num_values;
+    };
+    add("min_clearance_m", "m", 0.012);
+    add("min_clearance_time_s", "s", 0.84);
+    add("peak_penetration_m", "m", 0.0004);
+    add("contact_time_s", "s", 0.06);
+    add("mechanical_work_J.left", "J", 5);
+    add("mechanical_work_J.right", "J", 2.5);
+    add("peak_wrist_speed_mps.left", "m/s", 0.31);
+    add("peak_wrist_speed_mps.right", "m/s", 0.3);
+    add("min_joint_limit_margin_rad", "rad", 0.2);
     e.stage_time_s = {0.52, -1};
     e.num_stages = 2;
-    e.num_arms = 2;
-    e.mechanical_work_J = {5, 2.5};
-    e.peak_wrist_speed_mps = {0.31, 0.3};
-    e.min_joint_limit_margin_rad = 0.2;
     e.deadline_misses = 4;
     return e;
   }
@@ -342,6 +348,20 @@ TEST_F(MonitorModelTest, OpenedInMidEpisodeShowsWhatCameBefore) {
   EXPECT_NE(screen.find("small/position"), std::string::npos);
 }
 
+// Who plays the log says so; of the components of the run, only those that listen afresh are there.
+TEST_F(MonitorModelTest, AReplayIsCalledOne) {
+  SayModel();
+  EXPECT_NE(All(80, 24).find("two_arms   realtime"), std::string::npos) << All(80, 24);
+  SayBegin(2);
+  for (const char* name : {"metrics", "replay"}) SayStatus(name, 2, 74);
+  SayTick(2, 75);
+  const std::string screen = All(80, 24);
+  EXPECT_NE(screen.find("two_arms   replay"), std::string::npos) << screen;
+  EXPECT_NE(screen.find("episode 2   running       1.50 s"), std::string::npos) << screen;
+  EXPECT_NE(screen.find("● metrics ● replay"), std::string::npos) << screen;
+  EXPECT_EQ(screen.find("✕"), std::string::npos) << screen;
+}
+
 TEST_F(MonitorModelTest, OpenedWhileThePolicyThinksShowsWhereWeAre) {
   SayStatus("sim", 3, 17);
   EXPECT_NE(All(80, 24).find("episode 3   waiting for the next tick"), std::string::npos) << All(80, 24);
@@ -359,6 +379,15 @@ TEST_F(MonitorModelTest, ANewEpisodeAndANewAttemptShowNoOldValues) {
   screen = All(80, 24);
   EXPECT_NE(screen.find("episode 3, try 2"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path           -      -      - m"), std::string::npos);
+}
+
+TEST_F(MonitorModelTest, TheSameEpisodeMayBeginAgain) {
+  Play();
+  SaySummary(2, "success");
+  SayBegin(2);
+  EXPECT_NE(All(80, 24).find("episode 2   waiting for components"), std::string::npos) << All(80, 24);
+  SayTick(2, 75);
+  EXPECT_NE(All(80, 24).find("episode 2   running       1.50 s"), std::string::npos) << All(80, 24);
 }
 
 TEST_F(MonitorModelTest, TheEndIsShownUntilTheNextEpisode) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bus/channels.h"
+#include "bus/extended_value.h"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/state_t.hpp"
@@ -37,7 +38,24 @@ std::string Speed(double speed) {
   return fmt::format("{:.{}f}", speed, speed >= 99.95 ? 0 : speed >= 9.995 ? 1 : 2);
 }
 
-std::string Millimetres(double metres) { return fmt::format("{:.1f}", metres * 1e3); }
+std::string Millimetres(double metres) {
+  return std::isfinite(metres) ? fmt::format("{:.1f}", metres * 1e3) : "-";
+}
+
+// Extended metrics that have a place of their own on the screen.
+constexpr const char* kExtendedWithPlace[] = {"min_clearance_",    "peak_penetration_m",
+                                              "contact_time_s",    "min_joint_limit_margin_rad",
+                                              "mechanical_work_J", "peak_wrist_speed_mps"};
+
+// "peak_wrist_acceleration_mps2.left" -> "peak wrist acceleration, left": without the unit at its end, if
+// any.
+std::string ExtendedLabel(const std::string& name, bool has_no_unit) {
+  const size_t dot = std::min(name.find('.'), name.size());
+  const size_t end = has_no_unit ? dot : std::min(name.rfind('_', dot), dot);
+  std::string label = name.substr(0, end);
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return dot < name.size() ? label + ", " + name.substr(dot + 1) : label;
+}
 
 std::string Cut(const std::string& text, int width) {
   int characters = 0;
@@ -163,7 +181,9 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
     model_bytes_.assign(data.begin(), data.end());
   } else if (channel == channels::kEpisodeBegin) {
     episode_begin_t begin{};
-    if (!decode(&begin) || (begin.header.episode == episode_ && begin.attempt == attempt_)) return;
+    if (!decode(&begin)) return;
+    // Repeated, but only before the first STATE; after it the same episode begins anew (a replay).
+    if (begin.header.episode == episode_ && begin.attempt == attempt_ && !state_) return;
     EnterEpisode(begin.header.episode, begin.attempt);
     events_.push_back(fmt::format("episode {} begins, seed {}{}", episode_, begin.seed,
                                   attempt_ > 0 ? fmt::format(", try {}", attempt_ + 1) : ""));
@@ -476,13 +496,26 @@ std::vector<MonitorModel::Scalar> MonitorModel::Scalars() const {
     const std::string& name = m.pose_error_name[k];
     add(3, name.empty() ? "pose error" : name, Number(m.object_pose_error_rad[k]), "rad");
   }
-  add(4, "deepest penetration", Millimetres(e.peak_penetration_m), "mm");
-  add(5, "touching the scene", Number(e.contact_time_s), "s");
+  add(4, "deepest penetration", Millimetres(ExtendedValue(e, "peak_penetration_m")), "mm");
+  add(5, "touching the scene", Number(ExtendedValue(e, "contact_time_s")), "s");
   if (m.tracks_vel_sync)
     add(5, "arm speed difference", Number(m.bimanual_arm_velocity_difference_radps), "rad/s");
   if (m.tracks_vertical_sync)
     add(5, "height difference", Millimetres(m.bimanual_gripper_vertical_difference_m), "mm");
-  add(5, "joint limit margin", Number(e.min_joint_limit_margin_rad), "rad", e.min_joint_limit_margin_rad < 0);
+  const double margin = ExtendedValue(e, "min_joint_limit_margin_rad");
+  add(5, "joint limit margin", Number(margin), "rad", margin < 0);
+  // Every other extended metric, as it is called, where there is room.
+  for (size_t k = 0; k < e.name.size(); ++k) {
+    const auto shown = [&](const char* name) { return e.name[k].starts_with(name); };
+    if (std::any_of(std::begin(kExtendedWithPlace), std::end(kExtendedWithPlace), shown)) continue;
+    const bool is_number = std::isfinite(e.value_mixed[k]);
+    const bool is_count = e.unit[k] == "count";
+    add(8, ExtendedLabel(e.name[k], is_count || e.unit[k] == "1"),
+        !is_number ? "-"
+        : is_count ? fmt::format("{:.0f}", e.value_mixed[k])
+                   : Number(e.value_mixed[k]),
+        is_count || e.unit[k] == "1" ? "" : e.unit[k]);
+  }
   return scalars;
 }
 
@@ -492,6 +525,8 @@ void MonitorModel::AddMetrics(int width, std::vector<Ranked>* screen) const {
   constexpr int kArmLabel = 15, kValue = 7, kUnit = 7, kGap = 3;
   // Both arms together only where that is a metric of its own.
   const bool both = m.num_arms == 2;
+  const std::vector<double> work = ExtendedValues(e, "mechanical_work_J");
+  const std::vector<double> top_speed = ExtendedValues(e, "peak_wrist_speed_mps");
   struct Row {
     int rank;
     std::string label;
@@ -516,8 +551,8 @@ void MonitorModel::AddMetrics(int width, std::vector<Ranked>* screen) const {
        m.tracks_joint_jerk != 0},
       {7, "joint jerk mean", m.avg_joint_jerk_radps3, m.overall_avg_joint_jerk_radps3, "rad/s³",
        m.tracks_joint_jerk != 0},
-      {6, "work", e.mechanical_work_J, sum(e.mechanical_work_J), "J", true},
-      {6, "top wrist speed", e.peak_wrist_speed_mps, std::nullopt, "m/s", true},
+      {6, "work", work, sum(work), "J", true},
+      {6, "top wrist speed", top_speed, std::nullopt, "m/s", true},
   };
   std::vector<Ranked> left, right;
   Line head = {{std::string(kArmLabel, ' ')}};
@@ -598,10 +633,11 @@ void MonitorModel::AddContacts(int width, std::vector<Ranked>* screen) const {
     line.push_back({"-"});
   } else {
     line.push_back({Millimetres(clearance_->clearance_m) + " mm"});
-    if (has_scores() && e.has_clearance) {
+    const double smallest = ExtendedValue(e, "min_clearance_m");
+    if (has_scores() && std::isfinite(smallest)) {
       line.push_back({"   smallest ", Style::kQuiet});
-      line.push_back(
-          {fmt::format("{} mm at {:.2f} s", Millimetres(e.min_clearance_m), e.min_clearance_time_s)});
+      line.push_back({fmt::format("{} mm at {:.2f} s", Millimetres(smallest),
+                                  ExtendedValue(e, "min_clearance_time_s"))});
     }
     line.push_back({fmt::format("   {} – {}", GeomName(clearance_->clearance_robot_geom),
                                 GeomName(clearance_->clearance_scene_geom)),

@@ -1,5 +1,4 @@
-// How alike the two arms move. Source: RoboEval's metrics page (bimanual_arm_velocity_difference,
-// bimanual_gripper_vertical_difference).
+// How differently fast the two arms move. Source: RoboEval's metrics page (bimanual_arm_velocity_difference).
 #pragma once
 
 #include <cmath>
@@ -27,23 +26,6 @@ class ArmSpeedDifference {
     for (double value : x) sum += value * value;
     return std::sqrt(sum);
   }
-  double sum_ = 0;
-  int64_t count_ = 0;
-};
-
-// Mean over samples of |z left - z right| of the wrists, m.
-class GripperHeightDifference {
- public:
-  void Start() { *this = {}; }
-
-  void Add(double left_z, double right_z) {
-    sum_ += std::abs(left_z - right_z);
-    ++count_;
-  }
-
-  double mean() const { return count_ > 0 ? sum_ / count_ : 0; }
-
- private:
   double sum_ = 0;
   int64_t count_ = 0;
 };

@@ -1,0 +1,42 @@
+// New collisions with the scene. Source: RoboEval's metrics page (env_collision_count).
+#pragma once
+
+#include <span>
+
+#include "metrics/new_members.h"
+#include "metrics/sample.h"
+
+namespace evalbus {
+
+// Looks at samples 0, W, 2W, ...; W = 1, every sample, is the definition. Counts the scene geoms touched by
+// any robot geom now and not at the previous look; what is touched at the first look is new. Manipulated
+// objects are no scene.
+class EnvCollisions {
+ public:
+  explicit EnvCollisions(int window) : window_(window) {}
+
+  void Start() {
+    samples_ = 0;
+    touched_.Start();
+  }
+
+  void Add(std::span<const GeomContact> contacts, const GeomOwners& owners) {
+    if (samples_++ % window_ != 0) return;
+    for (const GeomContact& contact : contacts) {
+      if (!(contact.distance <= kContactDistance)) continue;
+      const int a = contact.geom_a, b = contact.geom_b;
+      if (owners.IsRobot(a) && owners.IsScene(b)) touched_.Insert(b);
+      if (owners.IsRobot(b) && owners.IsScene(a)) touched_.Insert(a);
+    }
+    touched_.Commit();
+  }
+
+  int64_t count() const { return touched_.count(); }
+
+ private:
+  int64_t window_;
+  int64_t samples_ = 0;
+  NewMembers touched_;
+};
+
+}  // namespace evalbus

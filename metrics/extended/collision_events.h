@@ -1,0 +1,68 @@
+// Collisions that do not count a flickering contact over and over. Ours (docs/metrics.md).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "metrics/extended_metric.h"
+#include "metrics/separation.h"
+
+namespace evalbus {
+
+// How often a pair of a robot geom and a scene geom, and of two robot geoms, begins to touch; a pair counts
+// again once it was apart for kSeparationTime. A pair that touches in the first sample begins there.
+class CollisionEvents : public ExtendedMetric {
+ public:
+  static std::vector<ValueName> Names(const MetricsConfig&) {
+    return {{"env_collision_events", "count"}, {"self_collision_events", "count"}};
+  }
+  explicit CollisionEvents(const MetricsConfig& config) : dt_(config.control_dt) { pairs_.reserve(256); }
+
+  void Start() override {
+    pairs_.clear();
+    environment_ = self_ = 0;
+  }
+  void Add(const DerivedSample& derived) override {
+    const int64_t tick = derived.sample.tick;
+    for (const SceneContact& contact : derived.scene_contacts) {
+      environment_ += Begins(contact.robot_geom, contact.scene_geom, tick);
+    }
+    for (const GeomContact& contact : derived.sample.contacts) {
+      if (!derived.owners.IsRobot(contact.geom_a) || !derived.owners.IsRobot(contact.geom_b)) continue;
+      if (!(contact.distance <= kContactDistance)) continue;
+      self_ +=
+          Begins(std::min(contact.geom_a, contact.geom_b), std::max(contact.geom_a, contact.geom_b), tick);
+    }
+  }
+  void Values(std::span<double> values) const override {
+    values[0] = static_cast<double>(environment_);
+    values[1] = static_cast<double>(self_);
+  }
+
+ private:
+  struct Pair {
+    int a, b;
+    int64_t last_tick;
+  };
+  bool Begins(int a, int b, int64_t tick) {
+    const auto pair =
+        std::find_if(pairs_.begin(), pairs_.end(), [&](const Pair& p) { return p.a == a && p.b == b; });
+    if (pair == pairs_.end()) {
+      pairs_.push_back({a, b, tick});
+      return true;
+    }
+    const int64_t last = std::exchange(pair->last_tick, tick);
+    return Separated(last, tick, dt_);
+  }
+
+  double dt_;
+  // Every pair that has touched in this episode.
+  std::vector<Pair> pairs_;
+  int64_t environment_ = 0;
+  int64_t self_ = 0;
+};
+
+inline const bool kCollisionEventsRegistered = RegisterExtendedMetric<CollisionEvents>();
+
+}  // namespace evalbus

@@ -1,0 +1,25 @@
+// Time in contact. Ours (docs/metrics.md).
+#pragma once
+
+#include "metrics/extended_metric.h"
+
+namespace evalbus {
+
+// Simulated time (s): dt for every sample in which a robot geom touches a scene geom.
+class ContactTime : public ExtendedMetric {
+ public:
+  static std::vector<ValueName> Names(const MetricsConfig&) { return {{"contact_time_s", "s"}}; }
+  explicit ContactTime(const MetricsConfig& config) : dt_(config.control_dt) {}
+
+  void Start() override { samples_ = 0; }
+  void Add(const DerivedSample& derived) override { samples_ += !derived.scene_contacts.empty(); }
+  void Values(std::span<double> values) const override { values[0] = static_cast<double>(samples_) * dt_; }
+
+ private:
+  double dt_;
+  int64_t samples_ = 0;
+};
+
+inline const bool kContactTimeRegistered = RegisterExtendedMetric<ContactTime>();
+
+}  // namespace evalbus

@@ -1,0 +1,48 @@
+// How often and how long each gripper grasped. Ours (docs/metrics.md).
+#pragma once
+
+#include <algorithm>
+
+#include "metrics/extended_metric.h"
+#include "metrics/grasps.h"
+
+namespace evalbus {
+
+// By gripper: number of grasps (see grasps.h) of any object, their durations added up and the longest one
+// (s).
+class GraspStatistics : public ExtendedMetric {
+ public:
+  static std::vector<ValueName> Names(const MetricsConfig& config) {
+    std::vector<ValueName> names = NameEach({"grasp_count", "count"}, config.grippers);
+    for (const ValueName& value : {ValueName{"grasp_time_s", "s"}, ValueName{"longest_grasp_s", "s"}}) {
+      for (const ValueName& name : NameEach(value, config.grippers)) names.push_back(name);
+    }
+    return names;
+  }
+  explicit GraspStatistics(const MetricsConfig& config)
+      : grippers_(config.grippers.size()), dt_(config.control_dt), grasps_(config) {}
+
+  void Start() override { grasps_.Start(); }
+  void Add(const DerivedSample& derived) override {
+    grasps_.Add(derived.sample.tick, derived.sample.pinched);
+  }
+  void Values(std::span<double> values) const override {
+    std::fill(values.begin(), values.end(), 0);
+    for (const Grasp& grasp : grasps_.grasps()) {
+      const double duration = grasp.duration(dt_);
+      double& longest = values[2 * grippers_ + grasp.gripper];
+      values[grasp.gripper] += 1;
+      values[grippers_ + grasp.gripper] += duration;
+      longest = std::max(longest, duration);
+    }
+  }
+
+ private:
+  size_t grippers_;
+  double dt_;
+  Grasps grasps_;
+};
+
+inline const bool kGraspStatisticsRegistered = RegisterExtendedMetric<GraspStatistics>();
+
+}  // namespace evalbus

@@ -1,0 +1,42 @@
+// How near the arms come to their joint limits. Ours (docs/metrics.md).
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "metrics/extended_metric.h"
+
+namespace evalbus {
+
+// Smallest distance (rad) of any arm joint to its nearer limit, negative beyond it. A joint with lower >=
+// upper has none; no value before the first sample and where no joint has limits.
+class JointLimitMargin : public ExtendedMetric {
+ public:
+  static std::vector<ValueName> Names(const MetricsConfig&) {
+    return {{"min_joint_limit_margin_rad", "rad"}};
+  }
+  explicit JointLimitMargin(const MetricsConfig& config) : arms_(config.arms) {}
+
+  void Start() override { margin_ = kNone; }
+  void Add(const DerivedSample& derived) override {
+    for (size_t k = 0; k < arms_.size(); ++k) {
+      const std::span<const double> q = derived.sample.arm[k].joint_position;
+      const std::vector<double>&lower = arms_[k].joint_lower, &upper = arms_[k].joint_upper;
+      for (size_t j = 0; j < lower.size(); ++j) {
+        if (lower[j] < upper[j]) margin_ = std::min({margin_, q[j] - lower[j], upper[j] - q[j]});
+      }
+    }
+  }
+  void Values(std::span<double> values) const override {
+    values[0] = margin_ < kNone ? margin_ : std::numeric_limits<double>::quiet_NaN();
+  }
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::vector<ArmConfig> arms_;
+  double margin_ = kNone;
+};
+
+inline const bool kJointLimitMarginRegistered = RegisterExtendedMetric<JointLimitMargin>();
+
+}  // namespace evalbus

@@ -1,0 +1,71 @@
+// Smoothness of each wrist's speed profile by its jerk. Source: Balasubramanian, Melendez-Calderon, Burdet: A
+// robust and sensitive metric for quantifying movement smoothness, IEEE Trans. Biomed. Eng. 59(8), 2012
+// (dimensionless jerk, and its logarithm).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "metrics/extended_metric.h"
+
+namespace evalbus {
+
+// -ln(T^3 / v_peak^2 . integral of (d^2 v / dt^2)^2 dt) of the speed v_i = norm(p_i - p_(i-1)) / dt, i = 1 to
+// M, with T = M dt and second differences for the derivative. The nearer to 0 the smoother; it depends
+// neither on how far nor on how fast a movement is, only on its shape. No value for less than three speeds,
+// without movement, for a constant speed, and after a missing sample.
+class LogDimensionlessJerk : public ExtendedMetric {
+ public:
+  static std::vector<ValueName> Names(const MetricsConfig& config) {
+    return NameEachArm({"log_dimensionless_jerk", "1"}, config);
+  }
+  explicit LogDimensionlessJerk(const MetricsConfig& config) : arms_(config.arms.size()) {}
+
+  void Start() override {
+    arms_.assign(arms_.size(), {});
+    samples_ = speeds_ = 0;
+    has_hole_ = false;
+  }
+  void Add(const DerivedSample& derived) override {
+    has_hole_ |= samples_ > 0 && !derived.in_a_row;
+    if (samples_++ == 0 || has_hole_) return;
+    ++speeds_;
+    for (size_t k = 0; k < arms_.size(); ++k) {
+      Arm& arm = arms_[k];
+      const double v = derived.wrist_speed[k];
+      if (speeds_ >= 3) {
+        const double difference = v - 2 * arm.v1 + arm.v2;
+        arm.sum_of_squares += difference * difference;
+      }
+      arm.peak = std::max(arm.peak, v);
+      arm.v2 = arm.v1;
+      arm.v1 = v;
+    }
+  }
+  void Values(std::span<double> values) const override {
+    for (size_t k = 0; k < arms_.size(); ++k) {
+      const Arm& arm = arms_[k];
+      // T^3 = M^3 dt^3, the squared derivative has dt^-4 and the integral dt: no dt remains.
+      const double count = static_cast<double>(speeds_);
+      const double jerk = count * count * count * arm.sum_of_squares / (arm.peak * arm.peak);
+      const bool exists = !has_hole_ && jerk > 0 && std::isfinite(jerk);
+      values[k] = exists ? -std::log(jerk) : std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+
+ private:
+  struct Arm {
+    double v1 = 0, v2 = 0;  // v_(i-1), v_(i-2)
+    double peak = 0;
+    double sum_of_squares = 0;
+  };
+  std::vector<Arm> arms_;
+  int64_t samples_ = 0;
+  int64_t speeds_ = 0;
+  bool has_hole_ = false;
+};
+
+inline const bool kLogDimensionlessJerkRegistered = RegisterExtendedMetric<LogDimensionlessJerk>();
+
+}  // namespace evalbus

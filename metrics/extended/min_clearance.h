@@ -1,0 +1,38 @@
+// Smallest distance between robot and scene. Ours (docs/metrics.md).
+#pragma once
+
+#include <limits>
+
+#include "metrics/extended_metric.h"
+
+namespace evalbus {
+
+// Of the samples at which the clearance was evaluated: the smallest (m), and the simulated time (s) at which
+// it was first seen. No value before the first.
+class MinClearance : public ExtendedMetric {
+ public:
+  static std::vector<ValueName> Names(const MetricsConfig&) {
+    return {{"min_clearance_m", "m"}, {"min_clearance_time_s", "s"}};
+  }
+  explicit MinClearance(const MetricsConfig&) {}
+
+  void Start() override { clearance_ = time_ = std::numeric_limits<double>::quiet_NaN(); }
+  void Add(const DerivedSample& derived) override {
+    const std::optional<double>& clearance = derived.sample.clearance;
+    if (!clearance || clearance_ <= *clearance) return;
+    clearance_ = *clearance;
+    time_ = derived.sample.time;
+  }
+  void Values(std::span<double> values) const override {
+    values[0] = clearance_;
+    values[1] = time_;
+  }
+
+ private:
+  double clearance_ = 0;
+  double time_ = 0;
+};
+
+inline const bool kMinClearanceRegistered = RegisterExtendedMetric<MinClearance>();
+
+}  // namespace evalbus

@@ -1,0 +1,59 @@
+// Peak acceleration of each wrist. Ours (docs/metrics.md).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "metrics/extended_metric.h"
+
+namespace evalbus {
+
+// Largest norm(p_i - 2 p_(i-1) + p_(i-2)) / dt^2 over three samples in a row, m/s^2; 0 without.
+class PeakWristAcceleration : public ExtendedMetric {
+ public:
+  static std::vector<ValueName> Names(const MetricsConfig& config) {
+    return NameEachArm({"peak_wrist_acceleration_mps2", "m/s^2"}, config);
+  }
+  explicit PeakWristAcceleration(const MetricsConfig& config)
+      : dt_(config.control_dt), arms_(config.arms.size()) {}
+
+  void Start() override {
+    arms_.assign(arms_.size(), {});
+    filled_ = 0;
+  }
+  void Add(const DerivedSample& derived) override {
+    if (!derived.in_a_row) filled_ = 0;
+    for (size_t k = 0; k < arms_.size(); ++k) {
+      Arm& arm = arms_[k];
+      const std::array<double, 3>& p = derived.sample.arm[k].wrist_position;
+      if (filled_ == 2) {
+        double sum = 0;
+        for (int i = 0; i < 3; ++i) {
+          const double difference = p[i] - 2 * arm.p1[i] + arm.p2[i];
+          sum += difference * difference;
+        }
+        arm.peak = std::max(arm.peak, std::sqrt(sum) / (dt_ * dt_));
+      }
+      arm.p2 = arm.p1;
+      arm.p1 = p;
+    }
+    filled_ = std::min(filled_ + 1, 2);
+  }
+  void Values(std::span<double> values) const override {
+    for (size_t k = 0; k < arms_.size(); ++k) values[k] = arms_[k].peak;
+  }
+
+ private:
+  struct Arm {
+    std::array<double, 3> p1{}, p2{};  // p_(i-1), p_(i-2)
+    double peak = 0;
+  };
+  double dt_;
+  std::vector<Arm> arms_;
+  // How many of p1 and p2 are from samples in a row.
+  int filled_ = 0;
+};
+
+inline const bool kPeakWristAccelerationRegistered = RegisterExtendedMetric<PeakWristAcceleration>();
+
+}  // namespace evalbus

@@ -1,0 +1,65 @@
+// Grasps: an object held by both pads of a gripper. Ours (docs/metrics.md).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "metrics/metrics_config.h"
+#include "metrics/separation.h"
+
+namespace evalbus {
+
+// A grasp of an object by a gripper begins at a sample in which pads of both fingers touch the object, and
+// lasts until the last one before they do not for kSeparationTime.
+struct Grasp {
+  int object;
+  int gripper;
+  int64_t first_tick;
+  int64_t last_tick;
+
+  // s; dt for each sample from the first to the last.
+  double duration(double dt) const { return static_cast<double>(last_tick - first_tick + 1) * dt; }
+};
+
+class Grasps {
+ public:
+  explicit Grasps(const MetricsConfig& config)
+      : grippers_(config.grippers.size()),
+        dt_(config.control_dt),
+        current_(config.objects.size() * grippers_) {
+    grasps_.reserve(256);
+    Start();
+  }
+
+  void Start() {
+    grasps_.clear();
+    current_.assign(current_.size(), -1);
+  }
+
+  // `pinched` is [object * grippers + gripper]; empty where it is not known.
+  void Add(int64_t tick, std::span<const uint8_t> pinched) {
+    for (size_t pair = 0; pair < pinched.size(); ++pair) {
+      if (!pinched[pair]) continue;
+      int& index = current_[pair];
+      if (index < 0 || Separated(grasps_[index].last_tick, tick, dt_)) {
+        index = static_cast<int>(grasps_.size());
+        grasps_.push_back(
+            {static_cast<int>(pair / grippers_), static_cast<int>(pair % grippers_), tick, tick});
+      }
+      grasps_[index].last_tick = tick;
+    }
+  }
+
+  // In order of their beginning.
+  const std::vector<Grasp>& grasps() const { return grasps_; }
+
+ private:
+  size_t grippers_;
+  double dt_;
+  std::vector<Grasp> grasps_;
+  // Index of the latest grasp of each pair, -1: none.
+  std::vector<int> current_;
+};
+
+}  // namespace evalbus

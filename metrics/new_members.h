@@ -1,0 +1,40 @@
+// What is in a set now and was not before: the rule by which RoboEval's metrics page counts collisions.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace evalbus {
+
+// Counts the members of a set that were not in the set of the look before.
+class NewMembers {
+ public:
+  NewMembers() {
+    now_.reserve(64);
+    before_.reserve(64);
+  }
+  void Start() {
+    now_.clear();
+    before_.clear();
+    count_ = 0;
+  }
+  void Insert(int64_t key) { now_.push_back(key); }
+  // Ends the look.
+  void Commit() {
+    std::sort(now_.begin(), now_.end());
+    now_.erase(std::unique(now_.begin(), now_.end()), now_.end());
+    for (int64_t key : now_) count_ += !std::binary_search(before_.begin(), before_.end(), key);
+    std::swap(now_, before_);
+    now_.clear();
+  }
+  int64_t count() const { return count_; }
+
+ private:
+  std::vector<int64_t> now_;
+  std::vector<int64_t> before_;
+  int64_t count_ = 0;
+};
+
+}  // namespace evalbus

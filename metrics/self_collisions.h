@@ -1,0 +1,41 @@
+// New collisions of the robot with itself. Source: RoboEval's metrics page (self_collision_count).
+#pragma once
+
+#include <algorithm>
+#include <span>
+
+#include "metrics/new_members.h"
+#include "metrics/sample.h"
+
+namespace evalbus {
+
+// Looks at samples 0, W, 2W, ...; W = 1, every sample, is the definition. Counts the unordered pairs of robot
+// geoms that touch now and did not at the previous look; those of the first look are new.
+class SelfCollisions {
+ public:
+  explicit SelfCollisions(int window) : window_(window) {}
+
+  void Start() {
+    samples_ = 0;
+    touching_.Start();
+  }
+
+  void Add(std::span<const GeomContact> contacts, const GeomOwners& owners) {
+    if (samples_++ % window_ != 0) return;
+    for (const GeomContact& contact : contacts) {
+      if (!(contact.distance <= kContactDistance)) continue;
+      const int a = std::min(contact.geom_a, contact.geom_b), b = std::max(contact.geom_a, contact.geom_b);
+      if (owners.IsRobot(a) && owners.IsRobot(b)) touching_.Insert(int64_t{a} << 32 | b);
+    }
+    touching_.Commit();
+  }
+
+  int64_t count() const { return touching_.count(); }
+
+ private:
+  int64_t window_;
+  int64_t samples_ = 0;
+  NewMembers touching_;
+};
+
+}  // namespace evalbus

@@ -1,0 +1,64 @@
+#include "metrics/task/predicate.h"
+
+#include <fmt/format.h>
+
+namespace evalbus {
+namespace {
+
+void SetTick(const header_t& header, condition_t* condition) {
+  condition->tick = header.tick;
+  condition->time_s = static_cast<double>(header.sim_time_us) / 1e6;
+}
+
+// "27.4 degrees > 20": as many digits as it takes to tell the two numbers apart, at least three.
+std::string Compared(double value, const std::string& relation, double threshold, const std::string& unit) {
+  const std::string limit = fmt::format("{:.6g}", threshold);
+  std::string text;
+  for (int digits = 3; digits <= 17; ++digits) {
+    text = fmt::format("{:.{}g}", value, digits);
+    if (value == threshold || text != limit) break;
+  }
+  if (unit != "1") text += unit == "deg" ? " degrees" : " " + unit;
+  return text + " " + relation + " " + limit;
+}
+
+}  // namespace
+
+bool Relation::Evaluate(const WorldView& world) {
+  header_ = world.state.header;
+  holds_ = Holds(world);
+  return holds_;
+}
+
+void Relation::Explain(std::vector<condition_t>* conditions) const {
+  condition_t condition = condition_;
+  condition.holds = holds_;
+  condition.text = holds_ ? text_if_true_ : text_if_false_;
+  SetTick(header_, &condition);
+  conditions->push_back(std::move(condition));
+}
+
+bool Within::Evaluate(const WorldView& world) {
+  header_ = world.state.header;
+  value_ = Value(world);
+  return lower_ <= value_ && value_ <= upper_;
+}
+
+void Within::Explain(std::vector<condition_t>* conditions) const {
+  // Of two limits the nearer one, which is the violated one where one is.
+  const bool is_upper = upper_ - value_ < value_ - lower_;
+  const double limit = is_upper ? upper_ : lower_;
+  condition_t condition = condition_;
+  condition.holds = lower_ <= value_ && value_ <= upper_;
+  condition.has_value = true;
+  condition.value_mixed = value_;
+  condition.threshold_mixed = limit;
+  condition.comparison = is_upper ? "<=" : ">=";
+  const std::string relation = condition.holds ? condition.comparison : is_upper ? ">" : "<";
+  condition.text =
+      quantity_ + " " + Compared(condition.value_mixed, relation, condition.threshold_mixed, condition.unit);
+  SetTick(header_, &condition);
+  conditions->push_back(std::move(condition));
+}
+
+}  // namespace evalbus

@@ -1,0 +1,74 @@
+// What a predicate of a task description is: true or false about a tick, and able to say why.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evalbus/condition_t.hpp"
+#include "evalbus/contact_t.hpp"
+#include "evalbus/header_t.hpp"
+#include "evalbus/state_t.hpp"
+
+namespace evalbus {
+
+// One tick of the world.
+struct WorldView {
+  const state_t& state;
+  std::span<const contact_t> contacts;
+};
+
+class Predicate {
+ public:
+  virtual ~Predicate() = default;
+  // Forgets the episode before.
+  virtual void Start() {}
+  virtual bool Evaluate(const WorldView& world) = 0;
+  // Appends the conditions that made the last Evaluate() come out as it did, in the order of the description:
+  // all that a true `all` needs, the first unmet one of a false `all`, the first that makes an `any` true,
+  // all of a false `any`.
+  virtual void Explain(std::vector<condition_t>* conditions) const = 0;
+};
+
+// A condition that holds or does not, without a number. A class fills in the members and Holds().
+class Relation : public Predicate {
+ public:
+  bool Evaluate(const WorldView& world) final;
+  void Explain(std::vector<condition_t>* conditions) const final;
+
+ protected:
+  virtual bool Holds(const WorldView& world) = 0;
+  // predicate, kind, subject, other; the rest comes from the tick.
+  condition_t condition_{};
+  std::string text_if_true_;
+  std::string text_if_false_;
+
+ private:
+  header_t header_{};
+  bool holds_ = false;
+};
+
+// A condition that a number is within limits, both included. A class fills in the members and Value().
+class Within : public Predicate {
+ public:
+  bool Evaluate(const WorldView& world) final;
+  void Explain(std::vector<condition_t>* conditions) const final;
+
+ protected:
+  // In the condition's unit.
+  virtual double Value(const WorldView& world) = 0;
+  // predicate, kind, subject and unit; the rest comes from the tick.
+  condition_t condition_{};
+  // What the number is, in words: "tilt of pot".
+  std::string quantity_;
+  // In the condition's unit, infinite where there is none.
+  double lower_ = -std::numeric_limits<double>::infinity();
+  double upper_ = std::numeric_limits<double>::infinity();
+
+ private:
+  header_t header_{};
+  double value_ = 0;
+};
+
+}  // namespace evalbus
