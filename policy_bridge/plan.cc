@@ -16,6 +16,10 @@ constexpr double kMaxKnotStep = 0.6;  // rad
 constexpr double kMinDuration = 0.3;  // s
 // Weight of the home posture against the last knot's where redundancy is spent.
 constexpr double kHomePull = 0.1;
+// Between the knots of a motion that is straight in joint space.
+constexpr double kJointKnotStep = 0.1;  // rad
+// Other branches of the inverse kinematics are looked for from home with one joint turned so far.
+constexpr double kBranchTurn = 1.5;  // rad
 // An object that is placed first stops so far above its support.
 constexpr double kAbove = 0.05;  // m
 
@@ -147,17 +151,64 @@ Plan& Plan::GoStraight(const std::vector<GripGoal>& goals, double speed) {
                 [&](size_t i, double s) { return Between(starts[i], goals[i].pose, s); }, {});
 }
 
-Plan& Plan::GoHome(const std::vector<int>& arms) {
+Plan& Plan::GoStraightInJoints(const std::vector<int>& arms, const std::vector<JointVector>& goals) {
   if (!feasible_) return *this;
   Motion motion = Rest();
   motion.duration = kMinDuration;
-  for (int arm : arms) {
-    motion.paths[arm] = JointPath({end_.joints[arm], context_->home.joints[arm]});
+  for (size_t i = 0; i < arms.size(); ++i) {
+    const JointVector &from = end_.joints[arms[i]], &to = goals[i];
+    // As many knots as show whether something is in the way.
+    const int spans = 1 + static_cast<int>((to - from).cwiseAbs().maxCoeff() / kJointKnotStep);
+    std::vector<JointVector> way;
+    for (int k = 0; k <= spans; ++k) {
+      const double s = static_cast<double>(k) / spans;
+      way.push_back((1 - s) * from + s * to);
+    }
+    motion.paths[arms[i]] = JointPath(std::move(way));
     motion.duration =
-        std::max(motion.duration, JointDuration(motion.paths[arm], context_->limits.joint_speed));
+        std::max(motion.duration, JointDuration(motion.paths[arms[i]], context_->limits.joint_speed));
   }
   Append(std::move(motion), {});
   return *this;
+}
+
+Plan& Plan::GoHome(const std::vector<int>& arms) {
+  std::vector<JointVector> goals;
+  for (int arm : arms) goals.push_back(context_->home.joints[arm]);
+  return GoStraightInJoints(arms, goals);
+}
+
+Plan& Plan::Swing(const std::vector<GripGoal>& goals) {
+  if (!feasible_) return *this;
+  std::vector<int> arms;
+  std::vector<JointVector> nearest;
+  for (const GripGoal& goal : goals) {
+    const Arm& arm = context_->arms[goal.arm];
+    const JointVector &now = end_.joints[goal.arm], &home = context_->home.joints[goal.arm];
+    std::vector<JointVector> starts{now, home};
+    for (Eigen::Index joint = 0; joint < home.size(); ++joint) {
+      for (double turn : {kBranchTurn, -kBranchTurn}) {
+        starts.push_back(home);
+        starts.back()[joint] += turn;
+      }
+    }
+    const auto way = [&](const JointVector& joints) { return (joints - now).cwiseAbs().maxCoeff(); };
+    bool found = false;
+    for (const JointVector& start : starts) {
+      if (context_->effort_left-- <= 0) break;
+      const IkResult ik = SolveIk(arm.chain, goal.pose * arm.grip.inverse(), start);
+      if (!ik.converged || (found && way(ik.joints) >= way(nearest.back()))) continue;
+      if (found) nearest.pop_back();
+      nearest.push_back(ik.joints);
+      found = true;
+    }
+    if (!found) {
+      feasible_ = false;
+      return *this;
+    }
+    arms.push_back(goal.arm);
+  }
+  return GoStraightInJoints(arms, nearest);
 }
 
 Plan& Plan::MoveGrippers(const std::vector<int>& grippers, double closing) {
@@ -188,22 +239,36 @@ Plan& Plan::Press(int body, const Eigen::Isometry3d& pose, const std::vector<Gri
   return *this;
 }
 
-Plan& Plan::Turn(const std::vector<int>& arms, const Axis& axis, double angle, double speed) {
+Plan& Plan::Turn(const std::vector<Turning>& turnings, double speed) {
   if (!feasible_) return *this;
+  std::vector<int> arms;
+  std::vector<Hinge> hinges;
   std::vector<Eigen::Isometry3d> starts;
-  double distance = 0;
-  for (int arm : arms) {
-    starts.push_back(GripPose(arm));
-    const Eigen::Vector3d lever = starts.back().translation() - axis.point;
-    distance = std::max(distance, std::abs(angle) * axis.direction.cross(lever).norm());
+  Contacts contacts;
+  double distance = 0, turn = 0;
+  for (const Turning& turning : turnings) {
+    const Hinge hinge = context_->probe.HingeOf(turning.body, *state_);
+    arms.push_back(turning.arm);
+    hinges.push_back(hinge);
+    starts.push_back(GripPose(turning.arm));
+    contacts.turned.push_back({hinge, hinge.angle + turning.angle - turning.slack});
+    near_.push_back(turning.body);
+    const Eigen::Vector3d lever = starts.back().translation() - hinge.point;
+    distance = std::max(distance, std::abs(turning.angle) * hinge.direction.cross(lever).norm());
+    turn = std::max(turn, std::abs(turning.angle));
   }
-  const auto turned = [&](size_t i, double s) -> Eigen::Isometry3d {
-    return Eigen::Translation3d(axis.point) * Eigen::AngleAxisd(s * angle, axis.direction) *
-           Eigen::Translation3d(-axis.point) * starts[i];
+  const auto turned = [&](size_t i, double s) {
+    const auto turn_by = [&](double angle) { return Eigen::AngleAxisd(angle, hinges[i].direction); };
+    const double angle = s * turnings[i].angle;
+    Eigen::Isometry3d grip = starts[i];
+    grip.linear() = (turn_by(turnings[i].follow * angle) * starts[i].linear()).eval();
+    grip.translation() = hinges[i].point + turn_by(angle) * (starts[i].translation() - hinges[i].point);
+    return grip;
   };
-  return Follow(arms, NumKnots(distance, std::abs(angle)),
-                MinDuration(distance, speed, std::abs(angle), context_->limits.grip_turn_rate), turned,
-                {.carried = {}, .touchable = {}, .expected = true});
+  Follow(arms, NumKnots(distance, turn), MinDuration(distance, speed, turn, context_->limits.grip_turn_rate),
+         turned, std::move(contacts));
+  near_.clear();
+  return *this;
 }
 
 Plan& Plan::Open(const std::vector<int>& grippers) {
@@ -295,6 +360,7 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
     const Contacts& contacts = contacts_[i];
     if (i < num_checked_ || contacts.expected) {
       for (const Carried& carried : contacts.carried) probe.SetObject(carried.body, carried.to);
+      for (const Turned& turned : contacts.turned) probe.SetAngle(turned.hinge, turned.to);
       continue;
     }
     size_t spans = 0;
@@ -305,6 +371,9 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
         probe.SetArm(static_cast<int>(arm), motion.paths[arm].At(s));
       for (const Carried& carried : contacts.carried) {
         probe.SetObject(carried.body, Between(carried.from, carried.to, s));
+      }
+      for (const Turned& turned : contacts.turned) {
+        probe.SetAngle(turned.hinge, (1 - s) * turned.hinge.angle + s * turned.to);
       }
       if (context_->effort_left-- <= 0 || probe.Touches(arms, contacts.touchable)) {
         feasible_ = false;

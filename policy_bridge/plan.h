@@ -58,9 +58,13 @@ struct Hold {
   Grasp grasp;
 };
 
-// A line in the world that something turns about; the direction is a unit vector.
-struct Axis {
-  Eigen::Vector3d point, direction;
+// An arm that is to turn a body on its hinge, and how; angles in rad, in the sense of the hinge.
+struct Turning {
+  int arm;
+  int body;
+  double angle;       // of the grip about the hinge
+  double follow = 1;  // the hand itself turns by this fraction of it
+  double slack = 0;   // of the angle: until the grip meets the body and takes it along
 };
 
 // What plans need of the model; made once per run.
@@ -96,9 +100,12 @@ class Plan {
   Plan& Push(const std::vector<GripGoal>& goals);
   // As Approach, down on an object at `pose` that the arms then drag with Carry: pads may touch it.
   Plan& Press(int body, const Eigen::Isometry3d& pose, const std::vector<GripGoal>& goals);
-  // The grips turn about an axis by an angle (rad, right-handed) at most at `speed` (m/s), as a hand does
-  // that turns a valve or moves a lid. Contacts are expected.
-  Plan& Turn(const std::vector<int>& arms, const Axis& axis, double angle, double speed);
+  // The grips go along arcs about the hinges of bodies, as a hand does that turns a wheel or pushes a lid,
+  // and take these bodies along from where they are in the state. Pads may touch them.
+  Plan& Turn(const std::vector<Turning>& turnings, double speed);
+  // The grips come to their goals straight in joint space, to the solutions nearest to where the joints are:
+  // for a large turn of a hand, which a straight line of the grip does not allow.
+  Plan& Swing(const std::vector<GripGoal>& goals);
   // The arms go home, straight in joint space.
   Plan& GoHome(const std::vector<int>& arms);
   // Lets go what the grippers hold.
@@ -139,9 +146,14 @@ class Plan {
     int body;
     Eigen::Isometry3d from, to;
   };
+  struct Turned {
+    Hinge hinge;
+    double to;
+  };
   // What CheckContacts needs to know of a motion.
   struct Contacts {
     std::vector<Carried> carried;
+    std::vector<Turned> turned;
     // Bodies that pads may touch.
     std::vector<int> touchable;
     bool expected = false;
@@ -152,6 +164,8 @@ class Plan {
                Contacts contacts);
   Plan& GoStraight(const std::vector<GripGoal>& goals, double speed);
   Plan& Carry(const std::vector<ObjectGoal>& goals, double speed);
+  // goals: joint positions, one for each of these arms.
+  Plan& GoStraightInJoints(const std::vector<int>& arms, const std::vector<JointVector>& goals);
   Plan& MoveGrippers(const std::vector<int>& grippers, double closing);
   void SetPose(const ObjectGoal& object);
   Motion Rest() const;

@@ -164,6 +164,26 @@ void ContactProbe::SetObject(int body, const Eigen::Isometry3d& pose) {
   qpos[6] = quat.z();
 }
 
+void ContactProbe::SetAngle(const Hinge& hinge, double angle) { data_->qpos[hinge.qpos] = angle; }
+
+Hinge ContactProbe::HingeOf(int body, const state_t& state) const {
+  const int joint = model_->body_jntadr[body];
+  if (model_->body_jntnum[body] != 1 || model_->jnt_type[joint] != mjJNT_HINGE ||
+      !model_->jnt_limited[joint]) {
+    throw InputError("body \"" + std::string(model_->names + model_->name_bodyadr[body]) +
+                     "\" is expected on one hinge with a range");
+  }
+  const Eigen::Isometry3d pose = BodyPose(state, body);
+  Hinge hinge;
+  hinge.point = pose * Eigen::Vector3d(model_->jnt_pos + 3 * joint);
+  hinge.direction = pose.linear() * Eigen::Vector3d(model_->jnt_axis + 3 * joint);
+  hinge.lower = model_->jnt_range[2 * joint];
+  hinge.upper = model_->jnt_range[2 * joint + 1];
+  hinge.qpos = model_->jnt_qposadr[joint];
+  hinge.angle = state.qpos_mixed.at(static_cast<size_t>(hinge.qpos));
+  return hinge;
+}
+
 bool ContactProbe::Touches(const std::vector<int>& arms, const std::vector<int>& touchable_bodies) {
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());

@@ -44,6 +44,13 @@ Eigen::Isometry3d BodyPose(const state_t& state, int body);
 // site.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);
 
+// The hinge that a body turns on, in some state.
+struct Hinge {
+  Eigen::Vector3d point, direction;  // of its axis, world frame; direction is a unit vector
+  double angle, lower, upper;        // where the body stands, and the ends of its range, rad
+  int qpos;                          // index of the coordinate
+};
+
 // Answers what the robot would touch, by MuJoCo's collision detection on a private copy of the scene in which
 // every geom is thicker by a clearance.
 class ContactProbe {
@@ -54,6 +61,10 @@ class ContactProbe {
   void Set(const state_t& state);
   void SetArm(int arm, const JointVector& q);
   void SetObject(int body, const Eigen::Isometry3d& pose);
+  void SetAngle(const Hinge& hinge, double angle);
+
+  // Throws InputError if the body is not on exactly one hinge with a range.
+  Hinge HingeOf(int body, const state_t& state) const;
 
   // True if one of these arms (or its hand) touches anything but the arms that are not named. Pads may touch
   // the objects that these bodies belong to.
