@@ -43,7 +43,12 @@ void VizComponent::OnModel(const model_info_t& model) {
   text_.title = model.task + "/" + model.variation;
 }
 
-void VizComponent::OnEpisodeBegin(const episode_begin_t& begin) { Enter(begin, begin.seed); }
+void VizComponent::OnEpisodeBegin(const episode_begin_t& begin) {
+  // It is repeated only before tick 0: what comes after that begins anew, such as the replay of a run just
+  // seen.
+  if (newest_tick_ >= 0) status_.attempt = -1;
+  Enter(begin, begin.seed);
+}
 
 void VizComponent::Enter(const episode_begin_t& begin, std::optional<int64_t> seed) {
   if (!EnterEpisode(begin)) return;

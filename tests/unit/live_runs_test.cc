@@ -31,6 +31,7 @@ TEST_F(LiveRunsTest, FindsRunsByTheirProcesses) {
   Process("999992", {"/bin/evalbus-sim", "lift_pot", "--out", "/runs/a", "--url", "udpm://a"}, "net:[1]");
   Process("999993", {"evalbus-metrics", "--url=udpm://b"}, "net:[7]");
   Process("999994", {"evalbus-monitor", "--url", "udpm://c"}, "net:[1]");
+  Process("999997", {"evalbus-viz", "--url", "udpm://c"}, "net:[1]");
   Process("999995", {"vi", "--url", "udpm://d"}, "net:[1]");
   Process("999996", {"evalbus-metrics", "--help"}, "net:[1]");
   const std::vector<LiveRun> runs = FindLiveRuns(proc_.path());

@@ -216,6 +216,22 @@ TEST_F(VizComponentTest, ANewAttemptBeginsAtItsFirstTick) {
   EXPECT_EQ(viz_.status().skipped_ticks, 1);
 }
 
+TEST_F(VizComponentTest, TheSameEpisodeMayBeginAgain) {
+  SayModel();
+  for (int replay = 0; replay < 2; ++replay) {
+    SayBegin(0);
+    SayBegin(0);
+    SayState(0, 0);
+    SayState(0, 1);
+    Handle();
+    const auto images = Poll();
+    ASSERT_EQ(images.size(), 2u);
+    EXPECT_EQ(images[0].header.tick, 1);
+  }
+  EXPECT_EQ(viz_.status().foreign_messages, 0);
+  EXPECT_EQ(viz_.status().skipped_ticks, 2);
+}
+
 TEST_F(VizComponentTest, MistakesAreErrors) {
   Bus bus("memq://");
   EXPECT_THROW(VizComponent(&bus, {{"front"}, {161, 120}, 10}), InputError);
