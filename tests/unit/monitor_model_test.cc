@@ -385,7 +385,7 @@ TEST_F(MonitorModelTest, TheSameEpisodeMayBeginAgain) {
   Play();
   SaySummary(2, "success");
   SayBegin(2);
-  EXPECT_NE(All(80, 24).find("episode 2   waiting for components"), std::string::npos) << All(80, 24);
+  EXPECT_NE(All(80, 24).find("wrist path           -      -      - m"), std::string::npos) << All(80, 24);
   SayTick(2, 75);
   EXPECT_NE(All(80, 24).find("episode 2   running       1.50 s"), std::string::npos) << All(80, 24);
 }
