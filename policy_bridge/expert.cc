@@ -4,7 +4,11 @@
 #include <map>
 
 #include "bus/errors.h"
+#include "policy_bridge/cube_handover.h"
 #include "policy_bridge/lift_by_handles.h"
+#include "policy_bridge/pack_box.h"
+#include "policy_bridge/rotate_valve.h"
+#include "policy_bridge/stack_two_blocks.h"
 
 namespace evalbus {
 
@@ -45,14 +49,23 @@ Factory LiftByHandles(const HandledObject& object) {
   };
 }
 
+template <class T>
+std::unique_ptr<Policy> Make(const mjModel& model, const model_info_t& info) {
+  return std::make_unique<T>(model, info);
+}
+
 // By task.
 const std::map<std::string, Factory>& Experts() {
   static const std::map<std::string, Factory> experts = {
+      {"cube_handover", Make<CubeHandoverExpert>},
       {"lift_pot",
        LiftByHandles({.name = "pot", .sweet_spot = {0.62, 0}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = 1})},
       {"lift_tray",
        LiftByHandles(
            {.name = "tray", .sweet_spot = {0.6, -0.325}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = -0.02})},
+      {"pack_box", Make<PackBoxExpert>},
+      {"rotate_valve", Make<RotateValveExpert>},
+      {"stack_two_blocks", Make<StackTwoBlocksExpert>},
   };
   return experts;
 }

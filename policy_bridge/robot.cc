@@ -95,6 +95,12 @@ Eigen::Isometry3d BodyPose(const state_t& state, int body) {
   return ToPose(state.body_position_m[body].data(), state.body_quat_wxyz[body].data());
 }
 
+int BodyId(const mjModel& model, const std::string& name) {
+  const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
+  if (body < 0) throw InputError("the model has no body \"" + name + "\"");
+  return body;
+}
+
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body) {
   const int id = mj_name2id(&model, mjOBJ_SITE, site.c_str());
   if (id < 0) throw InputError("the model has no site \"" + site + "\"");

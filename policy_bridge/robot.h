@@ -40,6 +40,9 @@ Configuration HomeConfiguration(const model_info_t& info);
 int ObjectBody(const model_info_t& info, const std::string& object);
 Eigen::Isometry3d BodyPose(const state_t& state, int body);
 
+// Index of a body of this name. Throws InputError if there is none.
+int BodyId(const mjModel& model, const std::string& name);
+
 // Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if there is no such
 // site.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);

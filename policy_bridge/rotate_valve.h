@@ -1,0 +1,35 @@
+// Scripted expert for RotateValve: each hand takes the hand-wheel on its side and both turn at once, or one
+// after the other where the hands would be in each other's way.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "policy_bridge/expert.h"
+
+namespace evalbus {
+
+class RotateValveExpert : public Expert {
+ public:
+  // Throws InputError if the model has no bodies first_valve/wheel and second_valve/wheel on hinges.
+  RotateValveExpert(const mjModel& model, const model_info_t& info);
+
+  void Begin(const episode_begin_t& begin) override;
+
+ protected:
+  std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
+
+ private:
+  // `plan` and then: the arms turn the wheels that they hold on to, and let them go.
+  static Plan TurnWheels(const Plan& plan, const std::vector<Hold>& holds);
+  // Ways for the arm to take a wheel, alone and after `plan`; at most `count`.
+  std::vector<Hold> Holds(const Plan& plan, int arm, int wheel, size_t count) const;
+  // `plan` and then: each arm turns one wheel, both at once.
+  std::optional<Plan> TurnBoth(const Plan& plan, const std::array<int, 2>& wheel_of_arm) const;
+
+  // Bodies.
+  std::array<int, 2> wheels_;
+  int attempts_ = 0;
+};
+
+}  // namespace evalbus
