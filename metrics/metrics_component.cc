@@ -95,7 +95,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
 
 void MetricsComponent::Poll(SteadyTime now) {
   Component::Poll(now);
-  if (!results_.empty() && now - summary_published_ >= kRepeatSummary) PublishRunSummary();
+  if (run_summary_.num_episodes > 0 && now - summary_published_ >= kRepeatSummary) PublishRunSummary();
   if (now < deadline_) return;
   merger_.GiveUp();
   ScoreTicks();
@@ -112,14 +112,14 @@ void MetricsComponent::FinishEpisode() {
   status_.last_finished_episode = end_.header.episode;
 
   const episode_summary_t summary = scorer_->Summary(begin_, end_);
-  EpisodeResult& result = results_[end_.header.episode];
-  result = {.complete = summary.complete != 0,
-            .success = summary.verdict == partial_metrics_t::SUCCESS,
-            .metrics = ResultJson(summary.metrics)};
+  EpisodeResult result{.complete = summary.complete != 0,
+                       .success = summary.verdict == partial_metrics_t::SUCCESS,
+                       .failure_reason = summary.failure_reason,
+                       .metrics = ResultJson(summary.metrics),
+                       .collisions = {}};
   result.metrics["extended"] = ExtendedJson(summary.extended, summary.metrics);
-  std::vector<EpisodeResult> results;
-  for (const auto& [episode, r] : results_) results.push_back(r);
-  run_summary_ = Summarize(results);
+  statistics_.Add(end_.header.episode, result);
+  run_summary_ = SummaryMessage(statistics_.Summary(false));
 
   bus().Publish(channels::kEpisodeSummary, summary);
   PublishRunSummary();

@@ -3,7 +3,6 @@
 // the episodes so far; RUN_SUMMARY again once a second.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <vector>
 
@@ -55,8 +54,7 @@ class MetricsComponent : public Component {
   // Missing ticks of the episodes before this one.
   int64_t missing_before_ = 0;
   int64_t missing_here_ = 0;
-  // The latest attempt of each episode.
-  std::map<int32_t, EpisodeResult> results_;
+  RunStatistics statistics_;
   run_summary_t run_summary_{};
   SteadyTime summary_published_{};
 };
