@@ -22,8 +22,8 @@ constexpr double kHeadings[] = {0, 0.5, -0.5, 1, -1};
 // Then the expert gives up and rests.
 constexpr int kMaxAttempts = 4;
 
-// The last 6 cm of the rod.
-GraspBox End(double end) { return {{0.02, 0.03, 0.02}, {0, end * 0.07, 0}}; }
+// The outer part of a half of the rod: too long to be taken lengthwise.
+GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
 
 }  // namespace
 
@@ -77,11 +77,10 @@ std::optional<Plan> CubeHandoverExpert::HandOver(const Plan& plan, int giver, do
 }
 
 std::vector<Motion> CubeHandoverExpert::Next(const Configuration& now, const state_t& state) {
-  if (state.header.sim_time_us < kSettledUs || attempts_++ >= kMaxAttempts) return {};
+  if (state.header.sim_time_us < kSettledUs) return {};
   Plan start = MakePlan(now, state);
-  for (int arm : {0, 1}) {
-    if (now.closing[arm] > 0) start.Release({arm});
-  }
+  if (std::vector<int> closed = ClosedGrippers(now); !closed.empty()) return start.Release(closed).motions();
+  if (attempts_++ >= kMaxAttempts) return {};
   const Isometry3d rod = start.PoseOf(rod_);
   // The arm on the rod's side gives, and takes the end on its own side where it can.
   const int nearer = rod.translation().y() * side_[0] >= 0 ? 0 : 1;

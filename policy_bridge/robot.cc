@@ -40,6 +40,14 @@ Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const grip
 
 }  // namespace
 
+std::vector<int> ClosedGrippers(const Configuration& configuration) {
+  std::vector<int> closed;
+  for (size_t i = 0; i < configuration.closing.size(); ++i) {
+    if (configuration.closing[i] > 0) closed.push_back(static_cast<int>(i));
+  }
+  return closed;
+}
+
 Configuration HomeConfiguration(const model_info_t& info) {
   Configuration home;
   for (const arm_info_t& arm : info.arm) {

@@ -32,6 +32,9 @@ struct Arm {
 // The arms of a model, each with the gripper of the same index. Throws InputError if an arm has none.
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 
+// The grippers that are not commanded open.
+std::vector<int> ClosedGrippers(const Configuration& configuration);
+
 // Home joints, grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
 

@@ -123,7 +123,8 @@ std::optional<Plan> StackTwoBlocksExpert::StackInTurn(const Plan& plan, int lowe
       if ((site.translation() - plan.PoseOf(upper).translation()).norm() < kFree) continue;
       Plan attempt = taken;
       attempt.Place(lower, site).Release({arm}).GoHome({arm}).CheckContacts(arms_);
-      if (attempt.feasible() && PutOnTop(attempt, lower, upper)) return attempt;
+      if (!attempt.feasible()) continue;
+      if (auto both = PutOnTop(attempt, lower, upper)) return both;
     }
   }
   return std::nullopt;
@@ -133,11 +134,9 @@ std::vector<Motion> StackTwoBlocksExpert::Next(const Configuration& now, const s
   if (state.header.sim_time_us < kSettledUs) return {};
   const Isometry3d red = BodyPose(state, cubes_[0]), blue = BodyPose(state, cubes_[1]);
   if (IsOn(red, blue) || IsOn(blue, red)) return {};
-  if (attempts_++ >= kMaxAttempts) return {};
   Plan start = MakePlan(now, state);
-  for (int arm : arms_) {
-    if (now.closing[arm] > 0) start.Release({arm});
-  }
+  if (std::vector<int> closed = ClosedGrippers(now); !closed.empty()) return start.Release(closed).motions();
+  if (attempts_++ >= kMaxAttempts) return {};
   if (arms_.size() == 2) {
     for (int arm : arms_) {
       for (int lower : {0, 1}) {
