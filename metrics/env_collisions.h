@@ -32,6 +32,8 @@ class EnvCollisions {
   }
 
   int64_t count() const { return touched_.count(); }
+  // By scene geom.
+  const std::vector<std::pair<int64_t, int64_t>>& counts() const { return touched_.counts(); }
 
  private:
   int64_t window_;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+
 namespace evalbus {
 namespace {
 
@@ -11,6 +14,19 @@ constexpr size_t kSlipsInText = 2;
 std::string GeomName(const model_info_t& model, int geom) {
   const std::string& name = model.geom_name[geom];
   return name.empty() ? model.body_name[model.geom_body[geom]] : name;
+}
+
+// Geoms without a name of their own share their body's.
+std::map<std::string, int64_t> CollisionsByName(const model_info_t& model, const RolloutMetrics& metrics) {
+  std::map<std::string, int64_t> collisions;
+  for (const auto& [geom, count] : metrics.env_collisions().counts()) {
+    collisions[GeomName(model, static_cast<int>(geom))] += count;
+  }
+  for (const auto& [pair, count] : metrics.self_collisions().counts()) {
+    const int a = static_cast<int>(pair >> 32), b = static_cast<int>(pair & 0xffffffff);
+    collisions[GeomName(model, a) + " + " + GeomName(model, b)] += count;
+  }
+  return collisions;
 }
 
 object_event_t Event(const model_info_t& model, int object, int gripper, int64_t tick, double dt) {
@@ -65,6 +81,11 @@ explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, 
     e.first_collision_tick = collision.tick;
     e.first_collision_time_s = static_cast<double>(collision.tick) * dt;
   }
+  for (const auto& [name, count] : CollisionsByName(model, metrics)) {
+    e.collision_name.push_back(name);
+    e.collision_count.push_back(count);
+  }
+  e.num_collision_names = static_cast<int32_t>(e.collision_name.size());
   for (const Slip& slip : outcome.slips) {
     e.slip.push_back(Event(model, slip.object, slip.gripper, slip.tick, dt));
   }

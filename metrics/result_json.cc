@@ -172,6 +172,10 @@ ordered_json ExplanationJson(const explanation_t& e) {
     collision["tick"] = e.first_collision_tick;
     collision["time_s"] = e.first_collision_time_s;
   }
+  result["collisions_per_geom"] = ordered_json::object();
+  for (size_t k = 0; k < e.collision_name.size(); ++k) {
+    result["collisions_per_geom"][e.collision_name[k]] = e.collision_count[k];
+  }
   result["slips"] = ordered_json::array();
   for (const object_event_t& slip : e.slip) result["slips"].push_back(EventJson(slip));
   result["grasps"] = ordered_json::array();

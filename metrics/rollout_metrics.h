@@ -58,6 +58,8 @@ class RolloutMetrics {
   void FinalExtended(extended_metrics_t* extended) const;
 
   const Stages& stages() const { return stages_; }
+  const EnvCollisions& env_collisions() const { return env_collisions_; }
+  const SelfCollisions& self_collisions() const { return self_collisions_; }
   const std::vector<Slip>& slips() const { return slips_.slips(); }
   // Of the robot with the scene, at the last sample; valid until the next Step() or Start().
   std::span<const SceneContact> scene_contacts() const { return scene_contacts_; }

@@ -31,6 +31,8 @@ class SelfCollisions {
   }
 
   int64_t count() const { return touching_.count(); }
+  // By pair: the lower geom id in the upper half of the key.
+  const std::vector<std::pair<int64_t, int64_t>>& counts() const { return touching_.counts(); }
 
  private:
   int64_t window_;
