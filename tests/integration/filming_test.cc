@@ -15,7 +15,7 @@ TEST(Filming, RunEndsWithTheFilmsOfItsEpisodes) {
   const Result result = RunProgram({"evalbus", "run", task, "--policy", "hold", "--episodes", "2",
                                     "--in-process", "--video", "front,left/hand/wrist", "--out", run});
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_NE(result.out.find("run/episodes/*/front.mp4"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("run/episodes/*/front.mp4  (done after "), std::string::npos) << result.out;
   for (const char* film : {"0000/front.mp4", "0000/left_hand_wrist.mp4", "0001/front.mp4"}) {
     EXPECT_GT(fs::file_size(run / "episodes" / film), 1000u) << film;
   }
@@ -26,6 +26,16 @@ TEST(Filming, RunEndsWithTheFilmsOfItsEpisodes) {
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == film);
   EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
+}
+
+// What `./run` adds cameras to unless it is told not to.
+TEST(Filming, NoneIsNoCamera) {
+  const TemporaryFolder folder;
+  const Result result =
+      RunProgram({"evalbus", "run", ShortTask(folder.path(), 0.2), "--policy", "hold", "--episodes", "1",
+                  "--in-process", "--video", "none", "--out", folder.path() / "run"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("films"), std::string::npos) << result.out;
 }
 
 TEST(Filming, MissingFfmpegCostsTheFilmAndNotTheResults) {
