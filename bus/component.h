@@ -63,8 +63,8 @@ class Component {
 // A component of a run, on a bus.
 using ComponentFactory = std::function<std::unique_ptr<Component>(Bus*)>;
 
-// Works on the bus until SIGINT, SIGTERM or done(). Prints "ready" on stdout once the component exists, errors
-// on stderr. Returns the exit code: 0 done, 1 wrong input, 2 failed.
+// Works on the bus until SIGINT, SIGTERM or done(). Prints "ready" on stdout once the component exists, an
+// error on stderr. Returns the exit code: 0 done, 1 wrong input, 2 failed.
 int Host(const std::string& url, const ComponentFactory& make);
 
 // main() of a component's executable: options --url and those that add_options adds, then Host.

@@ -10,8 +10,8 @@
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Draws a run or a replay while it goes on, off screen, and publishes JPEG frames on "
-      "EVALBUS_IMAGE_<camera>. The run does not wait for it."};
+      "Draws a run or a replay while it goes on, off screen, and publishes JPEG frames\n"
+      "on EVALBUS_IMAGE_<camera>. The run does not wait for it."};
   evalbus::Address address;
   evalbus::VizOptions options;
   std::string size = "640x480";
