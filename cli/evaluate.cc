@@ -54,8 +54,8 @@ std::vector<std::pair<std::string, std::vector<std::string>>> ComponentCommands(
 
 }  // namespace
 
-run_summary_t EvaluateInProcess(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
-                                RunListener* listener) {
+void EvaluateInProcess(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
+                       RunListener* listener) {
   Bus bus("memq://");
   SimOptions sim_options = options.sim;
   sim_options.out = folder.path();
@@ -76,17 +76,28 @@ run_summary_t EvaluateInProcess(const RunOptions& options, const RunFolder& fold
     }
     bus.Handle(poll_at);
   }
-  return controller.summary();
 }
 
-run_summary_t EvaluateProcesses(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
-                                RunListener* listener) {
+void EvaluateProcesses(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
+                       RunListener* listener) {
   Bus bus(options.url);
   RunController controller(&bus, plan, folder, listener);
   Processes processes;
   const auto commands = ComponentCommands(options, folder.path().string());
   const auto start = [&] {
-    for (const auto& [name, command] : commands) processes.Start(name, command, folder.log_file(name));
+    for (const auto& [name, command] : commands) {
+      processes.Start(name, command,
+                      folder.log_file(options.share.empty()
+                                          ? name
+                                          : fmt::format("{}-{}", name,
+                                                        options.share.substr(0, options.share.find('/')))));
+    }
+    controller.ExpectStart();
+  };
+  const auto start_again = [&](const std::string& why) {
+    processes.KillAll();
+    controller.Retry(why);
+    start();
   };
   start();
   SteadyTime poll_at{};
@@ -98,14 +109,10 @@ run_summary_t EvaluateProcesses(const RunOptions& options, const RunFolder& fold
       poll_at = now + kIdlePoll;
       if (const auto exit = processes.Poll()) {
         // Wrong input is wrong at the next try, too; the component's last line says what it is.
-        if (exit->code == 1) {
-          const size_t error = exit->description.find("error: ");
-          throw InputError(error == std::string::npos ? exit->description
-                                                      : exit->description.substr(error + 7));
-        }
-        processes.KillAll();
-        controller.Retry(exit->description);
-        start();
+        if (exit->code == 1) exit->Throw();
+        start_again(exit->description);
+      } else if (const std::string silent = controller.Silent(now); !silent.empty()) {
+        start_again(silent + " hangs: not a word from it for 10 s");
       }
     }
     bus.Handle(poll_at);
@@ -114,7 +121,6 @@ run_summary_t EvaluateProcesses(const RunOptions& options, const RunFolder& fold
     for (const Processes::Exit& exit : processes.StopAll())
       std::cerr << "warning: " << exit.description << "\n";
   }
-  return controller.summary();
 }
 
 }  // namespace evalbus

@@ -8,9 +8,9 @@
 
 namespace evalbus {
 
-run_summary_t EvaluateInProcess(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
-                                RunListener* listener);
-run_summary_t EvaluateProcesses(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
-                                RunListener* listener);
+void EvaluateInProcess(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
+                       RunListener* listener);
+void EvaluateProcesses(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
+                       RunListener* listener);
 
 }  // namespace evalbus

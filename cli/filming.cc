@@ -13,9 +13,9 @@ namespace evalbus {
 Filming::Filming(const RunFolder& folder, std::vector<std::string> cameras, RunListener* next)
     : folder_(folder), cameras_(std::move(cameras)), next_(next) {}
 
-void Filming::OnEpisodeDone(const episode_summary_t& episode, const run_summary_t& so_far) {
-  if (!cameras_.empty() && failure_.empty()) waiting_.push_back(episode.header.episode);
-  next_->OnEpisodeDone(episode, so_far);
+void Filming::OnEpisodeDone(const nlohmann::ordered_json& episode) {
+  if (!cameras_.empty() && failure_.empty()) waiting_.push_back(episode["episode"].get<int>());
+  next_->OnEpisodeDone(episode);
 }
 
 void Filming::Poll(SteadyTime now) {
@@ -41,8 +41,7 @@ void Filming::Advance() {
   if (const auto exit = processes_.Poll()) {
     filming_ = false;
     if (exit->code != 0) {
-      const size_t error = exit->description.find("error: ");
-      failure_ = error == std::string::npos ? exit->description : exit->description.substr(error + 7);
+      failure_ = exit->Error();
       waiting_.clear();
     }
   }

@@ -17,7 +17,7 @@ class Filming : public RunListener {
 
   void OnEpisodeBegin(const episode_begin_t& begin) override { next_->OnEpisodeBegin(begin); }
   void OnPartial(const partial_metrics_t& partial) override { next_->OnPartial(partial); }
-  void OnEpisodeDone(const episode_summary_t& episode, const run_summary_t& so_far) override;
+  void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
   void OnRetry(int episode, const std::string& why) override { next_->OnRetry(episode, why); }
   void Poll(SteadyTime now) override;
 

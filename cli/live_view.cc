@@ -7,8 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
+
+#include "bus/extended_value.h"
+#include "metrics/metric_info.h"
 
 namespace evalbus {
 namespace {
@@ -23,13 +27,9 @@ double SecondsBetween(SteadyTime from, SteadyTime to) {
 
 double Sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-std::string StageCount(const metric_values_t& metrics) {
-  const auto reached = std::count(metrics.stage_reached.begin(), metrics.stage_reached.end(), 1);
-  return fmt::format("{}/{}", reached, metrics.num_stages);
-}
-
 std::string Clearance(const extended_metrics_t& extended) {
-  return extended.has_clearance ? fmt::format("{:.0f} mm", extended.min_clearance_m * 1e3) : "-";
+  const double clearance = ExtendedValue(extended, "min_clearance_m");
+  return std::isfinite(clearance) ? fmt::format("{:.0f} mm", clearance * 1e3) : "-";
 }
 
 // Length in characters of UTF-8 text.
@@ -52,34 +52,6 @@ std::string Bar(double fraction, int width) {
   for (int i = 0; i < width; ++i) bar += i < full ? "━" : "─";
   return bar;
 }
-
-struct Row {
-  const char* metric;
-  const char* label;
-  const char* unit;
-  // Shown value = value * scale.
-  double scale;
-};
-
-// In the order of the questions people ask: how long, how far, how clean, how smooth.
-constexpr std::array kRows = {
-    Row{"completion_time", "completion time", "s", 1},
-    Row{"subtask_progress", "subtask progress", "%", 100},
-    Row{"slip_count", "slips", "", 1},
-    Row{"env_collision_count", "collisions with the scene", "", 1},
-    Row{"self_collision_count", "self collisions", "", 1},
-    Row{"extended.min_clearance_m", "smallest clearance", "mm", 1e3},
-    Row{"cartesian_path_length", "wrist path", "m", 1},
-    Row{"total_cartesian_path_length", "wrist path, both arms", "m", 1},
-    Row{"joint_path_length", "joint path", "rad", 1},
-    Row{"total_joint_path_length", "joint path, both arms", "rad", 1},
-    Row{"bimanual_arm_velocity_difference", "arm speed difference", "rad/s", 1},
-    Row{"bimanual_gripper_vertical_difference", "gripper height difference", "mm", 1e3},
-    Row{"rms_cartesian_jerk", "wrist jerk, rms", "m/s³", 1},
-    Row{"overall_rms_cartesian_jerk", "wrist jerk, rms", "m/s³", 1},
-    Row{"rms_joint_jerk", "joint jerk, rms", "rad/s³", 1},
-    Row{"overall_rms_joint_jerk", "joint jerk, rms", "rad/s³", 1},
-};
 
 // Four significant digits, never in exponential form for the sizes met here.
 std::string Number(double value, bool is_count = false) {
@@ -122,16 +94,32 @@ std::string HeaderLine(int width) {
   return ColumnLine(titles, width);
 }
 
-std::string EpisodeLine(const episode_summary_t& episode, int width) {
-  const metric_values_t& m = episode.metrics;
-  std::string line =
-      ColumnLine({std::to_string(episode.header.episode), episode.end_reason,
-                  fmt::format("{:.2f} s", m.completion_time_s), StageCount(m), std::to_string(m.slip_count),
-                  fmt::format("{} + {}", m.env_collision_count, m.self_collision_count),
-                  Clearance(episode.extended), fmt::format("{:.2f} m", Sum(m.cartesian_path_length_m))},
-                 width);
-  if (!episode.complete) line += "  incomplete";
-  if (!episode.end_detail.empty()) line += "  " + episode.end_detail;
+// A number of the dictionary with its format; "-" where it is not tracked.
+std::string Value(const nlohmann::ordered_json& values, const char* key, fmt::format_string<double> format,
+                  double scale = 1) {
+  const auto found = values.find(key);
+  if (found == values.end() || !found->is_number()) return "-";
+  return fmt::format(format, found->get<double>() * scale);
+}
+
+// From the episode's line of episodes.jsonl.
+std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
+  const auto &m = episode["metrics"], &extended = episode["extended"];
+  const auto stages = m.value("task_stage_reached", nlohmann::ordered_json::object());
+  const auto reached = std::count_if(stages.begin(), stages.end(),
+                                     [](const auto& stage) { return stage.template get<bool>(); });
+  const char* path =
+      m.contains("total_cartesian_path_length") ? "total_cartesian_path_length" : "cartesian_path_length";
+  std::string line = ColumnLine(
+      {std::to_string(episode["episode"].get<int>()), episode["end_reason"].get<std::string>(),
+       Value(m, "completion_time", "{:.2f} s"), fmt::format("{}/{}", reached, stages.size()),
+       Value(m, "slip_count", "{:.0f}"),
+       Value(m, "env_collision_count", "{:.0f}") + " + " + Value(m, "self_collision_count", "{:.0f}"),
+       Value(extended, "min_clearance_m", "{:.0f} mm", 1e3), Value(m, path, "{:.2f} m")},
+      width);
+  if (!episode["complete"].get<bool>()) line += "  incomplete";
+  const auto detail = episode["end_detail"].get<std::string>();
+  if (!detail.empty()) line += "  " + detail;
   return line;
 }
 
@@ -150,44 +138,69 @@ int TerminalWidth(FILE* out) {
   return ioctl(fileno(out), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-std::string SummaryTable(const run_summary_t& summary, int width) {
+std::string SummaryTable(const RunSummary& summary, int width) {
   std::string text;
-  if (summary.num_complete > 0) {
-    const std::string rate = fmt::format("Success in {} of {} episodes: {:.0f} %", summary.num_success,
-                                         summary.num_complete, summary.success_rate * 100);
-    const std::string interval =
-        fmt::format("(95 % interval {:.0f} to {:.0f} %, Wilson)", summary.success_rate_lower * 100,
-                    summary.success_rate_upper * 100);
+  if (summary.complete > 0) {
+    const std::string rate = fmt::format("Success in {} of {} episodes: {:.0f} %", summary.successes,
+                                         summary.complete, summary.success_rate * 100);
+    const std::string interval = fmt::format("(95 % interval {:.0f} to {:.0f} %, Wilson)",
+                                             summary.wilson.lower * 100, summary.wilson.upper * 100);
     const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
     text += rate + (one_line ? " " : "\n") + interval + "\n";
   }
-  if (summary.num_complete < summary.num_episodes) {
+  if (summary.complete < summary.episodes) {
     text += fmt::format("{} of {} episodes incomplete: left out of all this\n",
-                        summary.num_episodes - summary.num_complete, summary.num_episodes);
+                        summary.episodes - summary.complete, summary.episodes);
   }
-  if (summary.num_complete == 0) return text;
-
-  constexpr int kLabelWidth = 25, kValueWidth = 9, kUnitWidth = 8;
-  const std::array<std::pair<const char*, const std::vector<double>*>, 5> statistics = {
-      {{"mean", &summary.mean_mixed},
-       {"std", &summary.std_mixed},
-       {"median", &summary.median_mixed},
-       {"min", &summary.min_mixed},
-       {"max", &summary.max_mixed}}};
-  const auto shown = static_cast<size_t>(std::clamp((width - kLabelWidth - kUnitWidth) / kValueWidth, 1, 5));
-  text += "\n" + std::string(kLabelWidth, ' ');
-  for (size_t s = 0; s < shown; ++s) text += Pad(statistics[s].first, kValueWidth);
-  text += "\n";
-  for (const Row& row : kRows) {
-    const auto found = std::find(summary.metric_name.begin(), summary.metric_name.end(), row.metric);
-    if (found == summary.metric_name.end()) continue;
-    const auto i = static_cast<size_t>(found - summary.metric_name.begin());
-    text += Pad(row.label, -kLabelWidth);
-    const bool is_count = *row.unit == '\0' || *row.unit == '%';
-    for (size_t s = 0; s < shown; ++s) {
-      text += Pad(Number((*statistics[s].second)[i] * row.scale, is_count), kValueWidth);
+  if (summary.complete == 0) return text;
+  if (!summary.failure_reasons.empty()) {
+    text += "Failures:";
+    for (const auto& [reason, count] : summary.failure_reasons) {
+      text += fmt::format("{} {} {}", text.ends_with(':') ? "" : ",", count, reason);
     }
-    text += *row.unit ? fmt::format("  {}\n", row.unit) : "\n";
+    text += "\n";
+  }
+
+  // A statistic of a metric, as one column; the interval is wider than the others.
+  struct Statistic {
+    const char* title;
+    int width;
+    std::function<std::string(const MetricSummary&, const std::function<std::string(double)>&)> text;
+  };
+  const auto plain = [](double MetricSummary::*member) {
+    return [member](const MetricSummary& metric, const auto& number) { return number(metric.*member); };
+  };
+  constexpr int kLabelWidth = 25, kValueWidth = 9, kIntervalWidth = 20, kUnitWidth = 8;
+  const std::array statistics = {
+      Statistic{"mean", kValueWidth, plain(&MetricSummary::mean)},
+      Statistic{"its 95 % interval", kIntervalWidth,
+                [](const MetricSummary& metric, const auto& number) {
+                  const Interval& interval = metric.mean_95;
+                  if (!std::isfinite(interval.lower)) return std::string("-");
+                  return number(interval.lower) + " to" + Pad(number(interval.upper), 8);
+                }},
+      Statistic{"std", kValueWidth, plain(&MetricSummary::std)},
+      Statistic{"median", kValueWidth, plain(&MetricSummary::median)},
+      Statistic{"p5", kValueWidth, plain(&MetricSummary::p5)},
+      Statistic{"p95", kValueWidth, plain(&MetricSummary::p95)},
+      Statistic{"max", kValueWidth, plain(&MetricSummary::max)},
+  };
+  size_t shown = 0;
+  for (int used = kLabelWidth + kUnitWidth; shown < statistics.size(); ++shown) {
+    used += statistics[shown].width;
+    if (used > width && shown > 0) break;
+  }
+  text += "\n" + std::string(kLabelWidth, ' ');
+  for (size_t s = 0; s < shown; ++s) text += Pad(statistics[s].title, statistics[s].width);
+  text += "\n";
+  for (const MetricInfo& info : MainMetrics()) {
+    const MetricSummary* metric = summary.Find(std::string(info.name));
+    if (metric == nullptr) continue;
+    const bool is_count = info.unit.empty() || info.unit == "%";
+    const auto number = [&](double value) { return Number(value * info.scale, is_count); };
+    text += Pad(std::string(info.label), -kLabelWidth);
+    for (size_t s = 0; s < shown; ++s) text += Pad(statistics[s].text(*metric, number), statistics[s].width);
+    text += info.unit.empty() ? "\n" : fmt::format("  {}\n", info.unit);
   }
   return text;
 }
@@ -217,9 +230,12 @@ void LiveView::OnPartial(const partial_metrics_t& partial) {
   has_partial_ = true;
 }
 
-void LiveView::OnEpisodeDone(const episode_summary_t& episode, const run_summary_t& so_far) {
-  so_far_ = so_far;
-  simulated_s_ += episode.metrics.completion_time_s;
+void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
+  const EpisodeResult result = ResultOf(episode);
+  ++num_episodes_;
+  num_complete_ += result.complete;
+  num_success_ += result.complete && result.success;
+  simulated_s_ += episode["metrics"]["completion_time"].get<double>();
   has_partial_ = false;
   Print(EpisodeLine(episode, TerminalWidth(out_)));
 }
@@ -230,10 +246,10 @@ void LiveView::OnRetry(int episode, const std::string& why) {
 }
 
 double LiveView::Progress() const {
-  const double typical = so_far_.num_episodes > 0 ? simulated_s_ / so_far_.num_episodes : kTypicalEpisode;
+  const double typical = num_episodes_ > 0 ? simulated_s_ / num_episodes_ : kTypicalEpisode;
   const double current =
       has_partial_ ? std::min(0.99, partial_.metrics.completion_time_s / std::max(typical, 1e-3)) : 0;
-  return std::min(1.0, (so_far_.num_episodes + current) / std::max(1, header_.episodes));
+  return std::min(1.0, (num_episodes_ + current) / std::max(1, header_.episodes));
 }
 
 std::vector<std::string> LiveView::Lines(int width, SteadyTime now) const {
@@ -241,17 +257,17 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) const {
   const double progress = Progress();
   const int bar_width = std::clamp(width - 40, 5, 20);
   std::string first =
-      fmt::format("episode {} of {}  {} {:.0f} %", std::min(so_far_.num_episodes + 1, header_.episodes),
+      fmt::format("episode {} of {}  {} {:.0f} %", std::min(num_episodes_ + 1, header_.episodes),
                   header_.episodes, Bar(progress, bar_width), progress * 100);
   if (progress > 0.02) first += fmt::format("  {} left", FormatDuration(elapsed * (1 / progress - 1)));
   std::vector<std::string> lines = {"", first};
   const auto add = [&](const std::string& label, const std::string& text) {
     lines.push_back("  " + Pad(label, -12) + text);
   };
-  if (so_far_.num_complete > 0) {
-    add("success",
-        fmt::format("{} of {}, 95 % interval {:.0f} to {:.0f} %", so_far_.num_success, so_far_.num_complete,
-                    so_far_.success_rate_lower * 100, so_far_.success_rate_upper * 100));
+  if (num_complete_ > 0) {
+    const Interval interval = WilsonInterval(num_success_, num_complete_);
+    add("success", fmt::format("{} of {}, 95 % interval {:.0f} to {:.0f} %", num_success_, num_complete_,
+                               interval.lower * 100, interval.upper * 100));
   }
   if (has_partial_) {
     const metric_values_t& m = partial_.metrics;

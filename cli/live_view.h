@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/run_controller.h"
+#include "metrics/run_statistics.h"
 
 namespace evalbus {
 
@@ -24,7 +25,7 @@ int TerminalWidth(FILE* out);
 
 // The table at the end: rate with its interval, then the metrics people look at first, with units. As many
 // columns as the width has room for.
-std::string SummaryTable(const run_summary_t& summary, int width = TerminalWidth(stdout));
+std::string SummaryTable(const RunSummary& summary, int width = TerminalWidth(stdout));
 
 class LiveView : public RunListener {
  public:
@@ -34,7 +35,7 @@ class LiveView : public RunListener {
 
   void OnEpisodeBegin(const episode_begin_t& begin) override;
   void OnPartial(const partial_metrics_t& partial) override;
-  void OnEpisodeDone(const episode_summary_t& episode, const run_summary_t& so_far) override;
+  void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
   void OnRetry(int episode, const std::string& why) override;
 
   // Redraws at most ten times a second of wall time.
@@ -62,7 +63,9 @@ class LiveView : public RunListener {
   int episode_ = 0;
   SteadyTime episode_started_{};
   partial_metrics_t partial_{};
-  run_summary_t so_far_{};
+  int num_episodes_ = 0;
+  int num_complete_ = 0;
+  int num_success_ = 0;
   // Simulated length of finished episodes, for the time left.
   double simulated_s_ = 0;
 };

@@ -74,6 +74,17 @@ Processes::Exit Processes::Describe(const Child& child, int status) const {
   return exit;
 }
 
+std::string Processes::Exit::Error() const {
+  constexpr std::string_view kMark = "error: ";
+  const size_t mark = description.find(kMark);
+  return mark == std::string::npos ? description : description.substr(mark + kMark.size());
+}
+
+void Processes::Exit::Throw() const {
+  if (code == 1) throw InputError(Error());
+  throw EnvironmentError(Error());
+}
+
 std::optional<Processes::Exit> Processes::Poll() {
   for (auto child = children_.begin(); child != children_.end(); ++child) {
     int status = 0;

@@ -28,6 +28,10 @@ class Processes {
     int code = 0;
     // "evalbus-sim exited with code 1: <last line of its log>"
     std::string description;
+    // What it said was wrong, without who said it.
+    std::string Error() const;
+    // As the error that it ended with: InputError for exit code 1, else EnvironmentError.
+    [[noreturn]] void Throw() const;
   };
   // A process that ended since the last call, if any.
   std::optional<Exit> Poll();

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
+#include <set>
 
 #include "bus/errors.h"
 #include "cli/evaluate.h"
@@ -11,7 +13,11 @@
 #include "cli/live_view.h"
 #include "cli/network.h"
 #include "cli/run_folder.h"
+#include "cli/suite.h"
 #include "cli/version.h"
+#include "cli/workers.h"
+#include "metrics/json_file.h"
+#include "metrics/run_statistics.h"
 #include "sim/sim_options.h"
 #include "viz/film.h"
 #include "viz/renderer.h"
@@ -26,6 +32,7 @@ nlohmann::ordered_json RunJson(const RunOptions& options, const TaskSelection& s
   return {{"run_id", sim.run_id},
           {"task", selection.task.name},
           {"variation", selection.variation},
+          {"task_sha256", Sha256File(selection.task.file)},
           {"robot", sim.robot.empty() ? selection.task.robot_file.string() : sim.robot},
           {"policy", options.policy},
           {"episodes", options.episodes},
@@ -60,6 +67,11 @@ void DecideBus(RunOptions* options) {
 }  // namespace
 
 void AddRunOptions(CLI::App* app, RunOptions* options) {
+  app->add_option(
+         "task", options->tasks,
+         "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition; several, TASK/all or all\n"
+         "make a suite: a folder of runs with one summary")
+      ->required();
   AddSimOptions(app, &options->sim);
   app->add_option("--policy", options->policy, "expert, noisy_expert, random, hold, or replay:RUN_OR_LOG")
       ->capture_default_str();
@@ -69,6 +81,13 @@ void AddRunOptions(CLI::App* app, RunOptions* options) {
   app->add_option("--seed", options->seed, "seed of the run; equal seeds give equal bits")
       ->capture_default_str();
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME");
+  app->add_flag("--resume", options->resume, "go on with the interrupted run in --out");
+  app->add_option("--workers", options->workers,
+                  "episodes (of a suite: runs) at the same time; the same results")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  // For the workers themselves.
+  app->add_option("--share", options->share)->group("");
   app->add_option(
       "--url", options->url,
       "bus, udpm://ADDRESS:PORT?ttl=0; default: the first that works of this machine's multicast, a private\n"
@@ -77,16 +96,73 @@ void AddRunOptions(CLI::App* app, RunOptions* options) {
                 "all components in one process, without network; fastest");
   app->add_option(
          "--video", options->video,
-         "cameras, with commas: film each episode while the next one runs; 'evalbus render' does it later")
-      ->delimiter(',');
+         "cameras, with commas: film each episode while the next one runs ('evalbus render' does it later);\n"
+         "none: no films, the default")
+      ->delimiter(',')
+      ->allow_extra_args(false);
 }
 
-int Run(RunOptions options) {
+namespace {
+
+// What must be the same in a run that is gone on with.
+constexpr std::array kFixed = {"task",       "variation",     "task_sha256",      "robot",
+                               "policy",     "seed",          "control_hz",       "clearance_hz",
+                               "clock",      "rtf",           "policy_timeout_s", "evalbus_version",
+                               "git_commit", "mujoco_version"};
+
+// Throws InputError if the folder's run was made differently or has more episodes than are wanted.
+void CheckResumable(const RunFolder& folder, const nlohmann::ordered_json& run,
+                    const std::vector<nlohmann::ordered_json>& finished) {
+  const auto file = folder.path() / "run.json";
+  const nlohmann::ordered_json before = ReadJsonFile(file);
+  for (const char* key : kFixed) {
+    if (before.value(key, nlohmann::ordered_json()) == run[key]) continue;
+    throw InputError(fmt::format("--resume: {}: the run was made with {} {}, not {}", file.string(), key,
+                                 before.value(key, nlohmann::ordered_json()).dump(), run[key].dump()));
+  }
+  if (!finished.empty() && finished.back()["episode"] >= run["episodes"]) {
+    throw InputError(fmt::format("--resume: {} has episode {} already; --episodes {} is less",
+                                 folder.path().string(), finished.back()["episode"].dump(),
+                                 run["episodes"].dump()));
+  }
+}
+
+RunPlan PlanOf(const RunOptions& options, const TaskSelection& selection,
+               const std::vector<nlohmann::ordered_json>& finished) {
+  RunPlan plan{selection.task.name,
+               selection.variation,
+               {},
+               options.seed,
+               {"collision", "metrics", "policy", "recorder"}};
+  std::set<int> there;
+  for (const auto& episode : finished) there.insert(episode["episode"].get<int>());
+  for (int episode = 0; episode < options.episodes; ++episode) {
+    if (!there.contains(episode)) plan.episodes.push_back(episode);
+  }
+  return plan;
+}
+
+// A worker's part: episodes only.
+int RunShare(RunOptions options, const TaskSelection& selection) {
+  const RunFolder folder = RunFolder::OfWorker(options.out);
+  options.sim.run_id = folder.path().filename().string();
+  InstallStopSignals();
+  DecideBus(&options);
+  RunPlan plan = PlanOf(options, selection, EpisodeLines(folder.path() / "episodes.jsonl").Next());
+  plan.episodes = EpisodesOfShare(plan.episodes, options.share);
+  RunListener nobody;
+  (options.in_process ? EvaluateInProcess : EvaluateProcesses)(options, folder, plan, &nobody);
+  return 0;
+}
+
+int RunOne(RunOptions options) {
   const TaskSelection selection = FindTask(options.sim.task);
-  selection.task.variation(selection.variation);
-  const RobotDescription robot = LoadRobot(
-      options.sim.robot.empty() ? selection.task.robot_file : std::filesystem::path(options.sim.robot),
-      options.sim.model_path);
+  // As run.json has it and the sim is told.
+  if (!options.sim.robot.empty()) options.sim.robot = std::filesystem::absolute(FindRobot(options.sim.robot));
+  const RobotDescription robot =
+      LoadRobot(options.sim.robot.empty() ? selection.task.robot_file : options.sim.robot.c_str(),
+                options.sim.model_path);
+  if (!options.share.empty()) return RunShare(std::move(options), selection);
   if (!options.video.empty()) {
     const Scene scene = BuildScene(selection.task, robot);
     for (const std::string& camera : options.video) FindCamera(*scene.visual, camera);
@@ -99,27 +175,31 @@ int Run(RunOptions options) {
   std::vector<std::filesystem::path> made;
   for (auto path = std::filesystem::absolute(out); !std::filesystem::exists(path); path = path.parent_path())
     made.push_back(path);
-  const RunFolder folder(out);
+  const RunFolder folder(out, options.resume);
   options.sim.run_id = folder.path().filename().string();
+  const std::vector<nlohmann::ordered_json> finished = folder.SortEpisodes();
+  if (std::filesystem::exists(folder.path() / "run.json")) {
+    CheckResumable(folder, RunJson(options, selection), finished);
+  }
+  auto shown = std::filesystem::proximate(folder.path());
+  if (shown.string().starts_with("..")) shown = folder.path();
   InstallStopSignals();
   const auto started = steady_clock::now();
-  run_summary_t summary{};
   std::optional<LiveView> view;
   std::optional<Filming> filming;
   try {
-    DecideBus(&options);
+    if (options.workers == 1) DecideBus(&options);
     folder.WriteJson("run.json", RunJson(options, selection));
-    RunPlan plan{selection.task.name,
-                 selection.variation,
-                 options.episodes,
-                 options.seed,
-                 {"collision", "metrics", "policy", "recorder"}};
+    const RunPlan plan = PlanOf(options, selection, finished);
     view.emplace(stdout, LiveHeader{selection.task.name, selection.variation, options.policy,
                                     options.sim.realtime ? "realtime" : "lockstep", options.sim.control_hz,
                                     options.seed, options.episodes});
+    for (const auto& episode : finished) view->OnEpisodeDone(episode);
     filming.emplace(folder, options.video, &*view);
-    const auto evaluate = options.in_process ? EvaluateInProcess : EvaluateProcesses;
-    summary = evaluate(options, folder, plan, &*filming);
+    const auto evaluate = options.workers > 1  ? EvaluateWorkers
+                          : options.in_process ? EvaluateInProcess
+                                               : EvaluateProcesses;
+    if (!plan.episodes.empty()) evaluate(options, folder, plan, &*filming);
     view->Finish();
   } catch (...) {
     // Nothing half-written: what has no finished episode is not a run.
@@ -133,23 +213,44 @@ int Run(RunOptions options) {
     throw;
   }
   const double wall = std::chrono::duration<double>(steady_clock::now() - started).count();
+  RunStatistics statistics;
+  for (const auto& episode : folder.SortEpisodes()) {
+    statistics.Add(episode["episode"].get<int>(), ResultOf(episode));
+  }
+  const RunSummary summary = statistics.Summary(true);
+  folder.WriteJson("summary.json", SummaryJson(selection.task.name, selection.variation, summary));
   fmt::print("\n{}", SummaryTable(summary));
-  fmt::print("\n{} episode{} in {:.1f} s\n", summary.num_episodes, summary.num_episodes == 1 ? "" : "s",
-             wall);
-  auto shown = std::filesystem::proximate(folder.path());
-  if (shown.string().starts_with("..")) shown = folder.path();
+  const size_t added = static_cast<size_t>(summary.episodes) - finished.size();
+  fmt::print("\n{} episode{} in {:.1f} s{}\n", added, added == 1 ? "" : "s", wall,
+             finished.empty() ? "" : fmt::format(", {} there before", finished.size()));
   fmt::print("results  {}\n", (shown / "episodes.jsonl").string());
   fmt::print("summary  {}\n", (shown / "summary.json").string());
   fmt::print("logs     {}\n", (shown / "episodes/*/events.lcmlog").string());
   filming->Finish();
+  const double filmed = std::chrono::duration<double>(steady_clock::now() - started).count();
   for (const std::string& camera : options.video) {
-    fmt::print("films    {}\n", (shown / "episodes/*" / FilmName(camera)).string());
+    fmt::print("films    {}  (done after {:.1f} s)\n", (shown / "episodes/*" / FilmName(camera)).string(),
+               filmed);
   }
-  if (summary.num_episodes < options.episodes) {
+  if (summary.episodes < options.episodes) {
     throw EnvironmentError(
-        fmt::format("stopped after {} of {} episodes", summary.num_episodes, options.episodes));
+        fmt::format("stopped after {} of {} episodes; the same command with --out {} --resume goes on",
+                    summary.episodes, options.episodes, shown.string()));
   }
   return 0;
+}
+
+}  // namespace
+
+int Run(RunOptions options) {
+  if (options.video == std::vector<std::string>{"none"}) options.video.clear();
+  const std::vector<std::string> tasks = ExpandTasks(options.tasks);
+  if (options.workers > 1 && !options.url.empty()) {
+    throw InputError("--workers and --url exclude each other: each worker has a bus of its own");
+  }
+  if (tasks.size() > 1) return RunSuite(options, tasks);
+  options.sim.task = tasks[0];
+  return RunOne(std::move(options));
 }
 
 }  // namespace evalbus

@@ -13,6 +13,9 @@ class App;
 namespace evalbus {
 
 struct RunOptions {
+  // What to run: TASK[/VARIATION], TASK/all, all, RoboEval's names.
+  std::vector<std::string> tasks;
+  // sim.task is the one of this run.
   SimOptions sim;
   std::string policy = "expert";
   int episodes = 3;
@@ -23,6 +26,12 @@ struct RunOptions {
   // process.
   std::string url;
   bool in_process = false;
+  // Goes on with the run in `out`, if there is one.
+  bool resume = false;
+  // Episodes (or, of a suite, runs) that are under way at the same time.
+  int workers = 1;
+  // Not empty, "1/4": this process is that worker of a run.
+  std::string share;
   // Cameras whose films are made of each episode.
   std::vector<std::string> video;
 };

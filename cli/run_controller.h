@@ -1,9 +1,9 @@
 // Takes a run through its episodes: commands the sim, collects summaries, keeps the run folder, retries what
-// was aborted. Speaks only over the bus, like any other listener, so it works alike for processes and in one
-// process.
+// was aborted, notices who fell silent. Speaks only over the bus, like any other listener, so it works alike
+// for processes and in one process.
 #pragma once
 
-#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,15 +14,14 @@
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
-#include "evalbus/run_summary_t.hpp"
-#include "metrics/run_statistics.h"
 
 namespace evalbus {
 
 struct RunPlan {
   std::string task;
   std::string variation;
-  int episodes = 0;
+  // Which episodes to run, in this order.
+  std::vector<int> episodes;
   int64_t seed = 0;
   std::vector<std::string> required;
   // Tries per episode before the run gives up.
@@ -35,7 +34,8 @@ class RunListener {
   virtual ~RunListener() = default;
   virtual void OnEpisodeBegin(const episode_begin_t&) {}
   virtual void OnPartial(const partial_metrics_t&) {}
-  virtual void OnEpisodeDone(const episode_summary_t&, const run_summary_t& /*so_far*/) {}
+  // The episode's line of episodes.jsonl.
+  virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
   virtual void OnRetry(int /*episode*/, const std::string& /*why*/) {}
   // Called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}
@@ -46,15 +46,20 @@ class RunController : public Component {
   RunController(Bus* bus, const RunPlan& plan, const RunFolder& folder, RunListener* listener);
 
   void Poll(SteadyTime now) override;
-  bool done() const override { return next_ >= plan_.episodes; }
+  bool done() const override { return next_ >= plan_.episodes.size(); }
+
+  // Who, of those that must take part, has not said STATUS for too long: ten seconds, or a minute after a
+  // start; empty while all is well.
+  std::string Silent(SteadyTime now);
+  // The components were started: their silence counts from here.
+  void ExpectStart();
 
   // The episode in progress is lost with its components, which are gone by now; begin it again. Throws
   // EnvironmentError after max_attempts.
   void Retry(const std::string& why);
 
-  const run_summary_t& summary() const { return summary_; }
-
  private:
+  int episode_index() const { return plan_.episodes[next_]; }
   void Command();
   void OnSummary(const episode_summary_t& summary);
   void FinishIfRecorded();
@@ -63,22 +68,21 @@ class RunController : public Component {
   RunPlan plan_;
   const RunFolder& folder_;
   RunListener* listener_;
-  int next_ = 0;
+  // Index in plan_.episodes.
+  size_t next_ = 0;
   int attempt_ = 0;
   bool begun_ = false;
   bool recorded_ = false;
   std::optional<episode_summary_t> episode_;
   SteadyTime commanded_{};
   SteadyTime summarised_{};
-  std::vector<EpisodeResult> results_;
-  run_summary_t summary_{};
+  // When each component is silent for too long.
+  std::map<std::string, SteadyTime> silent_at_;
+  SteadyTime listened_{};
 };
 
 // One line of episodes.jsonl.
 nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& variation,
                                    const episode_summary_t& summary);
-// summary.json.
-nlohmann::ordered_json SummaryJson(const std::string& task, const std::string& variation,
-                                   const run_summary_t& summary);
 
 }  // namespace evalbus

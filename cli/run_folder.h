@@ -5,13 +5,41 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 namespace evalbus {
 
+// Reads the lines of an episodes.jsonl that may still grow.
+class EpisodeLines {
+ public:
+  explicit EpisodeLines(std::filesystem::path file) : file_(std::move(file)) {}
+  // Those that were finished since the last call. A last line without its end is being written and left for
+  // later. Throws InputError that names file and line.
+  std::vector<nlohmann::ordered_json> Next();
+
+ private:
+  std::filesystem::path file_;
+  std::streamoff position_ = 0;
+  int line_ = 0;
+};
+
 class RunFolder {
  public:
-  // Creates the folder. Throws InputError if it exists and is not empty, or cannot be made.
-  explicit RunFolder(const std::filesystem::path& folder);
+  // Creates the folder; with `resume` one that exists is opened again: what an interrupted run left half-done
+  // is removed. Throws InputError if it exists and is neither empty nor to be resumed, if another `evalbus
+  // run` works in it, or if it cannot be made.
+  explicit RunFolder(const std::filesystem::path& folder, bool resume = false)
+      : RunFolder(folder, resume, "run.json") {}
+  // The folder of a suite, likewise.
+  static RunFolder OfSuite(const std::filesystem::path& folder, bool resume) {
+    return RunFolder(folder, resume, "suite.json");
+  }
+  // The same folder for a worker of the run that opened it.
+  static RunFolder OfWorker(const std::filesystem::path& folder);
+  RunFolder(RunFolder&& other) noexcept : path_(std::move(other.path_)), lock_(other.lock_) {
+    other.lock_ = -1;
+  }
+  ~RunFolder();
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path log_file(const std::string& component) const {
@@ -24,9 +52,19 @@ class RunFolder {
   void AddEpisode(int episode, const nlohmann::ordered_json& result) const;
   // Removes what an unfinished attempt of an episode left.
   void DiscardEpisode(int episode) const;
+  // The lines of episodes.jsonl in the order of episodes, and in that order in the file again (several
+  // workers finish them in another one).
+  std::vector<nlohmann::ordered_json> SortEpisodes() const;
 
  private:
+  RunFolder() = default;
+  // `mark`: the file by which a folder of this kind is known.
+  RunFolder(const std::filesystem::path& folder, bool resume, const std::string& mark);
+  void Clean() const;
+
   std::filesystem::path path_;
+  // Held while the folder is ours; goes with the process, however that ends.
+  int lock_ = -1;
 };
 
 // runs/NAME-DATE-TIME under the current folder.

@@ -12,6 +12,9 @@ int main(int argc, char** argv) {
       "'evalbus run' sends), or with --episodes by itself as soon as collision, metrics and policy are "
       "ready.",
       [&](CLI::App* app) {
+        app->add_option("task", options.task,
+                        "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition")
+            ->required();
         evalbus::AddSimOptions(app, &options);
         app->add_option("--out", options.out, "run folder; the models are written to OUT/model")->required();
         app->add_option("--run-id", options.run_id, "name of the run, as MODEL carries it")

@@ -1,5 +1,7 @@
 #include "sim/sim_component.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -25,15 +27,30 @@ SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
 }
 
-void WriteFile(const std::filesystem::path& file, const std::string& text) {
+// Several workers of a run may write the same models, which others are reading: a file that is there is
+// whole.
+template <class Write>
+void WriteWhole(const std::filesystem::path& file, const Write& write) {
+  const std::filesystem::path temporary = file.string() + "." + std::to_string(getpid()) + ".tmp";
+  if (!write(temporary)) throw EnvironmentError("cannot write " + file.string());
+  std::filesystem::rename(temporary, file);
+}
+
+bool WriteText(const std::filesystem::path& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
   stream.close();
-  if (!stream) throw EnvironmentError("cannot write " + file.string());
+  return static_cast<bool>(stream);
 }
 
 std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
-  mj_saveModel(model, file.c_str(), nullptr, 0);
+  WriteWhole(file, [&](const auto& temporary) {
+    mj_saveModel(model, temporary.c_str(), nullptr, 0);
+    // MuJoCo does not say whether the disk took it.
+    std::error_code error;
+    return std::filesystem::file_size(temporary, error) == static_cast<uintmax_t>(mj_sizeModel(model)) &&
+           !error;
+  });
   return std::filesystem::absolute(file).lexically_normal().string();
 }
 
@@ -44,8 +61,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus,
   TaskSelection selection = FindTask(options.task);
   task_ = std::move(selection.task);
   variation_ = selection.variation;
-  task_.variation(variation_);
-  robot_ = LoadRobot(options.robot.empty() ? task_.robot_file : std::filesystem::path(options.robot),
+  robot_ = LoadRobot(options.robot.empty() ? task_.robot_file : FindRobot(options.robot),
                      options.model_path);
   scene_ = BuildScene(task_, robot_);
   for (const std::string& warning : scene_.warnings) std::cerr << "warning: " << warning << std::endl;
@@ -73,7 +89,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus,
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw InputError("cannot create " + folder.string() + ": " + error.message());
-  WriteFile(folder / "scene.xml", scene_.xml);
+  WriteWhole(folder / "scene.xml", [&](const auto& temporary) { return WriteText(temporary, scene_.xml); });
   model_info_.physics_file = SaveModel(scene_.physics.get(), folder / "physics.mjb");
   model_info_.visual_file = SaveModel(scene_.visual.get(), folder / "visual.mjb");
   model_info_.physics_sha256 = Sha256File(model_info_.physics_file);

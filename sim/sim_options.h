@@ -8,10 +8,8 @@
 namespace evalbus {
 
 inline void AddSimOptions(CLI::App* app, SimOptions* options) {
-  app->add_option("task", options->task,
-                  "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition")
-      ->required();
-  app->add_option("--robot", options->robot, "robot description (YAML) instead of the task's own");
+  app->add_option("--robot", options->robot,
+                  "robot of models/robots or robot description (YAML) instead of the task's own");
   app->add_option("--model-path", options->model_path,
                   "folder to look for MJCF files in, e.g. a MuJoCo Menagerie");
   app->add_option("--control-hz", options->control_hz, "control ticks per simulated second, 20 to 500")

@@ -188,8 +188,8 @@ void Measure(double control_hz, const std::filesystem::path& folder) {
   options.sim.task = "lift_pot/position_and_orientation";
   options.sim.control_hz = control_hz;
   options.policy = "expert";
-  const RunPlan plan{
-      "lift_pot", "position_and_orientation", kEpisodes, 1, {"collision", "metrics", "policy", "recorder"}};
+  RunPlan plan{"lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
+  for (int i = 0; i < kEpisodes; ++i) plan.episodes.push_back(i);
   BareStepping bare_stepping(options.sim.task, static_cast<int>(std::lround(1 / (control_hz * kTimestep))));
   std::vector<double> bare, one_process, processes;
   for (int round = 0; round < kRounds; ++round) {

@@ -54,8 +54,8 @@ void Measure(const std::filesystem::path& folder) {
   RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.in_process = true;
-  const RunPlan plan{
-      "lift_pot", "position_and_orientation", kEpisodes, 1, {"collision", "metrics", "policy", "recorder"}};
+  RunPlan plan{"lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
+  for (int i = 0; i < kEpisodes; ++i) plan.episodes.push_back(i);
   const RunFolder run(folder);
   RunListener nobody;
   EvaluateInProcess(options, run, plan, &nobody);

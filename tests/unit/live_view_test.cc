@@ -52,25 +52,37 @@ metric_values_t Metrics() {
 
 extended_metrics_t Extended() {
   extended_metrics_t e{};
-  e.has_clearance = 1;
-  e.min_clearance_m = 0.1634;
+  e.name = {"min_clearance_m"};
+  e.unit = {"m"};
+  e.value_mixed = {0.1634};
+  e.num_values = 1;
   e.num_stages = 2;
   e.stage_time_s = {1.5, -1};
   return e;
 }
 
-run_summary_t Summary(int complete, int success) {
-  run_summary_t s{};
-  s.num_episodes = s.num_complete = complete;
-  s.num_success = success;
+RunSummary Summary(int complete, int success) {
+  RunSummary s;
+  s.episodes = s.complete = complete;
+  s.successes = success;
   s.success_rate = complete > 0 ? static_cast<double>(success) / complete : 0;
-  s.success_rate_lower = 0.0945;
-  s.success_rate_upper = 0.9055;
-  s.metric_name = {"slip_count", "extended.min_clearance_m", "bimanual_gripper_vertical_difference"};
-  s.num_metrics = 3;
-  s.mean_mixed = {1.5, 0.16345, 0.0001234};
-  s.std_mixed = {0.5, std::nan(""), 12.3456};
-  s.median_mixed = s.min_mixed = s.max_mixed = {1, 0.2, 1234.5678};
+  s.wilson = {0.0945, 0.9055};
+  s.failure_reasons = {{"timeout", 3}, {"dropped", 1}};
+  const double nan = std::nan("");
+  s.metrics = {
+      {"slip_count", 2, 1.5, 0.5, 1, 1, 2, 1, 2, {1, 2}},
+      {"extended.min_clearance_m", 2, 0.16345, nan, 0.2, 0.1, 0.3, 0.1, 0.3, {nan, nan}},
+      {"bimanual_gripper_vertical_difference",
+       2,
+       0.0001234,
+       12.3456,
+       1234.5678,
+       0,
+       1,
+       0,
+       1,
+       {0.0001, 0.0125}},
+  };
   return s;
 }
 
@@ -86,13 +98,14 @@ TEST(FormatDuration, HasTheUnitThatFits) {
 }
 
 TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
-  EXPECT_EQ(SummaryTable(Summary(2, 1), 80),
-            "Success in 1 of 2 episodes: 50 % (95 % interval 9 to 91 %, Wilson)\n"
+  EXPECT_EQ(SummaryTable(Summary(5, 1), 80),
+            "Success in 1 of 5 episodes: 20 % (95 % interval 9 to 91 %, Wilson)\n"
+            "Failures: 3 timeout, 1 dropped\n"
             "\n"
-            "                              mean      std   median      min      max\n"
-            "slips                        1.500    0.500        1        1        1\n"
-            "smallest clearance           163.5        -    200.0    200.0    200.0  mm\n"
-            "gripper height difference    0.123    12346  1234568  1234568  1234568  mm\n");
+            "                              mean   its 95 % interval      std   median\n"
+            "slips                        1.500        1 to       2    0.500        1\n"
+            "smallest clearance           163.5                   -        -    200.0  mm\n"
+            "gripper height difference    0.123    0.100 to   12.50    12346  1234568  mm\n");
 }
 
 TEST(SummaryTable, FitsEveryWidth) {
@@ -100,18 +113,19 @@ TEST(SummaryTable, FitsEveryWidth) {
     const std::string table = SummaryTable(Summary(2, 1), width);
     EXPECT_LE(LongestLine(table), width) << table;
     EXPECT_TRUE(Has(table, "mean")) << width;
-    EXPECT_EQ(Has(table, "max"), width >= 80) << table;
+    EXPECT_EQ(Has(table, "interval"), true) << table;
+    EXPECT_EQ(Has(table, "median"), width >= 80) << table;
     EXPECT_FALSE(Has(table, " \n")) << table;
   }
 }
 
 TEST(SummaryTable, SaysWhatIsLeftOut) {
-  run_summary_t summary = Summary(2, 1);
-  summary.num_episodes = 5;
+  RunSummary summary = Summary(2, 1);
+  summary.episodes = 5;
   EXPECT_TRUE(Has(SummaryTable(summary, 80), "3 of 5 episodes incomplete"));
   const std::string none = SummaryTable(Summary(0, 0), 80);
   EXPECT_EQ(none, "");
-  summary.num_complete = 0;
+  summary.complete = 0;
   EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: left out of all this\n");
 }
 
@@ -144,7 +158,9 @@ class LiveViewTest : public testing::Test {
     summary.complete = 1;
     summary.metrics = Metrics();
     summary.extended = Extended();
-    dut_.OnEpisodeDone(summary, Summary(episode + 1, 1));
+    summary.metrics.tracks_cartesian_path_length = 1;
+    summary.metrics.success = episode == 0;
+    dut_.OnEpisodeDone(EpisodeJson("lift_pot", "base", summary));
   }
   std::vector<std::string> Lines(int width) {
     return dut_.Lines(width, std::chrono::steady_clock::now() + seconds(10));

@@ -1,0 +1,38 @@
+#include "cli/job_pool.h"
+
+#include "bus/errors.h"
+
+namespace evalbus {
+namespace {
+
+constexpr int kMaxStarts = 3;
+
+}  // namespace
+
+JobPool::JobPool(std::vector<Job> jobs, int at_once)
+    : waiting_(std::make_move_iterator(jobs.begin()), std::make_move_iterator(jobs.end())),
+      at_once_(static_cast<size_t>(at_once)) {}
+
+std::optional<std::string> JobPool::Poll() {
+  std::optional<std::string> ended;
+  if (const auto exit = processes_.Poll()) {
+    const auto job = running_.extract(exit->name);
+    if (exit->code > 128 && starts_[exit->name] < kMaxStarts) {
+      waiting_.push_front(std::move(job.mapped()));
+    } else if (exit->code != 0) {
+      exit->Throw();
+    } else {
+      ended = exit->name;
+    }
+  }
+  while (!waiting_.empty() && running_.size() < at_once_) {
+    Job job = std::move(waiting_.front());
+    waiting_.pop_front();
+    processes_.Start(job.name, job.command, job.log_file);
+    ++starts_[job.name];
+    running_.emplace(job.name, std::move(job));
+  }
+  return ended;
+}
+
+}  // namespace evalbus

@@ -1,0 +1,39 @@
+// Runs commands, so many at a time, each in a process with a log of its own.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/processes.h"
+
+namespace evalbus {
+
+struct Job {
+  std::string name;
+  std::vector<std::string> command;
+  std::filesystem::path log_file;
+};
+
+class JobPool {
+ public:
+  JobPool(std::vector<Job> jobs, int at_once);
+
+  // Starts what may start. Returns the name of a job that has ended well since the last call, if any. One
+  // that was ended by a signal is started again, three times at most. Throws InputError or EnvironmentError,
+  // with the last line of its log, for one that failed.
+  std::optional<std::string> Poll();
+  bool done() const { return waiting_.empty() && running_.empty(); }
+
+ private:
+  std::deque<Job> waiting_;
+  std::map<std::string, Job> running_;
+  std::map<std::string, int> starts_;
+  size_t at_once_;
+  Processes processes_;
+};
+
+}  // namespace evalbus

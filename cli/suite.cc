@@ -1,0 +1,163 @@
+#include "cli/suite.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "bus/errors.h"
+#include "cli/job_pool.h"
+#include "cli/live_view.h"
+#include "cli/run_folder.h"
+#include "cli/run_reader.h"
+#include "cli/workers.h"
+#include "models/task_description.h"
+
+namespace evalbus {
+namespace {
+
+constexpr auto kPoll = std::chrono::milliseconds(20);
+
+std::string FolderName(std::string task) {
+  std::replace(task.begin(), task.end(), '/', '-');
+  return task;
+}
+
+std::string Row(const std::string& name, size_t width, const std::string& success, const std::string& rate,
+                const std::string& time, const std::string& why) {
+  std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>9}  {}", name, width, success, rate, time, why);
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+struct Tally {
+  int complete = 0, success = 0;
+  double simulated_s = 0;
+  std::map<std::string, int> reasons;
+
+  void Add(const RecordedRun& run) {
+    for (const RecordedEpisode& episode : run.episodes) {
+      if (!episode.complete) {
+        ++reasons["incomplete"];
+        continue;
+      }
+      ++complete;
+      success += episode.success;
+      simulated_s += episode.json["metrics"]["completion_time"].get<double>();
+      if (!episode.success) ++reasons[episode.failure_reason];
+    }
+  }
+  std::string Line(const std::string& name, size_t width) const {
+    const Interval interval = WilsonInterval(success, complete);
+    std::string why;
+    for (const auto& [reason, count] : reasons) {
+      why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count, reason);
+    }
+    return Row(name, width, fmt::format("{} of {}", success, complete),
+               fmt::format("{:.0f} to {:.0f} %", interval.lower * 100, interval.upper * 100),
+               complete > 0 ? fmt::format("{:.2f} s", simulated_s / complete) : "-", why);
+  }
+};
+
+}  // namespace
+
+std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
+  std::vector<std::string> tasks;
+  std::set<std::string> seen;
+  const auto add = [&](const std::string& name) {
+    if (!seen.insert(name).second) throw InputError("task '" + name + "' is there twice");
+    tasks.push_back(name);
+  };
+  for (const std::string& name : names) {
+    const bool is_family = name.ends_with("/all");
+    if (name != "all" && !is_family) {
+      const TaskSelection selection = FindTask(name);
+      // A file is known by its path alone.
+      add(name.find(".y") == std::string::npos ? selection.task.name + "/" + selection.variation : name);
+      continue;
+    }
+    const std::string family = is_family ? FindTask(name.substr(0, name.size() - 4)).task.name : "";
+    for (const TaskDescription& task : AllTasks()) {
+      if (is_family && task.name != family) continue;
+      for (const Variation& variation : task.variations) add(task.name + "/" + variation.name);
+    }
+  }
+  return tasks;
+}
+
+int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
+  const std::string policy = options.policy.substr(0, options.policy.find(':'));
+  const std::filesystem::path out =
+      options.out.empty() ? DefaultRunFolder("suite-" + policy) : std::filesystem::path(options.out);
+  const RunFolder suite = RunFolder::OfSuite(out, options.resume);
+
+  nlohmann::ordered_json runs = nlohmann::ordered_json::array();
+  std::vector<Job> jobs;
+  size_t width = 0;
+  for (const std::string& task : tasks) {
+    runs.push_back(FolderName(task));
+    width = std::max(width, task.size());
+    Job job{task, RunCommand(options), suite.log_file(FolderName(task))};
+    const auto folder = suite.path() / FolderName(task);
+    job.command.insert(job.command.end(), {task, "--out", folder.string(), "--resume"});
+    for (const std::string& camera : options.video)
+      job.command.insert(job.command.end(), {"--video", camera});
+    jobs.push_back(std::move(job));
+  }
+  suite.WriteJson("suite.json", {{"runs", runs}});
+
+  InstallStopSignals();
+  const auto started = std::chrono::steady_clock::now();
+  fmt::print("{} runs of {} episode{}  policy {}  seed {}  {} at a time\n", tasks.size(), options.episodes,
+             options.episodes == 1 ? "" : "s", options.policy, options.seed, options.workers);
+  const std::string title = Row("task", width, "success", "95 % interval", "mean time", "failures");
+  fmt::print("{}", title);
+  std::fflush(stdout);
+  const bool is_terminal = isatty(fileno(stdout)) != 0;
+  JobPool pool(std::move(jobs), options.workers);
+  std::map<std::string, Tally> families;
+  Tally all;
+  int done = 0;
+  const auto progress = [&] {
+    if (!is_terminal) return;
+    fmt::print(
+        "\x1b[K{} of {} runs, {}\r", done, tasks.size(),
+        FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()));
+    std::fflush(stdout);
+  };
+  while (!pool.done() && !stop_requested()) {
+    if (const auto ended = pool.Poll()) {
+      const RecordedRun run = ReadRun(suite.path() / FolderName(*ended));
+      Tally tally;
+      tally.Add(run);
+      families[run.task].Add(run);
+      all.Add(run);
+      ++done;
+      fmt::print("{}{}", is_terminal ? "\x1b[K" : "", tally.Line(*ended, width));
+      std::fflush(stdout);
+    } else {
+      progress();
+      std::this_thread::sleep_for(kPoll);
+    }
+  }
+  if (is_terminal) fmt::print("\x1b[K");
+  fmt::print("\n{}", Row("family", width, "success", "95 % interval", "mean time", "failures"));
+  for (const auto& [name, tally] : families) fmt::print("{}", tally.Line(name, width));
+  if (families.size() > 1) fmt::print("{}", all.Line("all", width));
+  auto shown = std::filesystem::proximate(suite.path());
+  if (shown.string().starts_with("..")) shown = suite.path();
+  fmt::print(
+      "\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(),
+      FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()),
+      (shown / "*/episodes.jsonl").string());
+  if (done < static_cast<int>(tasks.size())) {
+    throw EnvironmentError(
+        fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on", done,
+                    tasks.size(), shown.string()));
+  }
+  return 0;
+}
+
+}  // namespace evalbus

@@ -1,0 +1,72 @@
+#include "cli/workers.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <thread>
+
+#include "cli/job_pool.h"
+
+namespace evalbus {
+namespace {
+
+constexpr auto kPoll = std::chrono::milliseconds(20);
+
+}  // namespace
+
+std::vector<std::string> RunCommand(const RunOptions& options) {
+  const SimOptions& sim = options.sim;
+  std::vector<std::string> command = {(Processes::BinaryFolder() / "evalbus").string(),
+                                      "run",
+                                      "--policy",
+                                      options.policy,
+                                      "--episodes",
+                                      std::to_string(options.episodes),
+                                      fmt::format("--seed={}", options.seed),
+                                      "--control-hz",
+                                      fmt::format("{}", sim.control_hz),
+                                      "--clearance-hz",
+                                      fmt::format("{}", sim.clearance_hz),
+                                      "--rtf",
+                                      fmt::format("{}", sim.rtf),
+                                      "--policy-timeout-s",
+                                      fmt::format("{}", sim.policy_timeout_s)};
+  if (sim.realtime) command.push_back("--realtime");
+  if (options.in_process) command.push_back("--in-process");
+  if (!sim.robot.empty()) command.insert(command.end(), {"--robot", sim.robot});
+  for (const auto& folder : sim.model_path) command.insert(command.end(), {"--model-path", folder.string()});
+  return command;
+}
+
+std::vector<int> EpisodesOfShare(const std::vector<int>& episodes, const std::string& share) {
+  const size_t slash = share.find('/');
+  const int index = std::stoi(share.substr(0, slash)), workers = std::stoi(share.substr(slash + 1));
+  std::vector<int> mine;
+  for (const int episode : episodes) {
+    if (episode % workers == index) mine.push_back(episode);
+  }
+  return mine;
+}
+
+void EvaluateWorkers(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
+                     RunListener* listener) {
+  EpisodeLines lines(folder.path() / "episodes.jsonl");
+  lines.Next();  // those that were there before
+  std::vector<Job> jobs;
+  for (int i = 0; i < options.workers; ++i) {
+    const std::string share = fmt::format("{}/{}", i, options.workers);
+    if (EpisodesOfShare(plan.episodes, share).empty()) continue;
+    Job job{fmt::format("worker-{}", i), RunCommand(options), folder.log_file(fmt::format("worker-{}", i))};
+    job.command.insert(job.command.end(),
+                       {options.sim.task, "--out", folder.path().string(), "--share", share});
+    jobs.push_back(std::move(job));
+  }
+  JobPool pool(std::move(jobs), options.workers);
+  while (!pool.done() && !stop_requested()) {
+    if (!pool.Poll()) std::this_thread::sleep_for(kPoll);
+    for (const auto& episode : lines.Next()) listener->OnEpisodeDone(episode);
+    listener->Poll(std::chrono::steady_clock::now());
+  }
+}
+
+}  // namespace evalbus

@@ -1,0 +1,180 @@
+// Runs that go on after they were interrupted, and runs that several workers share: the same bytes as in one
+// go.
+#include <signal.h>
+
+#include <fstream>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kTask = "lift_pot/position_and_orientation";
+
+std::vector<std::string> RunCommand(const fs::path& out, const std::vector<std::string>& more = {},
+                                    const std::string& episodes = "5") {
+  std::vector<std::string> command = {"evalbus", "run",    kTask, "--out",        out,  "--episodes",
+                                      episodes,  "--seed", "1",   "--control-hz", "200"};
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+// A run in one process and one go, which all others must equal.
+class Resume : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(RunProgram(RunCommand(reference_, {"--in-process"})).code, 0); }
+
+  void ExpectAsReference(const fs::path& run) {
+    EXPECT_EQ(ReadText(run / "episodes.jsonl"), ReadText(reference_ / "episodes.jsonl"));
+    EXPECT_EQ(ReadText(run / "summary.json"), ReadText(reference_ / "summary.json"));
+    for (int i = 0; i < 5; ++i) ExpectSameTicks(ReadLog(LogFile(run, i)), ReadLog(LogFile(reference_, i)));
+    for (const auto& entry : fs::recursive_directory_iterator(run)) {
+      EXPECT_NE(entry.path().extension(), ".partial") << entry.path();
+      EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
+    }
+  }
+  // In the middle of its second episode.
+  static bool InSecondEpisode(const fs::path& run) {
+    std::error_code error;
+    return fs::file_size(run / "episodes/0001.partial/events.lcmlog", error) > 100'000 && !error;
+  }
+
+  TemporaryFolder folder_;
+  const fs::path reference_ = folder_.path() / "reference";
+  const fs::path run_ = folder_.path() / "run";
+};
+
+TEST_F(Resume, AfterTheLauncherWasKilledTheRestIsDone) {
+  EVALBUS_NEEDS_BUS();
+  {
+    Program launcher(RunCommand(run_));
+    ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
+    launcher.Signal(SIGKILL);
+    EXPECT_EQ(launcher.Wait(), 128 + SIGKILL);
+  }
+  const size_t before = Episodes(run_).size();
+  ASSERT_LT(before, 5u);
+  // As if the line of the next one had been cut, and a file left half-written.
+  std::ofstream(run_ / "episodes.jsonl", std::ios::app) << R"({"task":"lift_p)";
+  WriteText(run_ / "model/physics.mjb.12.tmp", "half");
+  const auto resumed = RunProgram(RunCommand(run_, {"--resume"}));
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_NE(resumed.out.find(std::to_string(before) + " there before"), std::string::npos) << resumed.out;
+  ExpectAsReference(run_);
+}
+
+TEST_F(Resume, AfterCtrlCTheRestIsDone) {
+  Program launcher(RunCommand(run_, {"--in-process"}));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
+  launcher.Signal(SIGINT);
+  EXPECT_EQ(launcher.Wait(std::chrono::seconds(2)), 2);
+  EXPECT_NE(launcher.err().find("--resume goes on"), std::string::npos) << launcher.err();
+  EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
+  ExpectAsReference(run_);
+  // Nothing is left to do.
+  EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
+  ExpectAsReference(run_);
+}
+
+TEST_F(Resume, RefusesAnotherRun) {
+  ASSERT_EQ(RunProgram(RunCommand(run_, {"--in-process"}, "1")).code, 0);
+  const std::string before = ReadText(run_ / "episodes.jsonl");
+  const auto other = RunProgram(RunCommand(run_, {"--in-process", "--resume", "--policy", "hold"}));
+  EXPECT_EQ(other.code, 1);
+  EXPECT_NE(other.err.find("the run was made with policy \"expert\", not \"hold\""), std::string::npos)
+      << other.err;
+  const auto fresh = RunProgram(RunCommand(run_, {"--in-process"}));
+  EXPECT_EQ(fresh.code, 1);
+  EXPECT_NE(fresh.err.find("add --resume"), std::string::npos) << fresh.err;
+  fs::create_directory(folder_.path() / "foreign");
+  WriteText(folder_.path() / "foreign/file", "");
+  const auto foreign = RunProgram(RunCommand(folder_.path() / "foreign", {"--in-process", "--resume"}));
+  EXPECT_EQ(foreign.code, 1);
+  EXPECT_NE(foreign.err.find("it has no run.json"), std::string::npos) << foreign.err;
+  EXPECT_EQ(ReadText(run_ / "episodes.jsonl"), before);
+}
+
+TEST_F(Resume, RefusesAFolderInWhichARunIsAtWork) {
+  Program launcher(RunCommand(run_, {"--in-process"}));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
+  const auto second = RunProgram(RunCommand(run_, {"--in-process", "--resume"}));
+  EXPECT_EQ(second.code, 1);
+  EXPECT_NE(second.err.find("another 'evalbus run' is at work in it"), std::string::npos) << second.err;
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  ExpectAsReference(run_);
+}
+
+TEST_F(Resume, WorkersGiveTheSameBytes) {
+  const auto run = RunProgram(RunCommand(run_, {"--in-process", "--workers", "2"}));
+  EXPECT_EQ(run.code, 0) << run.err;
+  ExpectAsReference(run_);
+}
+
+TEST_F(Resume, WorkersOnBusesOfTheirOwnGiveTheSameBytes) {
+  EVALBUS_NEEDS_BUS();
+  const auto run = RunProgram(RunCommand(run_, {"--workers", "2"}));
+  EXPECT_EQ(run.code, 0) << run.err;
+  ExpectAsReference(run_);
+}
+
+TEST_F(Resume, AKilledWorkerGoesOn) {
+  Program launcher(RunCommand(run_, {"--in-process", "--workers", "2"}));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
+  const auto workers = ChildrenOf(launcher.pid(), "evalbus");
+  ASSERT_EQ(workers.size(), 2u);
+  for (const pid_t worker : workers) kill(worker, SIGKILL);
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  ExpectAsReference(run_);
+}
+
+class HangOf : public Resume, public testing::WithParamInterface<const char*> {};
+
+TEST_P(HangOf, AComponentIsNoticedAndChangesNoScore) {
+  EVALBUS_NEEDS_BUS();
+  Program launcher(RunCommand(run_));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
+  const auto children = ChildrenOf(launcher.pid(), std::string("evalbus-") + GetParam());
+  ASSERT_EQ(children.size(), 1u);
+  kill(children[0], SIGSTOP);
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  EXPECT_NE(launcher.out().find("begun again: " + std::string(GetParam()) + " hangs"), std::string::npos)
+      << launcher.out();
+  ExpectAsReference(run_);
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, HangOf, testing::Values("sim", "collision", "metrics", "policy", "recorder"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
+  TemporaryFolder folder;
+  const fs::path suite = folder.path() / "suite";
+  const std::vector<std::string> command = {"evalbus",   "run", "lift_pot/all", "--episodes", "1",
+                                            "--workers", "2",   "--in-process", "--out",      suite};
+  const auto run = RunProgram(command);
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto json = nlohmann::json::parse(ReadText(suite / "suite.json"));
+  EXPECT_EQ(json["runs"], nlohmann::json({"lift_pot-base", "lift_pot-position", "lift_pot-orientation",
+                                          "lift_pot-position_and_orientation"}));
+  for (const std::string name : json["runs"]) EXPECT_EQ(Episodes(suite / name).size(), 1u) << name;
+  EXPECT_NE(run.out.find("4 of 4"), std::string::npos) << run.out;
+
+  // A run that is missing is made up for, the others stay.
+  fs::remove_all(suite / "lift_pot-position");
+  const auto before = fs::last_write_time(suite / "lift_pot-base/episodes/0000/events.lcmlog");
+  auto again = command;
+  again.push_back("--resume");
+  EXPECT_EQ(RunProgram(again).code, 0);
+  EXPECT_EQ(Episodes(suite / "lift_pot-position").size(), 1u);
+  EXPECT_EQ(fs::last_write_time(suite / "lift_pot-base/episodes/0000/events.lcmlog"), before);
+
+  const auto twice =
+      RunProgram({"evalbus", "run", "lift_pot", "lift_pot/base", "--out", folder.path() / "twice"});
+  EXPECT_EQ(twice.code, 1);
+  EXPECT_EQ(twice.err, "error: task 'lift_pot/base' is there twice\n");
+  EXPECT_FALSE(fs::exists(folder.path() / "twice"));
+}
+
+}  // namespace
+}  // namespace evalbus
