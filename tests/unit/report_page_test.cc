@@ -66,10 +66,10 @@ ReportRun SomeRun() {
   run.complete = 3;
   run.successes = 2;
   run.intervals = {{"Wilson", 0.2, 0.9}};
-  run.stages = {{1, "left_gripper_holds_pot"}};
+  run.stages = {{"1", "left_gripper_holds_pot", 1, 3.5}};
+  run.failure_reasons = {{"timeout", 1}};
   run.metrics = {{"completion_time",
                   {{"mean", {9.25}}, {"median", {5.5}}, {"p5", {4.5}}, {"p95", {17.5}}, {"max", {20}}}},
-                 {"task_stage_reached.1", {{"mean", {1.0 / 3}}}},
                  {"extended.min_clearance_m", {{"mean", {0.125}}, {"mean_bca_95", {0.11, 0.14}}}},
                  {"slip_count", {{"mean", {0.0}}}}};
   for (int i = 0; i < 4; ++i) {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/geometry.hpp>
+#include <boost/geometry/algorithms/simplify.hpp>
 #include <boost/geometry/geometries/linestring.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
 #include <cmath>
@@ -43,20 +43,36 @@ void Label(double x, double y, const std::string& anchor, const std::string& tex
   html->Element("text", {{"x", Px(x)}, {"y", Px(y)}, {"text-anchor", anchor}}, text);
 }
 
+// Of a text, estimated from its number of characters, in pixels.
+double HalfWidth(const std::string& text) {
+  return 3.2 * static_cast<double>(
+                   std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
 // The scale below a figure; labels at the ends are kept inside of it.
-void DrawTimeOrValueAxis(const Axis& axis, const Ticks& ticks, double y, const std::string& unit,
-                         Markup* html) {
+void DrawScale(const Axis& axis, const Ticks& ticks, double y, const std::string& unit, Markup* html) {
+  constexpr double kOverhang = 8;
+  double previous_right = -kOverhang;
   Line("axis", axis.pixel_from, y, axis.pixel_to, y, html);
   for (size_t i = 0; i < ticks.at.size(); ++i) {
     const double x = axis(ticks.at[i]);
     Line("axis", x, y, x, y + 3, html);
     const bool last = i + 1 == ticks.at.size();
-    const std::string number = TickLabel(ticks.at[i], ticks.step);
-    const std::string text = last ? WithUnit(number, unit) : number;
-    // About six pixels a character, of which the mark stands in the middle.
-    const double half = 3.0 * static_cast<double>(text.size());
-    const bool outside = x + half > axis.pixel_to + 8;
-    Label(outside ? axis.pixel_to + 8 : x, y + 15, outside ? "end" : "middle", text, html);
+    std::string text = TickLabel(ticks.at[i], ticks.step);
+    double left = x - HalfWidth(text), right = x + HalfWidth(text);
+    if (last && !unit.empty()) {
+      const std::string with_unit = text + " " + unit;
+      const double end = std::min(x + HalfWidth(with_unit), axis.pixel_to + kOverhang);
+      // The unit stands where it has room; the title has it anyway.
+      if (end - 2 * HalfWidth(with_unit) > previous_right + 4) {
+        text = with_unit;
+        left = end - 2 * HalfWidth(with_unit);
+        right = end;
+      }
+    }
+    if (left <= previous_right + 2) continue;
+    Label((left + right) / 2, y + 15, "middle", text, html);
+    previous_right = right;
   }
 }
 
@@ -173,7 +189,7 @@ void DrawHistogram(const HistogramFigure& figure, Markup* html) {
     html->Empty("circle",
                 {{"class", "median"}, {"cx", Px(x(figure.median))}, {"cy", Px(kTop - 10)}, {"r", "3.5"}});
   });
-  DrawTimeOrValueAxis(x, TicksWithin(edges.front(), edges.back(), 5), kBottom, figure.unit, html);
+  DrawScale(x, TicksWithin(edges.front(), edges.back(), 5), kBottom, figure.unit, html);
   html->Close();
 }
 
@@ -193,15 +209,19 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
       high = std::max(high, value);
     }
   }
-  // Zero is shown where it is near, and a constant line has room around it.
+  // Zero is shown where it is near, a hair below it is not worth a step of the scale, and a constant line has
+  // room around it.
   if (low > 0 && low < 0.5 * high) low = 0;
+  if (low < 0 && low > -0.02 * high) low = 0;
   if (low == high) {
     const double room = low == 0 ? 1 : std::abs(low) * 0.5;
     low = low == 0 ? 0 : low - room;
     high += room;
   }
   const Ticks values = TicksAround(low, high, 5);
-  const double end = figure.time.back() > 0 ? figure.time.back() : 1;
+  double end = figure.time.back();
+  for (const EpisodeEvent& event : figure.events) end = std::max(end, event.time);
+  if (end <= 0) end = 1;
   const Axis x{0, end, kLeft, kRight};
   const Axis y{values.at.front(), values.at.back(), kBottom, kTop};
 
@@ -213,7 +233,7 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
     Line("grid", kLeft, y(value), kRight, y(value), html);
     Label(kLeft - 5, y(value) + 4, "end", TickLabel(value, values.step), html);
   }
-  DrawTimeOrValueAxis(x, TicksWithin(0, end, 6), kBottom, "s", html);
+  DrawScale(x, TicksWithin(0, end, 6), kBottom, "s", html);
   for (const EpisodeEvent& event : figure.events) {
     if (event.kind == Kind::kEnd) continue;
     html->Element("g", {}, [&] {

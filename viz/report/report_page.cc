@@ -6,8 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
-#include <optional>
 #include <set>
 
 #include "viz/report/assets.h"
@@ -98,23 +96,8 @@ std::string RateSentence(const ReportRun& run) {
   return text + ".";
 }
 
-std::vector<std::pair<std::string, int>> FailureReasons(const ReportRun& run) {
-  std::vector<std::pair<std::string, int>> reasons;
-  for (const ReportEpisode& episode : run.episode) {
-    if (!episode.complete || episode.success) continue;
-    const std::string reason = episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
-    auto found =
-        std::find_if(reasons.begin(), reasons.end(), [&](const auto& r) { return r.first == reason; });
-    if (found == reasons.end()) found = reasons.insert(reasons.end(), {reason, 0});
-    ++found->second;
-  }
-  std::stable_sort(reasons.begin(), reasons.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
-  return reasons;
-}
-
 std::string FailureSentence(const ReportRun& run) {
-  const auto reasons = FailureReasons(run);
+  const ReportCounts& reasons = run.failure_reasons;
   if (reasons.empty()) return "";
   std::string text = "Why the others did not: ";
   for (size_t i = 0; i < reasons.size(); ++i) {
@@ -208,7 +191,7 @@ class RunSections {
               Data(mean, &html_);
               if (!words.unit.empty()) html_.Element("span", {{"class", "unit"}}, " " + words.unit);
             },
-            "median " + Number(median) + ", max " + Number(Statistic(metric, "max")));
+            "median " + Number(median, 3) + ", max " + Number(Statistic(metric, "max"), 3));
       }
     });
   }
@@ -244,28 +227,40 @@ class RunSections {
   }
 
   void Stages() {
-    const auto reasons = FailureReasons(run_);
-    if (run_.stages.empty() && reasons.empty()) return;
+    if (run_.stages.empty() && run_.failure_reasons.empty() && run_.collisions.empty()) return;
     html_.Element("section", {{"class", "columns"}}, [&] {
       if (!run_.stages.empty()) html_.Element("div", {}, [&] { StageTable(); });
-      if (!reasons.empty()) {
+      if (!run_.failure_reasons.empty()) {
         html_.Element("div", {}, [&] {
           Heading("Failure reasons", "failures");
           html_.Element("p", {{"class", "note"}}, "Of the complete episodes without success.");
-          html_.Element("table", {{"class", "bars"}}, [&] {
-            html_.Element("tbody", {}, [&] {
-              for (const auto& [reason, count] : reasons) {
-                const double share = static_cast<double>(count) / (run_.complete - run_.successes);
-                html_.Element("tr", {}, [&] {
-                  html_.Element("th", {{"scope", "row"}}, reason);
-                  html_.Element("td", {{"class", "bar"}}, [&] { DrawBar(share, "bad", &html_); });
-                  NumberCell(count, Number(count), &html_);
-                });
-              }
-            });
-          });
+          Counts(run_.failure_reasons);
         });
       }
+      if (!run_.collisions.empty()) {
+        html_.Element("div", {}, [&] {
+          Heading("Collisions", "collisions");
+          html_.Element("p", {{"class", "note"}}, "New ones by what was touched, in all complete episodes.");
+          Counts(run_.collisions);
+        });
+      }
+    });
+  }
+
+  void Counts(const ReportCounts& counts) {
+    double sum = 0;
+    for (const auto& [name, count] : counts) sum += static_cast<double>(count);
+    html_.Element("table", {{"class", "bars"}}, [&] {
+      html_.Element("tbody", {}, [&] {
+        for (const auto& [name, count] : counts) {
+          html_.Element("tr", {}, [&] {
+            html_.Element("th", {{"scope", "row"}}, name);
+            html_.Element("td", {{"class", "bar"}},
+                          [&] { DrawBar(static_cast<double>(count) / sum, "bad", &html_); });
+            NumberCell(static_cast<double>(count), &html_);
+          });
+        }
+      });
     });
   }
 
@@ -273,24 +268,20 @@ class RunSections {
     Heading("Stages", "stages");
     html_.Element(
         "p", {{"class", "note"}},
-        "Share of the complete episodes that reached each stage, in any order, and the median time at which "
-        "they did.");
+        "Complete episodes that reached each stage, in any order, and the median time at which they did.");
     html_.Element("table", {{"class", "bars"}}, [&] {
       html_.Element("tbody", {}, [&] {
         for (const ReportStage& stage : run_.stages) {
-          const std::string index = std::to_string(stage.index);
-          const ReportMetric* reached = Find(run_, "task_stage_reached." + index);
-          const double share = Statistic(reached, "mean");
-          const double time = Statistic(Find(run_, "extended.stage_time_s." + index), "median");
+          const double share = run_.complete > 0 ? static_cast<double>(stage.reached) / run_.complete : kNaN;
           html_.Element("tr", {}, [&] {
-            html_.Element(
-                "th", {{"scope", "row"}},
-                NameForPeople(stage.name.empty() ? "stage " + index : index + " " + stage.name).label);
+            html_.Element("th", {{"scope", "row"}},
+                          stage.name.empty() ? "stage " + stage.index
+                                             : stage.index + " " + NameForPeople(stage.name).label);
             html_.Element("td", {{"class", "bar"}}, [&] {
               if (std::isfinite(share)) DrawBar(share, "good", &html_);
             });
             NumberCell(share, Percent(share), &html_);
-            NumberCell(time, fmt::format("{:.2f} s", time), &html_);
+            NumberCell(stage.median_time, fmt::format("{:.2f} s", stage.median_time), &html_);
           });
         }
       });
@@ -388,8 +379,8 @@ class RunSections {
       });
       DrawHistogram(figure, &html_);
       html_.Element("div", {{"class", "note"}},
-                    fmt::format("median {}, mean {}, max {}", Number(figure.median),
-                                Number(Statistic(&metric, "mean")), Number(Statistic(&metric, "max"))));
+                    fmt::format("median {}, mean {}, max {}", Number(figure.median, 3),
+                                Number(Statistic(&metric, "mean"), 3), Number(Statistic(&metric, "max"), 3)));
     });
   }
 

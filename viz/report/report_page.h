@@ -48,9 +48,14 @@ struct ReportInterval {
 };
 
 struct ReportStage {
-  int index = 0;
+  std::string index;
   std::string name;  // may be empty
+  // Complete episodes that reached it, and the median time at which they did, s; NaN where none did.
+  int reached = 0;
+  double median_time = 0;
 };
+
+using ReportCounts = std::vector<std::pair<std::string, int64_t>>;
 
 // What happened in one episode, tick by tick.
 struct ReportCurves {
@@ -72,6 +77,10 @@ struct ReportRun {
   // What a reader has to know before the numbers, a sentence each.
   std::vector<std::string> remarks;
   std::vector<ReportStage> stages;
+  // Of the complete episodes without success, the most frequent first.
+  ReportCounts failure_reasons;
+  // New collisions by geom, over all complete episodes.
+  ReportCounts collisions;
   std::vector<ReportMetric> metrics;
   std::vector<ReportEpisode> episode;
   std::vector<ReportCurves> curves;

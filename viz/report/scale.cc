@@ -59,11 +59,11 @@ std::vector<int> CountInBins(std::span<const double> values, std::span<const dou
   return counts;
 }
 
-std::string Number(double value) {
+std::string Number(double value, int digits) {
   if (!std::isfinite(value)) return "-";
   const double magnitude = std::abs(value);
-  if (magnitude >= 1000 && magnitude < 1e7) return fmt::format("{:.0f}", value);
-  return fmt::format("{:.4g}", value);
+  if (magnitude >= std::pow(10.0, digits - 1) && magnitude < 1e7) return fmt::format("{:.0f}", value);
+  return fmt::format("{:.{}g}", value, digits);
 }
 
 }  // namespace evalbus
