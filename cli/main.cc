@@ -4,11 +4,15 @@
 #include <iostream>
 
 #include "bus/errors.h"
+#include "cli/compare_command.h"
 #include "cli/doctor.h"
+#include "cli/export_command.h"
 #include "cli/render_command.h"
 #include "cli/replay_command.h"
+#include "cli/report_command.h"
 #include "cli/rescore_command.h"
 #include "cli/run_command.h"
+#include "cli/tasks_command.h"
 #include "cli/version.h"
 #include "metrics/score_file.h"
 #include "viz/monitor/monitor.h"
@@ -36,6 +40,23 @@ int main(int argc, char** argv) {
   CLI::App* rescore =
       app.add_subcommand("rescore", "score recorded episodes again, offline; compare with what was recorded");
   evalbus::AddRescoreOptions(rescore, &rescore_options);
+
+  evalbus::CompareOptions compare_options;
+  CLI::App* compare = app.add_subcommand("compare", "say whether runs, or suites, really differ");
+  evalbus::AddCompareOptions(compare, &compare_options);
+
+  evalbus::ExportOptions export_options;
+  CLI::App* export_run =
+      app.add_subcommand("export", "write the episodes of a run, or of a suite, as a table");
+  evalbus::AddExportOptions(export_run, &export_options);
+
+  evalbus::ReportOptions report_options;
+  CLI::App* report = app.add_subcommand("report", "write a run, or a suite of runs, as one HTML page");
+  evalbus::AddReportOptions(report, &report_options);
+
+  evalbus::TasksOptions tasks_options;
+  CLI::App* tasks = app.add_subcommand("tasks", "what there is to run; check a task file");
+  evalbus::AddTasksOptions(tasks, &tasks_options);
 
   evalbus::Address monitor_address;
   CLI::App* monitor = app.add_subcommand("monitor", "watch a run or a replay while it goes on");
@@ -68,6 +89,10 @@ int main(int argc, char** argv) {
     if (*render) return evalbus::Render(render_options);
     if (*replay) return evalbus::Replay(replay_options);
     if (*rescore) return evalbus::Rescore(rescore_options);
+    if (*compare) return evalbus::Compare(compare_options);
+    if (*export_run) return evalbus::Export(export_options);
+    if (*report) return evalbus::WriteReport(report_options);
+    if (*tasks) return evalbus::Tasks(tasks_options);
     if (*monitor) return evalbus::Monitor(monitor_address);
     if (*doctor) return evalbus::Doctor();
     if (*score) {

@@ -2,12 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace evalbus {
 namespace {
 
 void SetTick(const header_t& header, condition_t* condition) {
   condition->tick = header.tick;
   condition->time_s = static_cast<double>(header.sim_time_us) / 1e6;
+}
+
+std::string UnitAfterNumber(const std::string& unit) {
+  return unit == "1" ? "" : unit == "deg" ? " degrees" : " " + unit;
 }
 
 // "27.4 degrees > 20": as many digits as it takes to tell the two numbers apart, at least three.
@@ -18,8 +24,7 @@ std::string Compared(double value, const std::string& relation, double threshold
     text = fmt::format("{:.{}g}", value, digits);
     if (value == threshold || text != limit) break;
   }
-  if (unit != "1") text += unit == "deg" ? " degrees" : " " + unit;
-  return text + " " + relation + " " + limit;
+  return text + UnitAfterNumber(unit) + " " + relation + " " + limit;
 }
 
 }  // namespace
@@ -42,6 +47,19 @@ bool Within::Evaluate(const WorldView& world) {
   header_ = world.state.header;
   value_ = Value(world);
   return lower_ <= value_ && value_ <= upper_;
+}
+
+std::vector<std::string> Within::Describe(bool value) const {
+  const std::string unit = UnitAfterNumber(condition_.unit);
+  std::string range;
+  if (std::isinf(upper_)) {
+    range = fmt::format("at least {:.6g}", lower_);
+  } else if (std::isinf(lower_)) {
+    range = fmt::format("at most {:.6g}", upper_);
+  } else {
+    range = fmt::format("between {:.6g} and {:.6g}", lower_, upper_);
+  }
+  return {quantity_ + (value ? " " : " not ") + range + unit};
 }
 
 void Within::Explain(std::vector<condition_t>* conditions) const {

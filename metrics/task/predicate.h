@@ -29,6 +29,8 @@ class Predicate {
   // all that a true `all` needs, the first unmet one of a false `all`, the first that makes an `any` true,
   // all of a false `any`.
   virtual void Explain(std::vector<condition_t>* conditions) const = 0;
+  // What it means to be `value`, in words, before any tick: lines, those of operands indented.
+  virtual std::vector<std::string> Describe(bool value) const = 0;
 };
 
 // A condition that holds or does not, without a number. A class fills in the members and Holds().
@@ -36,6 +38,9 @@ class Relation : public Predicate {
  public:
   bool Evaluate(const WorldView& world) final;
   void Explain(std::vector<condition_t>* conditions) const final;
+  std::vector<std::string> Describe(bool value) const final {
+    return {value ? text_if_true_ : text_if_false_};
+  }
 
  protected:
   virtual bool Holds(const WorldView& world) = 0;
@@ -54,6 +59,7 @@ class Within : public Predicate {
  public:
   bool Evaluate(const WorldView& world) final;
   void Explain(std::vector<condition_t>* conditions) const final;
+  std::vector<std::string> Describe(bool value) const final;
 
  protected:
   // In the condition's unit.

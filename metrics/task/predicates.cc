@@ -261,6 +261,14 @@ class Combination : public Predicate {
     if (other != was_true_.end()) return operands_[other - was_true_.begin()]->Explain(conditions);
     for (const auto& operand : operands_) operand->Explain(conditions);
   }
+  // A line that says how the operands, each true, are combined, and they.
+  std::vector<std::string> DescribeEach(const std::string& how) const {
+    std::vector<std::string> lines = {how};
+    for (const auto& operand : operands_) {
+      for (const std::string& line : operand->Describe(true)) lines.push_back("  " + line);
+    }
+    return lines;
+  }
   void NeedOne(const Expression& expression) const {
     if (operands_.size() == 1) return;
     throw InputError(expression.location.ToString() + ": '" + expression.name +
@@ -278,6 +286,9 @@ class All : public Combination {
     return CountTrue(world) == static_cast<int>(operands_.size());
   }
   void Explain(std::vector<condition_t>* conditions) const override { ExplainEach(true, conditions); }
+  std::vector<std::string> Describe(bool value) const override {
+    return DescribeEach(value ? "all of" : "not all of");
+  }
 };
 
 class Any : public Combination {
@@ -285,6 +296,9 @@ class Any : public Combination {
   using Combination::Combination;
   bool Evaluate(const WorldView& world) override { return CountTrue(world) > 0; }
   void Explain(std::vector<condition_t>* conditions) const override { ExplainEach(false, conditions); }
+  std::vector<std::string> Describe(bool value) const override {
+    return DescribeEach(value ? "any of" : "none of");
+  }
 };
 
 class Not : public Combination {
@@ -294,6 +308,7 @@ class Not : public Combination {
   }
   bool Evaluate(const WorldView& world) override { return CountTrue(world) == 0; }
   void Explain(std::vector<condition_t>* conditions) const override { operands_[0]->Explain(conditions); }
+  std::vector<std::string> Describe(bool value) const override { return operands_[0]->Describe(!value); }
 };
 
 // True from the first tick on at which its operand is; explained by what was so then.
@@ -317,6 +332,9 @@ class Latched : public Combination {
   void Explain(std::vector<condition_t>* conditions) const override {
     if (!latched_) return operands_[0]->Explain(conditions);
     conditions->insert(conditions->end(), why_.begin(), why_.end());
+  }
+  std::vector<std::string> Describe(bool value) const override {
+    return DescribeEach(value ? "at any time so far" : "at no time so far");
   }
 
  private:
