@@ -88,6 +88,7 @@ void Rescorer::Begin(const episode_begin_t& begin) {
   if (!scorer_) {
     TaskDescription task = task_ ? *task_ : ParseTask(model_->task_yaml, model_->task_file, false);
     task.Apply(model_->variation);
+    task.ApplyRobot(model_->robot);
     scorer_ = std::make_unique<EpisodeScorer>(*model_, task);
   }
   begin_ = begin;

@@ -46,6 +46,7 @@ void MetricsComponent::Prepare() {
   if (model_is_new_) {
     TaskDescription task = ParseTask(model_.task_yaml, model_.task_file, false);
     task.Apply(model_.variation);
+    task.ApplyRobot(model_.robot);
     scorer_ = std::make_unique<EpisodeScorer>(model_, task);
     model_is_new_ = false;
   }

@@ -5,6 +5,7 @@
 
 #include "bus/errors.h"
 #include "models/mjcf_file.h"
+#include "models/task_description.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {
@@ -106,6 +107,21 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
 }
 
 }  // namespace
+
+std::filesystem::path FindRobot(const std::string& name) {
+  const std::filesystem::path file(name);
+  if (file.extension() == ".yaml" || file.extension() == ".yml") return file;
+  std::vector<std::string> known;
+  const std::filesystem::path folder = ModelsFolder() / "robots";
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (entry.path().extension() != ".yaml") continue;
+    if (entry.path().stem() == name) return entry.path();
+    known.push_back(entry.path().stem());
+  }
+  std::sort(known.begin(), known.end());
+  throw InputError("unknown robot '" + name + "'" + Suggestion(name, known));
+}
 
 RobotDescription LoadRobot(const std::filesystem::path& file,
                            const std::vector<std::filesystem::path>& model_path) {

@@ -68,6 +68,10 @@ struct RobotDescription {
   std::vector<GripperDescription> grippers;
 };
 
+// The file of a robot that is named: the path of a YAML file as it is, else one of models/robots
+// ("single_panda"). Throws InputError that lists those there are.
+std::filesystem::path FindRobot(const std::string& name);
+
 // Reads and checks a robot YAML. model_path: folders in which model files are looked for after the YAML's own
 // folder (a checkout of MuJoCo Menagerie, for instance). Throws InputError.
 RobotDescription LoadRobot(const std::filesystem::path& file,

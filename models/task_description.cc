@@ -278,11 +278,17 @@ void TaskDescription::Apply(const std::string& wanted) {
   if (!chosen.failure.name.empty()) failure = chosen.failure;
 }
 
+void TaskDescription::ApplyRobot(const std::string& robot) {
+  for (const OtherRobot& other : other_robots) {
+    if (other.name == robot) target_distance = other.target_distance;
+  }
+}
+
 TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files) {
   const YamlMap map(
       ParseYaml(text, file.string()),
       {"name", "title", "robot", "time_limit_s", "scene", "objects", "variations", "stages", "success"},
-      {"metrics", "failure", "target_distance", "pose_error"});
+      {"metrics", "failure", "target_distance", "pose_error", "other_robots"});
   TaskDescription task;
   task.file = std::filesystem::absolute(file).lexically_normal();
   task.text = text;
@@ -305,6 +311,12 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
   if (const YamlValue* distance = map.Find("target_distance"))
     task.target_distance = ReadNamedExpressions(*distance);
   if (const YamlValue* error = map.Find("pose_error")) task.pose_error = ReadNamedExpressions(*error);
+  if (const YamlValue* others = map.Find("other_robots")) {
+    for (const YamlValue& entry : others->Entries()) {
+      const YamlMap other(entry, {"target_distance"});
+      task.other_robots.push_back({entry.key(), ReadNamedExpressions(other["target_distance"])});
+    }
+  }
   return task;
 }
 

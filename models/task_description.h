@@ -98,6 +98,12 @@ struct Variation {
   Expression success, failure;        // name empty: the task's
 };
 
+// What a task has instead of its own with another robot than its own.
+struct OtherRobot {
+  std::string name;
+  std::vector<NamedExpression> target_distance;
+};
+
 struct MetricsOptions {
   bool track_vel_sync = true;
   bool track_vertical_sync = true;
@@ -136,6 +142,7 @@ struct TaskDescription {
   Expression failure;
   std::vector<NamedExpression> target_distance;
   std::vector<NamedExpression> pose_error;
+  std::vector<OtherRobot> other_robots;
 
   // Throws InputError that lists the variations there are.
   const Variation& variation(const std::string& name) const;
@@ -144,6 +151,9 @@ struct TaskDescription {
   // poses, stages and verdict in their place. For one variation of a task as it was read. Throws as
   // variation() does.
   void Apply(const std::string& variation);
+  // The same for a robot by name, in place of the task's own; one that the task does not speak of changes
+  // nothing.
+  void ApplyRobot(const std::string& robot);
 };
 
 // Reads and checks a task YAML from a file, or from text whose relative paths are resolved against `file`.
