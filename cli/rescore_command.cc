@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "bus/errors.h"
@@ -62,22 +63,21 @@ std::string Stages(const metric_values_t& metrics) {
                      metrics.num_stages);
 }
 
-std::string Verdict(const episode_summary_t& summary) {
-  return summary.verdict == partial_metrics_t::SUCCESS   ? "success"
-         : summary.verdict == partial_metrics_t::FAILURE ? "failure"
-                                                         : summary.failure_reason;
+std::string Outcome(const episode_summary_t& summary) {
+  return summary.failure_reason.empty() ? "success" : summary.failure_reason;
 }
 
 std::string Arrow(const std::string& before, const std::string& after) {
   return before == after ? after : before + " -> " + after;
 }
 
-// The metrics that changed, by the first part of their names, in the order of episodes.jsonl.
+// The metrics that changed, by the first part of their names, in the order of episodes.jsonl. The explanation
+// changes with them.
 std::string ChangedMetrics(const std::vector<Difference>& differences) {
   std::vector<std::string> names;
   for (const Difference& difference : differences) {
     const size_t from = difference.name.find('.') + 1;  // after "metrics." or "extended."
-    if (from == 0) continue;
+    if (from == 0 || difference.name.starts_with("explanation.")) continue;
     const std::string name = difference.name.substr(from, difference.name.find('.', from) - from);
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
@@ -100,10 +100,22 @@ void PrintChanges(const RescoredEpisode& episode) {
   const auto time = [](const episode_summary_t& summary) {
     return fmt::format("{:.2f}", summary.metrics.completion_time_s);
   };
-  fmt::print("{:>7}  {:<23}  {:<14}  {:<10}  {}\n", after.header.episode,
-             Arrow(Verdict(before), Verdict(after)), Arrow(time(before), time(after)),
+  fmt::print("{:>7}  {:<28}  {:<14}  {:<10}  {}\n", after.header.episode,
+             Arrow(Outcome(before), Outcome(after)), Arrow(time(before), time(after)),
              Arrow(Stages(before.metrics), Stages(after.metrics)),
              episode.recorded ? ChangedMetrics(Differences(before, after)) : "no score was recorded");
+  if (Outcome(before) != Outcome(after)) fmt::print("         {}\n", after.explanation.text);
+}
+
+// "3 of 10 verdicts changed: success -> wrong_pose 2, timeout -> success 1".
+std::string ChangedVerdicts(const std::map<std::string, int>& changes, int episodes) {
+  int changed = 0;
+  std::string list;
+  for (const auto& [change, count] : changes) {
+    changed += count;
+    list += fmt::format("{}{} {}", list.empty() ? ": " : ", ", change, count);
+  }
+  return fmt::format("{} of {} verdicts changed{}", changed, episodes, list);
 }
 
 // The new scores; in place as a whole or not at all.
@@ -152,6 +164,7 @@ int Rescore(const RescoreOptions& options) {
 
   int episodes = 0, equal = 0, complete = 0, logs_without = 0;
   int successes = 0, recorded_successes = 0;
+  std::map<std::string, int> changes;
   double simulated = 0, wall = 0;  // s
   for (const fs::path& file : logs) {
     const auto started = std::chrono::steady_clock::now();
@@ -164,8 +177,9 @@ int Rescore(const RescoreOptions& options) {
       const model_info_t& model = *log.episodes[0].model;
       fmt::print("{}/{}  {}\n", model.task, model.variation,
                  new_rules ? "rules of " + options.task.string() : "recorded rules");
-      fmt::print("{}\n", new_rules ? "episode  verdict                  time, s         stages      changed"
-                                   : "episode  end                time   stages  score");
+      fmt::print("{}\n", new_rules
+                             ? "episode  verdict                       time, s         stages      changed"
+                             : "episode  end                time   stages  score");
     }
     for (const RescoredEpisode& episode : log.episodes) {
       new_rules ? PrintChanges(episode) : PrintScore(episode);
@@ -179,6 +193,9 @@ int Rescore(const RescoreOptions& options) {
       successes += episode.summary.complete && episode.summary.metrics.success;
       recorded_successes +=
           episode.recorded && episode.recorded->complete && episode.recorded->metrics.success;
+      if (episode.recorded && Outcome(*episode.recorded) != Outcome(episode.summary)) {
+        ++changes[Arrow(Outcome(*episode.recorded), Outcome(episode.summary))];
+      }
       simulated += static_cast<double>(episode.summary.header.sim_time_us) * 1e-6;
     }
     if (log.episodes.empty()) {
@@ -191,7 +208,8 @@ int Rescore(const RescoreOptions& options) {
   }
   out.Close();
   if (new_rules) {
-    fmt::print("\n{} episodes, {} complete; successes {} -> {}", episodes, complete, recorded_successes,
+    fmt::print("\n{}\n", ChangedVerdicts(changes, episodes));
+    fmt::print("{} episodes, {} complete; successes {} -> {}", episodes, complete, recorded_successes,
                successes);
   } else {
     fmt::print("\n{} of {} episodes equal the recorded scores in every bit", equal, episodes);

@@ -191,11 +191,43 @@ TEST_F(Recorded, HigherThresholdIsNotDecidedByThisLog) {
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_SAYS(result.out, "success -> unconfirmed");
   EXPECT_SAYS(result.out, "4/4 -> 2/4");
+  EXPECT_SAYS(result.out, " m < 1.3; last stage 2");
+  EXPECT_SAYS(result.out, "1 of 1 verdicts changed: success -> unconfirmed 1\n");
   EXPECT_SAYS(result.out, "successes 1 -> 0");
   const nlohmann::json score = FirstScore(run_, {"--task", task});
   EXPECT_EQ(score["metrics"]["success"], 0.0);
   EXPECT_EQ(score["failure_reason"], "unconfirmed");
   EXPECT_EQ(score["complete"], false);
+}
+
+TEST_F(Recorded, StagesAddedAndRemovedAreListed) {
+  Record(1);
+  std::string text = ReadText(TaskWithThreshold("1.096"));
+  const std::string first =
+      "  - name: left_gripper_holds_pot\n    when: &left_holds {holding: {gripper: left, object: pot}}\n";
+  ASSERT_NE(text.find(first), std::string::npos);
+  text.replace(text.find(first), first.size(),
+               "  - name: far\n    when: {height_above: {object: pot, min_m: 5}}\n" + first);
+  const fs::path task = folder_.path() / "stages.yaml";
+  WriteText(task, text);
+  Result result = Rescore(run_, {"--task", task});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_SAYS(result.out, "4/4 -> 4/5  task_stage_reached, subtask_progress, stage_time_s\n");
+  EXPECT_SAYS(result.out, "0 of 1 verdicts changed\n");
+  EXPECT_EQ(FirstScore(run_, {"--task", task})["metrics"]["subtask_progress"], 0.8);
+
+  const std::string lifted =
+      "  - name: pot_lifted\n    when: &lifted {height_above: {object: pot, min_m: 1.096}}\n";
+  text = ReadText(TaskWithThreshold("1.096"));
+  ASSERT_NE(text.find(lifted), std::string::npos);
+  text.replace(text.find(lifted), lifted.size(), "");
+  const size_t alias = text.find("*lifted");
+  ASSERT_NE(alias, std::string::npos);
+  text.replace(alias, 7, "&lifted {height_above: {object: pot, min_m: 1.096}}");
+  WriteText(task, text);
+  result = Rescore(run_, {"--task", task});
+  EXPECT_SAYS(result.out, "4/4 -> 3/3");
+  EXPECT_EQ(FirstScore(run_, {"--task", task})["metrics"]["task_stage_reached"].size(), 3u);
 }
 
 TEST_F(Recorded, OtherTimeLimit) {

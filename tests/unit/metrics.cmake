@@ -1,12 +1,14 @@
 add_executable(metrics_test
   allocation_count.cc
   episode_scorer_test.cc
+  explanation_test.cc
+  extended_metrics_test.cc
   rollout_metrics_test.cc
   score_file_test.cc
   score_vectors_test.cc
   task_evaluator_test.cc
   tick_merger_test.cc)
-target_link_libraries(metrics_test PRIVATE metrics_core GTest::gtest_main)
+target_link_libraries(metrics_test PRIVATE metrics_core Eigen3::Eigen GTest::gtest_main)
 evalbus_target(metrics_test)
 gtest_discover_tests(metrics_test)
 
