@@ -248,8 +248,8 @@ def swept(path, ring):
     for m in range(len(path) - 1):
         for s in range(n):
             a, b = m * n + s, m * n + (s + 1) % n
-            triangles += [(a, b, b + n), (a, b + n, a + n)]
-    for first, order in ((0, -1), ((len(path) - 1) * n, 1)):  # ends, hidden in the wall
+            triangles += [(a, b + n, b), (a, a + n, b + n)]
+    for first, order in ((0, 1), ((len(path) - 1) * n, -1)):  # ends, hidden in the wall
         triangles += [(first, first + s, first + s + 1)[::order] for s in range(1, n - 1)]
     return vertices, normals, triangles
 
