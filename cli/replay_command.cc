@@ -202,11 +202,11 @@ class Player : public Component {
   }
 
   // Metrics' statistics follow each score of theirs.
-  void OnScore(const run_summary_t& run) {
+  void OnScore(const run_summary_t&) {
     if (!score_ || !log_) return;
     const episode_summary_t score = *score_;
     score_.reset();
-    view_->OnEpisodeDone(score, run);
+    view_->OnEpisodeDone(EpisodeJson("", "", score));
     for (size_t i = 0; i < scored_.size(); ++i) {
       const RescoredEpisode& episode = log_->episodes[i];
       if (score.header.episode != episode.summary.header.episode || score.attempt != episode.summary.attempt)
