@@ -1,5 +1,6 @@
 #include "policy_bridge/pack_box.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,31 +17,45 @@ using Eigen::Vector3d;
 constexpr int kLeft = 0, kRight = 1;
 constexpr double kDegree = std::numbers::pi / 180;
 
-// A flap of 0.212 m resists with 10 N m s/rad: 0.5 rad/s at the peak of the arc take 25 N at the fingers.
-constexpr double kFlapLength = 0.212;  // m
+// The flaps' sizes, m.
+constexpr double kFlapLength = 0.212;
+constexpr double kFlapHalfWidth = 0.21;
 constexpr double kFlapHalfThickness = 0.002;
-constexpr double kSpeed = 0.1;  // m/s
-// Where on the flap the fingers push, from the fold.
-constexpr double kRadius = 0.195;  // m
+// A flap resists with 10 N m s/rad. At the peak of the arc, 0.19 m from the fold, that is 27 N at the
+// fingers.
+constexpr double kTurnRate = 0.5;  // rad/s
 // Closed is within a tenth of the flap's range of 160 degrees.
 constexpr double kClosed = 0.1;
 constexpr double kRest = 5 * kDegree;  // left to go at the end of the push
 constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
-constexpr double kOver = 0.12;         // m, above that
 constexpr double kBack = 0.06;         // m, after the push
-// Half extents of a closed pair of fingers along and across the way they close, and room to the flap's edge.
+// Half extents of a closed pair of fingers along and across the way they close, and room to the flap, m.
 constexpr double kFingers[] = {0.026, 0.0105};
 constexpr double kRoom = 0.006;
+// No more of the fingers fits under the flap before the palm meets it, m.
+constexpr double kMaxCovered = 0.05;
 
-// Steepness of the fingers above the horizontal, the side that the hand comes from, where along the fold (m,
-// towards the robot first), how the hand is rolled about the fingers, and how far it turns with the flap.
-constexpr double kSides[] = {0, 35 * kDegree, -35 * kDegree, 70 * kDegree, -70 * kDegree};
-constexpr double kSteepness[] = {40 * kDegree, 55 * kDegree, 68 * kDegree};
-constexpr double kAlong[] = {0, -0.1, 0.1, -0.18};
+// Where the fingers push: from the fold, and along it towards the robot, m. The palm must stay off the flap,
+// so these are near the free edge or near the end on the robot's side.
+struct Spot {
+  double radius, along;
+};
+constexpr Spot kSpots[] = {{0.195, 0},    {0.195, 0.1}, {0.195, -0.1},
+                           {0.195, 0.19}, {0.16, 0.19}, {0.12, 0.19}};
+// The side that the hand comes from, from across the free edge (0) to along the fold from the robot, and the
+// steepness of the fingers above the horizontal.
+constexpr double kSides[] = {0, 45 * kDegree, 90 * kDegree};
+constexpr double kSteepness[] = {40 * kDegree, 55 * kDegree, 20 * kDegree, 68 * kDegree};
+// How the hand is rolled about the fingers, how far it turns with the flap, and how high above the place
+// beside the flap it comes, m.
 constexpr double kRolls[] = {0, 180 * kDegree, 90 * kDegree, -90 * kDegree};
-constexpr double kFollows[] = {0.1, 0.3};
+constexpr double kFollows[] = {0.1, 0.3, 0.5};
+constexpr double kOvers[] = {0, 0.1};
 
+// Ways of each arm that are tried with each other.
 constexpr size_t kPairs = 4;
+// The most that trying a way takes, in knots.
+constexpr int kEffortPerWay = 300;
 // Then the expert gives up and rests.
 constexpr int kMaxAttempts = 6;
 
@@ -54,62 +69,75 @@ PackBoxExpert::PackBoxExpert(const mjModel& model, const model_info_t& info)
 void PackBoxExpert::Begin(const episode_begin_t& begin) {
   Expert::Begin(begin);
   attempts_ = 0;
+  searching_ = {};
 }
 
-Plan PackBoxExpert::CloseFlaps(const Plan& plan, const std::vector<Way>& ways) {
+Plan PackBoxExpert::GoUnder(const Plan& plan, const std::vector<Way>& ways) {
   std::vector<int> arms;
-  std::vector<GripGoal> over, beside, under, back;
-  std::vector<Turning> turnings;
+  std::vector<GripGoal> over, beside, under;
   for (const Way& way : ways) {
     const int arm = way.turning.arm;
     arms.push_back(arm);
     over.push_back({arm, way.over});
     beside.push_back({arm, way.beside});
     under.push_back({arm, way.under});
-    turnings.push_back(way.turning);
   }
   Plan attempt = plan;
-  attempt.Close(arms).Reach(over).Reach(beside).Approach(under).Turn(turnings, kSpeed);
+  attempt.Close(arms).Swing(over).Reach(beside).Approach(under).CheckContacts(arms);
+  return attempt;
+}
+
+Plan PackBoxExpert::CloseFlaps(const Plan& under, const std::vector<Way>& ways) {
+  std::vector<int> arms;
+  std::vector<Turning> turnings;
+  std::vector<GripGoal> back;
+  for (const Way& way : ways) {
+    arms.push_back(way.turning.arm);
+    turnings.push_back(way.turning);
+  }
+  Plan attempt = under;
+  attempt.Turn(turnings, kTurnRate * kFlapLength);
   for (const int arm : arms) back.push_back({arm, attempt.GripPose(arm) * Translation3d(0, 0, -kBack)});
   attempt.Approach(back).CheckContacts(arms);
   return attempt;
 }
 
-std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const Plan& plan, const state_t& state, int arm,
-                                                    size_t count) {
-  const Isometry3d flap = plan.PoseOf(flaps_[arm]);
+std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int arm) {
+  const Isometry3d flap = BodyPose(state, flaps_[arm]);
   const Hinge hinge = context().probe.HingeOf(flaps_[arm], state);
   const Vector3d fold = flap.linear().col(1), up = Vector3d::UnitZ(), out = fold.cross(up);
-  // Along the fold towards the robot's side of the box.
   const Vector3d nearer = fold.x() < 0 ? fold : Vector3d(-fold);
   std::vector<Way> ways;
-  for (const double side : kSides) {
-    for (const double steepness : kSteepness) {
-      // From the finger tips to the wrist, and the same seen along the fold: out from it, away from the flap.
-      const Vector3d hand = std::cos(steepness) * (AngleAxisd(side, up) * out) + std::sin(steepness) * up;
-      const double across = hand.dot(flap.linear().col(0)), off = hand.dot(flap.linear().col(2));
-      if (across <= 0.1) continue;
-      for (const double roll : kRolls) {
-        const Vector3d closing = AngleAxisd(roll, hand) * (fold - hand * hand.dot(fold)).normalized();
-        const double half = std::abs(std::cos(roll)) * kFingers[1] + std::abs(std::sin(roll)) * kFingers[0];
-        // Below the flap such that the fingers pass its edge at this distance.
-        const double depth =
-            kFlapHalfThickness +
-            ((half + kRoom) * std::hypot(across, off) + (kFlapLength - kRadius) * off) / across;
-        for (const double along : kAlong) {
-          for (const double follow : kFollows) {
-            if (ways.size() >= count) return ways;
-            Way way;
-            way.under = GripFrame(flap * Vector3d(kRadius, 0, -depth) - along * nearer, -hand, closing);
-            way.beside = way.under * Translation3d(0, 0, -kBeside);
-            way.over = Translation3d(0, 0, kOver) * way.beside;
-            const double slack = std::atan2(depth - kFlapHalfThickness - kFingers[1], kRadius);
-            way.turning = {.arm = arm,
-                           .body = flaps_[arm],
-                           .angle = -(hinge.angle - hinge.lower - kRest + slack),
-                           .follow = follow,
-                           .slack = -slack};
-            if (CloseFlaps(plan, {way}).feasible()) ways.push_back(way);
+  for (const Spot& spot : kSpots) {
+    for (const double side : kSides) {
+      for (const double steepness : kSteepness) {
+        // From the finger tips to the wrist; its parts across the flap, along it and off it.
+        const Vector3d hand =
+            std::cos(steepness) * (std::cos(side) * out + std::sin(side) * nearer) + std::sin(steepness) * up;
+        const double across = hand.dot(flap.linear().col(0)), along = hand.dot(nearer),
+                     off = hand.dot(flap.linear().col(2));
+        // Of the fingers: how much is under the flap.
+        const double covered = std::min(across > 0 ? (kFlapLength - spot.radius) / across : 1,
+                                        along > 0 ? (kFlapHalfWidth - spot.along) / along : 1);
+        if (covered > kMaxCovered) continue;
+        for (const double roll : kRolls) {
+          const Vector3d closing =
+              AngleAxisd(roll, hand) * hand.cross(Vector3d(flap.linear().col(2))).normalized();
+          const double half = std::abs(std::cos(roll)) * kFingers[1] + std::abs(std::sin(roll)) * kFingers[0];
+          const double depth =
+              kFlapHalfThickness + (half + kRoom) / std::sqrt(1 - off * off) + std::max(0.0, covered * off);
+          const double slack = std::atan2(depth - kFlapHalfThickness - half, spot.radius);
+          Way way;
+          way.under =
+              GripFrame(flap * Vector3d(spot.radius, 0, -depth) + spot.along * nearer, -hand, closing);
+          way.beside = way.under * Translation3d(0, 0, -kBeside);
+          way.turning = {.arm = arm,
+                         .body = flaps_[arm],
+                         .angle = -(hinge.angle - hinge.lower - kRest + slack),
+                         .slack = -slack};
+          for (const double over : kOvers) {
+            way.over = Translation3d(0, 0, over) * way.beside;
+            ways.push_back(way);
           }
         }
       }
@@ -118,27 +146,57 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const Plan& plan, const stat
   return ways;
 }
 
+bool PackBoxExpert::Search(const Plan& start, const state_t& state, int arm) {
+  if (!searching_[arm]) {
+    untried_[arm] = Ways(state, arm);
+    std::reverse(untried_[arm].begin(), untried_[arm].end());
+    possible_[arm].clear();
+    searching_[arm] = true;
+  }
+  while (!untried_[arm].empty() && possible_[arm].size() < kPairs) {
+    if (context().effort_left < kEffortPerWay) return false;
+    Way way = untried_[arm].back();
+    untried_[arm].pop_back();
+    const Plan under = GoUnder(start, {way});
+    for (const double follow : kFollows) {
+      way.turning.follow = follow;
+      if (!CloseFlaps(under, {way}).feasible()) continue;
+      possible_[arm].push_back(way);
+      break;
+    }
+  }
+  return true;
+}
+
 std::vector<Motion> PackBoxExpert::Next(const Configuration& now, const state_t& state) {
   std::vector<int> open;
   for (const int arm : {kRight, kLeft}) {
     const Hinge hinge = context().probe.HingeOf(flaps_[arm], state);
     if (hinge.angle - hinge.lower > kClosed * (hinge.upper - hinge.lower)) open.push_back(arm);
   }
-  if (open.empty() || attempts_++ >= kMaxAttempts) return {};
+  if (open.empty() || attempts_ >= kMaxAttempts) return {};
   const Plan start = MakePlan(now, state);
+  // The search takes a few ticks.
+  for (const int arm : open) {
+    if (!Search(start, state, arm)) return {};
+  }
+  if (context().effort_left < PlanningContext::kEffort) return {};
+  ++attempts_;
+  searching_ = {};
   if (open.size() == 2) {
-    const std::vector<Way> lefts = Ways(start, state, kLeft, kPairs);
-    const std::vector<Way> rights = lefts.empty() ? lefts : Ways(start, state, kRight, kPairs);
-    for (const Way& left : lefts) {
-      for (const Way& right : rights) {
-        const Plan attempt = CloseFlaps(start, {left, right});
+    for (const Way& left : possible_[kLeft]) {
+      for (const Way& right : possible_[kRight]) {
+        const std::vector<Way> both{left, right};
+        const Plan attempt = CloseFlaps(GoUnder(start, both), both);
         if (attempt.feasible()) return attempt.motions();
       }
     }
   }
+  context().effort_left = PlanningContext::kEffort;
   for (const int arm : open) {
-    const std::vector<Way> ways = Ways(start, state, arm, 1);
-    if (!ways.empty()) return CloseFlaps(start, ways).GoHome({arm}).motions();
+    if (possible_[arm].empty()) continue;
+    const std::vector<Way> one{possible_[arm].front()};
+    return CloseFlaps(GoUnder(start, one), one).GoHome({arm}).motions();
   }
   return {};
 }

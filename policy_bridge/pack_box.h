@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "policy_bridge/expert.h"
 
@@ -19,19 +20,26 @@ class PackBoxExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // How an arm closes its flap: grip frames (world) above and beside the flap, and under its edge.
+  // How an arm closes its flap: grip frames (world) above and beside the flap, and under its border.
   struct Way {
     Eigen::Isometry3d over, beside, under;
     Turning turning;
   };
 
-  // Ways for the arm to close its flap, alone and after `plan`; at most `count`.
-  std::vector<Way> Ways(const Plan& plan, const state_t& state, int arm, size_t count);
-  // `plan` and then: the hands close the flaps in these ways, and back off.
-  static Plan CloseFlaps(const Plan& plan, const std::vector<Way>& ways);
+  // All ways for the arm to close its flap, the most natural first, whether it can or not.
+  std::vector<Way> Ways(const state_t& state, int arm);
+  // Tries ways of the arm alone, from `start`, until it knows enough possible ones. False if that takes more
+  // than this tick allows: to be called again at the next.
+  bool Search(const Plan& start, const state_t& state, int arm);
+  // `plan` and then: the hands go under the flaps in these ways.
+  static Plan GoUnder(const Plan& plan, const std::vector<Way>& ways);
+  // And then: they close the flaps and back off.
+  static Plan CloseFlaps(const Plan& under, const std::vector<Way>& ways);
 
-  // Bodies, by arm.
+  // By arm: bodies, and what the search is about.
   std::array<int, 2> flaps_;
+  std::array<bool, 2> searching_ = {};
+  std::array<std::vector<Way>, 2> untried_, possible_;
   int attempts_ = 0;
 };
 
