@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/geometry/algorithms/simplify.hpp>
+#include <boost/geometry.hpp>
 #include <boost/geometry/geometries/linestring.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
 #include <cmath>
@@ -289,6 +289,19 @@ void DrawBar(double share, const std::string& css_class, Markup* html) {
     html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
     html->Empty("rect",
                 {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", Percent(share)}, {"height", "14"}});
+  });
+}
+
+void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
+                    Markup* html) {
+  // 2 % of room on each side.
+  const auto x = [](double value) { return Percent(0.5 + 0.48 * std::clamp(value, -1.0, 1.0)); };
+  html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
+    html->Empty("line", {{"class", "axis"}, {"x1", "50%"}, {"x2", "50%"}, {"y1", "0"}, {"y2", "18"}});
+    html->Empty(
+        "line",
+        {{"class", "effect " + css_class}, {"x1", x(lower)}, {"x2", x(upper)}, {"y1", "9"}, {"y2", "9"}});
+    html->Empty("circle", {{"class", "effect " + css_class}, {"cx", x(difference)}, {"cy", "9"}, {"r", "4"}});
   });
 }
 

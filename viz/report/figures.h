@@ -51,6 +51,10 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
 // A share alone.
 void DrawBar(double share, const std::string& css_class, Markup* html);
 
+// A difference with its interval, in -1 to 1, around a line at 0.
+void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
+                    Markup* html);
+
 // Maps [from, to] of values to pixels.
 struct Axis {
   double from, to;

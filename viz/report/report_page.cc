@@ -8,8 +8,8 @@
 #include <limits>
 #include <set>
 
-#include "viz/report/assets.h"
 #include "viz/report/metric_name.h"
+#include "viz/report/page.h"
 #include "viz/report/scale.h"
 
 namespace evalbus {
@@ -19,10 +19,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // What is seen at once; the rest opens on demand.
 constexpr size_t kHistogramsShown = 8;
 constexpr size_t kCurvesShown = 6;
-
-std::string Percent(double share) {
-  return std::isfinite(share) ? fmt::format("{:.0f} %", share * 100) : std::string("-");
-}
 
 std::string Plural(int count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
@@ -65,21 +61,6 @@ double SuccessRate(const ReportRun& run) {
 ReportInterval FirstInterval(const ReportRun& run) {
   return run.intervals.empty() ? ReportInterval{"", 0, 1} : run.intervals[0];
 }
-
-// A number with all its digits for programs and as many as people want.
-void Data(double value, const std::string& text, Markup* html) {
-  if (!std::isfinite(value)) {
-    html->Text("-");
-  } else {
-    html->Element("data", {{"value", fmt::format("{}", value)}}, text);
-  }
-}
-void Data(double value, Markup* html) { Data(value, Number(value), html); }
-
-void NumberCell(double value, const std::string& text, Markup* html) {
-  html->Element("td", {{"class", "number"}}, [&] { Data(value, text, html); });
-}
-void NumberCell(double value, Markup* html) { NumberCell(value, Number(value), html); }
 
 // "19 of 20 episodes succeeded: 95 % (95 % interval 76 to 99 %, Wilson)."
 std::string RateSentence(const ReportRun& run) {
@@ -682,37 +663,19 @@ void SuiteTable(const Report& report, Markup* html) {
 }  // namespace
 
 std::string ReportPage(const Report& report) {
-  Markup html;
-  html.Doctype();
-  html.Element("html", {{"lang", "en"}}, [&] {
-    html.Element("head", {}, [&] {
-      html.Empty("meta", {{"charset", "utf-8"}});
-      html.Empty("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}});
-      // Without one, browsers ask the server for /favicon.ico.
-      html.Empty("link", {{"rel", "icon"}, {"href", "data:,"}});
-      html.Element("title", {}, report.title);
-      html.Element("style", {}, [&] { html.Verbatim(kReportCss); });
-    });
-    html.Element("body", {}, [&] {
-      html.Element("main", {}, [&] {
-        const bool suite = report.runs.size() > 1;
-        html.Element("h1", {}, report.title);
-        for (const std::string& remark : report.remarks) html.Element("p", {{"class", "warning"}}, remark);
-        if (suite) SuiteTable(report, &html);
-        for (size_t i = 0; i < report.runs.size(); ++i) {
-          const ReportRun& run = report.runs[i];
-          RunSections sections(run, suite ? Id(i) : "", suite ? "h3" : "h2", suite ? "h4" : "h3", &html);
-          if (suite) html.Element("h2", {{"id", Id(i)}}, run.task + "/" + run.variation);
-          Subtitle(run, &html);
-          sections.Summary();
-          sections.Write();
-        }
-      });
-      html.Element("footer", {}, "Made by evalbus " + report.made_by + ".");
-      html.Element("script", {}, [&] { html.Verbatim(kReportJs); });
-    });
+  return Page(report.title, report.made_by, [&](Markup* html) {
+    const bool suite = report.runs.size() > 1;
+    for (const std::string& remark : report.remarks) html->Element("p", {{"class", "warning"}}, remark);
+    if (suite) SuiteTable(report, html);
+    for (size_t i = 0; i < report.runs.size(); ++i) {
+      const ReportRun& run = report.runs[i];
+      RunSections sections(run, suite ? Id(i) : "", suite ? "h3" : "h2", suite ? "h4" : "h3", html);
+      if (suite) html->Element("h2", {{"id", Id(i)}}, run.task + "/" + run.variation);
+      Subtitle(run, html);
+      sections.Summary();
+      sections.Write();
+    }
   });
-  return html.str() + "\n";
 }
 
 }  // namespace evalbus

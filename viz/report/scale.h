@@ -27,9 +27,8 @@ std::vector<double> BinEdges(std::span<const double> values);
 // Bin k holds the values with edges[k] <= value < edges[k + 1], the last one also its upper edge.
 std::vector<int> CountInBins(std::span<const double> values, std::span<const double> edges);
 
-// Four significant digits without trailing zeros ("0.1418", "5.7", "12340"); powers of ten only beyond 1e-4
-// and 1e7;
-// "-" for what is not finite.
-std::string Number(double value);
+// Significant digits without trailing zeros ("0.1418", "5.7"); below 1e7 at least all of the integer part
+// ("12346"); "-" for what is not finite.
+std::string Number(double value, int digits = 4);
 
 }  // namespace evalbus

@@ -1,0 +1,125 @@
+#include "viz/report/comparison_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "viz/report/figures.h"
+#include "viz/report/page.h"
+#include "viz/report/scale.h"
+
+namespace evalbus {
+namespace {
+
+const char* ClassOf(Judgement judgement) {
+  switch (judgement) {
+    case Judgement::kBetter:
+      return "better";
+    case Judgement::kWorse:
+      return "worse";
+    case Judgement::kDiffers:
+      return "differs";
+    case Judgement::kNone:
+      break;
+  }
+  return "none";
+}
+
+std::string P(double p) {
+  return !std::isfinite(p) ? "-" : p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p);
+}
+
+// The largest deviation from zero of all intervals, so that rows of one unit share a scale.
+double Bound(const ReportDifference& row) { return std::max(std::abs(row.lower), std::abs(row.upper)); }
+
+void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
+  const double scale = shares ? 100 : 1;
+  const auto number = [&](double value) {
+    NumberCell(value, shares ? fmt::format("{:.0f}", value * scale) : Number(value), html);
+  };
+  html->Element("tr", {{"data-metric", row.name}}, [&] {
+    html->Element("th", {{"scope", "row"}}, [&] {
+      html->Text(row.name);
+      if (!row.unit.empty()) html->Element("span", {{"class", "unit"}}, ", " + row.unit);
+    });
+    number(row.baseline);
+    number(row.run);
+    NumberCell(row.difference,
+               shares ? fmt::format("{:+.0f}", row.difference * scale) : Number(row.difference), html);
+    html->Element("td", {{"class", "bar"}}, [&] {
+      if (std::isfinite(row.lower) && bound > 0) {
+        DrawDifference(row.difference / bound, row.lower / bound, row.upper / bound, ClassOf(row.judgement),
+                       html);
+      }
+    });
+    html->Element("td", {{"class", "number"}}, [&] {
+      if (!std::isfinite(row.lower)) return html->Text("-");
+      html->Text(shares ? fmt::format("{:.0f} to {:.0f}", row.lower * scale, row.upper * scale)
+                        : Number(row.lower, 3) + " to " + Number(row.upper, 3));
+    });
+    NumberCell(row.p, P(row.p), html);
+    NumberCell(row.p_holm, P(row.p_holm), html);
+    html->Element("td", {{"class", ClassOf(row.judgement)}},
+                  row.judgement == Judgement::kNone ? "" : ClassOf(row.judgement));
+  });
+}
+
+void Table(const ReportComparison& comparison, const std::string& what, const std::function<void()>& rows,
+           Markup* html) {
+  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+    html->Element("table", {{"class", "sortable"}}, [&] {
+      html->Element("thead", {}, [&] {
+        html->Element("tr", {}, [&] {
+          html->Element("th", {}, what);
+          html->Element("th", {{"class", "number"}}, comparison.baseline);
+          html->Element("th", {{"class", "number"}}, comparison.run);
+          html->Element("th", {{"class", "number"}}, "difference");
+          html->Element("th", {{"class", "unsorted"}}, "its 95 % interval, around 0");
+          html->Element("th", {{"class", "unsorted"}}, "");
+          html->Element("th", {{"class", "number"}}, "p");
+          html->Element("th", {{"class", "number"}}, "p, Holm");
+          html->Element("th", {}, "");
+        });
+      });
+      html->Element("tbody", {}, rows);
+    });
+  });
+}
+
+void Write(const ReportComparison& comparison, Markup* html) {
+  html->Element("p", {{"class", "verdict"}}, comparison.verdict);
+  Table(
+      comparison, "success, %",
+      [&] {
+        for (const ReportTaskComparison& task : comparison.tasks) Row(task.success, 1, true, html);
+        if (comparison.tasks.size() > 1) Row(comparison.success, 1, true, html);
+      },
+      html);
+  for (const ReportTaskComparison& task : comparison.tasks) {
+    html->Element("h3", {}, task.task);
+    html->Element("p", {{"class", "note"}}, task.counts);
+    Table(
+        comparison, "metric",
+        [&] {
+          for (const ReportDifference& metric : task.metrics) Row(metric, Bound(metric), false, html);
+        },
+        html);
+  }
+  for (const std::string& note : comparison.notes) html->Element("p", {{"class", "note"}}, note);
+}
+
+}  // namespace
+
+std::string ComparisonPage(const std::string& title, const std::vector<ReportComparison>& comparisons,
+                           const std::string& made_by) {
+  return Page(title, made_by, [&](Markup* html) {
+    for (const ReportComparison& comparison : comparisons) {
+      html->Element("h2", {}, comparison.run + " against " + comparison.baseline);
+      Write(comparison, html);
+    }
+  });
+}
+
+}  // namespace evalbus

@@ -1,0 +1,45 @@
+// Comparisons of runs with a baseline as one HTML page that opens without a network. Pure; equal input, equal
+// bytes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace evalbus {
+
+enum class Judgement { kNone, kBetter, kWorse, kDiffers };
+
+// A value of a run and of the baseline; NaN where there is none.
+struct ReportDifference {
+  std::string name;  // "completion time"
+  std::string unit;
+  double baseline = 0, run = 0;
+  // run - baseline, with its 95 % interval.
+  double difference = 0, lower = 0, upper = 0;
+  double p = 0;
+  double p_holm = 0;
+  Judgement judgement = Judgement::kNone;
+};
+
+struct ReportTaskComparison {
+  std::string task;  // "lift_pot/position"
+  // In shares; over how many episodes, and of which kind, `counts` says.
+  ReportDifference success;
+  std::string counts;
+  std::vector<ReportDifference> metrics;
+};
+
+struct ReportComparison {
+  std::string run, baseline;  // names, with policies
+  std::string verdict;        // a sentence or two
+  std::vector<ReportTaskComparison> tasks;
+  // Over all tasks, where there are several.
+  ReportDifference success;
+  // How the numbers are made, and what is left out.
+  std::vector<std::string> notes;
+};
+
+std::string ComparisonPage(const std::string& title, const std::vector<ReportComparison>& comparisons,
+                           const std::string& made_by);
+
+}  // namespace evalbus

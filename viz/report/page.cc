@@ -1,0 +1,55 @@
+#include "viz/report/page.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "viz/report/assets.h"
+#include "viz/report/scale.h"
+
+namespace evalbus {
+
+std::string Page(const std::string& title, const std::string& made_by,
+                 const std::function<void(Markup*)>& content) {
+  Markup html;
+  html.Doctype();
+  html.Element("html", {{"lang", "en"}}, [&] {
+    html.Element("head", {}, [&] {
+      html.Empty("meta", {{"charset", "utf-8"}});
+      html.Empty("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}});
+      // Without one, browsers ask the server for /favicon.ico.
+      html.Empty("link", {{"rel", "icon"}, {"href", "data:,"}});
+      html.Element("title", {}, title);
+      html.Element("style", {}, [&] { html.Verbatim(kReportCss); });
+    });
+    html.Element("body", {}, [&] {
+      html.Element("main", {}, [&] {
+        html.Element("h1", {}, title);
+        content(&html);
+      });
+      html.Element("footer", {}, "Made by evalbus " + made_by + ".");
+      html.Element("script", {}, [&] { html.Verbatim(kReportJs); });
+    });
+  });
+  return html.str() + "\n";
+}
+
+std::string Percent(double share) {
+  return std::isfinite(share) ? fmt::format("{:.0f} %", share * 100) : std::string("-");
+}
+
+void Data(double value, const std::string& text, Markup* html) {
+  if (!std::isfinite(value)) {
+    html->Text("-");
+  } else {
+    html->Element("data", {{"value", fmt::format("{}", value)}}, text);
+  }
+}
+void Data(double value, Markup* html) { Data(value, Number(value), html); }
+
+void NumberCell(double value, const std::string& text, Markup* html) {
+  html->Element("td", {{"class", "number"}}, [&] { Data(value, text, html); });
+}
+void NumberCell(double value, Markup* html) { NumberCell(value, Number(value), html); }
+
+}  // namespace evalbus

@@ -1,0 +1,26 @@
+// What all pages have in common: frame, style and script, and how numbers are written.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "viz/report/markup.h"
+
+namespace evalbus {
+
+// A whole page with the title as its heading. `made_by`: version and commit.
+std::string Page(const std::string& title, const std::string& made_by,
+                 const std::function<void(Markup*)>& content);
+
+// "95 %"; "-" for what is not finite.
+std::string Percent(double share);
+
+// A number with all its digits for programs (<data value>) and as `text` for people; "-" for what is not
+// finite.
+void Data(double value, const std::string& text, Markup* html);
+void Data(double value, Markup* html);
+// The same as a cell of a table.
+void NumberCell(double value, const std::string& text, Markup* html);
+void NumberCell(double value, Markup* html);
+
+}  // namespace evalbus
