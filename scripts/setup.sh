@@ -9,7 +9,7 @@ packages=(
   liblcm-dev liblcm-bin libmujoco-dev libfcl-dev libeigen3-dev libyaml-cpp-dev libtinyxml2-dev libssl-dev
   nlohmann-json3-dev libboost-math-dev libcli11-dev libfmt-dev libgtest-dev libbenchmark-dev
   libosmesa6-dev libcairo2-dev libturbojpeg0-dev fonts-dejavu-core ffmpeg pkgconf
-  iproute2
+  iproute2 python3-jsonschema
 )
 
 say() { printf '%s\n' "$*" >&2; }

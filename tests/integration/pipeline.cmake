@@ -4,6 +4,7 @@ add_executable(pipeline_test
   by_hand_test.cc
   determinism_test.cc
   faults_test.cc
+  formats_test.cc
   no_multicast_test.cc
   run_folder_test.cc
   stock_tools_test.cc

@@ -1,0 +1,100 @@
+// What a run writes, against the published schemas and by the commands and the snippet of the documentation.
+#include <gtest/gtest.h>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kDocs = fs::path(EVALBUS_SOURCE_DIR) / "docs";
+
+class FormatsTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    Evaluate({"lift_pot/position", "--policy", "noisy_expert", "--episodes", "3", "--in-process"}, A());
+    Evaluate({"lift_pot/position", "--policy", "expert", "--episodes", "2", "--in-process"}, B());
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static fs::path A() { return folder_->path() / "a"; }
+  static fs::path B() { return folder_->path() / "b"; }
+
+  // Debian's python3, which has the package.
+  static Result Validate(const fs::path& schema, const fs::path& document) {
+    return RunProgram({"/usr/bin/python3", "-c",
+                       "import json, jsonschema, sys\n"
+                       "schema = json.load(open(sys.argv[1]))\n"
+                       "jsonschema.Draft202012Validator.check_schema(schema)\n"
+                       "jsonschema.Draft202012Validator(schema).validate(json.load(open(sys.argv[2])))\n",
+                       schema, document});
+  }
+  static TemporaryFolder* folder_;
+};
+TemporaryFolder* FormatsTest::folder_ = nullptr;
+
+TEST_F(FormatsTest, SchemasHold) {
+  for (const fs::path& run : {A(), B()}) {
+    const Result summary = Validate(kDocs / "schema/summary.json", run / "summary.json");
+    EXPECT_EQ(summary.code, 0) << summary.err;
+    const Result episode = Validate(kDocs / "schema/episode.json", run / "episodes/0000/summary.json");
+    EXPECT_EQ(episode.code, 0) << episode.err;
+  }
+  // They refuse what does not fit.
+  auto broken = nlohmann::ordered_json::parse(ReadText(A() / "summary.json"));
+  broken["metrics"]["completion_time"].erase("mean_95");
+  WriteText(folder_->path() / "broken.json", broken.dump());
+  EXPECT_NE(Validate(kDocs / "schema/summary.json", folder_->path() / "broken.json").code, 0);
+  broken = nlohmann::ordered_json::parse(ReadText(A() / "episodes/0000/summary.json"));
+  broken["end_reason"] = "boredom";
+  WriteText(folder_->path() / "broken.json", broken.dump());
+  EXPECT_NE(Validate(kDocs / "schema/episode.json", folder_->path() / "broken.json").code, 0);
+}
+
+TEST_F(FormatsTest, PythonOfTheDocumentationRuns) {
+  const std::string page = ReadText(kDocs / "run_folder.md");
+  const size_t begin = page.find("```python\n") + 10;
+  const std::string code = page.substr(begin, page.find("```", begin) - begin);
+  const Result result = RunProgram({"/usr/bin/python3", "-c", code, B()});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.substr(0, 30), "2 of 2 episodes succeeded\nmedi") << result.out;
+}
+
+TEST_F(FormatsTest, Export) {
+  const fs::path csv = folder_->path() / "a.csv";
+  const Result result = RunProgram({"evalbus", "export", A(), "--csv", csv});
+  EXPECT_EQ(result.code, 0) << result.err;
+  const Result rows = RunProgram({"/usr/bin/python3", "-c",
+                                  "import csv, json, sys\n"
+                                  "rows = list(csv.DictReader(open(sys.argv[1])))\n"
+                                  "lines = [json.loads(l) for l in open(sys.argv[2])]\n"
+                                  "assert len(rows) == len(lines) == 3\n"
+                                  "for row, line in zip(rows, lines):\n"
+                                  "    assert int(row['seed']) == line['seed']\n"
+                                  "    left = line['metrics']['cartesian_path_length']['left']\n"
+                                  "    assert float(row['cartesian_path_length.left']) == left\n",
+                                  csv, A() / "episodes.jsonl"});
+  EXPECT_EQ(rows.code, 0) << rows.err;
+}
+
+TEST_F(FormatsTest, Compare) {
+  const fs::path json = folder_->path() / "comparison.json";
+  const Result result = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "expert", "--json", json});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("a (noisy_expert) against b (expert), lift_pot/position\n"), std::string::npos)
+      << result.out;
+  const auto comparison = nlohmann::ordered_json::parse(ReadText(json));
+  EXPECT_EQ(comparison["baseline"]["policy"], "expert");
+  EXPECT_EQ(comparison["comparisons"][0]["success"]["episodes"], 2);
+  EXPECT_EQ(comparison["comparisons"][0]["tasks"][0]["unmatched"], 1);
+
+  const Result unknown = RunProgram({"evalbus", "compare", A(), B(), "--baseline", "nobody"});
+  EXPECT_EQ(unknown.code, 1);
+  EXPECT_EQ(
+      unknown.err,
+      "error: --baseline nobody: none of the runs and no folder; there are a (noisy_expert), b (expert)\n");
+}
+
+}  // namespace
+}  // namespace evalbus
