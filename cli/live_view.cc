@@ -110,8 +110,9 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
                                      [](const auto& stage) { return stage.template get<bool>(); });
   const char* path =
       m.contains("total_cartesian_path_length") ? "total_cartesian_path_length" : "cartesian_path_length";
+  const auto reason = episode["failure_reason"].get<std::string>();
   std::string line = ColumnLine(
-      {std::to_string(episode["episode"].get<int>()), episode["end_reason"].get<std::string>(),
+      {std::to_string(episode["episode"].get<int>()), reason.empty() ? "success" : reason,
        Value(m, "completion_time", "{:.2f} s"), fmt::format("{}/{}", reached, stages.size()),
        Value(m, "slip_count", "{:.0f}"),
        Value(m, "env_collision_count", "{:.0f}") + " + " + Value(m, "self_collision_count", "{:.0f}"),

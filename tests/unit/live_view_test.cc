@@ -154,6 +154,7 @@ class LiveViewTest : public testing::Test {
     episode_summary_t summary{};
     summary.header.episode = episode;
     summary.end_reason = "time_limit";
+    summary.failure_reason = "grasp_miss";
     summary.end_detail = detail;
     summary.complete = 1;
     summary.metrics = Metrics();
@@ -230,7 +231,7 @@ TEST_F(LiveViewTest, WithoutATerminalThereArePlainLinesOnly) {
   EXPECT_EQ(Printed(),
             "lift_pot/base  policy expert  seed 7  lockstep 50 Hz  4 episodes\n"
             "episode  end                time  stages  slips  collisions  clearance     path\n"
-            "      0  time_limit       2.00 s     1/2      3       4 + 5     163 mm   0.75 m  the reason\n"
+            "      0  grasp_miss       2.00 s     1/2      3       4 + 5     163 mm   0.75 m  the reason\n"
             "      1  begun again: sim was killed\n");
 }
 
