@@ -8,6 +8,7 @@
 #include "policy_bridge/lift_by_handles.h"
 #include "policy_bridge/pack_box.h"
 #include "policy_bridge/rotate_valve.h"
+#include "policy_bridge/single_book.h"
 #include "policy_bridge/stack_two_blocks.h"
 
 namespace evalbus {
@@ -65,6 +66,8 @@ const std::map<std::string, Factory>& Experts() {
            {.name = "tray", .sweet_spot = {0.6, -0.325}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = -0.02})},
       {"pack_box", Make<PackBoxExpert>},
       {"rotate_valve", Make<RotateValveExpert>},
+      {"pick_single_book_from_table", Make<SingleBookExpert>},
+      {"stack_single_book_shelf", Make<SingleBookExpert>},
       {"stack_two_blocks", Make<StackTwoBlocksExpert>},
   };
   return experts;

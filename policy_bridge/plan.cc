@@ -231,12 +231,13 @@ Plan& Plan::Push(const std::vector<GripGoal>& goals) {
   return *this;
 }
 
-Plan& Plan::Press(int body, const Eigen::Isometry3d& pose, const std::vector<GripGoal>& goals) {
-  SetPose({body, pose});
-  near_ = {body};
-  Approach(goals);
-  near_.clear();
-  return *this;
+Plan& Plan::Press(int body, const std::vector<GripGoal>& goals) {
+  for (const GripGoal& goal : goals) held_[goal.arm] = body;
+  return Approach(goals);
+}
+
+Plan& Plan::Drag(int body, const Eigen::Isometry3d& pose) {
+  return Carry({{body, pose}}, context_->limits.push_speed);
 }
 
 Plan& Plan::Turn(const std::vector<Turning>& turnings, double speed) {

@@ -98,8 +98,11 @@ class Plan {
   }
   // The same against something: contacts are expected, so CheckContacts passes it over.
   Plan& Push(const std::vector<GripGoal>& goals);
-  // As Approach, down on an object at `pose` that the arms then drag with Carry: pads may touch it.
-  Plan& Press(int body, const Eigen::Isometry3d& pose, const std::vector<GripGoal>& goals);
+  // As Approach, down on an object whose support is below it: pads may touch it, and Drag then takes it
+  // along.
+  Plan& Press(int body, const std::vector<GripGoal>& goals);
+  // The arms that press on an object slide it along its support to a pose.
+  Plan& Drag(int body, const Eigen::Isometry3d& pose);
   // The grips go along arcs about the hinges of bodies, as a hand does that turns a wheel or pushes a lid,
   // and take these bodies along from where they are in the state. Pads may touch them.
   Plan& Turn(const std::vector<Turning>& turnings, double speed);
