@@ -4,7 +4,7 @@
 #include <span>
 
 #include "metrics/new_members.h"
-#include "metrics/sample.h"
+#include "metrics/robot_contacts.h"
 
 namespace evalbus {
 
@@ -20,14 +20,9 @@ class EnvCollisions {
     touched_.Start();
   }
 
-  void Add(std::span<const GeomContact> contacts, const GeomOwners& owners) {
+  void Add(std::span<const SceneContact> contacts) {
     if (samples_++ % window_ != 0) return;
-    for (const GeomContact& contact : contacts) {
-      if (!(contact.distance <= kContactDistance)) continue;
-      const int a = contact.geom_a, b = contact.geom_b;
-      if (owners.IsRobot(a) && owners.IsScene(b)) touched_.Insert(b);
-      if (owners.IsRobot(b) && owners.IsScene(a)) touched_.Insert(a);
-    }
+    for (const SceneContact& contact : contacts) touched_.Insert(contact.scene_geom);
     touched_.Commit();
   }
 

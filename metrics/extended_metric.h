@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "metrics/metrics_config.h"
+#include "metrics/robot_contacts.h"
 #include "metrics/sample.h"
 
 namespace evalbus {
@@ -35,21 +36,14 @@ inline std::vector<ValueName> NameEachArm(const ValueName& value, const MetricsC
   return NameEach(value, arms);
 }
 
-// A robot geom and a scene geom that touch.
-struct SceneContact {
-  int robot_geom;
-  int scene_geom;
-};
-
 // A sample, and what more than one metric derives from it.
 struct DerivedSample {
   const Sample& sample;
-  const GeomOwners& owners;
   // The tick before was a sample too; false for the first one and after a hole.
   bool in_a_row;
   // By arm, norm(p_i - p_(i-1)) / dt, m/s; 0 where not in_a_row.
   std::span<const double> wrist_speed;
-  std::span<const SceneContact> scene_contacts;
+  const RobotContacts& contacts;
 };
 
 class ExtendedMetric {

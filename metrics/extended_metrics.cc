@@ -36,7 +36,6 @@ ExtendedMetrics::ExtendedMetrics(const MetricsConfig& config)
       units_.push_back(value.unit);
     }
   }
-  scene_contacts_.reserve(64);
   Start();
 }
 
@@ -44,8 +43,7 @@ void ExtendedMetrics::Start() {
   for (const Entry& entry : entries_) entry.metric->Start();
 }
 
-std::span<const SceneContact> ExtendedMetrics::Add(const Sample& sample, const GeomOwners& owners,
-                                                   bool in_a_row) {
+void ExtendedMetrics::Add(const Sample& sample, const RobotContacts& contacts, bool in_a_row) {
   for (size_t k = 0; k < last_wrist_.size(); ++k) {
     const std::array<double, 3>& p = sample.arm[k].wrist_position;
     double sum = 0;
@@ -53,16 +51,8 @@ std::span<const SceneContact> ExtendedMetrics::Add(const Sample& sample, const G
     wrist_speed_[k] = in_a_row ? std::sqrt(sum) / dt_ : 0;
     last_wrist_[k] = p;
   }
-  scene_contacts_.clear();
-  for (const GeomContact& contact : sample.contacts) {
-    if (!(contact.distance <= kContactDistance)) continue;
-    const int a = contact.geom_a, b = contact.geom_b;
-    if (owners.IsRobot(a) && owners.IsScene(b)) scene_contacts_.push_back({a, b});
-    if (owners.IsScene(a) && owners.IsRobot(b)) scene_contacts_.push_back({b, a});
-  }
-  const DerivedSample derived{sample, owners, in_a_row, wrist_speed_, scene_contacts_};
+  const DerivedSample derived{sample, in_a_row, wrist_speed_, contacts};
   for (const Entry& entry : entries_) entry.metric->Add(derived);
-  return scene_contacts_;
 }
 
 void ExtendedMetrics::SetNames(extended_metrics_t* extended) const {

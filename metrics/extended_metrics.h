@@ -17,9 +17,8 @@ class ExtendedMetrics {
   explicit ExtendedMetrics(const MetricsConfig& config);
 
   void Start();
-  // `in_a_row` as in DerivedSample. Returns the contacts of the robot with the scene; valid until the next
-  // call.
-  std::span<const SceneContact> Add(const Sample& sample, const GeomOwners& owners, bool in_a_row);
+  // `in_a_row` as in DerivedSample.
+  void Add(const Sample& sample, const RobotContacts& contacts, bool in_a_row);
 
   // Fill in name, unit and value_mixed; no allocation when *extended was filled by the same object before.
   void Values(extended_metrics_t* extended) const;
@@ -39,7 +38,6 @@ class ExtendedMetrics {
   std::vector<std::string> units_;
   std::vector<std::array<double, 3>> last_wrist_;
   std::vector<double> wrist_speed_;
-  std::vector<SceneContact> scene_contacts_;
 };
 
 }  // namespace evalbus

@@ -66,7 +66,6 @@ void RolloutMetrics::Start(std::span<const double> gripper_opening, std::span<co
   StartAll(cartesian_jerk_);
   StartAll(joint_jerk_);
   extended_.Start();
-  scene_contacts_ = {};
 }
 
 bool RolloutMetrics::Acceptable(const Sample& sample) const {
@@ -126,11 +125,12 @@ bool RolloutMetrics::Step(const Sample& sample) {
     if (config_.track_vertical_sync) height_difference_.Add(left.wrist_position[2], right.wrist_position[2]);
   }
   if (config_.track_slippage) slips_.Add(sample.tick, sample.gripper_opening, sample.holding);
+  contacts_.Sort(sample.contacts, owners_);
   if (config_.track_collisions) {
-    env_collisions_.Add(sample.contacts, owners_);
-    self_collisions_.Add(sample.contacts, owners_);
+    env_collisions_.Add(contacts_.scene());
+    self_collisions_.Add(contacts_.self());
   }
-  scene_contacts_ = extended_.Add(sample, owners_, in_a_row);
+  extended_.Add(sample, contacts_, in_a_row);
   return true;
 }
 

@@ -62,7 +62,7 @@ class RolloutMetrics {
   const SelfCollisions& self_collisions() const { return self_collisions_; }
   const std::vector<Slip>& slips() const { return slips_.slips(); }
   // Of the robot with the scene, at the last sample; valid until the next Step() or Start().
-  std::span<const SceneContact> scene_contacts() const { return scene_contacts_; }
+  std::span<const SceneContact> scene_contacts() const { return contacts_.scene(); }
 
  private:
   bool Acceptable(const Sample& sample) const;
@@ -92,8 +92,8 @@ class RolloutMetrics {
   std::vector<Jerk> cartesian_jerk_;
   std::vector<Jerk> joint_jerk_;
 
+  RobotContacts contacts_;
   ExtendedMetrics extended_;
-  std::span<const SceneContact> scene_contacts_;
 };
 
 }  // namespace evalbus

@@ -1,11 +1,10 @@
 // New collisions of the robot with itself. Source: RoboEval's metrics page (self_collision_count).
 #pragma once
 
-#include <algorithm>
 #include <span>
 
 #include "metrics/new_members.h"
-#include "metrics/sample.h"
+#include "metrics/robot_contacts.h"
 
 namespace evalbus {
 
@@ -20,13 +19,9 @@ class SelfCollisions {
     touching_.Start();
   }
 
-  void Add(std::span<const GeomContact> contacts, const GeomOwners& owners) {
+  void Add(std::span<const SelfContact> contacts) {
     if (samples_++ % window_ != 0) return;
-    for (const GeomContact& contact : contacts) {
-      if (!(contact.distance <= kContactDistance)) continue;
-      const int a = std::min(contact.geom_a, contact.geom_b), b = std::max(contact.geom_a, contact.geom_b);
-      if (owners.IsRobot(a) && owners.IsRobot(b)) touching_.Insert(int64_t{a} << 32 | b);
-    }
+    for (const SelfContact& contact : contacts) touching_.Insert(int64_t{contact.a} << 32 | contact.b);
     touching_.Commit();
   }
 

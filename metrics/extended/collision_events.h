@@ -25,15 +25,10 @@ class CollisionEvents : public ExtendedMetric {
   }
   void Add(const DerivedSample& derived) override {
     const int64_t tick = derived.sample.tick;
-    for (const SceneContact& contact : derived.scene_contacts) {
+    for (const SceneContact& contact : derived.contacts.scene()) {
       environment_ += Begins(contact.robot_geom, contact.scene_geom, tick);
     }
-    for (const GeomContact& contact : derived.sample.contacts) {
-      if (!derived.owners.IsRobot(contact.geom_a) || !derived.owners.IsRobot(contact.geom_b)) continue;
-      if (!(contact.distance <= kContactDistance)) continue;
-      self_ +=
-          Begins(std::min(contact.geom_a, contact.geom_b), std::max(contact.geom_a, contact.geom_b), tick);
-    }
+    for (const SelfContact& contact : derived.contacts.self()) self_ += Begins(contact.a, contact.b, tick);
   }
   void Values(std::span<double> values) const override {
     values[0] = static_cast<double>(environment_);

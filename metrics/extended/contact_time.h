@@ -12,7 +12,7 @@ class ContactTime : public ExtendedMetric {
   explicit ContactTime(const MetricsConfig& config) : dt_(config.control_dt) {}
 
   void Start() override { samples_ = 0; }
-  void Add(const DerivedSample& derived) override { samples_ += !derived.scene_contacts.empty(); }
+  void Add(const DerivedSample& derived) override { samples_ += !derived.contacts.scene().empty(); }
   void Values(std::span<double> values) const override { values[0] = static_cast<double>(samples_) * dt_; }
 
  private:

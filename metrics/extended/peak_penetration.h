@@ -1,6 +1,8 @@
 // Deepest penetration of the robot. Ours (docs/metrics.md).
 #pragma once
 
+#include <algorithm>
+
 #include "metrics/extended_metric.h"
 
 namespace evalbus {
@@ -13,12 +15,7 @@ class PeakPenetration : public ExtendedMetric {
 
   void Start() override { depth_ = 0; }
   void Add(const DerivedSample& derived) override {
-    for (const GeomContact& contact : derived.sample.contacts) {
-      if (-contact.distance > depth_ &&
-          (derived.owners.IsRobot(contact.geom_a) || derived.owners.IsRobot(contact.geom_b))) {
-        depth_ = -contact.distance;
-      }
-    }
+    depth_ = std::max(depth_, derived.contacts.penetration());
   }
   void Values(std::span<double> values) const override { values[0] = depth_; }
 

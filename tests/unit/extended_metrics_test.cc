@@ -44,6 +44,7 @@ class Episode {
     const std::vector<double> joint = {q}, zero = {0}, opening = {1, 1};
     const std::vector<uint8_t> holding(4, 0);
     const std::vector<ArmSample> arm = {{joint, zero, zero, p, {1, 0, 0, 0}}};
+    contacts_.Sort(contacts, owners_);
     dut_.Add({.tick = tick_,
               .time = static_cast<double>(tick_) * dt_,
               .arm = arm,
@@ -52,7 +53,7 @@ class Episode {
               .pinched = pinched,
               .contacts = contacts,
               .clearance = {}},
-             owners_, in_a_row);
+             contacts_, in_a_row);
   }
   void Steps(int count) {
     for (int k = 0; k < count; ++k) Step();
@@ -71,6 +72,7 @@ class Episode {
  private:
   double dt_;
   GeomOwners owners_;
+  RobotContacts contacts_;
   ExtendedMetrics dut_;
   int64_t tick_ = 0;
 };
