@@ -46,10 +46,11 @@ bool WriteText(const std::filesystem::path& file, const std::string& text) {
 std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
   WriteWhole(file, [&](const auto& temporary) {
     mj_saveModel(model, temporary.c_str(), nullptr, 0);
-    // MuJoCo does not say whether the disk took it.
-    std::error_code error;
-    return std::filesystem::file_size(temporary, error) == static_cast<uintmax_t>(mj_sizeModel(model)) &&
-           !error;
+    // MuJoCo does not say whether the disk took it, but refuses to read a file that is cut off. (The file is
+    // smaller than mj_sizeModel, which counts buffers, too.)
+    mjModel* read = mj_loadModel(temporary.c_str(), nullptr);
+    mj_deleteModel(read);
+    return read != nullptr;
   });
   return std::filesystem::absolute(file).lexically_normal().string();
 }
