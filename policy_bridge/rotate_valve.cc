@@ -41,7 +41,8 @@ void RotateValveExpert::Begin(const episode_begin_t& begin) {
   attempts_ = 0;
 }
 
-Plan RotateValveExpert::TurnWheels(const Plan& plan, const std::vector<Hold>& holds) {
+Plan RotateValveExpert::TurnWheels(const Plan& plan, const std::vector<Hold>& holds,
+                                   const std::vector<int>& moving) {
   std::vector<int> arms;
   std::vector<Turning> turnings;
   for (const Hold& hold : holds) {
@@ -49,11 +50,12 @@ Plan RotateValveExpert::TurnWheels(const Plan& plan, const std::vector<Hold>& ho
     turnings.push_back({.arm = hold.arm, .body = hold.body, .angle = kTurn});
   }
   Plan attempt = plan;
-  attempt.Take(holds).Turn(turnings, kSpeed).Release(arms).CheckContacts(arms);
+  attempt.Take(holds).Turn(turnings, kSpeed).Release(arms).GoHome(arms).CheckContacts(moving);
   return attempt;
 }
 
-std::vector<Hold> RotateValveExpert::Holds(const Plan& plan, int arm, int wheel, size_t count) const {
+std::vector<Hold> RotateValveExpert::Holds(const Plan& plan, int arm, int wheel,
+                                           const std::vector<int>& moving, size_t count) const {
   const Isometry3d to_wheel = plan.PoseOf(wheel).inverse();
   const Vector3d position = plan.PoseOf(wheel).translation();
   const Vector3d now = plan.GripPose(arm).linear().col(1);
@@ -69,7 +71,7 @@ std::vector<Hold> RotateValveExpert::Holds(const Plan& plan, int arm, int wheel,
       const Isometry3d at = GripFrame(position, approach, closing);
       const Isometry3d before = at * Translation3d(0, 0, -kGraspApproach);
       const Hold hold{arm, wheel, {to_wheel * before, to_wheel * at}};
-      if (TurnWheels(plan, {hold}).feasible()) holds.push_back(hold);
+      if (TurnWheels(plan, {hold}, moving).feasible()) holds.push_back(hold);
     }
   }
   return holds;
@@ -77,11 +79,11 @@ std::vector<Hold> RotateValveExpert::Holds(const Plan& plan, int arm, int wheel,
 
 std::optional<Plan> RotateValveExpert::TurnBoth(const Plan& plan,
                                                 const std::array<int, 2>& wheel_of_arm) const {
-  const std::vector<Hold> lefts = Holds(plan, kLeft, wheel_of_arm[kLeft], kPairs);
-  const std::vector<Hold> rights = Holds(plan, kRight, wheel_of_arm[kRight], kPairs);
+  const std::vector<Hold> lefts = Holds(plan, kLeft, wheel_of_arm[kLeft], {kLeft}, kPairs);
+  const std::vector<Hold> rights = Holds(plan, kRight, wheel_of_arm[kRight], {kRight}, kPairs);
   for (const Hold& left : lefts) {
     for (const Hold& right : rights) {
-      Plan attempt = TurnWheels(plan, {left, right});
+      Plan attempt = TurnWheels(plan, {left, right}, {kLeft, kRight});
       if (attempt.feasible()) return attempt;
     }
   }
@@ -103,8 +105,8 @@ std::vector<Motion> RotateValveExpert::Next(const Configuration& now, const stat
   for (const int wheel : left_to_turn) {
     const int nearer = y(wheel) > 0 ? kLeft : kRight;
     for (const int arm : {nearer, 1 - nearer}) {
-      const std::vector<Hold> holds = Holds(start, arm, wheel, 1);
-      if (!holds.empty()) return TurnWheels(start, holds).GoHome({arm}).motions();
+      const std::vector<Hold> holds = Holds(start, arm, wheel, {kLeft, kRight}, 1);
+      if (!holds.empty()) return TurnWheels(start, holds, {kLeft, kRight}).motions();
     }
   }
   return {};

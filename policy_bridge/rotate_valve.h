@@ -20,10 +20,12 @@ class RotateValveExpert : public Expert {
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
  private:
-  // `plan` and then: the arms turn the wheels that they hold on to, and let them go.
-  static Plan TurnWheels(const Plan& plan, const std::vector<Hold>& holds);
-  // Ways for the arm to take a wheel, alone and after `plan`; at most `count`.
-  std::vector<Hold> Holds(const Plan& plan, int arm, int wheel, size_t count) const;
+  // `plan` and then: arms take and turn wheels, let them go and come home. `moving`: the arms whose contacts
+  // count, with each other too.
+  static Plan TurnWheels(const Plan& plan, const std::vector<Hold>& holds, const std::vector<int>& moving);
+  // Ways for the arm to take and turn a wheel alone; at most `count`.
+  std::vector<Hold> Holds(const Plan& plan, int arm, int wheel, const std::vector<int>& moving,
+                          size_t count) const;
   // `plan` and then: each arm turns one wheel, both at once.
   std::optional<Plan> TurnBoth(const Plan& plan, const std::array<int, 2>& wheel_of_arm) const;
 

@@ -32,6 +32,7 @@ std::array<double, 4> Product(const std::array<double, 4>& a, const std::array<d
 World::World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
              const TaskDescription& task, int substeps)
     : model_(model),
+      spawn_model_(mj_copyModel(nullptr, model)),
       info_(info),
       substeps_(substeps),
       tick_us_(substeps * std::llround(model->opt.timestep * 1e6)),
@@ -73,6 +74,14 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     part.entity = info.body_entity[static_cast<size_t>(part.body)];
     part.mocap = model->body_mocapid[part.body];
     if (description.free) part.qpos = model->jnt_qposadr[model->body_jntadr[part.body]];
+    if (part.mocap >= 0) {
+      for (int body = 0; body < model->nbody; ++body) {
+        const bool is_still = model->body_weldid[body] == 0;
+        if (is_still && info.body_entity[static_cast<size_t>(body)] == part.entity) {
+          spawn_model_->body_weldid[body] = part.body;
+        }
+      }
+    }
     parts_.push_back(std::move(part));
   }
 }
@@ -188,7 +197,7 @@ void World::Spawn(const SpawnYaw& spawn, Random* random, std::vector<Parameter>*
 bool World::IsBlocked(const Variation& variation) {
   mj_kinematics(model_, data_.get());
   mj_comPos(model_, data_.get());
-  mj_collision(model_, data_.get());
+  mj_collision(spawn_model_.get(), data_.get());
   const auto entity = [&](int geom) {
     return info_.body_entity[static_cast<size_t>(model_->geom_bodyid[geom])];
   };
@@ -196,10 +205,15 @@ bool World::IsBlocked(const Variation& variation) {
     return std::any_of(parts_.begin(), parts_.end(),
                        [&](const Part& part) { return part.entity == which && part.is_movable(); });
   };
+  const auto is_still = [&](int geom) { return model_->body_weldid[model_->geom_bodyid[geom]] == 0; };
   for (int i = 0; i < data_->ncon; ++i) {
     const mjContact& contact = data_->contact[i];
     const int a = entity(contact.geom1), b = entity(contact.geom2);
-    if (a != b && (is_movable(a) || is_movable(b)) && contact.dist < -kMaxSpawnPenetration) return true;
+    // A placed part may be sunk into a fixed one.
+    const bool is_judged = is_still(contact.geom1) && is_still(contact.geom2)
+                               ? is_movable(a) && is_movable(b)
+                               : is_movable(a) || is_movable(b);
+    if (a != b && is_judged && contact.dist < -kMaxSpawnPenetration) return true;
   }
   for (const Randomisation& randomisation : variation.randomisations) {
     const auto* box = std::get_if<SpawnBox>(&randomisation);

@@ -12,6 +12,7 @@
 #include "evalbus/action_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "models/physics_model.h"
 #include "models/robot_description.h"
 #include "models/task_description.h"
 
@@ -100,6 +101,8 @@ class World {
   bool IsStable();
 
   const mjModel* model_;
+  // The same, but placed parts collide with each other, which MuJoCo leaves out for bodies that cannot move.
+  ModelPtr spawn_model_;
   const model_info_t info_;
   int substeps_;
   int64_t tick_us_;
