@@ -79,7 +79,7 @@ TEST_P(RunFolderTest, ResultsHaveRoboEvalsKeys) {
     EXPECT_EQ(episode, ordered_json::parse(
                            ReadText(run_ / "episodes" / ("000" + std::to_string(i)) / "summary.json")));
     EXPECT_EQ(Keys(episode),
-              (std::vector<std::string>{"task", "variation", "episode", "seed", "end_reason",
+              (std::vector<std::string>{"task", "variation", "episode", "seed", "end_reason", "end_detail",
                                         "failure_reason", "complete", "metrics", "extended", "explanation"}));
     EXPECT_EQ(episode["episode"], i);
     EXPECT_EQ(episode["end_reason"], "success");
