@@ -5,16 +5,18 @@
 #include <new>
 
 namespace {
-std::atomic<int64_t> count = 0;
+std::atomic<int64_t> count = 0, bytes = 0;
 }
 
 namespace evalbus {
 int64_t AllocationCount() { return count; }
+int64_t AllocatedBytes() { return bytes; }
 }  // namespace evalbus
 
 // A file of its own, so that the compiler does not inline one of the pair and complain about the other.
 void* operator new(size_t size) {
   ++count;
+  bytes += static_cast<int64_t>(size);
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }

@@ -1,4 +1,5 @@
-// Counts calls of operator new in the test executable that links allocation_count.cc.
+// Counts calls of operator new, and the bytes they ask for, in the test executable that links
+// allocation_count.cc.
 #pragma once
 
 #include <cstdint>
@@ -6,5 +7,6 @@
 namespace evalbus {
 
 int64_t AllocationCount();
+int64_t AllocatedBytes();
 
 }  // namespace evalbus

@@ -7,63 +7,16 @@
 #include <map>
 #include <set>
 
-#include "evalbus/action_t.hpp"
-#include "evalbus/arm_info_t.hpp"
-#include "evalbus/arm_state_t.hpp"
-#include "evalbus/command_t.hpp"
-#include "evalbus/component_status_t.hpp"
-#include "evalbus/condition_t.hpp"
-#include "evalbus/contact_t.hpp"
-#include "evalbus/contacts_t.hpp"
-#include "evalbus/episode_begin_t.hpp"
-#include "evalbus/episode_end_t.hpp"
-#include "evalbus/episode_summary_t.hpp"
-#include "evalbus/explanation_t.hpp"
-#include "evalbus/extended_metrics_t.hpp"
-#include "evalbus/gripper_info_t.hpp"
-#include "evalbus/gripper_state_t.hpp"
-#include "evalbus/header_t.hpp"
-#include "evalbus/image_t.hpp"
-#include "evalbus/metric_values_t.hpp"
-#include "evalbus/model_info_t.hpp"
-#include "evalbus/object_event_t.hpp"
-#include "evalbus/observation_t.hpp"
-#include "evalbus/partial_metrics_t.hpp"
-#include "evalbus/run_summary_t.hpp"
-#include "evalbus/state_t.hpp"
+#include "tests/unit/all_messages.h"
 
 namespace evalbus {
 namespace {
 
 std::map<std::string, uint64_t> Fingerprints() {
   std::map<std::string, uint64_t> all;
-  const auto add = [&]<class Message>(const Message&) {
+  ForEachMessage([&]<class Message>(const Message&) {
     all[Message::getTypeName()] = static_cast<uint64_t>(Message::getHash());
-  };
-  add(action_t{});
-  add(arm_info_t{});
-  add(arm_state_t{});
-  add(command_t{});
-  add(component_status_t{});
-  add(condition_t{});
-  add(contact_t{});
-  add(contacts_t{});
-  add(episode_begin_t{});
-  add(episode_end_t{});
-  add(episode_summary_t{});
-  add(explanation_t{});
-  add(extended_metrics_t{});
-  add(gripper_info_t{});
-  add(gripper_state_t{});
-  add(header_t{});
-  add(image_t{});
-  add(metric_values_t{});
-  add(model_info_t{});
-  add(object_event_t{});
-  add(observation_t{});
-  add(partial_metrics_t{});
-  add(run_summary_t{});
-  add(state_t{});
+  });
   return all;
 }
 
