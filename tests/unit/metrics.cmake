@@ -3,6 +3,7 @@ add_executable(metrics_test
   episode_scorer_test.cc
   explanation_test.cc
   extended_metrics_test.cc
+  predicates_test.cc
   rollout_metrics_test.cc
   score_file_test.cc
   score_vectors_test.cc

@@ -1,4 +1,4 @@
-add_executable(sim_test sim_component_test.cc world_test.cc)
+add_executable(sim_test sim_component_test.cc variation_test.cc world_test.cc)
 target_link_libraries(sim_test PRIVATE sim_component GTest::gtest_main)
 evalbus_target(sim_test)
 gtest_discover_tests(sim_test)
