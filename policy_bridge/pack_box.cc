@@ -28,7 +28,7 @@ constexpr double kTurnRate = 0.5;  // rad/s
 constexpr double kClosed = 0.1;
 constexpr double kRest = 5 * kDegree;  // left to go at the end of the push
 constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
-constexpr double kBack = 0.06;         // m, after the push
+constexpr double kBack = 0.03;         // m, after the push
 // Half extents of a closed pair of fingers along and across the way they close, and room to the flap, m.
 constexpr double kFingers[] = {0.026, 0.0105};
 constexpr double kRoom = 0.006;
@@ -107,6 +107,7 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
   const Hinge hinge = context().probe.HingeOf(flaps_[arm], state);
   const Vector3d fold = flap.linear().col(1), up = Vector3d::UnitZ(), out = fold.cross(up);
   const Vector3d nearer = fold.x() < 0 ? fold : Vector3d(-fold);
+  const Vector3d outwards = flap.linear().col(0), upwards = flap.linear().col(2);
   std::vector<Way> ways;
   for (const Spot& spot : kSpots) {
     for (const double side : kSides) {
@@ -114,19 +115,25 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
         // From the finger tips to the wrist; its parts across the flap, along it and off it.
         const Vector3d hand =
             std::cos(steepness) * (std::cos(side) * out + std::sin(side) * nearer) + std::sin(steepness) * up;
-        const double across = hand.dot(flap.linear().col(0)), along = hand.dot(nearer),
-                     off = hand.dot(flap.linear().col(2));
-        // Of the fingers: how much is under the flap.
-        const double covered = std::min(across > 0 ? (kFlapLength - spot.radius) / across : 1,
-                                        along > 0 ? (kFlapHalfWidth - spot.along) / along : 1);
+        const double across = hand.dot(outwards), along = hand.dot(nearer), off = hand.dot(upwards);
+        // How much of the fingers is under the flap, and the border that they pass.
+        const double to_edge = across > 0 ? (kFlapLength - spot.radius) / across : 1;
+        const double to_end = along > 0 ? (kFlapHalfWidth - spot.along) / along : 1;
+        const double covered = std::min(to_edge, to_end);
         if (covered > kMaxCovered) continue;
+        const Vector3d normal = hand.cross(to_edge < to_end ? fold : outwards).normalized();
         for (const double roll : kRolls) {
-          const Vector3d closing =
-              AngleAxisd(roll, hand) * hand.cross(Vector3d(flap.linear().col(2))).normalized();
-          const double half = std::abs(std::cos(roll)) * kFingers[1] + std::abs(std::sin(roll)) * kFingers[0];
+          const Vector3d closing = AngleAxisd(roll, hand) * hand.cross(upwards).normalized();
+          const auto half = [&](const Vector3d& direction) {
+            return kFingers[0] * std::abs(direction.dot(closing)) +
+                   kFingers[1] * std::abs(direction.dot(hand.cross(closing)));
+          };
+          // So deep below the flap that the fingers pass the border at a distance.
           const double depth =
-              kFlapHalfThickness + (half + kRoom) / std::sqrt(1 - off * off) + std::max(0.0, covered * off);
-          const double slack = std::atan2(depth - kFlapHalfThickness - half, spot.radius);
+              kFlapHalfThickness +
+              std::max((half(normal) + kRoom) / std::abs(normal.dot(upwards)) + covered * off,
+                       half(upwards) + kRoom);
+          const double slack = std::atan2(depth - kFlapHalfThickness - half(upwards), spot.radius);
           Way way;
           way.under =
               GripFrame(flap * Vector3d(spot.radius, 0, -depth) + spot.along * nearer, -hand, closing);
