@@ -106,16 +106,16 @@ void PrintTable(const std::vector<Lines>& rows) {
 }
 
 int List() {
-  std::vector<Lines> rows = {{"TASK", "VARIATION", "NAME IN ROBOEVAL", "STAGES", "ROBOT"}};
+  std::vector<Lines> rows = {{"TASK", "VARIATION", "NAME IN ROBOEVAL", "STAGES", "ROBOTS"}};
   size_t families = 0;
   for (const TaskDescription& described : AllTasks()) {
     ++families;
-    std::string name = described.name;
+    std::string name = described.name, robots = described.robot_file.stem().string();
+    for (const OtherRobot& other : described.other_robots) robots += ", " + other.name;
     for (const Variation& variation : described.variations) {
       TaskDescription task = described;
       task.Apply(variation.name);
-      rows.push_back({name, variation.name, variation.alias, std::to_string(task.stages.size()),
-                      task.robot_file.stem().string()});
+      rows.push_back({name, variation.name, variation.alias, std::to_string(task.stages.size()), robots});
       name.clear();
     }
   }

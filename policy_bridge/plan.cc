@@ -225,12 +225,6 @@ void Plan::SetPose(const ObjectGoal& object) {
   moved_.push_back(object);
 }
 
-Plan& Plan::Push(const std::vector<GripGoal>& goals) {
-  GoStraight(goals, context_->limits.push_speed);
-  if (feasible_) contacts_.back().expected = true;
-  return *this;
-}
-
 Plan& Plan::Press(int body, const std::vector<GripGoal>& goals) {
   for (const GripGoal& goal : goals) held_[goal.arm] = body;
   return Approach(goals);
@@ -275,6 +269,13 @@ Plan& Plan::Turn(const std::vector<Turning>& turnings, double speed) {
 Plan& Plan::Open(const std::vector<int>& grippers) {
   for (int gripper : grippers) held_[gripper] = -1;
   return MoveGrippers(grippers, 0);
+}
+
+Plan& Plan::OpenMeanwhile(const std::vector<int>& grippers) {
+  if (!feasible_) return *this;
+  for (int gripper : grippers) held_[gripper] = -1;
+  for (int gripper : grippers) motions_.back().closing_to[gripper] = end_.closing[gripper] = 0;
+  return *this;
 }
 
 Plan& Plan::Take(const std::vector<Hold>& holds) {
@@ -359,7 +360,7 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
   for (size_t i = 0; i < motions_.size(); ++i) {
     const Motion& motion = motions_[i];
     const Contacts& contacts = contacts_[i];
-    if (i < num_checked_ || contacts.expected) {
+    if (i < num_checked_) {
       for (const Carried& carried : contacts.carried) probe.SetObject(carried.body, carried.to);
       for (const Turned& turned : contacts.turned) probe.SetAngle(turned.hinge, turned.to);
       continue;

@@ -96,8 +96,6 @@ class Plan {
   Plan& Approach(const std::vector<GripGoal>& goals) {
     return GoStraight(goals, context_->limits.approach_speed);
   }
-  // The same against something: contacts are expected, so CheckContacts passes it over.
-  Plan& Push(const std::vector<GripGoal>& goals);
   // As Approach, down on an object whose support is below it: pads may touch it, and Drag then takes it
   // along.
   Plan& Press(int body, const std::vector<GripGoal>& goals);
@@ -113,6 +111,8 @@ class Plan {
   Plan& GoHome(const std::vector<int>& arms);
   // Lets go what the grippers hold.
   Plan& Open(const std::vector<int>& grippers);
+  // The same, but during the last motion instead of after it.
+  Plan& OpenMeanwhile(const std::vector<int>& grippers);
   Plan& Close(const std::vector<int>& grippers) { return MoveGrippers(grippers, 1); }
 
   // The arms reach for their objects, approach and close: they hold them from then on.
@@ -159,7 +159,6 @@ class Plan {
     std::vector<Turned> turned;
     // Bodies that pads may touch.
     std::vector<int> touchable;
-    bool expected = false;
   };
   // grip(i, s): pose of the grip of arms[i] at fraction s.
   template <class GripAt>

@@ -125,6 +125,13 @@ TEST(RobotDescription, Shipped) {
             std::string::npos);
 }
 
+TEST(FindRobot, ByNameOrFile) {
+  EXPECT_EQ(FindRobot("single_panda"), ModelsFolder() / "robots/single_panda.yaml");
+  EXPECT_EQ(FindRobot("elsewhere/mine.yaml"), "elsewhere/mine.yaml");
+  EXPECT_EQ(ErrorOf([] { FindRobot("single_pand"); }),
+            "unknown robot 'single_pand'; did you mean 'single_panda'?");
+}
+
 // --- Tasks
 
 constexpr const char* kTask = R"(name: push
@@ -297,6 +304,15 @@ TEST(TaskDescription, LiftPotSaysWhatTheFactsSay) {
 
 // --- Finding tasks
 
+TEST(TaskDescription, OtherRobotsHaveTheirOwnDistances) {
+  TaskDescription task = FindTask("stack_two_blocks").task;
+  task.ApplyRobot("bimanual_panda");
+  EXPECT_EQ(task.target_distance.size(), 6u);
+  task.ApplyRobot("single_panda");
+  ASSERT_EQ(task.target_distance.size(), 4u);
+  EXPECT_EQ(task.target_distance[0].name, "red_cube_to_gripper");
+}
+
 TEST(FindTask, ByNameAliasAndFile) {
   const auto expect = [](const std::string& name, const std::string& variation) {
     const TaskSelection selection = FindTask(name);
@@ -320,8 +336,7 @@ TEST(FindTask, UnknownNamesGetAHint) {
             "unknown task 'LiftPotPositon'; did you mean 'LiftPotPosition'?");
   EXPECT_EQ(ErrorOf([] { FindTask("lift_pot/psition"); }),
             "task lift_pot has no variation 'psition'; did you mean 'position'?");
-  EXPECT_EQ(ErrorOf([] { FindTask("somersault"); }).substr(0, 37),
-            "unknown task 'somersault'; there are ");
+  EXPECT_EQ(ErrorOf([] { FindTask("somersault"); }).substr(0, 37), "unknown task 'somersault'; there are ");
   EXPECT_EQ(ErrorOf([] { FindTask("/nowhere/t.yaml/base"); }),
             "/nowhere/t.yaml: cannot read the task description");
 }

@@ -37,9 +37,8 @@ class ExpertStage {
   // task: as FindTask takes it. robot: a robot of models/robots instead of the task's own.
   explicit ExpertStage(const std::string& task, const std::string& robot = "")
       : selection_(FindTask(task)),
-        robot_(LoadRobot(robot.empty() ? selection_.task.robot_file
-                                       : ModelsFolder() / "robots" / (robot + ".yaml"))),
-        scene_(Compose(selection_.task, robot_)),
+        robot_(LoadRobot(robot.empty() ? selection_.task.robot_file : FindRobot(robot))),
+        scene_(Compose(robot_, &selection_.task)),
         names_(scene_.info),
         evaluator_(selection_.task, names_),
         policy_(MakePolicy("expert", *scene_.physics, scene_.info)) {}
@@ -96,8 +95,10 @@ class ExpertStage {
   }
 
  private:
-  static Scene Compose(const TaskDescription& task, const RobotDescription& robot) {
-    Scene scene = BuildScene(task, robot);
+  // Makes the task the robot's, too.
+  static Scene Compose(const RobotDescription& robot, TaskDescription* task) {
+    task->ApplyRobot(robot.name);
+    Scene scene = BuildScene(*task, robot);
     scene.info.substeps = 10;
     return scene;
   }
