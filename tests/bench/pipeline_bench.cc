@@ -44,11 +44,11 @@ class Stopwatch : public RunListener {
     last_us_ = partial.header.sim_time_us;
     last_ = steady_clock::now();
   }
-  void OnEpisodeDone(const episode_summary_t& episode, const run_summary_t&) override {
-    if (!episode.complete) throw EnvironmentError("the timed episode is incomplete");
+  void OnEpisodeDone(const nlohmann::ordered_json& episode) override {
+    if (!episode["complete"]) throw EnvironmentError("the timed episode is incomplete");
     wall_s += std::chrono::duration<double>(last_ - first_).count();
     steps += static_cast<double>(last_us_) * 1e-6 / kTimestep;
-    successes += episode.metrics.success != 0;
+    successes += episode["metrics"]["success"] == 1.0;
   }
   double wall_s = 0;
   double steps = 0;
