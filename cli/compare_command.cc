@@ -9,7 +9,9 @@
 #include "bus/errors.h"
 #include "cli/compare.h"
 #include "cli/compare_text.h"
+#include "cli/comparison_report.h"
 #include "cli/run_reader.h"
+#include "cli/version.h"
 #include "models/scene.h"
 
 namespace evalbus {
@@ -69,6 +71,7 @@ void AddCompareOptions(CLI::App* app, CompareOptions* options) {
                   "name, policy or folder of the run that the others are compared with, also in effort;\n"
                   "default: the first");
   app->add_option("--json", options->json, "write the comparison to this file, too");
+  app->add_option("--report", options->report, "write the comparison as one HTML page to this file, too");
 }
 
 int Compare(const CompareOptions& options) {
@@ -87,6 +90,13 @@ int Compare(const CompareOptions& options) {
     stream.close();
     if (!stream) throw InputError("--json " + options.json.string() + ": cannot write this file");
     fmt::print("\njson     {}\n", options.json.string());
+  }
+  if (!options.report.empty()) {
+    std::ofstream stream(options.report);
+    stream << ComparisonReport(comparisons, fmt::format("{} ({})", kVersion, kGitCommit));
+    stream.close();
+    if (!stream) throw InputError("--report " + options.report.string() + ": cannot write this file");
+    fmt::print("\nreport   {}\n", options.report.string());
   }
   return 0;
 }

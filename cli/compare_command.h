@@ -17,6 +17,8 @@ struct CompareOptions {
   std::string baseline;
   // Empty: none is written.
   std::filesystem::path json;
+  // HTML page; empty: none is written.
+  std::filesystem::path report;
 };
 
 void AddCompareOptions(CLI::App* app, CompareOptions* options);

@@ -22,6 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kFailuresDrawn = 2;
+// A suite has many runs: of each one episode, and of that the figures that say most.
+constexpr size_t kFiguresInSuite = 6;
 
 struct Choice {
   int episode;
@@ -141,7 +143,7 @@ void AddCurves(const RecordedRun& recorded, const std::vector<Choice>& choices, 
   }
 }
 
-ReportRun Run(const RecordedRun& recorded, const std::vector<int>& episodes, size_t failures,
+ReportRun Run(const RecordedRun& recorded, const std::vector<int>& episodes, bool in_suite,
               const Links& links) {
   RunStatistics statistics;
   for (const RecordedEpisode& episode : recorded.episodes)
@@ -171,8 +173,14 @@ ReportRun Run(const RecordedRun& recorded, const std::vector<int>& episodes, siz
   }
   std::vector<Choice> choices;
   for (const int episode : episodes) choices.push_back({episode, ""});
-  if (episodes.empty()) choices = ChooseEpisodes(recorded, failures);
+  if (episodes.empty()) choices = ChooseEpisodes(recorded, in_suite ? 1 : kFailuresDrawn);
+  if (in_suite) choices.resize(std::min<size_t>(choices.size(), 1));
   AddCurves(recorded, choices, !episodes.empty(), &run);
+  if (in_suite) {
+    for (ReportCurves& curves : run.curves) {
+      curves.figures.resize(std::min(curves.figures.size(), kFiguresInSuite));
+    }
+  }
   return run;
 }
 
@@ -207,7 +215,7 @@ int WriteReport(const ReportOptions& options) {
   Report report;
   report.made_by = fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
   for (const RecordedRun& run : runs.runs) {
-    report.runs.push_back(Run(run, options.episodes, runs.is_suite ? 1 : kFailuresDrawn, links));
+    report.runs.push_back(Run(run, options.episodes, runs.is_suite, links));
   }
   for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
   report.title = runs.is_suite ? "Suite " + runs.name : runs.runs[0].task_name();

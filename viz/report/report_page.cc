@@ -457,16 +457,20 @@ class RunSections {
           html_.Text(number);
         }
       });
-      html_.Element("td", {}, [&] {
+      html_.Element("td", {{"class", "end"}}, [&] {
         html_.Element("span", {{"class", std::string("sign ") + Outcome(episode)}}, OutcomeSign(episode));
         html_.Text(" " + episode.end_reason + (episode.complete ? "" : ", not complete"));
       });
       if (explained) {
         html_.Element("td", {{"class", "why"}}, [&] {
-          if (!episode.failure_reason.empty()) html_.Element("b", {}, episode.failure_reason);
+          // Successes explain themselves; over time, below, they say more.
+          if (episode.success && episode.complete) return;
+          // The sentence may begin with the reason.
+          const std::string& reason = episode.failure_reason;
+          const bool begins = episode.explanation.starts_with(reason);
+          if (!reason.empty()) html_.Element("b", {}, reason);
           if (episode.explanation.empty()) return;
-          if (!episode.failure_reason.empty()) html_.Text(": ");
-          html_.Text(episode.explanation);
+          html_.Text(begins ? episode.explanation.substr(reason.size()) : ": " + episode.explanation);
         });
       }
       const double time = ValueOf(episode, "completion_time");
