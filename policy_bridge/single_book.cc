@@ -103,7 +103,11 @@ std::optional<Plan> SingleBookExpert::Drag(const Plan& plan, int arm) {
       there.translation().y() += sideways;
       const Vector3d way = there.translation() - book.translation() + Vector3d(0, 0, kAfterPress);
       Plan attempt = pressing;
-      attempt.Drag(book_, there).Approach({{arm, Moved(press, way)}}).Open({arm}).CheckContacts(arms_);
+      // Opening while it leaves, the hand is not taken for one that has lost the book.
+      attempt.Drag(book_, there)
+          .Approach({{arm, Moved(press, way)}})
+          .OpenMeanwhile({arm})
+          .CheckContacts(arms_);
       if (attempt.feasible() && Take(attempt, arm)) return attempt;
     }
   }
