@@ -160,6 +160,7 @@ class LiveViewTest : public testing::Test {
     summary.metrics = Metrics();
     summary.extended = Extended();
     summary.metrics.tracks_cartesian_path_length = 1;
+    summary.metrics.tracks_collisions = 1;
     summary.metrics.success = episode == 0;
     dut_.OnEpisodeDone(EpisodeJson("lift_pot", "base", summary));
   }
@@ -201,7 +202,7 @@ TEST_F(LiveViewTest, KnowsWhatIsDone) {
   Begin(1);
   const std::string text = Joined(Lines(80));
   EXPECT_TRUE(Has(text, "episode 2 of 4  ━━━━━─────────────── 25 %")) << text;
-  EXPECT_TRUE(Has(text, "  success     1 of 1, 95 % interval 9 to 91 %\n")) << text;
+  EXPECT_TRUE(Has(text, "  success     1 of 1, 95 % interval 21 to 100 %\n")) << text;
   // The finished episode's scores are not the new one's.
   EXPECT_FALSE(Has(text, "stage")) << text;
   for (int episode = 1; episode < 4; ++episode) Done(episode);

@@ -201,12 +201,11 @@ TEST_F(ExpressionTest, DistanceIsFromAGrippersWristOrABodysOrigin) {
 }
 
 TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
-  EXPECT_EQ(
-      PredicateError(Call("holds", {})),
-      "t.yaml:3: no predicate is called 'holds'; expected all, any, height_above, holding, latched, not, "
-      "tilt_below, touching");
+  EXPECT_EQ(PredicateError(Call("holds", {})),
+            "t.yaml:3: no predicate is called 'holds'; expected all, any, height_above, holding, inside, "
+            "joint_fraction, latched, not, position, tilt_below, touching");
   EXPECT_EQ(QuantityError(Call("dist", {})),
-            "t.yaml:3: no quantity is called 'dist'; expected distance, lift, tilt");
+            "t.yaml:3: no quantity is called 'dist'; expected distance, joint_fraction, lift, tilt");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
             "t.yaml:3: 'holding' needs the argument 'object'");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}, {"object", "pot"}, {"arm", "left"}})),
@@ -215,8 +214,8 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
             "t.yaml:4: no gripper is called 'third'; expected left, right or any");
   EXPECT_EQ(
       PredicateError(Call("touching", {{"a", "pto"}, {"b", "counter"}})),
-      "t.yaml:4: nothing is called 'pto'; expected an entity (world, left, right, counter, pot), a body "
-      "(world, "
+      "t.yaml:4: nothing is called 'pto'; expected an entity (world, left, right, counter, pot), a "
+      "gripper (left_gripper, right_gripper), a body (world, "
       "left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid) or a geom (floor, "
       "left/link, left/pad, right/link, right/pad, counter/top, pot/wall)");
   EXPECT_EQ(PredicateError(Call("touching", {{"a", "pot"}, {"a", "pot"}, {"b", "counter"}})),
