@@ -433,8 +433,8 @@ class RunSections {
                    {"time, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
                 html_.Element("th", {{"class", "number"}}, title);
               }
-              html_.Element("th", {{"class", "number"}}, "seed");
               html_.Element("th", {{"class", "unsorted"}}, "files");
+              html_.Element("th", {{"class", "number"}}, "seed");
             });
           });
           html_.Element("tbody", {}, [&] {
@@ -484,7 +484,6 @@ class RunSections {
       NumberCell(clearance, fmt::format("{:.0f}", clearance * 1e3), &html_);
       const double path = FirstOf(episode, {"total_cartesian_path_length", "cartesian_path_length"});
       NumberCell(path, fmt::format("{:.2f}", path), &html_);
-      html_.Element("td", {{"class", "number seed"}}, std::to_string(episode.seed));
       html_.Element("td", {{"class", "files"}}, [&] {
         for (const auto* links : {&episode.films, &episode.logs}) {
           for (const ReportLink& link : *links) {
@@ -493,6 +492,7 @@ class RunSections {
           }
         }
       });
+      html_.Element("td", {{"class", "number seed"}}, std::to_string(episode.seed));
     });
   }
 

@@ -1,0 +1,128 @@
+// evalbus report and compare --report: pages of runs made here say what the runs' own files say.
+#include <tinyxml2.h>
+
+#include <filesystem>
+#include <functional>
+#include <map>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+using tinyxml2::XMLElement;
+
+void ForAll(const XMLElement* element, const std::function<void(const XMLElement&)>& visit) {
+  visit(*element);
+  for (auto* child = element->FirstChildElement(); child; child = child->NextSiblingElement())
+    ForAll(child, visit);
+}
+
+// Values of the <data> elements below, with all their digits.
+std::vector<double> ValuesIn(const XMLElement& element) {
+  std::vector<double> values;
+  ForAll(&element, [&](const XMLElement& e) {
+    if (std::string(e.Name()) == "data") values.push_back(std::stod(e.Attribute("value")));
+  });
+  return values;
+}
+
+class ReportRunTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    Evaluate({"lift_pot/position", "--policy", "noisy_expert", "--episodes", "8", "--in-process", "--video",
+              "none"},
+             run_);
+  }
+  void Load(const fs::path& page, tinyxml2::XMLDocument* document) {
+    ASSERT_EQ(document->Parse(ReadText(page).c_str()), tinyxml2::XML_SUCCESS) << document->ErrorStr();
+  }
+
+  TemporaryFolder folder_;
+  // A name that means something in URLs and in HTML.
+  const fs::path run_ = folder_.path() / "a #1 & <b>";
+};
+
+TEST_F(ReportRunTest, PageHasTheNumbersOfSummaryJson) {
+  const Result result = RunProgram({"evalbus", "report", run_.string()});
+  ASSERT_EQ(result.code, 0) << result.err;
+  tinyxml2::XMLDocument page;
+  Load(run_ / "report.html", &page);
+
+  const auto summary = ordered_json::parse(ReadText(run_ / "summary.json"));
+  std::map<std::string, std::map<std::string, std::vector<double>>> table;
+  double rate = -1;
+  ForAll(page.RootElement(), [&](const XMLElement& element) {
+    if (element.Attribute("id", "success-rate")) rate = ValuesIn(element).at(0);
+    if (!element.Attribute("data-metric")) return;
+    for (auto* td = element.FirstChildElement("td"); td; td = td->NextSiblingElement("td")) {
+      if (const char* statistic = td->Attribute("data-statistic")) {
+        table[element.Attribute("data-metric")][statistic] = ValuesIn(*td);
+      }
+    }
+  });
+  EXPECT_EQ(rate, summary["success_rate"].get<double>());
+  EXPECT_EQ(table.size(), summary["metrics"].size());
+  for (const auto& [metric, statistics] : summary["metrics"].items()) {
+    for (const auto& [name, value] : statistics.items()) {
+      std::vector<double> expected;
+      for (const ordered_json& number : value.is_array() ? value : ordered_json::array({value})) {
+        if (number.is_number()) expected.push_back(number.get<double>());
+      }
+      EXPECT_EQ(table[metric][name], expected) << metric << " " << name;
+    }
+  }
+}
+
+TEST_F(ReportRunTest, LinksLeadToFilesAlsoFromAnotherFolder) {
+  const fs::path out = folder_.path() / "elsewhere";
+  fs::create_directories(out);
+  const Result result = RunProgram({"evalbus", "report", run_.string(), "-o", (out / "page.html").string()});
+  ASSERT_EQ(result.code, 0) << result.err;
+  tinyxml2::XMLDocument page;
+  Load(out / "page.html", &page);
+  int logs = 0;
+  ForAll(page.RootElement(), [&](const XMLElement& element) {
+    const char* href = element.Attribute("href");
+    if (!href || !std::string(href).ends_with("events.lcmlog")) return;
+    ++logs;
+    std::string path;
+    for (const char* c = href; *c; ++c) {
+      path += *c == '%' ? static_cast<char>(std::stoi(std::string(c + 1, 2), nullptr, 16)) : *c;
+      if (*c == '%') c += 2;
+    }
+    EXPECT_TRUE(fs::exists(out / path)) << href;
+  });
+  EXPECT_EQ(logs, 8);
+}
+
+TEST_F(ReportRunTest, BrowserHasNothingToComplainAbout) {
+  if (RunProgram({"/bin/sh", "-c", "command -v chromium && command -v python3"}).code != 0) {
+    GTEST_SKIP() << "needs chromium and python3";
+  }
+  const fs::path comparison = folder_.path() / "comparison.html";
+  Evaluate({"lift_pot/position", "--episodes", "8", "--in-process", "--video", "none"}, folder_.path() / "b");
+  ASSERT_EQ(RunProgram({"evalbus", "compare", run_.string(), (folder_.path() / "b").string(), "--report",
+                        comparison.string()})
+                .code,
+            0);
+  ASSERT_EQ(RunProgram({"evalbus", "report", run_.string()}).code, 0);
+  for (const fs::path& page : {run_ / "report.html", comparison}) {
+    const Result result =
+        RunProgram({"/usr/bin/python3", EVALBUS_SOURCE_DIR "/tests/browser/check_page.py", page.string()});
+    EXPECT_EQ(result.code, 0) << result.out << result.err;
+  }
+}
+
+TEST_F(ReportRunTest, WhatIsNotThereIsNamed) {
+  const Result result = RunProgram({"evalbus", "report", run_.string(), "--episode", "99"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_NE(result.err.find("no finished episode 99"), std::string::npos) << result.err;
+  EXPECT_FALSE(fs::exists(run_ / "report.html"));
+  EXPECT_EQ(RunProgram({"evalbus", "report", folder_.path().string()}).code, 1);
+}
+
+}  // namespace
+}  // namespace evalbus
