@@ -12,17 +12,17 @@ class EpisodeHistory {
  public:
   // An object that is this much lower (m) than when a gripper last held it fell.
   static constexpr double kFall = 0.02;
-  // A gripper closed when its opening fell by this much of its travel.
+  // A gripper that holds nothing closed on nothing when its opening fell by this much of its travel.
   static constexpr double kClosing = 0.1;
 
   EpisodeHistory(size_t objects, size_t grippers)
-      : last_held_tick_(objects * grippers, -1), objects_(objects), widest_(grippers), closed_(grippers) {}
+      : last_held_tick_(objects * grippers, -1), objects_(objects), widest_(grippers), missed_(grippers) {}
 
   void Start() {
     last_held_tick_.assign(last_held_tick_.size(), -1);
     objects_.assign(objects_.size(), {});
     widest_.assign(widest_.size(), 0);
-    closed_.assign(closed_.size(), 0);
+    missed_.assign(missed_.size(), 0);
     touching_since_ = -1;
   }
 
@@ -30,10 +30,10 @@ class EpisodeHistory {
   // (m) that of each object's origin.
   void Add(int64_t tick, std::span<const double> opening, std::span<const uint8_t> holding,
            std::span<const double> height, bool touches_scene) {
-    const size_t grippers = closed_.size();
+    const size_t grippers = missed_.size();
     for (size_t k = 0; k < grippers; ++k) {
       widest_[k] = std::max(widest_[k], opening[k]);
-      closed_[k] |= opening[k] <= widest_[k] - kClosing;
+      missed_[k] |= opening[k] <= widest_[k] - kClosing;
     }
     for (size_t o = 0; o < objects_.size(); ++o) {
       Object& object = objects_[o];
@@ -44,6 +44,8 @@ class EpisodeHistory {
         last_held_tick_[o * grippers + k] = tick;
         object.is_held = object.was_held = true;
         object.last_held_height = height[o];
+        widest_[k] = opening[k];
+        missed_[k] = 0;
       }
     }
     if (!touches_scene) {
@@ -55,7 +57,7 @@ class EpisodeHistory {
 
   // -1: never.
   int64_t LastHeldTick(size_t object, size_t gripper) const {
-    return last_held_tick_[object * closed_.size() + gripper];
+    return last_held_tick_[object * missed_.size() + gripper];
   }
   bool WasHeld(size_t object) const { return objects_[object].was_held; }
   bool IsHeld(size_t object) const { return objects_[object].is_held; }
@@ -64,7 +66,8 @@ class EpisodeHistory {
     const Object& o = objects_[object];
     return o.was_held && !o.is_held && o.last_held_height - o.height >= kFall;
   }
-  bool Closed(size_t gripper) const { return closed_[gripper]; }
+  // Closed since it last held anything (or ever), and holds nothing.
+  bool ClosedOnNothing(size_t gripper) const { return missed_[gripper]; }
   // First tick of the robot's present contact with the scene, -1 where there is none.
   int64_t touching_since() const { return touching_since_; }
 
@@ -76,7 +79,7 @@ class EpisodeHistory {
   std::vector<int64_t> last_held_tick_;
   std::vector<Object> objects_;
   std::vector<double> widest_;
-  std::vector<uint8_t> closed_;
+  std::vector<uint8_t> missed_;
   int64_t touching_since_ = -1;
 };
 

@@ -239,7 +239,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                                .end_reason = end.end_reason,
                                .last_tick = header_.tick,
                                .conditions = evaluator_.ExplainVerdict(),
-                               .next = evaluator_.ExplainNextStage()};
+                               .unmet = evaluator_.ExplainUnmet()};
   summary.failure_reason = FailureReason(outcome);
   summary.complete = missing_ticks_ == 0 && refused_samples() == 0 && summary.failure_reason != "aborted" &&
                      summary.failure_reason != "unconfirmed";

@@ -65,7 +65,7 @@ bool Slipped(const EpisodeOutcome& outcome) {
   return std::any_of(outcome.slips.begin(), outcome.slips.end(), [&](const Slip& slip) {
     if (outcome.history.LastHeldTick(slip.object, slip.gripper) >= slip.tick) return false;
     if (!outcome.history.IsHeld(slip.object)) return true;
-    return std::any_of(outcome.next.begin(), outcome.next.end(), [&](const condition_t& condition) {
+    return std::any_of(outcome.unmet.begin(), outcome.unmet.end(), [&](const condition_t& condition) {
       return condition.kind == condition_t::HOLDING && !condition.holds &&
              ObjectOf(condition.subject, outcome.model) == slip.object &&
              condition.other == outcome.model.gripper[slip.gripper].name;
@@ -79,9 +79,9 @@ bool Stuck(const EpisodeOutcome& outcome) {
   return since >= 0 && static_cast<double>(outcome.last_tick - since) * dt >= kStuck;
 }
 
-// A gripper that is asked to hold an object closed, and has never held it.
+// A gripper that is asked to hold an object, and has never held it, closed on nothing.
 bool Missed(const EpisodeOutcome& outcome) {
-  return std::any_of(outcome.next.begin(), outcome.next.end(), [&](const condition_t& condition) {
+  return std::any_of(outcome.unmet.begin(), outcome.unmet.end(), [&](const condition_t& condition) {
     if (condition.kind != condition_t::HOLDING || condition.holds) return false;
     const int object = ObjectOf(condition.subject, outcome.model);
     if (object < 0) return false;
@@ -92,7 +92,8 @@ bool Missed(const EpisodeOutcome& outcome) {
       const std::string& name = outcome.model.gripper[k].name;
       const bool is_asked = condition.other == name || condition.other == "any" ||
                             condition.other == "first" || condition.other == "other";
-      if (is_asked && outcome.history.Closed(k) && outcome.history.LastHeldTick(object, k) < 0) return true;
+      if (is_asked && outcome.history.ClosedOnNothing(k) && outcome.history.LastHeldTick(object, k) < 0)
+        return true;
     }
     return false;
   });

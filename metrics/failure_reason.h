@@ -25,8 +25,8 @@ struct EpisodeOutcome {
   int64_t last_tick = 0;
   // What decided: see explanation_t.
   std::vector<condition_t> conditions;
-  // Why the first stage that was not reached is not; of success where all were.
-  std::vector<condition_t> next;
+  // Why each stage that was not reached is not, and why it is no success.
+  std::vector<condition_t> unmet;
 };
 
 // Empty on success.

@@ -108,12 +108,13 @@ std::vector<condition_t> TaskEvaluator::ExplainVerdict() const {
   return conditions;
 }
 
-std::vector<condition_t> TaskEvaluator::ExplainNextStage() const {
-  if (!judged_) return {};
-  const auto next = std::find(stage_reached_.begin(), stage_reached_.end(), 0);
-  if (next == stage_reached_.end()) return ExplainVerdict();
+std::vector<condition_t> TaskEvaluator::ExplainUnmet() const {
   std::vector<condition_t> conditions;
-  stages_[next - stage_reached_.begin()]->Explain(&conditions);
+  for (size_t k = 0; judged_ && k < stages_.size(); ++k) {
+    if (!stage_reached_[k]) stages_[k]->Explain(&conditions);
+  }
+  const std::vector<condition_t> verdict = ExplainVerdict();
+  conditions.insert(conditions.end(), verdict.begin(), verdict.end());
   return conditions;
 }
 

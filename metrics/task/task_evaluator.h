@@ -33,8 +33,8 @@ class TaskEvaluator {
   // What decided: the conditions that made success, or failure, true at that tick; without a verdict those
   // for which success is not true.
   std::vector<condition_t> ExplainVerdict() const;
-  // Why the first stage that was not reached is not; of success where all were.
-  std::vector<condition_t> ExplainNextStage() const;
+  // Why each stage that was not reached is not, then what ExplainVerdict() says.
+  std::vector<condition_t> ExplainUnmet() const;
   // In the order of TaskDescription: stages, target_distance (m), pose_error (rad).
   const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }
   const std::vector<double>& target_distance() const { return target_distance_; }

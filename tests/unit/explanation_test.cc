@@ -96,6 +96,45 @@ TEST_F(ExplanationTest, GraspMissAsksForTheGripperThatTheStageNames) {
   EXPECT_EQ(Reason(), "grasp_miss");
 }
 
+TEST(EpisodeHistoryTest, AGripperClosesOnNothingOrOnSomething) {
+  EpisodeHistory dut(2, 1);
+  int64_t tick = -1;
+  const auto add = [&](double opening, bool first, bool second) {
+    const std::vector<uint8_t> holding = {first, second};
+    dut.Add(++tick, std::vector<double>{opening}, holding, std::vector<double>{1, 1}, false);
+    return dut.ClosedOnNothing(0);
+  };
+  dut.Start();
+  EXPECT_FALSE(add(1, false, false));
+  EXPECT_TRUE(add(0.9, false, false));
+  EXPECT_FALSE(add(0.5, true, false)) << "it was on its way to the first object";
+  EXPECT_FALSE(add(0.45, false, false)) << "5 % since it lost it";
+  EXPECT_FALSE(add(1, false, false));
+  EXPECT_TRUE(add(0, false, false)) << "and missed the second one";
+  EXPECT_TRUE(add(1, false, false)) << "open again, still nothing";
+  EXPECT_FALSE(add(0.5, false, true));
+}
+
+TEST_F(ExplanationTest, AStageThatIsOutOfReachHidesNeitherSlipNorMiss) {
+  const std::string both =
+      Replaced(Replaced(kTask, "gripper: any", "gripper: left"),
+               "- name: lifted\n    when: {height_above: {object: pot, min_m: 1.1}}",
+               "- name: both\n    when: {all: [{holding: {gripper: right, object: pot}}, {holding: "
+               "{gripper: left, object: pot}}]}");
+  const std::string with_first =
+      Replaced(both, "stages:", "stages:\n  - {name: up, when: {height_above: {object: pot, min_m: 9}}}");
+  for (const std::string& task : {both, with_first}) {
+    Use(task);
+    Hold();
+    Tick({{kRightPad, kWall}});
+    EXPECT_EQ(Reason(), "grasp_slip");
+    Restart();
+    Opening(0) = 0;
+    Tick();
+    EXPECT_EQ(Reason(), "grasp_miss");
+  }
+}
+
 TEST_F(ExplanationTest, GraspSlipUnlessRegained) {
   Hold();
   Tick();
