@@ -78,7 +78,8 @@ void Bus::SubscribeRaw(const std::string& channel_regex, RawHandler handler) {
 
 void Bus::Subscription::Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
   try {
-    handler(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size}, buffer->recv_utime);
+    bus->handled_ = {static_cast<const uint8_t*>(buffer->data), buffer->data_size};
+    handler(channel, bus->handled_, buffer->recv_utime);
   } catch (...) {
     if (!bus->thrown_) bus->thrown_ = std::current_exception();
   }

@@ -74,6 +74,9 @@ class Bus {
   // The same without waiting.
   bool Handle() { return Handle(SteadyTime::min()); }
 
+  // Bytes of the message that is being handled; valid inside its handler.
+  std::span<const uint8_t> handled() const { return handled_; }
+
   int64_t decode_errors() const { return decode_errors_; }
 
   // True if all of data is one message of this type. Whatever the bytes are, decoding allocates in proportion
@@ -98,6 +101,7 @@ class Bus {
   std::vector<std::string> channels_;
   bool hears_everything_ = false;
   std::vector<uint8_t> buffer_;
+  std::span<const uint8_t> handled_;
   std::exception_ptr thrown_;
   int64_t decode_errors_ = 0;
 };

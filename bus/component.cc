@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <iostream>
+#include <random>
 
 #include "bus/channels.h"
 #include "bus/errors.h"
@@ -19,6 +20,8 @@ volatile std::sig_atomic_t g_stop = 0;
 
 Component::Component(Bus* bus, std::string name, int64_t lag_window_ticks) : bus_(bus) {
   status_.component = std::move(name);
+  std::random_device random;
+  status_.instance = static_cast<int64_t>(uint64_t{random()} << 32 | random());
   status_.state = component_status_t::IDLE;
   status_.episode = status_.attempt = status_.last_finished_episode = -1;
   status_.last_tick = -1;
@@ -48,14 +51,17 @@ void Component::Stop() {
 }
 
 bool Component::EnterEpisode(const episode_begin_t& begin) {
-  if (begin.header.episode == status_.episode && begin.attempt == status_.attempt) {
+  if (begin.header.episode == status_.episode && begin.attempt == status_.attempt && begin.seed == seed_) {
     PublishStatus();
     return false;
   }
   status_.state = component_status_t::IDLE;
   status_.episode = begin.header.episode;
   status_.attempt = begin.attempt;
+  seed_ = begin.seed;
   status_.last_tick = last_published_tick_ = -1;
+  // An attempt before this one may have been finished.
+  if (status_.last_finished_episode == begin.header.episode) status_.last_finished_episode = -1;
   return true;
 }
 

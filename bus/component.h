@@ -56,6 +56,8 @@ class Component {
 
  private:
   Bus* bus_;
+  // Of the episode entered.
+  int64_t seed_ = 0;
   SteadyTime last_published_{};
   int64_t last_published_tick_ = -1;
 };

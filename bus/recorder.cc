@@ -54,17 +54,26 @@ void Recorder::Poll(SteadyTime now) {
 void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
   if (!Bus::Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
-  const bool is_new = begin.header.episode != status_.episode || begin.attempt != status_.attempt;
+  const bool same_episode = begin.header.episode == status_.episode;
+  const bool is_new = !same_episode || begin.attempt != status_.attempt;
   if (is_new && close_at_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
+  const auto finished = EpisodeFolder(run_, begin.header.episode);
+  const bool is_first = status_.episode < 0;
+  if (is_new && std::filesystem::exists(finished)) {
+    // An aborted attempt was closed like any other; its successor takes its place.
+    if (begin.attempt > 0 && (same_episode || is_first)) {
+      std::filesystem::remove_all(finished);
+    } else if (is_first) {
+      throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
+    } else {
+      // Not of this run, which has gone past that episode: an old log is being played.
+      ++status_.foreign_messages;
+      return;
+    }
+  }
   if (!EnterEpisode(begin)) return;
   log_.reset();
   const auto folder = PartialFolder(run_, begin.header.episode);
-  // An aborted attempt was closed like any other; its successor takes its place.
-  if (begin.attempt > 0) std::filesystem::remove_all(EpisodeFolder(run_, begin.header.episode));
-  if (std::filesystem::exists(EpisodeFolder(run_, begin.header.episode))) {
-    throw InputError(EpisodeFolder(run_, begin.header.episode).string() +
-                     " exists: this episode is recorded already; choose another --out");
-  }
   // What an earlier attempt left is not evidence of anything.
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);

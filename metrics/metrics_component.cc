@@ -16,8 +16,9 @@ MetricsComponent::MetricsComponent(Bus* bus) : Component(bus, "metrics") {
   bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
                                   [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
-  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnTickMessage(m); });
-  bus->Subscribe<contacts_t>(channels::kContacts, [this](const contacts_t& m) { OnTickMessage(m); });
+  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnTickMessage(channels::kState, m); });
+  bus->Subscribe<contacts_t>(channels::kContacts,
+                             [this](const contacts_t& m) { OnTickMessage(channels::kContacts, m); });
   bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
 }
 
@@ -52,6 +53,8 @@ void MetricsComponent::Prepare() {
   }
   scorer_->Start();
   merger_.Start();
+  conflicts_.Start();
+  partial_.header.tick = -1;
   missing_before_ += missing_here_;
   missing_here_ = 0;
   running_ = true;
@@ -59,13 +62,18 @@ void MetricsComponent::Prepare() {
 }
 
 template <class Message>
-void MetricsComponent::OnTickMessage(const Message& message) {
+void MetricsComponent::OnTickMessage(const char* channel, const Message& message) {
   if (!IsOurs(message.header)) return;
-  if (!running_ || !merger_.Add(message)) {
-    ++status_.foreign_messages;
-    return;
+  const int64_t tick = message.header.tick;
+  if (running_ && merger_.IsNear(tick)) {
+    const ConflictDetector::Answer answer = conflicts_.Hear(channel, tick, bus().handled());
+    if (answer == ConflictDetector::Answer::kNew && merger_.Add(message)) return ScoreTicks();
+    // The sim repeats a STATE whose PARTIAL it has not heard.
+    if (answer == ConflictDetector::Answer::kRepeated && tick == partial_.header.tick) {
+      bus().Publish(channels::kPartial, partial_);
+    }
   }
-  ScoreTicks();
+  ++status_.foreign_messages;
 }
 
 void MetricsComponent::ScoreTicks() {
@@ -84,6 +92,10 @@ void MetricsComponent::ScoreTicks() {
 
 void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (!IsOurs(end.header)) return;
+  if (running_) {
+    const auto answer = conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled());
+    if (answer == ConflictDetector::Answer::kConflicting) return FinishEpisode();
+  }
   if (!running_ || deadline_ != SteadyTime::max()) {
     ++status_.foreign_messages;
     return;
@@ -112,6 +124,11 @@ void MetricsComponent::FinishEpisode() {
   status_.missing_ticks = missing_before_ + missing_here_;
   status_.last_finished_episode = end_.header.episode;
 
+  // Which of two messages was the sim's, nobody can tell.
+  if (!conflicts_.conflict().empty()) {
+    end_.end_reason = "aborted";
+    end_.detail = conflicts_.conflict();
+  }
   const episode_summary_t summary = scorer_->Summary(begin_, end_);
   EpisodeResult result{.complete = summary.complete != 0,
                        .success = summary.verdict == partial_metrics_t::SUCCESS,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bus/component.h"
+#include "bus/conflict_detector.h"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "metrics/episode_scorer.h"
@@ -30,7 +31,7 @@ class MetricsComponent : public Component {
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnEpisodeEnd(const episode_end_t& end);
   template <class Message>
-  void OnTickMessage(const Message& message);
+  void OnTickMessage(const char* channel, const Message& message);
   // Begins the episode entered once its model is there.
   void Prepare();
   void ScoreTicks();
@@ -44,6 +45,7 @@ class MetricsComponent : public Component {
 
   std::unique_ptr<EpisodeScorer> scorer_;
   TickMerger merger_;
+  ConflictDetector conflicts_;
   episode_begin_t begin_{};
   episode_end_t end_{};
   partial_metrics_t partial_{};

@@ -18,7 +18,7 @@ void TickMerger::Start() {
 void TickMerger::Recycle(Slots::iterator slot) { spare_.push_back(slots_.extract(slot)); }
 
 TickMerger::Slot* TickMerger::SlotFor(int64_t tick) {
-  if (tick < next_tick_ || (last_tick_ >= 0 && tick > last_tick_)) return nullptr;
+  if (tick < next_tick_ || !IsNear(tick) || (last_tick_ >= 0 && tick > last_tick_)) return nullptr;
   const auto found = slots_.find(tick);
   if (found != slots_.end()) return &found->second;
   if (spare_.empty()) return &slots_[tick];

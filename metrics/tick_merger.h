@@ -24,8 +24,12 @@ class TickMerger {
   // Begins an episode.
   void Start();
 
+  // Ticks further ahead of the next pair than this are not kept: no publisher of ours is so far ahead.
+  static constexpr int64_t kMaxAhead = 4096;
+  bool IsNear(int64_t tick) const { return tick >= 0 && tick - next_tick_ < kMaxAhead; }
+
   // A copy is kept until its pair was handed out. Returns false, and counts in duplicates(), for a tick that
-  // was added before, handed out or given up on, or beyond the end.
+  // was added before, handed out or given up on, too far ahead, or beyond the end.
   bool Add(const state_t& state);
   bool Add(const contacts_t& contacts);
 

@@ -27,6 +27,11 @@ std::vector<action_t> ReadActions(const std::filesystem::path& log, int episode)
     while (!actions.empty() && actions.back().header.tick >= action.header.tick) actions.pop_back();
     actions.push_back(action);
   }
+  // The gaps would be filled with actions that were held.
+  if (reader.damaged_places() > 0) {
+    throw InputError("policy \"replay\": " + log.string() +
+                     " is damaged: " + std::to_string(reader.damaged_bytes()) + " bytes are no events");
+  }
   return actions;
 }
 
@@ -83,6 +88,14 @@ void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
 
 void PolicyComponent::OnState(const state_t& state) {
   if (!IsOurs(state.header) || status_.state != component_status_t::READY) return;
+  if (state.header.tick <= status_.last_tick) {
+    ++status_.foreign_messages;
+    // The sim repeats a STATE whose ACTION it has not heard; a policy acts once for each.
+    if (state.header.tick >= 0 && state.header.tick == status_.last_tick) {
+      bus().Publish(channels::kAction, action_);
+    }
+    return;
+  }
   try {
     policy_->Act(state, &action_);
   } catch (const std::exception& error) {

@@ -22,6 +22,8 @@ constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
 // where policies are slow, by simulated time so that the log of a run that was faster than time has it, too.
 constexpr auto kRepeatModel = std::chrono::seconds(1);
 constexpr int64_t kRepeatModelSimUs = 2'000'000;
+// What was lost is asked for by saying again what it answers.
+constexpr auto kRepeatUnheard = std::chrono::seconds(2);
 
 SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
@@ -62,8 +64,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus,
   TaskSelection selection = FindTask(options.task);
   task_ = std::move(selection.task);
   variation_ = selection.variation;
-  robot_ = LoadRobot(options.robot.empty() ? task_.robot_file : FindRobot(options.robot),
-                     options.model_path);
+  robot_ = LoadRobot(options.robot.empty() ? task_.robot_file : FindRobot(options.robot), options.model_path);
   scene_ = BuildScene(task_, robot_);
   for (const std::string& warning : scene_.warnings) std::cerr << "warning: " << warning << std::endl;
 
@@ -112,6 +113,12 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus,
   bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
   bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary,
                                     [this](const episode_summary_t& m) { OnSummary(m.header); });
+  model_bytes_.resize(static_cast<size_t>(model_info_.getEncodedSize()));
+  model_info_.encode(model_bytes_.data(), 0, static_cast<int>(model_bytes_.size()));
+  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t&) { OnOwnModel(); });
+  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
+                                  [this](const episode_begin_t& m) { OnOwnBegin(m); });
+  bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnOwnEnd(m); });
   if (!queue_.empty()) BeginNext();
 }
 
@@ -138,6 +145,7 @@ void SimComponent::OnCommand(const command_t& command) {
 }
 
 void SimComponent::OnSummary(const header_t& header) {
+  if (header.episode == status_.episode) end_is_unheard_ = false;
   // Episodes of our own (--episodes) follow one another; those on command come when the launcher says so.
   if (options_.episodes == 0 || phase_ != Phase::kIdle || header.episode != status_.episode) return;
   if (queue_.empty()) {
@@ -145,6 +153,30 @@ void SimComponent::OnSummary(const header_t& header) {
   } else {
     BeginNext();
   }
+}
+
+void SimComponent::OnOwnModel() {
+  if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
+  OnConflict("a MODEL that is not this sim's: is a second sim on this bus, or a log being played?");
+}
+
+void SimComponent::OnOwnBegin(const episode_begin_t& begin) {
+  if (phase_ == Phase::kIdle || (begin.header.episode == status_.episode &&
+                                 begin.attempt == status_.attempt && begin.seed == begin_.seed)) {
+    return;
+  }
+  OnConflict("an EPISODE_BEGIN that is not this sim's: is a second sim on this bus, or a log being played?");
+}
+
+void SimComponent::OnOwnEnd(const episode_end_t& end) {
+  if (phase_ != Phase::kRunning || !IsOurs(end.header)) return;
+  OnConflict("an EPISODE_END that is not this sim's: is a second sim on this bus, or a log being played?");
+}
+
+void SimComponent::OnConflict(const std::string& what) {
+  ++status_.foreign_messages;
+  if (conflict_.empty()) conflict_ = what;
+  if (phase_ == Phase::kRunning) End("aborted", conflict_);
 }
 
 void SimComponent::BeginNext() {
@@ -155,6 +187,10 @@ void SimComponent::BeginNext() {
   begin_.seed = command_.seed;
   begin_.attempt = command_.attempt;
   EnterEpisode(begin_);
+  conflicts_.Start();
+  conflict_.clear();
+  instances_.clear();
+  end_is_unheard_ = false;
   for (const Parameter& parameter : world_->Reset(command_.seed, task_.variation(variation_))) {
     begin_.parameter_name.push_back(parameter.name);
     begin_.parameter_value_mixed.push_back(parameter.value);
@@ -177,6 +213,17 @@ void SimComponent::PublishModel() {
 }
 
 void SimComponent::OnStatus(const component_status_t& status) {
+  const bool is_required =
+      std::ranges::find(command_.required_component, status.component) != command_.required_component.end();
+  if (phase_ != Phase::kIdle && status.episode == status_.episode && status.attempt == status_.attempt &&
+      status.state == component_status_t::READY && (is_required || status.component == "sim")) {
+    const int64_t known = status.component == "sim"
+                              ? status_.instance
+                              : instances_.emplace(status.component, status.instance).first->second;
+    if (status.instance != known) {
+      return OnConflict("two processes on this bus say that they are the " + status.component);
+    }
+  }
   if (status.component == "sim") return;
   Consumer& consumer = consumers_[status.component];
   consumer.episode = status.episode;
@@ -184,6 +231,11 @@ void SimComponent::OnStatus(const component_status_t& status) {
   consumer.ready = status.state == component_status_t::READY;
   consumer.last_tick = status.last_tick;
   consumer.lag_window_ticks = status.lag_window_ticks;
+  if (phase_ == Phase::kRunning && status.component == "policy" &&
+      status.state == component_status_t::FAILED && status.episode == status_.episode &&
+      status.attempt == status_.attempt) {
+    pending_end_ = {"policy_error", status.error.empty() ? "the policy said that it failed" : status.error};
+  }
   if (phase_ == Phase::kWaiting) {
     StartIfReady();
   } else if (phase_ == Phase::kRunning && !options_.realtime) {
@@ -209,9 +261,11 @@ void SimComponent::StartIfReady() {
   phase_ = Phase::kRunning;
   SayReady();
   state_.header = begin_.header;
-  state_.deadline_misses = deadline_misses_ = 0;
+  state_.deadline_misses = deadline_misses_ = late_ticks_ = 0;
+  pacing_error_s_.clear();
   deadline_ = steady_clock::now() + Seconds(static_cast<double>(world_->tick_us()) * 1e-6 / options_.rtf);
   PublishState();
+  if (!conflict_.empty()) End("aborted", conflict_);
 }
 
 void SimComponent::PublishState() {
@@ -220,7 +274,7 @@ void SimComponent::PublishState() {
   has_action_ = has_partial_ = false;
   verdict_ = partial_metrics_t::UNDECIDED;
   pending_end_.reset();
-  state_published_ = steady_clock::now();
+  state_published_ = state_said_ = steady_clock::now();
   Progress(state_.header.tick);
   bus().Publish(channels::kState, state_);
 }
@@ -228,9 +282,17 @@ void SimComponent::PublishState() {
 void SimComponent::OnAction(const action_t& action) {
   if (phase_ != Phase::kRunning || !IsOurs(action.header)) return;
   const int64_t tick = state_.header.tick;
+  if (action.header.tick < 0 || action.header.tick > tick) {
+    ++status_.foreign_messages;
+    return;
+  }
+  const auto answer = conflicts_.Hear(channels::kAction, action.header.tick, bus().handled());
+  if (answer == ConflictDetector::Answer::kConflicting) {
+    return OnConflict("two different actions for tick " + std::to_string(action.header.tick) +
+                      ": is a second policy on this bus?");
+  }
   // Only the answer to this tick counts; in realtime an older one still is the latest word of a slow policy.
-  if (action.header.tick > tick || (action.header.tick < tick && !options_.realtime) ||
-      (has_action_ && !options_.realtime)) {
+  if (answer == ConflictDetector::Answer::kRepeated || (action.header.tick < tick && !options_.realtime)) {
     ++status_.foreign_messages;
     return;
   }
@@ -244,6 +306,13 @@ void SimComponent::OnAction(const action_t& action) {
 
 void SimComponent::OnPartial(const partial_metrics_t& partial) {
   if (phase_ != Phase::kRunning || !IsOurs(partial.header)) return;
+  const int64_t tick = partial.header.tick;
+  if (tick < 0 || tick > state_.header.tick) {
+    ++status_.foreign_messages;
+    return;
+  }
+  const auto answer = conflicts_.Hear(channels::kPartial, tick, bus().handled());
+  if (answer == ConflictDetector::Answer::kConflicting) return OnConflict(conflicts_.conflict());
   if (options_.realtime) {
     // The verdict may be about an earlier tick; it holds all the same.
     if (partial.verdict != partial_metrics_t::UNDECIDED) {
@@ -251,7 +320,7 @@ void SimComponent::OnPartial(const partial_metrics_t& partial) {
     }
     return;
   }
-  if (partial.header.tick != state_.header.tick || has_partial_) {
+  if (answer == ConflictDetector::Answer::kRepeated || tick != state_.header.tick) {
     ++status_.foreign_messages;
     return;
   }
@@ -289,22 +358,44 @@ void SimComponent::AdvanceRealtime(SteadyTime now) {
   if (TimeIsUp()) return End("time_limit");
   if (!has_action_) ++deadline_misses_;
   if (!world_->Step()) return End("unstable", world_->instability());
-  const auto period = Seconds(static_cast<double>(world_->tick_us()) * 1e-6 / options_.rtf);
-  deadline_ += period;
-  // More than a tick behind: the schedule moves, rather than a burst of ticks nobody can answer in time.
-  if (now > deadline_) deadline_ = now + period;
   ++state_.header.tick;
   state_.header.sim_time_us += world_->tick_us();
   PublishState();
+  const auto period = Seconds(static_cast<double>(world_->tick_us()) * 1e-6 / options_.rtf);
+  const auto late = state_published_ - deadline_;
+  pacing_error_s_.push_back(std::chrono::duration<double>(late).count());
+  deadline_ += period;
+  // The schedule moves, rather than a burst of ticks nobody can answer in time.
+  if (late >= period) {
+    ++late_ticks_;
+    deadline_ = state_published_ + period;
+  }
+}
+
+void SimComponent::FillPacing(episode_end_t* end) {
+  if (pacing_error_s_.empty()) return;
+  std::sort(pacing_error_s_.begin(), pacing_error_s_.end());
+  // The smallest value that so large a share of all does not exceed.
+  const auto percentile = [this](double share) {
+    const auto rank = std::ceil(share * static_cast<double>(pacing_error_s_.size()));
+    return pacing_error_s_[static_cast<size_t>(rank) - 1];
+  };
+  end->pacing_error_p50_s = percentile(0.50);
+  end->pacing_error_p99_s = percentile(0.99);
+  end->pacing_error_max_s = pacing_error_s_.back();
+  end->late_ticks = late_ticks_;
 }
 
 void SimComponent::End(const std::string& reason, const std::string& detail) {
   phase_ = Phase::kIdle;
-  episode_end_t end{};
-  end.header = state_.header;
-  end.end_reason = reason;
-  end.detail = detail;
-  bus().Publish(channels::kEpisodeEnd, end);
+  end_ = {};
+  end_.header = state_.header;
+  end_.end_reason = reason;
+  end_.detail = detail;
+  FillPacing(&end_);
+  end_is_unheard_ = true;
+  end_said_ = steady_clock::now();
+  bus().Publish(channels::kEpisodeEnd, end_);
   status_.state = component_status_t::IDLE;
   status_.last_finished_episode = status_.episode;
   PublishStatus();
@@ -314,12 +405,20 @@ void SimComponent::End(const std::string& reason, const std::string& detail) {
 void SimComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (phase_ == Phase::kWaiting && now - announced_ >= kAnnouncePeriod) AnnounceEpisode();
+  if (phase_ == Phase::kIdle && end_is_unheard_ && now - end_said_ >= kRepeatUnheard) {
+    end_said_ = now;
+    bus().Publish(channels::kEpisodeEnd, end_);
+  }
   if (phase_ != Phase::kRunning) return;
   if (now - model_published_ >= kRepeatModel ||
       state_.header.sim_time_us - model_published_sim_us_ >= kRepeatModelSimUs) {
     PublishModel();
   }
   if (options_.realtime) return AdvanceRealtime(now);
+  if (!(has_action_ && has_partial_) && now - state_said_ >= kRepeatUnheard) {
+    state_said_ = now;
+    bus().Publish(channels::kState, state_);
+  }
   const auto waited = now - state_published_;
   if (!has_partial_ && waited > Seconds(options_.metrics_timeout_s)) {
     End("aborted", "no score for tick " + std::to_string(state_.header.tick) + " within " +

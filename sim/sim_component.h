@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "bus/component.h"
+#include "bus/conflict_detector.h"
 #include "evalbus/command_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
@@ -76,6 +77,12 @@ class SimComponent : public Component {
   void OnAction(const action_t& action);
   void OnPartial(const partial_metrics_t& partial);
   void OnSummary(const header_t& header);
+  // Messages that only the sim publishes come back to it, as those of anybody else would come.
+  void OnOwnModel();
+  void OnOwnBegin(const episode_begin_t& begin);
+  void OnOwnEnd(const episode_end_t& end);
+  // What this episode's result would be cannot be told any more: it ends as aborted.
+  void OnConflict(const std::string& what);
 
   void BeginNext();
   void AnnounceEpisode();
@@ -86,6 +93,7 @@ class SimComponent : public Component {
   void AdvanceRealtime(SteadyTime now);
   void PublishState();
   void End(const std::string& reason, const std::string& detail = "");
+  void FillPacing(episode_end_t* end);
   bool ConsumersKeepUp() const;
   std::string MissingComponents() const;
   bool TimeIsUp() const { return state_.header.sim_time_us >= model_info_.time_limit_us; }
@@ -104,6 +112,11 @@ class SimComponent : public Component {
   command_t command_{};
   episode_begin_t begin_{};
   std::map<std::string, Consumer> consumers_;
+  ConflictDetector conflicts_;
+  std::string conflict_;
+  // Of each component that is ready for this episode, who it is.
+  std::map<std::string, int64_t> instances_;
+  std::vector<uint8_t> model_bytes_;
   SteadyTime announced_{};
   SteadyTime model_published_{};
   int64_t model_published_sim_us_ = 0;
@@ -116,10 +129,19 @@ class SimComponent : public Component {
   // Set when the episode must end after this tick's score: reason and detail.
   std::optional<std::pair<std::string, std::string>> pending_end_;
   SteadyTime state_published_{};
+  // The last time it was said, again.
+  SteadyTime state_said_{};
+  // EPISODE_END is repeated until EPISODE_SUMMARY is heard.
+  episode_end_t end_{};
+  bool end_is_unheard_ = false;
+  SteadyTime end_said_{};
 
   // realtime
   SteadyTime deadline_{};
   int64_t deadline_misses_ = 0;
+  int64_t late_ticks_ = 0;
+  // Of each STATE after the reset state, how long after its due time it went out.
+  std::vector<double> pacing_error_s_;
 };
 
 }  // namespace evalbus

@@ -46,6 +46,8 @@ void CollisionComponent::OnState(const state_t& state) {
   const int64_t tick = state.header.tick;
   if (!checker_ || tick <= status_.last_tick || !HasPoses(state, loaded_.num_bodies)) {
     ++status_.foreign_messages;
+    // The sim repeats a STATE whose PARTIAL it has not heard.
+    if (tick >= 0 && tick == status_.last_tick) bus().Publish(channels::kContacts, contacts_);
     return;
   }
   status_.missing_ticks += tick - status_.last_tick - 1;

@@ -1,6 +1,7 @@
 add_executable(bus_test
   allocation_count.cc
   bus_test.cc
+  conflict_detector_test.cc
   event_log_test.cc
   fingerprint_test.cc
   message_limits_test.cc

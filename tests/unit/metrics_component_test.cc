@@ -333,5 +333,63 @@ TEST_F(MetricsComponentTest, TakesTheNewModelOfANewRun) {
   EXPECT_EQ(partials_[0].metrics.num_objects, 0);
 }
 
+TEST_F(MetricsComponentTest, TwoStatesOfATickMakeTheEpisodeAborted) {
+  for (const bool ours_first : {true, false}) {
+    const int32_t episode = ours_first ? 0 : 1;
+    Begin(episode);
+    SendState(0, episode);
+    SendContacts(0, episode);
+    SendState(1, episode, ours_first ? 1 : 1.2);
+    SendContacts(1, episode);
+    SendState(1, episode, ours_first ? 1.2 : 1);
+    End(1, episode);
+    ASSERT_EQ(summaries_.size(), ours_first ? 1 : 2);
+    EXPECT_FALSE(summaries_.back().complete);
+    EXPECT_EQ(summaries_.back().end_reason, "aborted");
+    EXPECT_EQ(summaries_.back().end_detail,
+              "two different messages on EVALBUS_STATE for tick 1: is a second publisher on this bus?");
+  }
+}
+
+TEST_F(MetricsComponentTest, TwoContactsOrEndsMakeTheEpisodeAborted) {
+  Begin(0);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  SendContacts(0, 0, {});
+  End(0, 0);
+  EXPECT_EQ(summaries_.back().end_reason, "aborted");
+  Begin(1);
+  SendState(0, 1);
+  End(1, 1);
+  End(0, 1, "policy_error");
+  ASSERT_EQ(summaries_.size(), 2);
+  EXPECT_EQ(summaries_.back().end_reason, "aborted");
+  EXPECT_NE(summaries_.back().end_detail.find("EVALBUS_EPISODE_END"), std::string::npos);
+}
+
+TEST_F(MetricsComponentTest, SaysAScoreAgainWhenItsStateIsRepeated) {
+  Begin(0);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  SendState(0, 0);
+  ASSERT_EQ(partials_.size(), 2);
+  EXPECT_EQ(partials_[1].header.tick, 0);
+  End(0, 0);
+  EXPECT_TRUE(summaries_.back().complete);
+}
+
+TEST_F(MetricsComponentTest, TicksFarAheadAreNotKept) {
+  Begin(0);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  for (const int64_t tick : {TickMerger::kMaxAhead + 1, int64_t{1} << 62}) {
+    SendState(tick, 0);
+    SendContacts(tick, 0);
+  }
+  EXPECT_EQ(dut_.status().foreign_messages, 4);
+  End(0, 0);
+  EXPECT_TRUE(summaries_.back().complete);
+}
+
 }  // namespace
 }  // namespace evalbus

@@ -146,5 +146,48 @@ TEST_F(PolicyComponentTest, MissingModelIsAnInputError) {
   EXPECT_THROW(Begin(0), InputError);
 }
 
+TEST_F(PolicyComponentTest, ActsOnceForEachStateAndSaysItAgain) {
+  PolicyComponent component(&bus_, "random");
+  Send(channels::kModel, model_);
+  Begin(0);
+  Send(channels::kState, State(0, 0));
+  Send(channels::kState, State(0, 1));
+  Send(channels::kState, State(0, 1));
+  Send(channels::kState, State(0, 0));  // long answered
+  ASSERT_EQ(actions_.size(), 3u);
+  EXPECT_EQ(actions_[2].header.tick, 1);
+  EXPECT_EQ(actions_[2].joint_position_rad, actions_[1].joint_position_rad);
+}
+
+TEST_F(PolicyComponentTest, ReplayNamesALogThatIsDamaged) {
+  const fs::path log = folder_ / "damaged.lcmlog";
+  std::ofstream(log) << "no events at all";
+  try {
+    OpenRecording(log)(0);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("damaged.lcmlog is damaged: 16 bytes"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
+  for (const char* file : {"/etc/passwd", "/dev/zero", "/proc/self/mem", "/"}) {
+    Bus bus("memq://");
+    PolicyComponent component(&bus, "hold");
+    model_info_t model = model_;
+    model.physics_file = file;
+    bus.Publish(channels::kModel, model);
+    bus.Publish(channels::kEpisodeBegin, episode_begin_t{});
+    EXPECT_THROW(
+        {
+          while (bus.Handle()) {
+          }
+        },
+        InputError)
+        << file;
+  }
+}
+
 }  // namespace
 }  // namespace evalbus

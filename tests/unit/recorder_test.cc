@@ -162,5 +162,22 @@ TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
   for (const auto& [channel, time_us] : Log(0)) EXPECT_GT(time_us, 1'000'000'000'000'000) << channel;
 }
 
+TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
+  for (int episode = 0; episode < 2; ++episode) {
+    Begin(episode);
+    Tick(episode, 0);
+    if (episode == 0) End(0);
+    HandleAll();
+  }
+  const auto before = Log(0);
+  for (int attempt = 0; attempt < 2; ++attempt) Begin(0, attempt);
+  HandleAll();
+  EXPECT_EQ(Log(0), before);
+  EXPECT_EQ(dut_.status().foreign_messages, 2);
+  End(1);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, 1);
+}
+
 }  // namespace
 }  // namespace evalbus

@@ -335,5 +335,66 @@ TEST_F(SimComponentTest, RefusesWrongOptions) {
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->robot = "/no/such/robot.yaml"; })), InputError);
 }
 
+TEST_F(SimComponentTest, TwoActionsForATickEndTheEpisode) {
+  MakeSim();
+  Start();
+  Act(Action(0));
+  Score(0);
+  Act(Action(1));
+  Score(1);
+  action_t other = Action(0);  // long past
+  other.gripper_closing = {1, 1};
+  Act(other);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "two different actions for tick 0: is a second policy on this bus?");
+}
+
+TEST_F(SimComponentTest, TwoScoresForATickEndTheEpisode) {
+  MakeSim();
+  Start();
+  Score(0);
+  Score(0, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_NE(ends_[0].detail.find("EVALBUS_PARTIAL for tick 0"), std::string::npos) << ends_[0].detail;
+}
+
+TEST_F(SimComponentTest, TwoProcessesOfOneNameEndTheEpisode) {
+  MakeSim();
+  Start();
+  component_status_t status{};
+  status.component = "policy";
+  status.state = component_status_t::READY;
+  status.instance = 1;  // the one that is ready said 0
+  bus_->Publish(channels::kStatus, status);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "two processes on this bus say that they are the policy");
+}
+
+TEST_F(SimComponentTest, WhatOnlyASimSaysEndsTheEpisodeWhenSomebodyElseSaysIt) {
+  MakeSim();
+  for (int32_t episode = 0; episode < 3; ++episode) {
+    Start(episode);
+    ASSERT_EQ(states_.back().header.episode, episode);
+    episode_begin_t begin{};
+    begin.header.episode = 77;
+    episode_end_t end{};
+    end.header.episode = episode;
+    model_info_t model = model_;
+    model.run_id = "another";
+    if (episode == 0) bus_->Publish(channels::kEpisodeBegin, begin);
+    if (episode == 1) bus_->Publish(channels::kEpisodeEnd, end);
+    if (episode == 2) bus_->Publish(channels::kModel, model);
+    HandleAll();
+    ASSERT_FALSE(ends_.empty());
+    EXPECT_EQ(ends_.back().header.episode, episode);
+    EXPECT_EQ(ends_.back().end_reason, "aborted");
+    EXPECT_NE(ends_.back().detail.find("not this sim's"), std::string::npos) << ends_.back().detail;
+  }
+}
+
 }  // namespace
 }  // namespace evalbus

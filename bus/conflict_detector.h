@@ -1,0 +1,55 @@
+// Notices a second publisher: on a channel that has one, all messages about the same tick of an episode are
+// the same bytes. Pure.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace evalbus {
+
+class ConflictDetector {
+ public:
+  enum class Answer { kNew, kRepeated, kConflicting };
+
+  // Begins an episode.
+  void Start() {
+    heard_.clear();
+    conflict_.clear();
+  }
+
+  // tick: not negative; memory grows with the highest one.
+  Answer Hear(std::string_view channel, int64_t tick, std::span<const uint8_t> data) {
+    std::vector<size_t>& hashes = heard_[std::string(channel)];
+    const auto index = static_cast<size_t>(tick);
+    if (index >= hashes.size()) hashes.resize(index + 1, kNone);
+    const std::string_view bytes(reinterpret_cast<const char*>(data.data()), data.size());
+    const size_t hash = std::hash<std::string_view>{}(bytes) | 1;
+    if (hashes[index] == kNone) {
+      hashes[index] = hash;
+      return Answer::kNew;
+    }
+    if (hashes[index] == hash) return Answer::kRepeated;
+    if (conflict_.empty()) {
+      conflict_ = "two different messages on " + std::string(channel) + " for tick " + std::to_string(tick) +
+                  ": is a second publisher on this bus?";
+    }
+    return Answer::kConflicting;
+  }
+
+  // One line about the first conflict of the episode; empty without one.
+  const std::string& conflict() const { return conflict_; }
+
+ private:
+  static constexpr size_t kNone = 0;
+
+  // By channel, then tick.
+  std::map<std::string, std::vector<size_t>> heard_;
+  std::string conflict_;
+};
+
+}  // namespace evalbus
