@@ -85,7 +85,31 @@ EventLogReader::~EventLogReader() {
   if (!bytes_.empty()) munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
 }
 
-size_t EventLogReader::EventSize(size_t offset) const {
+bool EventLogReader::IsBoundary(size_t offset) const {
+  return offset == bytes_.size() || (bytes_.size() - offset >= kMagic.size() &&
+                                     std::memcmp(bytes_.data() + offset, kMagic.data(), kMagic.size()) == 0);
+}
+
+size_t EventLogReader::EventSize(size_t offset) {
+  const size_t size = ClaimedSize(offset);
+  if (size == 0 || IsBoundary(offset + size)) return size;
+  // Either the next event is damaged, or this one's lengths are: then it claims events that are whole.
+  return NextWhole(offset + kMagic.size()) < offset + size ? 0 : size;
+}
+
+size_t EventLogReader::NextWhole(size_t offset) {
+  if (offset >= searched_from_ && offset <= whole_at_) return whole_at_;
+  searched_from_ = whole_at_ = offset;
+  while (whole_at_ < bytes_.size()) {
+    const size_t size = ClaimedSize(whole_at_);
+    if (size > 0 && IsBoundary(whole_at_ + size)) break;
+    const void* next = memchr(bytes_.data() + whole_at_ + 1, kMagic[0], bytes_.size() - whole_at_ - 1);
+    whole_at_ = next ? static_cast<size_t>(static_cast<const uint8_t*>(next) - bytes_.data()) : bytes_.size();
+  }
+  return whole_at_;
+}
+
+size_t EventLogReader::ClaimedSize(size_t offset) const {
   if (bytes_.size() - offset < kHeaderSize) return 0;
   const uint8_t* p = bytes_.data() + offset;
   if (std::memcmp(p, kMagic.data(), kMagic.size()) != 0) return 0;

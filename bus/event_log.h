@@ -59,10 +59,19 @@ class EventLogReader {
 
  private:
   // Size of the event that starts at offset, 0 if none does.
-  size_t EventSize(size_t offset) const;
+  size_t EventSize(size_t offset);
+  // The same by what the event's header says.
+  size_t ClaimedSize(size_t offset) const;
+  // An event or the end of the log begins here.
+  bool IsBoundary(size_t offset) const;
+  // Where, from this offset on, an event begins that a boundary follows. Found once, so that reading takes
+  // linear time whatever the bytes are.
+  size_t NextWhole(size_t offset);
 
   std::span<const uint8_t> bytes_;
   size_t offset_ = 0;
+  // No event of which NextWhole() speaks begins between these two.
+  size_t searched_from_ = 0, whole_at_ = 0;
   int64_t damaged_bytes_ = 0;
   int64_t damaged_places_ = 0;
 };

@@ -19,6 +19,13 @@ std::vector<uint8_t> Encode(const episode_summary_t& summary) {
   return bytes;
 }
 
+// The message begins with another fingerprint.
+bool IsOtherType(std::span<const uint8_t> data, int64_t fingerprint) {
+  int64_t found = 0;
+  return __int64_t_decode_array(data.data(), 0, static_cast<int>(data.size()), &found, 1) > 0 &&
+         found != fingerprint;
+}
+
 const char* EndReason(int8_t verdict) {
   return verdict == partial_metrics_t::SUCCESS ? "success" : "failure";
 }
@@ -32,9 +39,14 @@ RescoredLog Rescorer::Rescore(const std::filesystem::path& file) {
   RescoredLog log;
   running_ = false;
   model_.reset();
+  other_type_.clear();
   try {
     for (LogEvent event; reader.Next(&event);) OnEvent(event, &log);
     Finish(std::nullopt, &log);
+    if (log.episodes.empty() && !other_type_.empty()) {
+      throw InputError("made by another version of evalbus: " + other_type_ +
+                       " has a type that this one does not read");
+    }
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   }
@@ -47,6 +59,7 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   const auto decode = [&](auto* message) {
     const bool good = Bus::Decode(event.data, message);
     log->decode_errors += !good;
+    if (!good && IsOtherType(event.data, message->getHash())) other_type_ = event.channel;
     return good;
   };
   if (event.channel == channels::kState) {
@@ -70,6 +83,7 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   } else if (event.channel == channels::kEpisodeEnd) {
     episode_end_t end{};
     if (!decode(&end) || !running_ || end.header.episode != begin_.header.episode) return;
+    conflicts_.Hear(event.channel, 0, event.data);
     if (end_) return;
     end_ = end;
     merger_.EndAt(end.header.tick);
@@ -97,6 +111,7 @@ void Rescorer::Begin(const episode_begin_t& begin) {
   own_end_.reset();
   scorer_->Start();
   merger_.Start();
+  conflicts_.Start();
   running_ = true;
 }
 
@@ -107,7 +122,10 @@ void Rescorer::OnTickMessage(const LogEvent& event, Message* message, RescoredLo
     ++log->decode_errors;
     return;
   }
-  if (message->header.episode != begin_.header.episode || !merger_.Add(*message)) return;
+  const header_t& header = message->header;
+  if (header.episode != begin_.header.episode || !merger_.IsNear(header.tick)) return;
+  const auto answer = conflicts_.Hear(event.channel, header.tick, event.data);
+  if (answer != ConflictDetector::Answer::kNew || !merger_.Add(*message)) return;
   if (message->header.tick > last_.tick) last_ = message->header;
   ScoreTicks();
 }
@@ -140,10 +158,11 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   episode.model = model_;
   episode.recorded = recorded;
   episode.has_end = end_.has_value();
-  if (!end_ && recorded) {
-    end_ = {.header = recorded->header, .end_reason = recorded->end_reason, .detail = recorded->end_detail};
-  } else if (!end_) {
-    end_ = {.header = last_, .end_reason = "aborted", .detail = "the log ends before the episode"};
+  if (!end_) {
+    end_.emplace();
+    end_->header = recorded ? recorded->header : last_;
+    end_->end_reason = recorded ? recorded->end_reason : "aborted";
+    end_->detail = recorded ? recorded->end_detail : "the log ends before the episode";
   }
   merger_.EndAt(end_->header.tick);
   merger_.GiveUp();
@@ -155,6 +174,10 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   } else if (task_ && end_->end_reason == "time_limit") {
     end_->end_reason = "aborted";
     end_->detail = "the log ends before this description's time limit";
+  }
+  if (!conflicts_.conflict().empty()) {
+    end_->end_reason = "aborted";
+    end_->detail = conflicts_.conflict();
   }
   scorer_->EndAt(end_->header.tick);
   episode.summary = scorer_->Summary(begin_, *end_);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/conflict_detector.h"
 #include "bus/event_log.h"
 #include "evalbus/contacts_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
@@ -75,9 +76,12 @@ class Rescorer {
   // Kept from log to log, since all episodes of a run have the same model.
   std::unique_ptr<EpisodeScorer> scorer_;
   TickMerger merger_;
+  ConflictDetector conflicts_;
   state_t state_{};
   contacts_t contacts_{};
 
+  // Channel of a message of ours that is of another type than ours; empty if there was none.
+  std::string other_type_;
   bool running_ = false;
   episode_begin_t begin_{};
   // Latest tick heard of.

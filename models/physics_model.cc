@@ -9,7 +9,8 @@
 namespace evalbus {
 namespace {
 
-ModelPtr Load(const std::string& file, const std::string& sha256) {
+ModelPtr Load(const model_info_t& info, const std::string& file, const std::string& sha256) {
+  CheckMessageVersion(info);
   InstallMujocoHandlers();
   if (Sha256File(file) != sha256) {
     throw InputError(file + " is not the model of this run: its SHA-256 is not the one in MODEL");
@@ -21,9 +22,19 @@ ModelPtr Load(const std::string& file, const std::string& sha256) {
 
 }  // namespace
 
-ModelPtr LoadPhysicsModel(const model_info_t& info) { return Load(info.physics_file, info.physics_sha256); }
+void CheckMessageVersion(const model_info_t& info) {
+  if (info.message_version == model_info_t::VERSION) return;
+  throw InputError("made by message version " + std::to_string(info.message_version) +
+                   ", this evalbus reads " + std::to_string(model_info_t::VERSION));
+}
 
-ModelPtr LoadVisualModel(const model_info_t& info) { return Load(info.visual_file, info.visual_sha256); }
+ModelPtr LoadPhysicsModel(const model_info_t& info) {
+  return Load(info, info.physics_file, info.physics_sha256);
+}
+
+ModelPtr LoadVisualModel(const model_info_t& info) {
+  return Load(info, info.visual_file, info.visual_sha256);
+}
 
 void InstallMujocoHandlers() {
   mju_user_error = [](const char* message) { throw EnvironmentError(std::string("MuJoCo: ") + message); };

@@ -10,6 +10,9 @@
 namespace evalbus {
 
 std::string Sha256File(const std::filesystem::path& file) {
+  // The name may come from a message: a device or a pipe might never end.
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": cannot be read");
   std::ifstream stream(file, std::ios::binary);
   const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
   EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);

@@ -1,6 +1,7 @@
 #include "viz/film.h"
 
 #include <algorithm>
+#include <iostream>
 #include <memory>
 #include <optional>
 
@@ -53,6 +54,10 @@ Episode ReadEpisode(const std::filesystem::path& log) {
     } else if (event.channel == channels::kEpisodeEnd) {
       if (!decode(&episode.end.emplace())) episode.end.reset();
     }
+  }
+  if (reader.damaged_places() > 0) {
+    std::cerr << "warning: " << log.string() << ": " << reader.damaged_bytes()
+              << " damaged bytes skipped; the film holds the picture where ticks are missing" << std::endl;
   }
   if (!episode.model) throw InputError(log.string() + ": no whole MODEL message in this log");
   if (episode.states.empty()) throw InputError(log.string() + ": no whole STATE message in this log");

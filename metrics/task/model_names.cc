@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bus/errors.h"
+#include "models/physics_model.h"
 
 namespace evalbus {
 namespace {
@@ -40,10 +41,7 @@ std::vector<std::string> GripperNames(const model_info_t& model) {
 }  // namespace
 
 ModelNames::ModelNames(const model_info_t& model) : model_(model) {
-  if (model.message_version != model_info_t::VERSION) {
-    throw InputError("MODEL: message version " + std::to_string(model.message_version) + ", expected " +
-                     std::to_string(model_info_t::VERSION));
-  }
+  CheckMessageVersion(model);
   if (model.timestep_us <= 0 || model.substeps <= 0) {
     throw InputError("MODEL: expected timestep_us and substeps above 0");
   }

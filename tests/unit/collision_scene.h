@@ -28,6 +28,7 @@ struct CollisionScene {
   // Every body under the world is an entity of its own: "robot..." a robot, "fixture..." a fixture, else an
   // object. Geoms named "pad<i>..." are pads of gripper i.
   explicit CollisionScene(const std::string& xml) {
+    info.message_version = model_info_t::VERSION;
     mjVFS vfs;
     mj_defaultVFS(&vfs);
     mj_makeEmptyFileVFS(&vfs, "scene.xml", static_cast<int>(xml.size()));

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <fstream>
 #include <lcm/lcm-cpp.hpp>
+#include <set>
 
 #include "bus/errors.h"
 #include "tests/unit/temporary_folder.h"
@@ -122,6 +123,41 @@ TEST_F(EventLog, AbsurdLengthsAreDamage) {
   SetBytes(bytes);
   const Contents contents = Read();
   EXPECT_EQ(contents.numbers, (std::vector<int64_t>{1, 2}));
+}
+
+// Whatever a bit of a length turns it into, the event before and those behind are read.
+TEST_F(EventLog, DamagedLengthsCostOneEvent) {
+  WriteLog(8);
+  const std::string whole = Bytes();
+  size_t start = 0;
+  for (int i = 0; i < 3; ++i) start += 28 + 9 + Payload(i).size();
+  for (size_t byte = 20; byte < 28; ++byte) {
+    for (int bit = 0; bit < 8; ++bit) {
+      std::string bytes = whole;
+      bytes[start + byte] = static_cast<char>(bytes[start + byte] ^ (1 << bit));
+      SetBytes(bytes);
+      EventLogReader reader(file_);
+      std::set<int64_t> numbers;
+      for (LogEvent event; reader.Next(&event);) numbers.insert(event.number);
+      for (const int64_t other : {0, 1, 2, 4, 5, 6, 7}) {
+        EXPECT_TRUE(numbers.contains(other)) << "byte " << byte << ", bit " << bit << ", event " << other;
+      }
+    }
+  }
+}
+
+TEST_F(EventLog, ManyFalseStartsAreReadInLinearTime) {
+  // Headers whose events would be longer than any that follows, half a million of them.
+  std::string header("\xED\xA1\xDA\x01", 4);
+  header += std::string(18, '\0') + std::string("\0\x01\0\x10\0\0", 6);
+  std::string bytes;
+  for (int i = 0; i < 500'000; ++i) bytes += header;
+  SetBytes(bytes);
+  EventLogReader reader(file_);
+  LogEvent event;
+  while (reader.Next(&event)) {
+  }
+  EXPECT_GT(reader.damaged_bytes(), 0);
 }
 
 TEST_F(EventLog, AnEmptyFileHasNoEvents) {

@@ -50,6 +50,7 @@ inline state_t StateOf(const std::vector<double>& qpos) {
 inline model_info_t VisualInfo(const std::filesystem::path& run, const mjModel& visual) {
   std::filesystem::create_directories(run / "model");
   model_info_t info{};
+  info.message_version = model_info_t::VERSION;
   info.task = "lift_pot";
   info.variation = "base";
   info.visual_file = run / "model/visual.mjb";
