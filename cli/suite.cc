@@ -33,12 +33,13 @@ std::string Row(const std::string& name, size_t width, const std::string& succes
 }
 
 struct Tally {
-  int complete = 0, success = 0;
+  int episodes = 0, complete = 0, success = 0;
   double simulated_s = 0;
   std::map<std::string, int> reasons;
 
   void Add(const RecordedRun& run) {
     for (const RecordedEpisode& episode : run.episodes) {
+      ++episodes;
       if (!episode.complete) {
         ++reasons["incomplete"];
         continue;
@@ -48,6 +49,18 @@ struct Tally {
       simulated_s += episode.json["metrics"]["completion_time"].get<double>();
       if (!episode.success) ++reasons[episode.failure_reason];
     }
+  }
+  nlohmann::ordered_json Json() const {
+    const Interval interval = WilsonInterval(success, complete);
+    return {
+        {"episodes", episodes},
+        {"complete", complete},
+        {"successes", success},
+        {"success_rate",
+         complete > 0 ? nlohmann::ordered_json(static_cast<double>(success) / complete) : nullptr},
+        {"success_rate_wilson_95", {interval.lower, interval.upper}},
+        {"mean_completion_time_s", complete > 0 ? nlohmann::ordered_json(simulated_s / complete) : nullptr},
+        {"failure_reasons", reasons}};
   }
   std::string Line(const std::string& name, size_t width) const {
     const Interval interval = WilsonInterval(success, complete);
@@ -117,7 +130,7 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
   std::fflush(stdout);
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   JobPool pool(std::move(jobs), options.workers);
-  std::map<std::string, Tally> families;
+  std::map<std::string, Tally> variations, families;
   Tally all;
   int done = 0;
   const auto progress = [&] {
@@ -130,7 +143,7 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
   while (!pool.done() && !stop_requested()) {
     if (const auto ended = pool.Poll()) {
       const RecordedRun run = ReadRun(suite.path() / FolderName(*ended));
-      Tally tally;
+      Tally& tally = variations[*ended];
       tally.Add(run);
       families[run.task].Add(run);
       all.Add(run);
@@ -143,6 +156,12 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
     }
   }
   if (is_terminal) fmt::print("\x1b[K");
+  nlohmann::ordered_json summary = {{"all", all.Json()}};
+  for (const auto& [name, tally] : families) summary["by_task"][name] = tally.Json();
+  for (const std::string& task : tasks) {
+    if (variations.contains(task)) summary["by_variation"][task] = variations[task].Json();
+  }
+  suite.WriteJson("summary.json", summary);
   fmt::print("\n{}", Row("family", width, "success", "95 % interval", "mean time", "failures"));
   for (const auto& [name, tally] : families) fmt::print("{}", tally.Line(name, width));
   if (families.size() > 1) fmt::print("{}", all.Line("all", width));

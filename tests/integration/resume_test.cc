@@ -158,6 +158,10 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_EQ(json["runs"], nlohmann::json({"lift_pot-base", "lift_pot-position", "lift_pot-orientation",
                                           "lift_pot-position_and_orientation"}));
   for (const std::string name : json["runs"]) EXPECT_EQ(Episodes(suite / name).size(), 1u) << name;
+  const auto summary = nlohmann::json::parse(ReadText(suite / "summary.json"));
+  EXPECT_EQ(summary["all"]["episodes"], 4);
+  EXPECT_EQ(summary["by_task"]["lift_pot"], summary["all"]);
+  EXPECT_EQ(summary["by_variation"]["lift_pot/position"]["episodes"], 1);
   EXPECT_NE(run.out.find("4 of 4"), std::string::npos) << run.out;
 
   // A run that is missing is made up for, the others stay.
