@@ -45,9 +45,11 @@ std::vector<std::pair<std::string, std::vector<std::string>>> ComponentCommands(
       {"recorder", {program("evalbus-recorder"), "--out", out}},
       {"collision", {program("evalbus-collision")}},
       {"metrics", {program("evalbus-metrics")}},
-      {"policy", {program("evalbus-policy"), "--policy", options.policy}},
       {"sim", std::move(sim_command)},
   };
+  if (options.policy != kExternalPolicy) {
+    commands.push_back({"policy", {program("evalbus-policy"), "--policy", options.policy}});
+  }
   for (auto& [name, command] : commands) command.insert(command.end(), url.begin(), url.end());
   return commands;
 }

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <thread>
+#include <utility>
 
 #include "bus/component.h"
 #include "bus/errors.h"
+#include "bus/recorder.h"
+#include "viz/film.h"
 
 namespace evalbus {
 
@@ -14,7 +18,11 @@ Filming::Filming(const RunFolder& folder, std::vector<std::string> cameras, RunL
     : folder_(folder), cameras_(std::move(cameras)), next_(next) {}
 
 void Filming::OnEpisodeDone(const nlohmann::ordered_json& episode) {
-  if (!cameras_.empty() && failure_.empty()) waiting_.push_back(episode["episode"].get<int>());
+  const int index = episode["episode"].get<int>();
+  const bool is_missing = std::ranges::any_of(cameras_, [&](const std::string& camera) {
+    return !std::filesystem::exists(EpisodeFolder(folder_.path(), index) / FilmName(camera));
+  });
+  if (is_missing && failure_.empty()) waiting_.push_back(index);
   next_->OnEpisodeDone(episode);
 }
 
@@ -25,7 +33,7 @@ void Filming::Poll(SteadyTime now) {
 
 void Filming::Finish() {
   Advance();
-  const size_t left = waiting_.size() + filming_;
+  const size_t left = waiting_.size() + filming_.has_value();
   if (left > 0) {
     fmt::print("filming {} more episode{}\n", left, left == 1 ? "" : "s");
     std::fflush(stdout);
@@ -39,8 +47,10 @@ void Filming::Finish() {
 
 void Filming::Advance() {
   if (const auto exit = processes_.Poll()) {
-    filming_ = false;
-    if (exit->code != 0) {
+    const int episode = *std::exchange(filming_, std::nullopt);
+    if (exit->code > 1 && tried_again_.insert(episode).second) {
+      waiting_.push_front(episode);
+    } else if (exit->code != 0) {
       failure_ = exit->Error();
       waiting_.clear();
     }
@@ -52,8 +62,8 @@ void Filming::Advance() {
       {"/usr/bin/nice", "-n", "19", program, "render", folder_.path().string(), "--episode",
        std::to_string(waiting_.front()), "--camera", fmt::format("{}", fmt::join(cameras_, ","))},
       folder_.log_file("film"));
+  filming_ = waiting_.front();
   waiting_.pop_front();
-  filming_ = true;
 }
 
 }  // namespace evalbus

@@ -1,7 +1,10 @@
-// Films of a run's finished episodes, made beside it: one `evalbus render` at a time, at low priority.
+// Films of a run's finished episodes, made beside it: one `evalbus render` at a time, at low priority. One
+// that fails or is killed is tried once more.
 #pragma once
 
 #include <deque>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,7 +35,8 @@ class Filming : public RunListener {
   std::vector<std::string> cameras_;
   RunListener* next_;
   std::deque<int> waiting_;
-  bool filming_ = false;
+  std::optional<int> filming_;
+  std::set<int> tried_again_;
   std::string failure_;
   Processes processes_;
 };

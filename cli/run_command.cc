@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <set>
 
@@ -12,12 +13,14 @@
 #include "cli/filming.h"
 #include "cli/live_view.h"
 #include "cli/network.h"
+#include "cli/pacing.h"
 #include "cli/run_folder.h"
 #include "cli/suite.h"
 #include "cli/version.h"
 #include "cli/workers.h"
 #include "metrics/json_file.h"
 #include "metrics/run_statistics.h"
+#include "policy_bridge/factory.h"
 #include "sim/sim_options.h"
 #include "viz/film.h"
 #include "viz/renderer.h"
@@ -73,11 +76,14 @@ void AddRunOptions(CLI::App* app, RunOptions* options) {
          "make a suite: a folder of runs with one summary")
       ->required();
   AddSimOptions(app, &options->sim);
-  app->add_option("--policy", options->policy, "expert, noisy_expert, random, hold, or replay:RUN_OR_LOG")
+  app->add_option("--policy", options->policy, PolicyHelp() + "\nlcm: a process of yours on --url")
       ->capture_default_str();
   app->add_option("--episodes", options->episodes, "number of episodes")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app->add_option("--only", options->only, "of the episodes, counted from 0, run these only, with commas")
+      ->delimiter(',')
+      ->check(CLI::NonNegativeNumber);
   app->add_option("--seed", options->seed, "seed of the run; equal seeds give equal bits")
       ->capture_default_str();
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME");
@@ -134,10 +140,15 @@ RunPlan PlanOf(const RunOptions& options, const TaskSelection& selection,
                {},
                options.seed,
                {"collision", "metrics", "policy", "recorder"}};
+  plan.realtime = options.sim.realtime;
+  plan.policy_is_external = options.policy == kExternalPolicy;
+  plan.policy_timeout_s = options.sim.policy_timeout_s;
   std::set<int> there;
   for (const auto& episode : finished) there.insert(episode["episode"].get<int>());
   for (int episode = 0; episode < options.episodes; ++episode) {
-    if (!there.contains(episode)) plan.episodes.push_back(episode);
+    const bool is_wanted =
+        options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
+    if (is_wanted && !there.contains(episode)) plan.episodes.push_back(episode);
   }
   return plan;
 }
@@ -150,6 +161,8 @@ int RunShare(RunOptions options, const TaskSelection& selection) {
   DecideBus(&options);
   RunPlan plan = PlanOf(options, selection, EpisodeLines(folder.path() / "episodes.jsonl").Next());
   plan.episodes = EpisodesOfShare(plan.episodes, options.share);
+  // What this worker left where it was killed.
+  for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
   RunListener nobody;
   (options.in_process ? EvaluateInProcess : EvaluateProcesses)(options, folder, plan, &nobody);
   return 0;
@@ -187,15 +200,21 @@ int RunOne(RunOptions options) {
   const auto started = steady_clock::now();
   std::optional<LiveView> view;
   std::optional<Filming> filming;
+  size_t num_wanted = 0;
   try {
     if (options.workers == 1) DecideBus(&options);
     folder.WriteJson("run.json", RunJson(options, selection));
     const RunPlan plan = PlanOf(options, selection, finished);
+    num_wanted = finished.size() + plan.episodes.size();
     view.emplace(stdout, LiveHeader{selection.task.name, selection.variation, options.policy,
                                     options.sim.realtime ? "realtime" : "lockstep", options.sim.control_hz,
-                                    options.seed, options.episodes});
-    for (const auto& episode : finished) view->OnEpisodeDone(episode);
+                                    options.seed, static_cast<int>(num_wanted)});
     filming.emplace(folder, options.video, &*view);
+    for (const auto& episode : finished) filming->OnEpisodeDone(episode);
+    if (plan.policy_is_external) {
+      fmt::print("the policy is who says that it is on {}\n", options.url);
+      std::fflush(stdout);
+    }
     const auto evaluate = options.workers > 1  ? EvaluateWorkers
                           : options.in_process ? EvaluateInProcess
                                                : EvaluateProcesses;
@@ -214,12 +233,16 @@ int RunOne(RunOptions options) {
   }
   const double wall = std::chrono::duration<double>(steady_clock::now() - started).count();
   RunStatistics statistics;
-  for (const auto& episode : folder.SortEpisodes()) {
+  const auto episodes = folder.SortEpisodes();
+  for (const auto& episode : episodes) {
     statistics.Add(episode["episode"].get<int>(), ResultOf(episode));
   }
   const RunSummary summary = statistics.Summary(true);
-  folder.WriteJson("summary.json", SummaryJson(selection.task.name, selection.variation, summary));
+  auto summary_json = SummaryJson(selection.task.name, selection.variation, summary);
+  if (options.sim.realtime) summary_json["pacing"] = RunPacing(episodes);
+  folder.WriteJson("summary.json", summary_json);
   fmt::print("\n{}", SummaryTable(summary));
+  if (options.sim.realtime && !episodes.empty()) fmt::print("\n{}", PacingText(summary_json["pacing"]));
   const size_t added = static_cast<size_t>(summary.episodes) - finished.size();
   fmt::print("\n{} episode{} in {:.1f} s{}\n", added, added == 1 ? "" : "s", wall,
              finished.empty() ? "" : fmt::format(", {} there before", finished.size()));
@@ -232,10 +255,10 @@ int RunOne(RunOptions options) {
     fmt::print("films    {}  (done after {:.1f} s)\n", (shown / "episodes/*" / FilmName(camera)).string(),
                filmed);
   }
-  if (summary.episodes < options.episodes) {
+  if (summary.episodes < static_cast<int>(num_wanted)) {
     throw EnvironmentError(
         fmt::format("stopped after {} of {} episodes; the same command with --out {} --resume goes on",
-                    summary.episodes, options.episodes, shown.string()));
+                    summary.episodes, num_wanted, shown.string()));
   }
   return 0;
 }
@@ -247,6 +270,17 @@ int Run(RunOptions options) {
   const std::vector<std::string> tasks = ExpandTasks(options.tasks);
   if (options.workers > 1 && !options.url.empty()) {
     throw InputError("--workers and --url exclude each other: each worker has a bus of its own");
+  }
+  if (options.policy == kExternalPolicy && (options.url.empty() || tasks.size() > 1)) {
+    throw InputError(
+        "--policy lcm: expected one task, and with --url the bus on which the policy is, as "
+        "udpm://239.255.76.67:7667?ttl=0");
+  }
+  for (const int episode : options.only) {
+    if (episode >= options.episodes) {
+      throw InputError(fmt::format("--only {}: expected 0 to {}, since --episodes is {}", episode,
+                                   options.episodes - 1, options.episodes));
+    }
   }
   if (tasks.size() > 1) return RunSuite(options, tasks);
   options.sim.task = tasks[0];

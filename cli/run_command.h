@@ -12,6 +12,9 @@ class App;
 
 namespace evalbus {
 
+// The policy that is no process of ours: who says on the bus that it is the policy and ready, takes part.
+inline constexpr char kExternalPolicy[] = "lcm";
+
 struct RunOptions {
   // What to run: TASK[/VARIATION], TASK/all, all, RoboEval's names.
   std::vector<std::string> tasks;
@@ -19,6 +22,8 @@ struct RunOptions {
   SimOptions sim;
   std::string policy = "expert";
   int episodes = 3;
+  // Not empty: of these episodes only.
+  std::vector<int> only;
   int64_t seed = 0;
   // Empty: runs/TASK-VARIATION-POLICY-DATE-TIME.
   std::string out;

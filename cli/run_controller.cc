@@ -4,6 +4,8 @@
 
 #include "bus/channels.h"
 #include "bus/errors.h"
+#include "bus/extended_value.h"
+#include "cli/pacing.h"
 #include "metrics/result_json.h"
 #include "sim/episode_seed.h"
 
@@ -12,6 +14,7 @@ namespace {
 
 constexpr auto kRepeatCommand = std::chrono::milliseconds(500);
 constexpr auto kRecorderTimeout = std::chrono::seconds(10);
+constexpr auto kSummaryTimeout = std::chrono::seconds(10);
 // STATUS comes at least every 400 ms from a component that lives.
 constexpr auto kSilence = std::chrono::seconds(10);
 // Loading models and programs takes longer, on a machine that has much else to do.
@@ -24,36 +27,66 @@ constexpr auto kOwnGap = std::chrono::seconds(1);
 RunController::RunController(Bus* bus, const RunPlan& plan, const RunFolder& folder, RunListener* listener)
     : Component(bus, "run"), plan_(plan), folder_(folder), listener_(listener) {
   bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
-    if (done() || begin.header.episode != episode_index() || begin.attempt != attempt_) return;
+    if (done() || begin.header.episode != episode_index() || begin.attempt != attempt_ ||
+        begin.seed != seed()) {
+      return;
+    }
     if (EnterEpisode(begin)) {
+      conflicts_.Start();
+      ended_.reset();
       begun_ = true;
       SayReady();
       listener_->OnEpisodeBegin(begin);
     }
   });
   bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& partial) {
-    if (begun_ && IsOurs(partial.header)) listener_->OnPartial(partial);
+    if (!begun_ || !IsOurs(partial.header)) return;
+    started_ = true;
+    listener_->OnPartial(partial);
   });
+  // Another sim may have answered the COMMAND; the models of ours are in the run's folder.
+  const auto own_model = std::filesystem::absolute(folder.path() / "model/physics.mjb").lexically_normal();
+  bus->Subscribe<model_info_t>(channels::kModel, [this, own_model](const model_info_t& model) {
+    if (model.physics_file != own_model) foreign_model_ = model.physics_file;
+  });
+  bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& end) { OnEnd(end); });
   bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary,
                                     [this](const episode_summary_t& summary) { OnSummary(summary); });
-  bus->Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& status) {
-    if (silent_at_.contains(status.component)) {
-      silent_at_[status.component] = std::chrono::steady_clock::now() + kSilence;
-    }
-    if (!done() && status.component == "recorder" && status.attempt == attempt_ &&
-        status.last_finished_episode == episode_index()) {
-      recorded_ = true;
-      FinishIfRecorded();
-    }
-  });
+  bus->Subscribe<component_status_t>(channels::kStatus,
+                                     [this](const component_status_t& status) { OnStatus(status); });
 }
+
+void RunController::OnStatus(const component_status_t& status) {
+  const bool is_guest = plan_.policy_is_external && status.component == "policy";
+  if (is_guest || silent_at_.contains(status.component)) {
+    silent_at_[status.component] = std::chrono::steady_clock::now() + kSilence;
+  }
+  if (is_guest && status.state == component_status_t::FAILED) policy_error_ = status.error;
+  if (done() || status.attempt != attempt_ || status.last_finished_episode != episode_index()) return;
+  // Its EPISODE_END may have been lost.
+  if (status.component == "sim" && begun_ && !ended_) ended_ = std::chrono::steady_clock::now();
+  if (status.component == "recorder") {
+    recorded_ = true;
+    FinishIfRecorded();
+  }
+}
+
+void RunController::CheckPolicyComes(SteadyTime now) const {
+  if (!plan_.policy_is_external || started_) return;
+  if (std::chrono::duration<double>(now - waiting_since_).count() <= plan_.policy_timeout_s) return;
+  throw EnvironmentError("no policy said that it is ready for episode " + std::to_string(episode_index()) +
+                         " within " + std::to_string(std::lround(plan_.policy_timeout_s)) +
+                         " s (--policy-timeout-s)" + (policy_error_.empty() ? "" : ": " + policy_error_));
+}
+
+int64_t RunController::seed() const { return EpisodeSeed(plan_.seed, episode_index()); }
 
 void RunController::Command() {
   command_t command{};
   command.kind = command_t::START_EPISODE;
   command.episode = episode_index();
   command.attempt = attempt_;
-  command.seed = EpisodeSeed(plan_.seed, episode_index());
+  command.seed = seed();
   command.required_component = plan_.required;
   command.num_required = static_cast<int32_t>(plan_.required.size());
   bus().Publish(channels::kCommand, command);
@@ -63,7 +96,14 @@ void RunController::Command() {
 void RunController::Poll(SteadyTime now) {
   Component::Poll(now);
   if (done()) return;
+  if (waiting_since_ == SteadyTime{}) waiting_since_ = now;
+  CheckPolicyComes(now);
   if (!begun_ && now - commanded_ >= kRepeatCommand) Command();
+  // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that somebody else began.
+  if (ended_ && !episode_ && now - *ended_ > kSummaryTimeout) {
+    BeginAgain("no score within 10 s after the episode's end");
+    return;
+  }
   if (episode_ && now - summarised_ > kRecorderTimeout) {
     throw EnvironmentError("the recorder did not finish the log of episode " +
                            std::to_string(episode_index()) +
@@ -75,6 +115,7 @@ void RunController::ExpectStart() {
   const auto now = std::chrono::steady_clock::now();
   silent_at_["sim"] = now + kStartSilence;
   for (const std::string& name : plan_.required) silent_at_[name] = now + kStartSilence;
+  if (plan_.policy_is_external) silent_at_.erase("policy");
 }
 
 std::string RunController::Silent(SteadyTime now) {
@@ -89,9 +130,24 @@ std::string RunController::Silent(SteadyTime now) {
   return "";
 }
 
+void RunController::OnEnd(const episode_end_t& end) {
+  if (done() || !begun_ || !IsOurs(end.header)) return;
+  if (conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled()) == ConflictDetector::Answer::kConflicting) {
+    return BeginAgain(conflicts_.conflict());
+  }
+  end_ = end;
+  ended_ = std::chrono::steady_clock::now();
+  // Metrics may not be able to say so, if it was led into another episode.
+  if (end.end_reason == "aborted") BeginAgain(end.detail);
+}
+
 void RunController::OnSummary(const episode_summary_t& summary) {
   if (done() || summary.header.episode != episode_index() || summary.attempt != attempt_ || episode_) return;
   if (summary.end_reason == "aborted") return BeginAgain(summary.end_detail);
+  if (summary.seed != seed())
+    return BeginAgain("begun with a seed that is not ours: is a second run on this bus?");
+  if (!foreign_model_.empty())
+    return BeginAgain("a sim or a log of another run is on this bus: " + foreign_model_);
   episode_ = summary;
   summarised_ = std::chrono::steady_clock::now();
   FinishIfRecorded();
@@ -99,11 +155,19 @@ void RunController::OnSummary(const episode_summary_t& summary) {
 
 void RunController::FinishIfRecorded() {
   if (!episode_ || !recorded_) return;
-  const nlohmann::ordered_json line = EpisodeJson(plan_.task, plan_.variation, *episode_);
+  nlohmann::ordered_json line = EpisodeJson(plan_.task, plan_.variation, *episode_);
+  if (plan_.realtime) {
+    const auto misses = static_cast<int64_t>(ExtendedValue(episode_->extended, "deadline_misses"));
+    line["pacing"] = end_ ? EpisodePacing(*end_, misses) : nlohmann::ordered_json();
+  }
   folder_.AddEpisode(episode_index(), line);
   listener_->OnEpisodeDone(line);
   episode_.reset();
-  begun_ = recorded_ = false;
+  ended_.reset();
+  foreign_model_.clear();
+  begun_ = started_ = recorded_ = false;
+  end_.reset();
+  waiting_since_ = {};
   attempt_ = 0;
   ++next_;
   if (!done()) Command();
@@ -122,7 +186,11 @@ void RunController::BeginAgain(const std::string& why) {
   }
   listener_->OnRetry(episode_index(), why);
   episode_.reset();
-  begun_ = recorded_ = false;
+  ended_.reset();
+  foreign_model_.clear();
+  begun_ = started_ = recorded_ = false;
+  end_.reset();
+  waiting_since_ = {};
   ++attempt_;
 }
 

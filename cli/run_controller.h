@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "bus/component.h"
+#include "bus/conflict_detector.h"
 #include "cli/run_folder.h"
 #include "evalbus/command_t.hpp"
+#include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
@@ -26,6 +28,12 @@ struct RunPlan {
   std::vector<std::string> required;
   // Tries per episode before the run gives up.
   int max_attempts = 3;
+  // Episodes then say how well they kept time.
+  bool realtime = false;
+  // The policy is somebody else's process, which comes and goes as it likes; waited for until it is ready, at
+  // most this long.
+  bool policy_is_external = false;
+  double policy_timeout_s = 60;
 };
 
 // What the run wants shown; called from the controller's handlers.
@@ -61,8 +69,12 @@ class RunController : public Component {
  private:
   int episode_index() const { return plan_.episodes[next_]; }
   void Command();
+  void OnEnd(const episode_end_t& end);
   void OnSummary(const episode_summary_t& summary);
+  int64_t seed() const;
   void FinishIfRecorded();
+  void OnStatus(const component_status_t& status);
+  void CheckPolicyComes(SteadyTime now) const;
   void BeginAgain(const std::string& why);
 
   RunPlan plan_;
@@ -72,10 +84,20 @@ class RunController : public Component {
   size_t next_ = 0;
   int attempt_ = 0;
   bool begun_ = false;
+  // Its first score came.
+  bool started_ = false;
   bool recorded_ = false;
+  SteadyTime waiting_since_{};
+  std::string policy_error_;
+  std::optional<episode_end_t> end_;
   std::optional<episode_summary_t> episode_;
   SteadyTime commanded_{};
   SteadyTime summarised_{};
+  ConflictDetector conflicts_;
+  // Physics model of another run, heard since the attempt began; empty if there was none.
+  std::string foreign_model_;
+  // When the sim said that the episode is over.
+  std::optional<SteadyTime> ended_;
   // When each component is silent for too long.
   std::map<std::string, SteadyTime> silent_at_;
   SteadyTime listened_{};

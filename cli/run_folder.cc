@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <ctime>
 #include <fstream>
 #include <set>
+#include <thread>
+#include <utility>
 
 #include "bus/errors.h"
 #include "bus/recorder.h"
@@ -19,19 +22,58 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Writes and syncs; the flags say whether the file is replaced or extended.
-void WriteSynced(const fs::path& file, const std::string& text, int flags) {
-  const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flags, 0644);
-  bool good = fd >= 0;
-  for (size_t done = 0; good && done < text.size();) {
-    const ssize_t n = write(fd, text.data() + done, text.size() - done);
-    good = n >= 0 || errno == EINTR;
-    if (n > 0) done += static_cast<size_t>(n);
+// A killed run's processes hold its lock until the last of them is gone, moments after it.
+constexpr auto kLockWait = std::chrono::seconds(2);
+
+// An open file to write to; its failures throw EnvironmentError.
+class File {
+ public:
+  File(fs::path file, int flags)
+      : file_(std::move(file)), fd_(open(file_.c_str(), O_CREAT | O_CLOEXEC | flags, 0644)) {
+    Check(fd_ >= 0);
   }
-  good = good && fsync(fd) == 0;
-  const int error = errno;
-  if (fd >= 0) close(fd);
-  if (!good) throw EnvironmentError("cannot write " + file.string() + ": " + std::strerror(error));
+  ~File() {
+    if (fd_ >= 0) close(fd_);
+  }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  void WriteSynced(const std::string& text) {
+    for (size_t done = 0; done < text.size();) {
+      const ssize_t n = write(fd_, text.data() + done, text.size() - done);
+      Check(n >= 0 || errno == EINTR);
+      if (n > 0) done += static_cast<size_t>(n);
+    }
+    Check(fsync(fd_) == 0);
+  }
+  // Until this object goes, or its process dies.
+  void Lock() { Check(flock(fd_, LOCK_EX) == 0); }
+  // Removes what is behind the last end of a line.
+  void CutUnfinishedLine() {
+    off_t end = lseek(fd_, 0, SEEK_END);
+    const off_t size = end;
+    for (char last = 0; end > 0; --end) {
+      Check(pread(fd_, &last, 1, end - 1) == 1);
+      if (last == '\n') break;
+    }
+    if (end < size) Check(ftruncate(fd_, end) == 0);
+  }
+
+ private:
+  void Check(bool good) const {
+    if (!good) throw EnvironmentError("cannot write " + file_.string() + ": " + std::strerror(errno));
+  }
+
+  fs::path file_;
+  int fd_;
+};
+
+// True if a run that was to be here has not got as far as its mark.
+bool HoldsNothing(const fs::path& folder, const std::string& mark) {
+  return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
+    return (entry.path().filename() == "logs" && entry.is_directory() && fs::is_empty(entry)) ||
+           entry.path().filename() == mark + ".tmp";
+  });
 }
 
 }  // namespace
@@ -39,7 +81,9 @@ void WriteSynced(const fs::path& file, const std::string& text, int flags) {
 RunFolder::RunFolder(const fs::path& folder, bool resume, const std::string& mark)
     : path_(fs::absolute(folder).lexically_normal()) {
   std::error_code error;
-  const bool fresh = !fs::exists(path_) || (fs::is_directory(path_) && fs::is_empty(path_, error));
+  const bool fresh =
+      !fs::exists(path_) ||
+      (fs::is_directory(path_) && (resume ? HoldsNothing(path_, mark) : fs::is_empty(path_, error)));
   if (!fresh && !(resume && fs::exists(path_ / mark))) {
     throw InputError("--out " + folder.string() +
                      (resume
@@ -49,8 +93,16 @@ RunFolder::RunFolder(const fs::path& folder, bool resume, const std::string& mar
   }
   fs::create_directories(path_ / "logs", error);
   if (error) throw InputError("--out " + folder.string() + ": cannot create: " + error.message());
-  lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (lock_ < 0 || flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+  lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY);
+  const auto deadline = std::chrono::steady_clock::now() + kLockWait;
+  while (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      close(std::exchange(lock_, -1));
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+  if (lock_ < 0) {
     throw InputError("--out " + folder.string() + ": another 'evalbus run' is at work in it");
   }
   if (!fresh && mark == "run.json") Clean();
@@ -76,7 +128,9 @@ void RunFolder::Clean() const {
     if (!finished.contains(entry.path())) fs::remove_all(entry.path());
   }
   for (const auto& entry : fs::recursive_directory_iterator(path_)) {
-    if (entry.path().extension() == ".tmp") fs::remove(entry.path());
+    if (entry.path().extension() == ".tmp" || entry.path().filename().string().ends_with(".partial.mp4")) {
+      fs::remove(entry.path());
+    }
   }
 }
 
@@ -107,7 +161,7 @@ std::vector<nlohmann::ordered_json> RunFolder::SortEpisodes() const {
             [](const auto& a, const auto& b) { return a["episode"] < b["episode"]; });
   std::string text;
   for (const auto& episode : episodes) text += episode.dump() + "\n";
-  WriteSynced(file.string() + ".tmp", text, O_TRUNC);
+  File(file.string() + ".tmp", O_WRONLY | O_TRUNC).WriteSynced(text);
   fs::rename(file.string() + ".tmp", file);
   return episodes;
 }
@@ -115,7 +169,7 @@ std::vector<nlohmann::ordered_json> RunFolder::SortEpisodes() const {
 void RunFolder::WriteJson(const std::string& name, const nlohmann::ordered_json& json) const {
   const fs::path file = path_ / name;
   const fs::path temporary = file.string() + ".tmp";
-  WriteSynced(temporary, json.dump(2) + "\n", O_TRUNC);
+  File(temporary, O_WRONLY | O_TRUNC).WriteSynced(json.dump(2) + "\n");
   fs::rename(temporary, file);
 }
 
@@ -123,7 +177,11 @@ void RunFolder::AddEpisode(int episode, const nlohmann::ordered_json& result) co
   const fs::path folder = fs::relative(EpisodeFolder(path_, episode), path_);
   fs::create_directories(path_ / folder);
   WriteJson((folder / "summary.json").string(), result);
-  WriteSynced(path_ / "episodes.jsonl", result.dump() + "\n", O_APPEND);
+  File lines(path_ / "episodes.jsonl", O_RDWR | O_APPEND);
+  // Another worker may be at it; one that was killed or found the disk full has left a part of a line.
+  lines.Lock();
+  lines.CutUnfinishedLine();
+  lines.WriteSynced(result.dump() + "\n");
 }
 
 void RunFolder::DiscardEpisode(int episode) const {

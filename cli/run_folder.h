@@ -63,7 +63,8 @@ class RunFolder {
   void Clean() const;
 
   std::filesystem::path path_;
-  // Held while the folder is ours; goes with the process, however that ends.
+  // Held while the folder is ours. Our child processes inherit it: it goes with the last of them, however
+  // that ends, so that nobody goes on with a run whose recorder still writes.
   int lock_ = -1;
 };
 

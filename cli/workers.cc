@@ -31,6 +31,9 @@ std::vector<std::string> RunCommand(const RunOptions& options) {
                                       fmt::format("{}", sim.rtf),
                                       "--policy-timeout-s",
                                       fmt::format("{}", sim.policy_timeout_s)};
+  if (!options.only.empty()) {
+    command.insert(command.end(), {"--only", fmt::format("{}", fmt::join(options.only, ","))});
+  }
   if (sim.realtime) command.push_back("--realtime");
   if (options.in_process) command.push_back("--in-process");
   if (!sim.robot.empty()) command.insert(command.end(), {"--robot", sim.robot});

@@ -23,6 +23,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
     throw InputError(
         fmt::format("film of {}x{}: H.264 needs an even width and height", size.width, size.height));
   }
+  // Who writes into the file that an earlier process left, its orphaned ffmpeg, shall not write into ours.
+  std::error_code none_there;
+  std::filesystem::remove(partial_, none_there);
   // One thread and no versions or dates inside: equal frames, equal bytes. A fragment a second: a film that
   // is cut plays up to the last whole one. Colours are BT.709, and say so.
   const std::vector<std::string> command = {
