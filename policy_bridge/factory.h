@@ -16,12 +16,15 @@ namespace evalbus {
 // The actions that were recorded of an episode, in the order of their ticks; empty if there are none.
 using Recording = std::function<std::vector<action_t>(int episode)>;
 
-// name: expert, noisy_expert, random, hold, or replay, which plays `recording`. Throws InputError that lists
-// the names, or says which tasks the policy is for.
+// name: expert, noisy_expert, flawed_expert:FLAW (flawed_policy.h), random, hold, or replay, which plays
+// `recording`. Throws InputError that lists the names, or says which tasks the policy is for.
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info,
                                    const Recording& recording = {});
 
 // Throws InputError, as MakePolicy does, for a name that no policy has.
 void CheckPolicyName(const std::string& name);
+
+// The policies there are, for --help.
+std::string PolicyHelp();
 
 }  // namespace evalbus

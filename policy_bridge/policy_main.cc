@@ -1,6 +1,7 @@
 // evalbus-policy: a policy of a run.
 #include <CLI/CLI.hpp>
 
+#include "policy_bridge/factory.h"
 #include "policy_bridge/policy_component.h"
 
 int main(int argc, char** argv) {
@@ -8,8 +9,7 @@ int main(int argc, char** argv) {
   return evalbus::HostMain(
       argc, argv, "Runs a policy: answers every state of the sim with an action.",
       [&](CLI::App* app) {
-        app->add_option("--policy", policy, "expert, noisy_expert, random, hold, or replay:RUN_OR_LOG")
-            ->capture_default_str();
+        app->add_option("--policy", policy, evalbus::PolicyHelp())->capture_default_str();
       },
       [&](evalbus::Bus* bus) { return std::make_unique<evalbus::PolicyComponent>(bus, policy); });
 }

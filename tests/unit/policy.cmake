@@ -1,6 +1,7 @@
 add_executable(policy_test
   block_experts_test.cc
   expert_test.cc
+  flawed_policy_test.cc
   grasp_test.cc
   hinge_experts_test.cc
   kinematics_test.cc
