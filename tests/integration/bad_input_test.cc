@@ -126,7 +126,7 @@ TEST_F(BadInput, Replay) {
   ExpectRun(1, {"lift_pot", "--policy", "replay:/nowhere"}, {"/nowhere"});
   ExpectRun(1, {"lift_pot", "--policy", "replay"}, {"replay"});
   ExpectRun(1, {"lift_pot", "--policy", "replay:" + File("damaged.lcmlog", std::string(5000, 'x'))},
-            {"replay", "no actions"});
+            {"replay", "damaged.lcmlog is damaged"});
 }
 
 TEST_F(BadInput, Score) {
