@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 namespace evalbus {
 namespace {
@@ -40,7 +41,12 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
 
 std::string Text(const explanation_t& e, const std::string& reason, double time, bool has_stages) {
   std::string text = fmt::format("{} at {:.2f} s", reason.empty() ? "success" : reason, time);
-  for (size_t k = 0; k < e.condition.size(); ++k) text += (k == 0 ? ": " : ", ") + e.condition[k].text;
+  // Of an `any`, several operands may wait for the same.
+  std::set<std::string> said;
+  for (const condition_t& condition : e.condition) {
+    if (!said.insert(condition.text).second) continue;
+    text += (said.size() == 1 ? ": " : ", ") + condition.text;
+  }
   if (e.last_stage_index > 0) {
     text += fmt::format("; last stage {} ({}) at {:.2f} s", e.last_stage_index, e.last_stage_name,
                         e.last_stage_time_s);

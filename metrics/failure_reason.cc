@@ -101,7 +101,6 @@ bool Missed(const EpisodeOutcome& outcome) {
 
 bool IsInWrongPose(const EpisodeOutcome& outcome) {
   return std::any_of(outcome.conditions.begin(), outcome.conditions.end(), [&](const condition_t& condition) {
-    if (condition.kind == condition_t::HOLDING) return false;
     return IsAboutAHeldObject(condition, outcome, condition.kind == condition_t::POSE);
   });
 }

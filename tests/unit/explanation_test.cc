@@ -255,6 +255,25 @@ TEST_F(ExplanationTest, WrongPoseIsAnObjectLetGoAtTheWrongPlace) {
   EXPECT_EQ(Reason(), "wrong_pose");
 }
 
+TEST_F(ExplanationTest, WrongPoseIsAnObjectLetGoThatShouldBeHeld) {
+  UseSuccess("{holding: {gripper: right, object: pot}}");
+  Hold();
+  EXPECT_EQ(Reason(), "timeout") << "still in the other hand";
+  Opening(0) = 0.9;
+  Tick();
+  EXPECT_EQ(Reason(), "wrong_pose");
+}
+
+TEST_F(ExplanationTest, TheSameConditionIsSaidOnce) {
+  UseSuccess(
+      "{any: [{all: [{touching: {a: pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}, {touching: "
+      "{a: "
+      "pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}");
+  Tick();
+  EXPECT_EQ(Text(), "timeout at 0.02 s: pot does not touch world, height of pot 1 m < 9; no stage reached");
+  EXPECT_EQ(End().explanation.num_conditions, 3);
+}
+
 TEST_F(ExplanationTest, RobotOutOfBounds) {
   state_.body_position_m[kRightHand] = {8, 8, 0};
   Tick();
