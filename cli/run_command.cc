@@ -231,6 +231,7 @@ int RunOne(RunOptions options) {
     }
     throw;
   }
+  folder.RemoveFiles(".tmp");
   const double wall = std::chrono::duration<double>(steady_clock::now() - started).count();
   RunStatistics statistics;
   const auto episodes = folder.SortEpisodes();

@@ -22,6 +22,15 @@ constexpr auto kStartSilence = std::chrono::seconds(60);
 // If we ourselves were held up for longer, the others' messages wait unread.
 constexpr auto kOwnGap = std::chrono::seconds(1);
 
+// A component whose log is on a full disk cannot say so there.
+std::string WhyNoSpace(const std::filesystem::path& folder) {
+  constexpr uintmax_t kAlmostNone = 64 << 10;
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  if (error || space.available > kAlmostNone) return "";
+  return "; no space left on the disk of " + folder.string();
+}
+
 }  // namespace
 
 RunController::RunController(Bus* bus, const RunPlan& plan, const RunFolder& folder, RunListener* listener)
@@ -182,7 +191,8 @@ void RunController::Retry(const std::string& why) {
 void RunController::BeginAgain(const std::string& why) {
   if (attempt_ + 1 >= plan_.max_attempts) {
     throw EnvironmentError("episode " + std::to_string(episode_index()) + " failed " +
-                           std::to_string(plan_.max_attempts) + " times, the last time: " + why);
+                           std::to_string(plan_.max_attempts) + " times, the last time: " + why +
+                           WhyNoSpace(folder_.path()));
   }
   listener_->OnRetry(episode_index(), why);
   episode_.reset();

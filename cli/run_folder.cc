@@ -127,10 +127,16 @@ void RunFolder::Clean() const {
   for (const auto& entry : fs::directory_iterator(path_ / "episodes", none_there)) {
     if (!finished.contains(entry.path())) fs::remove_all(entry.path());
   }
-  for (const auto& entry : fs::recursive_directory_iterator(path_)) {
-    if (entry.path().extension() == ".tmp" || entry.path().filename().string().ends_with(".partial.mp4")) {
-      fs::remove(entry.path());
-    }
+  RemoveFiles(".tmp");
+  RemoveFiles(".partial.mp4");
+}
+
+void RunFolder::RemoveFiles(const std::string& ending) const {
+  // A killed worker's processes may be about to follow it: folders can go while we look.
+  std::error_code gone;
+  for (auto entry = fs::recursive_directory_iterator(path_, gone);
+       entry != fs::recursive_directory_iterator(); entry.increment(gone)) {
+    if (entry->path().filename().string().ends_with(ending)) fs::remove(entry->path(), gone);
   }
 }
 

@@ -52,6 +52,8 @@ class RunFolder {
   void AddEpisode(int episode, const nlohmann::ordered_json& result) const;
   // Removes what an unfinished attempt of an episode left.
   void DiscardEpisode(int episode) const;
+  // Removes files, in all folders, whose names end so: what processes that are gone left half-written.
+  void RemoveFiles(const std::string& ending) const;
   // The lines of episodes.jsonl in the order of episodes, and in that order in the file again (several
   // workers finish them in another one).
   std::vector<nlohmann::ordered_json> SortEpisodes() const;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <utility>
 
 #include "bus/channels.h"
 #include "bus/errors.h"
@@ -50,7 +51,9 @@ std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
     mj_saveModel(model, temporary.c_str(), nullptr, 0);
     // MuJoCo does not say whether the disk took it, but refuses to read a file that is cut off. (The file is
     // smaller than mj_sizeModel, which counts buffers, too.)
+    const auto warn = std::exchange(mju_user_warning, [](const char*) {});
     mjModel* read = mj_loadModel(temporary.c_str(), nullptr);
+    mju_user_warning = warn;
     mj_deleteModel(read);
     return read != nullptr;
   });

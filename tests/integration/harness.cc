@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <thread>
 
@@ -119,12 +120,13 @@ void Evaluate(const std::vector<std::string>& arguments, const fs::path& out) {
   EXPECT_EQ(result.err, "");
 }
 
-std::string ShortTask(const fs::path& folder, double time_limit_s) {
+std::string ShortTask(const fs::path& folder, double time_limit_s, const std::string& task) {
   const std::string models = EVALBUS_SOURCE_DIR "/models/";
-  std::string text = ReadText(models + "tasks/lift_pot.yaml");
+  std::string text = ReadText(models + "tasks/" + task + ".yaml");
   text = Replace(text, "../", models);
-  text = Replace(text, "time_limit_s: 20", "time_limit_s: " + std::to_string(time_limit_s));
-  const fs::path file = folder / "short_pot.yaml";
+  text = std::regex_replace(text, std::regex("time_limit_s: \\d+"),
+                            "time_limit_s: " + std::to_string(time_limit_s));
+  const fs::path file = folder / ("short_" + task.substr(task.rfind('_') + 1) + ".yaml");
   WriteText(file, text);
   return file;
 }

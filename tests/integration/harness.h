@@ -72,8 +72,9 @@ Result RunProgram(std::vector<std::string> command, const Program::Setting& sett
 // `evalbus run` with these arguments; fails the test unless it exits with 0.
 void Evaluate(const std::vector<std::string>& arguments, const std::filesystem::path& out);
 
-// lift_pot as a file of the folder, each episode as long as said; returns the file.
-std::string ShortTask(const std::filesystem::path& folder, double time_limit_s);
+// A task as a file of the folder, each episode as long as said; returns the file.
+std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
+                      const std::string& task = "lift_pot");
 
 // Process ids of the children of a process whose program has this name.
 std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program = "");

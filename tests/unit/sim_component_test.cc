@@ -311,6 +311,47 @@ TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
   EXPECT_EQ(ends_[0].end_reason, "success");
 }
 
+TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
+  SimOptions options;
+  options.realtime = true;
+  options.rtf = 1e6;  // 20 ns a tick: physics takes longer
+  MakeSim(options);
+  Start();
+  while (tick() < 20) {
+    sim_->Poll(std::chrono::steady_clock::now());
+    HandleAll();
+  }
+  Score(19, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].late_ticks, 20);
+  EXPECT_GT(ends_[0].pacing_error_p50_s, 20e-9);
+  EXPECT_LE(ends_[0].pacing_error_p50_s, ends_[0].pacing_error_p99_s);
+  EXPECT_EQ(ends_[0].pacing_error_p99_s, ends_[0].pacing_error_max_s);  // of 20, the largest
+}
+
+TEST_F(SimComponentTest, APolicyThatSaysItFailedEndsTheEpisode) {
+  MakeSim();
+  Start();
+  component_status_t status{};
+  status.component = "policy";
+  status.state = component_status_t::FAILED;
+  status.error = "out of memory";
+  status.attempt = 1;  // another one
+  bus_->Publish(channels::kStatus, status);
+  HandleAll();
+  Act(Action(0));
+  Score(0);
+  EXPECT_EQ(tick(), 1);
+  status.attempt = 0;
+  bus_->Publish(channels::kStatus, status);
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());  // the tick is scored first
+  Score(1);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "policy_error");
+  EXPECT_EQ(ends_[0].detail, "out of memory");
+}
+
 TEST_F(SimComponentTest, ControlRatesAreWholePhysicsSteps) {
   for (const auto& [hz, substeps] : {std::pair{20.0, 25}, {50.0, 10}, {200.0, 3}, {500.0, 1}}) {
     SimOptions options;

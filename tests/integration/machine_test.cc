@@ -1,0 +1,153 @@
+// A machine that misbehaves: full and read-only disks, a wall clock that is set back, small receive buffers.
+#include <sched.h>
+#include <sys/mount.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kEpisodes = 3;
+
+std::vector<std::string> RunCommand(const std::string& task, const fs::path& out,
+                                    const std::vector<std::string>& more) {
+  std::vector<std::string> command = {
+      "evalbus", "run", task, "--policy", "random", "--episodes", std::to_string(kEpisodes), "--out", out};
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+uintmax_t BytesIn(const fs::path& folder) {
+  uintmax_t bytes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) bytes += fs::file_size(entry);
+  }
+  return bytes;
+}
+
+// In one process and in several. A disk of its own, which only this test and its children see.
+class Disk : public testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    if (!GetParam()) EVALBUS_NEEDS_BUS();
+    if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        !Mount(0, 1 << 20)) {
+      GTEST_SKIP() << "no file system of our own on this machine: " << std::strerror(errno);
+    }
+    ASSERT_EQ(RunProgram(RunCommand(task_, reference_, {"--in-process"})).code, 0);
+  }
+  void TearDown() override { umount(disk_.c_str()); }
+
+  bool Mount(unsigned long flags, uintmax_t bytes) {
+    fs::create_directory(disk_);
+    const std::string size = "size=" + std::to_string(bytes);
+    return mount("tmpfs", disk_.c_str(), "tmpfs", flags, size.c_str()) == 0;
+  }
+  Result Run(std::vector<std::string> more = {}) {
+    if (GetParam()) more.push_back("--in-process");
+    return RunProgram(RunCommand(task_, run_, more));
+  }
+
+  TemporaryFolder folder_;
+  const std::string task_ = ShortTask(folder_.path(), 1);
+  const fs::path reference_ = folder_.path() / "reference";
+  const fs::path disk_ = folder_.path() / "disk";
+  const fs::path run_ = disk_ / "run";
+};
+
+TEST_P(Disk, FullBeforeTheFirstEpisodeLeavesNothing) {
+  ASSERT_TRUE(Mount(MS_REMOUNT, BytesIn(reference_ / "model") / 2));
+  const Result result = Run();
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  const std::string expected = GetParam() ? "cannot write " + run_.string() + "/model/" : "o space left on";
+  EXPECT_NE(result.err.find(expected), std::string::npos) << result.err;
+  EXPECT_FALSE(fs::exists(run_));
+}
+
+TEST_P(Disk, FullInMidRunKeepsWhatIsFinishedAndTheRestIsDoneLater) {
+  const uintmax_t whole = BytesIn(reference_), models = BytesIn(reference_ / "model");
+  // Room for the first episode and a part of the second.
+  ASSERT_TRUE(Mount(MS_REMOUNT, models + (whole - models) / 2 + (64 << 10)));
+  const Result result = Run();
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_NE(result.err.find("o space left on"), std::string::npos) << result.err;
+  const auto before = Episodes(run_);
+  ASSERT_GE(before.size(), 1u);
+  ASSERT_LT(before.size(), static_cast<size_t>(kEpisodes));
+  EXPECT_EQ(before[0].dump(), Episodes(reference_)[0].dump());
+
+  ASSERT_TRUE(Mount(MS_REMOUNT, 2 * whole));
+  const Result resumed = Run({"--resume"});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  ExpectSameScores(run_, reference_);
+}
+
+TEST_P(Disk, ReadOnlyIsRefused) {
+  ASSERT_TRUE(Mount(MS_REMOUNT, 2 * BytesIn(reference_)));
+  fs::copy(reference_, run_, fs::copy_options::recursive);
+  ASSERT_TRUE(Mount(MS_REMOUNT | MS_RDONLY, 2 * BytesIn(reference_)));
+  const Result resumed = Run({"--resume"});
+  EXPECT_EQ(resumed.code, 2);
+  EXPECT_EQ(std::count(resumed.err.begin(), resumed.err.end(), '\n'), 1) << resumed.err;
+  EXPECT_NE(resumed.err.find("Read-only file system"), std::string::npos) << resumed.err;
+  const Result fresh = RunProgram(RunCommand(task_, disk_ / "new", {"--in-process"}));
+  EXPECT_EQ(fresh.code, 1);
+  EXPECT_EQ(fresh.err,
+            "error: --out " + (disk_ / "new").string() + ": cannot create: Read-only file system\n");
+}
+
+INSTANTIATE_TEST_SUITE_P(Hosting, Disk, testing::Bool(), [](const auto& test) {
+  return std::string(test.param ? "InProcess" : "Processes");
+});
+
+TEST(Machine, AWallClockThatIsSetBackChangesNothing) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer must be the first library of a process";
+#endif
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const std::string task = ShortTask(folder.path(), 1);
+  const fs::path reference = folder.path() / "reference", run = folder.path() / "run",
+                 realtime = folder.path() / "realtime";
+  const Program::Setting setting{{}, [] { setenv("LD_PRELOAD", CLOCK_BACK, 1); }};
+  // It works at all.
+  ASSERT_EQ(
+      RunProgram({"perl", "-e",
+                  "$a = time; select(undef, undef, undef, 0.5); print($a - time > 7000 ? 'back' : 'on')"},
+                 setting)
+          .out,
+      "back");
+  ASSERT_EQ(RunProgram(RunCommand(task, reference, {"--in-process"})).code, 0);
+  const Result result = RunProgram(RunCommand(task, run, {}), setting);
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  ExpectSameScores(run, reference);
+  for (int i = 0; i < kEpisodes; ++i) {
+    ExpectSameTicks(ReadLog(LogFile(run, i)), ReadLog(LogFile(reference, i)));
+  }
+  const Result paced = RunProgram(RunCommand(task, realtime, {"--realtime"}), setting);
+  EXPECT_EQ(paced.code, 0) << paced.err;
+  for (const auto& episode : Episodes(realtime)) EXPECT_EQ(episode["pacing"]["ticks"], 50);
+}
+
+TEST(Machine, TheKernelsDefaultReceiveBufferIsEnough) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const std::string task = ShortTask(folder.path(), 1);
+  const fs::path reference = folder.path() / "reference", run = folder.path() / "run";
+  ASSERT_EQ(RunProgram(RunCommand(task, reference, {"--in-process"})).code, 0);
+  const Result result = RunProgram(RunCommand(task, run, {"--url", UniqueUrl() + "&recv_buf_size=212992"}));
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  ExpectSameScores(run, reference);
+}
+
+}  // namespace
+}  // namespace evalbus

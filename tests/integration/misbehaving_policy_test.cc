@@ -1,0 +1,210 @@
+// Policies that are no process of ours (--policy lcm), and whatever they do wrong.
+#include <cmath>
+#include <limits>
+
+#include "bus/channels.h"
+#include "evalbus/action_t.hpp"
+#include "evalbus/component_status_t.hpp"
+#include "evalbus/episode_begin_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Keeps the robot where it is, and misbehaves in its own way in each episode.
+class Guest {
+ public:
+  // What is wrong, in the order of episodes.
+  enum Episode {
+    kHonest,
+    kNan,
+    kInfinite,
+    kWrongSize,
+    kWrongMode,
+    kOutOfRange,
+    kNever,
+    kWrongTick,
+    kLate,
+    kFailed,
+    kSaysWhy,
+    kDies,
+    kHonestAgain,
+    kNumEpisodes
+  };
+
+  explicit Guest(const std::string& url) : bus_(url) {
+    bus_.Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { model_ = m; });
+    bus_.Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
+      if (begin.attempt > 0) dead_ = false;  // somebody has started it again
+      if (late_) bus_.Publish(channels::kAction, *late_);
+      late_.reset();
+      status_.component = "policy";
+      status_.instance = 7 + begin.attempt;
+      status_.state = component_status_t::READY;
+      status_.episode = begin.header.episode;
+      status_.attempt = begin.attempt;
+      SayStatus();
+    });
+    bus_.Subscribe<state_t>(channels::kState, [this](const state_t& state) { Answer(state); });
+  }
+
+  void Work() {
+    while (bus_.Handle()) {
+    }
+    if (std::chrono::steady_clock::now() - said_ > std::chrono::milliseconds(300)) SayStatus();
+  }
+
+ private:
+  void SayStatus() {
+    said_ = std::chrono::steady_clock::now();
+    if (!dead_ && !status_.component.empty()) bus_.Publish(channels::kStatus, status_);
+  }
+  void Answer(const state_t& state) {
+    if (dead_) return;
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    action_t action{};
+    action.header = state.header;
+    action.mode = action_t::JOINT_POSITION;
+    for (const arm_info_t& arm : model_.arm) {
+      action.joint_position_rad.insert(action.joint_position_rad.end(), arm.joint_home_rad.begin(),
+                                       arm.joint_home_rad.end());
+    }
+    action.gripper_closing.assign(model_.gripper.size(), 0);
+    // Well at first.
+    if (state.header.tick >= 5) {
+      switch (state.header.episode) {
+        case kNan:
+          action.joint_position_rad[3] = kNaN;
+          break;
+        case kInfinite:
+          action.gripper_closing[0] = -std::numeric_limits<double>::infinity();
+          break;
+        case kWrongSize:
+          action.joint_position_rad.pop_back();
+          break;
+        case kWrongMode:
+          action.mode = 99;
+          break;
+        case kOutOfRange:
+          action.joint_position_rad[0] = 1e300;
+          break;
+        case kNever:
+          return;
+        case kWrongTick:
+          ++action.header.tick;
+          break;
+        case kLate:
+          late_ = action;
+          return;
+        case kFailed:
+          status_.state = component_status_t::FAILED;
+          status_.error = "out of GPU memory";
+          SayStatus();
+          return;
+        case kSaysWhy:
+          action.error = "no such grasp";
+          break;
+        case kDies:
+          if (status_.attempt == 0) {
+            dead_ = true;
+            return;
+          }
+          break;
+        default:
+          break;
+      }
+    }
+    action.num_joints = static_cast<int32_t>(action.joint_position_rad.size());
+    action.num_grippers = static_cast<int32_t>(action.gripper_closing.size());
+    bus_.Publish(channels::kAction, action);
+  }
+
+  Bus bus_;
+  model_info_t model_{};
+  component_status_t status_{};
+  std::optional<action_t> late_;
+  bool dead_ = false;
+  SteadyTime said_{};
+};
+
+TEST(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  const std::string url = UniqueUrl();
+  Guest guest(url);
+  Program launcher({"evalbus", "run", ShortTask(folder.path(), 0.4), "--policy", "lcm", "--url", url,
+                    "--episodes", std::to_string(Guest::kNumEpisodes), "--policy-timeout-s", "3", "--out",
+                    run});
+  ASSERT_TRUE(WaitFor([&] {
+    guest.Work();
+    return !launcher.running();
+  }));
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();
+
+  const std::string size = "action has 13 joint and 2 gripper values, expected 14 and 2";
+  const std::vector<std::pair<std::string, std::string>> expected = {
+      {"time_limit", ""},
+      {"policy_error", "action contains NaN or infinity"},
+      {"policy_error", "action contains NaN or infinity"},
+      {"policy_error", size},
+      {"policy_error", "action mode 99 is not known"},
+      {"time_limit", ""},
+      {"policy_timeout", "no action for tick 5 within 3 s"},
+      {"policy_timeout", "no action for tick 5 within 3 s"},
+      {"policy_timeout", "no action for tick 5 within 3 s"},
+      {"policy_error", "out of GPU memory"},
+      {"policy_error", "no such grasp"},
+      {"time_limit", ""},
+      {"time_limit", ""}};
+  const auto episodes = Episodes(run);
+  ASSERT_EQ(episodes.size(), expected.size()) << launcher.out();
+  for (size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(episodes[i]["end_reason"], expected[i].first) << i;
+    EXPECT_EQ(episodes[i]["end_detail"], expected[i].second) << i;
+    EXPECT_EQ(episodes[i]["complete"], true) << i;
+    // People see it, too.
+    EXPECT_NE(launcher.out().find(expected[i].second), std::string::npos) << launcher.out();
+  }
+  EXPECT_GT(episodes[Guest::kOutOfRange]["extended"]["action_clips"], 0);
+  EXPECT_EQ(episodes[Guest::kHonestAgain]["extended"]["action_clips"], 0);
+  EXPECT_NE(launcher.out().find("begun again: policy hangs"), std::string::npos) << launcher.out();
+  // It did what the built-in policy that stands still does.
+  Evaluate({ShortTask(folder.path(), 0.4), "--policy", "hold", "--in-process", "--episodes",
+            std::to_string(Guest::kNumEpisodes), "--only", std::to_string(Guest::kHonestAgain)},
+           folder.path() / "hold");
+  ExpectSameTicks(ReadLog(LogFile(run, Guest::kHonestAgain)),
+                  ReadLog(LogFile(folder.path() / "hold", Guest::kHonestAgain)));
+}
+
+TEST(MisbehavingPolicy, WhoNeverComesIsWaitedForSoLong) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const Result result = RunProgram({"evalbus", "run", "lift_pot", "--policy", "lcm", "--url", UniqueUrl(),
+                                    "--policy-timeout-s", "2", "--out", folder.path() / "run"});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(result.err,
+            "error: no policy said that it is ready for episode 0 within 2 s (--policy-timeout-s)\n");
+  EXPECT_FALSE(fs::exists(folder.path() / "run"));
+}
+
+TEST(MisbehavingPolicy, NeedsABusThatItKnows) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {"lift_pot"}, {"lift_pot", "--in-process"}, {"lift_pot/all", "--url", "x"}};
+  for (const auto& arguments : wrong) {
+    std::vector<std::string> command = {"evalbus", "run", "--policy", "lcm"};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.err,
+              "error: --policy lcm: expected one task, and with --url the bus on which the policy is, as "
+              "udpm://239.255.76.67:7667?ttl=0\n");
+  }
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,86 @@
+// Realtime runs: how well they keep time is said, and nobody who listens holds them up.
+#include <signal.h>
+
+#include "bus/channels.h"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+TEST(Realtime, SaysHowWellItKeptTime) {
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  const Result result = RunProgram({"evalbus", "run", ShortTask(folder.path(), 0.5), "--policy", "hold",
+                                    "--realtime", "--episodes", "2", "--in-process", "--out", run});
+  EXPECT_EQ(result.code, 0) << result.err;
+  const auto episodes = Episodes(run);
+  ASSERT_EQ(episodes.size(), 2u);
+  const auto summary = ordered_json::parse(ReadText(run / "summary.json"));
+  for (int i = 0; i < 2; ++i) {
+    const ordered_json& pacing = episodes[static_cast<size_t>(i)]["pacing"];
+    EXPECT_EQ(pacing["ticks"], 25);
+    EXPECT_EQ(pacing["deadline_misses"], episodes[static_cast<size_t>(i)]["extended"]["deadline_misses"]);
+    // STATE cannot be early.
+    EXPECT_GT(pacing["error_p50_s"], 0);
+    EXPECT_LE(pacing["error_p50_s"], pacing["error_p99_s"]);
+    EXPECT_LE(pacing["error_p99_s"], pacing["error_max_s"]);
+    EXPECT_GE(summary["pacing"]["error_max_s"], pacing["error_max_s"]);
+    const auto end = ReadLog(LogFile(run, i)).Messages<episode_end_t>(channels::kEpisodeEnd).at(0);
+    EXPECT_EQ(end.pacing_error_max_s, pacing["error_max_s"]);
+    EXPECT_EQ(end.late_ticks, pacing["late_ticks"]);
+  }
+  EXPECT_EQ(summary["pacing"]["ticks"], 50);
+  EXPECT_NE(result.out.find("Real time: of 50 ticks "), std::string::npos) << result.out;
+}
+
+TEST(Realtime, LockstepRunsSayNothingOfTheKind) {
+  TemporaryFolder folder;
+  Evaluate({ShortTask(folder.path(), 0.2), "--policy", "hold", "--episodes", "1", "--in-process"},
+           folder.path() / "run");
+  EXPECT_FALSE(Episodes(folder.path() / "run")[0].contains("pacing"));
+  EXPECT_FALSE(ordered_json::parse(ReadText(folder.path() / "run/summary.json")).contains("pacing"));
+}
+
+// A stopped process reads nothing: its queue runs full while the run goes on.
+TEST(Realtime, StoppedListenersDoNotHoldItUp) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  const std::string url = UniqueUrl();
+  Program viz({"evalbus-viz", "--url", url});
+  Program launcher({"evalbus", "run", ShortTask(folder.path(), 4), "--policy", "hold", "--realtime",
+                    "--episodes", "1", "--url", url, "--out", run});
+  int64_t tick = -1;
+  Bus bus(url);
+  bus.Subscribe<state_t>(channels::kState, [&](const state_t& state) { tick = state.header.tick; });
+  const auto reaches = [&](int64_t wanted) {
+    return WaitFor([&] {
+      while (bus.Handle()) {
+      }
+      return tick >= wanted;
+    });
+  };
+  ASSERT_TRUE(reaches(25)) << launcher.err() << viz.err();
+  const auto recorder = ChildrenOf(launcher.pid(), "evalbus-recorder");
+  ASSERT_EQ(recorder.size(), 1u);
+  kill(recorder[0], SIGSTOP);
+  viz.Signal(SIGSTOP);
+  // Three of the four seconds of simulated time go by.
+  ASSERT_TRUE(reaches(175));
+  kill(recorder[0], SIGCONT);
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();
+  const auto episodes = Episodes(run);
+  ASSERT_EQ(episodes.size(), 1u);
+  EXPECT_EQ(episodes[0]["complete"], true);
+  EXPECT_EQ(episodes[0]["pacing"]["ticks"], 200);
+  EXPECT_LT(episodes[0]["pacing"]["error_max_s"], 1.0);
+  EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
+}
+
+}  // namespace
+}  // namespace evalbus

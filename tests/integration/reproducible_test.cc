@@ -1,0 +1,125 @@
+// One result for a seed, whatever the run is made of and whatever goes on beside it.
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <atomic>
+
+#include "bus/channels.h"
+#include "evalbus/episode_summary_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Keeps a core busy.
+class Spinner {
+ public:
+  Spinner() : pid_(fork()) {
+    if (pid_ != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    for (std::atomic<unsigned> i = 0;; ++i) {
+    }
+  }
+  ~Spinner() { kill(pid_, SIGKILL); }
+  Spinner(const Spinner&) = delete;
+  Spinner& operator=(const Spinner&) = delete;
+
+ private:
+  pid_t pid_;
+};
+
+class Reproducible : public testing::TestWithParam<const char*> {
+ protected:
+  static constexpr int kEpisodes = 2;
+
+  void SetUp() override { Run("reference", {"--in-process"}); }
+
+  std::vector<std::string> Arguments(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments = {
+        task_, "--policy", "noisy_expert", "--episodes", std::to_string(kEpisodes), "--seed", "4"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  void Run(const std::string& name, const std::vector<std::string>& more) {
+    Evaluate(Arguments(more), folder_.path() / name);
+  }
+  void ExpectAsReference(const std::string& name) {
+    SCOPED_TRACE(name);
+    ExpectSameScores(folder_.path() / name, reference_);
+    for (int i = 0; i < kEpisodes; ++i) {
+      ExpectSameTicks(ReadLog(LogFile(folder_.path() / name, i)), ReadLog(LogFile(reference_, i)));
+    }
+  }
+
+  TemporaryFolder folder_;
+  const std::string task_ = ShortTask(folder_.path(), 2, GetParam());
+  const fs::path reference_ = folder_.path() / "reference";
+};
+
+TEST_P(Reproducible, OneProcessWithFilmsOrWithWorkers) {
+  Run("filmed", {"--in-process", "--video", "front"});
+  ExpectAsReference("filmed");
+  Run("workers", {"--in-process", "--workers", "2"});
+  ExpectAsReference("workers");
+}
+
+TEST_P(Reproducible, ProcessesOnAnIdleOrABusyMachine) {
+  EVALBUS_NEEDS_BUS();
+  Run("idle", {});
+  ExpectAsReference("idle");
+  Run("workers", {"--workers", "2"});
+  ExpectAsReference("workers");
+  const Spinner spinners[4];
+  Run("busy", {});
+  ExpectAsReference("busy");
+}
+
+TEST_P(Reproducible, AnEpisodeAloneAndTheOthersLater) {
+  const fs::path run = folder_.path() / "alone";
+  Run("alone", {"--in-process", "--only", "1"});
+  const auto alone = Episodes(run);
+  ASSERT_EQ(alone.size(), 1u);
+  EXPECT_EQ(alone[0].dump(), Episodes(reference_)[1].dump());
+  ExpectSameTicks(ReadLog(LogFile(run, 1)), ReadLog(LogFile(reference_, 1)));
+  Run("alone", {"--in-process", "--resume"});
+  ExpectAsReference("alone");
+}
+
+TEST_P(Reproducible, WithoutRecorder) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl();
+  std::vector<std::vector<uint8_t>> states;
+  int episodes = 0;
+  Bus bus(url);
+  bus.SubscribeRaw(channels::kState, [&](const std::string&, std::span<const uint8_t> data, int64_t) {
+    if (episodes == 0) states.emplace_back(data.begin(), data.end());
+  });
+  bus.Subscribe<episode_summary_t>(channels::kEpisodeSummary, [&](const episode_summary_t&) { ++episodes; });
+  Program collision({"evalbus-collision", "--url", url}), metrics({"evalbus-metrics", "--url", url}),
+      policy({"evalbus-policy", "--policy", "noisy_expert", "--url", url});
+  Program sim({"evalbus-sim", task_, "--out", folder_.path() / "sim", "--url", url, "--episodes", "1",
+               "--seed", "4"});
+  ASSERT_TRUE(WaitFor([&] {
+    while (bus.Handle()) {
+    }
+    return episodes > 0;
+  }));
+  EXPECT_EQ(states, ReadLog(LogFile(reference_, 0)).Payloads(channels::kState));
+}
+
+INSTANTIATE_TEST_SUITE_P(Tasks, Reproducible, testing::Values("lift_pot", "stack_two_blocks"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(Only, RefusesAnEpisodeThatTheRunDoesNotHave) {
+  TemporaryFolder folder;
+  const Result result =
+      RunProgram({"evalbus", "run", "lift_pot", "--only", "0,3", "--out", folder.path() / "run"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.err, "error: --only 3: expected 0 to 2, since --episodes is 3\n");
+}
+
+}  // namespace
+}  // namespace evalbus
