@@ -131,21 +131,33 @@ class Guest {
   SteadyTime said_{};
 };
 
-TEST(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
-  EVALBUS_NEEDS_BUS();
-  TemporaryFolder folder;
-  const fs::path run = folder.path() / "run";
-  const std::string url = UniqueUrl();
-  Guest guest(url);
-  Program launcher({"evalbus", "run", ShortTask(folder.path(), 0.4), "--policy", "lcm", "--url", url,
-                    "--episodes", std::to_string(Guest::kNumEpisodes), "--policy-timeout-s", "3", "--out",
-                    run});
-  ASSERT_TRUE(WaitFor([&] {
-    guest.Work();
-    return !launcher.running();
-  }));
-  EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();
+class MisbehavingPolicy : public testing::Test {
+ protected:
+  // The guest's episodes first to last; returns what the run said.
+  std::string Run(int first, int last, const char* policy_timeout_s) {
+    std::string only;
+    for (int i = first; i <= last; ++i) only += (i > first ? "," : "") + std::to_string(i);
+    const std::string url = UniqueUrl();
+    Guest guest(url);
+    Program launcher({"evalbus", "run", task_, "--policy", "lcm", "--url", url, "--episodes",
+                      std::to_string(Guest::kNumEpisodes), "--only", only, "--policy-timeout-s",
+                      policy_timeout_s, "--out", run_});
+    EXPECT_TRUE(WaitFor([&] {
+      guest.Work();
+      return !launcher.running();
+    }));
+    EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();
+    return launcher.out();
+  }
 
+  TemporaryFolder folder_;
+  const std::string task_ = ShortTask(folder_.path(), 0.4);
+  const fs::path run_ = folder_.path() / "run";
+};
+
+TEST_F(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
+  EVALBUS_NEEDS_BUS();
+  const std::string out = Run(Guest::kHonest, Guest::kSaysWhy, "3");
   const std::string size = "action has 13 joint and 2 gripper values, expected 14 and 2";
   const std::vector<std::pair<std::string, std::string>> expected = {
       {"time_limit", ""},
@@ -158,41 +170,46 @@ TEST(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
       {"policy_timeout", "no action for tick 5 within 3 s"},
       {"policy_timeout", "no action for tick 5 within 3 s"},
       {"policy_error", "out of GPU memory"},
-      {"policy_error", "no such grasp"},
-      {"time_limit", ""},
-      {"time_limit", ""}};
-  const auto episodes = Episodes(run);
-  ASSERT_EQ(episodes.size(), expected.size()) << launcher.out();
+      {"policy_error", "no such grasp"}};
+  const auto episodes = Episodes(run_);
+  ASSERT_EQ(episodes.size(), expected.size()) << out;
   for (size_t i = 0; i < expected.size(); ++i) {
     EXPECT_EQ(episodes[i]["end_reason"], expected[i].first) << i;
     EXPECT_EQ(episodes[i]["end_detail"], expected[i].second) << i;
     EXPECT_EQ(episodes[i]["complete"], true) << i;
     // People see it, too.
-    EXPECT_NE(launcher.out().find(expected[i].second), std::string::npos) << launcher.out();
+    EXPECT_NE(out.find(expected[i].second), std::string::npos) << out;
   }
+  EXPECT_EQ(episodes[Guest::kHonest]["extended"]["action_clips"], 0);
   EXPECT_GT(episodes[Guest::kOutOfRange]["extended"]["action_clips"], 0);
-  EXPECT_EQ(episodes[Guest::kHonestAgain]["extended"]["action_clips"], 0);
-  EXPECT_NE(launcher.out().find("begun again: policy hangs"), std::string::npos) << launcher.out();
-  // It did what the built-in policy that stands still does.
-  Evaluate({ShortTask(folder.path(), 0.4), "--policy", "hold", "--in-process", "--episodes",
-            std::to_string(Guest::kNumEpisodes), "--only", std::to_string(Guest::kHonestAgain)},
-           folder.path() / "hold");
-  ExpectSameTicks(ReadLog(LogFile(run, Guest::kHonestAgain)),
-                  ReadLog(LogFile(folder.path() / "hold", Guest::kHonestAgain)));
 }
 
-TEST(MisbehavingPolicy, WhoNeverComesIsWaitedForSoLong) {
+TEST_F(MisbehavingPolicy, ThatDiedAndIsBackBeginsItsEpisodeAgain) {
   EVALBUS_NEEDS_BUS();
-  TemporaryFolder folder;
+  const std::string out = Run(Guest::kDies, Guest::kHonestAgain, "40");
+  EXPECT_NE(out.find("begun again: policy hangs"), std::string::npos) << out;
+  // Both are as the built-in policy does it that stands still.
+  const fs::path hold = folder_.path() / "hold";
+  Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
+            "--only", std::to_string(Guest::kDies) + "," + std::to_string(Guest::kHonestAgain)},
+           hold);
+  ExpectSameScores(run_, hold);
+  for (const int i : {Guest::kDies, Guest::kHonestAgain}) {
+    ExpectSameTicks(ReadLog(LogFile(run_, i)), ReadLog(LogFile(hold, i)));
+  }
+}
+
+TEST_F(MisbehavingPolicy, WhoNeverComesIsWaitedForSoLong) {
+  EVALBUS_NEEDS_BUS();
   const Result result = RunProgram({"evalbus", "run", "lift_pot", "--policy", "lcm", "--url", UniqueUrl(),
-                                    "--policy-timeout-s", "2", "--out", folder.path() / "run"});
+                                    "--policy-timeout-s", "2", "--out", run_});
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(result.err,
             "error: no policy said that it is ready for episode 0 within 2 s (--policy-timeout-s)\n");
-  EXPECT_FALSE(fs::exists(folder.path() / "run"));
+  EXPECT_FALSE(fs::exists(run_));
 }
 
-TEST(MisbehavingPolicy, NeedsABusThatItKnows) {
+TEST_F(MisbehavingPolicy, NeedsABusThatItKnows) {
   const std::vector<std::vector<std::string>> wrong = {
       {"lift_pot"}, {"lift_pot", "--in-process"}, {"lift_pot/all", "--url", "x"}};
   for (const auto& arguments : wrong) {
