@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // A killed run's processes hold its lock until the last of them is gone, moments after it.
-constexpr auto kLockWait = std::chrono::seconds(2);
+constexpr auto kLockWait = std::chrono::milliseconds(500);
 
 // An open file to write to; its failures throw EnvironmentError.
 class File {
