@@ -1,0 +1,370 @@
+// Every task failed on purpose: that scores tell one failure from the other. docs/failures.md says what the
+// flaws are.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// One variation of each family, with a time limit (s) at which no expert that does nothing wrong is idle for
+// long. Of LiftTray the one in which the tray has to be moved: where it only has to leave the hob, there is
+// no half way.
+struct Task {
+  const char *variation, *time_limit_s;
+};
+const std::map<std::string, Task> kTasks = {
+    {"cube_handover", {"base", "9"}},
+    {"lift_pot", {"base", "8"}},
+    {"lift_tray", {"drag_over", "9"}},
+    {"pack_box", {"base", "9"}},
+    {"pick_single_book_from_table", {"base", "17"}},
+    {"rotate_valve", {"base", "6"}},
+    {"stack_single_book_shelf", {"base", "20"}},
+    {"stack_two_blocks", {"base", "8"}},
+};
+
+// The task as a file of the folder, cut short.
+std::string Shortened(const std::string& name, const std::filesystem::path& folder) {
+  const std::string models = EVALBUS_SOURCE_DIR "/models/";
+  std::string text = ReadText(models + "tasks/" + name + ".yaml");
+  text = std::regex_replace(text, std::regex(R"(\.\./)"), models);
+  text = std::regex_replace(text, std::regex("time_limit_s: [0-9]+"),
+                            std::string("time_limit_s: ") + kTasks.at(name).time_limit_s);
+  WriteText(folder / (name + ".yaml"), text);
+  return folder / (name + ".yaml/") / kTasks.at(name).variation;
+}
+
+enum class Count { kNone, kSome };
+
+struct Outcome {
+  std::string task, failure_reason;
+  // Indices of the stages that were reached.
+  std::set<int> stages;
+  Count slips, collisions;
+  // Part of the explanation.
+  const char* text;
+};
+
+struct Failures {
+  const char* flaw;
+  std::vector<Outcome> outcomes;
+};
+
+void PrintTo(const Failures& failures, std::ostream* stream) { *stream << failures.flaw; }
+
+void ExpectCount(Count expected, int64_t count, const char* what) {
+  EXPECT_EQ(count > 0, expected == Count::kSome) << count << " " << what;
+}
+
+std::string EndReason(const std::string& failure_reason, const std::string& text) {
+  if (failure_reason.empty()) return "success";
+  if (failure_reason == "policy_error") return failure_reason;
+  return text.find("touches world") != std::string::npos ? "failure" : "time_limit";
+}
+
+// What is true of every explanation.
+void ExpectConsistent(const Json& episode) {
+  const Json& explanation = episode["explanation"];
+  const Json& metrics = episode["metrics"];
+  EXPECT_EQ(explanation["slips"].size(), metrics["slip_count"]);
+  for (const Json& slip : explanation["slips"]) {
+    EXPECT_GT(slip["time_s"], 0);
+    EXPECT_NE(slip["object"], "");
+  }
+  EXPECT_EQ(explanation["first_collision"].is_null(), metrics["env_collision_count"] == 0);
+  if (!explanation["first_collision"].is_null()) {
+    EXPECT_NE(explanation["first_collision"]["scene_geom"], "");
+    EXPECT_GT(explanation["first_collision"]["time_s"], 0);
+  }
+  ASSERT_FALSE(explanation["conditions"].empty());
+  for (const Json& condition : explanation["conditions"]) {
+    EXPECT_EQ(condition.contains("value"), condition.contains("threshold")) << condition;
+  }
+}
+
+const std::vector<Failures> kFailures = {
+    {"miss",
+     {
+         {"cube_handover",
+          "grasp_miss",
+          {},
+          Count::kNone,
+          Count::kNone,
+          "the other gripper does not hold rod"},
+         {"lift_pot", "grasp_miss", {}, Count::kNone, Count::kNone, "pot touches left_cabinet"},
+         {"lift_tray", "grasp_miss", {}, Count::kNone, Count::kNone, "left does not hold tray"},
+         {"pack_box",
+          "timeout",
+          {},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of box/left_flap 1 > 0.1"},
+         {"pick_single_book_from_table", "grasp_miss", {}, Count::kNone, Count::kNone, "height of book 0.7"},
+         {"rotate_valve",
+          "grasp_miss",
+          {},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of first_valve/wheel 0"},
+         {"stack_single_book_shelf",
+          "grasp_miss",
+          {},
+          Count::kNone,
+          Count::kNone,
+          "book does not touch shelf/lower_shelf"},
+         {"stack_two_blocks",
+          "grasp_miss",
+          {},
+          Count::kNone,
+          Count::kNone,
+          "red_cube does not touch blue_cube"},
+     }},
+    {"slip",
+     {
+         {"lift_pot", "wrong_pose", {1, 2}, Count::kNone, Count::kNone, "pot touches left_cabinet"},
+         {"stack_two_blocks", "dropped", {1, 2}, Count::kSome, Count::kNone, "_cube slipped from"},
+     }},
+    {"early",
+     {
+         {"cube_handover",
+          "wrong_pose",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "the other gripper does not hold rod"},
+         {"lift_pot", "wrong_pose", {1, 2}, Count::kNone, Count::kNone, "pot touches left_cabinet"},
+         {"lift_tray", "grasp_slip", {1, 3}, Count::kSome, Count::kNone, "tray slipped from left"},
+         {"pick_single_book_from_table", "timeout", {1, 2}, Count::kNone, Count::kNone, "height of book 0.7"},
+         {"rotate_valve",
+          "wrong_pose",
+          {1, 3},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of first_valve/wheel 0"},
+         {"stack_single_book_shelf",
+          "timeout",
+          {1},
+          Count::kSome,
+          Count::kNone,
+          "book does not touch shelf/lower_shelf"},
+         {"stack_two_blocks",
+          "wrong_pose",
+          {1, 2},
+          Count::kNone,
+          Count::kNone,
+          "red_cube does not touch blue_cube"},
+     }},
+    {"drop",
+     {
+         {"cube_handover", "dropped", {1}, Count::kNone, Count::kNone, "the other gripper does not hold rod"},
+         {"lift_pot", "dropped", {1, 2}, Count::kNone, Count::kNone, "pot touches left_cabinet"},
+         {"pick_single_book_from_table", "timeout", {1, 2}, Count::kNone, Count::kNone, "height of book 0.7"},
+         {"stack_single_book_shelf",
+          "dropped",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "book does not touch shelf/lower_shelf"},
+         {"stack_two_blocks",
+          "dropped",
+          {1, 2},
+          Count::kNone,
+          Count::kNone,
+          "red_cube does not touch blue_cube"},
+     }},
+    {"stop",
+     {
+         {"cube_handover", "timeout", {1}, Count::kNone, Count::kNone, "the other gripper does not hold rod"},
+         {"lift_pot", "timeout", {1, 2}, Count::kNone, Count::kNone, "height of pot 1.01 m < 1.096"},
+         {"lift_tray", "timeout", {1}, Count::kNone, Count::kNone, "right does not hold tray"},
+         {"pack_box",
+          "timeout",
+          {1, 2},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of box/left_flap 0.96"},
+         {"pick_single_book_from_table", "timeout", {1}, Count::kNone, Count::kNone, "height of book 0.7"},
+         {"rotate_valve",
+          "timeout",
+          {1, 3},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of first_valve/wheel 0"},
+         {"stack_single_book_shelf",
+          "timeout",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "book does not touch shelf/lower_shelf"},
+         {"stack_two_blocks", "timeout", {1, 2}, Count::kNone, Count::kNone, "red_cube does not touch table"},
+     }},
+    {"collide",
+     {
+         // A hand slides off a wheel on its way to the table, and a slip goes before a collision.
+         {"cube_handover", "collision", {}, Count::kNone, Count::kSome, "first collision at"},
+         {"lift_pot", "collision", {}, Count::kNone, Count::kSome, "first collision at"},
+         {"pick_single_book_from_table", "collision", {}, Count::kNone, Count::kSome, "first collision at"},
+         {"rotate_valve", "grasp_slip", {3}, Count::kSome, Count::kSome, "first collision at"},
+         {"stack_single_book_shelf", "collision", {}, Count::kNone, Count::kSome, "first collision at"},
+         {"stack_two_blocks", "collision", {}, Count::kNone, Count::kSome, "first collision at"},
+     }},
+    {"slow",
+     {
+         {"cube_handover", "timeout", {}, Count::kNone, Count::kNone, "no stage reached"},
+         {"lift_pot", "timeout", {}, Count::kNone, Count::kNone, "no stage reached"},
+         {"lift_tray", "timeout", {}, Count::kNone, Count::kNone, "no stage reached"},
+         {"pack_box", "timeout", {}, Count::kNone, Count::kNone, "no stage reached"},
+         {"rotate_valve", "timeout", {}, Count::kNone, Count::kNone, "no stage reached"},
+         {"stack_two_blocks", "timeout", {}, Count::kNone, Count::kNone, "no stage reached"},
+     }},
+    {"error",
+     {
+         {"cube_handover",
+          "policy_error",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "the other gripper does not hold rod"},
+         {"lift_pot", "policy_error", {1, 2}, Count::kNone, Count::kNone, "height of pot 1.01 m < 1.096"},
+         {"lift_tray", "policy_error", {1}, Count::kNone, Count::kNone, "right does not hold tray"},
+         {"pack_box",
+          "policy_error",
+          {1, 2},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of box/left_flap 0.96"},
+         {"pick_single_book_from_table",
+          "policy_error",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "height of book 0.7"},
+         {"rotate_valve",
+          "policy_error",
+          {1, 3},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of first_valve/wheel 0"},
+         {"stack_single_book_shelf",
+          "policy_error",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "book does not touch shelf/lower_shelf"},
+         {"stack_two_blocks",
+          "policy_error",
+          {1, 2},
+          Count::kNone,
+          Count::kNone,
+          "red_cube does not touch table"},
+     }},
+    {"nan",
+     {
+         {"cube_handover",
+          "policy_error",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "the other gripper does not hold rod"},
+         {"lift_pot", "policy_error", {1, 2}, Count::kNone, Count::kNone, "height of pot 1.01 m < 1.096"},
+         {"lift_tray", "policy_error", {1}, Count::kNone, Count::kNone, "right does not hold tray"},
+         {"pack_box",
+          "policy_error",
+          {1, 2},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of box/left_flap 0.96"},
+         {"pick_single_book_from_table",
+          "policy_error",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "height of book 0.7"},
+         {"rotate_valve",
+          "policy_error",
+          {1, 3},
+          Count::kNone,
+          Count::kNone,
+          "fraction of the range of first_valve/wheel 0"},
+         {"stack_single_book_shelf",
+          "policy_error",
+          {1},
+          Count::kNone,
+          Count::kNone,
+          "book does not touch shelf/lower_shelf"},
+         {"stack_two_blocks",
+          "policy_error",
+          {1, 2},
+          Count::kNone,
+          Count::kNone,
+          "red_cube does not touch table"},
+     }},
+};
+
+class FailuresTest : public testing::TestWithParam<Failures> {};
+
+TEST_P(FailuresTest, AreToldApart) {
+  const Failures& failures = GetParam();
+  const TemporaryFolder folder;
+  const auto out = folder.path() / "suite";
+  std::vector<std::string> arguments = {"--policy",    std::string("flawed_expert:") + failures.flaw,
+                                        "--seed",      "1",
+                                        "--episodes",  "1",
+                                        "--workers",   "2",
+                                        "--in-process"};
+  for (const Outcome& outcome : failures.outcomes)
+    arguments.push_back(Shortened(outcome.task, folder.path()));
+  Evaluate(arguments, out);
+  std::map<std::string, Json> episodes;
+  for (const auto& entry : std::filesystem::directory_iterator(out)) {
+    if (!std::filesystem::exists(entry.path() / "episodes.jsonl")) continue;
+    const Json episode = Episodes(entry.path()).at(0);
+    episodes[episode["task"]] = episode;
+  }
+  for (const Outcome& expected : failures.outcomes) {
+    SCOPED_TRACE(expected.task);
+    ASSERT_TRUE(episodes.contains(expected.task));
+    const Json& episode = episodes[expected.task];
+    const std::string text = episode["explanation"]["text"];
+    SCOPED_TRACE(text);
+    EXPECT_EQ(episode["failure_reason"], expected.failure_reason);
+    EXPECT_EQ(episode["end_reason"], EndReason(expected.failure_reason, text));
+    std::set<int> stages;
+    for (const auto& [index, reached] : episode["metrics"]["task_stage_reached"].items()) {
+      if (reached) stages.insert(std::stoi(index));
+    }
+    EXPECT_EQ(stages, expected.stages);
+    ExpectCount(expected.slips, episode["metrics"]["slip_count"], "slips");
+    ExpectCount(expected.collisions, episode["metrics"]["env_collision_count"], "collisions");
+    EXPECT_NE(text.find(expected.text), std::string::npos) << expected.text;
+    ExpectConsistent(episode);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(EachFlaw, FailuresTest, testing::ValuesIn(kFailures),
+                         [](const auto& failures) { return std::string(failures.param.flaw); });
+
+TEST(FailuresTestOfThePolicy, ItsOwnErrorsAreTold) {
+  const TemporaryFolder folder;
+  for (const auto& [flaw, detail] : {std::pair{"error", "the flawed expert gives up"},
+                                     std::pair{"nan", "action contains NaN or infinity"}}) {
+    const auto out = folder.path() / flaw;
+    Evaluate(
+        {"rotate_valve", "--policy", std::string("flawed_expert:") + flaw, "--episodes", "1", "--in-process"},
+        out);
+    EXPECT_NE(std::string(Episodes(out).at(0)["end_detail"]).find(detail), std::string::npos)
+        << Episodes(out).at(0)["end_detail"];
+  }
+}
+
+}  // namespace
+}  // namespace evalbus
