@@ -18,12 +18,14 @@ constexpr double kMoved = 0.01;   // m
 constexpr double kTurned = 0.1;   // rad
 constexpr double kRaised = 0.04;  // m
 constexpr double kClosed = 0.99;
-constexpr double kSqueeze = 0.01;  // of a gripper's travel
+constexpr double kSqueeze = 0.001;  // of a gripper's travel
 
-constexpr double kShortBy = 0.08;    // m, a miss
-constexpr double kRampTime = 1;      // s
-constexpr double kPushSpeed = 0.15;  // m/s
-constexpr double kMaxPush = 0.6;     // m
+constexpr double kShortBy = 0.08;  // m, a miss
+constexpr double kRampTime = 1;    // s
+// Downwards, and so much of it to the outside, past what stands in front of the robot.
+constexpr double kDownSpeed = 0.15;  // m/s
+constexpr double kMaxDown = 0.6;     // m
+constexpr double kAside = 0.7;
 constexpr int kSlowness = 10;
 
 constexpr std::array<std::pair<const char*, Flaw>, 9> kFlaws = {{{"miss", Flaw::kMiss},
@@ -54,6 +56,12 @@ std::string FlawNames() {
 FlawedPolicy::FlawedPolicy(std::unique_ptr<Policy> policy, Flaw flaw, const mjModel& model,
                            const model_info_t& info)
     : policy_(std::move(policy)), flaw_(flaw), arms_(MakeArms(model, info)) {
+  double middle = 0;
+  for (const Arm& arm : arms_) {
+    side_.push_back(arm.GripPose(arm.chain.home()).translation().y());
+    middle += side_.back() / static_cast<double>(arms_.size());
+  }
+  for (double& side : side_) side = side > middle ? 1 : side < middle ? -1 : 0;
   for (int body = 0; body < info.num_bodies; ++body) {
     if (info.entity_kind[info.body_entity[body]] == model_info_t::OBJECT) bodies_.push_back(body);
   }
@@ -84,13 +92,14 @@ void FlawedPolicy::Look(const state_t& state, const action_t& action) {
   }
 }
 
-void FlawedPolicy::Shift(double back, const Eigen::Vector3d& way, action_t* action) {
+void FlawedPolicy::Shift(double back, double down, action_t* action) {
   size_t first = 0;
   for (size_t i = 0; i < arms_.size(); ++i) {
     const ArmChain& chain = arms_[i].chain;
     const Eigen::Map<JointVector> joints(action->joint_position_rad.data() + first, chain.num_joints());
-    const Eigen::Isometry3d wrist = Eigen::Translation3d(way) * arms_[i].GripPose(joints) *
-                                    Eigen::Translation3d(0, 0, -back) * arms_[i].grip.inverse();
+    const Eigen::Isometry3d wrist = Eigen::Translation3d(0, side_[i] * kAside * down, -down) *
+                                    arms_[i].GripPose(joints) * Eigen::Translation3d(0, 0, -back) *
+                                    arms_[i].grip.inverse();
     const IkResult ik = SolveIk(chain, wrist, shifted_[i], {.posture = joints});
     if (ik.converged) shifted_[i] = ik.joints;
     for (Eigen::Index j = 0; j < shifted_[i].size(); ++j)
@@ -114,15 +123,13 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
   const double time = static_cast<double>(state.header.sim_time_us) * 1e-6;
   switch (flaw_) {
     case Flaw::kMiss:
-      Shift(kShortBy * MinJerk(time / kRampTime), Eigen::Vector3d::Zero(), action);
+      Shift(kShortBy * MinJerk(time / kRampTime), 0, action);
       break;
-    case Flaw::kCollide: {
+    case Flaw::kCollide:
       if (state.header.tick == 0) last_ = *action;
       *action = last_;
-      const double way = std::min(kPushSpeed * time, kMaxPush);
-      Shift(0, Eigen::Vector3d(way, 0, -way), action);
+      Shift(0, std::min(kDownSpeed * time, kMaxDown), action);
       break;
-    }
     case Flaw::kSlip:
       // Hardly any force where the fingers are told to be hardly further than they are.
       for (size_t k = 0; k < action->gripper_closing.size(); ++k) {

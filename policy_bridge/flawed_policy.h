@@ -19,7 +19,7 @@ enum class Flaw {
   kEarly,    // lets go as soon as it has moved an object
   kDrop,     // lets go when an object is 4 cm up
   kStop,     // stops as soon as it has moved an object
-  kCollide,  // from home the hands press forwards and down
+  kCollide,  // from home the hands press down
   kSlow,     // takes ten times as long
   kError,    // gives up as soon as it has moved an object
   kNan,      // commands NaN as soon as it has moved an object
@@ -41,13 +41,14 @@ class FlawedPolicy : public Policy {
   // Looks whether it is time to go wrong.
   void Look(const state_t& state, const action_t& action);
   // Moves the grips of all arms from where the action has them: by `back` (m) against their own direction and
-  // by `way` (m) in the world. Out of reach, an arm stays where it is.
-  void Shift(double back, const Eigen::Vector3d& way, action_t* action);
+  // by `down` (m) in the world, a little to the outside. Out of reach, an arm stays where it is.
+  void Shift(double back, double down, action_t* action);
 
   std::unique_ptr<Policy> policy_;
   Flaw flaw_;
   std::vector<Arm> arms_;
-  std::vector<int> bodies_;  // of the task's objects
+  std::vector<double> side_;  // by arm: 1 left, -1 right, 0 of a single one
+  std::vector<int> bodies_;   // of the task's objects
   // Where these were when a gripper first closed; empty before.
   std::vector<Eigen::Isometry3d> start_;
   bool wrong_ = false;
