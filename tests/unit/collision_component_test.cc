@@ -108,17 +108,17 @@ TEST_F(CollisionComponentTest, CountsGapsAndForeignMessages) {
   Begin(0);
   State(0, 0, 1);
   State(0, 3, 1);     // 1 and 2 are lost
-  State(0, 3, 1);     // again
+  State(0, 3, 1);     // again: the answer is said again, too
   State(1, 4, 1);     // another episode
   State(0, 4, 1, 2);  // another model
-  EXPECT_EQ(contacts_.size(), 2u);
+  EXPECT_EQ(contacts_.size(), 3u);
   EXPECT_EQ(dut_.status().missing_ticks, 2);
   EXPECT_EQ(dut_.status().foreign_messages, 3);
   // A retry of the same episode starts over.
   Begin(0, 1);
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
   State(0, 0, 1);
-  EXPECT_EQ(contacts_.size(), 3u);
+  EXPECT_EQ(contacts_.size(), 4u);
 }
 
 TEST_F(CollisionComponentTest, ClearanceIsNeverEvaluatedAtRateZero) {
