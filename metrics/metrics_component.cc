@@ -77,7 +77,7 @@ void MetricsComponent::OnTickMessage(const char* channel, const Message& message
 }
 
 void MetricsComponent::ScoreTicks() {
-  TickMerger::Pair pair;
+  TickMerger::Pair pair{};
   while (running_ && merger_.Next(&pair)) {
     const header_t header = pair.state->header;
     scorer_->Tick(*pair.state, *pair.contacts);
