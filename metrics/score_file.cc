@@ -37,7 +37,8 @@ class Node {
       if (!value_->contains(key))
         throw InputError(file_ + ": " + Child(key) + ": expected this key, it is missing");
     }
-    for (const auto& [key, unused] : value_->items()) {
+    for (const auto& item : value_->items()) {
+      const std::string& key = item.key();
       const auto same = [&](std::string_view known) { return known == key; };
       if (std::none_of(required.begin(), required.end(), same) &&
           std::none_of(optional.begin(), optional.end(), same)) {
