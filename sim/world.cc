@@ -37,8 +37,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       substeps_(substeps),
       tick_us_(substeps * std::llround(model->opt.timestep * 1e6)),
       data_(mj_makeData(model)) {
-  for (size_t i = 0; i < robot.arms.size(); ++i) {
-    const ArmDescription& description = robot.arms[i];
+  for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.name + "/";
     Arm arm;
     arm.home = description.home;
@@ -173,8 +172,9 @@ void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter
   for (const std::string& object : plane.objects) {
     const Part& part = MovablePart(object);
     const auto drawn = points.begin() + random->Index(static_cast<int>(points.size()));
-    const std::array<double, 3> offset = {(*drawn / ny - (nx - 1) / 2.0) * plane.spacing,
-                                          (*drawn % ny - (ny - 1) / 2.0) * plane.spacing, 0};
+    const int row = *drawn / ny, column = *drawn % ny;
+    const std::array<double, 3> offset = {(row - (nx - 1) / 2.0) * plane.spacing,
+                                          (column - (ny - 1) / 2.0) * plane.spacing, 0};
     points.erase(drawn);
     static constexpr const char* kAxis[] = {"_x_m", "_y_m", "_z_m"};
     for (size_t axis = 0; axis < 3; ++axis) {
