@@ -39,6 +39,7 @@ RescoredLog Rescorer::Rescore(const std::filesystem::path& file) {
   RescoredLog log;
   running_ = false;
   model_.reset();
+  next_model_.reset();
   other_type_.clear();
   try {
     for (LogEvent event; reader.Next(&event);) OnEvent(event, &log);
@@ -67,12 +68,11 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   } else if (event.channel == channels::kContacts) {
     OnTickMessage(event, &contacts_, log);
   } else if (event.channel == channels::kModel) {
-    if (model_ && std::ranges::equal(event.data, model_bytes_)) return;
+    if ((model_ || next_model_) && std::ranges::equal(event.data, model_bytes_)) return;
     auto model = std::make_shared<model_info_t>();
     if (!decode(model.get())) return;
-    if (!std::ranges::equal(event.data, model_bytes_)) scorer_.reset();
     model_bytes_.assign(event.data.begin(), event.data.end());
-    model_ = std::move(model);
+    next_model_ = std::move(model);
   } else if (event.channel == channels::kEpisodeBegin) {
     episode_begin_t begin{};
     if (!decode(&begin)) return;
@@ -98,12 +98,17 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
 }
 
 void Rescorer::Begin(const episode_begin_t& begin) {
+  if (next_model_) {
+    model_ = std::move(next_model_);
+    if (scorer_bytes_ != model_bytes_) scorer_.reset();
+  }
   if (!model_) return;
   if (!scorer_) {
     TaskDescription task = task_ ? *task_ : ParseTask(model_->task_yaml, model_->task_file, false);
     task.Apply(model_->variation);
     task.ApplyRobot(model_->robot);
     scorer_ = std::make_unique<EpisodeScorer>(*model_, task);
+    scorer_bytes_ = model_bytes_;
   }
   begin_ = begin;
   last_ = begin.header;

@@ -71,10 +71,13 @@ class Rescorer {
 
   std::optional<TaskDescription> task_;
   TickListener on_tick_;
+  // MODEL as last heard; the episode under way goes on with the one that it began with.
   std::vector<uint8_t> model_bytes_;
+  std::shared_ptr<const model_info_t> next_model_;
   std::shared_ptr<const model_info_t> model_;
-  // Kept from log to log, since all episodes of a run have the same model.
+  // Kept from log to log, since all episodes of a run have the same model: that of these bytes.
   std::unique_ptr<EpisodeScorer> scorer_;
+  std::vector<uint8_t> scorer_bytes_;
   TickMerger merger_;
   ConflictDetector conflicts_;
   state_t state_{};
