@@ -117,6 +117,18 @@ int Host(const std::string& url, const ComponentFactory& make) {
   }
 }
 
+std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
+  try {
+    app->parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::CallForHelp& help) {
+    return app->exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
+    return 1;
+  }
+}
+
 int HostMain(int argc, char** argv, const std::string& description,
              const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
   CLI::App app{description};
@@ -126,14 +138,7 @@ int HostMain(int argc, char** argv, const std::string& description,
       ->envname("EVALBUS_URL")
       ->required();
   add_options(&app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
-    return 1;
-  }
+  if (const auto code = ParseArguments(&app, argc, argv)) return *code;
   return Host(url, make);
 }
 

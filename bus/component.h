@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,10 @@ using ComponentFactory = std::function<std::unique_ptr<Component>(Bus*)>;
 // Works on the bus until SIGINT, SIGTERM or done(). Prints "ready" on stdout once the component exists, an
 // error on stderr. Returns the exit code: 0 done, 1 wrong input, 2 failed.
 int Host(const std::string& url, const ComponentFactory& make);
+
+// Parses the arguments of a program. Returns its exit code where it ends with that: 0 after --help, 1 after
+// one line on stderr about what is wrong.
+std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
 // main() of a component's executable: options --url and those that add_options adds, then Host.
 int HostMain(int argc, char** argv, const std::string& description,

@@ -258,6 +258,18 @@ void SuccessComparison::Add(const SuccessComparison& other) {
   pairs.neither += other.pairs.neither;
 }
 
+Judgement SuccessComparison::judgement() const {
+  if (p_holm >= kAlpha) return Judgement::kNone;
+  return difference > 0 ? Judgement::kBetter : Judgement::kWorse;
+}
+
+Judgement MetricComparison::judgement() const {
+  if (!differs()) return Judgement::kNone;
+  const bool is_up = difference_95.lower > 0, is_down = difference_95.upper < 0;
+  if (info.better == Better::kNeither || !(is_up || is_down)) return Judgement::kDiffers;
+  return is_up == (info.better == Better::kHigher) ? Judgement::kBetter : Judgement::kWorse;
+}
+
 void SuccessComparison::Test() {
   if (trials == 0 || baseline_trials == 0) {
     difference_95 = {-1, 1};

@@ -11,6 +11,7 @@
 #include "metrics/metric_info.h"
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/newcombe.h"
+#include "viz/report/judgement.h"
 
 namespace evalbus {
 
@@ -33,6 +34,7 @@ struct SuccessComparison {
 
   void Add(const SuccessComparison& other);  // of another task; then Test()
   void Test();
+  Judgement judgement() const;
 };
 
 // A metric over the complete episodes that have it; metrics of effort only over those that succeeded. Paired:
@@ -54,6 +56,7 @@ struct MetricComparison {
   Interval ratio_95{};
 
   bool differs() const { return p && p_holm < kAlpha; }
+  Judgement judgement() const;
 };
 
 struct TaskComparison {

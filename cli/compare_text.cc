@@ -5,24 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "viz/text.h"
+
 namespace evalbus {
 namespace {
-
-// Length in characters of UTF-8 text.
-size_t Width(const std::string& text) {
-  return static_cast<size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-std::string Left(const std::string& text, size_t width) {
-  return text + std::string(width - std::min(width, Width(text)), ' ');
-}
-
-// Four significant digits of the row's larger mean, for all of its numbers.
-int Decimals(double a, double b) {
-  const double size = std::max(std::abs(a), std::abs(b));
-  return size >= 999.95 ? 0 : size >= 99.995 ? 1 : size >= 9.9995 ? 2 : 3;
-}
 
 std::string Fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "-";
@@ -38,41 +24,49 @@ std::string Range(const Interval& interval, int decimals) {
   return fmt::format("{:>8} to {:>8}", Fixed(interval.lower, decimals), Fixed(interval.upper, decimals));
 }
 
-std::string Row(size_t label_width, const std::string& label, const std::string& baseline,
+std::string Row(int label_width, const std::string& label, const std::string& baseline,
                 const std::string& run, const std::string& difference, const std::string& interval,
                 const std::string& p, const std::string& holm, const std::string& unit,
                 const std::string& verdict) {
   std::string line =
-      fmt::format("{}  {:>9}  {:>9}  {:>9}  {:>20}  {:>6}  {:>6}  {}  {}", Left(label, label_width), baseline,
-                  run, difference, interval, p, holm, Left(unit, 6), verdict);
+      fmt::format("{}  {:>9}  {:>9}  {:>9}  {:>20}  {:>6}  {:>6}  {}  {}", Pad(label, -label_width), baseline,
+                  run, difference, interval, p, holm, Pad(unit, -6), verdict);
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
-std::string Judge(const MetricComparison& metric) {
-  if (!metric.p) return "equal";
-  if (!metric.differs()) return "";
-  const Interval& interval = metric.difference_95;
-  if (metric.info.better == Better::kNeither || !(interval.lower > 0 || interval.upper < 0)) return "differs";
-  return (interval.lower > 0) == (metric.info.better == Better::kHigher) ? "better" : "worse";
+std::string Word(Judgement judgement) {
+  switch (judgement) {
+    case Judgement::kBetter:
+      return "better";
+    case Judgement::kWorse:
+      return "worse";
+    case Judgement::kDiffers:
+      return "differs";
+    case Judgement::kNone:
+      break;
+  }
+  return "";
+}
+
+// Those of the larger mean, for all numbers of a row.
+int RowDecimals(const MetricComparison& metric) {
+  return Decimals(metric.info.scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)));
 }
 
 std::string Short(const std::string& name) {
   return name.size() <= 9 ? name : ".." + name.substr(name.size() - 7);
 }
 
-std::string SuccessRow(const std::string& label, size_t width, const SuccessComparison& success, bool holm) {
+std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success, bool holm) {
   const auto rate = [](int k, int n) { return n > 0 ? fmt::format("{:.0f}", 100.0 * k / n) : "-"; };
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
              rate(success.successes, success.trials), Fixed(success.difference * 100, 0),
              Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
-             holm ? P(success.p_holm) : "", "%",
-             success.p_holm >= kAlpha ? ""
-             : success.difference > 0 ? "better"
-                                      : "worse");
+             holm ? P(success.p_holm) : "", "%", Word(success.judgement()));
 }
 
 std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
-  constexpr size_t kLabel = 27;
+  constexpr int kLabel = 27;
   std::string text = Row(kLabel, "", Short(comparison.baseline.name), Short(comparison.run.name),
                          "difference", "its 95 % interval", "p", "Holm", "", "");
   text += SuccessRow("success", kLabel, comparison.success, false);
@@ -80,13 +74,13 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
   for (const MetricComparison& metric : task.metrics) {
     const MetricInfo& info = metric.info;
     const auto scaled = [&](double value) { return value * info.scale; };
-    const int decimals = Decimals(scaled(metric.mean), scaled(metric.baseline_mean));
+    const int decimals = RowDecimals(metric);
     text += Row(kLabel, std::string(info.label) + (info.effort ? " *" : ""),
                 Fixed(scaled(metric.baseline_mean), decimals), Fixed(scaled(metric.mean), decimals),
                 Fixed(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
                 metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-", std::string(info.unit),
-                Judge(metric));
+                metric.p ? Word(metric.judgement()) : "equal");
     if (info.effort) efforts = std::max(efforts, metric.count);
     tested += metric.p.has_value();
   }
@@ -105,7 +99,7 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison)
   std::string text;
   for (const MetricComparison& metric : task.metrics) {
     if (!metric.ratio) continue;
-    text += fmt::format("{}  {:>6}  {}\n", Left(std::string(metric.info.label), 27), Fixed(*metric.ratio, 2),
+    text += fmt::format("{}  {:>6}  {}\n", Pad(std::string(metric.info.label), -27), Fixed(*metric.ratio, 2),
                         Range(metric.ratio_95, 2));
   }
   if (text.empty()) {
@@ -117,9 +111,9 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison)
 }
 
 std::string SuiteTable(const Comparison& comparison) {
-  size_t width = 4;
+  int width = 4;
   for (const TaskComparison& task : comparison.tasks)
-    width = std::max(width, task.task.size() + 1 + task.variation.size());
+    width = std::max(width, static_cast<int>(task.task.size() + 1 + task.variation.size()));
   std::string text = Row(width, "success", Short(comparison.baseline.name), Short(comparison.run.name),
                          "difference", "its 95 % interval", "p", "Holm", "", "");
   std::string metrics;
@@ -127,13 +121,12 @@ std::string SuiteTable(const Comparison& comparison) {
     text += SuccessRow(task.task + "/" + task.variation, width, task.success, true);
     for (const MetricComparison& metric : task.metrics) {
       if (!metric.differs()) continue;
-      const int decimals =
-          Decimals(metric.mean * metric.info.scale, metric.baseline_mean * metric.info.scale);
+      const int decimals = RowDecimals(metric);
       metrics +=
-          fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Left(task.task + "/" + task.variation, width),
+          fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
                       metric.info.label, Fixed(metric.mean * metric.info.scale, decimals),
                       Fixed(metric.baseline_mean * metric.info.scale, decimals), metric.info.unit,
-                      P(metric.p_holm), Judge(metric));
+                      P(metric.p_holm), Word(metric.judgement()));
     }
   }
   text += SuccessRow("all", width, comparison.success, false);

@@ -9,16 +9,6 @@
 namespace evalbus {
 namespace {
 
-Judgement Judge(const MetricComparison& metric) {
-  if (!metric.differs()) return Judgement::kNone;
-  const Interval& interval = metric.difference_95;
-  if (metric.info.better == Better::kNeither || !(interval.lower > 0 || interval.upper < 0)) {
-    return Judgement::kDiffers;
-  }
-  return (interval.lower > 0) == (metric.info.better == Better::kHigher) ? Judgement::kBetter
-                                                                         : Judgement::kWorse;
-}
-
 double Rate(int successes, int trials) {
   return trials > 0 ? static_cast<double>(successes) / trials : std::numeric_limits<double>::quiet_NaN();
 }
@@ -33,9 +23,7 @@ ReportDifference Success(const std::string& name, const SuccessComparison& succe
           .upper = success.difference_95.upper,
           .p = success.p,
           .p_holm = success.p_holm,
-          .judgement = success.p_holm >= kAlpha ? Judgement::kNone
-                       : success.difference > 0 ? Judgement::kBetter
-                                                : Judgement::kWorse};
+          .judgement = success.judgement()};
 }
 
 ReportDifference Metric(const MetricComparison& metric) {
@@ -50,7 +38,7 @@ ReportDifference Metric(const MetricComparison& metric) {
           .upper = metric.difference_95.upper * scale,
           .p = metric.p.value_or(kNaN),
           .p_holm = metric.p ? metric.p_holm : kNaN,
-          .judgement = Judge(metric)};
+          .judgement = metric.judgement()};
 }
 
 ReportTaskComparison Task(const TaskComparison& task) {

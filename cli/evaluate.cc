@@ -10,6 +10,7 @@
 #include "metrics/collision/collision_component.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
+#include "sim/sim_options.h"
 
 namespace evalbus {
 namespace {
@@ -23,24 +24,10 @@ std::vector<std::pair<std::string, std::vector<std::string>>> ComponentCommands(
   const SimOptions& sim = options.sim;
   const auto program = [](const std::string& name) { return (Processes::BinaryFolder() / name).string(); };
   const std::vector<std::string> url = {"--url", options.url};
-  std::vector<std::string> sim_command = {program("evalbus-sim"),
-                                          sim.task,
-                                          "--out",
-                                          out,
-                                          "--run-id",
-                                          sim.run_id,
-                                          "--control-hz",
-                                          fmt::format("{}", sim.control_hz),
-                                          "--clearance-hz",
-                                          fmt::format("{}", sim.clearance_hz),
-                                          "--rtf",
-                                          fmt::format("{}", sim.rtf),
-                                          "--policy-timeout-s",
-                                          fmt::format("{}", sim.policy_timeout_s)};
-  if (sim.realtime) sim_command.push_back("--realtime");
-  if (!sim.robot.empty()) sim_command.insert(sim_command.end(), {"--robot", sim.robot});
-  for (const auto& folder : sim.model_path)
-    sim_command.insert(sim_command.end(), {"--model-path", folder.string()});
+  std::vector<std::string> sim_command = {
+      program("evalbus-sim"), sim.task, "--out", out, "--run-id", sim.run_id};
+  const std::vector<std::string> sim_arguments = SimArguments(sim);
+  sim_command.insert(sim_command.end(), sim_arguments.begin(), sim_arguments.end());
   std::vector<std::pair<std::string, std::vector<std::string>>> commands = {
       {"recorder", {program("evalbus-recorder"), "--out", out}},
       {"collision", {program("evalbus-collision")}},

@@ -13,6 +13,7 @@
 
 #include "bus/extended_value.h"
 #include "metrics/metric_info.h"
+#include "viz/text.h"
 
 namespace evalbus {
 namespace {
@@ -32,20 +33,6 @@ std::string Clearance(const extended_metrics_t& extended) {
   return std::isfinite(clearance) ? fmt::format("{:.0f} mm", clearance * 1e3) : "-";
 }
 
-// Length in characters of UTF-8 text.
-size_t Width(const std::string& text) {
-  return static_cast<size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
-
-std::string Cut(const std::string& text, size_t width) {
-  size_t characters = 0;
-  for (size_t i = 0; i < text.size(); ++i) {
-    if ((text[i] & 0xC0) != 0x80 && ++characters > width) return text.substr(0, i);
-  }
-  return text;
-}
-
 std::string Bar(double fraction, int width) {
   const int full = static_cast<int>(std::lround(std::clamp(fraction, 0.0, 1.0) * width));
   std::string bar;
@@ -57,9 +44,7 @@ std::string Bar(double fraction, int width) {
 std::string Number(double value, bool is_count = false) {
   if (!std::isfinite(value)) return "-";
   if (is_count && value == std::floor(value)) return fmt::format("{:.0f}", value);
-  const double magnitude = std::abs(value);
-  const int decimals = magnitude >= 999.95 ? 0 : magnitude >= 99.995 ? 1 : magnitude >= 9.9995 ? 2 : 3;
-  return fmt::format("{:.{}f}", value, decimals);
+  return fmt::format("{:.{}f}", value, Decimals(std::abs(value)));
 }
 
 // One line per finished episode: columns from the left as far as the terminal is wide.
@@ -71,12 +56,6 @@ struct Column {
 constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -14}, Column{"time", 7},
                                  Column{"stages", 6},    Column{"slips", 5}, Column{"collisions", 10},
                                  Column{"clearance", 9}, Column{"path", 7}};
-
-std::string Pad(const std::string& text, int width) {
-  const std::string space(static_cast<size_t>(std::max(0, std::abs(width) - static_cast<int>(Width(text)))),
-                          ' ');
-  return width < 0 ? text + space : space + text;
-}
 
 std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width) {
   std::string line;
@@ -295,7 +274,7 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) const {
                                                    : m.overall_rms_cartesian_jerk_mps3)));
   }
   for (std::string& line : lines) {
-    if (Width(line) > static_cast<size_t>(width)) line = Cut(line, static_cast<size_t>(width));
+    line = Cut(line, width);
   }
   return lines;
 }

@@ -14,6 +14,7 @@
 #include "cli/run_folder.h"
 #include "cli/run_reader.h"
 #include "cli/workers.h"
+#include "metrics/run_statistics.h"
 #include "models/task_description.h"
 
 namespace evalbus {
@@ -32,46 +33,48 @@ std::string Row(const std::string& name, size_t width, const std::string& succes
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
-struct Tally {
-  int episodes = 0, complete = 0, success = 0;
-  double simulated_s = 0;
-  std::map<std::string, int> reasons;
-
+// Statistics over the episodes of one or several runs: the same bits in whatever order the runs finish.
+class Tally {
+ public:
   void Add(const RecordedRun& run) {
-    for (const RecordedEpisode& episode : run.episodes) {
-      ++episodes;
-      if (!episode.complete) {
-        ++reasons["incomplete"];
-        continue;
-      }
-      ++complete;
-      success += episode.success;
-      simulated_s += episode.json["metrics"]["completion_time"].get<double>();
-      if (!episode.success) ++reasons[episode.failure_reason];
-    }
+    for (const RecordedEpisode& episode : run.episodes) statistics_.Add(episodes_++, ResultOf(episode.json));
   }
   nlohmann::ordered_json Json() const {
-    const Interval interval = WilsonInterval(success, complete);
-    return {
-        {"episodes", episodes},
-        {"complete", complete},
-        {"successes", success},
-        {"success_rate",
-         complete > 0 ? nlohmann::ordered_json(static_cast<double>(success) / complete) : nullptr},
-        {"success_rate_wilson_95", {interval.lower, interval.upper}},
-        {"mean_completion_time_s", complete > 0 ? nlohmann::ordered_json(simulated_s / complete) : nullptr},
-        {"failure_reasons", reasons}};
+    const RunSummary summary = statistics_.Summary(false);
+    const MetricSummary* time = summary.Find("completion_time");
+    nlohmann::ordered_json reasons = nlohmann::ordered_json::object();
+    for (const auto& [reason, count] : FailuresOf(summary)) reasons[reason] = count;
+    return {{"episodes", summary.episodes},
+            {"complete", summary.complete},
+            {"successes", summary.successes},
+            {"success_rate", summary.complete > 0 ? nlohmann::ordered_json(summary.success_rate) : nullptr},
+            {"success_rate_wilson_95", {summary.wilson.lower, summary.wilson.upper}},
+            {"mean_completion_time_s", time ? nlohmann::ordered_json(time->mean) : nullptr},
+            {"failure_reasons", reasons}};
   }
   std::string Line(const std::string& name, size_t width) const {
-    const Interval interval = WilsonInterval(success, complete);
+    const RunSummary summary = statistics_.Summary(false);
+    const MetricSummary* time = summary.Find("completion_time");
     std::string why;
-    for (const auto& [reason, count] : reasons) {
+    for (const auto& [reason, count] : FailuresOf(summary)) {
       why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count, reason);
     }
-    return Row(name, width, fmt::format("{} of {}", success, complete),
-               fmt::format("{:.0f} to {:.0f} %", interval.lower * 100, interval.upper * 100),
-               complete > 0 ? fmt::format("{:.2f} s", simulated_s / complete) : "-", why);
+    return Row(name, width, fmt::format("{} of {}", summary.successes, summary.complete),
+               fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100),
+               time ? fmt::format("{:.2f} s", time->mean) : "-", why);
   }
+
+ private:
+  static std::vector<std::pair<std::string, int>> FailuresOf(const RunSummary& summary) {
+    auto failures = summary.failure_reasons;
+    if (summary.complete < summary.episodes) {
+      failures.emplace_back("incomplete", summary.episodes - summary.complete);
+    }
+    return failures;
+  }
+
+  RunStatistics statistics_;
+  int episodes_ = 0;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "cli/job_pool.h"
+#include "sim/sim_options.h"
 
 namespace evalbus {
 namespace {
@@ -15,29 +16,19 @@ constexpr auto kPoll = std::chrono::milliseconds(20);
 }  // namespace
 
 std::vector<std::string> RunCommand(const RunOptions& options) {
-  const SimOptions& sim = options.sim;
   std::vector<std::string> command = {(Processes::BinaryFolder() / "evalbus").string(),
                                       "run",
                                       "--policy",
                                       options.policy,
                                       "--episodes",
                                       std::to_string(options.episodes),
-                                      fmt::format("--seed={}", options.seed),
-                                      "--control-hz",
-                                      fmt::format("{}", sim.control_hz),
-                                      "--clearance-hz",
-                                      fmt::format("{}", sim.clearance_hz),
-                                      "--rtf",
-                                      fmt::format("{}", sim.rtf),
-                                      "--policy-timeout-s",
-                                      fmt::format("{}", sim.policy_timeout_s)};
+                                      fmt::format("--seed={}", options.seed)};
+  const std::vector<std::string> sim = SimArguments(options.sim);
+  command.insert(command.end(), sim.begin(), sim.end());
   if (!options.only.empty()) {
     command.insert(command.end(), {"--only", fmt::format("{}", fmt::join(options.only, ","))});
   }
-  if (sim.realtime) command.push_back("--realtime");
   if (options.in_process) command.push_back("--in-process");
-  if (!sim.robot.empty()) command.insert(command.end(), {"--robot", sim.robot});
-  for (const auto& folder : sim.model_path) command.insert(command.end(), {"--model-path", folder.string()});
   return command;
 }
 

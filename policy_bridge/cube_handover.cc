@@ -29,15 +29,10 @@ GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
 
 CubeHandoverExpert::CubeHandoverExpert(const mjModel& model, const model_info_t& info)
     : Expert(model, info), rod_(ObjectBody(info, "rod")) {
-  if (info.num_arms != 2) throw InputError("policy \"expert\": cube_handover needs a robot with two arms");
+  NeedTwoArms(info);
   for (int arm : {0, 1}) {
     side_[arm] = context().arms[arm].GripPose(context().home.joints[arm]).translation().y() > 0 ? 1 : -1;
   }
-}
-
-void CubeHandoverExpert::Begin(const episode_begin_t& begin) {
-  Expert::Begin(begin);
-  attempts_ = 0;
 }
 
 std::vector<Isometry3d> CubeHandoverExpert::Meetings(const Isometry3d& rod, int giver, double end) const {

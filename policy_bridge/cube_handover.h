@@ -14,8 +14,6 @@ class CubeHandoverExpert : public Expert {
   // Throws InputError if the model has no rod or not two arms.
   CubeHandoverExpert(const mjModel& model, const model_info_t& info);
 
-  void Begin(const episode_begin_t& begin) override;
-
  protected:
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
@@ -28,7 +26,6 @@ class CubeHandoverExpert : public Expert {
   int rod_;
   // Of each arm: 1 if it stands on the left (+y), else -1.
   double side_[2];
-  int attempts_ = 0;
 };
 
 }  // namespace evalbus

@@ -15,7 +15,10 @@ namespace evalbus {
 
 Expert::Expert(const mjModel& model, const model_info_t& info) : context_(model, info) {}
 
-void Expert::Begin(const episode_begin_t&) { player_.Reset(context_.home); }
+void Expert::Begin(const episode_begin_t&) {
+  player_.Reset(context_.home);
+  attempts_ = 0;
+}
 
 void Expert::Act(const state_t& state, action_t* action) {
   const double time = static_cast<double>(state.header.sim_time_us) * 1e-6;
@@ -26,6 +29,11 @@ void Expert::Act(const state_t& state, action_t* action) {
     commanded = &player_.At(time);
   }
   SetAction(*commanded, action);
+}
+
+void NeedTwoArms(const model_info_t& info) {
+  if (info.num_arms == 2) return;
+  throw InputError("policy \"expert\": " + info.task + " needs a robot with two arms");
 }
 
 void SetAction(const Configuration& configuration, action_t* action) {

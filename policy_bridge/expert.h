@@ -23,6 +23,9 @@ class Expert : public Policy {
   virtual std::vector<Motion> Next(const Configuration& now, const state_t& state) = 0;
 
   PlanningContext& context() { return context_; }
+  // How often the expert has planned in this episode, counted by itself; at some number it gives up.
+  int attempts_ = 0;
+
   // A fresh plan from `now`.
   Plan MakePlan(const Configuration& now, const state_t& state) { return Plan(&context_, now, state); }
 
@@ -30,6 +33,9 @@ class Expert : public Policy {
   PlanningContext context_;
   Player player_;
 };
+
+// Throws InputError unless the robot has two arms.
+void NeedTwoArms(const model_info_t& info);
 
 // Writes a configuration as an action.
 void SetAction(const Configuration& configuration, action_t* action);

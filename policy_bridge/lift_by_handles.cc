@@ -55,9 +55,7 @@ LiftByHandlesExpert::LiftByHandlesExpert(const HandledObject& object, const mjMo
       object_(object),
       body_(ObjectBody(info, object.name)),
       velocity_(model.body_dofadr[body_]) {
-  if (info.num_arms != 2) {
-    throw InputError("policy \"expert\": " + info.task + " needs a robot with two arms");
-  }
+  NeedTwoArms(info);
   if (model.body_dofnum[body_] != 6) throw InputError("object \"" + object.name + "\" is not free");
   handles_[kLeft] = SiteInBody(model, object.name + "/left_handle", body_).translation();
   handles_[kRight] = SiteInBody(model, object.name + "/right_handle", body_).translation();
@@ -65,7 +63,6 @@ LiftByHandlesExpert::LiftByHandlesExpert(const HandledObject& object, const mjMo
 
 void LiftByHandlesExpert::Begin(const episode_begin_t& begin) {
   Expert::Begin(begin);
-  attempts_ = 0;
   moved_us_ = 0;
 }
 

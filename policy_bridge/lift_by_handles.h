@@ -49,7 +49,6 @@ class LiftByHandlesExpert : public Expert {
   int velocity_;
   // Middle of the handles' bars in the object's frame, left and right; m.
   Eigen::Vector3d handles_[2];
-  int attempts_ = 0;
   // When it was last seen moving, us.
   int64_t moved_us_ = 0;
   // Height of its origin when at rest at first, m.

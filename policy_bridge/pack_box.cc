@@ -63,12 +63,11 @@ constexpr int kMaxAttempts = 6;
 
 PackBoxExpert::PackBoxExpert(const mjModel& model, const model_info_t& info)
     : Expert(model, info), flaps_{BodyId(model, "box/left_flap"), BodyId(model, "box/right_flap")} {
-  if (info.num_arms != 2) throw InputError("policy \"expert\": pack_box needs a robot with two arms");
+  NeedTwoArms(info);
 }
 
 void PackBoxExpert::Begin(const episode_begin_t& begin) {
   Expert::Begin(begin);
-  attempts_ = 0;
   searching_ = {};
 }
 

@@ -40,7 +40,6 @@ class PackBoxExpert : public Expert {
   std::array<int, 2> flaps_;
   std::array<bool, 2> searching_ = {};
   std::array<std::vector<Way>, 2> untried_, possible_;
-  int attempts_ = 0;
 };
 
 }  // namespace evalbus

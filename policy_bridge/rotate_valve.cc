@@ -33,12 +33,7 @@ constexpr int kMaxAttempts = 6;
 
 RotateValveExpert::RotateValveExpert(const mjModel& model, const model_info_t& info)
     : Expert(model, info), wheels_{BodyId(model, "first_valve/wheel"), BodyId(model, "second_valve/wheel")} {
-  if (info.num_arms != 2) throw InputError("policy \"expert\": rotate_valve needs a robot with two arms");
-}
-
-void RotateValveExpert::Begin(const episode_begin_t& begin) {
-  Expert::Begin(begin);
-  attempts_ = 0;
+  NeedTwoArms(info);
 }
 
 Plan RotateValveExpert::TurnWheels(const Plan& plan, const std::vector<Hold>& holds,

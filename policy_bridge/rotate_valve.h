@@ -14,8 +14,6 @@ class RotateValveExpert : public Expert {
   // Throws InputError if the model has no bodies first_valve/wheel and second_valve/wheel on hinges.
   RotateValveExpert(const mjModel& model, const model_info_t& info);
 
-  void Begin(const episode_begin_t& begin) override;
-
  protected:
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
@@ -31,7 +29,6 @@ class RotateValveExpert : public Expert {
 
   // Bodies.
   std::array<int, 2> wheels_;
-  int attempts_ = 0;
 };
 
 }  // namespace evalbus

@@ -75,11 +75,6 @@ SingleBookExpert::SingleBookExpert(const mjModel& model, const model_info_t& inf
   half_size_ = Vector3d(model.geom_size + 3 * geom);
 }
 
-void SingleBookExpert::Begin(const episode_begin_t& begin) {
-  Expert::Begin(begin);
-  attempts_ = 0;
-}
-
 double SingleBookExpert::OverhangingX(const Isometry3d& book) const {
   const double half_extent = std::min(half_size_.x() / std::max(std::abs(book.linear()(0, 0)), 1e-9),
                                       half_size_.y() / std::max(std::abs(book.linear()(0, 1)), 1e-9));

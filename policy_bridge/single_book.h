@@ -15,8 +15,6 @@ class SingleBookExpert : public Expert {
   // the model lacks the book's geom or the shelf's sites.
   SingleBookExpert(const mjModel& model, const model_info_t& info);
 
-  void Begin(const episode_begin_t& begin) override;
-
  protected:
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
@@ -35,7 +33,6 @@ class SingleBookExpert : public Expert {
   Eigen::Vector3d half_size_;
   // Middles of the front edges of counter and lower board, in the world; m.
   Eigen::Vector3d counter_edge_, board_edge_;
-  int attempts_ = 0;
 };
 
 }  // namespace evalbus

@@ -58,11 +58,6 @@ StackTwoBlocksExpert::StackTwoBlocksExpert(const mjModel& model, const model_inf
   for (int arm = 0; arm < info.num_arms; ++arm) arms_.push_back(arm);
 }
 
-void StackTwoBlocksExpert::Begin(const episode_begin_t& begin) {
-  Expert::Begin(begin);
-  attempts_ = 0;
-}
-
 std::optional<Grasp> StackTwoBlocksExpert::FindGrasp(const Plan& plan, int arm, int cube) const {
   for (const Grasp& grasp : BoxGrasps(kCube, plan.PoseOf(cube), plan.GripPose(arm), kLeans)) {
     Plan attempt = plan;

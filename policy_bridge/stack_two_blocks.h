@@ -14,8 +14,6 @@ class StackTwoBlocksExpert : public Expert {
   // Throws InputError if the model has no red_cube and blue_cube.
   StackTwoBlocksExpert(const mjModel& model, const model_info_t& info);
 
-  void Begin(const episode_begin_t& begin) override;
-
  protected:
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;
 
@@ -31,7 +29,6 @@ class StackTwoBlocksExpert : public Expert {
 
   std::vector<int> arms_;
   int cubes_[2];
-  int attempts_ = 0;
 };
 
 }  // namespace evalbus

@@ -1,7 +1,11 @@
 // The sim's options that `evalbus run` and `evalbus-sim` share, so that both spell them alike.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
 
 #include "sim/sim_component.h"
 
@@ -24,6 +28,24 @@ inline void AddSimOptions(CLI::App* app, SimOptions* options) {
                   "wait for an action at most this long (lockstep)")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+}
+
+// These options as arguments, for a process that is to have the same.
+inline std::vector<std::string> SimArguments(const SimOptions& options) {
+  std::vector<std::string> arguments = {"--control-hz",
+                                        fmt::format("{}", options.control_hz),
+                                        "--clearance-hz",
+                                        fmt::format("{}", options.clearance_hz),
+                                        "--rtf",
+                                        fmt::format("{}", options.rtf),
+                                        "--policy-timeout-s",
+                                        fmt::format("{}", options.policy_timeout_s)};
+  if (options.realtime) arguments.push_back("--realtime");
+  if (!options.robot.empty()) arguments.insert(arguments.end(), {"--robot", options.robot});
+  for (const auto& folder : options.model_path) {
+    arguments.insert(arguments.end(), {"--model-path", folder.string()});
+  }
+  return arguments;
 }
 
 }  // namespace evalbus

@@ -22,14 +22,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   app.add_option("--fps", options.fps, "frames per second and camera, at most")->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
-    return 1;
-  }
+  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
   try {
     options.size = evalbus::ParseFrameSize(size);
     evalbus::CheckFrameSize(options.size);

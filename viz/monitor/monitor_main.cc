@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "bus/component.h"
 #include "bus/errors.h"
 #include "viz/monitor/monitor.h"
 
@@ -9,14 +10,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Shows a run or a replay while it goes on, from its messages. Only listens."};
   evalbus::Address address;
   evalbus::AddAddressOptions(&app, &address);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
-    return 1;
-  }
+  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
   try {
     return evalbus::Monitor(address);
   } catch (const std::exception& error) {

@@ -12,6 +12,7 @@
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "viz/text.h"
 
 namespace evalbus {
 namespace {
@@ -57,25 +58,11 @@ std::string ExtendedLabel(const std::string& name, bool has_no_unit) {
   return dot < name.size() ? label + ", " + name.substr(dot + 1) : label;
 }
 
-std::string Cut(const std::string& text, int width) {
-  int characters = 0;
-  for (size_t i = 0; i < text.size(); ++i) {
-    if ((text[i] & 0xC0) != 0x80 && ++characters > width) return text.substr(0, i);
-  }
-  return text;
-}
-
 std::string Fit(const std::string& text, int width) {
-  std::string fitted = Width(text) > width ? Cut(text, std::max(0, width - 1)) + "…" : text;
-  fitted.append(static_cast<size_t>(std::max(0, width - Width(fitted))), ' ');
-  return fitted;
+  return Pad(Width(text) > width ? Cut(text, std::max(0, width - 1)) + "…" : text, -width);
 }
 
-std::string Right(const std::string& text, int width) {
-  return std::string(static_cast<size_t>(std::max(0, width - Width(text))), ' ') + text;
-}
-
-void Cut(int width, Line* line) {
+void Shorten(int width, Line* line) {
   std::string* last = line->empty() ? nullptr : &line->back().text;
   if (last != nullptr) last->erase(last->find_last_not_of(' ') + 1);
   if (Width(*line) <= width) return;
@@ -127,10 +114,6 @@ const char* StateName(const component_status_t& status) {
 }
 
 }  // namespace
-
-int Width(const std::string& text) {
-  return static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
-}
 
 int Width(const Line& line) {
   return std::accumulate(line.begin(), line.end(), 0,
@@ -369,7 +352,7 @@ std::vector<Line> MonitorModel::Lines(int width, int height, SteadyTime now) {
   }
   std::vector<Line> lines;
   for (Ranked& ranked : screen) {
-    Cut(width, &ranked.line);
+    Shorten(width, &ranked.line);
     lines.push_back(std::move(ranked.line));
   }
   return lines;
@@ -425,8 +408,7 @@ Line MonitorModel::Title(int width, SteadyTime now) const {
   const std::string keys = "   q ends";
   const int room = width - Width(line) - Width(keys) - 2;
   if (room >= 8)
-    line.push_back(
-        {Right(Width(where) > room ? Cut(where, room - 1) + "…" : where, room + 2), Style::kQuiet});
+    line.push_back({Pad(Width(where) > room ? Cut(where, room - 1) + "…" : where, room + 2), Style::kQuiet});
   if (room >= 0) line.push_back({keys, Style::kQuiet});
   return line;
 }
@@ -438,12 +420,12 @@ Line MonitorModel::EpisodeLine(int width) const {
   Line line = {{fmt::format("{:<12}", name + "  "), Style::kStrong}};
   line.push_back({fmt::format("{:<12}", Phase()), StyleOf(end_reason_)});
   const double time = state_ ? static_cast<double>(state_->sim_time_us) * 1e-6 : 0;
-  line.push_back({Right(state_ ? fmt::format("{:.2f}", time) : "-", 6) + " s"});
+  line.push_back({Pad(state_ ? fmt::format("{:.2f}", time) : "-", 6) + " s"});
   if (model_) {
     const double limit = static_cast<double>(model_->time_limit_us) * 1e-6;
     line.push_back({fmt::format(" of {:g} s", limit), Style::kQuiet});
   }
-  line.push_back({Right(has_rates_ ? Speed(speed_) : "-", 8)});
+  line.push_back({Pad(has_rates_ ? Speed(speed_) : "-", 8)});
   line.push_back({width < 76 ? " x" : " x real time", Style::kQuiet});
   if (has_scores() && partial_->metrics.num_stages > 0) {
     line.push_back({"   progress ", Style::kQuiet});
@@ -464,7 +446,7 @@ void MonitorModel::AddStages(int width, std::vector<Ranked>* screen) const {
           reached && k < partial_->extended.stage_time_s.size() ? partial_->extended.stage_time_s[k] : -1;
       line.push_back({reached ? "  ● " : "  ○ ", reached ? Style::kGood : Style::kQuiet});
       line.push_back({Fit(Printable(m.stage_name[k]), room - 16), reached ? Style::kPlain : Style::kQuiet});
-      line.push_back({Fit(when >= 0 ? Right(fmt::format("{:.2f} s", when), 9) : "", 12)});
+      line.push_back({Fit(when >= 0 ? Pad(fmt::format("{:.2f} s", when), 9) : "", 12)});
     }
     screen->push_back({1, line});
   }
@@ -557,14 +539,14 @@ void MonitorModel::AddMetrics(int width, std::vector<Ranked>* screen) const {
   std::vector<Ranked> left, right;
   Line head = {{std::string(kArmLabel, ' ')}};
   for (const std::string& name : m.arm_name)
-    head.push_back({Right(Cut(Printable(name), kValue - 1), kValue), Style::kQuiet});
-  if (both) head.push_back({Right("both", kValue), Style::kQuiet});
+    head.push_back({Pad(Cut(Printable(name), kValue - 1), kValue), Style::kQuiet});
+  if (both) head.push_back({Pad("both", kValue), Style::kQuiet});
   if (m.num_arms > 1) left.push_back({3, head});
   for (const Row& row : rows) {
     if (!row.tracked) continue;
     Line line = {{Fit(row.label, kArmLabel), Style::kQuiet}};
-    for (const double value : row.arms) line.push_back({Right(has_scores() ? Number(value) : "-", kValue)});
-    if (both) line.push_back({Right(row.both ? has_scores() ? Number(*row.both) : "-" : "", kValue)});
+    for (const double value : row.arms) line.push_back({Pad(has_scores() ? Number(value) : "-", kValue)});
+    if (both) line.push_back({Pad(row.both ? has_scores() ? Number(*row.both) : "-" : "", kValue)});
     line.push_back({Fit(" " + std::string(row.unit), kUnit), Style::kQuiet});
     left.push_back({row.rank, line});
   }
@@ -575,7 +557,7 @@ void MonitorModel::AddMetrics(int width, std::vector<Ranked>* screen) const {
   const auto add = [](const Scalar& scalar, int label_width, std::vector<Ranked>* column) {
     column->push_back({scalar.rank,
                        {{Fit(Printable(scalar.label), label_width), Style::kQuiet},
-                        {Right(scalar.value, kValue), scalar.alarming ? Style::kBad : Style::kPlain},
+                        {Pad(scalar.value, kValue), scalar.alarming ? Style::kBad : Style::kPlain},
                         {Fit(scalar.unit.empty() ? "" : " " + scalar.unit, kUnit), Style::kQuiet}}});
   };
   std::vector<Scalar> scalars = Scalars();

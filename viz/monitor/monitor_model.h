@@ -30,8 +30,7 @@ struct Span {
 };
 using Line = std::vector<Span>;
 
-// Length in characters (UTF-8) and text of a line.
-int Width(const std::string& text);
+// Length in characters and text of a line.
 int Width(const Line& line);
 std::string Text(const Line& line);
 

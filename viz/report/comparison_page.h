@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace evalbus {
+#include "viz/report/judgement.h"
 
-enum class Judgement { kNone, kBetter, kWorse, kDiffers };
+namespace evalbus {
 
 // A value of a run and of the baseline; NaN where there is none.
 struct ReportDifference {

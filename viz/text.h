@@ -1,0 +1,19 @@
+// Text in columns, for people at a terminal. Lengths are in characters, not in bytes of UTF-8.
+#pragma once
+
+#include <string>
+
+namespace evalbus {
+
+int Width(const std::string& text);
+
+// The first `width` characters.
+std::string Cut(const std::string& text, int width);
+
+// Filled up with spaces to a width: text to the right, or, where the width is negative, to the left.
+std::string Pad(const std::string& text, int width);
+
+// How many decimals show four significant digits of a number of this magnitude; three at most.
+int Decimals(double magnitude);
+
+}  // namespace evalbus
