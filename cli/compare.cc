@@ -126,7 +126,7 @@ std::vector<MetricComparison> CompareMetrics(const std::map<int64_t, Scored>& ru
                             .ratio = std::nullopt,
                             .ratio_95 = {}};
     (paired ? TestPaired : TestUnpaired)(values, baseline_values, &metric);
-    metrics.push_back(std::move(metric));
+    metrics.push_back(metric);
   }
   std::vector<double> p;
   for (const MetricComparison& metric : metrics) {

@@ -17,6 +17,11 @@ namespace evalbus {
 Filming::Filming(const RunFolder& folder, std::vector<std::string> cameras, RunListener* next)
     : folder_(folder), cameras_(std::move(cameras)), next_(next) {}
 
+Filming::~Filming() {
+  if (processes_.StopAll().empty()) return;
+  folder_.RemoveFiles(".partial.mp4");
+}
+
 void Filming::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   const int index = episode["episode"].get<int>();
   const bool is_missing = std::ranges::any_of(cameras_, [&](const std::string& camera) {
@@ -31,11 +36,10 @@ void Filming::Poll(SteadyTime now) {
   next_->Poll(now);
 }
 
-void Filming::Finish() {
+size_t Filming::Finish() {
   Advance();
-  const size_t left = waiting_.size() + filming_.has_value();
-  if (left > 0) {
-    fmt::print("filming {} more episode{}\n", left, left == 1 ? "" : "s");
+  if (Missing() > 0 && !stop_requested()) {
+    fmt::print("filming {} more episode{}\n", Missing(), Missing() == 1 ? "" : "s");
     std::fflush(stdout);
   }
   while (filming_ && !stop_requested()) {
@@ -43,6 +47,7 @@ void Filming::Finish() {
     Advance();
   }
   if (!failure_.empty()) throw EnvironmentError("no film: " + failure_);
+  return Missing();
 }
 
 void Filming::Advance() {

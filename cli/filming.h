@@ -17,6 +17,8 @@ class Filming : public RunListener {
  public:
   // Passes everything on to `next`. Without cameras it does only that.
   Filming(const RunFolder& folder, std::vector<std::string> cameras, RunListener* next);
+  // A film that is not finished leaves no file.
+  ~Filming() override;
 
   void OnEpisodeBegin(const episode_begin_t& begin) override { next_->OnEpisodeBegin(begin); }
   void OnPartial(const partial_metrics_t& partial) override { next_->OnPartial(partial); }
@@ -24,12 +26,13 @@ class Filming : public RunListener {
   void OnRetry(int episode, const std::string& why) override { next_->OnRetry(episode, why); }
   void Poll(SteadyTime now) override;
 
-  // Waits for the films that are missing, or until a stop is requested. Throws EnvironmentError if one could
-  // not be made; no further ones are then tried.
-  void Finish();
+  // Waits for the films that are missing, or until a stop is requested. Returns how many episodes still lack
+  // theirs. Throws EnvironmentError if one could not be made; no further ones are then tried.
+  size_t Finish();
 
  private:
   void Advance();
+  size_t Missing() const { return waiting_.size() + filming_.has_value(); }
 
   const RunFolder& folder_;
   std::vector<std::string> cameras_;

@@ -21,6 +21,8 @@ struct Job {
 class JobPool {
  public:
   JobPool(std::vector<Job> jobs, int at_once);
+  // Stops who runs: jobs have processes of their own, and take them with them in order.
+  ~JobPool() { processes_.StopAll(); }
 
   // Starts what may start. Returns the name of a job that has ended well since the last call, if any. One
   // that was ended by a signal is started again, three times at most. Throws InputError or EnvironmentError,

@@ -17,6 +17,9 @@
 namespace evalbus {
 namespace {
 
+// So that Ctrl-C ends a run within two.
+constexpr std::chrono::seconds kStopping{1};
+
 std::string LastLine(const std::filesystem::path& file) {
   std::ifstream stream(file);
   std::string line, last;
@@ -99,7 +102,7 @@ std::optional<Processes::Exit> Processes::Poll() {
 std::vector<Processes::Exit> Processes::StopAll() {
   for (const Child& child : children_) kill(child.pid, SIGTERM);
   std::vector<Exit> failed;
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  const auto deadline = std::chrono::steady_clock::now() + kStopping;
   while (!children_.empty() && std::chrono::steady_clock::now() < deadline) {
     if (const auto exit = Poll()) {
       if (exit->code != 0) failed.push_back(*exit);

@@ -36,7 +36,7 @@ class Processes {
   // A process that ended since the last call, if any.
   std::optional<Exit> Poll();
 
-  // SIGTERM, then SIGKILL for who is still there after two seconds. Returns those that did not end with code
+  // SIGTERM, then SIGKILL for who is still there after a second. Returns those that did not end with code
   // 0.
   std::vector<Exit> StopAll();
   void KillAll();

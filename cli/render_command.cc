@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "bus/component.h"
 #include "cli/episode_logs.h"
 #include "viz/film.h"
 
@@ -29,6 +30,8 @@ int Render(const RenderOptions& options) {
   std::vector<fs::path> logs;
   for (const int episode : options.episodes) logs.push_back(EpisodeLogs(options.run, episode).front());
   if (logs.empty()) logs = EpisodeLogs(options.run);
+  // A film that is stopped takes its half-written file with it.
+  InstallStopSignals();
   for (const fs::path& log : logs) {
     for (const fs::path& film : FilmEpisode(log, options.cameras, size, log.parent_path())) {
       fmt::print("{}\n", fs::proximate(film).string());

@@ -250,9 +250,10 @@ int RunOne(RunOptions options) {
   fmt::print("results  {}\n", (shown / "episodes.jsonl").string());
   fmt::print("summary  {}\n", (shown / "summary.json").string());
   fmt::print("logs     {}\n", (shown / "episodes/*/events.lcmlog").string());
-  filming->Finish();
+  const size_t unfilmed = filming->Finish();
   const double filmed = std::chrono::duration<double>(steady_clock::now() - started).count();
   for (const std::string& camera : options.video) {
+    if (unfilmed > 0) break;
     fmt::print("films    {}  (done after {:.1f} s)\n", (shown / "episodes/*" / FilmName(camera)).string(),
                filmed);
   }
@@ -260,6 +261,11 @@ int RunOne(RunOptions options) {
     throw EnvironmentError(
         fmt::format("stopped after {} of {} episodes; the same command with --out {} --resume goes on",
                     summary.episodes, num_wanted, shown.string()));
+  }
+  if (unfilmed > 0) {
+    throw EnvironmentError(
+        fmt::format("stopped before {} episode{} filmed; the same command with --out {} --resume goes on",
+                    unfilmed, unfilmed == 1 ? " was" : "s were", shown.string()));
   }
   return 0;
 }

@@ -235,10 +235,10 @@ RecordedRuns ReadRuns(const fs::path& folder) {
     Fail(suite.string(), "no \"runs\", expected a list of folders in this one");
   }
   for (const nlohmann::json& entry : json["runs"]) {
-    if (!entry.is_string() || entry.get<std::string>().find_first_of("/\\") != std::string::npos) {
+    const auto name = entry.is_string() ? entry.get<std::string>() : "";
+    if (name.empty() || name == "." || name == ".." || name.find_first_of("/\\") != std::string::npos) {
       Fail(suite.string(), entry.dump() + " in \"runs\", expected the name of a folder in this one");
     }
-    const auto name = entry.get<std::string>();
     std::optional<RecordedRun> run;
     if (fs::exists(folder / name / "run.json")) run = ReadIfBegun(folder / name);
     if (run) {

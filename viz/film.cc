@@ -7,6 +7,7 @@
 
 #include "bus/bus.h"
 #include "bus/channels.h"
+#include "bus/component.h"
 #include "bus/errors.h"
 #include "bus/event_log.h"
 #include "evalbus/episode_begin_t.hpp"
@@ -67,11 +68,11 @@ Episode ReadEpisode(const std::filesystem::path& log) {
   return episode;
 }
 
+// The model of the run folder that the log is in, wherever the log says that it was; for a log alone, that.
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {
-  if (!std::filesystem::exists(info.visual_file)) {
-    info.visual_file =
-        (std::filesystem::absolute(log).parent_path() / "../../model/visual.mjb").lexically_normal().string();
-  }
+  const auto own =
+      (std::filesystem::absolute(log).parent_path() / "../../model/visual.mjb").lexically_normal();
+  if (std::filesystem::exists(own)) info.visual_file = own.string();
   return LoadVisualModel(info);
 }
 
@@ -123,6 +124,7 @@ std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
 
   size_t num_scored = 0;
   const auto film = [&](size_t shown, double time) {
+    if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
     while (num_scored < episode.partials.size() &&
            episode.partials[num_scored].header.tick <= episode.states[shown].header.tick) {
       ++num_scored;

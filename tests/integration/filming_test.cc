@@ -1,4 +1,6 @@
 // Films beside a run, and from its logs afterwards.
+#include <signal.h>
+
 #include <algorithm>
 
 #include "tests/integration/harness.h"
@@ -26,6 +28,35 @@ TEST(Filming, RunEndsWithTheFilmsOfItsEpisodes) {
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == film);
   EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
+}
+
+TEST(Filming, CtrlCEndsItInOrderAndResumeMakesTheRest) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> command = {"evalbus",  "run",          ShortTask(folder.path(), 0.2),
+                                            "--policy", "hold",         "--episodes",
+                                            "3",        "--in-process", "--video",
+                                            "front",    "--out",        folder.path() / "run"};
+  const fs::path run = folder.path() / "run";
+  {
+    Program launcher(command);
+    ASSERT_TRUE(WaitFor([&] { return launcher.out().find("filming ") != std::string::npos; }))
+        << launcher.err();
+    launcher.Signal(SIGINT);
+    EXPECT_EQ(launcher.Wait(std::chrono::seconds(2)), 2);
+    EXPECT_TRUE(launcher.err().starts_with("error: stopped before ")) << launcher.err();
+    EXPECT_NE(launcher.err().find("filmed; the same command with --out "), std::string::npos)
+        << launcher.err();
+    EXPECT_EQ(launcher.out().find("films  "), std::string::npos) << launcher.out();
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(run)) {
+    EXPECT_FALSE(entry.path().string().ends_with(".partial.mp4")) << entry.path();
+  }
+  EXPECT_FALSE(fs::exists(run / "episodes/0002/front.mp4"));
+  EXPECT_EQ(Episodes(run).size(), 3u);
+  std::vector<std::string> resume = command;
+  resume.push_back("--resume");
+  EXPECT_EQ(RunProgram(resume).code, 0);
+  EXPECT_TRUE(fs::exists(run / "episodes/0002/front.mp4"));
 }
 
 // What `./run` adds cameras to unless it is told not to.

@@ -180,5 +180,41 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_FALSE(fs::exists(folder.path() / "twice"));
 }
 
+// Ctrl-C at a terminal reaches the whole group of the launcher.
+TEST(Suite, CtrlCLeavesNoProcessAndResumeGoesOn) {
+  TemporaryFolder folder;
+  const fs::path suite = folder.path() / "suite", reference = folder.path() / "reference";
+  const auto command = [](const fs::path& out) {
+    return std::vector<std::string>{"evalbus",   "run", "lift_pot/all", "--episodes", "2",     "--seed", "1",
+                                    "--workers", "2",   "--control-hz", "200",        "--out", out};
+  };
+  ASSERT_EQ(RunProgram(command(reference)).code, 0);
+  {
+    Program launcher(command(suite), {{}, [] { setpgid(0, 0); }});
+    ASSERT_TRUE(WaitFor([&] {
+      return fs::exists(suite / "lift_pot-position/episodes/0000.partial/events.lcmlog");
+    })) << launcher.err();
+    std::vector<pid_t> family = ChildrenOf(launcher.pid());
+    EXPECT_EQ(family.size(), 2u);
+    for (const pid_t run : std::vector<pid_t>(family)) {
+      for (const pid_t component : ChildrenOf(run)) family.push_back(component);
+    }
+    ASSERT_EQ(kill(-launcher.pid(), SIGINT), 0);
+    EXPECT_EQ(launcher.Wait(std::chrono::seconds(2)), 2);
+    EXPECT_NE(launcher.err().find("error: stopped after "), std::string::npos) << launcher.err();
+    for (const pid_t pid : family) EXPECT_EQ(kill(pid, 0), -1) << pid << " is still there";
+  }
+  auto resume = command(suite);
+  resume.push_back("--resume");
+  const auto resumed = RunProgram(resume);
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(ReadText(suite / "summary.json"), ReadText(reference / "summary.json"));
+  for (const char* run :
+       {"lift_pot-base", "lift_pot-position", "lift_pot-orientation", "lift_pot-position_and_orientation"}) {
+    EXPECT_EQ(ReadText(suite / run / "episodes.jsonl"), ReadText(reference / run / "episodes.jsonl")) << run;
+    EXPECT_EQ(ReadText(suite / run / "summary.json"), ReadText(reference / run / "summary.json")) << run;
+  }
+}
+
 }  // namespace
 }  // namespace evalbus
