@@ -1,4 +1,5 @@
 // A run's folder: what is in it, and that its logs are whole and agree with its results.
+#include <regex>
 #include <set>
 
 #include "bus/channels.h"
@@ -188,6 +189,24 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
 INSTANTIATE_TEST_SUITE_P(Hosting, RunFolderTest, testing::Bool(), [](const auto& test) {
   return std::string(test.param ? "InProcess" : "Processes");
 });
+
+// Columns, rows, units and outcomes; digits depend on the processor's mathematics.
+std::string Layout(const std::string& text) {
+  const size_t begin = text.find("lift_pot/position  policy expert  seed 7"),
+               end = text.find(" episodes in ");
+  if (begin == std::string::npos || end < begin || end == std::string::npos) return "";
+  const std::string table = text.substr(begin, end - begin);
+  return std::regex_replace(std::regex_replace(table, std::regex("[0-9.]+"), "#"), std::regex(" +"), " ");
+}
+
+TEST(Readme, ShowsTheTableThatItsCommandPrints) {
+  const TemporaryFolder folder;
+  const Result run = RunProgram({"evalbus", "run", "lift_pot/position", "--episodes", "10", "--seed", "7",
+                                 "--in-process", "--out", folder.path() / "run"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_GT(Layout(run.out).size(), 500u);
+  EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "README.md")), Layout(run.out));
+}
 
 }  // namespace
 }  // namespace evalbus
