@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -10,15 +11,15 @@ namespace evalbus {
 
 // NaN for an empty sample.
 inline double Mean(std::span<const double> x) {
-  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+  return std::reduce(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
 }
 
 // Of the sample (n - 1); NaN for fewer than two values.
 inline double StandardDeviation(std::span<const double> x) {
   if (x.size() < 2) return std::numeric_limits<double>::quiet_NaN();
   const double mean = Mean(x);
-  double squares = 0;
-  for (const double value : x) squares += (value - mean) * (value - mean);
+  const double squares = std::transform_reduce(
+      x.begin(), x.end(), 0.0, std::plus(), [mean](double value) { return (value - mean) * (value - mean); });
   return std::sqrt(squares / static_cast<double>(x.size() - 1));
 }
 
