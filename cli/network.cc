@@ -101,7 +101,7 @@ std::string ChooseBus(const std::string& asked) {
     if (!why.empty()) throw EnvironmentError(why);
     return asked;
   }
-  const std::string url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
+  std::string url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
   if (WhyNoMulticast(url).empty()) {
     fmt::print("bus {} (listen with lcm-spy or lcm-logger)\n", url);
     std::fflush(stdout);

@@ -37,7 +37,7 @@ fs::path FindPlayer() {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path program = fs::path(folder) / "lcm-logplayer";
+    fs::path program = fs::path(folder) / "lcm-logplayer";
     if (access(program.c_str(), X_OK) == 0) return program;
   }
   throw EnvironmentError("lcm-logplayer is not in PATH; fix: apt-get install liblcm-bin");
