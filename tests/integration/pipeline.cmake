@@ -12,4 +12,4 @@ add_executable(pipeline_test
 target_link_libraries(pipeline_test PRIVATE bus cli_core GTest::gtest nlohmann_json::nlohmann_json)
 evalbus_target(pipeline_test)
 add_dependencies(pipeline_test programs)
-gtest_discover_tests(pipeline_test PROPERTIES TIMEOUT 120)
+gtest_discover_tests(pipeline_test PROPERTIES TIMEOUT ${TEST_TIMEOUT_S})

@@ -14,7 +14,7 @@ target_link_libraries(trust_test PRIVATE bus cli_core GTest::gtest nlohmann_json
 target_compile_definitions(trust_test PRIVATE CLOCK_BACK="$<TARGET_FILE:clock_back>")
 evalbus_target(trust_test)
 add_dependencies(trust_test programs clock_back)
-gtest_discover_tests(trust_test PROPERTIES TIMEOUT 180)
+gtest_discover_tests(trust_test PROPERTIES TIMEOUT ${TEST_TIMEOUT_S})
 
 add_test(NAME KillTrials
   COMMAND ${PROJECT_SOURCE_DIR}/scripts/kill_trials --trials 8 --seed 1 --bin ${PROJECT_BINARY_DIR}/bin)

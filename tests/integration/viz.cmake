@@ -10,4 +10,4 @@ target_link_libraries(viz_run_test
 target_compile_definitions(viz_run_test PRIVATE HIDE_OSMESA="$<TARGET_FILE:hide_osmesa>")
 evalbus_target(viz_run_test)
 add_dependencies(viz_run_test programs hide_osmesa)
-gtest_discover_tests(viz_run_test PROPERTIES TIMEOUT 120)
+gtest_discover_tests(viz_run_test PROPERTIES TIMEOUT ${TEST_TIMEOUT_S})
