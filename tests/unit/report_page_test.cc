@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tinyxml2.h>
 
+#include <cmath>
 #include <functional>
 #include <set>
 
@@ -157,6 +158,17 @@ TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
             (std::vector<std::string>{"4.2 to 4.4 s: 1 of 3 episodes", "5.2 to 5.4 s: 1 of 3 episodes",
                                       "6.2 to 6.4 s: 1 of 3 episodes, 1 without success"}));
   EXPECT_EQ(classes, (std::vector<std::string>{"good", "good", "bad"}));
+}
+
+TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
+  ReportRun run = SomeRun();
+  run.episode[1].values[0].second = std::nextafter(4.25, 5);
+  run.episode[2].values[0].second = 4.25;
+  const Page page(PageOf({run}));
+  const auto notes = page.All("p", [](const XMLElement& p) {
+    return TextOf(&p).starts_with("The same in every episode: completion time 4.25 s");
+  });
+  EXPECT_EQ(notes.size(), 1u);
 }
 
 TEST(ReportPage, NothingFromARunBecomesMarkup) {

@@ -50,6 +50,14 @@ TEST(Ticks, NeverMoreThanAskedFor) {
   }
 }
 
+TEST(Ticks, ValuesThatDifferByRoundingAreNoRange) {
+  EXPECT_FALSE(IsRange(14.58, std::nextafter(14.58, 15)));
+  EXPECT_FALSE(IsRange(-3e6, -3e6));
+  EXPECT_FALSE(IsRange(0, 0));
+  EXPECT_TRUE(IsRange(0, 1e-12));
+  EXPECT_TRUE(IsRange(14.58, 14.5801));
+}
+
 TEST(Bins, OfSmallIntegersStandAroundThem) {
   EXPECT_THAT(BinEdges(std::vector<double>{0, 2, 0, 1}), ElementsAre(-0.5, 0.5, 1.5, 2.5));
   EXPECT_THAT(CountInBins(std::vector<double>{0, 2, 0, 1}, std::vector<double>{-0.5, 0.5, 1.5, 2.5}),

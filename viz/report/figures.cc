@@ -213,7 +213,7 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
   // room around it.
   if (low > 0 && low < 0.5 * high) low = 0;
   if (low < 0 && low > -0.02 * high) low = 0;
-  if (low == high) {
+  if (!IsRange(low, high)) {
     const double room = low == 0 ? 1 : std::abs(low) * 0.5;
     low = low == 0 ? 0 : low - room;
     high += room;

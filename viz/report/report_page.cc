@@ -305,7 +305,7 @@ class RunSections {
         high = std::max(high, value);
       }
       if (figure.succeeded.empty() && figure.failed.empty()) continue;
-      if (low == high) {
+      if (!IsRange(low, high)) {
         constant.emplace_back(metric.name, low);
         continue;
       }

@@ -35,6 +35,9 @@ Ticks Find(double lower, double upper, int most, bool around) {
 
 }  // namespace
 
+// Multiples are counted in doubles: that of a smaller step would be no integers any more.
+bool IsRange(double low, double high) { return high - low > 1e-9 * std::max(std::abs(low), std::abs(high)); }
+
 Ticks TicksWithin(double lower, double upper, int most) { return Find(lower, upper, most, false); }
 Ticks TicksAround(double lower, double upper, int most) { return Find(lower, upper, most, true); }
 

@@ -7,6 +7,10 @@
 
 namespace evalbus {
 
+// Whether numbers from low to high differ by more than rounding; if not, they are one value, and there is no
+// axis.
+bool IsRange(double low, double high);
+
 struct Ticks {
   // Multiples of `step`, ascending.
   std::vector<double> at;
@@ -15,13 +19,13 @@ struct Ticks {
 };
 
 // The multiples within [lower, upper] of the smallest step that gives at most `most` (>= 2) of them. Takes
-// lower < upper, both finite.
+// a range (IsRange), both ends finite.
 Ticks TicksWithin(double lower, double upper, int most);
 // The same, with one more multiple at each end where that is needed to enclose the range: edges of bins, or
 // an axis that ends on a mark.
 Ticks TicksAround(double lower, double upper, int most);
 
-// Edges of the bins of a histogram of finite values that are not all equal: round numbers that enclose them;
+// Edges of the bins of a histogram of finite values that make a range: round numbers that enclose them;
 // around the integers (-0.5, 0.5, 1.5 ...) where the values are integers of a small range.
 std::vector<double> BinEdges(std::span<const double> values);
 // Bin k holds the values with edges[k] <= value < edges[k + 1], the last one also its upper edge.
