@@ -651,10 +651,13 @@ void SuiteTable(const Report& report, Markup* html) {
               if (std::isfinite(rate)) DrawShare(rate, interval.lower, interval.upper, false, html);
             });
             const auto mean = [&](const char* name) { return Statistic(Find(run, name), "mean"); };
-            NumberCell(mean("completion_time"), html);
+            const auto cell = [&](double value) {
+              NumberCell(value, value == 0 ? "0" : fmt::format("{:.2f}", value), html);
+            };
+            cell(mean("completion_time"));
             NumberCell(mean("subtask_progress"), Percent(mean("subtask_progress")), html);
-            NumberCell(mean("slip_count"), html);
-            NumberCell(mean("env_collision_count") + mean("self_collision_count"), html);
+            cell(mean("slip_count"));
+            cell(mean("env_collision_count") + mean("self_collision_count"));
           });
         }
       });
