@@ -19,12 +19,21 @@ constexpr char kMulticastFix[] =
     "root, "
     "or use --in-process (see 'evalbus doctor')";
 
+// liblcm takes nothing longer either.
+constexpr uint32_t kMaxMessage = 1u << 28;
+
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
 
 // liblcm has accepted the URL; without a port it takes 7667.
 int PortOf(const std::string& url) {
   const size_t colon = url.find(':', sizeof "udpm://" - 1);
   return colon == std::string::npos ? 7667 : std::atoi(url.c_str() + colon + 1);
+}
+
+// liblcm, too, sends no further than this machine where no ttl is named.
+bool IsLocal(const std::string& url) {
+  const size_t ttl = url.find("ttl=");
+  return ttl == std::string::npos || std::atoi(url.c_str() + ttl + sizeof "ttl=" - 1) == 0;
 }
 
 std::string WithReceiveBuffer(const std::string& url) {
@@ -72,11 +81,18 @@ void Bus::SubscribeRaw(const std::string& channel_regex, RawHandler handler) {
                                    [](unsigned char c) { return std::isalnum(c) || c == '_'; });
   if (!is_name) hears_everything_ = true;
   channels_.push_back(channel_regex);
-  if (IsMulticast(url_))
-    FilterChannels(PortOf(url_), hears_everything_ ? std::span<const std::string>() : channels_);
+  if (IsMulticast(url_)) {
+    FilterChannels(PortOf(url_), IsLocal(url_),
+                   hears_everything_ ? std::span<const std::string>() : channels_);
+  }
 }
 
 void Bus::Subscription::Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+  // liblcm takes the NUL behind the channel's name for granted: without one it counts -1 bytes of data.
+  if (buffer->data_size > kMaxMessage) {
+    ++bus->decode_errors_;
+    return;
+  }
   try {
     bus->handled_ = {static_cast<const uint8_t*>(buffer->data), buffer->data_size};
     handler(channel, bus->handled_, buffer->recv_utime);
