@@ -21,6 +21,7 @@
 #include "metrics/json_file.h"
 #include "metrics/run_statistics.h"
 #include "policy_bridge/factory.h"
+#include "policy_bridge/policy_component.h"
 #include "sim/sim_options.h"
 #include "viz/film.h"
 #include "viz/renderer.h"
@@ -79,18 +80,18 @@ void AddRunOptions(CLI::App* app, RunOptions* options) {
   app->add_option("--policy", options->policy, PolicyHelp() + "\nlcm: a process of yours on --url")
       ->capture_default_str();
   app->add_option("--episodes", options->episodes, "number of episodes")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive)
       ->capture_default_str();
   app->add_option("--only", options->only, "of the episodes, counted from 0, run these only, with commas")
       ->delimiter(',')
-      ->check(CLI::NonNegativeNumber);
+      ->check(NotNegative);
   app->add_option("--seed", options->seed, "seed of the run; equal seeds give equal bits")
       ->capture_default_str();
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME");
   app->add_flag("--resume", options->resume, "go on with the interrupted run in --out");
   app->add_option("--workers", options->workers,
                   "episodes (of a suite: runs) at the same time; the same results")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive)
       ->capture_default_str();
   // For the workers themselves.
   app->add_option("--share", options->share)->group("");
@@ -121,10 +122,11 @@ void CheckResumable(const RunFolder& folder, const nlohmann::ordered_json& run,
                     const std::vector<nlohmann::ordered_json>& finished) {
   const auto file = folder.path() / "run.json";
   const nlohmann::ordered_json before = ReadJsonFile(file);
+  if (!before.is_object()) throw InputError("--resume: " + file.string() + ": not a JSON object");
   for (const char* key : kFixed) {
     if (before.value(key, nlohmann::ordered_json()) == run[key]) continue;
     throw InputError(fmt::format("--resume: {}: the run was made with {} {}, not {}", file.string(), key,
-                                 before.value(key, nlohmann::ordered_json()).dump(), run[key].dump()));
+                                 ToText(before.value(key, nlohmann::ordered_json())), ToText(run[key])));
   }
   if (!finished.empty() && finished.back()["episode"] >= run["episodes"]) {
     throw InputError(fmt::format("--resume: {} has episode {} already; --episodes {} is less",
@@ -283,6 +285,7 @@ int Run(RunOptions options) {
         "--policy lcm: expected one task, and with --url the bus on which the policy is, as "
         "udpm://239.255.76.67:7667?ttl=0");
   }
+  if (options.policy != kExternalPolicy) CheckPolicy(options.policy);
   for (const int episode : options.only) {
     if (episode >= options.episodes) {
       throw InputError(fmt::format("--only {}: expected 0 to {}, since --episodes is {}", episode,

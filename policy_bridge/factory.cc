@@ -24,7 +24,9 @@ void CheckPolicyName(const std::string& name) {
   }
   if (std::find(kNames.begin(), kNames.end(), name) != kNames.end()) return;
   std::string list;
-  for (const char* known : kNames) list += std::string(list.empty() ? "" : ", ") + known;
+  for (const std::string known : kNames) {
+    list += (list.empty() ? "" : ", ") + (known == "replay" ? "replay:RUN_OR_LOG" : known);
+  }
   throw InputError("there is no policy \"" + name + "\"; there are: " + list);
 }
 

@@ -51,15 +51,23 @@ Recording OpenRecording(const std::string& path) {
   return [path](int episode) { return ReadActions(path, episode); };
 }
 
+void CheckPolicy(const std::string& policy) {
+  if (policy.starts_with(kReplayPrefix)) {
+    OpenRecording(policy.substr(sizeof kReplayPrefix - 1));
+  } else if (policy == "replay") {
+    throw InputError("policy \"replay\": replay:PATH expected, with a run folder or an LCM event log");
+  } else {
+    CheckPolicyName(policy);
+  }
+}
+
 PolicyComponent::PolicyComponent(Bus* bus, const std::string& policy)
     : Component(bus, "policy"), name_(policy) {
+  CheckPolicy(policy);
   if (policy.starts_with(kReplayPrefix)) {
     name_ = "replay";
     recording_ = OpenRecording(policy.substr(sizeof kReplayPrefix - 1));
-  } else if (policy == "replay") {
-    throw InputError("policy \"replay\": replay:PATH expected, with a run folder or an LCM event log");
   }
-  CheckPolicyName(name_);
   bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
                                   [this](const episode_begin_t& m) { OnEpisodeBegin(m); });

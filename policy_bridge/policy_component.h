@@ -15,10 +15,13 @@
 
 namespace evalbus {
 
+// policy: a name that MakePolicy takes, or replay:PATH with a run folder or an LCM event log. Throws
+// InputError for any other.
+void CheckPolicy(const std::string& policy);
+
 class PolicyComponent : public Component {
  public:
-  // policy: a name that MakePolicy takes, or replay:PATH with a run folder or an LCM event log. Throws
-  // InputError.
+  // Throws InputError as CheckPolicy does.
   PolicyComponent(Bus* bus, const std::string& policy);
 
  private:

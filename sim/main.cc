@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
         app->add_option("--run-id", options.run_id, "name of the run, as MODEL carries it")
             ->capture_default_str();
         app->add_option("--episodes", options.episodes, "run this many episodes without waiting for COMMAND")
-            ->check(CLI::NonNegativeNumber);
+            ->check(evalbus::NotNegative);
         app->add_option("--seed", options.seed,
                         "seed of the run; episode seeds derive from it and the episode's index")
             ->capture_default_str();

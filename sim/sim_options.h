@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -11,22 +12,35 @@
 
 namespace evalbus {
 
+// Checks of numbers, in words.
+inline std::string Positive(const std::string& text) {
+  return std::atof(text.c_str()) > 0 ? "" : "expected a number above 0, not " + text;
+}
+inline std::string NotNegative(const std::string& text) {
+  return std::atof(text.c_str()) >= 0 ? "" : "expected 0 or a number above 0, not " + text;
+}
+
 inline void AddSimOptions(CLI::App* app, SimOptions* options) {
   app->add_option("--robot", options->robot,
                   "robot of models/robots or robot description (YAML) instead of the task's own");
   app->add_option("--model-path", options->model_path,
                   "folder to look for MJCF files in, e.g. a MuJoCo Menagerie");
   app->add_option("--control-hz", options->control_hz, "control ticks per simulated second, 20 to 500")
+      ->check([](const std::string& text) {
+        const double hz = std::atof(text.c_str());
+        return hz >= 20 && hz <= 500 ? "" : "expected 20 to 500, not " + text;
+      })
       ->capture_default_str();
   app->add_option("--clearance-hz", options->clearance_hz, "clearance checks per simulated second, 0 = none")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NotNegative)
       ->capture_default_str();
   app->add_flag("--realtime,!--lockstep", options->realtime, "pace by the wall clock; default: lockstep");
   app->add_option("--rtf", options->rtf, "simulated seconds per second, with --realtime")
+      ->check(Positive)
       ->capture_default_str();
   app->add_option("--policy-timeout-s", options->policy_timeout_s,
                   "wait for an action at most this long (lockstep)")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive)
       ->capture_default_str();
 }
 

@@ -53,6 +53,8 @@ TEST_F(BadInput, UnknownNames) {
   ExpectRun(1, {"lift_pt"}, {"lift_pt", "lift_pot"});
   ExpectRun(1, {"lift_pot/postion"}, {"postion", "position"});
   ExpectRun(1, {"lift_pot", "--policy", "exprt"}, {"exprt", "noisy_expert"});
+  // Before the run has said that it begins.
+  EXPECT_EQ(RunProgram({"evalbus", "run", "lift_pot", "--policy", "exprt"}).out, "");
   ExpectRun(1, {"lift_pot", "--robot", "none.yaml"}, {"none.yaml"});
   ExpectRun(1, {"none.yaml"}, {"none.yaml"});
 }
@@ -64,7 +66,7 @@ TEST_F(BadInput, CommandLine) {
   ExpectRun(1, {"lift_pot", "--colour", "red"}, {"--colour"});
   ExpectRun(1, {"lift_pot", "--control-hz", "5"}, {"--control-hz", "20", "500"});
   ExpectRun(1, {"lift_pot", "--control-hz", "nan"}, {"--control-hz"});
-  ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes"});
+  ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected a number above 0, not 0"});
   ExpectRun(1, {"lift_pot", "--episodes", "many"}, {"--episodes", "many"});
   ExpectRun(1, {"lift_pot", "--seed", "x"}, {"--seed"});
   ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "0"}, {"--rtf"});
