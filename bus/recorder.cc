@@ -60,8 +60,9 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   const auto finished = EpisodeFolder(run_, begin.header.episode);
   const bool is_first = status_.episode < 0;
   if (is_new && std::filesystem::exists(finished)) {
-    // An aborted attempt was closed like any other; its successor takes its place.
-    if (begin.attempt > 0 && (same_episode || is_first)) {
+    // An aborted attempt was closed like any other; its successor takes its place. Once the launcher has
+    // counted an episode, which is when it writes the summary, nothing does.
+    if (begin.attempt > 0 && !std::filesystem::exists(finished / "summary.json")) {
       std::filesystem::remove_all(finished);
     } else if (is_first) {
       throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
@@ -71,8 +72,12 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
       return;
     }
   }
+  const auto left = PartialFolder(run_, status_.episode);
   if (!EnterEpisode(begin)) return;
-  log_.reset();
+  if (log_) {
+    log_.reset();
+    std::filesystem::remove_all(left);
+  }
   const auto folder = PartialFolder(run_, begin.header.episode);
   // What an earlier attempt left is not evidence of anything.
   std::filesystem::remove_all(folder);

@@ -24,6 +24,7 @@ class Filming : public RunListener {
   void OnPartial(const partial_metrics_t& partial) override { next_->OnPartial(partial); }
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
   void OnRetry(int episode, const std::string& why) override { next_->OnRetry(episode, why); }
+  void OnRemark(const std::string& text) override { next_->OnRemark(text); }
   void Poll(SteadyTime now) override;
 
   // Waits for the films that are missing, or until a stop is requested. Returns how many episodes still lack

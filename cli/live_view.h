@@ -37,6 +37,7 @@ class LiveView : public RunListener {
   void OnPartial(const partial_metrics_t& partial) override;
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
   void OnRetry(int episode, const std::string& why) override;
+  void OnRemark(const std::string& text) override { Print(text); }
 
   // Redraws at most ten times a second of wall time.
   void Poll(SteadyTime now) override;

@@ -1,5 +1,6 @@
 #include "cli/run_controller.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "bus/channels.h"
@@ -70,6 +71,12 @@ void RunController::OnStatus(const component_status_t& status) {
   if (is_guest || silent_at_.contains(status.component)) {
     silent_at_[status.component] = std::chrono::steady_clock::now() + kSilence;
   }
+  if (status.component == "sim" ||
+      std::ranges::find(plan_.required, status.component) != plan_.required.end()) {
+    Dropped& dropped = dropped_[status.component];
+    dropped.decode_errors = std::max(dropped.decode_errors, status.decode_errors);
+    dropped.foreign_messages = std::max(dropped.foreign_messages, status.foreign_messages);
+  }
   if (is_guest && status.state == component_status_t::FAILED) policy_error_ = status.error;
   if (done() || status.attempt != attempt_ || status.last_finished_episode != episode_index()) return;
   // Its EPISODE_END may have been lost.
@@ -107,6 +114,14 @@ void RunController::Poll(SteadyTime now) {
   if (done()) return;
   if (waiting_since_ == SteadyTime{}) waiting_since_ = now;
   CheckPolicyComes(now);
+  // All live, but the sim or somebody it waits for is in an episode that somebody else began.
+  const double start_s =
+      std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
+  if (!started_ && std::chrono::duration<double>(now - waiting_since_).count() > start_s) {
+    BeginAgain("not everybody was ready for it within " + std::to_string(std::lround(start_s)) +
+               " s: does somebody else command on this bus?");
+    return;
+  }
   if (!begun_ && now - commanded_ >= kRepeatCommand) Command();
   // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that somebody else began.
   if (ended_ && !episode_ && now - *ended_ > kSummaryTimeout) {
@@ -114,9 +129,7 @@ void RunController::Poll(SteadyTime now) {
     return;
   }
   if (episode_ && now - summarised_ > kRecorderTimeout) {
-    throw EnvironmentError("the recorder did not finish the log of episode " +
-                           std::to_string(episode_index()) +
-                           " (its log: " + folder_.log_file("recorder").string() + ")");
+    BeginAgain("the recorder did not finish the episode's log within 10 s");
   }
 }
 
@@ -179,7 +192,21 @@ void RunController::FinishIfRecorded() {
   waiting_since_ = {};
   attempt_ = 0;
   ++next_;
-  if (!done()) Command();
+  if (!done()) return Command();
+  if (const std::string dropped = DroppedMessages(); !dropped.empty()) listener_->OnRemark(dropped);
+}
+
+std::string RunController::DroppedMessages() const {
+  int64_t undecoded = 0, foreign = 0;
+  std::string by;
+  for (const auto& [name, dropped] : dropped_) {
+    undecoded += dropped.decode_errors;
+    foreign += dropped.foreign_messages;
+    if (dropped.decode_errors + dropped.foreign_messages > 0) by += (by.empty() ? "" : ", ") + name;
+  }
+  if (by.empty()) return "";
+  return "messages dropped by " + by + ": " + std::to_string(undecoded) + " did not decode, " +
+         std::to_string(foreign) + " were repeated or of another episode";
 }
 
 void RunController::Retry(const std::string& why) {

@@ -45,6 +45,8 @@ class RunListener {
   // The episode's line of episodes.jsonl.
   virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
   virtual void OnRetry(int /*episode*/, const std::string& /*why*/) {}
+  // One line about the run as a whole.
+  virtual void OnRemark(const std::string&) {}
   // Called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}
 };
@@ -76,6 +78,12 @@ class RunController : public Component {
   void OnStatus(const component_status_t& status);
   void CheckPolicyComes(SteadyTime now) const;
   void BeginAgain(const std::string& why);
+  // What the components say that they dropped, as one line; empty if they dropped nothing.
+  std::string DroppedMessages() const;
+
+  struct Dropped {
+    int64_t decode_errors = 0, foreign_messages = 0;
+  };
 
   RunPlan plan_;
   const RunFolder& folder_;
@@ -101,6 +109,8 @@ class RunController : public Component {
   // When each component is silent for too long.
   std::map<std::string, SteadyTime> silent_at_;
   SteadyTime listened_{};
+  // By component: the highest counts it has said.
+  std::map<std::string, Dropped> dropped_;
 };
 
 // One line of episodes.jsonl.

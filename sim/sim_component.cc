@@ -26,6 +26,8 @@ constexpr int64_t kRepeatModelSimUs = 2'000'000;
 // What was lost is asked for by saying again what it answers.
 constexpr auto kRepeatUnheard = std::chrono::seconds(2);
 
+constexpr size_t kMaxConsumers = 64;
+
 SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
 }
@@ -131,20 +133,19 @@ void SimComponent::OnCommand(const command_t& command) {
     done_ = true;
     return;
   }
-  if (command.kind != command_t::START_EPISODE) {
+  const bool is_same_episode = command.episode == status_.episode;
+  // Repeated commands are the sender's way to be heard; one start is enough.
+  if (is_same_episode && command.attempt == status_.attempt && command.seed == begin_.seed) return;
+  // Attempts only go up: an earlier one is what an old log says.
+  if (command.kind != command_t::START_EPISODE || options_.episodes > 0 ||
+      (is_same_episode && command.attempt < status_.attempt)) {
     ++status_.foreign_messages;
     return;
   }
-  const auto same = [&](int32_t episode, int32_t attempt) {
-    return command.episode == episode && command.attempt == attempt;
-  };
-  // Repeated commands are the sender's way to be heard; one start is enough.
-  if (same(status_.episode, status_.attempt)) return;
-  for (const command_t& queued : queue_) {
-    if (same(queued.episode, queued.attempt)) return;
-  }
-  queue_.push_back(command);
-  if (phase_ == Phase::kIdle) BeginNext();
+  // The launcher waits for one episode and repeats its command until that begins; what somebody else
+  // commanded, and nobody gets ready for, does not keep it from that.
+  queue_ = {command};
+  if (phase_ != Phase::kRunning) BeginNext();
 }
 
 void SimComponent::OnSummary(const header_t& header) {
@@ -228,6 +229,11 @@ void SimComponent::OnStatus(const component_status_t& status) {
     }
   }
   if (status.component == "sim") return;
+  // Anybody can make up names.
+  if (consumers_.size() >= kMaxConsumers && !consumers_.contains(status.component)) {
+    ++status_.foreign_messages;
+    return;
+  }
   Consumer& consumer = consumers_[status.component];
   consumer.episode = status.episode;
   consumer.attempt = status.attempt;

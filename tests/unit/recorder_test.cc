@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
 #include "bus/channels.h"
 #include "bus/errors.h"
 #include "evalbus/episode_summary_t.hpp"
@@ -177,7 +181,49 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);
+  const auto count = [&](int episode) {
+    std::ofstream(EpisodeFolder(folder_.path(), episode) / "summary.json") << "{}";
+  };
 }
 
 }  // namespace
 }  // namespace evalbus
+    if (episode == 0) count(0);
+  // Also not the one that has just been counted.
+  count(1);
+  const auto last = Log(1);
+  Begin(1, 1);
+  End(1);
+  HandleAll();
+  EXPECT_EQ(Log(1), last);
+  EXPECT_TRUE(std::filesystem::exists(EpisodeFolder(folder_.path(), 1) / "summary.json"));
+}
+
+TEST_F(RecorderTest, ARetryIsRecordedWhateverAnOldLogBeganMeanwhile) {
+  Begin(0);
+  End(0);
+  Begin(1);
+  Begin(0, 1);
+  Tick(0, 0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  EXPECT_EQ(dut_.status().attempt, 1);
+  EXPECT_EQ(dut_.status().last_tick, 0);
+}
+
+TEST_F(RecorderTest, WhateverBeginsWritesIntoTheRunFolderAndLeavesNothingHalfDone) {
+  for (const int32_t episode : {-1, std::numeric_limits<int32_t>::min(), 12345, 0}) {
+    Begin(episode, 1);
+    Tick(episode, 0);
+    HandleAll();
+  }
+  End(0);
+  HandleAll();
+  std::vector<std::filesystem::path> entries;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
+    entries.push_back(entry.path().lexically_relative(folder_.path()));
+  }
+  std::sort(entries.begin(), entries.end());
+  const std::vector<std::filesystem::path> expected = {"episodes", "episodes/0000",
+                                                       "episodes/0000/events.lcmlog"};
+  EXPECT_EQ(entries, expected);

@@ -139,6 +139,30 @@ TEST_F(SimComponentTest, ARepeatedCommandStartsNothingTwice) {
   EXPECT_EQ(begins_[1].attempt, 1);
 }
 
+TEST_F(SimComponentTest, CommandsOfAnOldLogDoNotKeepItFromTheLaunchers) {
+  MakeSim();
+  Command(0, 1);
+  Command(0, 0);  // said before
+  ASSERT_EQ(begins_.size(), 1u);
+  EXPECT_EQ(begins_[0].attempt, 1);
+  EXPECT_EQ(sim_->status().foreign_messages, 1);
+  // Nobody gets ready for that one.
+  Command(5);
+  EXPECT_EQ(begins_.back().header.episode, 5);
+  Command(0, 1);
+  EXPECT_EQ(begins_.back().header.episode, 0);
+  EXPECT_EQ(begins_.back().attempt, 1);
+  // In mid-episode the last word counts, however many come.
+  Command(1);
+  Start(2);
+  const size_t begun = begins_.size();
+  for (int32_t episode = 3; episode < 100; ++episode) Command(episode);
+  EXPECT_EQ(begins_.size(), begun);
+  Score(0, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(begins_.size(), begun + 1);
+  EXPECT_EQ(begins_.back().header.episode, 99);
+}
+
 TEST_F(SimComponentTest, TakesAStepOnlyWithActionAndScore) {
   MakeSim();
   Start();
@@ -220,8 +244,9 @@ TEST_F(SimComponentTest, AnswersForOtherTicksAndEpisodesAreForeign) {
   Act(Action(0));
   Act(Action(0));  // a second answer
   Score(0);
+  Score(0);
   EXPECT_EQ(tick(), 1);
-  EXPECT_EQ(sim_->status().foreign_messages, 5);
+  EXPECT_EQ(sim_->status().foreign_messages, 6);
 }
 
 TEST_F(SimComponentTest, AConsumerWithAWindowHoldsTheSimBack) {
@@ -269,6 +294,45 @@ TEST_F(SimComponentTest, SilentPolicyAndSilentMetricsEndTheEpisode) {
   ASSERT_EQ(ends_.size(), 2u);
   EXPECT_EQ(ends_[0].end_reason, "policy_timeout");
   EXPECT_EQ(ends_[1].end_reason, "aborted");
+}
+
+TEST_F(SimComponentTest, AConsumerWithAWindowThatStopsEndsTheEpisode) {
+  SimOptions options;
+  options.metrics_timeout_s = 5;
+  options.policy_timeout_s = 1;
+  MakeSim(options);
+  Start();
+  Status("recorder", 0, -1, 1);
+  Act(Action(0));
+  Score(0);
+  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(4));
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());
+  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(6));
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "a consumer (recorder?) stopped at 0 ticks");
+}
+
+TEST_F(SimComponentTest, SaysTheEndAgainUntilItIsSummedUp) {
+  MakeSim();
+  Start(3);
+  Score(0, partial_metrics_t::FAILURE);
+  ASSERT_EQ(ends_.size(), 1u);
+  const auto later = std::chrono::steady_clock::now() + std::chrono::seconds(3);
+  sim_->Poll(later);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[1].end_reason, "failure");
+  EXPECT_EQ(ends_[1].header.episode, 3);
+  episode_summary_t summary{};
+  summary.header.episode = 3;
+  bus_->Publish(channels::kEpisodeSummary, summary);
+  HandleAll();
+  sim_->Poll(later + std::chrono::seconds(3));
+  HandleAll();
+  EXPECT_EQ(ends_.size(), 2u);
 }
 
 TEST_F(SimComponentTest, RepeatsTheModelForThoseWhoComeLate) {
