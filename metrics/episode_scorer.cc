@@ -241,7 +241,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                                .conditions = evaluator_.ExplainVerdict(),
                                .unmet = evaluator_.ExplainUnmet()};
   summary.failure_reason = FailureReason(outcome);
-  summary.complete = missing_ticks_ == 0 && refused_samples() == 0 && summary.failure_reason != "aborted" &&
+  summary.complete = missing_ticks_ == 0 && refused_samples() == 0 && end.end_reason != "aborted" &&
                      summary.failure_reason != "unconfirmed";
   metrics_.Values(&summary.metrics);
   metrics_.FinalExtended(&summary.extended);

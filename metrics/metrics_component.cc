@@ -10,6 +10,19 @@ namespace {
 // RUN_SUMMARY is repeated for those who begin to listen in the middle of a run.
 constexpr auto kRepeatSummary = std::chrono::seconds(1);
 
+// In lockstep the sim ends an episode on the verdict of its last tick and on nothing else where there is one.
+// Empty if it did, else what that verdict was: the sim went by another score than ours.
+std::string Conflict(const std::string& end_reason, const episode_summary_t& summary) {
+  if (end_reason == "aborted" || summary.extended.missing_ticks + summary.extended.refused_samples > 0)
+    return "";
+  const char* verdict = summary.verdict == partial_metrics_t::SUCCESS   ? "success"
+                        : summary.verdict == partial_metrics_t::FAILURE ? "failure"
+                                                                        : "undecided";
+  const bool ended_on_verdict = end_reason == "success" || end_reason == "failure";
+  const bool is_decided = summary.verdict != partial_metrics_t::UNDECIDED;
+  return (is_decided || ended_on_verdict) && end_reason != verdict ? verdict : "";
+}
+
 }  // namespace
 
 MetricsComponent::MetricsComponent(Bus* bus) : Component(bus, "metrics") {
@@ -49,6 +62,7 @@ void MetricsComponent::Prepare() {
     task.Apply(model_.variation);
     task.ApplyRobot(model_.robot);
     scorer_ = std::make_unique<EpisodeScorer>(model_, task);
+    is_lockstep_ = model_.clock == "lockstep";
     model_is_new_ = false;
   }
   scorer_->Start();
@@ -129,7 +143,13 @@ void MetricsComponent::FinishEpisode() {
     end_.end_reason = "aborted";
     end_.detail = conflicts_.conflict();
   }
-  const episode_summary_t summary = scorer_->Summary(begin_, end_);
+  episode_summary_t summary = scorer_->Summary(begin_, end_);
+  if (const std::string verdict = Conflict(end_.end_reason, summary); is_lockstep_ && !verdict.empty()) {
+    end_.detail = "the sim ended the episode with " + end_.end_reason + " where the verdict was " + verdict +
+                  ": is a second metrics on this bus?";
+    end_.end_reason = "aborted";
+    summary = scorer_->Summary(begin_, end_);
+  }
   EpisodeResult result{.complete = summary.complete != 0,
                        .success = summary.verdict == partial_metrics_t::SUCCESS,
                        .failure_reason = summary.failure_reason,

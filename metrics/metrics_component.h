@@ -42,6 +42,8 @@ class MetricsComponent : public Component {
   model_info_t model_{};
   std::vector<uint8_t> model_bytes_;
   bool model_is_new_ = false;
+  // Of the model that scorer_ is for.
+  bool is_lockstep_ = false;
 
   std::unique_ptr<EpisodeScorer> scorer_;
   TickMerger merger_;

@@ -367,6 +367,35 @@ TEST_F(MetricsComponentTest, TwoContactsOrEndsMakeTheEpisodeAborted) {
   EXPECT_NE(summaries_.back().end_detail.find("EVALBUS_EPISODE_END"), std::string::npos);
 }
 
+TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
+  model_.clock = "lockstep";
+  const auto play = [&](bool lifted, const std::string& end_reason) {
+    const auto episode = static_cast<int32_t>(summaries_.size());
+    Begin(episode);
+    SendState(0, episode);
+    SendContacts(0, episode);
+    SendState(1, episode, lifted ? 1.2 : 1);
+    SendContacts(1, episode, {});
+    End(1, episode, end_reason);
+    return summaries_.back();
+  };
+  EXPECT_TRUE(play(true, "success").complete);
+  EXPECT_TRUE(play(false, "time_limit").complete);
+  EXPECT_TRUE(play(false, "policy_error").complete);
+  for (const auto& [lifted, end_reason] : {std::pair(false, "success"), std::pair(false, "failure"),
+                                           std::pair(true, "time_limit"), std::pair(true, "failure")}) {
+    const episode_summary_t summary = play(lifted, end_reason);
+    EXPECT_FALSE(summary.complete) << end_reason;
+    EXPECT_EQ(summary.end_reason, "aborted");
+    EXPECT_EQ(summary.end_detail, std::string("the sim ended the episode with ") + end_reason +
+                                      " where the verdict was " + (lifted ? "success" : "undecided") +
+                                      ": is a second metrics on this bus?");
+  }
+  // In realtime a verdict comes when it comes.
+  model_.clock = "realtime";
+  EXPECT_EQ(play(true, "time_limit").end_reason, "time_limit");
+}
+
 TEST_F(MetricsComponentTest, SaysAScoreAgainWhenItsStateIsRepeated) {
   Begin(0);
   SendState(0, 0);
