@@ -1,5 +1,6 @@
 #include "models/physics_model.h"
 
+#include <filesystem>
 #include <iostream>
 #include <string>
 
@@ -9,7 +10,8 @@
 namespace evalbus {
 namespace {
 
-ModelPtr Load(const model_info_t& info, const std::string& file, const std::string& sha256) {
+ModelPtr Load(const model_info_t& info, const std::string& file, const std::string& sha256,
+              const std::string& name) {
   CheckMessageVersion(info);
   InstallMujocoHandlers();
   if (Sha256File(file) != sha256) {
@@ -33,7 +35,7 @@ ModelPtr LoadPhysicsModel(const model_info_t& info) {
 }
 
 ModelPtr LoadVisualModel(const model_info_t& info) {
-  return Load(info, info.visual_file, info.visual_sha256);
+  return Load(info, info.visual_file, info.visual_sha256, "visual.mjb");
 }
 
 void InstallMujocoHandlers() {

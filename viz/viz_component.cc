@@ -28,6 +28,7 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
 
 void VizComponent::OnModel(const model_info_t& model) {
   if (!model_ || model.visual_sha256 != model_->visual_sha256) {
+  CheckMessageVersion(model);
     renderer_ = std::make_unique<Renderer>(LoadVisualModel(model), options_.size);
     views_.clear();
     for (const std::string& camera : options_.cameras) {

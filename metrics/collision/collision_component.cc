@@ -33,6 +33,7 @@ CollisionComponent::CollisionComponent(Bus* bus) : Component(bus, "collision") {
 void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   // Both are repeated until we are ready: without MODEL, wait for the next.
   if (!model_info_ || !EnterEpisode(begin)) return;
+  CheckMessageVersion(*model_info_);
   if (!checker_ || loaded_.physics_sha256 != model_info_->physics_sha256 ||
       loaded_.run_id != model_info_->run_id) {
     checker_ = LoadChecker(*model_info_);

@@ -10,6 +10,7 @@
 #include "bus/errors.h"
 #include "models/scene.h"
 #include "tests/unit/collision_scene.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus {
 namespace {
@@ -21,9 +22,7 @@ const char kScene[] = R"(<mujoco><worldbody><geom name="floor" type="plane" size
 class CollisionComponentTest : public testing::Test {
  protected:
   CollisionComponentTest() : scene_(kScene), bus_("memq://"), dut_(&bus_) {
-    file_ =
-        std::filesystem::path(testing::TempDir()) /
-        (std::string("collision_") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".mjb");
+    std::filesystem::create_directory(file_.parent_path());
     mj_saveModel(scene_.model.get(), file_.c_str(), nullptr, 0);
     model_ = scene_.info;
     // Every list of a message is as long as its count says.
@@ -36,8 +35,6 @@ class CollisionComponentTest : public testing::Test {
     model_.clearance_every_ticks = 3;
     bus_.Subscribe<contacts_t>(channels::kContacts, [this](const contacts_t& m) { contacts_.push_back(m); });
   }
-  ~CollisionComponentTest() override { std::filesystem::remove(file_); }
-
   void Run() {
     while (bus_.Handle()) {
     }
@@ -70,7 +67,8 @@ class CollisionComponentTest : public testing::Test {
   CollisionScene scene_;
   Bus bus_;
   CollisionComponent dut_;
-  std::filesystem::path file_;
+  TemporaryFolder folder_;
+  const std::filesystem::path file_ = folder_.path() / "model/physics.mjb";
   model_info_t model_{};
   std::vector<contacts_t> contacts_;
 };
@@ -137,8 +135,17 @@ TEST_F(CollisionComponentTest, RefusesAnotherModelFile) {
   EXPECT_NE(dut_.status().state, component_status_t::READY);
 }
 
+TEST_F(CollisionComponentTest, RefusesAnotherMessageVersionAlsoInMidRun) {
+  Model();
+  Begin(0);
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  ++model_.message_version;
+  Model();
+  EXPECT_THROW(Begin(1), InputError);
+}
+
 TEST_F(CollisionComponentTest, RefusesAMissingModelFile) {
-  model_.physics_file = "/nonexistent/physics.mjb";
+  model_.physics_file = "/nonexistent/model/physics.mjb";
   Model();
   EXPECT_THROW(Begin(0), InputError);
 }

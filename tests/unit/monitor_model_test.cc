@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "bus/channels.h"
@@ -325,6 +326,24 @@ TEST_F(MonitorModelTest, OneArmHasNoSum) {
   const std::string screen = All(80, 60);
   EXPECT_NE(screen.find("wrist path       0.500 m"), std::string::npos) << screen;
   EXPECT_EQ(screen.find("both"), std::string::npos);
+}
+
+TEST_F(MonitorModelTest, AnotherMessageVersionIsNamedAndNothingOfItsModelShown) {
+  Play();
+  model_info_t model = small_world::Model();
+  model.message_version = model_info_t::VERSION + 1;
+  model.task = "of_tomorrow";
+  const std::string expected = "made by message version " + std::to_string(model.message_version) +
+                               ", this evalbus reads " + std::to_string(model_info_t::VERSION);
+  for (int repeated = 0; repeated < 2; ++repeated) Say(channels::kModel, model);
+  EXPECT_TRUE(Screen(80, 24)[0].starts_with(expected + "  udpm://")) << Screen(80, 24)[0];
+  EXPECT_TRUE(Screen(60, 1)[0].starts_with(expected)) << Screen(60, 1)[0];
+  EXPECT_EQ(All(120, 40).find("of_tomorrow"), std::string::npos) << All(120, 40);
+  EXPECT_EQ(All(120, 40).find("pot/lid"), std::string::npos) << "names that are not of this model";
+  const auto events = dut_.TakeEvents(now_);
+  EXPECT_EQ(std::count(events.begin(), events.end(), "MODEL " + expected), 1);
+  SayModel();
+  EXPECT_TRUE(Screen(80, 24)[0].starts_with("small/position")) << Screen(80, 24)[0];
 }
 
 TEST_F(MonitorModelTest, OpenedInMidEpisodeShowsWhatCameBefore) {

@@ -1,6 +1,7 @@
 #include "policy_bridge/policy_component.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -23,7 +24,8 @@ class PolicyComponentTest : public testing::Test {
         ("policy_component_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
     fs::create_directories(folder_);
     model_ = GetPolicyScene().info();
-    model_.physics_file = folder_ / "physics.mjb";
+    fs::create_directories(folder_ / "model");
+    model_.physics_file = folder_ / "model/physics.mjb";
     mj_saveModel(&GetPolicyScene().model(), model_.physics_file.c_str(), nullptr, 0);
     model_.physics_sha256 = Sha256File(model_.physics_file);
     bus_.Subscribe<action_t>(channels::kAction,
@@ -141,7 +143,7 @@ TEST_F(PolicyComponentTest, BadPoliciesAreRefusedAtOnce) {
 
 TEST_F(PolicyComponentTest, MissingModelIsAnInputError) {
   PolicyComponent component(&bus_, "hold");
-  model_.physics_file = folder_ / "gone.mjb";
+  fs::remove(model_.physics_file);
   Send(channels::kModel, model_);
   EXPECT_THROW(Begin(0), InputError);
 }
@@ -172,7 +174,17 @@ TEST_F(PolicyComponentTest, ReplayNamesALogThatIsDamaged) {
 }
 
 TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
-  for (const char* file : {"/etc/passwd", "/dev/zero", "/proc/self/mem", "/"}) {
+  // The model itself, where no run has it, and what never ends.
+  fs::create_directories(folder_ / "pipe/model");
+  ASSERT_EQ(mkfifo((folder_ / "pipe/model/physics.mjb").c_str(), 0600), 0);
+  fs::copy_file(model_.physics_file, folder_ / "other.mjb");
+  fs::copy_file(model_.physics_file, folder_ / "physics.mjb");
+  const std::string here = folder_.string(), real = model_.physics_file;
+  for (const std::string& file :
+       {std::string("/etc/passwd"), std::string("/dev/zero"), std::string("/proc/self/mem"), std::string("/"),
+        std::string(), std::string("model/physics.mjb"), here + "/other.mjb", here + "/physics.mjb",
+        here + "/model/../model/physics.mjb", here + "/pipe/model/physics.mjb", std::string(5000, '/') + real,
+        "/" + std::string(5000, 'x') + "/" + real}) {
     Bus bus("memq://");
     PolicyComponent component(&bus, "hold");
     model_info_t model = model_;

@@ -145,8 +145,11 @@ TEST_F(RunReaderTest, Suite) {
   EXPECT_FALSE(ReadRuns(run_ / "a").is_suite);
   EXPECT_THROW(ReadRun(run_), InputError);
 
-  WriteFile(run_ / "suite.json", R"({"runs": ["a", "../b"]})");
-  EXPECT_EQ(Error(run_), "run/suite.json: \"../b\" in \"runs\", expected the name of a folder in this one");
+  for (const std::string name : {"../b", "..", ".", "", "/etc", "a/../../b"}) {
+    WriteFile(run_ / "suite.json", R"({"runs": ["a", ")" + name + R"("]})");
+    EXPECT_EQ(Error(run_),
+              "run/suite.json: \"" + name + "\" in \"runs\", expected the name of a folder in this one");
+  }
   WriteFile(run_ / "suite.json", R"({"run": []})");
   EXPECT_EQ(Error(run_), "run/suite.json: no \"runs\", expected a list of folders in this one");
   WriteFile(run_ / "suite.json", R"({"runs": ["a", "b"]})");

@@ -160,9 +160,18 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
     if (std::equal(data.begin(), data.end(), model_bytes_.begin(), model_bytes_.end())) return;
     model_info_t model{};
     if (!decode(&model)) return;
-    model_ = std::move(model);
     model_bytes_.assign(data.begin(), data.end());
   } else if (channel == channels::kEpisodeBegin) {
+    model_.reset();
+    other_version_.clear();
+    if (model.message_version == model_info_t::VERSION) {
+      model_ = std::move(model);
+      return;
+    }
+    // Nothing of it is shown as if we knew what it means.
+    other_version_ = fmt::format("made by message version {}, this evalbus reads {}", model.message_version,
+                                 int{model_info_t::VERSION});
+    events_.push_back("MODEL " + other_version_);
     episode_begin_t begin{};
     if (!decode(&begin)) return;
     // Repeated, but only before the first STATE; after it the same episode begins anew (a replay).
@@ -400,6 +409,8 @@ Line MonitorModel::Title(int width, SteadyTime now) const {
          Style::kQuiet}};
     where = Printable(model_->run_id);
   } else if (heard_at_) {
+  } else if (!other_version_.empty()) {
+    line = {{other_version_, Style::kBad}};
     line.push_back({"   waiting for the names (MODEL)", Style::kQuiet});
   }
   const double silent = heard_at_ ? Seconds(now - *heard_at_) : 0;

@@ -111,6 +111,7 @@ class MonitorModel {
 
   std::optional<model_info_t> model_;
   std::vector<uint8_t> model_bytes_;
+  std::string other_version_;  // what MODEL says it is, where its messages mean something else
   int32_t episode_ = -1, attempt_ = 0;
   std::optional<header_t> state_;  // of the latest STATE of this episode
   std::string end_reason_;         // empty while the episode goes on
