@@ -13,6 +13,13 @@ namespace {
 ModelPtr Load(const model_info_t& info, const std::string& file, const std::string& sha256,
               const std::string& name) {
   CheckMessageVersion(info);
+  // The name comes from a message: it gets at no other file of this machine.
+  const std::filesystem::path path(file);
+  if (!path.is_absolute() || path != path.lexically_normal() || path.filename() != name ||
+      path.parent_path().filename() != "model") {
+    throw InputError("MODEL names the file '" + file + "', expected RUN/model/" + name +
+                     " with its whole path");
+  }
   InstallMujocoHandlers();
   if (Sha256File(file) != sha256) {
     throw InputError(file + " is not the model of this run: its SHA-256 is not the one in MODEL");
@@ -31,7 +38,7 @@ void CheckMessageVersion(const model_info_t& info) {
 }
 
 ModelPtr LoadPhysicsModel(const model_info_t& info) {
-  return Load(info, info.physics_file, info.physics_sha256);
+  return Load(info, info.physics_file, info.physics_sha256, "physics.mjb");
 }
 
 ModelPtr LoadVisualModel(const model_info_t& info) {
