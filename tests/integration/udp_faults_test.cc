@@ -1,0 +1,228 @@
+// A real network that misbehaves under the real processes of a run: what comes out is the undisturbed run's,
+// or the run ends with one line that says why.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <random>
+
+#include "bus/channels.h"
+#include "evalbus/component_status_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+class UdpFaults : public testing::Test {
+ protected:
+  void SetUp() override {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "a sanitizer must be the first library of a process";
+#endif
+    EVALBUS_NEEDS_BUS();
+    ASSERT_EQ(RunProgram(Command(reference_, {"--in-process"})).code, 0);
+    bus_.emplace(url_);
+    bus_->Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& status) {
+      foreign_messages_[status.component] =
+          std::max(foreign_messages_[status.component], status.foreign_messages);
+      decode_errors_[status.component] = std::max(decode_errors_[status.component], status.decode_errors);
+    });
+    bus_->SubscribeRaw(channels::kState, [this](const std::string&, std::span<const uint8_t> data, int64_t) {
+      const std::vector<uint8_t> bytes(data.begin(), data.end());
+      repeated_states_ += bytes == state_;
+      state_ = bytes;
+    });
+  }
+
+  std::vector<std::string> Command(const fs::path& out, const std::vector<std::string>& more) const {
+    std::vector<std::string> command = {"evalbus", "run",        task_,        "--policy", "noisy_expert",
+                                        "--out",   out.string(), "--episodes", "2"};
+    command.insert(command.end(), more.begin(), more.end());
+    return command;
+  }
+
+  // Runs it to its end on our bus, on such a network; we hear everything.
+  Result Run(const std::string& network, const std::vector<std::string>& more = {},
+             const std::string& url_options = "") {
+    std::vector<std::string> arguments = {"--url", url_ + url_options};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Program::Setting setting{{}, [network] {
+                                     if (network.empty()) return;
+                                     setenv("LD_PRELOAD", BAD_NETWORK_LIBRARY, 1);
+                                     setenv("BAD_NETWORK", network.c_str(), 1);
+                                   }};
+    Program launcher(Command(run_, arguments), setting);
+    EXPECT_TRUE(WaitFor([&] {
+      while (bus_->Handle()) {
+      }
+      if (beside_) beside_(launcher.pid());
+      return !launcher.running();
+    }));
+    return {launcher.Wait(), launcher.out(), launcher.err()};
+  }
+
+  // Exit code 2 with one line and no other scores, or the reference's.
+  void ExpectTheSameOrAReason(const Result& result) {
+    if (result.code == 0) {
+      EXPECT_EQ(result.err, "");
+      return ExpectSameScores(run_, reference_);
+    }
+    EXPECT_EQ(result.code, 2) << result.out << result.err;
+    EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_TRUE(ReadText(reference_ / "episodes.jsonl").starts_with(ReadText(run_ / "episodes.jsonl")));
+  }
+
+  TemporaryFolder folder_;
+  const std::string task_ = ShortTask(folder_.path(), 1);
+  const fs::path reference_ = folder_.path() / "reference", run_ = folder_.path() / "run";
+  const std::string url_ = UniqueUrl();
+  std::optional<Bus> bus_;
+  // Goes on while a run does.
+  std::function<void(pid_t launcher)> beside_;
+  // Highest counts heard, by component.
+  std::map<std::string, int64_t> foreign_messages_, decode_errors_;
+  std::vector<uint8_t> state_;
+  int repeated_states_ = 0;
+};
+
+TEST_F(UdpFaults, RepeatedMessagesChangeNothing) {
+  const Result result = Run("repeat 2");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  ExpectSameScores(run_, reference_);
+  for (const char* name : {"sim", "collision", "metrics", "policy"})
+    EXPECT_GT(foreign_messages_[name], 10) << name;
+}
+
+TEST_F(UdpFaults, ReorderedMessagesChangeNothing) {
+  const Result result = Run("reorder 4");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  ExpectSameScores(run_, reference_);
+}
+
+TEST_F(UdpFaults, LostMessagesAreSaidAgain) {
+  ExpectTheSameOrAReason(Run("lose 150"));
+  // The sim repeats what nobody answered.
+  EXPECT_GT(repeated_states_, 0);
+}
+
+TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
+  const Result result = Run("lose 25", {"--realtime"});
+  // What must not be lost is said again or the episode begun again, at most three times.
+  if (result.code != 0) {
+    EXPECT_EQ(result.code, 2);
+    EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
+    return;
+  }
+  for (const auto& episode : Episodes(run_)) {
+    EXPECT_GT(episode["extended"]["missing_ticks"], 0) << episode;
+    EXPECT_EQ(episode["complete"], false);
+  }
+  EXPECT_NE(result.out.find("incomplete"), std::string::npos) << result.out;
+}
+
+// Datagrams as anybody can send them: noise, and LCM's own headers with everything in them wrong. LCM's
+// library takes it on trust where a fragment belongs.
+class Garbage {
+ public:
+  explicit Garbage(const std::string& url) : socket_(::socket(AF_INET, SOCK_DGRAM, 0)) {
+    const size_t host = std::strlen("udpm://"), colon = url.find(':', host);
+    to_.sin_family = AF_INET;
+    to_.sin_port = htons(static_cast<uint16_t>(std::stoi(url.substr(colon + 1))));
+    EXPECT_EQ(inet_pton(AF_INET, url.substr(host, colon - host).c_str(), &to_.sin_addr), 1);
+    const int ttl = 0;
+    EXPECT_EQ(setsockopt(socket_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl), 0);
+  }
+  ~Garbage() { close(socket_); }
+  Garbage(const Garbage&) = delete;
+  Garbage& operator=(const Garbage&) = delete;
+
+  void Say() {
+    std::string noise(random_() % 300, '\0');
+    for (char& byte : noise) byte = static_cast<char>(random_());
+    Send(noise);
+    Send(std::string("LC02\0\0\0\1", 8) + std::string(random_() % 300, 'x'));
+    // First a part of a message that is never finished, then one that does not belong there.
+    const uint32_t sizes[] = {0, 100, 100'000, 1u << 28, 0xFFFFFFFF};
+    const uint32_t offsets[] = {0, 1, 99, 0xFFFFFFFF, 0xFFFFFFF0, 0x80000000};
+    const uint32_t size = sizes[random_() % std::size(sizes)], sequence = random_();
+    const auto count = static_cast<uint16_t>(random_() % 3);
+    Fragment(sequence, size, 0, 0, count, std::string("EVALBUS_STATE\0", 14) + noise);
+    Fragment(sequence, size, offsets[random_() % std::size(offsets)], static_cast<uint16_t>(random_() % 2),
+             count, std::string(16 + random_() % 200, 'x'));
+  }
+  int said() const { return said_; }
+
+ private:
+  void Fragment(uint32_t sequence, uint32_t size, uint32_t offset, uint16_t number, uint16_t count,
+                const std::string& data) {
+    const uint32_t words[] = {htonl(0x4c433033), htonl(sequence), htonl(size), htonl(offset),
+                              htonl(uint32_t{number} << 16 | count)};
+    Send(std::string(reinterpret_cast<const char*>(words), sizeof words) + data);
+  }
+  void Send(const std::string& datagram) {
+    said_ += sendto(socket_, datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&to_),
+                    sizeof to_) > 0;
+  }
+
+  int socket_;
+  sockaddr_in to_{};
+  std::mt19937 random_{1};
+  int said_ = 0;
+};
+
+int64_t PeakMemoryBytes(pid_t pid) {
+  const std::string status = ReadText("/proc/" + std::to_string(pid) + "/status"), key = "VmHWM:";
+  const size_t at = status.find(key);
+  return at == std::string::npos ? 0 : std::stoll(status.substr(at + key.size())) * 1024;
+}
+
+TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
+  Garbage garbage(url_);
+  // Of a type that is right, far longer than any of ours.
+  std::vector<uint8_t> oversized;
+  int64_t peak_memory_bytes = 0;
+  beside_ = [&](pid_t launcher) {
+    garbage.Say();
+    if (garbage.said() % 64 == 0 && !state_.empty()) {
+      oversized = state_;
+      oversized.resize(300'000, 1);
+      for (const char* channel : {channels::kState, channels::kPartial, channels::kStatus}) {
+        bus_->PublishRaw(channel, oversized);
+      }
+    }
+    for (const pid_t child : ChildrenOf(launcher)) {
+      peak_memory_bytes = std::max(peak_memory_bytes, PeakMemoryBytes(child));
+    }
+  };
+  const Result result = Run("");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  ExpectSameScores(run_, reference_);
+  EXPECT_GT(garbage.said(), 500);
+  EXPECT_GT(decode_errors_["metrics"], 0);
+  EXPECT_NE(result.out.find("\nmessages dropped by collision, metrics"), std::string::npos) << result.out;
+  EXPECT_LT(peak_memory_bytes, 300'000'000);
+}
+
+TEST_F(UdpFaults, SmallReceiveBuffers) {
+  for (const char* size : {"4096", "32768"}) {
+    SCOPED_TRACE(size);
+    fs::remove_all(run_);
+    ExpectTheSameOrAReason(Run("", {}, std::string("&recv_buf_size=") + size));
+  }
+}
+
+}  // namespace
+}  // namespace evalbus
