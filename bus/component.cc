@@ -7,6 +7,7 @@
 
 #include "bus/channels.h"
 #include "bus/errors.h"
+#include "bus/plausible.h"
 
 namespace evalbus {
 namespace {
@@ -71,7 +72,7 @@ void Component::SayReady() {
 }
 
 bool Component::IsOurs(const header_t& header) {
-  if (header.episode == status_.episode) return true;
+  if (header.episode == status_.episode && IsPlausible(header)) return true;
   ++status_.foreign_messages;
   return false;
 }

@@ -12,6 +12,7 @@
 #include "cli/comparison_report.h"
 #include "cli/run_reader.h"
 #include "cli/version.h"
+#include "metrics/json_file.h"
 #include "models/scene.h"
 
 namespace evalbus {
@@ -86,7 +87,7 @@ int Compare(const CompareOptions& options) {
   }
   if (!options.json.empty()) {
     std::ofstream stream(options.json);
-    stream << ComparisonJson(comparisons).dump(2) << "\n";
+    stream << ToText(ComparisonJson(comparisons), 2) << "\n";
     stream.close();
     if (!stream) throw InputError("--json " + options.json.string() + ": cannot write this file");
     fmt::print("\njson     {}\n", options.json.string());

@@ -8,7 +8,9 @@
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/errors.h"
+#include "bus/plausible.h"
 #include "cli/run_controller.h"
+#include "metrics/json_file.h"
 
 namespace evalbus {
 namespace {
@@ -58,7 +60,8 @@ RescoredLog Rescorer::Rescore(const std::filesystem::path& file) {
 
 void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   const auto decode = [&](auto* message) {
-    const bool good = Bus::Decode(event.data, message);
+    bool good = Bus::Decode(event.data, message);
+    if constexpr (requires { message->header; }) good = good && IsPlausible(message->header);
     log->decode_errors += !good;
     if (!good && IsOtherType(event.data, message->getHash())) other_type_ = event.channel;
     return good;
@@ -200,13 +203,13 @@ std::vector<Difference> Differences(const episode_summary_t& before, const episo
   for (const auto& [key, value] : a.items()) {
     const auto other = b.find(key);
     if (other == b.end()) {
-      add(key, value.dump(), "-");
+      add(key, ToText(value), "-");
     } else if (*other != value) {
-      add(key, value.dump(), other->dump());
+      add(key, ToText(value), ToText(*other));
     }
   }
   for (const auto& [key, value] : b.items()) {
-    if (!a.contains(key)) add(key, "-", value.dump());
+    if (!a.contains(key)) add(key, "-", ToText(value));
   }
   return differences;
 }

@@ -13,6 +13,7 @@
 #include "cli/episode_logs.h"
 #include "cli/rescore.h"
 #include "cli/run_controller.h"
+#include "metrics/json_file.h"
 
 namespace evalbus {
 namespace {
@@ -133,7 +134,7 @@ class ScoreFile {
   }
   void Add(const RescoredEpisode& episode) {
     if (file_.empty()) return;
-    stream_ << EpisodeJson(episode.model->task, episode.model->variation, episode.summary).dump() << "\n";
+    stream_ << ToText(EpisodeJson(episode.model->task, episode.model->variation, episode.summary)) << "\n";
   }
   void Close() {
     if (file_.empty()) return;

@@ -16,6 +16,7 @@
 
 #include "bus/errors.h"
 #include "bus/recorder.h"
+#include "metrics/json_file.h"
 
 namespace evalbus {
 namespace {
@@ -166,7 +167,7 @@ std::vector<nlohmann::ordered_json> RunFolder::SortEpisodes() const {
   std::sort(episodes.begin(), episodes.end(),
             [](const auto& a, const auto& b) { return a["episode"] < b["episode"]; });
   std::string text;
-  for (const auto& episode : episodes) text += episode.dump() + "\n";
+  for (const auto& episode : episodes) text += ToText(episode) + "\n";
   File(file.string() + ".tmp", O_WRONLY | O_TRUNC).WriteSynced(text);
   fs::rename(file.string() + ".tmp", file);
   return episodes;
@@ -175,7 +176,7 @@ std::vector<nlohmann::ordered_json> RunFolder::SortEpisodes() const {
 void RunFolder::WriteJson(const std::string& name, const nlohmann::ordered_json& json) const {
   const fs::path file = path_ / name;
   const fs::path temporary = file.string() + ".tmp";
-  File(temporary, O_WRONLY | O_TRUNC).WriteSynced(json.dump(2) + "\n");
+  File(temporary, O_WRONLY | O_TRUNC).WriteSynced(ToText(json, 2) + "\n");
   fs::rename(temporary, file);
 }
 
@@ -187,7 +188,7 @@ void RunFolder::AddEpisode(int episode, const nlohmann::ordered_json& result) co
   // Another worker may be at it; one that was killed or found the disk full has left a part of a line.
   lines.Lock();
   lines.CutUnfinishedLine();
-  lines.WriteSynced(result.dump() + "\n");
+  lines.WriteSynced(ToText(result) + "\n");
 }
 
 void RunFolder::DiscardEpisode(int episode) const {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "bus/errors.h"
+#include "models/model_consistency.h"
 #include "models/scene.h"
 
 namespace evalbus {
@@ -13,6 +14,7 @@ namespace {
 ModelPtr Load(const model_info_t& info, const std::string& file, const std::string& sha256,
               const std::string& name) {
   CheckMessageVersion(info);
+  CheckConsistency(info);
   // The name comes from a message: it gets at no other file of this machine.
   const std::filesystem::path path(file);
   if (!path.is_absolute() || path != path.lexically_normal() || path.filename() != name ||
@@ -38,7 +40,14 @@ void CheckMessageVersion(const model_info_t& info) {
 }
 
 ModelPtr LoadPhysicsModel(const model_info_t& info) {
-  return Load(info, info.physics_file, info.physics_sha256, "physics.mjb");
+  ModelPtr model = Load(info, info.physics_file, info.physics_sha256, "physics.mjb");
+  if (model->nbody != info.num_bodies || model->ngeom != info.num_geoms) {
+    throw InputError("MODEL describes " + std::to_string(info.num_bodies) + " bodies and " +
+                     std::to_string(info.num_geoms) + " geoms, " + info.physics_file + " has " +
+                     std::to_string(model->nbody) + " and " + std::to_string(model->ngeom));
+  }
+  CheckCoordinates(info, model->nq);
+  return model;
 }
 
 ModelPtr LoadVisualModel(const model_info_t& info) {

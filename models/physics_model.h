@@ -17,8 +17,8 @@ using ModelPtr = std::unique_ptr<mjModel, ModelDeleter>;
 // Throws InputError if the run was made by an evalbus whose messages mean something else.
 void CheckMessageVersion(const model_info_t& info);
 
-// Loads info.physics_file. Throws InputError if that is not the name of a run's model, cannot be read or is
-// not the one that MODEL's SHA-256 stands for.
+// Loads info.physics_file. Throws InputError if that is not the name of a run's model, cannot be read, is not
+// the one that MODEL's SHA-256 stands for or not the one that MODEL describes.
 ModelPtr LoadPhysicsModel(const model_info_t& info);
 // The same for info.visual_file.
 ModelPtr LoadVisualModel(const model_info_t& info);

@@ -123,6 +123,10 @@ Randomisation ReadRandomisation(const YamlValue& value, const TaskDescription& t
     spawn.origin = map["origin_m"].Vector<3>();
     spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
     spawn.spacing = map["spacing_m"].Number(kPositive);
+    constexpr double kMaxPoints = 1000;  // along each side
+    if (2 * std::max(spawn.half_extents[0], spawn.half_extents[1]) > kMaxPoints * spawn.spacing) {
+      map["spacing_m"].Fail("expected a grid of at most 1000 by 1000 points");
+    }
     if (const YamlValue* jitter = map.Find("jitter_m")) spawn.jitter = jitter->Vector<3>(kNotNegative);
     return spawn;
   }

@@ -1,5 +1,7 @@
 #include "models/yaml_reader.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -55,6 +57,37 @@ void CheckSize(const YAML::Node& node, const std::string& file, int depth, int* 
       CheckSize(entry, file, depth + 1, count);
     }
   }
+}
+
+class DocumentCounter : public YAML::EventHandler {
+ public:
+  int count() const { return count_; }
+
+  void OnDocumentStart(const YAML::Mark&) override { ++count_; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  }
+  void OnMapEnd() override {}
+
+ private:
+  int count_ = 0;
+};
+
+// 2 for any number above 1: of ", 1" yaml-cpp makes documents without end, which is why LoadAll() will not
+// do.
+int CountDocuments(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentCounter counter;
+  while (counter.count() < 2 && parser.HandleNextDocument(counter)) {
+  }
+  return counter.count();
 }
 
 size_t EditDistance(const std::string& a, const std::string& b) {
@@ -226,13 +259,13 @@ std::optional<double> YamlMap::Angle(const std::string& stem, NumberRange range_
 
 YamlValue ParseYaml(const std::string& text, const std::string& file) {
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() != 1) {
-      throw InputError(file + ":1: expected one YAML document, got " + std::to_string(documents.size()));
+    if (const int documents = CountDocuments(text); documents != 1) {
+      throw InputError(file + ":1: expected one YAML document, got " + std::to_string(documents));
     }
+    const YAML::Node document = YAML::Load(text);
     int count = 0;
-    CheckSize(documents[0], file, 0, &count);
-    return YamlValue(documents[0], file, "");
+    CheckSize(document, file, 0, &count);
+    return YamlValue(document, file, "");
   } catch (const YAML::Exception& error) {
     throw InputError(
         OneLine(file + ":" + std::to_string(error.mark.line + 1) + ": not valid YAML: " + error.msg));

@@ -238,7 +238,7 @@ void SimComponent::OnStatus(const component_status_t& status) {
   consumer.episode = status.episode;
   consumer.attempt = status.attempt;
   consumer.ready = status.state == component_status_t::READY;
-  consumer.last_tick = status.last_tick;
+  consumer.last_tick = std::max<int64_t>(status.last_tick, -1);
   consumer.lag_window_ticks = status.lag_window_ticks;
   if (phase_ == Phase::kRunning && status.component == "policy" &&
       status.state == component_status_t::FAILED && status.episode == status_.episode &&

@@ -23,6 +23,8 @@ namespace evalbus {
 namespace {
 
 constexpr int64_t kSecond = 1000000;  // us
+// A STATE further ahead of the one before is damaged: the film would hold a picture for hours.
+constexpr int64_t kLongestGap = 60 * kSecond;
 
 // What a film needs of a log.
 struct Episode {
@@ -41,9 +43,10 @@ Episode ReadEpisode(const std::filesystem::path& log) {
   state_t state{};
   while (reader.Next(&event)) {
     if (event.channel == channels::kState) {
+      if (!decode(&state)) continue;
+      const int64_t last = episode.states.empty() ? -1 : episode.states.back().header.sim_time_us;
       // Only forwards: a repeated tick says nothing new.
-      if (decode(&state) &&
-          (episode.states.empty() || state.header.sim_time_us > episode.states.back().header.sim_time_us)) {
+      if (state.header.sim_time_us > last && state.header.sim_time_us <= last + kLongestGap) {
         episode.states.push_back(state);
       }
     } else if (event.channel == channels::kPartial) {

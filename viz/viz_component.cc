@@ -5,6 +5,7 @@
 
 #include "bus/channels.h"
 #include "bus/errors.h"
+#include "bus/plausible.h"
 
 namespace evalbus {
 
@@ -27,8 +28,8 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
 }
 
 void VizComponent::OnModel(const model_info_t& model) {
-  if (!model_ || model.visual_sha256 != model_->visual_sha256) {
   CheckMessageVersion(model);
+  if (!model_ || model.visual_sha256 != model_->visual_sha256) {
     renderer_ = std::make_unique<Renderer>(LoadVisualModel(model), options_.size);
     views_.clear();
     for (const std::string& camera : options_.cameras) {
@@ -63,6 +64,10 @@ void VizComponent::Enter(const episode_begin_t& begin, std::optional<int64_t> se
 }
 
 void VizComponent::OnState(const state_t& state) {
+  if (!IsPlausible(state.header)) {
+    ++status_.foreign_messages;
+    return;
+  }
   // Of an episode whose begin we have not heard: we came in its middle.
   if (state.header.episode != status_.episode) {
     episode_begin_t begin{};

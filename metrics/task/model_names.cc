@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bus/errors.h"
+#include "models/model_consistency.h"
 #include "models/physics_model.h"
 
 namespace evalbus {
@@ -23,15 +24,6 @@ std::string List(const std::vector<std::string>& names, const std::string& suffi
   return text.empty() ? "(none)" : text;
 }
 
-void CheckIndices(const std::vector<int32_t>& indices, int limit, const char* what) {
-  for (int32_t index : indices) {
-    if (index < 0 || index >= limit) {
-      throw InputError("MODEL: " + std::string(what) + " names index " + std::to_string(index) +
-                       ", expected 0 to " + std::to_string(limit - 1));
-    }
-  }
-}
-
 std::vector<std::string> GripperNames(const model_info_t& model) {
   std::vector<std::string> names;
   for (const gripper_info_t& gripper : model.gripper) names.push_back(gripper.name);
@@ -45,13 +37,7 @@ ModelNames::ModelNames(const model_info_t& model) : model_(model) {
   if (model.timestep_us <= 0 || model.substeps <= 0) {
     throw InputError("MODEL: expected timestep_us and substeps above 0");
   }
-  CheckIndices(model.body_entity, model.num_entities, "body_entity");
-  CheckIndices(model.geom_body, model.num_bodies, "geom_body");
-  CheckIndices(model.object_entity, model.num_entities, "object_entity");
-  for (const gripper_info_t& gripper : model.gripper) {
-    CheckIndices({gripper.arm}, model.num_arms, "gripper.arm");
-    CheckIndices(gripper.pad_geom, model.num_geoms, "gripper.pad_geom");
-  }
+  CheckConsistency(model);
 }
 
 std::vector<uint8_t> ModelNames::GeomsOfEntity(int entity) const {

@@ -1,52 +1,65 @@
-// Metrics and sim on a bus where anybody says anything. An input is a sequence of messages: channel, length,
-// bytes. The fingerprint is put in front where the channel's highest bit is not set. What a component refuses
-// ends the input.
+// The components of a run and those who listen to one, each on a bus where anybody says anything. The first
+// byte of an input says which one, the rest is a Conversation of messages of a real episode. What ends a
+// component's process with one line of text ends the input.
+#include <cstdio>
 #include <filesystem>
-#include <iostream>
-#include <vector>
+#include <optional>
 
-#include "bus/channels.h"
-#include "evalbus/episode_summary_t.hpp"
+#include "bus/errors.h"
+#include "bus/recorder.h"
+#include "cli/live_view.h"
+#include "cli/run_controller.h"
+#include "metrics/collision/collision_component.h"
 #include "metrics/metrics_component.h"
+#include "policy_bridge/policy_component.h"
+#include "sim/episode_seed.h"
 #include "sim/sim_component.h"
-#include "tests/fuzz/scratch_file.h"
-#include "tests/unit/small_world.h"
+#include "tests/fuzz/conversation.h"
+#include "tests/fuzz/small_scene.h"
+#include "viz/monitor/monitor_model.h"
+#include "viz/viz_component.h"
 
 namespace evalbus {
 namespace {
 
-struct Channel {
-  const char* name;
-  int64_t fingerprint;
-};
+using std::chrono::steady_clock;
 
-const Channel kChannels[] = {{channels::kModel, model_info_t::getHash()},
-                             {channels::kEpisodeBegin, episode_begin_t::getHash()},
-                             {channels::kEpisodeEnd, episode_end_t::getHash()},
-                             {channels::kState, state_t::getHash()},
-                             {channels::kContacts, contacts_t::getHash()},
-                             {channels::kAction, action_t::getHash()},
-                             {channels::kPartial, partial_metrics_t::getHash()},
-                             {channels::kEpisodeSummary, episode_summary_t::getHash()},
-                             {channels::kStatus, component_status_t::getHash()},
-                             {channels::kCommand, command_t::getHash()}};
-
-// Composing the scene takes longer than anything that follows.
-class Sim {
+// A terminal that shows what is said.
+class Monitor : public Component {
  public:
-  Sim() {
-    SimOptions options;
-    options.task = "lift_pot";
-    options.out = folder_.path();
-    sim_.emplace(&bus, options);
+  explicit Monitor(Bus* bus) : Component(bus, "monitor"), model_("memq://", 2) {
+    bus->SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+      model_.Hear(channel, data, steady_clock::now());
+    });
   }
-  void Poll() { sim_->Poll(std::chrono::steady_clock::now()); }
-
-  Bus bus{"memq://"};
+  void Poll(SteadyTime now) override {
+    for (const auto& [width, height] : {std::pair(200, 60), {80, 24}, {10, 3}}) {
+      for (const Line& line : model_.Lines(width, height, now)) Text(line);
+    }
+    model_.ProgressLine(now);
+    model_.TakeEvents(now);
+    model_.SilentFor(now);
+  }
 
  private:
-  ScratchFolder folder_;
-  std::optional<SimComponent> sim_;
+  MonitorModel model_;
+};
+
+// What `evalbus run` does besides starting the others.
+class Launcher : public RunController {
+ public:
+  Launcher(Bus* bus, const RunPlan& plan, const RunFolder& folder, LiveView* view)
+      : RunController(bus, plan, folder, view), view_(view) {
+    ExpectStart();
+  }
+  void Poll(SteadyTime now) override {
+    RunController::Poll(now);
+    Silent(now);
+    view_->Lines(80, now);
+  }
+
+ private:
+  LiveView* view_;
 };
 
 void Drain(Bus* bus) {
@@ -55,48 +68,166 @@ void Drain(Bus* bus) {
   }
 }
 
-void Say(Bus* bus, const uint8_t* data, size_t size) {
-  while (size >= 3) {
-    const Channel& channel = kChannels[(*data & 0x7F) % std::size(kChannels)];
-    std::vector<uint8_t> message;
-    if (*data < 0x80) {
-      for (int shift = 56; shift >= 0; shift -= 8)
-        message.push_back(static_cast<uint8_t>(channel.fingerprint >> shift));
-    }
-    const size_t length = std::min<size_t>(size - 3, static_cast<size_t>(data[1] << 8 | data[2]));
-    message.insert(message.end(), data + 3, data + 3 + length);
-    bus->PublishRaw(channel.name, message);
-    Drain(bus);
-    data += 3 + length;
-    size -= 3 + length;
+class Run {
+ public:
+  static constexpr int kNumParts = 9, kRealtimeSim = 2, kExpert = 4;
+
+  Run() {
+    sim_.task = folder_.Write("small.yaml", SmallTask());
+    sim_.out = folder_.path();
+    Record();
+    MakeExpertsSamples();
   }
-}
+
+  std::unique_ptr<Component> Make(int part, Bus* bus) {
+    switch (part) {
+      case 0:
+        return std::make_unique<MetricsComponent>(bus);
+      case 1:
+        return std::make_unique<SimComponent>(bus, sim_);
+      case kRealtimeSim: {
+        SimOptions realtime = sim_;
+        realtime.realtime = true;
+        return std::make_unique<SimComponent>(bus, realtime);
+      }
+      case 3:
+        return std::make_unique<CollisionComponent>(bus);
+      case kExpert:
+        return std::make_unique<PolicyComponent>(bus, "noisy_expert");
+      case 5:
+        Clear();
+        return std::make_unique<Recorder>(bus, folder_.path());
+      case 6: {
+        Clear();
+        RunPlan plan;
+        plan.task = "small";
+        plan.variation = "base";
+        plan.episodes = {0, 1};
+        plan.required = {"policy"};
+        plan.realtime = plan.policy_is_external = true;
+        LiveHeader header;
+        header.episodes = 2;
+        view_.emplace(nowhere_, header);
+        return std::make_unique<Launcher>(bus, plan, run_folder_, &*view_);
+      }
+      case 7:
+        return std::make_unique<Monitor>(bus);
+      default:
+        return std::make_unique<VizComponent>(bus, VizOptions{{"overview"}, {32, 32}, 15});
+    }
+  }
+
+  // An episode begins for everybody.
+  void Begin(int part, Bus* bus) {
+    component_status_t ready{};
+    ready.component = "metrics";
+    ready.state = component_status_t::READY;
+    for (const char* channel : {channels::kCommand, channels::kModel, channels::kEpisodeBegin}) {
+      // Which it says itself.
+      if (part == kRealtimeSim && channel == channels::kModel) continue;
+      bus->PublishRaw(channel, samples(part).at(channel)[0]);
+      Drain(bus);
+    }
+    bus->Publish(channels::kStatus, ready);
+    Drain(bus);
+  }
+
+  const Samples& samples(int part) const { return part == kExpert ? experts_samples_ : samples_; }
+
+ private:
+  // An expert plans for the task that it knows.
+  void MakeExpertsSamples() {
+    const TaskDescription task = FindTask("lift_pot").task;
+    const RobotDescription robot = LoadRobot(task.robot_file);
+    const Scene scene = BuildScene(task, robot);
+    model_info_t model = scene.info;
+    std::filesystem::create_directories(folder_.path() / "expert/model");
+    model.physics_file = folder_.path() / "expert/model/physics.mjb";
+    mj_saveModel(scene.physics.get(), model.physics_file.c_str(), nullptr, 0);
+    model.physics_sha256 = Sha256File(model.physics_file);
+    World world(scene.physics.get(), scene.info, robot, task, 10);
+    world.Reset(0, task.variations[0]);
+
+    experts_samples_ = samples_;
+    experts_samples_[channels::kModel] = {Encode(model)};
+    experts_samples_[channels::kState].clear();
+    state_t state{};
+    for (; state.header.tick < 5; ++state.header.tick) {
+      world.Fill(&state);
+      experts_samples_[channels::kState].push_back(Encode(state));
+      world.Step();
+    }
+  }
+
+  // What is said in an episode of five ticks.
+  void Record() {
+    command_t command{};
+    command.kind = command_t::START_EPISODE;
+    command.seed = EpisodeSeed(0, 0);
+    samples_[channels::kCommand].push_back(Encode(command));
+    command.kind = command_t::STOP;
+    samples_[channels::kCommand].push_back(Encode(command));
+
+    Bus bus("memq://");
+    bus.SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+      samples_[channel].emplace_back(data.begin(), data.end());
+    });
+    SimOptions options = sim_;
+    options.episodes = 1;
+    CollisionComponent collision(&bus);
+    MetricsComponent metrics(&bus);
+    PolicyComponent policy(&bus, "hold");
+    Recorder recorder(&bus, folder_.path());
+    SimComponent sim(&bus, options);
+    while (!sim.done()) {
+      sim.Poll(steady_clock::now());
+      metrics.Poll(steady_clock::now());
+      Drain(&bus);
+    }
+  }
+
+  void Clear() const {
+    std::filesystem::remove_all(folder_.path() / "episodes");
+    std::filesystem::remove(folder_.path() / "episodes.jsonl");
+  }
+
+  SmallScene folder_;
+  SimOptions sim_;
+  Samples samples_, experts_samples_;
+  RunFolder run_folder_ = RunFolder::OfWorker(folder_.path());
+  FILE* nowhere_ = std::fopen("/dev/null", "w");
+  std::optional<LiveView> view_;
+};
 
 }  // namespace
 }  // namespace evalbus
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace evalbus;
+  if (size == 0) return 0;
+  static Run run;
+  const int part = *data % Run::kNumParts;
+  Bus bus("memq://");
   try {
-    Bus bus("memq://");
-    MetricsComponent metrics(&bus);
-    bus.Publish(channels::kModel, small_world::Model());
-    Drain(&bus);
-    Say(&bus, data, size);
-    metrics.Poll(std::chrono::steady_clock::now() + std::chrono::hours(1));
-  } catch (const std::exception&) {
-  }
-  static Sim sim;
-  static int episode = 0;
-  try {
-    command_t command{};
-    command.kind = command_t::START_EPISODE;
-    command.episode = episode++;
-    sim.bus.Publish(channels::kCommand, command);
-    Drain(&sim.bus);
-    Say(&sim.bus, data, size);
-    sim.Poll();
-  } catch (const std::exception&) {
+    const std::unique_ptr<Component> component = run.Make(part, &bus);
+    auto now = std::chrono::steady_clock::now();
+    const auto wait = [&](int tenths) {
+      now += std::chrono::milliseconds(100 * tenths);
+      component->Poll(now);
+      Drain(&bus);
+    };
+    wait(0);
+    // Whoever has not begun hears it, too.
+    if (*data < 128) run.Begin(part, &bus);
+    const auto say = [&](const char* channel, const Bytes& message) {
+      bus.PublishRaw(channel, message);
+      Drain(&bus);
+    };
+    Conversation({data + 1, size - 1}, run.samples(part)).Hold(say, wait);
+    wait(20);
+    component->Stop();
+  } catch (const InputError&) {
+  } catch (const EnvironmentError&) {
   }
   return 0;
 }

@@ -1,23 +1,86 @@
-// Any bytes as an event log: read, and scored.
+// A log read by all who read one. The first byte of an input says what the others are: 0 to 127 a log; from
+// 128 on a Conversation that is recorded whole, so that what lies behind the log's framing is reached, too.
 #include <cstdlib>
 
 #include "bus/errors.h"
 #include "bus/event_log.h"
 #include "cli/rescore.h"
+#include "policy_bridge/policy_component.h"
+#include "tests/fuzz/conversation.h"
 #include "tests/fuzz/scratch_file.h"
+#include "tests/unit/small_world.h"
+#include "viz/film.h"
+
+namespace evalbus {
+namespace {
+
+Samples Episode() {
+  Samples samples;
+  samples[channels::kModel] = {Encode(small_world::Model())};
+  samples[channels::kEpisodeBegin] = {Encode(episode_begin_t{})};
+  for (int64_t tick = 0; tick < 5; ++tick) {
+    samples[channels::kState].push_back(Encode(small_world::State(tick)));
+    samples[channels::kContacts].push_back(Encode(small_world::Contacts(tick)));
+    action_t action{};
+    action.header = small_world::Header(tick);
+    samples[channels::kAction].push_back(Encode(action));
+    partial_metrics_t partial{};
+    partial.header = action.header;
+    samples[channels::kPartial].push_back(Encode(partial));
+  }
+  episode_end_t end{};
+  end.header = small_world::Header(4);
+  end.end_reason = "time_limit";
+  samples[channels::kEpisodeEnd] = {Encode(end)};
+  episode_summary_t summary{};
+  summary.header = end.header;
+  samples[channels::kEpisodeSummary] = {Encode(summary)};
+  return samples;
+}
+
+// Nothing but InputError comes of a bad log.
+template <class Read>
+void Try(const Read& read) {
+  try {
+    read();
+  } catch (const InputError&) {
+  }
+}
+
+}  // namespace
+}  // namespace evalbus
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace evalbus;
   static const ScratchFolder folder;
-  const auto file = folder.Write("events.lcmlog", data, size);
+  static const Samples samples = Episode();
+  static const TaskDescription task = ParseTask(small_world::kTask, "small.yaml", false);
+  if (size == 0) return 0;
+  const std::filesystem::path file = folder.path() / "events.lcmlog";
+  if (*data < 128) {
+    folder.Write("events.lcmlog", data + 1, size - 1);
+  } else {
+    std::filesystem::remove(file);
+    EventLogWriter log(file);
+    const auto write = [&](const char* channel, const Bytes& message) { log.Write(channel, message, 0); };
+    Conversation({data + 1, size - 1}, samples).Hold(write, [](int) {});
+  }
+
   EventLogReader reader(file);
   size_t bytes = 0;
   for (LogEvent event; reader.Next(&event);) bytes += 28 + event.channel.size() + event.data.size();
   // Every byte is part of an event or said to be damaged.
-  if (bytes + static_cast<size_t>(reader.damaged_bytes()) != size) std::abort();
-  try {
-    Rescorer().Rescore(file);
-  } catch (const InputError&) {
-  }
+  if (bytes + static_cast<size_t>(reader.damaged_bytes()) != std::filesystem::file_size(file)) std::abort();
+
+  Try([&] {
+    for (const RescoredEpisode& episode : Rescorer().Rescore(file).episodes) {
+      Compare(episode.recorded, episode.summary);
+    }
+  });
+  // Under a task of the user's, which decides when the episode ends.
+  Try([&] { Rescorer(task).Rescore(file); });
+  Try([&] { OpenRecording(file)(0); });
+  // There is no model to draw; until then it reads.
+  Try([&] { FilmEpisode(file, {"overview"}, {}, folder.path()); });
   return 0;
 }

@@ -1,23 +1,77 @@
-// Writes CORPUS/{messages,components,event_log}: the inputs that consist of messages. Run it when a type
-// changes.
+// Writes the inputs that fuzzing begins with to CORPUS/TARGET/. Run it when a message type or a target's form
+// of input changes.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "bus/channels.h"
 #include "bus/event_log.h"
+#include "sim/episode_seed.h"
+#include "tests/fuzz/conversation.h"
+#include "tests/fuzz/small_scene.h"
 #include "tests/unit/all_messages.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus {
 namespace {
 
-using Bytes = std::vector<uint8_t>;
+// Every predicate, quantity and randomisation that there is.
+constexpr char kAllWords[] = R"(name: words
+title: Every word of a task description
+robot: {file: robot.yaml, base: {position_m: [0, 0, 0], yaw_deg: 3}}
+time_limit_s: 1
+scene:
+  base: scene.xml
+  parts:
+    - {name: counter, model: counter.xml, pose: {position_m: [0.7, 0, 0]}}
+    - {name: pot, model: pot.xml, pose: {position_m: [0.7, 0, 1.1], quaternion_wxyz: [1, 0, 0, 0]}, free: true}
+    - {name: lid, model: pot.xml, pose: {position_m: [0.7, 0.4, 1.1], yaw_rad: 1}}
+objects: [pot]
+variations:
+  all:
+    alias: All
+    randomise:
+      - spawn_box: {object: pot, center_m: [0.7, 0], half_extents_m: [0.1, 0.1], min_distance_m: 0.1}
+      - spawn_plane: {objects: [lid], origin_m: [0.7, 0.5, 1.1], half_extents_m: [0.1, 0.1], spacing_m: 0.1,
+                      jitter_m: [0.01, 0.01, 0]}
+      - spawn_yaw: {object: pot, bound_deg: 30}
+    poses: {lid: {position_m: [0.7, 0.5, 1.1]}}
+    parts:
+      - {name: post, model: counter.xml, pose: {position_m: [5, 0, 1]}}
+    robot_base: {position_m: [0, 0, 0.1]}
+    failure: {position: {object: pot, axis: z, max_m: 0.1}}
+metrics: {slip_sample_window_ticks: 1, collision_sample_window_ticks: 2, track_joint_jerk: true}
+stages:
+  - {name: held, when: {holding: {gripper: first, object: pot}}}
+  - {name: other, when: {holding: {gripper: other, object: pot}}}
+  - {name: left, when: {latched: {holding: {gripper: left, object: pot}}}}
+  - {name: high, when: {height_above: {object: pot, min_m: 1.05}}}
+  - {name: there, when: {inside: {object: pot, center_m: [0.7, 0, 1], half_extents_m: [0.1, 0.1, 0.1]}}}
+  - {name: bent, when: {joint_fraction: {joint: left/joint, min: 0.4}}}
+success:
+  any:
+    - all: [not: {touching: {a: pot, b: counter}}, tilt_below: {object: pot, axis: x, max_deg: 5}]
+    - {touching: {a: left_gripper, b: pot}}
+target_distance: {between: {distance: {a: left, b: pot}}, lift: {lift: {object: pot}}}
+pose_error: {tilt: {object: pot, axis: x}}
+other_robots: {small: {target_distance: {joint_fraction: {joint: right/joint}}}}
+)";
 
-template <class Message>
-Bytes Encode(const Message& message) {
-  Bytes bytes(static_cast<size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
+// run.json, and episodes with the seeds that belong to it.
+std::string SmallRun() {
+  std::string text =
+      R"({"run_id": "run", "task": "lift_pot", "variation": "base", "policy": "hold", "episodes": 2, "seed": 7, )"
+      R"("control_hz": 50.0, "task_sha256": "0", "physics_sha256": "0"})";
+  for (int episode = 0; episode < 2; ++episode) {
+    text +=
+        R"(
+{"task": "lift_pot", "variation": "base", "episode": )" +
+        std::to_string(episode) + R"(, "seed": )" + std::to_string(EpisodeSeed(7, episode)) +
+        R"(, "end_reason": "success", "failure_reason": "", "complete": true, "metrics": {"success": 1.0, )"
+        R"("completion_time_s": 3.5, "path": {"left": 1.5}}, "extended": {"missing_ticks": 0}})";
+  }
+  return text + "\n";
 }
 
 void Write(const std::filesystem::path& file, const Bytes& bytes) {
@@ -35,34 +89,68 @@ void WriteAll(const std::filesystem::path& corpus) {
     Write(corpus / "messages" / Message::getTypeName(), bytes);
   });
 
-  // An episode of three ticks, as a conversation and as a log.
-  const char* const channels[] = {channels::kModel, channels::kEpisodeBegin, channels::kEpisodeEnd,
-                                  channels::kState, channels::kContacts};
+  // An episode of five ticks as a Conversation, for each of the components and as what is recorded.
+  const auto channel = [](const char* name) {
+    const auto is_it = [&](const SpokenChannel& spoken) { return std::string_view(spoken.name) == name; };
+    return static_cast<uint8_t>(std::ranges::find_if(kSpokenChannels, is_it) - kSpokenChannels);
+  };
   Bytes conversation;
-  std::filesystem::create_directories(corpus / "event_log");
-  const auto file = corpus / "event_log" / "episode";
+  const auto say = [&](const char* name, uint8_t number) {
+    conversation.insert(conversation.end(), {channel(name), number, 0});
+  };
+  for (uint8_t tick = 0; tick < 5; ++tick) {
+    for (const char* name :
+         {channels::kState, channels::kContacts, channels::kAction, channels::kPartial, channels::kStatus}) {
+      say(name, tick);
+    }
+    conversation.insert(conversation.end(), {kWait, 1});
+  }
+  say(channels::kEpisodeEnd, 0);
+  say(channels::kEpisodeSummary, 0);
+  say(channels::kRunSummary, 0);
+  for (uint8_t i = 5; i < 50; ++i) say(channels::kStatus, i);
+  const auto with_first = [&](uint8_t first) {
+    Bytes input = conversation;
+    input.insert(input.begin(), first);
+    return input;
+  };
+  for (uint8_t part = 0; part < 9; ++part) {
+    Write(corpus / "components" / ("episode_" + std::to_string(part)), with_first(part));
+  }
+  Bytes recorded = {128, channel(channels::kModel), 0, 0, channel(channels::kEpisodeBegin), 0, 0};
+  recorded.insert(recorded.end(), conversation.begin(), conversation.end());
+  Write(corpus / "event_log" / "conversation", recorded);
+
+  // The same as a log.
+  const std::filesystem::path file = corpus / "event_log" / "episode";
   std::filesystem::remove(file);
   EventLogWriter log(file);
-  const auto say = [&](int channel, const Bytes& message) {
-    log.Write(channels[channel], message, 0);
-    if (channel == 0) return;  // the metrics target says it itself
-    const size_t length = message.size() - 8;
-    conversation.insert(conversation.end(), {static_cast<uint8_t>(channel), static_cast<uint8_t>(length >> 8),
-                                             static_cast<uint8_t>(length)});
-    conversation.insert(conversation.end(), message.begin() + 8, message.end());
-  };
-  say(0, Encode(small_world::Model()));
-  say(1, Encode(episode_begin_t{}));
+  log.Write(channels::kModel, Encode(small_world::Model()), 0);
+  log.Write(channels::kEpisodeBegin, Encode(episode_begin_t{}), 0);
   for (int64_t tick = 0; tick < 3; ++tick) {
-    say(3, Encode(small_world::State(tick)));
-    say(4, Encode(small_world::Contacts(tick)));
+    log.Write(channels::kState, Encode(small_world::State(tick)), 0);
+    log.Write(channels::kContacts, Encode(small_world::Contacts(tick)), 0);
   }
   episode_end_t end{};
   end.header = small_world::Header(2);
   end.end_reason = "time_limit";
-  say(2, Encode(end));
+  log.Write(channels::kEpisodeEnd, Encode(end), 0);
   log.Close();
-  Write(corpus / "components" / "episode", conversation);
+  std::ifstream stream(file, std::ios::binary);
+  Bytes bytes{std::istreambuf_iterator<char>(stream), {}};
+  bytes.insert(bytes.begin(), 0);
+  Write(file, bytes);
+
+  // Small files of each kind.
+  const auto write_text = [&](const char* target, const char* name, const std::string& text) {
+    Write(corpus / target / name, Bytes(text.begin(), text.end()));
+  };
+  write_text("task_yaml", "small", SmallTask());
+  write_text("task_yaml", "all_words", kAllWords);
+  write_text("robot_yaml", "small", kSmallRobot);
+  write_text("mjcf", "pot", kSmallPot);
+  write_text("mjcf", "counter", kSmallCounter);
+  write_text("run_reader", "run", SmallRun());
 }
 
 }  // namespace

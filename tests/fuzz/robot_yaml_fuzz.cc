@@ -1,13 +1,15 @@
-// Any text as a robot description.
+// Any text as a robot description, and the robot in a scene.
 #include "bus/errors.h"
-#include "models/robot_description.h"
-#include "tests/fuzz/scratch_file.h"
+#include "tests/fuzz/small_scene.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const evalbus::ScratchFolder folder;
+  using namespace evalbus;
+  static const SmallScene scene;
+  static const TaskDescription task = ParseTask(SmallTask(), scene.path() / "task.yaml", true);
   try {
-    evalbus::LoadRobot(folder.Write("robot.yaml", data, size), {EVALBUS_SOURCE_DIR "/models/robots"});
-  } catch (const evalbus::InputError&) {
+    PlayTask(task, "base", LoadRobot(scene.Write("robot.yaml", data, size)));
+  } catch (const InputError&) {
+  } catch (const EnvironmentError&) {
   }
   return 0;
 }

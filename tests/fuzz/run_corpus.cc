@@ -1,4 +1,6 @@
-// main() of a fuzz target without libFuzzer: runs every file of the folders named, once.
+// main() of a fuzz target without libFuzzer: runs every file of the folders named, then changed ones, the
+// same at every call; -changed=N of these (400), for a longer look where there is no clang.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -6,19 +8,40 @@
 #include <iterator>
 #include <vector>
 
+#include "tests/fuzz/mutate.h"
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
+namespace {
+
+void Run(const std::string& input) {
+  LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(input.data()), input.size());
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  int files = 0;
+  unsigned num_changed = 400;
+  std::vector<std::filesystem::path> files;
   for (int i = 1; i < argc; ++i) {
-    if (argv[i][0] == '-') continue;  // libFuzzer's options
-    for (const auto& entry : std::filesystem::directory_iterator(argv[i])) {
-      std::ifstream stream(entry.path(), std::ios::binary);
-      const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
-      LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
-      ++files;
+    if (argv[i][0] == '-') {  // another one is libFuzzer's
+      std::sscanf(argv[i], "-changed=%u", &num_changed);
+      continue;
     }
+    for (const auto& entry : std::filesystem::directory_iterator(argv[i])) files.push_back(entry.path());
   }
-  std::printf("%d inputs\n", files);
-  return files > 0 ? 0 : 1;
+  std::sort(files.begin(), files.end());
+  std::vector<std::string> inputs;
+  for (const auto& file : files) {
+    std::ifstream stream(file, std::ios::binary);
+    inputs.emplace_back(std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>());
+    Run(inputs.back());
+  }
+  for (unsigned i = 0; i < num_changed && !inputs.empty(); ++i) {
+    std::string input = inputs[i % inputs.size()];
+    for (unsigned change = 0; change <= i % 4; ++change) input = evalbus::Mutate(input, 4 * i + change);
+    Run(input);
+  }
+  std::printf("%zu inputs and %u changed ones\n", inputs.size(), num_changed);
+  return inputs.empty() ? 1 : 0;
 }

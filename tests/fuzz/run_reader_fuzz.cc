@@ -1,19 +1,44 @@
-// Any text as a run folder: the first line is run.json, the others are episodes.jsonl.
+// Any text as the folder of a run: the first line is run.json, the others are episodes.jsonl. Read as by
+// report, compare and export, and as by --resume.
 #include <algorithm>
 
 #include "bus/errors.h"
+#include "cli/compare.h"
+#include "cli/compare_text.h"
+#include "cli/run_folder.h"
 #include "cli/run_reader.h"
 #include "tests/fuzz/scratch_file.h"
 
+namespace {
+
+template <class Read>
+void Try(const Read& read) {
+  try {
+    read();
+  } catch (const evalbus::InputError&) {
+  }
+}
+
+}  // namespace
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const evalbus::ScratchFolder folder;
+  using namespace evalbus;
+  static const ScratchFolder folder;
   const uint8_t* end = std::find(data, data + size, '\n');
   folder.Write("run.json", data, static_cast<size_t>(end - data));
   if (end != data + size) ++end;
   folder.Write("episodes.jsonl", end, static_cast<size_t>(data + size - end));
-  try {
-    for (const auto& episode : evalbus::ReadRun(folder.path()).episodes) episode.Values();
-  } catch (const evalbus::InputError&) {
-  }
+  Try([] {
+    const RecordedRuns runs = ReadRuns(folder.path());
+    runs.runs[0].Remarks();
+    for (const RecordedEpisode& episode : runs.runs[0].episodes) episode.Values();
+    // With itself, but for another order of seeds.
+    RecordedRuns baseline = runs;
+    std::swap(baseline.runs[0].episodes.front().seed, baseline.runs[0].episodes.back().seed);
+    const Comparison comparison = Compare(runs, baseline);
+    ComparisonText(comparison, true);
+    ComparisonJson({comparison}).dump();
+  });
+  Try([] { RunFolder::OfWorker(folder.path()).SortEpisodes(); });
   return 0;
 }

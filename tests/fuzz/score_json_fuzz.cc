@@ -1,13 +1,15 @@
-// Any text as a recorded trajectory.
+// Any text as the file of a recorded trajectory.
 #include "bus/errors.h"
+#include "metrics/json_file.h"
 #include "metrics/score_file.h"
+#include "tests/fuzz/scratch_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  const auto json = nlohmann::json::parse(data, data + size, nullptr, false);
-  if (json.is_discarded()) return 0;
+  using namespace evalbus;
+  static const ScratchFolder folder;
   try {
-    evalbus::ScoreEpisode(json, "fuzz.json");
-  } catch (const evalbus::InputError&) {
+    ScoreEpisode(ReadJsonFile(folder.Write("trajectory.json", data, size)), "trajectory.json").dump();
+  } catch (const InputError&) {
   }
   return 0;
 }

@@ -27,6 +27,9 @@ class ScratchFolder {
         .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
     return file;
   }
+  std::filesystem::path Write(const std::string& name, const std::string& text) const {
+    return Write(name, reinterpret_cast<const uint8_t*>(text.data()), text.size());
+  }
   const std::filesystem::path& path() const { return path_; }
 
  private:

@@ -1,13 +1,20 @@
-// Any text as a task description.
-#include <string>
-
+// Any text as a task description, and what follows from it: the scene composed, compiled, stepped and judged.
 #include "bus/errors.h"
-#include "models/task_description.h"
+#include "tests/fuzz/small_scene.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace evalbus;
+  static const SmallScene scene;
+  static const RobotDescription robot = LoadRobot(scene.path() / "robot.yaml");
+  const std::string text(data, data + size);
   try {
-    evalbus::ParseTask(std::string(data, data + size), "fuzz.yaml", false);
-  } catch (const evalbus::InputError&) {
+    TaskDescription task = ParseTask(text, scene.path() / "task.yaml", true);
+    const std::string variation = task.variations[0].name;
+    task.Apply(variation);
+    task.ApplyRobot(robot.name);
+    PlayTask(task, variation, robot);
+  } catch (const InputError&) {
+  } catch (const EnvironmentError&) {
   }
   return 0;
 }

@@ -1,4 +1,4 @@
-add_executable(cli_test live_view_test.cc log_damage_test.cc)
+add_executable(cli_test live_view_test.cc log_damage_test.cc run_folder_test.cc)
 target_link_libraries(cli_test PRIVATE cli_core GTest::gtest_main)
 evalbus_target(cli_test)
 gtest_discover_tests(cli_test)

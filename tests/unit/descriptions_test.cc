@@ -257,6 +257,10 @@ TEST(TaskDescription, MistakesNameTheLine) {
             "18: key 'spawn_bocks': not a key here; did you mean 'spawn_box'?");
   EXPECT_EQ(TaskError("spacing_m: 0.5", "spacing_m: 0"),
             "23: key 'spacing_m': expected a number > 0, got '0'");
+  EXPECT_EQ(TaskError("spacing_m: 0.5", "spacing_m: 1e-5"),
+            "23: key 'spacing_m': expected a grid of at most 1000 by 1000 points");
+  EXPECT_EQ(TaskError("spacing_m: 0.5", "spacing_m: 1e-300"),
+            "23: key 'spacing_m': expected a grid of at most 1000 by 1000 points");
   EXPECT_EQ(TaskError("    when: {holding: {gripper: left, object: block}}", "    when: holding"),
             "28: key 'when': expected one expression such as {holding: {gripper: left, object: pot}}");
   EXPECT_EQ(TaskError("base: {}", "base: {}\n  base: {}"), "15: key 'base': given twice, first in line 14");

@@ -155,6 +155,24 @@ TEST_F(FilmTest, LogWithoutEndIsFilmedAsFarAsItGoes) {
   EXPECT_EQ(Decode(FilmEpisode(log, {"front"}, kSize, log.parent_path())[0]).size(), 31u);
 }
 
+TEST_F(FilmTest, DamagedTimesNeitherStretchTheFilmNorEndIt) {
+  const fs::path whole = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
+  fs::create_directory(folder_.path() / "damaged");
+  const fs::path damaged = folder_.path() / "damaged/events.lcmlog";
+  EventLogReader reader(whole);
+  EventLogWriter log(damaged);
+  int64_t states = 0;
+  for (LogEvent event; reader.Next(&event);) {
+    std::vector<uint8_t> data(event.data.begin(), event.data.end());
+    // sim_time_us follows the fingerprint, episode and tick.
+    if (event.channel == channels::kState && states++ % 10 == 3) data[20] = states == 4 ? 0x01 : 0xC0;
+    log.Write(event.channel, data, event.time_us);
+  }
+  log.Close();
+  const fs::path film = FilmEpisode(damaged, {"front"}, kSize, damaged.parent_path())[0];
+  EXPECT_EQ(Decode(film).size(), 31u + kFilmHold);
+}
+
 TEST_F(FilmTest, RunMayBeMoved) {
   fs::path log = WriteRun(folder_.path() / "here", visual(), 20000, States(2, 1000));
   fs::rename(folder_.path() / "here", folder_.path() / "there");

@@ -1,5 +1,6 @@
 add_executable(models_test
   descriptions_test.cc
+  model_consistency_test.cc
   scene_composer_test.cc
   scene_test.cc
   yaml_reader_test.cc)

@@ -9,6 +9,7 @@
 
 #include "bus/channels.h"
 #include "bus/extended_value.h"
+#include "bus/plausible.h"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/state_t.hpp"
@@ -161,7 +162,6 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
     model_info_t model{};
     if (!decode(&model)) return;
     model_bytes_.assign(data.begin(), data.end());
-  } else if (channel == channels::kEpisodeBegin) {
     model_.reset();
     other_version_.clear();
     if (model.message_version == model_info_t::VERSION) {
@@ -172,6 +172,7 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
     other_version_ = fmt::format("made by message version {}, this evalbus reads {}", model.message_version,
                                  int{model_info_t::VERSION});
     events_.push_back("MODEL " + other_version_);
+  } else if (channel == channels::kEpisodeBegin) {
     episode_begin_t begin{};
     if (!decode(&begin)) return;
     // Repeated, but only before the first STATE; after it the same episode begins anew (a replay).
@@ -212,7 +213,7 @@ void MonitorModel::OnState(std::span<const uint8_t> data) {
   header_t header{};
   const int begin = __int64_t_decode_array(data.data(), 0, size, &fingerprint, 1);
   if (begin < 0 || fingerprint != state_t::getHash() ||
-      header._decodeNoHash(data.data(), begin, size - begin) < 0) {
+      header._decodeNoHash(data.data(), begin, size - begin) < 0 || !IsPlausible(header)) {
     ++undecodable_;
     return;
   }
@@ -408,9 +409,9 @@ Line MonitorModel::Title(int width, SteadyTime now) const {
         {Printable("   " + model_->robot + "   " + (health_.contains("replay") ? "replay" : model_->clock)),
          Style::kQuiet}};
     where = Printable(model_->run_id);
-  } else if (heard_at_) {
   } else if (!other_version_.empty()) {
     line = {{other_version_, Style::kBad}};
+  } else if (heard_at_) {
     line.push_back({"   waiting for the names (MODEL)", Style::kQuiet});
   }
   const double silent = heard_at_ ? Seconds(now - *heard_at_) : 0;

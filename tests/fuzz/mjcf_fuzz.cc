@@ -1,0 +1,17 @@
+// Any text as the MJCF file of a part: read, composed into a scene, compiled and stepped.
+#include "bus/errors.h"
+#include "tests/fuzz/small_scene.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace evalbus;
+  static const SmallScene scene;
+  static const TaskDescription task = ParseTask(SmallTask(), scene.path() / "task.yaml", true);
+  static const RobotDescription robot = LoadRobot(scene.path() / "robot.yaml");
+  scene.Write("pot.xml", data, size);
+  try {
+    PlayTask(task, "base", robot);
+  } catch (const InputError&) {
+  } catch (const EnvironmentError&) {
+  }
+  return 0;
+}
