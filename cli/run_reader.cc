@@ -33,7 +33,7 @@ ordered_json ParseObject(const std::string& text, const std::string& where) {
   ordered_json json;
   try {
     json = ordered_json::parse(text);
-  } catch (const nlohmann::json::parse_error&) {
+  } catch (const nlohmann::json::exception&) {  // of a number too large, too
     Fail(where, "not JSON");
   }
   if (!json.is_object()) Fail(where, "not a JSON object");

@@ -103,6 +103,7 @@ TEST_F(RunReaderTest, RefusesLinesThatDoNotBelong) {
   EXPECT_EQ(ErrorOfLines(Line(0) + Line(1)), "read");
   EXPECT_EQ(ErrorOfLines(Line(0) + "oops\n" + Line(1)), "run/episodes.jsonl:2: not JSON");
   EXPECT_EQ(ErrorOfLines(Line(0) + "\n"), "run/episodes.jsonl:2: not JSON");
+  EXPECT_EQ(ErrorOfLines(Line(0) + "{\"episode\": 1e999}\n"), "run/episodes.jsonl:2: not JSON");
   EXPECT_EQ(ErrorOfLines("3\n"), "run/episodes.jsonl:1: not a JSON object");
   EXPECT_EQ(
       ErrorOfLines(Line(0) + Line(1).substr(0, 40)),
