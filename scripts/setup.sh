@@ -1,5 +1,5 @@
-# Sourced by ./run and ./test: installs missing Debian packages and configures the build. Sets `root` (the source
-# folder) and `build`; targets are built with `build_targets NAME...`.
+# Sourced by ./run, ./test and scripts/check: installs missing Debian packages and configures the build. Sets `root`
+# (the source folder) and `build`; targets are built with `build_targets NAME...`.
 
 root=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 build=$root/build
