@@ -4,6 +4,7 @@
 
 #include "bus/channels.h"
 #include "bus/errors.h"
+#include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
@@ -54,6 +55,8 @@ void Recorder::Poll(SteadyTime now) {
 void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
   if (!Bus::Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
+  // Like everybody else: what begins before the sim has said what it is, is not the sim's.
+  if (model_.empty()) return;
   const bool same_episode = begin.header.episode == status_.episode;
   const bool is_new = !same_episode || begin.attempt != status_.attempt;
   if (is_new && close_at_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
@@ -84,6 +87,7 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   std::filesystem::create_directories(folder);
   log_.emplace(folder / "events.lcmlog");
   time_us_ = 0;
+  has_end_ = has_summary_ = false;
   if (!model_.empty()) log_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
@@ -107,12 +111,15 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
     Progress(header.tick);
+  } else if (channel == channels::kEpisodeEnd) {
+    has_end_ = has_end_ || (DecodeHeader<episode_end_t>(data, &header) && IsOurs(header));
   } else if (channel == channels::kEpisodeSummary) {
-    if (DecodeHeader<episode_summary_t>(data, &header) && IsOurs(header)) {
-      close_at_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-    }
+    has_summary_ = has_summary_ || (DecodeHeader<episode_summary_t>(data, &header) && IsOurs(header));
   } else if (channel == channels::kRunSummary && close_at_) {
-    CloseEpisode();
+    return CloseEpisode();
+  }
+  if (has_end_ && has_summary_ && !close_at_) {
+    close_at_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
   }
 }
 

@@ -39,7 +39,9 @@ class Recorder : public Component {
   // Simulated time of the last STATE.
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> log_;
-  // Set by EPISODE_SUMMARY: RUN_SUMMARY follows, and is the last message recorded; waited for until then.
+  // EPISODE_END is the sim's, so a summary without it is not of this episode.
+  bool has_end_ = false, has_summary_ = false;
+  // Set by both: RUN_SUMMARY follows, and is the last message recorded; waited for until then.
   std::optional<SteadyTime> close_at_;
 };
 

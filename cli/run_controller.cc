@@ -5,7 +5,6 @@
 
 #include "bus/channels.h"
 #include "bus/errors.h"
-#include "bus/extended_value.h"
 #include "cli/pacing.h"
 #include "metrics/result_json.h"
 #include "sim/episode_seed.h"
@@ -37,7 +36,8 @@ std::string WhyNoSpace(const std::filesystem::path& folder) {
 RunController::RunController(Bus* bus, const RunPlan& plan, const RunFolder& folder, RunListener* listener)
     : Component(bus, "run"), plan_(plan), folder_(folder), listener_(listener) {
   bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
-    if (done() || begin.header.episode != episode_index() || begin.attempt != attempt_ ||
+    // MODEL goes before it: without ours, an old log of the same seed is what begins.
+    if (done() || !own_model_heard_ || begin.header.episode != episode_index() || begin.attempt != attempt_ ||
         begin.seed != seed()) {
       return;
     }
@@ -57,7 +57,11 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const RunFolder& fol
   // Another sim may have answered the COMMAND; the models of ours are in the run's folder.
   const auto own_model = std::filesystem::absolute(folder.path() / "model/physics.mjb").lexically_normal();
   bus->Subscribe<model_info_t>(channels::kModel, [this, own_model](const model_info_t& model) {
-    if (model.physics_file != own_model) foreign_model_ = model.physics_file;
+    if (model.physics_file == own_model) {
+      own_model_heard_ = true;
+    } else {
+      foreign_model_ = model.physics_file;
+    }
   });
   bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& end) { OnEnd(end); });
   bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary,
@@ -71,20 +75,22 @@ void RunController::OnStatus(const component_status_t& status) {
   if (is_guest || silent_at_.contains(status.component)) {
     silent_at_[status.component] = std::chrono::steady_clock::now() + kSilence;
   }
+  if (is_guest && status.state == component_status_t::FAILED) policy_error_ = status.error;
   if (status.component == "sim" ||
       std::ranges::find(plan_.required, status.component) != plan_.required.end()) {
     Dropped& dropped = dropped_[status.component];
     dropped.decode_errors = std::max(dropped.decode_errors, status.decode_errors);
     dropped.foreign_messages = std::max(dropped.foreign_messages, status.foreign_messages);
   }
-  if (is_guest && status.state == component_status_t::FAILED) policy_error_ = status.error;
   if (done() || status.attempt != attempt_ || status.last_finished_episode != episode_index()) return;
   // Its EPISODE_END may have been lost.
   if (status.component == "sim" && begun_ && !ended_) ended_ = std::chrono::steady_clock::now();
   if (status.component == "recorder") {
+    if (!ended_)
+      return BeginAgain("its log was closed before its end: is an old log being played on this bus?");
     recorded_ = true;
-    FinishIfRecorded();
   }
+  FinishIfRecorded();
 }
 
 void RunController::CheckPolicyComes(SteadyTime now) const {
@@ -114,6 +120,7 @@ void RunController::Poll(SteadyTime now) {
   if (done()) return;
   if (waiting_since_ == SteadyTime{}) waiting_since_ = now;
   CheckPolicyComes(now);
+  if (!begun_ && now - commanded_ >= kRepeatCommand) Command();
   // All live, but the sim or somebody it waits for is in an episode that somebody else began.
   const double start_s =
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
@@ -122,13 +129,12 @@ void RunController::Poll(SteadyTime now) {
                " s: does somebody else command on this bus?");
     return;
   }
-  if (!begun_ && now - commanded_ >= kRepeatCommand) Command();
   // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that somebody else began.
   if (ended_ && !episode_ && now - *ended_ > kSummaryTimeout) {
     BeginAgain("no score within 10 s after the episode's end");
     return;
   }
-  if (episode_ && now - summarised_ > kRecorderTimeout) {
+  if (episode_ && ended_ && now - std::max(summarised_, *ended_) > kRecorderTimeout) {
     BeginAgain("the recorder did not finish the episode's log within 10 s");
   }
 }
@@ -164,22 +170,28 @@ void RunController::OnEnd(const episode_end_t& end) {
 }
 
 void RunController::OnSummary(const episode_summary_t& summary) {
-  if (done() || summary.header.episode != episode_index() || summary.attempt != attempt_ || episode_) return;
+  if (done() || summary.header.episode != episode_index() || summary.attempt != attempt_ || !begun_) return;
   if (summary.end_reason == "aborted") return BeginAgain(summary.end_detail);
   if (summary.seed != seed())
     return BeginAgain("begun with a seed that is not ours: is a second run on this bus?");
   if (!foreign_model_.empty())
     return BeginAgain("a sim or a log of another run is on this bus: " + foreign_model_);
+  // One of an old log may come first; ours then differs.
+  if (conflicts_.Hear(channels::kEpisodeSummary, 0, bus().handled()) ==
+      ConflictDetector::Answer::kConflicting) {
+    return BeginAgain(conflicts_.conflict());
+  }
+  if (episode_) return;
   episode_ = summary;
   summarised_ = std::chrono::steady_clock::now();
   FinishIfRecorded();
 }
 
 void RunController::FinishIfRecorded() {
-  if (!episode_ || !recorded_) return;
+  if (!ended_ || !episode_ || !recorded_) return;
   nlohmann::ordered_json line = EpisodeJson(plan_.task, plan_.variation, *episode_);
   if (plan_.realtime) {
-    const auto misses = static_cast<int64_t>(ExtendedValue(episode_->extended, "deadline_misses"));
+    const int64_t misses = episode_->extended.deadline_misses;
     line["pacing"] = end_ ? EpisodePacing(*end_, misses) : nlohmann::ordered_json();
   }
   folder_.AddEpisode(episode_index(), line);
@@ -187,7 +199,7 @@ void RunController::FinishIfRecorded() {
   episode_.reset();
   ended_.reset();
   foreign_model_.clear();
-  begun_ = started_ = recorded_ = false;
+  begun_ = own_model_heard_ = started_ = recorded_ = false;
   end_.reset();
   waiting_since_ = {};
   attempt_ = 0;
@@ -225,7 +237,7 @@ void RunController::BeginAgain(const std::string& why) {
   episode_.reset();
   ended_.reset();
   foreign_model_.clear();
-  begun_ = started_ = recorded_ = false;
+  begun_ = own_model_heard_ = started_ = recorded_ = false;
   end_.reset();
   waiting_since_ = {};
   ++attempt_;

@@ -91,6 +91,8 @@ class RunController : public Component {
   // Index in plan_.episodes.
   size_t next_ = 0;
   int attempt_ = 0;
+  // Our sim's MODEL was heard since the attempt began.
+  bool own_model_heard_ = false;
   bool begun_ = false;
   // Its first score came.
   bool started_ = false;

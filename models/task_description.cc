@@ -294,7 +294,8 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
       {"name", "title", "robot", "time_limit_s", "scene", "objects", "variations", "stages", "success"},
       {"metrics", "failure", "target_distance", "pose_error", "other_robots"});
   TaskDescription task;
-  task.file = std::filesystem::absolute(file).lexically_normal();
+  // Of a message it may be empty, which has no absolute path.
+  if (!file.empty()) task.file = std::filesystem::absolute(file).lexically_normal();
   task.text = text;
   const std::filesystem::path folder = task.file.parent_path();
 

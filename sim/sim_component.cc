@@ -18,6 +18,9 @@ namespace {
 
 using std::chrono::steady_clock;
 
+// Whoever invents names cannot fill the memory.
+constexpr size_t kMaxConsumers = 100;
+
 constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
 // MODEL is repeated while an episode runs, for those who begin to listen in its middle: by the wall clock
 // where policies are slow, by simulated time so that the log of a run that was faster than time has it, too.
@@ -25,8 +28,6 @@ constexpr auto kRepeatModel = std::chrono::seconds(1);
 constexpr int64_t kRepeatModelSimUs = 2'000'000;
 // What was lost is asked for by saying again what it answers.
 constexpr auto kRepeatUnheard = std::chrono::seconds(2);
-
-constexpr size_t kMaxConsumers = 64;
 
 SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
@@ -229,8 +230,7 @@ void SimComponent::OnStatus(const component_status_t& status) {
     }
   }
   if (status.component == "sim") return;
-  // Anybody can make up names.
-  if (consumers_.size() >= kMaxConsumers && !consumers_.contains(status.component)) {
+  if (!is_required && consumers_.size() >= kMaxConsumers && !consumers_.contains(status.component)) {
     ++status_.foreign_messages;
     return;
   }

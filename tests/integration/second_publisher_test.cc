@@ -69,17 +69,27 @@ TEST_P(Second, ComponentIsNamed) {
 INSTANTIATE_TEST_SUITE_P(Each, Second, testing::Values("collision", "metrics", "policy"),
                          [](const auto& test) { return std::string(test.param); });
 
-// lcm-logplayer, again and again, into a run that goes on.
-class OldLog : public SecondPublisher, public testing::WithParamInterface<const char*> {};
+// Some channels of an old run's logs, and of which seed and policy that was.
+struct OldRun {
+  const char* name;
+  const char* seed;
+  const char* policy;
+  const char* channels;
+};
 
+class OldLog : public SecondPublisher, public testing::WithParamInterface<OldRun> {};
+
+// lcm-logplayer, again and again, into a run that goes on.
 TEST_P(OldLog, PlayedIntoARunChangesNoScore) {
   const fs::path old = folder_.path() / "old";
-  ASSERT_EQ(RunProgram(RunCommand(old, GetParam(), {"--in-process"})).code, 0);
+  ASSERT_EQ(
+      RunProgram(RunCommand(old, GetParam().seed, {"--in-process", "--policy", GetParam().policy})).code, 0);
   Program launcher(RunCommand(run_, "1", {"--url", url_}));
   int played = 0;
   while (launcher.running() && played < 40) {
     for (int episode = 0; episode < 2 && launcher.running(); ++episode, ++played) {
-      Program player({"lcm-logplayer", "--speed", "50", "--lcm-url", url_, LogFile(old, episode)});
+      Program player({"lcm-logplayer", "--speed", "50", "--regexp", GetParam().channels, "--lcm-url", url_,
+                      LogFile(old, episode)});
       WaitFor([&] { return !player.running() || !launcher.running(); });
     }
   }
@@ -94,8 +104,12 @@ TEST_P(OldLog, PlayedIntoARunChangesNoScore) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(OfSeed, OldLog, testing::Values("1", "2"),
-                         [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(Of, OldLog,
+                         testing::Values(OldRun{"OurSeed", "1", "expert", ".*"},
+                                         OldRun{"AnotherSeed", "2", "expert", ".*"},
+                                         OldRun{"AnotherPolicy", "1", "random", "EVALBUS_[^M].*"},
+                                         OldRun{"ScoresOnly", "1", "random", "EVALBUS_.*_SUMMARY"}),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace evalbus

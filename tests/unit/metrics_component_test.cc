@@ -2,6 +2,7 @@
 #include "metrics/metrics_component.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include "evalbus/run_summary_t.hpp"
 #include "metrics/result_json.h"
 #include "tests/unit/small_world.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus {
 namespace {
@@ -394,6 +396,27 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
   // In realtime a verdict comes when it comes.
   model_.clock = "realtime";
   EXPECT_EQ(play(true, "time_limit").end_reason, "time_limit");
+}
+
+TEST_F(MetricsComponentTest, NamesOfFilesInModelAreTextOnly) {
+  const TemporaryFolder folder;
+  // Who opens it waits for a writer.
+  const std::string pipe = folder.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::string robot = "robot.yaml";
+  const size_t at = model_.task_yaml.find(robot);
+  ASSERT_NE(at, std::string::npos);
+  int32_t episode = 0;
+  for (const std::string& name :
+       {pipe, std::string("/dev/zero"), std::string("../../../etc/passwd"), std::string(5000, 'x')}) {
+    model_.task_file = model_.physics_file = model_.visual_file = model_.run_id = model_.robot = name;
+    model_.task_yaml = std::string(kTask).replace(at, robot.size(), name);
+    Begin(episode++);
+    EXPECT_EQ(said_.state, component_status_t::READY) << name;
+    EXPECT_EQ(said_.episode, episode - 1);
+  }
+  model_.task_file.clear();
+  EXPECT_NO_THROW(Begin(episode));
 }
 
 TEST_F(MetricsComponentTest, SaysAScoreAgainWhenItsStateIsRepeated) {

@@ -8,6 +8,7 @@
 
 #include "bus/channels.h"
 #include "bus/errors.h"
+#include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/run_summary_t.hpp"
@@ -36,6 +37,9 @@ class RecorderTest : public testing::Test {
     bus_.Publish(channels::kState, state);
   }
   void End(int episode) {
+    episode_end_t end{};
+    end.header.episode = episode;
+    bus_.Publish(channels::kEpisodeEnd, end);
     episode_summary_t summary{};
     summary.header.episode = episode;
     bus_.Publish(channels::kEpisodeSummary, summary);
@@ -67,14 +71,10 @@ TEST_F(RecorderTest, WritesModelFirstAndStampsSimulatedTime) {
   std::vector<std::pair<std::string, int64_t>> events = Log(0);
   // STATUS messages of the recorder itself are recorded, too.
   std::erase_if(events, [](const auto& event) { return event.first == channels::kStatus; });
-  const std::vector<std::pair<std::string, int64_t>> expected = {{channels::kModel, 0},
-                                                                 {channels::kEpisodeBegin, 0},
-                                                                 {channels::kState, 0},
-                                                                 {channels::kState, 20000},
-                                                                 {channels::kState, 40000},
-                                                                 {"OTHER", 40000},
-                                                                 {channels::kEpisodeSummary, 40000},
-                                                                 {channels::kRunSummary, 40000}};
+  const std::vector<std::pair<std::string, int64_t>> expected = {
+      {channels::kModel, 0},          {channels::kEpisodeBegin, 0},       {channels::kState, 0},
+      {channels::kState, 20000},      {channels::kState, 40000},          {"OTHER", 40000},
+      {channels::kEpisodeEnd, 40000}, {channels::kEpisodeSummary, 40000}, {channels::kRunSummary, 40000}};
   EXPECT_EQ(events, expected);
 }
 
@@ -157,6 +157,20 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
   EXPECT_EQ(dut_.status().missing_ticks, 2);
 }
 
+TEST_F(RecorderTest, TicksThatNoEpisodeReachesAreForeign) {
+  Begin(0);
+  constexpr auto kMost = std::numeric_limits<int64_t>::max(), kLeast = std::numeric_limits<int64_t>::min();
+  for (const int64_t tick : {int64_t{0}, kMost, kLeast, int64_t{1}}) {
+    state_t state{};
+    state.header.tick = tick;
+    bus_.Publish(channels::kState, state);
+  }
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_tick, 1);
+  EXPECT_EQ(dut_.status().missing_ticks, 0);
+  EXPECT_EQ(dut_.status().foreign_messages, 2);
+}
+
 TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
   Begin(0, 0, "realtime");
   Tick(0, 0);
@@ -167,11 +181,15 @@ TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
 }
 
 TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
+  const auto count = [&](int episode) {
+    std::ofstream(EpisodeFolder(folder_.path(), episode) / "summary.json") << "{}";
+  };
   for (int episode = 0; episode < 2; ++episode) {
     Begin(episode);
     Tick(episode, 0);
     if (episode == 0) End(0);
     HandleAll();
+    if (episode == 0) count(0);
   }
   const auto before = Log(0);
   for (int attempt = 0; attempt < 2; ++attempt) Begin(0, attempt);
@@ -181,14 +199,6 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);
-  const auto count = [&](int episode) {
-    std::ofstream(EpisodeFolder(folder_.path(), episode) / "summary.json") << "{}";
-  };
-}
-
-}  // namespace
-}  // namespace evalbus
-    if (episode == 0) count(0);
   // Also not the one that has just been counted.
   count(1);
   const auto last = Log(1);
@@ -197,6 +207,34 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   HandleAll();
   EXPECT_EQ(Log(1), last);
   EXPECT_TRUE(std::filesystem::exists(EpisodeFolder(folder_.path(), 1) / "summary.json"));
+}
+
+TEST_F(RecorderTest, AScoreBeforeTheEndDoesNotCloseTheLog) {
+  Begin(0);
+  Tick(0, 0);
+  bus_.Publish(channels::kEpisodeSummary, episode_summary_t{});
+  bus_.Publish(channels::kRunSummary, run_summary_t{});
+  Tick(0, 1);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, -1);
+  End(0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, 0);
+  const auto events = Log(0);
+  EXPECT_EQ(
+      std::count_if(events.begin(), events.end(), [](const auto& e) { return e.first == channels::kState; }),
+      2);
+}
+
+TEST_F(RecorderTest, NothingBeginsBeforeTheModelIsKnown) {
+  bus_.Publish(channels::kEpisodeBegin, episode_begin_t{});
+  Tick(0, 0);
+  HandleAll();
+  EXPECT_NE(dut_.status().state, component_status_t::READY);
+  Begin(0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  EXPECT_EQ(dut_.status().last_tick, -1);
 }
 
 TEST_F(RecorderTest, ARetryIsRecordedWhateverAnOldLogBeganMeanwhile) {
@@ -227,3 +265,7 @@ TEST_F(RecorderTest, WhateverBeginsWritesIntoTheRunFolderAndLeavesNothingHalfDon
   const std::vector<std::filesystem::path> expected = {"episodes", "episodes/0000",
                                                        "episodes/0000/events.lcmlog"};
   EXPECT_EQ(entries, expected);
+}
+
+}  // namespace
+}  // namespace evalbus
