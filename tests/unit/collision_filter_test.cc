@@ -141,6 +141,21 @@ TEST(CollisionChecker, RefusesHeightFieldsByName) {
   }
 }
 
+TEST(CollisionChecker, RefusesAMeshWithoutItsHullByName) {
+  CollisionScene scene(
+      R"(<mujoco><asset><mesh name="m" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/></asset><worldbody>
+    <geom type="plane" size="1 1 1"/><body name="b"><freejoint/><geom name="wedge" type="mesh" mesh="m"/></body></worldbody></mujoco>)");
+  EXPECT_NO_THROW(CollisionChecker(scene.model.get(), scene.info));
+  scene.model->mesh_graphadr[0] = -1;
+  try {
+    CollisionChecker checker(scene.model.get(), scene.info);
+    FAIL() << "must throw";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("\"wedge\" is a mesh without a convex hull"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Clearance, ByHand) {
   // The robot's tip is 0.3 - 0.1 from the table's side and 0.25 - 0.1 above the floor. Nearer, but not
   // counted: the object, and the moving fixture (drawer) 0.05 below the base, which is fixed to the world.

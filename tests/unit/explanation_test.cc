@@ -96,6 +96,14 @@ TEST_F(ExplanationTest, GraspMissAsksForTheGripperThatTheStageNames) {
   EXPECT_EQ(Reason(), "grasp_miss");
 }
 
+// Whether a fixture was held before is not kept.
+TEST_F(ExplanationTest, GraspMissIsOfAManipulatedObject) {
+  Use(Replaced(kTask, "gripper: any, object: pot", "gripper: any, object: counter"));
+  Opening(1) = 0;
+  Tick();
+  EXPECT_EQ(Reason(), "timeout");
+}
+
 TEST(EpisodeHistoryTest, AGripperClosesOnNothingOrOnSomething) {
   EpisodeHistory dut(2, 1);
   int64_t tick = -1;

@@ -145,6 +145,25 @@ TEST_F(PredicatesTest, GrippersCanTouch) {
             std::string::npos);
 }
 
+TEST_F(PredicatesTest, RefusesWhatCanNeverHold) {
+  EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 90}}"), "accepted");
+  EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 91}}"),
+            "'tilt_below': expected a limit of at most 90 degrees; upside down is never within it");
+  model_info_t one_gripper = ModelWithJoints();
+  one_gripper.gripper.pop_back();
+  one_gripper.num_grippers = 1;
+  EXPECT_EQ(Compile("{holding: {gripper: other, object: pot}}")->Describe(false),
+            std::vector<std::string>{"the other gripper does not hold pot"});
+  try {
+    CompilePredicate(task_.success, {ModelNames(one_gripper), task_});
+    FAIL() << "must throw";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("gripper 'other' needs a robot with two grippers"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(PredicatesTest, DescribeThemselvesInWords) {
   using Lines = std::vector<std::string>;
   const auto all = Compile(

@@ -318,6 +318,15 @@ TEST_F(RolloutMetricsTest, RefusesWhatIsNotFinite) {
   expect_refused("clearance");
   sample_.q[0].pop_back();
   expect_refused("size");
+  sample_.arm.pop_back();
+  expect_refused("number of arms");
+  sample_.opening.push_back(0);
+  expect_refused("number of grippers");
+  sample_.holding.pop_back();
+  sample_.pinched.pop_back();
+  expect_refused("number of pairs");
+  sample_.pinched.pop_back();
+  expect_refused("number of pinched pairs");
 
   EXPECT_EQ(ResultJson(Values()).dump(), before);
   EXPECT_EQ(Extended().refused_samples, refused);

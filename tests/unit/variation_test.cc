@@ -160,6 +160,19 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   variation.name = "inside";
   EXPECT_EQ(ErrorOf([&] { world.Reset(0, variation); }),
             "variation 'inside': no draw in 1000 leaves every part clear of the others");
+
+  // The block's centre is 2 m above the box's: 2.5 m apart is 1.5 m aside.
+  variation.randomisations = {SpawnBox{"block", {0.8, 0}, {0, 2}, 2.5}};
+  beyond = 0;
+  for (int seed = 0; seed < 30; ++seed) {
+    const std::vector<Parameter> parameters = world.Reset(seed, variation);
+    EXPECT_GE(std::abs(parameters[1].value), 1.5) << "seed " << seed;
+    beyond += parameters[1].value > 0;
+  }
+  EXPECT_GT(beyond, 5);
+  EXPECT_LT(beyond, 25);
+  variation.randomisations = {SpawnBox{"block", {0.8, 0}, {0, 1.4}, 2.5}};
+  EXPECT_NE(ErrorOf([&] { world.Reset(0, variation); }).find("no draw in 1000"), std::string::npos);
 }
 
 }  // namespace
