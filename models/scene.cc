@@ -260,7 +260,7 @@ ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual,
   mj_defaultVFS(raw_vfs);
   const std::unique_ptr<mjVFS, VfsDeleter> vfs(raw_vfs);
   mj_makeEmptyFileVFS(vfs.get(), kFile, static_cast<int>(xml.size()));
-  std::memcpy(vfs->filedata[mj_findFileVFS(vfs.get(), kFile)], xml.data(), xml.size());
+  xml.copy(static_cast<char*>(vfs->filedata[mj_findFileVFS(vfs.get(), kFile)]), xml.size());
 
   const CompileGuard guard(warnings);
   char message[2000] = "";

@@ -107,8 +107,8 @@ size_t EditDistance(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-YamlValue::YamlValue(YAML::Node node, std::string file, std::string key)
-    : node_(std::move(node)), file_(std::move(file)), key_(std::move(key)) {}
+YamlValue::YamlValue(const YAML::Node& node, std::string file, std::string key)
+    : node_(node), file_(std::move(file)), key_(std::move(key)) {}
 
 SourceLocation YamlValue::location() const {
   const int line = key_line_ >= 0 ? key_line_ : node_.Mark().line;

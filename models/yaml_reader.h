@@ -31,7 +31,7 @@ inline constexpr NumberRange kNotNegative{.min = 0};
 // One value of a file, with the key it stands under.
 class YamlValue {
  public:
-  YamlValue(YAML::Node node, std::string file, std::string key);
+  YamlValue(const YAML::Node& node, std::string file, std::string key);
 
   // Line 1 when the text is empty.
   SourceLocation location() const;

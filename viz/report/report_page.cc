@@ -233,12 +233,12 @@ class RunSections {
     for (const auto& [name, count] : counts) sum += static_cast<double>(count);
     html_.Element("table", {{"class", "bars"}}, [&] {
       html_.Element("tbody", {}, [&] {
-        for (const auto& [name, count] : counts) {
+        for (const auto& entry : counts) {
+          const auto count = static_cast<double>(entry.second);
           html_.Element("tr", {}, [&] {
-            html_.Element("th", {{"scope", "row"}}, name);
-            html_.Element("td", {{"class", "bar"}},
-                          [&] { DrawBar(static_cast<double>(count) / sum, "bad", &html_); });
-            NumberCell(static_cast<double>(count), &html_);
+            html_.Element("th", {{"scope", "row"}}, entry.first);
+            html_.Element("td", {{"class", "bar"}}, [&] { DrawBar(count / sum, "bad", &html_); });
+            NumberCell(count, &html_);
           });
         }
       });
@@ -589,10 +589,10 @@ class RunSections {
       Heading("How it was made", "made");
       html_.Element("table", {{"class", "made"}}, [&] {
         html_.Element("tbody", {}, [&] {
-          for (const auto& [key, value] : run_.made) {
+          for (const auto& made : run_.made) {
             html_.Element("tr", {}, [&] {
-              html_.Element("th", {{"scope", "row"}}, key);
-              html_.Element("td", {}, value);
+              html_.Element("th", {{"scope", "row"}}, made.first);
+              html_.Element("td", {}, made.second);
             });
           }
         });
