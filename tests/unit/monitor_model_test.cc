@@ -492,6 +492,14 @@ TEST_F(MonitorModelTest, SurvivesWhatDoesNotDecode) {
   EXPECT_NE(screen.find("wrist path       1.250"), std::string::npos);
 }
 
+TEST_F(MonitorModelTest, InventedNamesFillNeitherMemoryNorScreen) {
+  for (int i = 0; i < 1000; ++i) {
+    SayStatus("component_" + std::to_string(i), 0, 0);
+    Say(("CHANNEL_" + std::to_string(i)).c_str(), episode_begin_t{});
+  }
+  EXPECT_LT(dut_.Lines(100, 10000, now_).size(), 250u);
+}
+
 TEST_F(MonitorModelTest, SaysWhatToDoWhereNothingIsHeard) {
   dut_.SilentFor(now_);
   EXPECT_EQ(All(80, 24).find("private network"), std::string::npos);

@@ -440,6 +440,14 @@ TEST_F(SimComponentTest, RefusesWrongOptions) {
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->robot = "/no/such/robot.yaml"; })), InputError);
 }
 
+TEST_F(SimComponentTest, InventedNamesDoNotFillTheMemory) {
+  MakeSim();
+  for (int i = 0; i < 1000; ++i) Status("component_" + std::to_string(i), 0);
+  EXPECT_EQ(sim_->status().foreign_messages, 900);
+  Start();
+  EXPECT_EQ(states_.size(), 1u);
+}
+
 TEST_F(SimComponentTest, TwoActionsForATickEndTheEpisode) {
   MakeSim();
   Start();

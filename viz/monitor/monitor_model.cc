@@ -19,6 +19,8 @@ namespace evalbus {
 namespace {
 
 constexpr size_t kKeptEpisodes = 20;
+// Channels and components beyond these many are not shown; whoever invents names cannot fill the memory.
+constexpr size_t kMaxNames = 100;
 
 double Seconds(SteadyTime::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -135,7 +137,7 @@ MonitorModel::MonitorModel(std::string url, int planned_episodes)
 void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> data, SteadyTime now) {
   RollWindow(now);
   heard_at_ = now;
-  ++channels_[channel].count;
+  if (channels_.size() < kMaxNames || channels_.contains(channel)) ++channels_[channel].count;
   const auto decode = [&](auto* message) {
     if (Bus::Decode(data, message)) return true;
     ++undecodable_;
@@ -179,7 +181,7 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
     if (begin.header.episode == episode_ && begin.attempt == attempt_ && !state_) return;
     EnterEpisode(begin.header.episode, begin.attempt);
     events_.push_back(fmt::format("episode {} begins, seed {}{}", episode_, begin.seed,
-                                  attempt_ > 0 ? fmt::format(", try {}", attempt_ + 1) : ""));
+                                  attempt_ > 0 ? fmt::format(", try {}", int64_t{attempt_} + 1) : ""));
   } else if (channel == channels::kEpisodeEnd) {
     episode_end_t end{};
     if (decode(&end) && end.header.episode == episode_) end_reason_ = Printable(end.end_reason);
@@ -226,7 +228,9 @@ void MonitorModel::OnState(std::span<const uint8_t> data) {
 }
 
 void MonitorModel::OnStatus(const component_status_t& status, SteadyTime now) {
-  Health& health = health_[Printable(status.component)];
+  const std::string component = Printable(status.component);
+  if (health_.size() >= kMaxNames && !health_.contains(component)) return;
+  Health& health = health_[component];
   if (status.state == component_status_t::FAILED && health.status.state != component_status_t::FAILED) {
     events_.push_back(fmt::format("{} failed: {}", status.component, Printable(status.error)));
   }
@@ -311,7 +315,7 @@ std::string MonitorModel::Success() const {
     text += fmt::format(", success {:.0f} % (CI {:.0f} to {:.0f})", run_->success_rate * 100,
                         run_->success_rate_lower * 100, run_->success_rate_upper * 100);
   }
-  const int incomplete = run_->num_episodes - run_->num_complete;
+  const int64_t incomplete = int64_t{run_->num_episodes} - run_->num_complete;
   if (incomplete > 0) text += fmt::format(", {} incomplete", incomplete);
   return text;
 }
@@ -428,7 +432,7 @@ Line MonitorModel::Title(int width, SteadyTime now) const {
 Line MonitorModel::EpisodeLine(int width) const {
   if (episode_ < 0) return {{"no episode yet", Style::kQuiet}};
   std::string name = fmt::format("episode {}", episode_);
-  if (attempt_ > 0) name += fmt::format(", try {}", attempt_ + 1);
+  if (attempt_ > 0) name += fmt::format(", try {}", int64_t{attempt_} + 1);
   Line line = {{fmt::format("{:<12}", name + "  "), Style::kStrong}};
   line.push_back({fmt::format("{:<12}", Phase()), StyleOf(end_reason_)});
   const double time = state_ ? static_cast<double>(state_->sim_time_us) * 1e-6 : 0;
