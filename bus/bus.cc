@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
+#include <random>
 #include <utility>
 
 #include "bus/channel_filter.h"
@@ -21,6 +22,8 @@ constexpr char kMulticastFix[] =
 
 // liblcm takes nothing longer either.
 constexpr uint32_t kMaxMessage = 1u << 28;
+
+constexpr char kFirstChannel[] = "EVALBUS_FIRST_";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
 
@@ -72,6 +75,12 @@ void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
 }
 
 void Bus::SubscribeRaw(const std::string& channel_regex, RawHandler handler) {
+  // liblcm opens its socket with the first subscription, and hears before the socket has its filter: let that
+  // be to a channel whose name nobody else knows.
+  if (IsMulticast(url_) && subscriptions_.empty() && !channel_regex.starts_with(kFirstChannel)) {
+    SubscribeRaw(kFirstChannel + std::to_string(std::random_device{}()),
+                 [](const std::string&, std::span<const uint8_t>, int64_t) {});
+  }
   subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, std::move(handler)}));
   auto* subscription = lcm_->subscribe(channel_regex, &Subscription::Receive, subscriptions_.back().get());
   // 0 = unlimited; the default of 30 drops the newest message without a word.

@@ -153,6 +153,10 @@ class Garbage {
     for (char& byte : noise) byte = static_cast<char>(random_());
     Send(noise);
     Send(std::string("LC02\0\0\0\1", 8) + std::string(random_() % 300, 'x'));
+    // Beyond the end of its message by as much as a 32-bit sum does not show.
+    const auto last = static_cast<uint32_t>(said_);
+    Fragment(last, 100'000, 0, 0, 3, std::string("EVALBUS_STATE\0", 14) + noise);
+    Fragment(last, 100'000, 0xFFFFFFF0, 1, 3, std::string(200, 'x'));
     // First a part of a message that is never finished, then one that does not belong there.
     const uint32_t sizes[] = {0, 100, 100'000, 1u << 28, 0xFFFFFFFF};
     const uint32_t offsets[] = {0, 1, 99, 0xFFFFFFFF, 0xFFFFFFF0, 0x80000000};
@@ -193,9 +197,12 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   // Of a type that is right, far longer than any of ours.
   std::vector<uint8_t> oversized;
   int64_t peak_memory_bytes = 0;
+  int rounds = 0;
   beside_ = [&](pid_t launcher) {
+    // What waits in a socket before it has its filter gets past it (docs/reliability.md).
+    if (state_.empty()) return;
     garbage.Say();
-    if (garbage.said() % 64 == 0 && !state_.empty()) {
+    if (++rounds % 4 == 0) {
       oversized = state_;
       oversized.resize(300'000, 1);
       for (const char* channel : {channels::kState, channels::kPartial, channels::kStatus}) {
@@ -210,7 +217,7 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
   ExpectSameScores(run_, reference_);
-  EXPECT_GT(garbage.said(), 500);
+  EXPECT_GT(garbage.said(), 100);
   EXPECT_GT(decode_errors_["metrics"], 0);
   EXPECT_NE(result.out.find("\nmessages dropped by collision, metrics"), std::string::npos) << result.out;
   EXPECT_LT(peak_memory_bytes, 300'000'000);
