@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "bus/channels.h"
 #include "bus/errors.h"
@@ -35,20 +36,8 @@ std::string WhyNoSpace(const std::filesystem::path& folder) {
 
 RunController::RunController(Bus* bus, const RunPlan& plan, const RunFolder& folder, RunListener* listener)
     : Component(bus, "run"), plan_(plan), folder_(folder), listener_(listener) {
-  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
-    // MODEL goes before it: without ours, an old log of the same seed is what begins.
-    if (done() || !own_model_heard_ || begin.header.episode != episode_index() || begin.attempt != attempt_ ||
-        begin.seed != seed()) {
-      return;
-    }
-    if (EnterEpisode(begin)) {
-      conflicts_.Start();
-      ended_.reset();
-      begun_ = true;
-      SayReady();
-      listener_->OnEpisodeBegin(begin);
-    }
-  });
+  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
+                                  [this](const episode_begin_t& begin) { OnBegin(begin); });
   bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& partial) {
     if (!begun_ || !IsOurs(partial.header)) return;
     started_ = true;
@@ -59,6 +48,7 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const RunFolder& fol
   bus->Subscribe<model_info_t>(channels::kModel, [this, own_model](const model_info_t& model) {
     if (model.physics_file == own_model) {
       own_model_heard_ = true;
+      if (early_begin_) OnBegin(*std::exchange(early_begin_, std::nullopt));
     } else {
       foreign_model_ = model.physics_file;
     }
@@ -68,6 +58,25 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const RunFolder& fol
                                     [this](const episode_summary_t& summary) { OnSummary(summary); });
   bus->Subscribe<component_status_t>(channels::kStatus,
                                      [this](const component_status_t& status) { OnStatus(status); });
+}
+
+void RunController::OnBegin(const episode_begin_t& begin) {
+  if (done() || begin.header.episode != episode_index() || begin.attempt != attempt_ ||
+      begin.seed != seed()) {
+    return;
+  }
+  // Before our sim has said anything, this may be an old log of the same seed.
+  if (!own_model_heard_) {
+    early_begin_ = begin;
+    return;
+  }
+  if (EnterEpisode(begin)) {
+    conflicts_.Start();
+    ended_.reset();
+    begun_ = true;
+    SayReady();
+    listener_->OnEpisodeBegin(begin);
+  }
 }
 
 void RunController::OnStatus(const component_status_t& status) {
@@ -140,6 +149,8 @@ void RunController::Poll(SteadyTime now) {
 }
 
 void RunController::ExpectStart() {
+  own_model_heard_ = false;
+  early_begin_.reset();
   const auto now = std::chrono::steady_clock::now();
   silent_at_["sim"] = now + kStartSilence;
   for (const std::string& name : plan_.required) silent_at_[name] = now + kStartSilence;
@@ -199,7 +210,7 @@ void RunController::FinishIfRecorded() {
   episode_.reset();
   ended_.reset();
   foreign_model_.clear();
-  begun_ = own_model_heard_ = started_ = recorded_ = false;
+  begun_ = started_ = recorded_ = false;
   end_.reset();
   waiting_since_ = {};
   attempt_ = 0;
@@ -237,7 +248,7 @@ void RunController::BeginAgain(const std::string& why) {
   episode_.reset();
   ended_.reset();
   foreign_model_.clear();
-  begun_ = own_model_heard_ = started_ = recorded_ = false;
+  begun_ = started_ = recorded_ = false;
   end_.reset();
   waiting_since_ = {};
   ++attempt_;

@@ -71,6 +71,7 @@ class RunController : public Component {
  private:
   int episode_index() const { return plan_.episodes[next_]; }
   void Command();
+  void OnBegin(const episode_begin_t& begin);
   void OnEnd(const episode_end_t& end);
   void OnSummary(const episode_summary_t& summary);
   int64_t seed() const;
@@ -91,8 +92,9 @@ class RunController : public Component {
   // Index in plan_.episodes.
   size_t next_ = 0;
   int attempt_ = 0;
-  // Our sim's MODEL was heard since the attempt began.
+  // Our sim's MODEL was heard since the components were started; what began before that.
   bool own_model_heard_ = false;
+  std::optional<episode_begin_t> early_begin_;
   bool begun_ = false;
   // Its first score came.
   bool started_ = false;
