@@ -149,10 +149,13 @@ std::vector<nlohmann::ordered_json> EpisodeLines::Next() {
   while (std::getline(stream, text) && !stream.eof()) {
     position_ = stream.tellg();
     ++line_;
+    bool has_number = false;
     try {
       episodes.push_back(nlohmann::ordered_json::parse(text));
-      episodes.back().at("episode").get<int>();
+      has_number = episodes.back().at("episode").is_number_integer();
     } catch (const nlohmann::json::exception&) {
+    }
+    if (!has_number) {
       throw InputError(file_.string() + ":" + std::to_string(line_) +
                        ": expected the result of an episode as JSON");
     }

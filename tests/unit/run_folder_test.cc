@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "bus/channels.h"
+#include "bus/errors.h"
 #include "cli/rescore.h"
 #include "cli/run_controller.h"
 #include "sim/episode_seed.h"
@@ -29,6 +32,12 @@ TEST(RunFolder, WordsThatAreNoUtf8AreWrittenWithReplacements) {
   EXPECT_EQ(episodes[0]["end_detail"],
             "St\uFFFD\uFFFD"
             "e");
+}
+
+TEST(RunFolder, EpisodesAreNumberedByIntegers) {
+  TemporaryFolder folder;
+  std::ofstream(folder.path() / "episodes.jsonl") << "{\"episode\": -1e308}\n";
+  EXPECT_THROW(RunFolder::OfWorker(folder.path()).SortEpisodes(), InputError);
 }
 
 TEST(RunController, MissedDeadlinesAreInTheEpisodesLine) {
