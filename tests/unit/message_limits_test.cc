@@ -1,8 +1,10 @@
 // What a message makes its receiver allocate is bounded by its size, whatever it says.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <random>
+#include <string_view>
 #include <vector>
 
 #include "bus/bus.h"
@@ -94,6 +96,28 @@ TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
   bool whole = true;
   EXPECT_EQ(BytesToDecode<observation_t>(more, &whole), 0);
   EXPECT_FALSE(whole);
+}
+
+TEST(MessageLimits, ATextWithANulInsideIsADecodeError) {
+  // Encoding would stop there, so that whoever says it again sends a message that nobody can decode.
+  episode_end_t end{};
+  end.end_reason = "aborted";
+  model_info_t model{};
+  model.num_bodies = 1;
+  model.body_name = {"aborted"};
+  model.body_entity = {0};
+  const auto is_decoded = []<class Message>(const Message& message, char letter) {
+    std::vector<uint8_t> bytes = Encode(message);
+    const std::string_view text = "aborted";
+    const auto found = std::search(bytes.begin(), bytes.end(), text.begin(), text.end());
+    found[3] = static_cast<uint8_t>(letter);
+    Message decoded{};
+    return Bus::Decode(bytes, &decoded);
+  };
+  EXPECT_TRUE(is_decoded(end, 'x'));
+  EXPECT_FALSE(is_decoded(end, '\0'));
+  EXPECT_TRUE(is_decoded(model, 'x'));
+  EXPECT_FALSE(is_decoded(model, '\0'));
 }
 
 TEST(MessageLimits, AnEmptyArrayLeavesNothingOfTheMessageBefore) {
