@@ -49,6 +49,9 @@ TEST(RunController, MissedDeadlinesAreInTheEpisodesLine) {
   Bus bus("memq://");
   RunListener nobody;
   RunController controller(&bus, plan, run, &nobody);
+  model_info_t model{};
+  model.physics_file = run.path() / "model/physics.mjb";
+  bus.Publish(channels::kModel, model);
   episode_begin_t begin{};
   begin.seed = EpisodeSeed(plan.seed, 0);
   bus.Publish(channels::kEpisodeBegin, begin);
