@@ -149,8 +149,6 @@ void RunController::Poll(SteadyTime now) {
 }
 
 void RunController::ExpectStart() {
-  own_model_heard_ = false;
-  early_begin_.reset();
   const auto now = std::chrono::steady_clock::now();
   silent_at_["sim"] = now + kStartSilence;
   for (const std::string& name : plan_.required) silent_at_[name] = now + kStartSilence;
@@ -210,7 +208,8 @@ void RunController::FinishIfRecorded() {
   episode_.reset();
   ended_.reset();
   foreign_model_.clear();
-  begun_ = started_ = recorded_ = false;
+  begun_ = started_ = recorded_ = own_model_heard_ = false;
+  early_begin_.reset();
   end_.reset();
   waiting_since_ = {};
   attempt_ = 0;
@@ -248,7 +247,8 @@ void RunController::BeginAgain(const std::string& why) {
   episode_.reset();
   ended_.reset();
   foreign_model_.clear();
-  begun_ = started_ = recorded_ = false;
+  begun_ = started_ = recorded_ = own_model_heard_ = false;
+  early_begin_.reset();
   end_.reset();
   waiting_since_ = {};
   ++attempt_;

@@ -92,7 +92,7 @@ class RunController : public Component {
   // Index in plan_.episodes.
   size_t next_ = 0;
   int attempt_ = 0;
-  // Our sim's MODEL was heard since the components were started; what began before that.
+  // Our sim's MODEL was heard since the attempt began; what began before that.
   bool own_model_heard_ = false;
   std::optional<episode_begin_t> early_begin_;
   bool begun_ = false;

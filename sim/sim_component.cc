@@ -174,14 +174,20 @@ void SimComponent::OnOwnBegin(const episode_begin_t& begin) {
 }
 
 void SimComponent::OnOwnEnd(const episode_end_t& end) {
-  if (phase_ != Phase::kRunning || !IsOurs(end.header)) return;
+  if (phase_ == Phase::kIdle || !IsOurs(end.header)) return;
+  // Of the attempt before.
+  std::vector<uint8_t> own(static_cast<size_t>(end_.getEncodedSize()));
+  end_.encode(own.data(), 0, static_cast<int>(own.size()));
+  if (std::ranges::equal(bus().handled(), own)) return;
   OnConflict("an EPISODE_END that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
 void SimComponent::OnConflict(const std::string& what) {
   ++status_.foreign_messages;
   if (conflict_.empty()) conflict_ = what;
-  if (phase_ == Phase::kRunning) End("aborted", conflict_);
+  // Said at once: until then others may take what they hear for ours.
+  if (phase_ == Phase::kWaiting) state_.header = begin_.header;
+  End("aborted", conflict_);
 }
 
 void SimComponent::BeginNext() {
@@ -274,7 +280,6 @@ void SimComponent::StartIfReady() {
   pacing_error_s_.clear();
   deadline_ = steady_clock::now() + Seconds(static_cast<double>(world_->tick_us()) * 1e-6 / options_.rtf);
   PublishState();
-  if (!conflict_.empty()) End("aborted", conflict_);
 }
 
 void SimComponent::PublishState() {

@@ -487,6 +487,23 @@ TEST_F(SimComponentTest, TwoProcessesOfOneNameEndTheEpisode) {
   EXPECT_EQ(ends_[0].detail, "two processes on this bus say that they are the policy");
 }
 
+TEST_F(SimComponentTest, AnEndThatIsSaidBeforeItBeganEndsTheEpisodeButNotItsOwn) {
+  MakeSim();
+  Command(0);
+  ASSERT_TRUE(states_.empty());
+  episode_end_t end{};
+  end.end_reason = "success";
+  bus_->Publish(channels::kEpisodeEnd, end);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[1].end_reason, "aborted");
+  // Its own, heard late by the attempt that follows.
+  Command(0, 1);
+  bus_->Publish(channels::kEpisodeEnd, ends_[1]);
+  HandleAll();
+  EXPECT_EQ(ends_.size(), 3u);
+}
+
 TEST_F(SimComponentTest, WhatOnlyASimSaysEndsTheEpisodeWhenSomebodyElseSaysIt) {
   MakeSim();
   for (int32_t episode = 0; episode < 3; ++episode) {
