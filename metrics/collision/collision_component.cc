@@ -1,5 +1,7 @@
 #include "metrics/collision/collision_component.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "bus/channels.h"
@@ -9,9 +11,14 @@ namespace evalbus {
 namespace {
 
 bool HasPoses(const state_t& state, int num_bodies) {
+  const auto are_finite = [](const std::vector<double>& values, size_t size) {
+    return values.size() == size && std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
+  };
   if (state.num_bodies != num_bodies) return false;
   for (int body = 0; body < num_bodies; ++body) {
-    if (state.body_position_m[body].size() != 3 || state.body_quat_wxyz[body].size() != 4) return false;
+    const std::vector<double>& quat = state.body_quat_wxyz[body];
+    if (!are_finite(state.body_position_m[body], 3) || !are_finite(quat, 4)) return false;
+    if (quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3] == 0) return false;
   }
   return true;
 }

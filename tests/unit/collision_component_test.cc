@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "bus/channels.h"
 #include "bus/errors.h"
@@ -109,9 +110,10 @@ TEST_F(CollisionComponentTest, CountsGapsAndForeignMessages) {
   State(0, 3, 1);     // again: the answer is said again, too
   State(1, 4, 1);     // another episode
   State(0, 4, 1, 2);  // another model
+  State(0, 4, std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(contacts_.size(), 3u);
   EXPECT_EQ(dut_.status().missing_ticks, 2);
-  EXPECT_EQ(dut_.status().foreign_messages, 3);
+  EXPECT_EQ(dut_.status().foreign_messages, 4);
   // A retry of the same episode starts over.
   Begin(0, 1);
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
