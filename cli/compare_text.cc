@@ -34,20 +34,6 @@ std::string Row(int label_width, const std::string& label, const std::string& ba
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
-std::string Word(Judgement judgement) {
-  switch (judgement) {
-    case Judgement::kBetter:
-      return "better";
-    case Judgement::kWorse:
-      return "worse";
-    case Judgement::kDiffers:
-      return "differs";
-    case Judgement::kNone:
-      break;
-  }
-  return "";
-}
-
 // Those of the larger mean, for all numbers of a row.
 int RowDecimals(const MetricComparison& metric) {
   return Decimals(metric.info.scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)));

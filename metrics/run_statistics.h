@@ -77,7 +77,8 @@ struct RunSummary {
   const MetricSummary* Find(const std::string& metric) const;
 };
 
-// Kept up to date episode by episode. A summary goes over all values so far: 0.1 to 0.3 ms per 1,000 episodes.
+// Kept up to date episode by episode. A summary goes over all values so far: 0.1 to 0.3 ms per 1,000
+// episodes.
 class RunStatistics {
  public:
   // Of an episode that was run twice, the last result counts.

@@ -13,19 +13,7 @@
 namespace evalbus {
 namespace {
 
-const char* ClassOf(Judgement judgement) {
-  switch (judgement) {
-    case Judgement::kBetter:
-      return "better";
-    case Judgement::kWorse:
-      return "worse";
-    case Judgement::kDiffers:
-      return "differs";
-    case Judgement::kNone:
-      break;
-  }
-  return "none";
-}
+const char* ClassOf(Judgement judgement) { return judgement == Judgement::kNone ? "none" : Word(judgement); }
 
 std::string P(double p) {
   return !std::isfinite(p) ? "-" : p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p);
