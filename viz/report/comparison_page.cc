@@ -49,8 +49,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     });
     NumberCell(row.p, P(row.p), html);
     NumberCell(row.p_holm, P(row.p_holm), html);
-    html->Element("td", {{"class", ClassOf(row.judgement)}},
-                  row.judgement == Judgement::kNone ? "" : ClassOf(row.judgement));
+    html->Element("td", {{"class", ClassOf(row.judgement)}}, Word(row.judgement));
   });
 }
 
