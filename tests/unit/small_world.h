@@ -2,6 +2,7 @@
 // scoring without MuJoCo.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -95,11 +96,12 @@ inline model_info_t Model() {
   return model;
 }
 
+// Some tests have ticks whose time no message can hold; it is then that of a long episode.
 inline header_t Header(int64_t tick, int32_t episode = 0) {
   header_t header{};
   header.episode = episode;
   header.tick = tick;
-  header.sim_time_us = tick * 20000;
+  header.sim_time_us = std::clamp<int64_t>(tick, -1'000'000'000, 1'000'000'000) * 20000;
   return header;
 }
 
