@@ -88,7 +88,7 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   log_.emplace(folder / "events.lcmlog");
   time_us_ = 0;
   has_end_ = has_summary_ = false;
-  if (!model_.empty()) log_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
+  log_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
 

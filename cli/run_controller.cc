@@ -205,14 +205,7 @@ void RunController::FinishIfRecorded() {
   }
   folder_.AddEpisode(episode_index(), line);
   listener_->OnEpisodeDone(line);
-  episode_.reset();
-  ended_.reset();
-  foreign_model_.clear();
-  begun_ = started_ = recorded_ = own_model_heard_ = false;
-  early_begin_.reset();
-  end_.reset();
-  waiting_since_ = {};
-  attempt_ = 0;
+  StartAttempt(0);
   ++next_;
   if (!done()) return Command();
   if (const std::string dropped = DroppedMessages(); !dropped.empty()) listener_->OnRemark(dropped);
@@ -231,6 +224,17 @@ std::string RunController::DroppedMessages() const {
          std::to_string(foreign) + " were repeated or of another episode";
 }
 
+void RunController::StartAttempt(int attempt) {
+  episode_.reset();
+  ended_.reset();
+  foreign_model_.clear();
+  begun_ = started_ = recorded_ = own_model_heard_ = false;
+  early_begin_.reset();
+  end_.reset();
+  waiting_since_ = {};
+  attempt_ = attempt;
+}
+
 void RunController::Retry(const std::string& why) {
   BeginAgain(why);
   folder_.DiscardEpisode(episode_index());
@@ -244,14 +248,7 @@ void RunController::BeginAgain(const std::string& why) {
                            WhyNoSpace(folder_.path()));
   }
   listener_->OnRetry(episode_index(), why);
-  episode_.reset();
-  ended_.reset();
-  foreign_model_.clear();
-  begun_ = started_ = recorded_ = own_model_heard_ = false;
-  early_begin_.reset();
-  end_.reset();
-  waiting_since_ = {};
-  ++attempt_;
+  StartAttempt(attempt_ + 1);
 }
 
 nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& variation,

@@ -79,6 +79,8 @@ class RunController : public Component {
   void OnStatus(const component_status_t& status);
   void CheckPolicyComes(SteadyTime now) const;
   void BeginAgain(const std::string& why);
+  // Forgets what was heard of the attempt before.
+  void StartAttempt(int attempt);
   // What the components say that they dropped, as one line; empty if they dropped nothing.
   std::string DroppedMessages() const;
 

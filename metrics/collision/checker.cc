@@ -385,13 +385,18 @@ CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& inf
 
 CollisionChecker::~CollisionChecker() = default;
 
+bool IsPose(const double position[3], const double quat_wxyz[4]) {
+  const Eigen::Map<const Eigen::Vector4d> quat(quat_wxyz);
+  return Eigen::Map<const Vector3d>(position).allFinite() && quat.allFinite() && quat.squaredNorm() != 0;
+}
+
 void CollisionChecker::SetBodyPose(int body, const double position[3], const double quat_wxyz[4]) {
   if (body < 0 || body + 1 >= static_cast<int>(impl_->first_geom.size())) {
     throw InputError("there is no body " + std::to_string(body));
   }
   const Eigen::Quaterniond q(quat_wxyz[0], quat_wxyz[1], quat_wxyz[2], quat_wxyz[3]);
   const Vector3d p(position[0], position[1], position[2]);
-  if (!p.allFinite() || !q.coeffs().allFinite() || q.squaredNorm() == 0) {
+  if (!IsPose(position, quat_wxyz)) {
     throw InputError("the pose of body " + std::to_string(body) + " is not finite");
   }
   const Matrix3d rotation = q.normalized().toRotationMatrix();

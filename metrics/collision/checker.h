@@ -25,6 +25,9 @@ struct Clearance {
   int scene_geom = -1;
 };
 
+// Whether SetBodyPose takes these numbers: all are finite, and the quaternion can be normalised.
+bool IsPose(const double position[3], const double quat_wxyz[4]);
+
 class CollisionChecker {
  public:
   // Copies what it needs from both. `info` says which entity owns each body and which geoms are gripper pads.
@@ -40,8 +43,8 @@ class CollisionChecker {
   CollisionChecker& operator=(const CollisionChecker&) = delete;
 
   // Pose of a body frame in the world: metres, quaternion w x y z (normalised here). Every body must be set
-  // once before the first check; later it keeps its pose until set again. Throws InputError when a number is
-  // not finite.
+  // once before the first check; later it keeps its pose until set again. Throws InputError for what is no
+  // pose (IsPose).
   void SetBodyPose(int body, const double position[3], const double quat_wxyz[4]);
 
   // All touching pairs, sorted by (geom_a, geom_b), geom_a < geom_b, each with its deepest point, midway

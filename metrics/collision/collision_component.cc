@@ -1,7 +1,5 @@
 #include "metrics/collision/collision_component.h"
 
-#include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "bus/channels.h"
@@ -11,14 +9,10 @@ namespace evalbus {
 namespace {
 
 bool HasPoses(const state_t& state, int num_bodies) {
-  const auto are_finite = [](const std::vector<double>& values, size_t size) {
-    return values.size() == size && std::ranges::all_of(values, [](double v) { return std::isfinite(v); });
-  };
   if (state.num_bodies != num_bodies) return false;
   for (int body = 0; body < num_bodies; ++body) {
-    const std::vector<double>& quat = state.body_quat_wxyz[body];
-    if (!are_finite(state.body_position_m[body], 3) || !are_finite(quat, 4)) return false;
-    if (quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3] == 0) return false;
+    const std::vector<double>&position = state.body_position_m[body], &quat = state.body_quat_wxyz[body];
+    if (position.size() != 3 || quat.size() != 4 || !IsPose(position.data(), quat.data())) return false;
   }
   return true;
 }
