@@ -23,7 +23,6 @@ class Filming : public RunListener {
   void OnEpisodeBegin(const episode_begin_t& begin) override { next_->OnEpisodeBegin(begin); }
   void OnPartial(const partial_metrics_t& partial) override { next_->OnPartial(partial); }
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
-  void OnRetry(int episode, const std::string& why) override { next_->OnRetry(episode, why); }
   void OnRemark(const std::string& text) override { next_->OnRemark(text); }
   void Poll(SteadyTime now) override;
 

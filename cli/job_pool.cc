@@ -9,15 +9,17 @@ constexpr int kMaxStarts = 3;
 
 }  // namespace
 
-JobPool::JobPool(std::vector<Job> jobs, int at_once)
+JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart)
     : waiting_(std::make_move_iterator(jobs.begin()), std::make_move_iterator(jobs.end())),
-      at_once_(static_cast<size_t>(at_once)) {}
+      at_once_(static_cast<size_t>(at_once)),
+      on_restart_(std::move(on_restart)) {}
 
 std::optional<std::string> JobPool::Poll() {
   std::optional<std::string> ended;
   if (const auto exit = processes_.Poll()) {
     const auto job = running_.extract(exit->name);
     if (exit->code > 128 && starts_[exit->name] < kMaxStarts) {
+      on_restart_(exit->description);
       waiting_.push_front(std::move(job.mapped()));
     } else if (exit->code != 0) {
       exit->Throw();

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -20,7 +21,8 @@ struct Job {
 
 class JobPool {
  public:
-  JobPool(std::vector<Job> jobs, int at_once);
+  // `on_restart` gets one line about a job that is started again.
+  JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart);
   // Stops who runs: jobs have processes of their own, and take them with them in order.
   ~JobPool() { processes_.StopAll(); }
 
@@ -35,6 +37,7 @@ class JobPool {
   std::map<std::string, Job> running_;
   std::map<std::string, int> starts_;
   size_t at_once_;
+  std::function<void(const std::string&)> on_restart_;
   Processes processes_;
 };
 

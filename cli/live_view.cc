@@ -220,11 +220,6 @@ void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   Print(EpisodeLine(episode, TerminalWidth(out_)));
 }
 
-void LiveView::OnRetry(int episode, const std::string& why) {
-  has_partial_ = false;
-  Print(fmt::format("{:>7}  begun again: {}", episode, why));
-}
-
 double LiveView::Progress() const {
   const double typical = num_episodes_ > 0 ? simulated_s_ / num_episodes_ : kTypicalEpisode;
   const double current =

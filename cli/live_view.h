@@ -36,7 +36,6 @@ class LiveView : public RunListener {
   void OnEpisodeBegin(const episode_begin_t& begin) override;
   void OnPartial(const partial_metrics_t& partial) override;
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
-  void OnRetry(int episode, const std::string& why) override;
   void OnRemark(const std::string& text) override { Print(text); }
 
   // Redraws at most ten times a second of wall time.

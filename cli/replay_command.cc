@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <sstream>
 
 #include "bus/bus.h"
@@ -18,6 +17,7 @@
 #include "cli/network.h"
 #include "cli/processes.h"
 #include "cli/rescore.h"
+#include "metrics/json_file.h"
 
 namespace evalbus {
 namespace {
@@ -81,12 +81,17 @@ LiveHeader Header(const fs::path& log, const RescoredEpisode& first, int episode
   header.seed = first.summary.seed;
   header.episodes = episodes;
   // The run's own page knows more than its logs.
-  std::ifstream stream(log.parent_path().parent_path().parent_path() / "run.json");
-  const auto run = nlohmann::json::parse(stream, nullptr, false);
-  if (run.is_object()) {
-    header.policy = run.value("policy", header.policy);
-    header.seed = run.value("seed", header.seed);
+  const fs::path parent = fs::absolute(log).parent_path().parent_path();
+  const fs::path file = parent.parent_path() / "run.json";
+  if (parent.filename() != "episodes" || !fs::exists(file)) return header;
+  const nlohmann::ordered_json run = ReadJsonFile(file);
+  if (!run.is_object() || !run.value("policy", run).is_string() ||
+      !run.value("seed", run).is_number_integer()) {
+    throw InputError(file.string() +
+                     ": expected an object with the text \"policy\" and the whole number \"seed\"");
   }
+  header.policy = run["policy"];
+  header.seed = run["seed"];
   return header;
 }
 

@@ -165,8 +165,8 @@ int RunShare(RunOptions options, const TaskSelection& selection) {
   plan.episodes = EpisodesOfShare(plan.episodes, options.share);
   // What this worker left where it was killed.
   for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
-  RunListener nobody;
-  (options.in_process ? EvaluateInProcess : EvaluateProcesses)(options, folder, plan, &nobody);
+  WorkerLog log;
+  (options.in_process ? EvaluateInProcess : EvaluateProcesses)(options, folder, plan, &log);
   return 0;
 }
 

@@ -1,5 +1,7 @@
 #include "cli/run_controller.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -247,7 +249,7 @@ void RunController::BeginAgain(const std::string& why) {
                            std::to_string(plan_.max_attempts) + " times, the last time: " + why +
                            WhyNoSpace(folder_.path()));
   }
-  listener_->OnRetry(episode_index(), why);
+  listener_->OnRemark(fmt::format("{:>7}  begun again: {}", episode_index(), why));
   StartAttempt(attempt_ + 1);
 }
 

@@ -44,8 +44,7 @@ class RunListener {
   virtual void OnPartial(const partial_metrics_t&) {}
   // The episode's line of episodes.jsonl.
   virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
-  virtual void OnRetry(int /*episode*/, const std::string& /*why*/) {}
-  // One line about the run as a whole.
+  // A line about what went wrong and was mended.
   virtual void OnRemark(const std::string&) {}
   // Called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}

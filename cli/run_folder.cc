@@ -141,13 +141,21 @@ void RunFolder::RemoveFiles(const std::string& ending) const {
   }
 }
 
-std::vector<nlohmann::ordered_json> EpisodeLines::Next() {
-  std::vector<nlohmann::ordered_json> episodes;
+std::vector<std::string> NewLines::Next() {
+  std::vector<std::string> lines;
   std::ifstream stream(file_);
   stream.seekg(position_);
-  std::string text;
-  while (std::getline(stream, text) && !stream.eof()) {
+  std::string line;
+  while (std::getline(stream, line) && !stream.eof()) {
     position_ = stream.tellg();
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+std::vector<nlohmann::ordered_json> EpisodeLines::Next() {
+  std::vector<nlohmann::ordered_json> episodes;
+  for (const std::string& text : lines_.Next()) {
     ++line_;
     bool has_number = false;
     try {
@@ -156,7 +164,7 @@ std::vector<nlohmann::ordered_json> EpisodeLines::Next() {
     } catch (const nlohmann::json::exception&) {
     }
     if (!has_number) {
-      throw InputError(file_.string() + ":" + std::to_string(line_) +
+      throw InputError(lines_.file().string() + ":" + std::to_string(line_) +
                        ": expected the result of an episode as JSON");
     }
   }

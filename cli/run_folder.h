@@ -9,17 +9,29 @@
 
 namespace evalbus {
 
-// Reads the lines of an episodes.jsonl that may still grow.
-class EpisodeLines {
+// Reads the lines of a file that may still grow.
+class NewLines {
  public:
-  explicit EpisodeLines(std::filesystem::path file) : file_(std::move(file)) {}
+  explicit NewLines(std::filesystem::path file) : file_(std::move(file)) {}
   // Those that were finished since the last call. A last line without its end is being written and left for
-  // later. Throws InputError that names file and line.
-  std::vector<nlohmann::ordered_json> Next();
+  // later.
+  std::vector<std::string> Next();
+  const std::filesystem::path& file() const { return file_; }
 
  private:
   std::filesystem::path file_;
   std::streamoff position_ = 0;
+};
+
+// The same of an episodes.jsonl.
+class EpisodeLines {
+ public:
+  explicit EpisodeLines(std::filesystem::path file) : lines_(std::move(file)) {}
+  // Throws InputError that names file and line.
+  std::vector<nlohmann::ordered_json> Next();
+
+ private:
+  NewLines lines_;
   int line_ = 0;
 };
 

@@ -132,7 +132,9 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
   fmt::print("{}", title);
   std::fflush(stdout);
   const bool is_terminal = isatty(fileno(stdout)) != 0;
-  JobPool pool(std::move(jobs), options.workers);
+  JobPool pool(std::move(jobs), options.workers, [&](const std::string& why) {
+    fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", why);
+  });
   std::map<std::string, Tally> variations, families;
   Tally all;
   int done = 0;

@@ -12,8 +12,15 @@ namespace evalbus {
 namespace {
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
+// Of a worker's log: its end, which the pool throws.
+constexpr std::string_view kError = "error: ";
 
 }  // namespace
+
+void WorkerLog::OnRemark(const std::string& text) {
+  fmt::print("{}\n", text);
+  std::fflush(stdout);
+}
 
 std::vector<std::string> RunCommand(const RunOptions& options) {
   std::vector<std::string> command = {(Processes::BinaryFolder() / "evalbus").string(),
@@ -47,18 +54,26 @@ void EvaluateWorkers(const RunOptions& options, const RunFolder& folder, const R
   EpisodeLines lines(folder.path() / "episodes.jsonl");
   lines.Next();  // those that were there before
   std::vector<Job> jobs;
+  std::vector<NewLines> logs;
   for (int i = 0; i < options.workers; ++i) {
     const std::string share = fmt::format("{}/{}", i, options.workers);
     if (EpisodesOfShare(plan.episodes, share).empty()) continue;
+    logs.emplace_back(folder.log_file(fmt::format("worker-{}", i))).Next();
     Job job{fmt::format("worker-{}", i), RunCommand(options), folder.log_file(fmt::format("worker-{}", i))};
     job.command.insert(job.command.end(),
                        {options.sim.task, "--out", folder.path().string(), "--share", share});
     jobs.push_back(std::move(job));
   }
-  JobPool pool(std::move(jobs), options.workers);
+  JobPool pool(std::move(jobs), options.workers,
+               [&](const std::string& why) { listener->OnRemark("begun again: " + why); });
   while (!pool.done() && !stop_requested()) {
     if (!pool.Poll()) std::this_thread::sleep_for(kPoll);
     for (const auto& episode : lines.Next()) listener->OnEpisodeDone(episode);
+    for (NewLines& log : logs) {
+      for (const std::string& line : log.Next()) {
+        if (!line.starts_with(kError)) listener->OnRemark(line);
+      }
+    }
     listener->Poll(std::chrono::steady_clock::now());
   }
 }

@@ -12,6 +12,13 @@ namespace evalbus {
 // add.
 std::vector<std::string> RunCommand(const RunOptions& options);
 
+// A worker's part of `listener` below: what it remarks stands in its log, from where the launcher passes it
+// on.
+class WorkerLog : public RunListener {
+ public:
+  void OnRemark(const std::string& text) override;
+};
+
 // Like EvaluateInProcess: runs plan.episodes with options.workers workers at the same time, each of which
 // takes every so manieth episode. A worker that dies goes on where it was.
 void EvaluateWorkers(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,

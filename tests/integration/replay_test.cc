@@ -101,6 +101,16 @@ TEST_F(Recorded, ReplayGivesTheRecordedBits) {
   EXPECT_SAYS(one.out, "1 of 1 episodes equal");
 }
 
+TEST_F(Recorded, ReplayRefusesAPageOfTheRunThatIsNone) {
+  EVALBUS_NEEDS_BUS();
+  Record(1);
+  WriteText(run_ / "run.json", R"({"policy": 3, "seed": 1})");
+  const Result result = Replay(run_);
+  EXPECT_EQ(result.code, 1) << result.out;
+  EXPECT_EQ(result.err, "error: " + (run_ / "run.json").string() +
+                            ": expected an object with the text \"policy\" and the whole number \"seed\"\n");
+}
+
 TEST_F(Recorded, ReplayAtSpeedOneTakesAsLongAsTheRobotDid) {
   EVALBUS_NEEDS_BUS();
   Evaluate({ShortTask(folder_.path(), 1), "--policy", "random", "--episodes", "1", "--in-process"}, run_);

@@ -126,6 +126,26 @@ TEST_F(Resume, AKilledWorkerGoesOn) {
   ASSERT_EQ(workers.size(), 2u);
   for (const pid_t worker : workers) kill(worker, SIGKILL);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  for (const char* name : {"worker-0", "worker-1"}) {
+    EXPECT_NE(launcher.out().find(fmt::format("\nbegun again: {} was ended by signal Killed\n", name)),
+              std::string::npos)
+        << launcher.out();
+  }
+  ExpectAsReference(run_);
+}
+
+TEST_F(Resume, WhatGoesWrongInAWorkerIsShown) {
+  EVALBUS_NEEDS_BUS();
+  Program launcher(RunCommand(run_, {"--workers", "2"}));
+  ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
+  const auto workers = ChildrenOf(launcher.pid(), "evalbus");
+  ASSERT_EQ(workers.size(), 2u);
+  const auto sims = ChildrenOf(workers[1], "evalbus-sim");
+  ASSERT_EQ(sims.size(), 1u);
+  kill(sims[0], SIGKILL);
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  EXPECT_NE(launcher.out().find("  begun again: sim was ended by signal Killed"), std::string::npos)
+      << launcher.out();
   ExpectAsReference(run_);
 }
 

@@ -104,6 +104,20 @@ TEST_F(UdpFaults, RepeatedMessagesChangeNothing) {
     EXPECT_GT(foreign_messages_[name], 10) << name;
 }
 
+TEST_F(UdpFaults, WorkersSayWhatTheyDropped) {
+  const Program::Setting setting{{}, [] {
+                                   setenv("LD_PRELOAD", BAD_NETWORK_LIBRARY, 1);
+                                   setenv("BAD_NETWORK", "repeat 2", 1);
+                                 }};
+  Program launcher(Command(run_, {"--workers", "2"}), setting);
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  const std::string& out = launcher.out();
+  const std::string dropped = "\nmessages dropped by collision, metrics";
+  const size_t first = out.find(dropped);
+  ASSERT_NE(first, std::string::npos) << out;
+  EXPECT_NE(out.find(dropped, first + 1), std::string::npos) << out;
+}
+
 TEST_F(UdpFaults, ReorderedMessagesChangeNothing) {
   const Result result = Run("reorder 4");
   EXPECT_EQ(result.code, 0) << result.err;

@@ -227,13 +227,13 @@ TEST_F(LiveViewTest, WithoutATerminalThereArePlainLinesOnly) {
   Partial();
   dut_.Poll(std::chrono::steady_clock::now() + seconds(1));
   Done(0, "the reason");
-  dut_.OnRetry(1, "sim was killed");
+  dut_.OnRemark("a remark");
   dut_.Finish();
   EXPECT_EQ(Printed(),
             "lift_pot/base  policy expert  seed 7  lockstep 50 Hz  4 episodes\n"
             "episode  end                time  stages  slips  collisions  clearance     path\n"
             "      0  grasp_miss       2.00 s     1/2      3       4 + 5     163 mm   0.75 m  the reason\n"
-            "      1  begun again: sim was killed\n");
+            "a remark\n");
 }
 
 }  // namespace
