@@ -127,7 +127,7 @@ TEST_F(Resume, AKilledWorkerGoesOn) {
   for (const pid_t worker : workers) kill(worker, SIGKILL);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   for (const char* name : {"worker-0", "worker-1"}) {
-    EXPECT_NE(launcher.out().find(fmt::format("\nbegun again: {} was ended by signal Killed\n", name)),
+    EXPECT_NE(launcher.out().find("\nbegun again: " + std::string(name) + " was ended by signal Killed\n"),
               std::string::npos)
         << launcher.out();
   }
