@@ -18,6 +18,12 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kIdlePoll = std::chrono::milliseconds(20);
+// For what processes that are gone have said.
+constexpr auto kLastWords = std::chrono::milliseconds(20);
+
+void SayDropped(const RunController& controller, RunListener* listener) {
+  if (const std::string dropped = controller.DroppedMessages(); !dropped.empty()) listener->OnRemark(dropped);
+}
 
 std::vector<std::pair<std::string, std::vector<std::string>>> ComponentCommands(const RunOptions& options,
                                                                                 const std::string& out) {
@@ -65,6 +71,7 @@ void EvaluateInProcess(const RunOptions& options, const RunFolder& folder, const
     }
     bus.Handle(poll_at);
   }
+  SayDropped(controller, listener);
 }
 
 void EvaluateProcesses(const RunOptions& options, const RunFolder& folder, const RunPlan& plan,
@@ -109,6 +116,9 @@ void EvaluateProcesses(const RunOptions& options, const RunFolder& folder, const
   if (controller.done()) {
     for (const Processes::Exit& exit : processes.StopAll())
       std::cerr << "warning: " << exit.description << "\n";
+    const auto deadline = steady_clock::now() + kLastWords;
+    while (steady_clock::now() < deadline) bus.Handle(deadline);
+    SayDropped(controller, listener);
   }
 }
 

@@ -209,8 +209,7 @@ void RunController::FinishIfRecorded() {
   listener_->OnEpisodeDone(line);
   StartAttempt(0);
   ++next_;
-  if (!done()) return Command();
-  if (const std::string dropped = DroppedMessages(); !dropped.empty()) listener_->OnRemark(dropped);
+  if (!done()) Command();
 }
 
 std::string RunController::DroppedMessages() const {

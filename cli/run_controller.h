@@ -67,6 +67,9 @@ class RunController : public Component {
   // EnvironmentError after max_attempts.
   void Retry(const std::string& why);
 
+  // What the components have said that they dropped, as one line; empty if they dropped nothing.
+  std::string DroppedMessages() const;
+
  private:
   int episode_index() const { return plan_.episodes[next_]; }
   void Command();
@@ -80,8 +83,6 @@ class RunController : public Component {
   void BeginAgain(const std::string& why);
   // Forgets what was heard of the attempt before.
   void StartAttempt(int attempt);
-  // What the components say that they dropped, as one line; empty if they dropped nothing.
-  std::string DroppedMessages() const;
 
   struct Dropped {
     int64_t decode_errors = 0, foreign_messages = 0;
