@@ -34,8 +34,10 @@ inline void AddSimOptions(CLI::App* app, SimOptions* options) {
   app->add_option("--clearance-hz", options->clearance_hz, "clearance checks per simulated second, 0 = none")
       ->check(NotNegative)
       ->capture_default_str();
-  app->add_flag("--realtime,!--lockstep", options->realtime, "pace by the wall clock; default: lockstep");
+  CLI::Option* const realtime =
+      app->add_flag("--realtime", options->realtime, "pace by the wall clock; default: lockstep");
   app->add_option("--rtf", options->rtf, "simulated seconds per second, with --realtime")
+      ->needs(realtime)
       ->check(Positive)
       ->capture_default_str();
   app->add_option("--policy-timeout-s", options->policy_timeout_s,
@@ -46,15 +48,12 @@ inline void AddSimOptions(CLI::App* app, SimOptions* options) {
 
 // These options as arguments, for a process that is to have the same.
 inline std::vector<std::string> SimArguments(const SimOptions& options) {
-  std::vector<std::string> arguments = {"--control-hz",
-                                        fmt::format("{}", options.control_hz),
-                                        "--clearance-hz",
-                                        fmt::format("{}", options.clearance_hz),
-                                        "--rtf",
-                                        fmt::format("{}", options.rtf),
-                                        "--policy-timeout-s",
-                                        fmt::format("{}", options.policy_timeout_s)};
-  if (options.realtime) arguments.push_back("--realtime");
+  std::vector<std::string> arguments = {"--control-hz",       fmt::format("{}", options.control_hz),
+                                        "--clearance-hz",     fmt::format("{}", options.clearance_hz),
+                                        "--policy-timeout-s", fmt::format("{}", options.policy_timeout_s)};
+  if (options.realtime) {
+    arguments.insert(arguments.end(), {"--realtime", "--rtf", fmt::format("{}", options.rtf)});
+  }
   if (!options.robot.empty()) arguments.insert(arguments.end(), {"--robot", options.robot});
   for (const auto& folder : options.model_path) {
     arguments.insert(arguments.end(), {"--model-path", folder.string()});

@@ -70,6 +70,7 @@ TEST_F(BadInput, CommandLine) {
   ExpectRun(1, {"lift_pot", "--episodes", "many"}, {"--episodes", "many"});
   ExpectRun(1, {"lift_pot", "--seed", "x"}, {"--seed"});
   ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "0"}, {"--rtf"});
+  ExpectRun(1, {"lift_pot", "--rtf", "2"}, {"--rtf", "--realtime"});
   ExpectRun(1, {"lift_pot", "--clearance-hz", "-1"}, {"--clearance-hz"});
   ExpectRun(1, {"lift_pot", "--policy-timeout-s", "0"}, {"--policy-timeout-s"});
 }
