@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
+#include <utility>
 
 #include "bus/bus.h"
 #include "bus/channels.h"
@@ -211,12 +212,12 @@ class Player : public Component {
     if (!score_ || !log_) return;
     const episode_summary_t score = *score_;
     score_.reset();
-    view_->OnEpisodeDone(EpisodeJson("", "", score));
     for (size_t i = 0; i < scored_.size(); ++i) {
       const RescoredEpisode& episode = log_->episodes[i];
       if (score.header.episode != episode.summary.header.episode || score.attempt != episode.summary.attempt)
         continue;
-      scored_[i] = true;
+      if (std::exchange(scored_[i], true)) continue;  // said again
+      view_->OnEpisodeDone(EpisodeJson("", "", score));
       const int64_t lost = Ticks(episode.summary) - Ticks(score);
       lost_ += lost;
       equal_ += episode.recorded && SameBits(*episode.recorded, score);

@@ -49,6 +49,7 @@ void MetricsComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (EnterEpisode(begin)) {
     begin_ = begin;
     running_ = false;
+    summary_.reset();
     deadline_ = SteadyTime::max();
   }
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
@@ -112,6 +113,8 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
   }
   if (!running_ || deadline_ != SteadyTime::max()) {
     ++status_.foreign_messages;
+    // The sim repeats it, lest it or the score was lost.
+    if (summary_) bus().Publish(channels::kEpisodeSummary, *summary_);
     return;
   }
   end_ = end;
@@ -143,7 +146,7 @@ void MetricsComponent::FinishEpisode() {
     end_.end_reason = "aborted";
     end_.detail = conflicts_.conflict();
   }
-  episode_summary_t summary = scorer_->Summary(begin_, end_);
+  episode_summary_t& summary = summary_.emplace(scorer_->Summary(begin_, end_));
   if (const std::string verdict = Conflict(end_.end_reason, summary); is_lockstep_ && !verdict.empty()) {
     end_.detail = "the sim ended the episode with " + end_.end_reason + " where the verdict was " + verdict +
                   ": is a second metrics on this bus?";

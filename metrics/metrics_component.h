@@ -4,11 +4,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
 #include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "metrics/episode_scorer.h"
 #include "metrics/run_statistics.h"
@@ -53,6 +55,8 @@ class MetricsComponent : public Component {
   partial_metrics_t partial_{};
   // Between Prepare() and FinishEpisode().
   bool running_ = false;
+  // From FinishEpisode() until the next episode begins.
+  std::optional<episode_summary_t> summary_;
   // Set while the episode's last ticks are awaited.
   SteadyTime deadline_ = SteadyTime::max();
   // Missing ticks of the episodes before this one.

@@ -150,7 +150,6 @@ void SimComponent::OnCommand(const command_t& command) {
 }
 
 void SimComponent::OnSummary(const header_t& header) {
-  if (header.episode == status_.episode) end_is_unheard_ = false;
   // Episodes of our own (--episodes) follow one another; those on command come when the launcher says so.
   if (options_.episodes == 0 || phase_ != Phase::kIdle || header.episode != status_.episode) return;
   if (queue_.empty()) {
@@ -201,7 +200,6 @@ void SimComponent::BeginNext() {
   conflicts_.Start();
   conflict_.clear();
   instances_.clear();
-  end_is_unheard_ = false;
   for (const Parameter& parameter : world_->Reset(command_.seed, task_.variation(variation_))) {
     begin_.parameter_name.push_back(parameter.name);
     begin_.parameter_value_mixed.push_back(parameter.value);
@@ -407,7 +405,6 @@ void SimComponent::End(const std::string& reason, const std::string& detail) {
   end_.end_reason = reason;
   end_.detail = detail;
   FillPacing(&end_);
-  end_is_unheard_ = true;
   end_said_ = steady_clock::now();
   bus().Publish(channels::kEpisodeEnd, end_);
   status_.state = component_status_t::IDLE;
@@ -419,7 +416,8 @@ void SimComponent::End(const std::string& reason, const std::string& detail) {
 void SimComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (phase_ == Phase::kWaiting && now - announced_ >= kAnnouncePeriod) AnnounceEpisode();
-  if (phase_ == Phase::kIdle && end_is_unheard_ && now - end_said_ >= kRepeatUnheard) {
+  // To the recorder or the launcher it may have been lost, or the score with which metrics answers.
+  if (phase_ == Phase::kIdle && end_said_ != SteadyTime{} && now - end_said_ >= kRepeatUnheard) {
     end_said_ = now;
     bus().Publish(channels::kEpisodeEnd, end_);
   }

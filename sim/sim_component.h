@@ -131,9 +131,8 @@ class SimComponent : public Component {
   SteadyTime state_published_{};
   // The last time it was said, again.
   SteadyTime state_said_{};
-  // EPISODE_END is repeated until EPISODE_SUMMARY is heard.
+  // EPISODE_END is repeated until the next episode begins.
   episode_end_t end_{};
-  bool end_is_unheard_ = false;
   SteadyTime end_said_{};
 
   // realtime

@@ -300,6 +300,20 @@ TEST_F(MetricsComponentTest, WaitsABoundedTimeForTheLastTicks) {
   EXPECT_EQ(dut_.status().missing_ticks, 2);
 }
 
+TEST_F(MetricsComponentTest, AnEndThatIsRepeatedIsAnsweredAgain) {
+  Begin(0);
+  SendState(0, 0);
+  SendContacts(0, 0);
+  End(0, 0);
+  End(0, 0);
+  ASSERT_EQ(summaries_.size(), 2);
+  EXPECT_EQ(summaries_[1].metrics.num_samples, summaries_[0].metrics.num_samples);
+  EXPECT_EQ(runs_.back().num_episodes, 1);
+  Begin(1);
+  End(0, 0);
+  EXPECT_EQ(summaries_.size(), 2);
+}
+
 TEST_F(MetricsComponentTest, WaitsForTicksThatComeAfterTheEnd) {
   Begin(0);
   SendState(0, 0);

@@ -201,6 +201,7 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
 void MonitorModel::EnterEpisode(int32_t episode, int32_t attempt) {
   episode_ = episode;
   attempt_ = attempt;
+  summed_up_.reset();
   state_.reset();
   end_reason_.clear();
   partial_is_old_ = true;
@@ -250,6 +251,9 @@ void MonitorModel::OnStatus(const component_status_t& status, SteadyTime now) {
 }
 
 void MonitorModel::OnEpisodeDone(const episode_summary_t& summary) {
+  const std::pair<int32_t, int32_t> key(summary.header.episode, summary.attempt);
+  if (summed_up_ == key) return;  // said again
+  summed_up_ = key;
   done_.push_back(summary);
   if (done_.size() > kKeptEpisodes) done_.pop_front();
   const metric_values_t& m = summary.metrics;

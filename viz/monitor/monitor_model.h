@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bus/bus.h"
@@ -113,6 +114,8 @@ class MonitorModel {
   std::vector<uint8_t> model_bytes_;
   std::string other_version_;  // what MODEL says it is, where its messages mean something else
   int32_t episode_ = -1, attempt_ = 0;
+  // Episode and attempt of the last EPISODE_SUMMARY since one began.
+  std::optional<std::pair<int32_t, int32_t>> summed_up_;
   std::optional<header_t> state_;  // of the latest STATE of this episode
   std::string end_reason_;         // empty while the episode goes on
   std::optional<partial_metrics_t> partial_;
