@@ -414,12 +414,16 @@ class RunSections {
     });
   }
 
+  // Successes explain themselves; over time, below, they say more.
+  static bool NeedsReason(const ReportEpisode& episode) {
+    return !(episode.success && episode.complete) &&
+           !(episode.failure_reason.empty() && episode.explanation.empty());
+  }
+
   void Episodes() {
     std::set<int> drawn;
     for (const ReportCurves& curves : run_.curves) drawn.insert(curves.episode);
-    const bool explained = std::any_of(run_.episode.begin(), run_.episode.end(), [](const ReportEpisode& e) {
-      return !e.failure_reason.empty() || !e.explanation.empty();
-    });
+    const bool explained = std::ranges::any_of(run_.episode, NeedsReason);
     html_.Element("section", {}, [&] {
       Heading("Episodes", "episodes");
       html_.Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
@@ -463,8 +467,7 @@ class RunSections {
       });
       if (explained) {
         html_.Element("td", {{"class", "why"}}, [&] {
-          // Successes explain themselves; over time, below, they say more.
-          if (episode.success && episode.complete) return;
+          if (!NeedsReason(episode)) return;
           // The sentence may begin with the reason.
           const std::string& reason = episode.failure_reason;
           const bool begins = episode.explanation.starts_with(reason);
