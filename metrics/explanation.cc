@@ -68,7 +68,7 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
 }  // namespace
 
 explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, const RolloutMetrics& metrics,
-                      const FirstCollision& collision, const std::vector<Grasp>& grasps) {
+                      const FirstCollision& collision, const std::vector<GraspInterval>& grasps) {
   const model_info_t& model = outcome.model;
   const double dt = metrics.config().control_dt;
   explanation_t e{};
@@ -96,7 +96,7 @@ explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, 
     e.slip.push_back(Event(model, slip.object, slip.gripper, slip.tick, dt));
   }
   e.num_slips = static_cast<int32_t>(e.slip.size());
-  for (const Grasp& grasp : grasps) {
+  for (const GraspInterval& grasp : grasps) {
     e.grasp.push_back(Event(model, grasp.object, grasp.gripper, grasp.first_tick, dt));
     e.grasp.back().duration_s = grasp.duration(dt);
   }

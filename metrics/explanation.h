@@ -19,6 +19,6 @@ struct FirstCollision {
 // `reason` is FailureReason(outcome). The text of the result is one sentence: reason, time, what decided,
 // last stage, first collision, slips.
 explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, const RolloutMetrics& metrics,
-                      const FirstCollision& collision, const std::vector<Grasp>& grasps);
+                      const FirstCollision& collision, const std::vector<GraspInterval>& grasps);
 
 }  // namespace evalbus

@@ -12,7 +12,7 @@ namespace evalbus {
 
 // A grasp of an object by a gripper begins at a sample in which pads of both fingers touch the object, and
 // lasts until the last one before they do not for kSeparationTime.
-struct Grasp {
+struct GraspInterval {
   int object;
   int gripper;
   int64_t first_tick;
@@ -52,12 +52,12 @@ class Grasps {
   }
 
   // In order of their beginning.
-  const std::vector<Grasp>& grasps() const { return grasps_; }
+  const std::vector<GraspInterval>& grasps() const { return grasps_; }
 
  private:
   size_t grippers_;
   double dt_;
-  std::vector<Grasp> grasps_;
+  std::vector<GraspInterval> grasps_;
   // Index of the latest grasp of each pair, -1: none.
   std::vector<int> current_;
 };

@@ -28,7 +28,7 @@ class GraspStatistics : public ExtendedMetric {
   }
   void Values(std::span<double> values) const override {
     std::fill(values.begin(), values.end(), 0);
-    for (const Grasp& grasp : grasps_.grasps()) {
+    for (const GraspInterval& grasp : grasps_.grasps()) {
       const double duration = grasp.duration(dt_);
       double& longest = values[2 * grippers_ + grasp.gripper];
       values[grasp.gripper] += 1;
