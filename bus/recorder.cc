@@ -1,5 +1,6 @@
 #include "bus/recorder.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "bus/channels.h"
@@ -23,6 +24,11 @@ bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
   const int begin = __int64_t_decode_array(data.data(), 0, size, &fingerprint, 1);
   return begin > 0 && fingerprint == Message::getHash() &&
          header->_decodeNoHash(data.data(), begin, size - begin) > 0;
+}
+
+bool IsOfTicks(const std::string& channel) {
+  return channel == channels::kState || channel == channels::kContacts || channel == channels::kAction ||
+         channel == channels::kPartial;
 }
 
 std::filesystem::path PartialFolder(const std::filesystem::path& run, int episode) {
@@ -88,6 +94,7 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   log_.emplace(folder / "events.lcmlog");
   time_us_ = 0;
   has_end_ = has_summary_ = false;
+  last_said_.clear();
   log_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
@@ -103,6 +110,12 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   }
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!log_) return;
+  if (IsOfTicks(channel)) {
+    // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
+    std::vector<uint8_t>& last = last_said_[channel];
+    if (std::ranges::equal(last, data)) return;
+    last.assign(data.begin(), data.end());
+  }
   header_t header{};
   const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
                              IsOurs(header) && header.tick > status_.last_tick;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,6 +40,8 @@ class Recorder : public Component {
   // Simulated time of the last STATE.
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> log_;
+  // The last message of each channel of the ticks since the episode began.
+  std::map<std::string, std::vector<uint8_t>> last_said_;
   // EPISODE_END is the sim's, so a summary without it is not of this episode.
   bool has_end_ = false, has_summary_ = false;
   // Set by both: RUN_SUMMARY follows, and is the last message recorded; waited for until then.

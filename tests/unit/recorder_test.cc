@@ -157,6 +157,22 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
   EXPECT_EQ(dut_.status().missing_ticks, 2);
 }
 
+TEST_F(RecorderTest, WhatIsSaidAgainIsRecordedOnce) {
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    Begin(0, attempt);
+    for (const int tick : {0, 0, 1, 1, 1, 2}) Tick(0, tick);
+    for (int i = 0; i < 2; ++i) bus_.Publish("OTHER", header_t{});
+  }
+  End(0);
+  HandleAll();
+  const auto events = Log(0);
+  const auto count = [&](const std::string& channel) {
+    return std::ranges::count_if(events, [&](const auto& event) { return event.first == channel; });
+  };
+  EXPECT_EQ(count(channels::kState), 3);
+  EXPECT_EQ(count("OTHER"), 2);
+}
+
 TEST_F(RecorderTest, TicksThatNoEpisodeReachesAreForeign) {
   Begin(0);
   constexpr auto kMost = std::numeric_limits<int64_t>::max(), kLeast = std::numeric_limits<int64_t>::min();
