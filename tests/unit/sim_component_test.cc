@@ -315,6 +315,19 @@ TEST_F(SimComponentTest, AConsumerWithAWindowThatStopsEndsTheEpisode) {
   EXPECT_EQ(ends_[0].detail, "a consumer (recorder?) stopped at 0 ticks");
 }
 
+TEST_F(SimComponentTest, StopsOnCommandInMidEpisode) {
+  MakeSim();
+  Start(3);
+  command_t stop{};
+  stop.kind = command_t::STOP;
+  bus_->Publish(channels::kCommand, stop);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "stopped on command");
+  EXPECT_TRUE(sim_->done());
+}
+
 TEST_F(SimComponentTest, SaysTheEndAgainUntilTheNextEpisodeBegins) {
   MakeSim();
   Start(3);
