@@ -1,6 +1,6 @@
-// Writes everything that is on the bus during an episode into a standard LCM event log, one log per episode:
-// DIR/episodes/0007.partial/events.lcmlog while it grows, DIR/episodes/0007/events.lcmlog once it is complete
-// and synced.
+// Writes what is on the bus during an episode, but pictures and a tick's message that is said again, into a
+// standard LCM event log, one log per episode: DIR/episodes/0007.partial/events.lcmlog while it grows,
+// DIR/episodes/0007/events.lcmlog once it is complete and synced.
 #pragma once
 
 #include <filesystem>
