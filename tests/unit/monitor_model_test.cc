@@ -492,6 +492,25 @@ TEST_F(MonitorModelTest, SurvivesWhatDoesNotDecode) {
   EXPECT_NE(screen.find("wrist path       1.250"), std::string::npos);
 }
 
+TEST_F(MonitorModelTest, AScoreThatIsSaidAgainIsShownOnce) {
+  SayModel();
+  const auto scores = [&] {
+    return std::ranges::count_if(dut_.TakeEvents(now_), [](const std::string& event) {
+      return event.find("episode 0 success") != std::string::npos;
+    });
+  };
+  SayBegin(0);
+  SayTick(0, 0);
+  SaySummary(0, "success");
+  EXPECT_EQ(scores(), 1);
+  SaySummary(0, "success");
+  EXPECT_EQ(scores(), 0);
+  // The same episode played a second time is news.
+  SayBegin(0);
+  SaySummary(0, "success");
+  EXPECT_EQ(scores(), 1);
+}
+
 TEST_F(MonitorModelTest, InventedNamesFillNeitherMemoryNorScreen) {
   for (int i = 0; i < 1000; ++i) {
     SayStatus("component_" + std::to_string(i), 0, 0);
