@@ -9,8 +9,8 @@
 #include <random>
 #include <utility>
 
+#include "base/errors.h"
 #include "bus/channel_filter.h"
-#include "bus/errors.h"
 
 namespace evalbus {
 namespace {

@@ -5,9 +5,9 @@
 #include <iostream>
 #include <random>
 
+#include "base/errors.h"
 #include "bus/channels.h"
-#include "bus/errors.h"
-#include "bus/plausible.h"
+#include "lcmtypes/plausible.h"
 
 namespace evalbus {
 namespace {

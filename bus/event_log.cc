@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 
 namespace evalbus {
 namespace {

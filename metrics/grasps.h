@@ -8,7 +8,7 @@
 #include "metrics/metrics_config.h"
 #include "metrics/separation.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // A grasp of an object by a gripper begins at a sample in which pads of both fingers touch the object, and
 // lasts until the last one before they do not for kSeparationTime.
@@ -62,4 +62,4 @@ class Grasps {
   std::vector<int> current_;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -1,10 +1,10 @@
 #include "metrics/metrics_component.h"
 
 #include "bus/channels.h"
-#include "metrics/result_json.h"
+#include "metrics/episode/result_json.h"
 #include "models/task_description.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 namespace {
 
 // RUN_SUMMARY is repeated for those who begin to listen in the middle of a run.
@@ -172,4 +172,4 @@ void MetricsComponent::PublishRunSummary() {
   summary_published_ = std::chrono::steady_clock::now();
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

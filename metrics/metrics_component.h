@@ -12,11 +12,11 @@
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
-#include "metrics/episode_scorer.h"
-#include "metrics/run_statistics.h"
-#include "metrics/tick_merger.h"
+#include "metrics/episode/episode_scorer.h"
+#include "metrics/episode/tick_merger.h"
+#include "metrics/statistics/run_statistics.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 class MetricsComponent : public Component {
  public:
@@ -67,4 +67,4 @@ class MetricsComponent : public Component {
   SteadyTime summary_published_{};
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

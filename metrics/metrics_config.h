@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "metrics/roboeval/stages.h"
 #include "metrics/sample.h"
-#include "metrics/stages.h"
 #include "models/task_description.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 struct ArmConfig {
   std::string name;
@@ -36,4 +36,4 @@ struct MetricsConfig : MetricsOptions {
   std::vector<std::string> pose_errors;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

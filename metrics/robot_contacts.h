@@ -5,9 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "evalbus/contact_t.hpp"
 #include "metrics/sample.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // A robot geom and a scene geom that touch.
 struct SceneContact {
@@ -35,7 +36,7 @@ class RobotContacts {
     for (const GeomContact& contact : contacts) {
       const int a = contact.geom_a, b = contact.geom_b;
       const bool robot_a = owners.IsRobot(a), robot_b = owners.IsRobot(b);
-      if (!(contact.distance <= kContactDistance) || (!robot_a && !robot_b)) continue;
+      if (!(contact.distance <= contact_t::TOUCH_DISTANCE_M) || (!robot_a && !robot_b)) continue;
       penetration_ = std::max(penetration_, -contact.distance);
       if (robot_a && robot_b) {
         self_.push_back({std::min(a, b), std::max(a, b)});
@@ -59,4 +60,4 @@ class RobotContacts {
   double penetration_ = 0;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

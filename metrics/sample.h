@@ -9,9 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "metrics/contact_distance.h"
-
-namespace evalbus {
+namespace evalbus::metrics {
 
 enum class GeomOwner : uint8_t {
   kScene,   // everything that is neither of the two below
@@ -60,4 +58,4 @@ struct Sample {
   std::optional<double> clearance;  // m, robot to scene, where it was evaluated
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Shorter interruptions of a contact are a flicker, s.
 inline constexpr double kSeparationTime = 0.1;
@@ -14,4 +14,4 @@ inline bool Separated(int64_t tick, int64_t next_tick, double dt) {
   return static_cast<double>(next_tick - tick - 1) * dt >= kSeparationTime - 5e-7;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

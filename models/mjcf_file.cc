@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "models/source_location.h"
 
 namespace evalbus {

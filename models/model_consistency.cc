@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 
 namespace evalbus {
 namespace {

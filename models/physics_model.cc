@@ -4,7 +4,9 @@
 #include <iostream>
 #include <string>
 
-#include "bus/errors.h"
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "base/sha256.h"
 #include "models/model_consistency.h"
 #include "models/scene.h"
 
@@ -18,8 +20,8 @@ ModelPtr Load(const model_info_t& info, const std::string& file, const std::stri
   // The name comes from a message: it gets at no other file of this machine.
   const std::filesystem::path path(file);
   if (!path.is_absolute() || path != path.lexically_normal() || path.filename() != name ||
-      path.parent_path().filename() != "model") {
-    throw InputError("MODEL names the file '" + file + "', expected RUN/model/" + name +
+      path.parent_path().filename() != kModelFolder) {
+    throw InputError("MODEL names the file '" + file + "', expected RUN/" + kModelFolder + "/" + name +
                      " with its whole path");
   }
   InstallMujocoHandlers();
@@ -40,7 +42,7 @@ void CheckMessageVersion(const model_info_t& info) {
 }
 
 ModelPtr LoadPhysicsModel(const model_info_t& info) {
-  ModelPtr model = Load(info, info.physics_file, info.physics_sha256, "physics.mjb");
+  ModelPtr model = Load(info, info.physics_file, info.physics_sha256, kPhysicsModel);
   if (model->nbody != info.num_bodies || model->ngeom != info.num_geoms) {
     throw InputError("MODEL describes " + std::to_string(info.num_bodies) + " bodies and " +
                      std::to_string(info.num_geoms) + " geoms, " + info.physics_file + " has " +
@@ -51,7 +53,7 @@ ModelPtr LoadPhysicsModel(const model_info_t& info) {
 }
 
 ModelPtr LoadVisualModel(const model_info_t& info) {
-  return Load(info, info.visual_file, info.visual_sha256, "visual.mjb");
+  return Load(info, info.visual_file, info.visual_sha256, kVisualModel);
 }
 
 void InstallMujocoHandlers() {

@@ -3,7 +3,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "models/mjcf_file.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"

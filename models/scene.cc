@@ -7,7 +7,7 @@
 #include <mutex>
 #include <regex>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 
 namespace evalbus {
 namespace {

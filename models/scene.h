@@ -40,7 +40,4 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot);
 // Compiles a composed document. Throws InputError; what MuJoCo warns of is appended to warnings.
 ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual, std::vector<std::string>* warnings);
 
-// Lower-case hexadecimal SHA-256 of a file. Throws InputError when it cannot be read.
-std::string Sha256File(const std::filesystem::path& file);
-
 }  // namespace evalbus

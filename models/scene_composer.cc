@@ -13,7 +13,7 @@
 #include <set>
 #include <sstream>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "models/mjcf_file.h"
 #include "models/source_location.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <sstream>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {

@@ -9,7 +9,7 @@
 #include <set>
 #include <sstream>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 
 namespace evalbus {
 namespace {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 
-#include "bus/errors.h"
-#include "policy_bridge/expert.h"
+#include "base/errors.h"
+#include "policy_bridge/experts/expert.h"
 #include "policy_bridge/flawed_policy.h"
 #include "policy_bridge/simple_policies.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 namespace {
 
 constexpr std::array<const char*, 6> kNames = {"expert", "noisy_expert", "random",
@@ -49,4 +49,4 @@ std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model
   return std::make_unique<ReplayPolicy>(recording, info);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

@@ -11,7 +11,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "policy_bridge/policy.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 
 // The actions that were recorded of an episode, in the order of their ticks; empty if there are none.
 using Recording = std::function<std::vector<action_t>(int episode)>;
@@ -27,4 +27,4 @@ void CheckPolicyName(const std::string& name);
 // The policies there are, for --help.
 std::string PolicyHelp();
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

@@ -6,11 +6,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "bus/errors.h"
-#include "policy_bridge/ik.h"
-#include "policy_bridge/min_jerk.h"
+#include "base/errors.h"
+#include "policy_bridge/planning/ik.h"
+#include "policy_bridge/planning/min_jerk.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 namespace {
 
 // From when on an object counts as moved.
@@ -155,4 +155,4 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
   }
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

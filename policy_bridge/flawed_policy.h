@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "evalbus/model_info_t.hpp"
+#include "policy_bridge/planning/robot.h"
 #include "policy_bridge/policy.h"
-#include "policy_bridge/robot.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 
 // To move an object is to have it, or a part of it, 1 cm or 0.1 rad away from where it was when a gripper
 // first closed.
@@ -59,4 +59,4 @@ class FlawedPolicy : public Policy {
   state_t seen_{};
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

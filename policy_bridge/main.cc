@@ -1,19 +1,15 @@
-// evalbus-policy: the built-in policies of a run.
+// evalbus-policy: a policy of a run.
 #include <CLI/CLI.hpp>
 
+#include "policy_bridge/factory.h"
 #include "policy_bridge/policy_component.h"
 
 int main(int argc, char** argv) {
   std::string policy = "expert";
   return evalbus::HostMain(
-      argc, argv, "Answers every STATE on the bus with an ACTION.",
+      argc, argv, "Runs a policy: answers every state of the sim with an action.",
       [&](CLI::App* app) {
-        app->add_option(
-               "--policy", policy,
-               "expert: scripted solution of the task; noisy_expert: the same, disturbed; random: smooth "
-               "random\n"
-               "targets; hold: stays at home; replay:RUN_OR_LOG: the recorded actions of an earlier run")
-            ->capture_default_str();
+        app->add_option("--policy", policy, evalbus::policy::PolicyHelp())->capture_default_str();
       },
-      [&](evalbus::Bus* bus) { return std::make_unique<evalbus::PolicyComponent>(bus, policy); });
+      [&](evalbus::Bus* bus) { return std::make_unique<evalbus::policy::PolicyComponent>(bus, policy); });
 }

@@ -5,7 +5,7 @@
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/state_t.hpp"
 
-namespace evalbus {
+namespace evalbus::policy {
 
 // Deterministic: actions depend on the model, the episode's seed and the states alone. Time is the state's
 // sim_time_us.
@@ -22,4 +22,4 @@ class Policy {
   virtual void Act(const state_t& state, action_t* action) = 0;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

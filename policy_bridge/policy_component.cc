@@ -3,14 +3,14 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/errors.h"
+#include "base/run_layout.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "bus/errors.h"
 #include "bus/event_log.h"
-#include "bus/recorder.h"
 #include "models/physics_model.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 namespace {
 
 constexpr char kReplayPrefix[] = "replay:";
@@ -39,11 +39,11 @@ std::vector<action_t> ReadActions(const std::filesystem::path& log, int episode)
 
 Recording OpenRecording(const std::string& path) {
   if (std::filesystem::is_directory(path)) {
-    if (!std::filesystem::is_directory(std::filesystem::path(path) / "episodes")) {
+    if (!std::filesystem::is_directory(std::filesystem::path(path) / kEpisodesFolder)) {
       throw InputError("policy \"replay\": " + path + " is no run folder: it has no folder episodes/");
     }
     return [path](int episode) {
-      const std::filesystem::path log = EpisodeFolder(path, episode) / "events.lcmlog";
+      const std::filesystem::path log = EpisodeLog(path, episode);
       return std::filesystem::exists(log) ? ReadActions(log, episode) : std::vector<action_t>{};
     };
   }
@@ -116,4 +116,4 @@ void PolicyComponent::OnState(const state_t& state) {
   Progress(state.header.tick);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

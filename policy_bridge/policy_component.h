@@ -13,7 +13,7 @@
 #include "evalbus/state_t.hpp"
 #include "policy_bridge/factory.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 
 // policy: a name that MakePolicy takes, or replay:PATH with a run folder or an LCM event log. Throws
 // InputError for any other.
@@ -43,4 +43,4 @@ class PolicyComponent : public Component {
 // such thing.
 Recording OpenRecording(const std::string& path);
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "bus/errors.h"
-#include "policy_bridge/expert.h"
-#include "policy_bridge/min_jerk.h"
+#include "base/errors.h"
+#include "policy_bridge/experts/expert.h"
+#include "policy_bridge/planning/min_jerk.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 namespace {
 
 // Streams of an episode's seed.
@@ -123,4 +123,4 @@ void ReplayPolicy::Act(const state_t& state, action_t* action) {
   *action = actions_[next_];
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

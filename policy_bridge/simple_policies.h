@@ -4,13 +4,13 @@
 #include <memory>
 #include <vector>
 
-#include "bus/random.h"
+#include "base/random.h"
 #include "evalbus/model_info_t.hpp"
 #include "policy_bridge/factory.h"
+#include "policy_bridge/planning/robot.h"
 #include "policy_bridge/policy.h"
-#include "policy_bridge/robot.h"
 
-namespace evalbus {
+namespace evalbus::policy {
 
 // Smooth noise: a sum of three sines of random frequency and phase that starts at zero. A function of time
 // alone, so it does not depend on the control rate.
@@ -83,4 +83,4 @@ class ReplayPolicy : public Policy {
   size_t next_ = 0;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::policy

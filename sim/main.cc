@@ -4,7 +4,7 @@
 #include "sim/sim_options.h"
 
 int main(int argc, char** argv) {
-  evalbus::SimOptions options;
+  evalbus::sim::SimOptions options;
   return evalbus::HostMain(
       argc, argv,
       "Simulates a task's world with MuJoCo and runs its episodes over the bus. Begins an episode on COMMAND "
@@ -15,12 +15,12 @@ int main(int argc, char** argv) {
         app->add_option("task", options.task,
                         "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition")
             ->required();
-        evalbus::AddSimOptions(app, &options);
+        evalbus::sim::AddSimOptions(app, &options);
         app->add_option("--out", options.out, "run folder; the models are written to OUT/model")->required();
         app->add_option("--run-id", options.run_id, "name of the run, as MODEL carries it")
             ->capture_default_str();
         app->add_option("--episodes", options.episodes, "run this many episodes without waiting for COMMAND")
-            ->check(evalbus::NotNegative);
+            ->check(evalbus::sim::NotNegative);
         app->add_option("--seed", options.seed,
                         "seed of the run; episode seeds derive from it and the episode's index")
             ->capture_default_str();
@@ -29,5 +29,5 @@ int main(int argc, char** argv) {
             ->delimiter(',')
             ->capture_default_str();
       },
-      [&](evalbus::Bus* bus) { return std::make_unique<evalbus::SimComponent>(bus, options); });
+      [&](evalbus::Bus* bus) { return std::make_unique<evalbus::sim::SimComponent>(bus, options); });
 }

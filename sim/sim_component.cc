@@ -8,12 +8,15 @@
 #include <iostream>
 #include <utility>
 
+#include "base/errors.h"
+#include "base/random.h"
+#include "base/run_layout.h"
+#include "base/sha256.h"
+#include "base/write_whole.h"
 #include "bus/channels.h"
-#include "bus/errors.h"
 #include "evalbus/episode_summary_t.hpp"
-#include "sim/episode_seed.h"
 
-namespace evalbus {
+namespace evalbus::sim {
 namespace {
 
 using std::chrono::steady_clock;
@@ -33,24 +36,8 @@ SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
 }
 
-// Several workers of a run may write the same models, which others are reading: a file that is there is
-// whole.
-template <class Write>
-void WriteWhole(const std::filesystem::path& file, const Write& write) {
-  const std::filesystem::path temporary = file.string() + "." + std::to_string(getpid()) + ".tmp";
-  if (!write(temporary)) throw EnvironmentError("cannot write " + file.string());
-  std::filesystem::rename(temporary, file);
-}
-
-bool WriteText(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  stream.close();
-  return static_cast<bool>(stream);
-}
-
 std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
-  WriteWhole(file, [&](const auto& temporary) {
+  WriteWhole(file, [&](const std::filesystem::path& temporary) {
     mj_saveModel(model, temporary.c_str(), nullptr, 0);
     // MuJoCo does not say whether the disk took it, but refuses to read a file that is cut off. (The file is
     // smaller than mj_sizeModel, which counts buffers, too.)
@@ -58,7 +45,7 @@ std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
     mjModel* read = mj_loadModel(temporary.c_str(), nullptr);
     mju_user_warning = warn;
     mj_deleteModel(read);
-    return read != nullptr;
+    if (read == nullptr) throw EnvironmentError("cannot write " + file.string());
   });
   return std::filesystem::absolute(file).lexically_normal().string();
 }
@@ -93,13 +80,13 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options) : Component(bus,
           ? std::max(1, static_cast<int>(std::lround(
                             1e6 / (options.clearance_hz * static_cast<double>(world_->tick_us())))))
           : 0;
-  const auto folder = options.out / "model";
+  const auto folder = options.out / kModelFolder;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw InputError("cannot create " + folder.string() + ": " + error.message());
-  WriteWhole(folder / "scene.xml", [&](const auto& temporary) { return WriteText(temporary, scene_.xml); });
-  model_info_.physics_file = SaveModel(scene_.physics.get(), folder / "physics.mjb");
-  model_info_.visual_file = SaveModel(scene_.visual.get(), folder / "visual.mjb");
+  WriteWhole(folder / kSceneXml, scene_.xml);
+  model_info_.physics_file = SaveModel(scene_.physics.get(), folder / kPhysicsModel);
+  model_info_.visual_file = SaveModel(scene_.visual.get(), folder / kVisualModel);
   model_info_.physics_sha256 = Sha256File(model_info_.physics_file);
   model_info_.visual_sha256 = Sha256File(model_info_.visual_file);
 
@@ -447,4 +434,4 @@ SteadyTime SimComponent::next_poll() const {
   return phase_ == Phase::kRunning && options_.realtime ? deadline_ : SteadyTime::max();
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::sim

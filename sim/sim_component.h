@@ -23,7 +23,7 @@
 #include "models/scene.h"
 #include "sim/world.h"
 
-namespace evalbus {
+namespace evalbus::sim {
 
 struct SimOptions {
   // As FindTask takes it.
@@ -143,4 +143,4 @@ class SimComponent : public Component {
   std::vector<double> pacing_error_s_;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::sim

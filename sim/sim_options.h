@@ -10,7 +10,7 @@
 
 #include "sim/sim_component.h"
 
-namespace evalbus {
+namespace evalbus::sim {
 
 // Checks of numbers, in words.
 inline std::string Positive(const std::string& text) {
@@ -61,4 +61,4 @@ inline std::vector<std::string> SimArguments(const SimOptions& options) {
   return arguments;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::sim

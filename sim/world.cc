@@ -6,9 +6,9 @@
 #include <map>
 #include <variant>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 
-namespace evalbus {
+namespace evalbus::sim {
 namespace {
 
 // A spawned object may touch what it stands on, but not sink into anything.
@@ -336,4 +336,4 @@ void World::Fill(state_t* state) const {
   state->action_clips = action_clips_;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::sim

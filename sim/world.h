@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bus/random.h"
+#include "base/random.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
@@ -16,7 +16,7 @@
 #include "models/robot_description.h"
 #include "models/task_description.h"
 
-namespace evalbus {
+namespace evalbus::sim {
 
 struct DataDeleter {
   void operator()(mjData* data) const { mj_deleteData(data); }
@@ -114,4 +114,4 @@ class World {
   std::string instability_;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::sim

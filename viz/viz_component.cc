@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/errors.h"
 #include "bus/channels.h"
-#include "bus/errors.h"
-#include "bus/plausible.h"
+#include "lcmtypes/plausible.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 
 std::string ImageChannel(std::string camera) {
   std::replace(camera.begin(), camera.end(), '/', '_');
@@ -124,4 +124,4 @@ void VizComponent::Draw() {
   Progress(state_.header.tick);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -16,12 +16,12 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/state_t.hpp"
-#include "viz/frame.h"
-#include "viz/jpeg.h"
-#include "viz/overlay.h"
-#include "viz/renderer.h"
+#include "viz/pictures/frame.h"
+#include "viz/pictures/jpeg.h"
+#include "viz/pictures/overlay.h"
+#include "viz/pictures/renderer.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 
 struct VizOptions {
   std::vector<std::string> cameras = {"overview"};
@@ -76,4 +76,4 @@ class VizComponent : public Component {
   SteadyTime next_frame_{};
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <utility>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 #include "metrics/separation.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // How often a pair of a robot geom and a scene geom, and of two robot geoms, begins to touch; a pair counts
 // again once it was apart for kSeparationTime. A pair that touches in the first sample begins there.
@@ -60,4 +60,4 @@ class CollisionEvents : public ExtendedMetric {
 
 inline const bool kCollisionEventsRegistered = RegisterExtendedMetric<CollisionEvents>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -1,9 +1,9 @@
 // Time in contact. Ours (docs/metrics.md).
 #pragma once
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Simulated time (s): dt for every sample in which a robot geom touches a scene geom.
 class ContactTime : public ExtendedMetric {
@@ -22,4 +22,4 @@ class ContactTime : public ExtendedMetric {
 
 inline const bool kContactTimeRegistered = RegisterExtendedMetric<ContactTime>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

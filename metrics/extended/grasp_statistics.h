@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 #include "metrics/grasps.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // By gripper: number of grasps (see grasps.h) of any object, their durations added up and the longest one
 // (s).
@@ -45,4 +45,4 @@ class GraspStatistics : public ExtendedMetric {
 
 inline const bool kGraspStatisticsRegistered = RegisterExtendedMetric<GraspStatistics>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

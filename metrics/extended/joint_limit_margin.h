@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Smallest distance (rad) of any arm joint to its nearer limit, negative beyond it. A joint with lower >=
 // upper has none; no value before the first sample and where no joint has limits.
@@ -39,4 +39,4 @@ class JointLimitMargin : public ExtendedMetric {
 
 inline const bool kJointLimitMarginRegistered = RegisterExtendedMetric<JointLimitMargin>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

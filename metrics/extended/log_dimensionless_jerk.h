@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // -ln(T^3 / v_peak^2 . integral of (d^2 v / dt^2)^2 dt) of the speed v_i = norm(p_i - p_(i-1)) / dt, i = 1 to
 // M, with T = M dt and second differences for the derivative. The nearer to 0 the smoother; it depends
@@ -68,4 +68,4 @@ class LogDimensionlessJerk : public ExtendedMetric {
 
 inline const bool kLogDimensionlessJerkRegistered = RegisterExtendedMetric<LogDimensionlessJerk>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

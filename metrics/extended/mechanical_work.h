@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Sum over samples of |torque . velocity| dt, J: the magnitude of the arm's mechanical power, so that braking
 // costs too.
@@ -37,4 +37,4 @@ class MechanicalWork : public ExtendedMetric {
 
 inline const bool kMechanicalWorkRegistered = RegisterExtendedMetric<MechanicalWork>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Of the samples at which the clearance was evaluated: the smallest (m), and the simulated time (s) at which
 // it was first seen. No value before the first.
@@ -35,4 +35,4 @@ class MinClearance : public ExtendedMetric {
 
 inline const bool kMinClearanceRegistered = RegisterExtendedMetric<MinClearance>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

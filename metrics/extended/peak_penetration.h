@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Largest penetration (m, >= 0) of any contact with a robot geom in it, manipulated objects included.
 class PeakPenetration : public ExtendedMetric {
@@ -25,4 +25,4 @@ class PeakPenetration : public ExtendedMetric {
 
 inline const bool kPeakPenetrationRegistered = RegisterExtendedMetric<PeakPenetration>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Largest norm(p_i - 2 p_(i-1) + p_(i-2)) / dt^2 over three samples in a row, m/s^2; 0 without.
 class PeakWristAcceleration : public ExtendedMetric {
@@ -56,4 +56,4 @@ class PeakWristAcceleration : public ExtendedMetric {
 
 inline const bool kPeakWristAccelerationRegistered = RegisterExtendedMetric<PeakWristAcceleration>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

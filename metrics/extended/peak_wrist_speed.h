@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Largest norm(p_i - p_(i-1)) / dt over consecutive samples, m/s; 0 without.
 class PeakWristSpeed : public ExtendedMetric {
@@ -29,4 +29,4 @@ class PeakWristSpeed : public ExtendedMetric {
 
 inline const bool kPeakWristSpeedRegistered = RegisterExtendedMetric<PeakWristSpeed>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -9,9 +9,9 @@
 #include <limits>
 #include <unsupported/Eigen/FFT>
 
-#include "metrics/extended_metric.h"
+#include "metrics/extended/extended_metric.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // The paper's parameters: highest frequency looked at (Hz), magnitude below which the spectrum is taken to be
 // over, and how many powers of two the profile is padded by.
@@ -96,4 +96,4 @@ class WristSpectralArcLength : public ExtendedMetric {
 
 inline const bool kSpectralArcLengthRegistered = RegisterExtendedMetric<WristSpectralArcLength>();
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -15,7 +15,7 @@
 #include "metrics/statistics/describe.h"
 #include "metrics/statistics/interval.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 inline constexpr int kResamples = 10000;
 // BCa needs the sample's skewness, which fewer values do not tell: then percentile.
@@ -131,4 +131,4 @@ inline Interval BootstrapRatioOfMeans(std::span<const double> a, std::span<const
   return PercentileInterval(std::move(ratios));
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

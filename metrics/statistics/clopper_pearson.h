@@ -7,7 +7,7 @@
 
 #include "metrics/statistics/interval.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // [0, 1] without trials.
 inline Interval ClopperPearsonInterval(int successes, int trials) {
@@ -17,4 +17,4 @@ inline Interval ClopperPearsonInterval(int successes, int trials) {
           successes == trials ? 1 : Binomial::find_upper_bound_on_p(trials, successes, kAlpha / 2)};
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <span>
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // NaN for an empty sample.
 inline double Mean(std::span<const double> x) {
@@ -35,4 +35,4 @@ inline double Quantile(std::span<const double> sorted, double p) {
   return sorted[below] + fraction * (sorted[below + 1] - sorted[below]);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

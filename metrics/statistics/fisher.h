@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <boost/math/distributions/hypergeometric.hpp>
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Two-sided p: the probability, given the margins, of all tables no more probable than this one. 1 where a
 // sample is empty.
@@ -23,4 +23,4 @@ inline double FisherTest(int successes_a, int trials_a, int successes_b, int tri
   return std::min(1.0, p);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Adjusted values in the order given; each below 0.05 may be called significant, with at most 5 % chance of
 // any error among all.
@@ -23,4 +23,4 @@ inline std::vector<double> HolmAdjusted(const std::vector<double>& p) {
   return adjusted;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

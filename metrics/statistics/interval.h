@@ -1,7 +1,7 @@
 // What the procedures of this folder share. All intervals are at 95 %, two-sided.
 #pragma once
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 struct Interval {
   double lower;
@@ -13,4 +13,4 @@ inline constexpr double kNormal975 = 1.959963984540054;
 // Two-sided significance level.
 inline constexpr double kAlpha = 0.05;
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

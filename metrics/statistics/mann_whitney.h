@@ -8,7 +8,7 @@
 
 #include "metrics/statistics/ranks.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // statistic: U, number of pairs (a, b) with a > b, half of one for a = b. Up to 50 values in all the
 // distribution is exact, also with ties: over all ways to choose the sample, given the ranks. Beyond, normal
@@ -45,4 +45,4 @@ inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const doubl
   return test;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Two-sided p of the pairs in which only one of the two succeeded: min(1, 2 P(Binomial(a + b, 1/2) <= min(a,
 // b))). 1 without such pairs.
@@ -17,4 +17,4 @@ inline double McNemarTest(int only_a, int only_b) {
   return std::min(1.0, 2 * cdf(binomial, std::min(only_a, only_b)));
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -8,7 +8,7 @@
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/wilson.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Independent samples. Source: Newcombe 1998, "Interval estimation for the difference between independent
 // proportions", Statistics in Medicine 17, method 10. [-1, 1] where a sample is empty.
@@ -59,4 +59,4 @@ inline Interval NewcombePairedInterval(const PairCounts& counts) {
           a - b + distance(wilson_a.upper - a, b - wilson_b.lower)};
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

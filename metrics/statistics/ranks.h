@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 struct Ranks {
   // Twice the rank of each value, ties getting the mean of their ranks: whole numbers.
@@ -59,4 +59,4 @@ inline double ExactTwoSided(const std::vector<double>& weights, int statistic) {
   return std::min(1.0, 2 * std::min(lower, upper) / all);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

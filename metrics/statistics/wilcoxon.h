@@ -10,7 +10,7 @@
 
 #include "metrics/statistics/ranks.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // Differences of zero are left out, as Wilcoxon did; statistic: sum of the ranks of positive differences. Up
 // to 50 others the distribution is exact, also with ties: over all signs, given the ranks. Beyond, normal
@@ -47,4 +47,4 @@ inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
   return test;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -7,7 +7,7 @@
 
 #include "metrics/statistics/interval.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // (p + z^2/2n +- z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n) with p = successes / n. [0, 1] without trials.
 inline Interval WilsonInterval(int successes, int trials) {
@@ -21,4 +21,4 @@ inline Interval WilsonInterval(int successes, int trials) {
           successes == trials ? 1 : std::min(1.0, (center + half_width) / scale)};
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <sstream>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 Arguments::Arguments(const Expression& expression, std::vector<std::string> required,
                      std::vector<std::string> optional)
@@ -98,8 +98,9 @@ bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a,
     return geom >= 0 && static_cast<size_t>(geom) < set.size() && set[geom];
   };
   return std::any_of(contacts.begin(), contacts.end(), [&](const contact_t& contact) {
-    return contact.distance_m <= kContactDistance && ((in(a, contact.geom_a) && in(b, contact.geom_b)) ||
-                                                      (in(b, contact.geom_a) && in(a, contact.geom_b)));
+    return contact.distance_m <= contact_t::TOUCH_DISTANCE_M &&
+           ((in(a, contact.geom_a) && in(b, contact.geom_b)) ||
+            (in(b, contact.geom_a) && in(a, contact.geom_b)));
   });
 }
 
@@ -134,4 +135,4 @@ int TiltAxis(const Arguments& arguments) {
   throw InputError(axis->location.ToString() + ": key 'axis': expected x or y, got '" + axis->value + "'");
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -14,7 +14,7 @@
 #include "metrics/task/predicate.h"
 #include "models/task_description.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // A number about a tick, in SI units.
 class Quantity {
@@ -75,4 +75,4 @@ inline constexpr int kNoAxis = -1;
 // Argument `axis` (x or y, optional) as for Tilt().
 int TiltAxis(const Arguments& arguments);
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "models/model_consistency.h"
 #include "models/physics_model.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 namespace {
 
 constexpr char kGripperSuffix[] = "_gripper";
@@ -105,4 +105,4 @@ std::vector<uint8_t> ModelNames::ObjectGeoms(int object) const {
   return GeomsOfEntity(model_.object_entity[object]);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

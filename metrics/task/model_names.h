@@ -9,7 +9,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "models/source_location.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 class ModelNames {
  public:
@@ -42,4 +42,4 @@ class ModelNames {
   const model_info_t& model_;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

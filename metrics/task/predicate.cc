@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace evalbus {
+namespace evalbus::metrics {
 namespace {
 
 void SetTick(const header_t& header, condition_t* condition) {
@@ -79,4 +79,4 @@ void Within::Explain(std::vector<condition_t>* conditions) const {
   conditions->push_back(std::move(condition));
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -11,7 +11,7 @@
 #include "evalbus/header_t.hpp"
 #include "evalbus/state_t.hpp"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 // One tick of the world.
 struct WorldView {
@@ -77,4 +77,4 @@ class Within : public Predicate {
   double value_ = 0;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

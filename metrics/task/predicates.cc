@@ -4,10 +4,10 @@
 #include <map>
 #include <numbers>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "metrics/task/expressions.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 namespace {
 
 // A pad of the gripper touches the object; gripper `any`: of any gripper; `first`: of the one that held the
@@ -374,4 +374,4 @@ std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const 
                    "'; expected " + known);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -2,10 +2,10 @@
 #include <cmath>
 #include <map>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "metrics/task/expressions.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 namespace {
 
 // Distance (m) between two points: a gripper's is the wrist of its arm, anything else's the origin of its
@@ -113,4 +113,4 @@ std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const Co
                    "'; expected " + known);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace evalbus {
+namespace evalbus::metrics {
 namespace {
 
 // A robot body further than this from the origin (m) is a failure of any task.
@@ -118,4 +118,4 @@ std::vector<condition_t> TaskEvaluator::ExplainUnmet() const {
   return conditions;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

@@ -10,7 +10,7 @@
 #include "metrics/task/model_names.h"
 #include "models/task_description.h"
 
-namespace evalbus {
+namespace evalbus::metrics {
 
 enum class Verdict { kUndecided, kSuccess, kFailure };
 
@@ -64,4 +64,4 @@ class TaskEvaluator {
   std::vector<double> pose_error_;
 };
 
-}  // namespace evalbus
+}  // namespace evalbus::metrics

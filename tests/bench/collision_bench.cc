@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "metrics/collision/checker.h"
+#include "collision/checker.h"
 #include "models/scene.h"
 
 namespace evalbus {
@@ -116,7 +116,7 @@ PairSet MujocoPairs(const mjData& data) {
   return pairs;
 }
 
-void SetPoses(CollisionChecker* checker, const Pose& pose) {
+void SetPoses(collision::CollisionChecker* checker, const Pose& pose) {
   const int num_bodies = static_cast<int>(pose.position.size() / 3);
   for (int body = 0; body < num_bodies; ++body) {
     checker->SetBodyPose(body, pose.position.data() + 3 * body, pose.quat.data() + 4 * body);
@@ -150,7 +150,7 @@ const std::vector<Pose>& PosesOf(const benchmark::State& state) {
 void FindContacts(benchmark::State& state) {
   LiftPot& lift_pot = LiftPot::Get();
   const std::vector<Pose>& poses = PosesOf(state);
-  CollisionChecker checker(lift_pot.scene.physics.get(), lift_pot.scene.info);
+  collision::CollisionChecker checker(lift_pot.scene.physics.get(), lift_pot.scene.info);
   double touching = 0;
   for (const Pose& pose : poses) {
     lift_pot.Set(pose);
@@ -183,9 +183,9 @@ void MujocoCollision(benchmark::State& state) {
 
 void FindClearance(benchmark::State& state) {
   LiftPot& lift_pot = LiftPot::Get();
-  CollisionChecker checker(lift_pot.scene.physics.get(), lift_pot.scene.info);
+  collision::CollisionChecker checker(lift_pot.scene.physics.get(), lift_pot.scene.info);
   SetPoses(&checker, PosesOf(state)[0]);
-  const std::optional<Clearance> clearance = checker.FindClearance();
+  const std::optional<collision::Clearance> clearance = checker.FindClearance();
   if (!clearance || std::abs(clearance->distance) > 1) return state.SkipWithError("implausible clearance");
   Measure(
       state, PosesOf(state), [&](const Pose& pose) { SetPoses(&checker, pose); },
@@ -196,7 +196,7 @@ void FindClearance(benchmark::State& state) {
 // of the pairs that are checked at all.
 class Boxes {
  public:
-  explicit Boxes(const CollisionChecker& checker) {
+  explicit Boxes(const collision::CollisionChecker& checker) {
     const mjModel& m = *LiftPot::Get().scene.physics;
     for (int geom = 0; geom < m.ngeom; ++geom) {
       if (m.geom_type[geom] == mjGEOM_PLANE) continue;
@@ -251,7 +251,7 @@ bool CountPair(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
 
 void BroadPhaseList(benchmark::State& state) {
   LiftPot& lift_pot = LiftPot::Get();
-  Boxes boxes(CollisionChecker(lift_pot.scene.physics.get(), lift_pot.scene.info));
+  Boxes boxes(collision::CollisionChecker(lift_pot.scene.physics.get(), lift_pot.scene.info));
   Measure(
       state, PosesOf(state),
       [&](const Pose& pose) {
@@ -267,7 +267,7 @@ void BroadPhaseList(benchmark::State& state) {
 template <class Manager>
 void BroadPhaseManager(benchmark::State& state) {
   LiftPot& lift_pot = LiftPot::Get();
-  Boxes boxes(CollisionChecker(lift_pot.scene.physics.get(), lift_pot.scene.info));
+  Boxes boxes(collision::CollisionChecker(lift_pot.scene.physics.get(), lift_pot.scene.info));
   Manager manager;
   lift_pot.Set(PosesOf(state)[0]);
   boxes.Place();

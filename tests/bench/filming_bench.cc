@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "bus/errors.h"
-#include "cli/processes.h"
+#include "base/errors.h"
+#include "cli/launch/processes.h"
 
 namespace evalbus {
 namespace {
@@ -26,9 +26,9 @@ struct Times {
 
 // Seconds until the scores, and the films, were there.
 Times Run(const std::filesystem::path& folder, const std::string& options) {
-  const std::string command =
-      fmt::format("{} run lift_pot/position --episodes {} --seed 1 --out {} {} 2>&1",
-                  (Processes::BinaryFolder() / "evalbus").string(), kEpisodes, folder.string(), options);
+  const std::string command = fmt::format("{} run lift_pot/position --episodes {} --seed 1 --out {} {} 2>&1",
+                                          (launch::Processes::BinaryFolder() / "evalbus").string(), kEpisodes,
+                                          folder.string(), options);
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   Times times;

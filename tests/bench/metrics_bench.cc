@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "metrics/rollout_metrics.h"
+#include "metrics/episode/rollout_metrics.h"
 
 namespace evalbus {
 namespace {
@@ -24,11 +24,11 @@ struct Episode {
     std::array<double, kJoints> q, w, torque;
   };
   std::vector<std::array<ArmData, 2>> data{kSteps};
-  std::vector<std::array<ArmSample, 2>> arms{kSteps};
+  std::vector<std::array<metrics::ArmSample, 2>> arms{kSteps};
   std::vector<double> opening = {0.4, 0.4};
   std::vector<uint8_t> held = {1, 1};
-  std::vector<GeomContact> contacts;
-  std::vector<Sample> samples;
+  std::vector<metrics::GeomContact> contacts;
+  std::vector<metrics::Sample> samples;
 
   Episode() {
     for (int k = 0; k < 30; ++k) {
@@ -63,8 +63,8 @@ struct Episode {
   }
 };
 
-MetricsConfig Config() {
-  MetricsConfig config;
+metrics::MetricsConfig Config() {
+  metrics::MetricsConfig config;
   for (const char* name : {"left", "right"}) {
     config.arms.push_back({.name = name,
                            .num_joints = kJoints,
@@ -75,9 +75,9 @@ MetricsConfig Config() {
   config.objects = {"pot"};
   config.control_dt = kDt;
   config.slip_sample_window = 1;
-  config.geom_owner.assign(kGeoms, GeomOwner::kScene);
-  std::fill(config.geom_owner.begin() + 10, config.geom_owner.begin() + 50, GeomOwner::kRobot);
-  std::fill(config.geom_owner.begin() + 50, config.geom_owner.end(), GeomOwner::kObject);
+  config.geom_owner.assign(kGeoms, metrics::GeomOwner::kScene);
+  std::fill(config.geom_owner.begin() + 10, config.geom_owner.begin() + 50, metrics::GeomOwner::kRobot);
+  std::fill(config.geom_owner.begin() + 50, config.geom_owner.end(), metrics::GeomOwner::kObject);
   for (int k = 1; k <= 4; ++k) config.stages.push_back({.index = k, .name = "stage"});
   config.target_distances = {"lift", "left", "right"};
   config.pose_errors = {""};
@@ -85,7 +85,7 @@ MetricsConfig Config() {
 }
 
 // The values of the episode in closed form.
-const char* Wrong(const RolloutMetrics& metrics) {
+const char* Wrong(const metrics::RolloutMetrics& metrics) {
   metric_values_t v{};
   metrics.Values(&v);
   // Chords of a circle of radius 0.1, turned by dt a step; the pose turns by dt / 2.
@@ -104,12 +104,12 @@ const char* Wrong(const RolloutMetrics& metrics) {
 
 void MetricStep(benchmark::State& state) {
   const Episode episode;
-  RolloutMetrics metrics(Config());
+  metrics::RolloutMetrics metrics(Config());
   std::vector<double> times;
   for (auto _ : state) {
     metrics.Start(episode.opening, episode.held);
     const auto begin = std::chrono::steady_clock::now();
-    for (const Sample& sample : episode.samples) metrics.Step(sample);
+    for (const metrics::Sample& sample : episode.samples) metrics.Step(sample);
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
     times.push_back(time.count() / kSteps);
     state.SetIterationTime(time.count());
@@ -123,14 +123,14 @@ BENCHMARK(MetricStep)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
 void MetricStepAndLiveValues(benchmark::State& state) {
   const Episode episode;
-  RolloutMetrics metrics(Config());
+  metrics::RolloutMetrics metrics(Config());
   metric_values_t values{};
   extended_metrics_t extended{};
   std::vector<double> times;
   for (auto _ : state) {
     metrics.Start(episode.opening, episode.held);
     const auto begin = std::chrono::steady_clock::now();
-    for (const Sample& sample : episode.samples) {
+    for (const metrics::Sample& sample : episode.samples) {
       metrics.Step(sample);
       metrics.Values(&values);
       metrics.Extended(&extended);

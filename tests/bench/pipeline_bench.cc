@@ -12,13 +12,14 @@
 #include <iostream>
 #include <lcm/lcm-cpp.hpp>
 
+#include "base/errors.h"
+#include "base/run_layout.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "bus/errors.h"
 #include "bus/event_log.h"
-#include "bus/recorder.h"
-#include "cli/evaluate.h"
-#include "cli/network.h"
+#include "bus/private_network.h"
+#include "bus/recorder/recorder.h"
+#include "cli/launch/launch.h"
 #include "evalbus/state_t.hpp"
 #include "models/scene.h"
 #include "sim/world.h"
@@ -37,7 +38,7 @@ double SecondsSince(SteadyTime start) {
 }
 
 // Time between the first and the last score of each episode, as any listener sees it.
-class Stopwatch : public RunListener {
+class Stopwatch : public launch::RunListener {
  public:
   void OnPartial(const partial_metrics_t& partial) override {
     if (partial.header.tick == 0) first_ = steady_clock::now();
@@ -125,8 +126,8 @@ class BareStepping {
   RobotDescription robot_;
   Scene scene_;
   const mjModel* model_;
-  World world_;
-  DataPtr data_;
+  sim::World world_;
+  sim::DataPtr data_;
   int substeps_;
   std::vector<int> arm_dofs_;
 };
@@ -184,22 +185,23 @@ double PingPong() {
 }
 
 void Measure(double control_hz, const std::filesystem::path& folder) {
-  RunOptions options;
+  launch::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.sim.control_hz = control_hz;
   options.policy = "expert";
-  RunPlan plan{"lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
+  launch::RunPlan plan{
+      "lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
   for (int i = 0; i < kEpisodes; ++i) plan.episodes.push_back(i);
   BareStepping bare_stepping(options.sim.task, static_cast<int>(std::lround(1 / (control_hz * kTimestep))));
   std::vector<double> bare, one_process, processes;
   for (int round = 0; round < kRounds; ++round) {
     for (const bool in_process : {true, false}) {
       const auto out = folder / fmt::format("{}-{}-{}", control_hz, round, in_process);
-      const RunFolder run(out);
+      const results::RunFolder run(out);
       options.in_process = in_process;
       options.url = in_process ? "" : LocalMulticastUrl(static_cast<uint32_t>(round));
       Stopwatch stopwatch;
-      (in_process ? EvaluateInProcess : EvaluateProcesses)(options, run, plan, &stopwatch);
+      (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(options, run, plan, &stopwatch);
       if (stopwatch.successes != kEpisodes) throw EnvironmentError("a timed episode failed");
       (in_process ? one_process : processes).push_back(stopwatch.wall_s / stopwatch.steps * 1e6);
       std::vector<Recorded> episodes;

@@ -3,7 +3,7 @@
 
 #include "models/scene.h"
 #include "policy_bridge/factory.h"
-#include "policy_bridge/ik.h"
+#include "policy_bridge/planning/ik.h"
 #include "sim/world.h"
 
 namespace evalbus {
@@ -16,11 +16,11 @@ struct Setting {
   state_t state{};
 
   Setting() {
-    World world(scene.physics.get(), scene.info, robot, task, 10);
+    sim::World world(scene.physics.get(), scene.info, robot, task, 10);
     world.Reset(1, task.variation("position_and_orientation"));
     world.Fill(&state);
   }
-  ArmChain Chain() const { return ArmChain(*scene.physics, scene.info.arm[0]); }
+  policy::ArmChain Chain() const { return policy::ArmChain(*scene.physics, scene.info.arm[0]); }
 };
 
 Setting& GetSetting() {
@@ -29,9 +29,9 @@ Setting& GetSetting() {
 }
 
 void ForwardKinematicsAndJacobian(benchmark::State& bench) {
-  const ArmChain chain = GetSetting().Chain();
-  JointVector q = chain.home();
-  Jacobian jacobian;
+  const policy::ArmChain chain = GetSetting().Chain();
+  policy::JointVector q = chain.home();
+  policy::Jacobian jacobian;
   for (auto _ : bench) {
     q[0] = -q[0] + 1e-3;
     benchmark::DoNotOptimize(chain.Forward(q, &jacobian));
@@ -43,11 +43,11 @@ BENCHMARK(ForwardKinematicsAndJacobian);
 
 // One arm follows a line of 4 cm: what a knot of a plan costs.
 void InverseKinematics(benchmark::State& bench) {
-  const ArmChain chain = GetSetting().Chain();
+  const policy::ArmChain chain = GetSetting().Chain();
   const Eigen::Isometry3d target = Eigen::Translation3d(0.02, 0.02, 0.025) * chain.Forward(chain.home());
-  IkResult result;
+  policy::IkResult result;
   for (auto _ : bench) {
-    result = SolveIk(chain, target, chain.home());
+    result = policy::SolveIk(chain, target, chain.home());
     benchmark::DoNotOptimize(result);
   }
   if (!result.converged) bench.SkipWithError("did not converge");
@@ -58,7 +58,7 @@ BENCHMARK(InverseKinematics);
 // Tick 0, once per episode: all motions are planned.
 void ExpertPlans(benchmark::State& bench) {
   Setting& setting = GetSetting();
-  const auto expert = MakePolicy("expert", *setting.scene.physics, setting.scene.info);
+  const auto expert = policy::MakePolicy("expert", *setting.scene.physics, setting.scene.info);
   setting.state.header.sim_time_us = 0;
   action_t action{};
   for (auto _ : bench) {
@@ -75,7 +75,7 @@ BENCHMARK(ExpertPlans)->Unit(benchmark::kMicrosecond);
 // Every other tick.
 void ExpertActs(benchmark::State& bench) {
   Setting& setting = GetSetting();
-  const auto expert = MakePolicy("expert", *setting.scene.physics, setting.scene.info);
+  const auto expert = policy::MakePolicy("expert", *setting.scene.physics, setting.scene.info);
   expert->Begin({});
   action_t action{};
   setting.state.header.sim_time_us = 0;

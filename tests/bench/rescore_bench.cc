@@ -8,13 +8,13 @@
 #include <filesystem>
 #include <iostream>
 
+#include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "bus/errors.h"
 #include "bus/event_log.h"
-#include "cli/episode_logs.h"
-#include "cli/evaluate.h"
-#include "cli/rescore.h"
+#include "cli/launch/launch.h"
+#include "cli/results/episode_logs.h"
+#include "cli/results/rescorer.h"
 
 namespace evalbus {
 namespace {
@@ -51,25 +51,26 @@ int64_t Walk(const std::filesystem::path& file, bool decode) {
 }
 
 void Measure(const std::filesystem::path& folder) {
-  RunOptions options;
+  launch::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.in_process = true;
-  RunPlan plan{"lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
+  launch::RunPlan plan{
+      "lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
   for (int i = 0; i < kEpisodes; ++i) plan.episodes.push_back(i);
-  const RunFolder run(folder);
-  RunListener nobody;
-  EvaluateInProcess(options, run, plan, &nobody);
-  const auto logs = EpisodeLogs(folder);
+  const results::RunFolder run(folder);
+  launch::RunListener nobody;
+  launch::EvaluateInProcess(options, run, plan, &nobody);
+  const auto logs = results::EpisodeLogs(folder);
 
   std::vector<double> whole, walk, decode;
   double simulated = 0;
   int64_t ticks = 0;
   for (int round = 0; round < kRounds; ++round) {
     auto start = steady_clock::now();
-    Rescorer rescorer;
+    results::Rescorer rescorer;
     simulated = 0;
     for (const auto& log : logs) {
-      const RescoredLog scored = rescorer.Rescore(log);
+      const results::RescoredLog scored = rescorer.Rescore(log);
       if (scored.episodes.size() != 1 || !scored.episodes[0].equal() ||
           !scored.episodes[0].summary.complete) {
         throw EnvironmentError("a timed score is not the recorded one");

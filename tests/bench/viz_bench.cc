@@ -10,14 +10,14 @@
 #include <cstdlib>
 #include <vector>
 
-#include "tests/unit/viz_scene.h"
-#include "viz/overlay.h"
-#include "viz/renderer.h"
+#include "tests/unit/viz/viz_scene.h"
+#include "viz/pictures/overlay.h"
+#include "viz/pictures/renderer.h"
 
 namespace evalbus {
 namespace {
 
-constexpr FrameSize kSize{640, 480};
+constexpr viz::FrameSize kSize{640, 480};
 // What Renderer draws for a picture of that size.
 constexpr mjrRect kDrawn{0, 0, 960, 720};
 
@@ -28,8 +28,8 @@ double CpuSeconds() {
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
 }
 
-OverlayText Text() {
-  OverlayText text;
+viz::OverlayText Text() {
+  viz::OverlayText text;
   text.title = "lift_pot/position";
   text.subtitle = "episode 3, seed 1234567890";
   text.stages = {{"left_gripper_holds_pot", true}, {"right_gripper_holds_pot", true}, {"pot_lifted", false}};
@@ -39,16 +39,16 @@ OverlayText Text() {
 
 // Our own frames as they go to the encoder, taken in turns with bare ones.
 void Frames(benchmark::State& state, const char* camera_name) {
-  const Scene scene = LiftPotScene();
-  std::vector<double> qpos = HomeQpos(*scene.visual);
-  const int camera = FindCamera(*scene.visual, camera_name);
+  const Scene scene = viz::LiftPotScene();
+  std::vector<double> qpos = viz::HomeQpos(*scene.visual);
+  const int camera = viz::FindCamera(*scene.visual, camera_name);
 
-  Renderer renderer(Copy(*scene.visual), kSize);
-  const Overlay overlay(kSize);
-  const OverlayText text = Text();
-  Frame frame(kSize);
+  viz::Renderer renderer(viz::Copy(*scene.visual), kSize);
+  const viz::Overlay overlay(kSize);
+  const viz::OverlayText text = Text();
+  viz::Frame frame(kSize);
 
-  ModelPtr model = Copy(*scene.visual);
+  ModelPtr model = viz::Copy(*scene.visual);
   model->vis.global.offwidth = kDrawn.width;
   model->vis.global.offheight = kDrawn.height;
   model->vis.quality.offsamples = 0;
@@ -74,7 +74,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
   view.fixedcamid = camera;
   mjv_updateScene(model.get(), data, &option, nullptr, &view, mjCAT_ALL, &bare);
 
-  const state_t shown = StateOf(qpos);
+  const state_t shown = viz::StateOf(qpos);
   const auto draw_ours = [&] {
     renderer.SetState(shown);
     renderer.Render(camera, &frame);

@@ -5,18 +5,19 @@
 #include <filesystem>
 #include <optional>
 
-#include "bus/errors.h"
-#include "bus/recorder.h"
-#include "cli/live_view.h"
-#include "cli/run_controller.h"
-#include "metrics/collision/collision_component.h"
+#include "base/errors.h"
+#include "base/random.h"
+#include "base/sha256.h"
+#include "bus/recorder/recorder.h"
+#include "cli/launch/live_view.h"
+#include "cli/launch/run_controller.h"
+#include "collision/collision_component.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
-#include "sim/episode_seed.h"
 #include "sim/sim_component.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
-#include "viz/monitor/monitor_model.h"
+#include "viz/terminal/monitor_model.h"
 #include "viz/viz_component.h"
 
 namespace evalbus {
@@ -34,7 +35,7 @@ class Monitor : public Component {
   }
   void Poll(SteadyTime now) override {
     for (const auto& [width, height] : {std::pair(200, 60), {80, 24}, {10, 3}}) {
-      for (const Line& line : model_.Lines(width, height, now)) Text(line);
+      for (const viz::Line& line : model_.Lines(width, height, now)) viz::LineText(line);
     }
     model_.ProgressLine(now);
     model_.TakeEvents(now);
@@ -42,24 +43,24 @@ class Monitor : public Component {
   }
 
  private:
-  MonitorModel model_;
+  viz::MonitorModel model_;
 };
 
 // What `evalbus run` does besides starting the others.
-class Launcher : public RunController {
+class Launcher : public launch::RunController {
  public:
-  Launcher(Bus* bus, const RunPlan& plan, const RunFolder& folder, LiveView* view)
-      : RunController(bus, plan, folder, view), view_(view) {
+  Launcher(Bus* bus, const launch::RunPlan& plan, const results::RunFolder& folder, launch::LiveView* view)
+      : launch::RunController(bus, plan, folder, view), view_(view) {
     ExpectStart();
   }
   void Poll(SteadyTime now) override {
-    RunController::Poll(now);
+    launch::RunController::Poll(now);
     Silent(now);
     view_->Lines(80, now);
   }
 
  private:
-  LiveView* view_;
+  launch::LiveView* view_;
 };
 
 void Drain(Bus* bus) {
@@ -82,30 +83,30 @@ class Run {
   std::unique_ptr<Component> Make(int part, Bus* bus) {
     switch (part) {
       case 0:
-        return std::make_unique<MetricsComponent>(bus);
+        return std::make_unique<metrics::MetricsComponent>(bus);
       case 1:
-        return std::make_unique<SimComponent>(bus, sim_);
+        return std::make_unique<sim::SimComponent>(bus, sim_);
       case kRealtimeSim: {
-        SimOptions realtime = sim_;
+        sim::SimOptions realtime = sim_;
         realtime.realtime = true;
-        return std::make_unique<SimComponent>(bus, realtime);
+        return std::make_unique<sim::SimComponent>(bus, realtime);
       }
       case 3:
-        return std::make_unique<CollisionComponent>(bus);
+        return std::make_unique<collision::CollisionComponent>(bus);
       case kExpert:
-        return std::make_unique<PolicyComponent>(bus, "noisy_expert");
+        return std::make_unique<policy::PolicyComponent>(bus, "noisy_expert");
       case 5:
         Clear();
         return std::make_unique<Recorder>(bus, folder_.path());
       case 6: {
         Clear();
-        RunPlan plan;
+        launch::RunPlan plan;
         plan.task = "small";
         plan.variation = "base";
         plan.episodes = {0, 1};
         plan.required = {"policy"};
         plan.realtime = plan.policy_is_external = true;
-        LiveHeader header;
+        launch::LiveHeader header;
         header.episodes = 2;
         view_.emplace(nowhere_, header);
         return std::make_unique<Launcher>(bus, plan, run_folder_, &*view_);
@@ -113,7 +114,7 @@ class Run {
       case 7:
         return std::make_unique<Monitor>(bus);
       default:
-        return std::make_unique<VizComponent>(bus, VizOptions{{"overview"}, {32, 32}, 15});
+        return std::make_unique<viz::VizComponent>(bus, viz::VizOptions{{"overview"}, {32, 32}, 15});
     }
   }
 
@@ -145,7 +146,7 @@ class Run {
     model.physics_file = folder_.path() / "expert/model/physics.mjb";
     mj_saveModel(scene.physics.get(), model.physics_file.c_str(), nullptr, 0);
     model.physics_sha256 = Sha256File(model.physics_file);
-    World world(scene.physics.get(), scene.info, robot, task, 10);
+    sim::World world(scene.physics.get(), scene.info, robot, task, 10);
     world.Reset(0, task.variations[0]);
 
     experts_samples_ = samples_;
@@ -172,13 +173,13 @@ class Run {
     bus.SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t) {
       samples_[channel].emplace_back(data.begin(), data.end());
     });
-    SimOptions options = sim_;
+    sim::SimOptions options = sim_;
     options.episodes = 1;
-    CollisionComponent collision(&bus);
-    MetricsComponent metrics(&bus);
-    PolicyComponent policy(&bus, "hold");
+    collision::CollisionComponent collision(&bus);
+    metrics::MetricsComponent metrics(&bus);
+    policy::PolicyComponent policy(&bus, "hold");
     Recorder recorder(&bus, folder_.path());
-    SimComponent sim(&bus, options);
+    sim::SimComponent sim(&bus, options);
     while (!sim.done()) {
       sim.Poll(steady_clock::now());
       metrics.Poll(steady_clock::now());
@@ -192,11 +193,11 @@ class Run {
   }
 
   SmallScene folder_;
-  SimOptions sim_;
+  sim::SimOptions sim_;
   Samples samples_, experts_samples_;
-  RunFolder run_folder_ = RunFolder::OfWorker(folder_.path());
+  results::RunFolder run_folder_ = results::RunFolder::OfWorker(folder_.path());
   FILE* nowhere_ = std::fopen("/dev/null", "w");
-  std::optional<LiveView> view_;
+  std::optional<launch::LiveView> view_;
 };
 
 }  // namespace

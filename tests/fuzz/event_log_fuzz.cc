@@ -2,14 +2,14 @@
 // 128 on a Conversation that is recorded whole, so that what lies behind the log's framing is reached, too.
 #include <cstdlib>
 
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "bus/event_log.h"
-#include "cli/rescore.h"
+#include "cli/results/rescorer.h"
 #include "policy_bridge/policy_component.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/small_world.h"
-#include "viz/film.h"
+#include "viz/pictures/film.h"
 
 namespace evalbus {
 namespace {
@@ -73,14 +73,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (bytes + static_cast<size_t>(reader.damaged_bytes()) != std::filesystem::file_size(file)) std::abort();
 
   Try([&] {
-    for (const RescoredEpisode& episode : Rescorer().Rescore(file).episodes) {
-      Compare(episode.recorded, episode.summary);
+    for (const results::RescoredEpisode& episode : results::Rescorer().Rescore(file).episodes) {
+      results::DescribeDifference(episode.recorded, episode.summary);
     }
   });
   // Under a task of the user's, which decides when the episode ends.
-  Try([&] { Rescorer(task).Rescore(file); });
-  Try([&] { OpenRecording(file)(0); });
+  Try([&] { results::Rescorer(task).Rescore(file); });
+  Try([&] { policy::OpenRecording(file)(0); });
   // There is no model to draw; until then it reads.
-  Try([&] { FilmEpisode(file, {"overview"}, {}, folder.path()); });
+  Try([&] { viz::FilmEpisode(file, {"overview"}, {}, folder.path()); });
   return 0;
 }

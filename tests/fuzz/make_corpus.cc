@@ -5,12 +5,12 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/random.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
-#include "sim/episode_seed.h"
+#include "evalbus/all_messages.hpp"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
-#include "tests/unit/all_messages.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus {

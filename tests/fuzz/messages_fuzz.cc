@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "bus/bus.h"
-#include "tests/unit/all_messages.h"
+#include "evalbus/all_messages.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size == 0) return 0;

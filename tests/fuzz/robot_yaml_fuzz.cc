@@ -1,5 +1,5 @@
 // Any text as a robot description, and the robot in a scene.
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "tests/fuzz/small_scene.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -2,11 +2,11 @@
 // report, compare and export, and as by --resume.
 #include <algorithm>
 
-#include "bus/errors.h"
-#include "cli/compare.h"
-#include "cli/compare_text.h"
-#include "cli/run_folder.h"
-#include "cli/run_reader.h"
+#include "base/errors.h"
+#include "cli/results/comparison.h"
+#include "cli/results/comparison_text.h"
+#include "cli/results/run_folder.h"
+#include "cli/results/run_reader.h"
 #include "tests/fuzz/scratch_file.h"
 
 namespace {
@@ -29,16 +29,16 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (end != data + size) ++end;
   folder.Write("episodes.jsonl", end, static_cast<size_t>(data + size - end));
   Try([] {
-    const RecordedRuns runs = ReadRuns(folder.path());
+    const results::RecordedRuns runs = results::ReadRuns(folder.path());
     runs.runs[0].Remarks();
-    for (const RecordedEpisode& episode : runs.runs[0].episodes) episode.Values();
+    for (const results::RecordedEpisode& episode : runs.runs[0].episodes) episode.Values();
     // With itself, but for another order of seeds.
-    RecordedRuns baseline = runs;
+    results::RecordedRuns baseline = runs;
     std::swap(baseline.runs[0].episodes.front().seed, baseline.runs[0].episodes.back().seed);
-    const Comparison comparison = Compare(runs, baseline);
-    ComparisonText(comparison, true);
-    ComparisonJson({comparison}).dump();
+    const results::Comparison comparison = results::CompareRuns(runs, baseline);
+    results::ComparisonText(comparison, true);
+    results::ComparisonJson({comparison}).dump();
   });
-  Try([] { RunFolder::OfWorker(folder.path()).SortEpisodes(); });
+  Try([] { results::RunFolder::OfWorker(folder.path()).SortEpisodes(); });
   return 0;
 }

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "metrics/collision/checker.h"
-#include "metrics/episode_scorer.h"
+#include "collision/checker.h"
+#include "metrics/episode/episode_scorer.h"
 #include "models/physics_model.h"
 #include "models/scene.h"
 #include "sim/world.h"
@@ -96,10 +96,10 @@ inline void PlayTask(const TaskDescription& task, const std::string& variation,
   Scene scene = BuildScene(task, robot);
   InstallMujocoHandlers();
   scene.info.substeps = 2;
-  World world(scene.physics.get(), scene.info, robot, task, scene.info.substeps);
+  sim::World world(scene.physics.get(), scene.info, robot, task, scene.info.substeps);
   world.Reset(1, task.variation(variation));
-  CollisionChecker checker(scene.physics.get(), scene.info);
-  EpisodeScorer scorer(scene.info, task);
+  collision::CollisionChecker checker(scene.physics.get(), scene.info);
+  metrics::EpisodeScorer scorer(scene.info, task);
   state_t state{};
   for (bool stable = true; stable && state.header.tick < 3; ++state.header.tick) {
     world.Fill(&state);

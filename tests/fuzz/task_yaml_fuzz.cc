@@ -1,5 +1,5 @@
 // Any text as a task description, and what follows from it: the scene composed, compiled, stepped and judged.
-#include "bus/errors.h"
+#include "base/errors.h"
 #include "tests/fuzz/small_scene.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

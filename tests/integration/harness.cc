@@ -12,11 +12,12 @@
 #include <sstream>
 #include <thread>
 
+#include "base/errors.h"
+#include "base/run_layout.h"
 #include "bus/channels.h"
-#include "bus/errors.h"
 #include "bus/event_log.h"
-#include "bus/recorder.h"
-#include "cli/network.h"
+#include "bus/private_network.h"
+#include "bus/recorder/recorder.h"
 
 namespace evalbus {
 namespace {

@@ -1,9 +1,9 @@
 // Style and script of a report: report.css and report.js, turned into text by CMake.
 #pragma once
 
-namespace evalbus {
+namespace evalbus::viz {
 
 extern const char* const kReportCss;
 extern const char* const kReportJs;
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -10,7 +10,7 @@
 #include "viz/report/page.h"
 #include "viz/report/scale.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 namespace {
 
 const char* ClassOf(Judgement judgement) { return judgement == Judgement::kNone ? "none" : Word(judgement); }
@@ -109,4 +109,4 @@ std::string ComparisonPage(const std::string& title, const std::vector<ReportCom
   });
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

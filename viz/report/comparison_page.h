@@ -7,7 +7,7 @@
 
 #include "viz/report/judgement.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 
 // A value of a run and of the baseline; NaN where there is none.
 struct ReportDifference {
@@ -42,4 +42,4 @@ struct ReportComparison {
 std::string ComparisonPage(const std::string& title, const std::vector<ReportComparison>& comparisons,
                            const std::string& made_by);
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -11,7 +11,7 @@
 
 #include "viz/report/scale.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 namespace {
 
 using Kind = EpisodeEvent::Kind;
@@ -305,4 +305,4 @@ void DrawDifference(double difference, double lower, double upper, const std::st
   });
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

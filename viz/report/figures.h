@@ -8,7 +8,7 @@
 
 #include "viz/report/markup.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 
 // Distribution of a metric over episodes: stacked bars, and above them the 5th to 95th percentile with the
 // median.
@@ -69,4 +69,4 @@ struct Axis {
 std::string PathOf(std::span<const double> x, std::span<const double> y, const Axis& x_axis,
                    const Axis& y_axis);
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -1,7 +1,7 @@
 // What a difference between a run and its baseline comes to.
 #pragma once
 
-namespace evalbus {
+namespace evalbus::viz {
 
 // kDiffers: there is a difference, and nothing says which side is the better one.
 enum class Judgement { kNone, kBetter, kWorse, kDiffers };
@@ -21,4 +21,4 @@ inline const char* Word(Judgement judgement) {
   return "";
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -4,7 +4,7 @@
 
 #include <cctype>
 
-namespace evalbus {
+namespace evalbus::viz {
 
 void Markup::Open(const char* name, Attributes attributes) {
   printer_.OpenElement(name, true);
@@ -48,4 +48,4 @@ std::string Url(const std::filesystem::path& relative) {
   return url;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

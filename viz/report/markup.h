@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-namespace evalbus {
+namespace evalbus::viz {
 
 class Markup {
  public:
@@ -47,4 +47,4 @@ class Markup {
 // written as %XX.
 std::string Url(const std::filesystem::path& relative);
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace evalbus {
+namespace evalbus::viz {
 namespace {
 
 // RoboEval's names carry no unit; docs/metrics.md has it.
@@ -54,4 +54,4 @@ MetricName NameForPeople(const std::string& metric) {
   return result;
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

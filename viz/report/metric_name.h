@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace evalbus {
+namespace evalbus::viz {
 
 struct MetricName {
   std::string label;  // "cartesian path length, left"
@@ -14,4 +14,4 @@ struct MetricName {
 // Of a name as in summary.json: "extended.peak_wrist_speed_mps.left".
 MetricName NameForPeople(const std::string& metric);
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

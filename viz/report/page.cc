@@ -7,7 +7,7 @@
 #include "viz/report/assets.h"
 #include "viz/report/scale.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 
 std::string Page(const std::string& title, const std::string& made_by,
                  const std::function<void(Markup*)>& content) {
@@ -52,4 +52,4 @@ void NumberCell(double value, const std::string& text, Markup* html) {
 }
 void NumberCell(double value, Markup* html) { NumberCell(value, Number(value), html); }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

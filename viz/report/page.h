@@ -6,7 +6,7 @@
 
 #include "viz/report/markup.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 
 // A whole page with the title as its heading. `made_by`: version and commit.
 std::string Page(const std::string& title, const std::string& made_by,
@@ -23,4 +23,4 @@ void Data(double value, Markup* html);
 void NumberCell(double value, const std::string& text, Markup* html);
 void NumberCell(double value, Markup* html);
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -12,7 +12,7 @@
 #include "viz/report/page.h"
 #include "viz/report/scale.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -688,4 +688,4 @@ std::string ReportPage(const Report& report) {
   });
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

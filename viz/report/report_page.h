@@ -9,7 +9,7 @@
 
 #include "viz/report/figures.h"
 
-namespace evalbus {
+namespace evalbus::viz {
 
 struct ReportLink {
   std::string text;
@@ -99,4 +99,4 @@ struct Report {
 
 std::string ReportPage(const Report& report);
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace evalbus {
+namespace evalbus::viz {
 namespace {
 
 constexpr int kMostBins = 14;
@@ -69,4 +69,4 @@ std::string Number(double value, int digits) {
   return fmt::format("{:.{}g}", value, digits);
 }
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace evalbus {
+namespace evalbus::viz {
 
 // Whether numbers from low to high differ by more than rounding; if not, they are one value, and there is no
 // axis.
@@ -35,4 +35,4 @@ std::vector<int> CountInBins(std::span<const double> values, std::span<const dou
 // ("12346"); "-" for what is not finite.
 std::string Number(double value, int digits = 4);
 
-}  // namespace evalbus
+}  // namespace evalbus::viz

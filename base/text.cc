@@ -1,0 +1,29 @@
+#include "base/text.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace evalbus {
+
+int Width(const std::string& text) {
+  return static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+std::string Cut(const std::string& text, int width) {
+  int characters = 0;
+  for (size_t i = 0; i < text.size(); ++i) {
+    if ((text[i] & 0xC0) != 0x80 && ++characters > width) return text.substr(0, i);
+  }
+  return text;
+}
+
+std::string Pad(const std::string& text, int width) {
+  const std::string space(static_cast<size_t>(std::max(0, std::abs(width) - Width(text))), ' ');
+  return width < 0 ? text + space : space + text;
+}
+
+int Decimals(double magnitude) {
+  return magnitude >= 999.95 ? 0 : magnitude >= 99.995 ? 1 : magnitude >= 9.9995 ? 2 : 3;
+}
+
+}  // namespace evalbus

@@ -1,0 +1,139 @@
+#include "bus/recorder/recorder.h"
+
+#include <algorithm>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "bus/channels.h"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+
+namespace evalbus {
+namespace {
+
+// The sim runs at most this far ahead of the disk.
+constexpr int64_t kLagWindowTicks = 256;
+
+// The header of a message that begins with one, without decoding the rest; false if it is of another type.
+template <class Message>
+bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
+  const int size = static_cast<int>(data.size());
+  int64_t fingerprint = 0;
+  const int begin = __int64_t_decode_array(data.data(), 0, size, &fingerprint, 1);
+  return begin > 0 && fingerprint == Message::getHash() &&
+         header->_decodeNoHash(data.data(), begin, size - begin) > 0;
+}
+
+bool IsOfTicks(const std::string& channel) {
+  return channel == channels::kState || channel == channels::kContacts || channel == channels::kAction ||
+         channel == channels::kPartial;
+}
+
+}  // namespace
+
+Recorder::Recorder(Bus* bus, std::filesystem::path run)
+    : Component(bus, "recorder", kLagWindowTicks), run_(std::move(run)) {
+  std::error_code error;
+  std::filesystem::create_directories(run_ / kEpisodesFolder, error);
+  if (error) throw InputError("cannot create " + (run_ / kEpisodesFolder).string() + ": " + error.message());
+  bus->SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t time_us) {
+    Record(channel, data, time_us);
+  });
+}
+
+void Recorder::Poll(SteadyTime now) {
+  Component::Poll(now);
+  if (close_at_ && now >= *close_at_) CloseEpisode();
+}
+
+void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
+  episode_begin_t begin{};
+  if (!Bus::Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
+  // Like everybody else: what begins before the sim has said what it is, is not the sim's.
+  if (model_.empty()) return;
+  const bool same_episode = begin.header.episode == status_.episode;
+  const bool is_new = !same_episode || begin.attempt != status_.attempt;
+  if (is_new && close_at_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
+  const auto finished = EpisodeFolder(run_, begin.header.episode);
+  const bool is_first = status_.episode < 0;
+  if (is_new && std::filesystem::exists(finished)) {
+    // An aborted attempt was closed like any other; its successor takes its place. Once the launcher has
+    // counted an episode, which is when it writes the summary, nothing does.
+    if (begin.attempt > 0 && !std::filesystem::exists(finished / kSummaryJson)) {
+      std::filesystem::remove_all(finished);
+    } else if (is_first) {
+      throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
+    } else {
+      // Not of this run, which has gone past that episode: an old log is being played.
+      ++status_.foreign_messages;
+      return;
+    }
+  }
+  const auto left = UnfinishedEpisodeFolder(run_, status_.episode);
+  if (!EnterEpisode(begin)) return;
+  if (log_) {
+    log_.reset();
+    std::filesystem::remove_all(left);
+  }
+  const auto folder = UnfinishedEpisodeFolder(run_, begin.header.episode);
+  // What an earlier attempt left is not evidence of anything.
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  log_.emplace(folder / kEventLog);
+  time_us_ = 0;
+  has_end_ = has_summary_ = false;
+  last_said_.clear();
+  log_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
+  SayReady();
+}
+
+void Recorder::Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
+  // Pictures can be drawn again from the log, and who looks on does not change what a run leaves behind.
+  if (channel.starts_with(channels::kImagePrefix)) return;
+  if (channel == channels::kModel) {
+    model_info_t model{};
+    if (Bus::Decode(data, &model)) simulated_time_ = model.clock == "lockstep";
+    model_.assign(data.begin(), data.end());
+    model_time_us_ = receive_time_us;
+  }
+  if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
+  if (!log_) return;
+  if (IsOfTicks(channel)) {
+    // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
+    std::vector<uint8_t>& last = last_said_[channel];
+    if (std::ranges::equal(last, data)) return;
+    last.assign(data.begin(), data.end());
+  }
+  header_t header{};
+  const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
+                             IsOurs(header) && header.tick > status_.last_tick;
+  if (is_next_state) time_us_ = header.sim_time_us;
+  log_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
+  if (is_next_state) {
+    status_.missing_ticks += header.tick - status_.last_tick - 1;
+    Progress(header.tick);
+  } else if (channel == channels::kEpisodeEnd) {
+    has_end_ = has_end_ || (DecodeHeader<episode_end_t>(data, &header) && IsOurs(header));
+  } else if (channel == channels::kEpisodeSummary) {
+    has_summary_ = has_summary_ || (DecodeHeader<episode_summary_t>(data, &header) && IsOurs(header));
+  } else if (channel == channels::kRunSummary && close_at_) {
+    return CloseEpisode();
+  }
+  if (has_end_ && has_summary_ && !close_at_) {
+    close_at_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  }
+}
+
+void Recorder::CloseEpisode() {
+  log_->Close();
+  log_.reset();
+  close_at_.reset();
+  std::filesystem::rename(UnfinishedEpisodeFolder(run_, status_.episode),
+                          EpisodeFolder(run_, status_.episode));
+  status_.last_finished_episode = status_.episode;
+  PublishStatus();
+}
+
+}  // namespace evalbus

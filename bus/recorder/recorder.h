@@ -1,0 +1,48 @@
+// Writes what is on the bus during an episode, but pictures and a tick's message that is said again, into a
+// standard LCM event log, one log per episode: DIR/episodes/0007.partial/events.lcmlog while it grows,
+// DIR/episodes/0007/events.lcmlog once it is complete and synced.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bus/component.h"
+#include "bus/event_log.h"
+
+namespace evalbus {
+
+class Recorder : public Component {
+ public:
+  // Events of a lockstep run are stamped with simulated time (microseconds since the episode began), so that
+  // a player at speed 1 shows the episode as fast as the robot moves, however fast it was evaluated; those of
+  // a realtime run with the wall-clock time of their arrival.
+  Recorder(Bus* bus, std::filesystem::path run);
+
+  void Poll(SteadyTime now) override;
+
+ private:
+  void Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us);
+  void OnEpisodeBegin(std::span<const uint8_t> data);
+  void CloseEpisode();
+
+  std::filesystem::path run_;
+  // Last MODEL, which comes before the episode that it belongs to.
+  std::vector<uint8_t> model_;
+  int64_t model_time_us_ = 0;
+  bool simulated_time_ = true;
+  // Simulated time of the last STATE.
+  int64_t time_us_ = 0;
+  std::optional<EventLogWriter> log_;
+  // The last message of each channel of the ticks since the episode began.
+  std::map<std::string, std::vector<uint8_t>> last_said_;
+  // EPISODE_END is the sim's, so a summary without it is not of this episode.
+  bool has_end_ = false, has_summary_ = false;
+  // Set by both: RUN_SUMMARY follows, and is the last message recorded; waited for until then.
+  std::optional<SteadyTime> close_at_;
+};
+
+}  // namespace evalbus

@@ -1,0 +1,75 @@
+#include "cli/commands/doctor.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "bus/bus.h"
+#include "bus/private_network.h"
+#include "cli/launch/processes.h"
+#include "cli/version.h"
+#include "models/task_description.h"
+
+namespace evalbus::commands {
+namespace {
+
+constexpr int64_t kReceiveBuffer = 4194304;
+
+void Print(bool good, const std::string& what, const std::string& fix = "") {
+  fmt::print("{:<5} {}\n", good ? "ok" : "FAIL", what);
+  if (!good && !fix.empty()) fmt::print("      fix: {}\n", fix);
+}
+
+}  // namespace
+
+int Doctor() {
+  fmt::print("evalbus {} ({}{}), MuJoCo {}\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
+             mj_versionString());
+
+  const std::string why = WhyNoMulticast(LocalMulticastUrl(static_cast<uint32_t>(getpid())));
+  Print(why.empty(), "LCM multicast on this machine" + (why.empty() ? "" : ": " + why));
+
+  int64_t limit = 0;
+  std::ifstream("/proc/sys/net/core/rmem_max") >> limit;
+  Print(limit >= kReceiveBuffer,
+        fmt::format("UDP receive buffer limit {} bytes (wanted: {}; matters for images)", limit,
+                    kReceiveBuffer),
+        fmt::format("sysctl -w net.core.rmem_max={}", kReceiveBuffer));
+
+  bool all_programs = true;
+  for (const char* name :
+       {"evalbus-sim", "evalbus-collision", "evalbus-metrics", "evalbus-policy", "evalbus-recorder"}) {
+    const auto program = launch::Processes::BinaryFolder() / name;
+    const bool good = access(program.c_str(), X_OK) == 0;
+    if (!good) Print(false, program.string() + " is missing", "./run builds it");
+    all_programs = all_programs && good;
+  }
+  if (all_programs) Print(true, "component programs in " + launch::Processes::BinaryFolder().string());
+
+  void* osmesa = dlopen("libOSMesa.so.8", RTLD_LAZY);
+  Print(osmesa != nullptr, "OSMesa, which renders films", "apt-get install libosmesa6");
+  if (osmesa) dlclose(osmesa);
+  const bool has_ffmpeg = std::system("command -v ffmpeg >/dev/null 2>&1") == 0;
+  Print(has_ffmpeg, "ffmpeg, which encodes films", "apt-get install ffmpeg");
+
+  try {
+    Print(true,
+          fmt::format("{} task descriptions in {}", AllTasks().size(), (ModelsFolder() / "tasks").string()));
+  } catch (const std::exception& error) {
+    Print(false, error.what());
+    all_programs = false;
+  }
+  if (!why.empty()) {
+    fmt::print(
+        "Without multicast, 'evalbus run' uses a private network namespace or --in-process; scores are the "
+        "same.\n");
+  }
+  return why.empty() && all_programs ? 0 : 2;
+}
+
+}  // namespace evalbus::commands

@@ -1,0 +1,45 @@
+#include "cli/commands/render.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "bus/component.h"
+#include "cli/results/episode_logs.h"
+#include "viz/pictures/film.h"
+
+namespace evalbus::commands {
+
+namespace fs = std::filesystem;
+
+void AddRenderOptions(CLI::App* app, RenderOptions* options) {
+  app->add_option("run", options->run, "run folder, an episode's folder or a log")->required();
+  app->add_option("--episode", options->episodes, "numbers of episodes, with commas; default: all")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app->add_option("--camera", options->cameras, "names of cameras, with commas")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  app->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+}
+
+int Render(const RenderOptions& options) {
+  const viz::FrameSize size = viz::ParseFrameSize(options.size);
+  std::vector<fs::path> logs;
+  for (const int episode : options.episodes)
+    logs.push_back(results::EpisodeLogs(options.run, episode).front());
+  if (logs.empty()) logs = results::EpisodeLogs(options.run);
+  // A film that is stopped takes its half-written file with it.
+  InstallStopSignals();
+  for (const fs::path& log : logs) {
+    for (const fs::path& film : viz::FilmEpisode(log, options.cameras, size, log.parent_path())) {
+      fmt::print("{}\n", fs::proximate(film).string());
+      std::fflush(stdout);
+    }
+  }
+  return 0;
+}
+
+}  // namespace evalbus::commands

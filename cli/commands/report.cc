@@ -1,0 +1,221 @@
+#include "cli/commands/report.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "base/write_whole.h"
+#include "bus/recorder/recorder.h"
+#include "cli/results/episode_logs.h"
+#include "cli/results/episode_trace.h"
+#include "cli/results/run_reader.h"
+#include "cli/version.h"
+#include "metrics/statistics/run_statistics.h"
+#include "viz/report/report_page.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kFailuresDrawn = 2;
+// A suite has many runs: of each one episode, and of that the figures that say most.
+constexpr size_t kFiguresInSuite = 6;
+
+struct Choice {
+  int episode;
+  std::string why;
+};
+
+// The first failures, and the success that took the median time; of runs without a failure also the slowest
+// success.
+std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failures) {
+  std::vector<Choice> chosen;
+  std::vector<std::pair<double, int>> successes;  // time, episode
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    if (!episode.complete) continue;
+    if (episode.success) {
+      successes.emplace_back(episode.json["metrics"].value("completion_time", 0.0), episode.episode);
+    } else if (chosen.size() < failures) {
+      chosen.push_back({episode.episode, chosen.empty() ? "first failure" : "next failure"});
+    }
+  }
+  if (successes.empty()) return chosen;
+  std::sort(successes.begin(), successes.end());
+  const int median = successes[(successes.size() - 1) / 2].second, slowest = successes.back().second;
+  const bool failed = !chosen.empty();
+  chosen.push_back({median, "success of median time"});
+  if (!failed && slowest != median) chosen.push_back({slowest, "slowest success"});
+  return chosen;
+}
+
+// Links of a page in `folder`.
+class Links {
+ public:
+  explicit Links(const fs::path& folder) : folder_(fs::weakly_canonical(folder)) {}
+
+  viz::ReportLink To(const fs::path& file, const std::string& text) const {
+    return {text, viz::Url(fs::weakly_canonical(file).lexically_relative(folder_))};
+  }
+  void Add(const fs::path& episode_folder, viz::ReportEpisode* episode) const {
+    if (!fs::is_directory(episode_folder)) return;
+    std::vector<fs::path> films;
+    for (const auto& entry : fs::directory_iterator(episode_folder)) {
+      if (entry.path().extension() == ".mp4") films.push_back(entry.path());
+    }
+    std::sort(films.begin(), films.end());
+    for (const fs::path& film : films) episode->films.push_back(To(film, film.stem().string()));
+    const fs::path log = episode_folder / kEventLog;
+    if (fs::exists(log)) episode->logs.push_back(To(log, "log"));
+  }
+
+ private:
+  fs::path folder_;
+};
+
+std::vector<viz::ReportMetric> Metrics(const metrics::RunSummary& summary) {
+  std::vector<viz::ReportMetric> metrics;
+  for (const metrics::MetricSummary& metric : summary.metrics) {
+    metrics.push_back({.name = metric.name,
+                       .statistics = {{"episodes", {static_cast<double>(metric.episodes)}},
+                                      {"mean", {metric.mean}},
+                                      {"mean_95", {metric.mean_95.lower, metric.mean_95.upper}},
+                                      {"std", {metric.std}},
+                                      {"median", {metric.median}},
+                                      {"p5", {metric.p5}},
+                                      {"p95", {metric.p95}},
+                                      {"min", {metric.min}},
+                                      {"max", {metric.max}}}});
+  }
+  return metrics;
+}
+
+viz::ReportEpisode Episode(const results::RecordedEpisode& recorded) {
+  viz::ReportEpisode episode;
+  episode.episode = recorded.episode;
+  episode.seed = recorded.seed;
+  episode.end_reason = recorded.end_reason;
+  episode.failure_reason = recorded.failure_reason;
+  episode.complete = recorded.complete;
+  episode.success = recorded.success;
+  episode.values = recorded.Values();
+  const auto explanation = recorded.json.find("explanation");
+  if (explanation != recorded.json.end()) episode.explanation = explanation->value("text", "");
+  return episode;
+}
+
+std::vector<viz::ReportStage> Stages(const metrics::RunSummary& summary) {
+  std::vector<viz::ReportStage> stages;
+  for (const metrics::StageSummary& stage : summary.stages) {
+    const metrics::MetricSummary* time = summary.Find("extended.stage_time_s." + stage.index);
+    stages.push_back({stage.index, "", stage.reached, time ? time->median : std::nan("")});
+  }
+  return stages;
+}
+
+void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& choices, bool asked_for,
+               viz::ReportRun* run) {
+  for (const Choice& choice : choices) {
+    try {
+      results::EpisodeTrace trace =
+          results::TraceEpisode(results::EpisodeLogs(recorded.folder, choice.episode).front());
+      // What only the logs know.
+      if (run->curves.empty()) {
+        const metric_values_t& metrics = trace.summary.metrics;
+        for (int k = 0; k < metrics.num_stages; ++k) {
+          for (viz::ReportStage& stage : run->stages) {
+            if (stage.index == std::to_string(metrics.stage_index[k])) stage.name = metrics.stage_name[k];
+          }
+        }
+        run->made.emplace_back("physics_sha256", trace.model->physics_sha256);
+        run->made.emplace_back("visual_sha256", trace.model->visual_sha256);
+      }
+      run->curves.push_back({.episode = choice.episode,
+                             .why = choice.why,
+                             .figures = std::move(trace.figures),
+                             .events = std::move(trace.events)});
+    } catch (const InputError& error) {
+      if (asked_for) throw;
+      run->remarks.push_back(fmt::format("no curves of episode {}: {}", choice.episode, error.what()));
+    }
+  }
+}
+
+viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>& episodes, bool in_suite,
+                   const Links& links) {
+  metrics::RunStatistics statistics;
+  for (const results::RecordedEpisode& episode : recorded.episodes)
+    statistics.Add(episode.episode, metrics::ResultOf(episode.json));
+  const metrics::RunSummary summary = statistics.Summary(true);
+  viz::ReportRun run;
+  run.name = recorded.name;
+  run.task = recorded.task;
+  run.variation = recorded.variation;
+  run.policy = recorded.policy;
+  for (const results::RecordedEpisode& episode : recorded.episodes) {
+    run.episode.push_back(Episode(episode));
+    links.Add(EpisodeFolder(recorded.folder, episode.episode), &run.episode.back());
+  }
+  run.episodes = summary.episodes;
+  run.complete = summary.complete;
+  run.successes = summary.successes;
+  run.intervals = {{"Wilson", summary.wilson.lower, summary.wilson.upper},
+                   {"Clopper-Pearson", summary.clopper_pearson.lower, summary.clopper_pearson.upper}};
+  run.stages = Stages(summary);
+  run.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
+  run.collisions = summary.collisions_per_geom;
+  run.remarks = recorded.Remarks();
+  run.metrics = Metrics(summary);
+  for (const auto& [key, value] : recorded.info.items()) {
+    run.made.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  std::vector<Choice> choices;
+  for (const int episode : episodes) choices.push_back({episode, ""});
+  if (episodes.empty()) choices = ChooseEpisodes(recorded, in_suite ? 1 : kFailuresDrawn);
+  if (in_suite) choices.resize(std::min<size_t>(choices.size(), 1));
+  AddCurves(recorded, choices, !episodes.empty(), &run);
+  if (in_suite) {
+    for (viz::ReportCurves& curves : run.curves) {
+      curves.figures.resize(std::min(curves.figures.size(), kFiguresInSuite));
+    }
+  }
+  return run;
+}
+
+}  // namespace
+
+void AddReportOptions(CLI::App* app, ReportOptions* options) {
+  app->add_option("run", options->run, "folder of a run or of a suite")->required();
+  app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder");
+  app->add_option(
+         "--episode", options->episodes,
+         "numbers of episodes whose curves are drawn, with commas; default: the first failures and the "
+         "success of median time")
+      ->delimiter(',');
+}
+
+int WriteReport(const ReportOptions& options) {
+  const results::RecordedRuns runs = results::ReadRuns(options.run);
+  if (runs.is_suite && !options.episodes.empty()) {
+    throw InputError("--episode: " + options.run.string() + " is a suite; name one of its runs");
+  }
+  const fs::path out = options.out.empty() ? options.run / "report.html" : options.out;
+  const Links links(fs::absolute(out).parent_path());
+  viz::Report report;
+  report.made_by = fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
+  for (const results::RecordedRun& run : runs.runs) {
+    report.runs.push_back(Run(run, options.episodes, runs.is_suite, links));
+  }
+  for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
+  report.title = runs.is_suite ? "Suite " + runs.name : runs.runs[0].task_name();
+  WriteWhole(out, viz::ReportPage(report));
+  fmt::print("{}\n", fs::proximate(out).string());
+  return 0;
+}
+
+}  // namespace evalbus::commands

@@ -1,0 +1,206 @@
+#include "cli/commands/rescore.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/write_whole.h"
+#include "cli/launch/run_controller.h"
+#include "cli/results/episode_json.h"
+#include "cli/results/episode_logs.h"
+#include "cli/results/rescorer.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Longer lists of names are cut; --out has them all.
+constexpr size_t kNamesShown = 4;
+
+TaskDescription ReadTask(const fs::path& file) {
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream || !fs::is_regular_file(file)) {
+    throw InputError("--task " + file.string() + ": cannot read this file");
+  }
+  // Only the rules are used; the scene is the log's.
+  return ParseTask(text.str(), file, false);
+}
+
+// What kept the episode from being scored as a whole; empty if nothing did.
+std::string Missing(const results::RescoredEpisode& episode) {
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  const extended_metrics_t& extended = episode.summary.extended;
+  if (extended.missing_ticks > 0) {
+    add(fmt::format("{} tick{} missing", extended.missing_ticks, extended.missing_ticks == 1 ? "" : "s"));
+  }
+  if (extended.refused_samples > 0) add(fmt::format("{} samples refused", extended.refused_samples));
+  if (!episode.has_end) add("no EPISODE_END in the log");
+  return text;
+}
+
+std::string Damage(const results::RescoredLog& log) {
+  std::string text;
+  if (log.damaged_bytes > 0) {
+    text = fmt::format("{} damaged bytes in {} place{} skipped", log.damaged_bytes, log.damaged_places,
+                       log.damaged_places == 1 ? "" : "s");
+  }
+  if (log.decode_errors > 0) {
+    text += fmt::format("{}{} messages do not decode", text.empty() ? "" : ", ", log.decode_errors);
+  }
+  return text;
+}
+
+std::string Stages(const metric_values_t& metrics) {
+  return fmt::format("{}/{}", std::count(metrics.stage_reached.begin(), metrics.stage_reached.end(), 1),
+                     metrics.num_stages);
+}
+
+std::string Outcome(const episode_summary_t& summary) {
+  return summary.failure_reason.empty() ? "success" : summary.failure_reason;
+}
+
+std::string Arrow(const std::string& before, const std::string& after) {
+  return before == after ? after : before + " -> " + after;
+}
+
+// The metrics that changed, by the first part of their names, in the order of episodes.jsonl. The explanation
+// changes with them.
+std::string ChangedMetrics(const std::vector<results::Difference>& differences) {
+  std::vector<std::string> names;
+  for (const results::Difference& difference : differences) {
+    const size_t from = difference.name.find('.') + 1;  // after "metrics." or "extended."
+    if (from == 0 || difference.name.starts_with("explanation.")) continue;
+    const std::string name = difference.name.substr(from, difference.name.find('.', from) - from);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  if (names.empty()) return "nothing";
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kNamesShown); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kNamesShown) text += fmt::format(" and {} more", names.size() - kNamesShown);
+  return text;
+}
+
+void PrintScore(const results::RescoredEpisode& episode) {
+  const episode_summary_t& summary = episode.summary;
+  fmt::print("{:>7}  {:<14} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, summary.end_reason,
+             summary.metrics.completion_time_s, Stages(summary.metrics),
+             results::DescribeDifference(episode.recorded, summary));
+}
+
+void PrintChanges(const results::RescoredEpisode& episode) {
+  const episode_summary_t& after = episode.summary;
+  const episode_summary_t& before = episode.recorded ? *episode.recorded : after;
+  const auto time = [](const episode_summary_t& summary) {
+    return fmt::format("{:.2f}", summary.metrics.completion_time_s);
+  };
+  fmt::print(
+      "{:>7}  {:<28}  {:<14}  {:<10}  {}\n", after.header.episode, Arrow(Outcome(before), Outcome(after)),
+      Arrow(time(before), time(after)), Arrow(Stages(before.metrics), Stages(after.metrics)),
+      episode.recorded ? ChangedMetrics(results::Differences(before, after)) : "no score was recorded");
+  if (Outcome(before) != Outcome(after)) fmt::print("         {}\n", after.explanation.text);
+}
+
+// "3 of 10 verdicts changed: success -> wrong_pose 2, timeout -> success 1".
+std::string ChangedVerdicts(const std::map<std::string, int>& changes, int episodes) {
+  int changed = 0;
+  std::string list;
+  for (const auto& [change, count] : changes) {
+    changed += count;
+    list += fmt::format("{}{} {}", list.empty() ? ": " : ", ", change, count);
+  }
+  return fmt::format("{} of {} verdicts changed{}", changed, episodes, list);
+}
+
+}  // namespace
+
+void AddRescoreOptions(CLI::App* app, RescoreOptions* options) {
+  app->add_option("run_or_log", options->run_or_log, "run folder or event log")->required();
+  app->add_option("--task", options->task,
+                  "judge by this task description (YAML) instead of the recorded one");
+  app->add_option("--out", options->out, "write the scores to this file, in the format of episodes.jsonl");
+}
+
+int Rescore(const RescoreOptions& options) {
+  const bool new_rules = !options.task.empty();
+  results::Rescorer rescorer(new_rules ? std::optional(ReadTask(options.task)) : std::nullopt);
+  const std::vector<fs::path> logs = results::EpisodeLogs(options.run_or_log);
+  if (!options.out.empty()) {
+    if (fs::exists(options.out))
+      throw InputError("--out " + options.out.string() + ": exists; choose another name");
+    if (!fs::is_directory(fs::absolute(options.out).parent_path())) {
+      throw InputError("--out " + options.out.string() + ": there is no such folder");
+    }
+  }
+  std::string lines;
+
+  int episodes = 0, equal = 0, complete = 0, logs_without = 0;
+  int successes = 0, recorded_successes = 0;
+  std::map<std::string, int> changes;
+  double simulated = 0, wall = 0;  // s
+  for (const fs::path& file : logs) {
+    const auto started = std::chrono::steady_clock::now();
+    const results::RescoredLog log = rescorer.Rescore(file);
+    wall += std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    if (log.episodes.empty() && logs.size() == 1) {
+      throw InputError(file.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)");
+    }
+    if (episodes == 0 && !log.episodes.empty()) {
+      const model_info_t& model = *log.episodes[0].model;
+      fmt::print("{}/{}  {}\n", model.task, model.variation,
+                 new_rules ? "rules of " + options.task.string() : "recorded rules");
+      fmt::print("{}\n", new_rules
+                             ? "episode  verdict                       time, s         stages      changed"
+                             : "episode  end                time   stages  score");
+    }
+    for (const results::RescoredEpisode& episode : log.episodes) {
+      new_rules ? PrintChanges(episode) : PrintScore(episode);
+      if (const std::string missing = Missing(episode); !missing.empty()) {
+        fmt::print("         incomplete: {}\n", missing);
+      }
+      if (!options.out.empty()) {
+        const model_info_t& model = *episode.model;
+        lines += ToText(results::EpisodeJson(model.task, model.variation, episode.summary)) + "\n";
+      }
+      ++episodes;
+      equal += episode.equal();
+      complete += episode.summary.complete;
+      successes += episode.summary.complete && episode.summary.metrics.success;
+      recorded_successes +=
+          episode.recorded && episode.recorded->complete && episode.recorded->metrics.success;
+      if (episode.recorded && Outcome(*episode.recorded) != Outcome(episode.summary)) {
+        ++changes[Arrow(Outcome(*episode.recorded), Outcome(episode.summary))];
+      }
+      simulated += static_cast<double>(episode.summary.header.sim_time_us) * 1e-6;
+    }
+    if (log.episodes.empty()) {
+      ++logs_without;
+      fmt::print("      -  {}: nothing to score, MODEL or EPISODE_BEGIN is missing\n", file.string());
+    }
+    if (const std::string damage = Damage(log); !damage.empty()) {
+      fmt::print("         {}: {}\n", file.string(), damage);
+    }
+  }
+  if (!options.out.empty()) WriteWhole(options.out, lines);
+  if (new_rules) {
+    fmt::print("\n{}\n", ChangedVerdicts(changes, episodes));
+    fmt::print("{} episodes, {} complete; successes {} -> {}", episodes, complete, recorded_successes,
+               successes);
+  } else {
+    fmt::print("\n{} of {} episodes equal the recorded scores in every bit", equal, episodes);
+  }
+  fmt::print("; {:.1f} s simulated in {:.3f} s, {:.0f} x real time\n", simulated, wall, simulated / wall);
+  return new_rules || (equal == episodes && logs_without == 0) ? 0 : 2;
+}
+
+}  // namespace evalbus::commands

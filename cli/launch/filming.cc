@@ -1,0 +1,75 @@
+#include "cli/launch/filming.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "bus/component.h"
+#include "bus/recorder/recorder.h"
+#include "viz/pictures/film.h"
+
+namespace evalbus::launch {
+
+Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next)
+    : folder_(folder), cameras_(std::move(cameras)), next_(next) {}
+
+Filming::~Filming() {
+  if (processes_.StopAll().empty()) return;
+  folder_.RemoveFiles(kUnfinishedFilmEnding);
+}
+
+void Filming::OnEpisodeDone(const nlohmann::ordered_json& episode) {
+  const int index = episode["episode"].get<int>();
+  const bool is_missing = std::ranges::any_of(cameras_, [&](const std::string& camera) {
+    return !std::filesystem::exists(EpisodeFolder(folder_.path(), index) / viz::FilmName(camera));
+  });
+  if (is_missing && failure_.empty()) waiting_.push_back(index);
+  next_->OnEpisodeDone(episode);
+}
+
+void Filming::Poll(SteadyTime now) {
+  Advance();
+  next_->Poll(now);
+}
+
+size_t Filming::Finish() {
+  Advance();
+  if (Missing() > 0 && !stop_requested()) {
+    fmt::print("filming {} more episode{}\n", Missing(), Missing() == 1 ? "" : "s");
+    std::fflush(stdout);
+  }
+  while (filming_ && !stop_requested()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    Advance();
+  }
+  if (!failure_.empty()) throw EnvironmentError("no film: " + failure_);
+  return Missing();
+}
+
+void Filming::Advance() {
+  if (const auto exit = processes_.Poll()) {
+    const int episode = *std::exchange(filming_, std::nullopt);
+    if (exit->code > 1 && tried_again_.insert(episode).second) {
+      waiting_.push_front(episode);
+    } else if (exit->code != 0) {
+      failure_ = exit->Error();
+      waiting_.clear();
+    }
+  }
+  if (filming_ || waiting_.empty()) return;
+  const std::string program = (Processes::BinaryFolder() / "evalbus").string();
+  processes_.Start(
+      "film",
+      {"/usr/bin/nice", "-n", "19", program, "render", folder_.path().string(), "--episode",
+       std::to_string(waiting_.front()), "--camera", fmt::format("{}", fmt::join(cameras_, ","))},
+      folder_.log_file("film"));
+  filming_ = waiting_.front();
+  waiting_.pop_front();
+}
+
+}  // namespace evalbus::launch

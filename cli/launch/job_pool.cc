@@ -1,0 +1,40 @@
+#include "cli/launch/job_pool.h"
+
+#include "base/errors.h"
+
+namespace evalbus::launch {
+namespace {
+
+constexpr int kMaxStarts = 3;
+
+}  // namespace
+
+JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart)
+    : waiting_(std::make_move_iterator(jobs.begin()), std::make_move_iterator(jobs.end())),
+      at_once_(static_cast<size_t>(at_once)),
+      on_restart_(std::move(on_restart)) {}
+
+std::optional<std::string> JobPool::Poll() {
+  std::optional<std::string> ended;
+  if (const auto exit = processes_.Poll()) {
+    const auto job = running_.extract(exit->name);
+    if (exit->code > 128 && starts_[exit->name] < kMaxStarts) {
+      on_restart_(exit->description);
+      waiting_.push_front(std::move(job.mapped()));
+    } else if (exit->code != 0) {
+      exit->Throw();
+    } else {
+      ended = exit->name;
+    }
+  }
+  while (!waiting_.empty() && running_.size() < at_once_) {
+    Job job = std::move(waiting_.front());
+    waiting_.pop_front();
+    processes_.Start(job.name, job.command, job.log_file);
+    ++starts_[job.name];
+    running_.emplace(job.name, std::move(job));
+  }
+  return ended;
+}
+
+}  // namespace evalbus::launch

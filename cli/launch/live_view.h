@@ -1,0 +1,73 @@
+// What `evalbus run` shows: a line per finished episode, and, on a terminal, the running one live below.
+#pragma once
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "cli/launch/run_controller.h"
+#include "metrics/statistics/run_statistics.h"
+
+namespace evalbus::launch {
+
+struct LiveHeader {
+  std::string task, variation, policy, clock;
+  double control_hz = 0;
+  int64_t seed = 0;
+  int episodes = 0;
+};
+
+// "1:05", "12 s"; for people.
+std::string FormatDuration(double seconds);
+
+// Columns of the terminal; without limit where there is none.
+int TerminalWidth(FILE* out);
+
+// The table at the end: rate with its interval, then the metrics people look at first, with units. As many
+// columns as the width has room for.
+std::string SummaryTable(const metrics::RunSummary& summary, int width = TerminalWidth(stdout));
+
+class LiveView : public RunListener {
+ public:
+  // Draws live if `out` is a terminal, else prints plain lines only.
+  LiveView(FILE* out, const LiveHeader& header);
+  ~LiveView() override { Finish(); }
+
+  void OnEpisodeBegin(const episode_begin_t& begin) override;
+  void OnPartial(const partial_metrics_t& partial) override;
+  void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
+  void OnRemark(const std::string& text) override { Print(text); }
+
+  // Redraws at most ten times a second of wall time.
+  void Poll(SteadyTime now) override;
+  // Takes the live lines away.
+  void Finish();
+
+  // The live lines for a terminal of this width; without colour codes.
+  std::vector<std::string> Lines(int width, SteadyTime now) const;
+
+ private:
+  double Progress() const;
+  std::vector<std::string> LinesThatFit(SteadyTime now) const;
+  // Puts a line, if any, above the live lines, and these in place of those drawn before.
+  void Draw(const std::string& above, const std::vector<std::string>& live);
+  void Print(const std::string& line);
+
+  FILE* out_;
+  bool is_terminal_;
+  LiveHeader header_;
+  SteadyTime started_;
+  SteadyTime drawn_{};
+  int drawn_lines_ = 0;
+  bool has_partial_ = false;
+  int episode_ = 0;
+  SteadyTime episode_started_{};
+  partial_metrics_t partial_{};
+  int num_episodes_ = 0;
+  int num_complete_ = 0;
+  int num_success_ = 0;
+  // Simulated length of finished episodes, for the time left.
+  double simulated_s_ = 0;
+};
+
+}  // namespace evalbus::launch

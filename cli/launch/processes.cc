@@ -1,0 +1,127 @@
+#include "cli/launch/processes.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "base/errors.h"
+
+namespace evalbus::launch {
+namespace {
+
+// So that Ctrl-C ends a run within two.
+constexpr std::chrono::seconds kStopping{1};
+
+std::string LastLine(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::string line, last;
+  while (std::getline(stream, line)) {
+    if (!line.empty()) last = line;
+  }
+  return last;
+}
+
+}  // namespace
+
+std::filesystem::path Processes::BinaryFolder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+void Processes::Start(const std::string& name, const std::vector<std::string>& command,
+                      const std::filesystem::path& log_file) {
+  if (access(command[0].c_str(), X_OK) != 0) {
+    throw EnvironmentError("cannot start " + command[0] + ": " + std::strerror(errno));
+  }
+  const int log = open(log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (log < 0) throw EnvironmentError("cannot write " + log_file.string() + ": " + std::strerror(errno));
+  std::vector<char*> argv;
+  for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid == 0) {
+    // Only async-signal-safe calls until exec.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(127);  // the launcher died in between
+    setpgid(0, 0);                        // Ctrl-C reaches the launcher alone, which then stops us in order
+    const int null = open("/dev/null", O_RDONLY);
+    dup2(null, STDIN_FILENO);
+    dup2(log, STDOUT_FILENO);
+    dup2(log, STDERR_FILENO);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  const int error = errno;
+  close(log);
+  if (pid < 0) throw EnvironmentError("cannot start " + name + ": " + std::strerror(error));
+  children_.push_back({name, pid, log_file});
+}
+
+Processes::Exit Processes::Describe(const Child& child, int status) const {
+  Exit exit;
+  exit.name = child.name;
+  exit.code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  exit.description =
+      child.name + (WIFSIGNALED(status) ? std::string(" was ended by signal ") + strsignal(WTERMSIG(status))
+                                        : " exited with code " + std::to_string(exit.code));
+  const std::string last = LastLine(child.log_file);
+  if (!last.empty() && last != "ready") exit.description += ": " + last;
+  return exit;
+}
+
+std::string Processes::Exit::Error() const {
+  constexpr std::string_view kMark = "error: ";
+  const size_t mark = description.find(kMark);
+  return mark == std::string::npos ? description : description.substr(mark + kMark.size());
+}
+
+void Processes::Exit::Throw() const {
+  if (code == 1) throw InputError(Error());
+  throw EnvironmentError(Error());
+}
+
+std::optional<Processes::Exit> Processes::Poll() {
+  for (auto child = children_.begin(); child != children_.end(); ++child) {
+    int status = 0;
+    if (waitpid(child->pid, &status, WNOHANG) != child->pid) continue;
+    Exit exit = Describe(*child, status);
+    children_.erase(child);
+    return exit;
+  }
+  return std::nullopt;
+}
+
+std::vector<Processes::Exit> Processes::StopAll() {
+  for (const Child& child : children_) kill(child.pid, SIGTERM);
+  std::vector<Exit> failed;
+  const auto deadline = std::chrono::steady_clock::now() + kStopping;
+  while (!children_.empty() && std::chrono::steady_clock::now() < deadline) {
+    if (const auto exit = Poll()) {
+      if (exit->code != 0) failed.push_back(*exit);
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  }
+  for (const Child& child : children_)
+    failed.push_back({child.name, 128 + SIGKILL, child.name + " did not stop"});
+  KillAll();
+  return failed;
+}
+
+void Processes::KillAll() {
+  for (const Child& child : children_) {
+    kill(child.pid, SIGKILL);
+    waitpid(child.pid, nullptr, 0);
+  }
+  children_.clear();
+}
+
+}  // namespace evalbus::launch

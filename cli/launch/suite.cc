@@ -1,0 +1,189 @@
+#include "cli/launch/suite.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "cli/launch/job_pool.h"
+#include "cli/launch/live_view.h"
+#include "cli/launch/workers.h"
+#include "cli/results/run_folder.h"
+#include "cli/results/run_reader.h"
+#include "metrics/statistics/run_statistics.h"
+#include "models/task_description.h"
+
+namespace evalbus::launch {
+namespace {
+
+constexpr auto kPoll = std::chrono::milliseconds(20);
+
+std::string FolderName(std::string task) {
+  std::replace(task.begin(), task.end(), '/', '-');
+  return task;
+}
+
+std::string Row(const std::string& name, size_t width, const std::string& success, const std::string& rate,
+                const std::string& time, const std::string& why) {
+  std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>9}  {}", name, width, success, rate, time, why);
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+// Statistics over the episodes of one or several runs: the same bits in whatever order the runs finish.
+class Tally {
+ public:
+  void Add(const results::RecordedRun& run) {
+    for (const results::RecordedEpisode& episode : run.episodes)
+      statistics_.Add(episodes_++, metrics::ResultOf(episode.json));
+  }
+  nlohmann::ordered_json Json() const {
+    const metrics::RunSummary summary = statistics_.Summary(false);
+    const metrics::MetricSummary* time = summary.Find("completion_time");
+    nlohmann::ordered_json reasons = nlohmann::ordered_json::object();
+    for (const auto& [reason, count] : FailuresOf(summary)) reasons[reason] = count;
+    return {{"episodes", summary.episodes},
+            {"complete", summary.complete},
+            {"successes", summary.successes},
+            {"success_rate", summary.complete > 0 ? nlohmann::ordered_json(summary.success_rate) : nullptr},
+            {"success_rate_wilson_95", {summary.wilson.lower, summary.wilson.upper}},
+            {"mean_completion_time_s", time ? nlohmann::ordered_json(time->mean) : nullptr},
+            {"failure_reasons", reasons}};
+  }
+  std::string Line(const std::string& name, size_t width) const {
+    const metrics::RunSummary summary = statistics_.Summary(false);
+    const metrics::MetricSummary* time = summary.Find("completion_time");
+    std::string why;
+    for (const auto& [reason, count] : FailuresOf(summary)) {
+      why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count, reason);
+    }
+    return Row(name, width, fmt::format("{} of {}", summary.successes, summary.complete),
+               fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100),
+               time ? fmt::format("{:.2f} s", time->mean) : "-", why);
+  }
+
+ private:
+  static std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& summary) {
+    auto failures = summary.failure_reasons;
+    if (summary.complete < summary.episodes) {
+      failures.emplace_back("incomplete", summary.episodes - summary.complete);
+    }
+    return failures;
+  }
+
+  metrics::RunStatistics statistics_;
+  int episodes_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
+  std::vector<std::string> tasks;
+  std::set<std::string> seen;
+  const auto add = [&](const std::string& name) {
+    if (!seen.insert(name).second) throw InputError("task '" + name + "' is there twice");
+    tasks.push_back(name);
+  };
+  for (const std::string& name : names) {
+    const bool is_family = name.ends_with("/all");
+    if (name != "all" && !is_family) {
+      const TaskSelection selection = FindTask(name);
+      // A file is known by its path alone.
+      add(name.find(".y") == std::string::npos ? selection.task.name + "/" + selection.variation : name);
+      continue;
+    }
+    const std::string family = is_family ? FindTask(name.substr(0, name.size() - 4)).task.name : "";
+    for (const TaskDescription& task : AllTasks()) {
+      if (is_family && task.name != family) continue;
+      for (const Variation& variation : task.variations) add(task.name + "/" + variation.name);
+    }
+  }
+  return tasks;
+}
+
+int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
+  const std::string policy = options.policy.substr(0, options.policy.find(':'));
+  const std::filesystem::path out =
+      options.out.empty() ? results::DefaultRunFolder("suite-" + policy) : std::filesystem::path(options.out);
+  const results::RunFolder suite = results::RunFolder::OfSuite(out, options.resume);
+
+  nlohmann::ordered_json runs = nlohmann::ordered_json::array();
+  std::vector<Job> jobs;
+  size_t width = 0;
+  for (const std::string& task : tasks) {
+    runs.push_back(FolderName(task));
+    width = std::max(width, task.size());
+    Job job{task, RunCommand(options), suite.log_file(FolderName(task))};
+    const auto folder = suite.path() / FolderName(task);
+    job.command.insert(job.command.end(), {task, "--out", folder.string(), "--resume"});
+    for (const std::string& camera : options.video)
+      job.command.insert(job.command.end(), {"--video", camera});
+    jobs.push_back(std::move(job));
+  }
+  suite.WriteJson(kSuiteJson, {{"runs", runs}});
+
+  InstallStopSignals();
+  const auto started = std::chrono::steady_clock::now();
+  fmt::print("{} runs of {} episode{}  policy {}  seed {}  {} at a time\n", tasks.size(), options.episodes,
+             options.episodes == 1 ? "" : "s", options.policy, options.seed, options.workers);
+  const std::string title = Row("task", width, "success", "95 % interval", "mean time", "failures");
+  fmt::print("{}", title);
+  std::fflush(stdout);
+  const bool is_terminal = isatty(fileno(stdout)) != 0;
+  JobPool pool(std::move(jobs), options.workers, [&](const std::string& why) {
+    fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", why);
+  });
+  std::map<std::string, Tally> variations, families;
+  Tally all;
+  int done = 0;
+  const auto progress = [&] {
+    if (!is_terminal) return;
+    fmt::print(
+        "\x1b[K{} of {} runs, {}\r", done, tasks.size(),
+        FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()));
+    std::fflush(stdout);
+  };
+  while (!pool.done() && !stop_requested()) {
+    if (const auto ended = pool.Poll()) {
+      const results::RecordedRun run = results::ReadRun(suite.path() / FolderName(*ended));
+      Tally& tally = variations[*ended];
+      tally.Add(run);
+      families[run.task].Add(run);
+      all.Add(run);
+      ++done;
+      fmt::print("{}{}", is_terminal ? "\x1b[K" : "", tally.Line(*ended, width));
+      std::fflush(stdout);
+    } else {
+      progress();
+      std::this_thread::sleep_for(kPoll);
+    }
+  }
+  if (is_terminal) fmt::print("\x1b[K");
+  nlohmann::ordered_json summary = {{"all", all.Json()}};
+  for (const auto& [name, tally] : families) summary["by_task"][name] = tally.Json();
+  for (const std::string& task : tasks) {
+    if (variations.contains(task)) summary["by_variation"][task] = variations[task].Json();
+  }
+  suite.WriteJson(kSummaryJson, summary);
+  fmt::print("\n{}", Row("family", width, "success", "95 % interval", "mean time", "failures"));
+  for (const auto& [name, tally] : families) fmt::print("{}", tally.Line(name, width));
+  if (families.size() > 1) fmt::print("{}", all.Line("all", width));
+  auto shown = std::filesystem::proximate(suite.path());
+  if (shown.string().starts_with("..")) shown = suite.path();
+  fmt::print(
+      "\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(),
+      FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()),
+      (shown / "*" / kEpisodesJsonl).string());
+  if (done < static_cast<int>(tasks.size())) {
+    throw EnvironmentError(
+        fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on", done,
+                    tasks.size(), shown.string()));
+  }
+  return 0;
+}
+
+}  // namespace evalbus::launch

@@ -1,0 +1,95 @@
+// Whether two runs, or two suites, really differ. Pure: from runs read back to a struct; text and JSON of it
+// are made apart. Differences are always the run's value less the baseline's.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/results/run_reader.h"
+#include "metrics/statistics/interval.h"
+#include "metrics/statistics/metric_info.h"
+#include "metrics/statistics/newcombe.h"
+#include "viz/report/judgement.h"
+
+namespace evalbus::results {
+
+// Two success rates. Paired: both over the episodes that both have; exact McNemar test, Newcombe's interval
+// for pairs. Otherwise: Fisher's test, Newcombe's interval for independent samples.
+struct SuccessComparison {
+  bool paired = false;
+  int successes = 0, trials = 0;
+  int baseline_successes = 0, baseline_trials = 0;
+  // a: the run, b: the baseline; only where paired.
+  metrics::PairCounts pairs;
+  double difference = 0;
+  metrics::Interval difference_95{};
+  double p = 1;
+  // By Holm, over the runs that are compared with the same baseline, or over the tasks of a suite.
+  double p_holm = 1;
+  // Smallest difference of rates that would have given p < 0.05 here, with as many pairs against it as there
+  // are; nothing if none would.
+  std::optional<double> detectable;
+
+  void Add(const SuccessComparison& other);  // of another task; then Test()
+  void Test();
+  viz::Judgement judgement() const;
+};
+
+// A metric over the complete episodes that have it; metrics of effort only over those that succeeded. Paired:
+// bootstrap interval of the mean difference, Wilcoxon's signed-rank test. Otherwise: of the difference of
+// means, Mann-Whitney's test.
+struct MetricComparison {
+  metrics::MetricInfo info;
+  // Values on each side; equal where paired.
+  int count = 0, baseline_count = 0;
+  double mean = 0, baseline_mean = 0;
+  double difference = 0;
+  metrics::Interval difference_95{};
+  // Nothing where no value differs from any other.
+  std::optional<double> p;
+  // By Holm, over the metrics with a p.
+  double p_holm = 1;
+  // mean / baseline_mean of a metric of effort, on pairs that both succeeded.
+  std::optional<double> ratio;
+  metrics::Interval ratio_95{};
+
+  bool differs() const { return p && p_holm < metrics::kAlpha; }
+  viz::Judgement judgement() const;
+};
+
+struct TaskComparison {
+  std::string task, variation, baseline_variation;
+  bool paired = false;
+  // Complete episodes without a partner, left out where paired.
+  int unmatched = 0, baseline_unmatched = 0;
+  SuccessComparison success;
+  std::vector<MetricComparison> metrics;
+};
+
+struct ComparedRuns {
+  std::string name, folder, policy;
+};
+
+struct Comparison {
+  ComparedRuns run, baseline;
+  // Of one run the one task that it has.
+  std::vector<TaskComparison> tasks;
+  // Over all tasks.
+  SuccessComparison success;
+  // What is left out, a sentence each.
+  std::vector<std::string> remarks;
+};
+
+// Episodes are pairs where task, variation and seed are the same. Throws InputError where values cannot be
+// compared: other control rate, task description or physics model, or no task in common.
+Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
+// Each against the baseline, with p values of success adjusted for all of them.
+std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);
+
+// "B succeeds more often than A: 43 of 50 against 31 of 50 on the same seeds, ..."
+std::string Conclusion(const Comparison& comparison);
+nlohmann::ordered_json ComparisonJson(const std::vector<Comparison>& comparisons);
+
+}  // namespace evalbus::results

@@ -1,0 +1,139 @@
+#include "cli/results/comparison_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.h"
+
+namespace evalbus::results {
+namespace {
+
+std::string Fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "-";
+  // No "-0.000".
+  const double shown = std::round(value * std::pow(10, decimals)) == 0 ? 0 : value;
+  return fmt::format("{:.{}f}", shown, decimals);
+}
+
+std::string P(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
+
+std::string Range(const metrics::Interval& interval, int decimals) {
+  if (!std::isfinite(interval.lower)) return "-";
+  return fmt::format("{:>8} to {:>8}", Fixed(interval.lower, decimals), Fixed(interval.upper, decimals));
+}
+
+std::string Row(int label_width, const std::string& label, const std::string& baseline,
+                const std::string& run, const std::string& difference, const std::string& interval,
+                const std::string& p, const std::string& holm, const std::string& unit,
+                const std::string& verdict) {
+  std::string line =
+      fmt::format("{}  {:>9}  {:>9}  {:>9}  {:>20}  {:>6}  {:>6}  {}  {}", Pad(label, -label_width), baseline,
+                  run, difference, interval, p, holm, Pad(unit, -6), verdict);
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+// Those of the larger mean, for all numbers of a row.
+int RowDecimals(const MetricComparison& metric) {
+  return Decimals(metric.info.scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)));
+}
+
+std::string Short(const std::string& name) {
+  return name.size() <= 9 ? name : ".." + name.substr(name.size() - 7);
+}
+
+std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success, bool holm) {
+  const auto rate = [](int k, int n) { return n > 0 ? fmt::format("{:.0f}", 100.0 * k / n) : "-"; };
+  return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
+             rate(success.successes, success.trials), Fixed(success.difference * 100, 0),
+             Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
+             holm ? P(success.p_holm) : "", "%", viz::Word(success.judgement()));
+}
+
+std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
+  constexpr int kLabel = 27;
+  std::string text = Row(kLabel, "", Short(comparison.baseline.name), Short(comparison.run.name),
+                         "difference", "its 95 % interval", "p", "Holm", "", "");
+  text += SuccessRow("success", kLabel, comparison.success, false);
+  int efforts = 0, tested = 0;
+  for (const MetricComparison& metric : task.metrics) {
+    const metrics::MetricInfo& info = metric.info;
+    const auto scaled = [&](double value) { return value * info.scale; };
+    const int decimals = RowDecimals(metric);
+    text += Row(kLabel, std::string(info.label) + (info.effort ? " *" : ""),
+                Fixed(scaled(metric.baseline_mean), decimals), Fixed(scaled(metric.mean), decimals),
+                Fixed(scaled(metric.difference), decimals),
+                Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
+                metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-", std::string(info.unit),
+                metric.p ? viz::Word(metric.judgement()) : "equal");
+    if (info.effort) efforts = std::max(efforts, metric.count);
+    tested += metric.p.has_value();
+  }
+  text += fmt::format(
+      "\nMeans{}. p: {}. Holm: adjusted for {} metrics; interval: bootstrap.\n",
+      task.paired ? " over pairs" : "",
+      task.paired ? "Wilcoxon's signed-rank test of the pairs' differences" : "Mann-Whitney's test", tested);
+  text += task.paired
+              ? fmt::format("* over the {} pairs in which both succeeded; all else over all {} pairs.\n",
+                            efforts, task.success.trials)
+              : "* over successes only.\n";
+  return text;
+}
+
+std::string RatioTable(const TaskComparison& task, const Comparison& comparison) {
+  std::string text;
+  for (const MetricComparison& metric : task.metrics) {
+    if (!metric.ratio) continue;
+    text += fmt::format("{}  {:>6}  {}\n", Pad(std::string(metric.info.label), -27), Fixed(*metric.ratio, 2),
+                        Range(metric.ratio_95, 2));
+  }
+  if (text.empty()) {
+    return fmt::format("Effort relative to {} needs pairs in which both succeed; there are none.\n",
+                       comparison.baseline.name);
+  }
+  return fmt::format("Effort relative to {}, where both succeeded: ratio and its 95 % interval\n{}",
+                     comparison.baseline.name, text);
+}
+
+std::string SuiteTable(const Comparison& comparison) {
+  int width = 4;
+  for (const TaskComparison& task : comparison.tasks)
+    width = std::max(width, static_cast<int>(task.task.size() + 1 + task.variation.size()));
+  std::string text = Row(width, "success", Short(comparison.baseline.name), Short(comparison.run.name),
+                         "difference", "its 95 % interval", "p", "Holm", "", "");
+  std::string metrics;
+  for (const TaskComparison& task : comparison.tasks) {
+    text += SuccessRow(task.task + "/" + task.variation, width, task.success, true);
+    for (const MetricComparison& metric : task.metrics) {
+      if (!metric.differs()) continue;
+      const int decimals = RowDecimals(metric);
+      metrics +=
+          fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
+                      metric.info.label, Fixed(metric.mean * metric.info.scale, decimals),
+                      Fixed(metric.baseline_mean * metric.info.scale, decimals), metric.info.unit,
+                      P(metric.p_holm), viz::Word(metric.judgement()));
+    }
+  }
+  text += SuccessRow("all", width, comparison.success, false);
+  text += "\nHolm: adjusted for the tasks.\n";
+  if (!metrics.empty()) text += "\nMetrics that differ, p adjusted for those of a task\n" + metrics;
+  return text;
+}
+
+}  // namespace
+
+std::string ComparisonText(const Comparison& comparison, bool ratios) {
+  std::string text = fmt::format("{} ({}) against {} ({})", comparison.run.name, comparison.run.policy,
+                                 comparison.baseline.name, comparison.baseline.policy);
+  const bool one = comparison.tasks.size() == 1;
+  if (one) text += fmt::format(", {}/{}", comparison.tasks[0].task, comparison.tasks[0].variation);
+  text += "\n\n" + Conclusion(comparison) + "\n\n";
+  text += one ? MetricTable(comparison.tasks[0], comparison) : SuiteTable(comparison);
+  if (one && ratios) text += "\n" + RatioTable(comparison.tasks[0], comparison);
+  if (!comparison.remarks.empty()) text += "\n";
+  for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
+  return text;
+}
+
+}  // namespace evalbus::results

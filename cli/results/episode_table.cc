@@ -1,0 +1,52 @@
+#include "cli/results/episode_table.h"
+
+#include <algorithm>
+#include <map>
+
+namespace evalbus::results {
+namespace {
+
+std::string Quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string Number(double value) {
+  // The shortest text that reads back as the same number; counts without a decimal point.
+  const std::string text = nlohmann::json(value).dump();
+  return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
+}
+
+}  // namespace
+
+std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
+  std::vector<std::string> names;
+  std::map<std::string, size_t> index;
+  for (const RecordedRun& run : runs) {
+    for (const RecordedEpisode& episode : run.episodes) {
+      for (const auto& [name, unused] : episode.Values()) {
+        if (index.emplace(name, names.size()).second) names.push_back(name);
+      }
+    }
+  }
+  std::string table = "run,task,variation,episode,seed,end_reason,failure_reason,complete";
+  for (const std::string& name : names) table += "," + Quoted(name);
+  table += "\n";
+  for (const RecordedRun& run : runs) {
+    for (const RecordedEpisode& episode : run.episodes) {
+      table += Quoted(run.name) + "," + Quoted(run.task) + "," + Quoted(run.variation) + "," +
+               std::to_string(episode.episode) + "," + std::to_string(episode.seed) + "," +
+               Quoted(episode.end_reason) + "," + Quoted(episode.failure_reason) + "," +
+               (episode.complete ? "1" : "0");
+      std::vector<std::string> cells(names.size());
+      for (const auto& [name, value] : episode.Values()) cells[index.at(name)] = Number(value);
+      for (const std::string& cell : cells) table += "," + cell;
+      table += "\n";
+    }
+  }
+  return table;
+}
+
+}  // namespace evalbus::results

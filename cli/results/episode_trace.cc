@@ -1,0 +1,227 @@
+#include "cli/results/episode_trace.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "base/errors.h"
+#include "cli/results/rescorer.h"
+#include "metrics/episode/result_json.h"
+#include "metrics/statistics/run_statistics.h"
+#include "viz/report/metric_name.h"
+
+namespace evalbus::results {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int64_t kSameTouch_us = 100'000;
+// Of a value in SI units: what a resting object trembles in simulation is less.
+constexpr double kChange = 1e-5;
+
+double Seconds(int64_t microseconds) { return static_cast<double>(microseconds) * 1e-6; }
+
+// What is drawn first; then everything else in the order of episodes.jsonl.
+constexpr const char* kFirst[] = {"target_distance", "object_pose_error",     "gripper_opening",
+                                  "clearance_m",     "cartesian_path_length", "rms_cartesian_jerk"};
+
+// Collects what is known after each tick.
+class Collector {
+ public:
+  void Add(const metrics::EpisodeScorer& scorer, const state_t& state, const contacts_t& contacts) {
+    if (!time_.empty() && Seconds(state.header.sim_time_us) <= time_.back()) *this = Collector();
+    time_.push_back(Seconds(state.header.sim_time_us));
+    partial_metrics_t partial{};
+    scorer.Partial(&partial);
+    for (const auto& [name, value] : metrics::FlattenedValues(metrics::ResultJson(partial.metrics)))
+      Add(name, value);
+    for (const auto& [name, value] :
+         metrics::FlattenedValues(metrics::ExtendedJson(partial.extended, partial.metrics))) {
+      Add("extended." + name, value);
+    }
+    opening_.emplace_back();
+    for (const gripper_state_t& gripper : state.gripper) opening_.back().push_back(gripper.opening);
+    if (contacts.has_clearance) clearance_.emplace_back(time_.back(), contacts.clearance_m);
+    for (const contact_t& contact : contacts.contact) {
+      const auto pair = std::pair(contact.geom_a, contact.geom_b);
+      const auto [last, is_new] = last_touch_us_.emplace(pair, state.header.sim_time_us);
+      if (is_new || state.header.sim_time_us - last->second >= kSameTouch_us) {
+        touches_.emplace_back(time_.back(), pair);
+      }
+      last->second = state.header.sim_time_us;
+    }
+  }
+
+  std::vector<viz::CurveFigure> Figures(const model_info_t& model) const {
+    // By the name of the metric, in order of appearance.
+    std::vector<std::pair<std::string, viz::CurveFigure>> figures;
+    const auto figure = [&](const std::string& name) -> viz::CurveFigure& {
+      const auto found = std::find_if(figures.begin(), figures.end(),
+                                      [&](const auto& entry) { return entry.first == name; });
+      if (found != figures.end()) return found->second;
+      const viz::MetricName words = viz::NameForPeople(name);
+      return figures
+          .emplace_back(
+              name,
+              viz::CurveFigure{
+                  .name = words.label, .unit = words.unit, .time = time_, .lines = {}, .events = {}})
+          .second;
+    };
+    for (const auto& [name, values] : values_) {
+      if (!IsDrawn(name)) continue;
+      // "extended.mechanical_work_J.left": the part is what follows the metric's own name.
+      const size_t dot = name.find('.', name.starts_with("extended.") ? 9 : 0);
+      const std::string part = dot == std::string::npos ? "" : viz::NameForPeople(name.substr(dot + 1)).label;
+      std::vector<double> padded = values;
+      padded.resize(time_.size(), kNaN);
+      figure(name.substr(0, dot)).lines.push_back({part, std::move(padded)});
+    }
+    for (int gripper = 0; gripper < model.num_grippers; ++gripper) {
+      viz::CurveFigure::Line line{model.gripper[gripper].name, {}};
+      for (const std::vector<double>& opening : opening_) line.value.push_back(opening[gripper]);
+      figure("gripper_opening").lines.push_back(std::move(line));
+    }
+    if (clearance_.size() > 1) {
+      viz::CurveFigure& clearance = figure("clearance_m");
+      clearance.time.clear();
+      viz::CurveFigure::Line& line = clearance.lines.emplace_back();
+      for (const auto& [time, value] : clearance_) {
+        clearance.time.push_back(time);
+        line.value.push_back(value);
+      }
+    }
+
+    std::vector<viz::CurveFigure> drawn;
+    const auto draw = [&](const viz::CurveFigure& curves) {
+      if (std::any_of(curves.lines.begin(), curves.lines.end(), Changes)) drawn.push_back(curves);
+    };
+    const auto is_first = [](const std::string& name) {
+      return std::find(std::begin(kFirst), std::end(kFirst), name) != std::end(kFirst);
+    };
+    for (const char* first : kFirst) {
+      for (const auto& [name, curves] : figures) {
+        if (name == first) draw(curves);
+      }
+    }
+    for (const auto& [name, curves] : figures) {
+      if (!is_first(name)) draw(curves);
+    }
+    return drawn;
+  }
+
+  std::vector<viz::EpisodeEvent> Touches(const model_info_t& model) const {
+    std::vector<viz::EpisodeEvent> events;
+    for (const auto& [time, pair] : touches_) {
+      const bool robot_a = IsRobot(model, pair.first), robot_b = IsRobot(model, pair.second);
+      if (robot_a == robot_b ? !robot_a : IsObject(model, robot_a ? pair.second : pair.first)) continue;
+      const auto [robot, other] = robot_a ? pair : std::pair(pair.second, pair.first);
+      events.push_back({viz::EpisodeEvent::Kind::kCollision, time,
+                        fmt::format("{} touches {}", NameOf(model, robot), NameOf(model, other))});
+    }
+    return events;
+  }
+
+ private:
+  void Add(const std::string& name, double value) {
+    auto found =
+        std::find_if(values_.begin(), values_.end(), [&](const auto& entry) { return entry.first == name; });
+    if (found == values_.end()) found = values_.insert(values_.end(), {name, {}});
+    found->second.resize(time_.size() - 1, kNaN);
+    found->second.push_back(value);
+  }
+
+  // Sums and means over arms say nothing that the arms' own lines do not; stages are events.
+  bool IsDrawn(const std::string& name) const {
+    for (const char* prefix : {"success", "completion_time", "task_stage_reached", "extended.stage_time_s",
+                               "total_", "overall_", "slip_count_per_object"}) {
+      if (name.starts_with(prefix)) return false;
+    }
+    if (!name.starts_with("avg_")) return true;
+    const std::string metric = name.substr(4);
+    return std::none_of(values_.begin(), values_.end(), [&](const auto& entry) {
+      return entry.first == metric || entry.first.starts_with(metric + ".");
+    });
+  }
+
+  static bool Changes(const viz::CurveFigure::Line& line) {
+    double first = kNaN;
+    for (const double value : line.value) {
+      if (!std::isfinite(value)) continue;
+      if (std::isnan(first)) first = value;
+      if (std::abs(value - first) > kChange) return true;
+    }
+    return false;
+  }
+
+  static int EntityOf(const model_info_t& model, int geom) {
+    return model.body_entity[model.geom_body[geom]];
+  }
+  static bool IsRobot(const model_info_t& model, int geom) {
+    return model.entity_kind[EntityOf(model, geom)] == model_info_t::ROBOT;
+  }
+  static bool IsObject(const model_info_t& model, int geom) {
+    const auto& objects = model.object_entity;
+    return std::find(objects.begin(), objects.end(), EntityOf(model, geom)) != objects.end();
+  }
+  static std::string NameOf(const model_info_t& model, int geom) {
+    const std::string& name = model.geom_name[geom];
+    return name.empty() ? model.body_name[model.geom_body[geom]] : name;
+  }
+
+  std::vector<double> time_;
+  std::vector<std::pair<std::string, std::vector<double>>> values_;
+  std::vector<std::vector<double>> opening_;              // by tick, then gripper
+  std::vector<std::pair<double, double>> clearance_;      // time and value
+  std::map<std::pair<int, int>, int64_t> last_touch_us_;  // by geoms
+  std::vector<std::pair<double, std::pair<int, int>>> touches_;
+};
+
+std::vector<viz::EpisodeEvent> Events(const episode_summary_t& summary) {
+  using Kind = viz::EpisodeEvent::Kind;
+  std::vector<viz::EpisodeEvent> events;
+  const metric_values_t& metrics = summary.metrics;
+  for (int k = 0; k < metrics.num_stages; ++k) {
+    if (!metrics.stage_reached[k]) continue;
+    events.push_back({Kind::kStage, summary.extended.stage_time_s[k],
+                      fmt::format("stage {}: {}", metrics.stage_index[k], metrics.stage_name[k])});
+  }
+  for (const object_event_t& slip : summary.explanation.slip) {
+    events.push_back({Kind::kSlip, slip.time_s, fmt::format("{} slips from {}", slip.object, slip.gripper)});
+  }
+  std::string end = summary.end_reason;
+  if (!summary.failure_reason.empty() && summary.failure_reason != end) end += ": " + summary.failure_reason;
+  if (!summary.end_detail.empty()) end += ": " + summary.end_detail;
+  events.push_back({Kind::kEnd, Seconds(summary.header.sim_time_us), end});
+  return events;
+}
+
+}  // namespace
+
+EpisodeTrace TraceEpisode(const std::filesystem::path& log) {
+  Collector collector;
+  Rescorer rescorer;
+  rescorer.OnTick([&](const metrics::EpisodeScorer& scorer, const state_t& state,
+                      const contacts_t& contacts) { collector.Add(scorer, state, contacts); });
+  const RescoredLog scores = rescorer.Rescore(log);
+  if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
+  const RescoredEpisode& episode = scores.episodes.back();
+
+  EpisodeTrace trace{.model = episode.model, .summary = episode.summary, .figures = {}, .events = {}};
+  trace.events = Events(episode.summary);
+  for (viz::EpisodeEvent& touch : collector.Touches(*episode.model)) trace.events.push_back(std::move(touch));
+  std::stable_sort(trace.events.begin(), trace.events.end(),
+                   [](const viz::EpisodeEvent& a, const viz::EpisodeEvent& b) {
+                     const bool end_a = a.kind == viz::EpisodeEvent::Kind::kEnd,
+                                end_b = b.kind == viz::EpisodeEvent::Kind::kEnd;
+                     return end_a != end_b ? end_b : a.time < b.time;
+                   });
+  trace.figures = collector.Figures(*episode.model);
+  for (viz::CurveFigure& figure : trace.figures) figure.events = trace.events;
+  return trace;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,235 @@
+#include "cli/results/rescorer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "bus/bus.h"
+#include "bus/channels.h"
+#include "cli/launch/run_controller.h"
+#include "cli/results/episode_json.h"
+#include "lcmtypes/plausible.h"
+
+namespace evalbus::results {
+namespace {
+
+std::vector<uint8_t> Encode(const episode_summary_t& summary) {
+  std::vector<uint8_t> bytes(static_cast<size_t>(summary.getEncodedSize()));
+  summary.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+// The message begins with another fingerprint.
+bool IsOtherType(std::span<const uint8_t> data, int64_t fingerprint) {
+  int64_t found = 0;
+  return __int64_t_decode_array(data.data(), 0, static_cast<int>(data.size()), &found, 1) > 0 &&
+         found != fingerprint;
+}
+
+const char* EndReason(int8_t verdict) {
+  return verdict == partial_metrics_t::SUCCESS ? "success" : "failure";
+}
+
+}  // namespace
+
+bool RescoredEpisode::equal() const { return recorded && SameBits(*recorded, summary); }
+
+RescoredLog Rescorer::Rescore(const std::filesystem::path& file) {
+  EventLogReader reader(file);
+  RescoredLog log;
+  running_ = false;
+  model_.reset();
+  next_model_.reset();
+  other_type_.clear();
+  try {
+    for (LogEvent event; reader.Next(&event);) OnEvent(event, &log);
+    Finish(std::nullopt, &log);
+    if (log.episodes.empty() && !other_type_.empty()) {
+      throw InputError("made by another version of evalbus: " + other_type_ +
+                       " has a type that this one does not read");
+    }
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+  log.damaged_bytes = reader.damaged_bytes();
+  log.damaged_places = reader.damaged_places();
+  return log;
+}
+
+void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
+  const auto decode = [&](auto* message) {
+    bool good = Bus::Decode(event.data, message);
+    if constexpr (requires { message->header; }) good = good && IsPlausible(message->header);
+    log->decode_errors += !good;
+    if (!good && IsOtherType(event.data, message->getHash())) other_type_ = event.channel;
+    return good;
+  };
+  if (event.channel == channels::kState) {
+    OnTickMessage(event, &state_, log);
+  } else if (event.channel == channels::kContacts) {
+    OnTickMessage(event, &contacts_, log);
+  } else if (event.channel == channels::kModel) {
+    if ((model_ || next_model_) && std::ranges::equal(event.data, model_bytes_)) return;
+    auto model = std::make_shared<model_info_t>();
+    if (!decode(model.get())) return;
+    model_bytes_.assign(event.data.begin(), event.data.end());
+    next_model_ = std::move(model);
+  } else if (event.channel == channels::kEpisodeBegin) {
+    episode_begin_t begin{};
+    if (!decode(&begin)) return;
+    // It is repeated until everybody is ready.
+    if (running_ && begin.header.episode == begin_.header.episode && begin.attempt == begin_.attempt) return;
+    Finish(std::nullopt, log);
+    Begin(begin);
+  } else if (event.channel == channels::kEpisodeEnd) {
+    episode_end_t end{};
+    if (!decode(&end) || !running_ || end.header.episode != begin_.header.episode) return;
+    conflicts_.Hear(event.channel, 0, event.data);
+    if (end_) return;
+    end_ = end;
+    merger_.EndAt(end.header.tick);
+    ScoreTicks();
+  } else if (event.channel == channels::kEpisodeSummary) {
+    episode_summary_t recorded{};
+    if (!decode(&recorded) || !running_) return;
+    if (recorded.header.episode != begin_.header.episode || recorded.attempt != begin_.attempt) return;
+    // What comes later, the metrics process did not wait for.
+    Finish(recorded, log);
+  }
+}
+
+void Rescorer::Begin(const episode_begin_t& begin) {
+  if (next_model_) {
+    model_ = std::move(next_model_);
+    if (scorer_bytes_ != model_bytes_) scorer_.reset();
+  }
+  if (!model_) return;
+  if (!scorer_) {
+    TaskDescription task = task_ ? *task_ : ParseTask(model_->task_yaml, model_->task_file, false);
+    task.Apply(model_->variation);
+    task.ApplyRobot(model_->robot);
+    scorer_ = std::make_unique<metrics::EpisodeScorer>(*model_, task);
+    scorer_bytes_ = model_bytes_;
+  }
+  begin_ = begin;
+  last_ = begin.header;
+  end_.reset();
+  own_end_.reset();
+  scorer_->Start();
+  merger_.Start();
+  conflicts_.Start();
+  running_ = true;
+}
+
+template <class Message>
+void Rescorer::OnTickMessage(const LogEvent& event, Message* message, RescoredLog* log) {
+  if (!running_ || own_end_) return;
+  if (!Bus::Decode(event.data, message)) {
+    ++log->decode_errors;
+    return;
+  }
+  const header_t& header = message->header;
+  if (header.episode != begin_.header.episode || !merger_.IsNear(header.tick)) return;
+  const auto answer = conflicts_.Hear(event.channel, header.tick, event.data);
+  if (answer != ConflictDetector::Answer::kNew || !merger_.Add(*message)) return;
+  if (message->header.tick > last_.tick) last_ = message->header;
+  ScoreTicks();
+}
+
+void Rescorer::ScoreTicks() {
+  metrics::TickMerger::Pair pair;
+  while (!own_end_ && merger_.Next(&pair)) {
+    scorer_->Tick(*pair.state, *pair.contacts);
+    if (on_tick_) on_tick_(*scorer_, *pair.state, *pair.contacts);
+    if (!task_) continue;
+    episode_end_t end{};
+    end.header = pair.state->header;
+    if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
+      // A realtime episode runs on until the sim hears the verdict.
+      if (model_->clock != "lockstep") continue;
+      end.end_reason = EndReason(scorer_->verdict());
+    } else if (end.header.sim_time_us >= std::llround(task_->time_limit * 1e6)) {
+      end.end_reason = "time_limit";
+    } else {
+      continue;
+    }
+    own_end_ = end;
+  }
+}
+
+void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, RescoredLog* log) {
+  if (!running_) return;
+  running_ = false;
+  RescoredEpisode episode;
+  episode.model = model_;
+  episode.recorded = recorded;
+  episode.has_end = end_.has_value();
+  if (!end_) {
+    end_.emplace();
+    end_->header = recorded ? recorded->header : last_;
+    end_->end_reason = recorded ? recorded->end_reason : "aborted";
+    end_->detail = recorded ? recorded->end_detail : "the log ends before the episode";
+  }
+  merger_.EndAt(end_->header.tick);
+  merger_.GiveUp();
+  ScoreTicks();
+  if (own_end_) {
+    end_ = own_end_;
+  } else if (task_ && scorer_->verdict() != partial_metrics_t::UNDECIDED) {
+    end_->end_reason = EndReason(scorer_->verdict());
+  } else if (task_ && end_->end_reason == "time_limit") {
+    end_->end_reason = "aborted";
+    end_->detail = "the log ends before this description's time limit";
+  }
+  if (!conflicts_.conflict().empty()) {
+    end_->end_reason = "aborted";
+    end_->detail = conflicts_.conflict();
+  }
+  scorer_->EndAt(end_->header.tick);
+  episode.summary = scorer_->Summary(begin_, *end_);
+  log->episodes.push_back(std::move(episode));
+}
+
+std::vector<Difference> Differences(const episode_summary_t& before, const episode_summary_t& after) {
+  const auto a = EpisodeJson("", "", before).flatten(), b = EpisodeJson("", "", after).flatten();
+  std::vector<Difference> differences;
+  const auto add = [&](const std::string& key, const std::string& x, const std::string& y) {
+    std::string name = key.substr(1);
+    std::replace(name.begin(), name.end(), '/', '.');
+    differences.push_back({std::move(name), x, y});
+  };
+  for (const auto& [key, value] : a.items()) {
+    const auto other = b.find(key);
+    if (other == b.end()) {
+      add(key, ToText(value), "-");
+    } else if (*other != value) {
+      add(key, ToText(value), ToText(*other));
+    }
+  }
+  for (const auto& [key, value] : b.items()) {
+    if (!a.contains(key)) add(key, "-", ToText(value));
+  }
+  return differences;
+}
+
+bool SameBits(const episode_summary_t& a, const episode_summary_t& b) { return Encode(a) == Encode(b); }
+
+std::string DescribeDifference(const std::optional<episode_summary_t>& recorded,
+                               const episode_summary_t& score) {
+  if (!recorded) return "no score was recorded";
+  if (SameBits(*recorded, score)) return "equal to the recorded score";
+  constexpr size_t kShown = 3;
+  const std::vector<Difference> differences = Differences(*recorded, score);
+  std::string text;
+  for (size_t i = 0; i < std::min(differences.size(), kShown); ++i) {
+    text += fmt::format("{}{} {} -> {}", i == 0 ? "" : ", ", differences[i].name, differences[i].before,
+                        differences[i].after);
+  }
+  if (differences.size() > kShown) text += fmt::format(" and {} more", differences.size() - kShown);
+  return "DIFFERS: " + (text.empty() ? "in a field that episodes.jsonl does not have" : text);
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,88 @@
+// The folder of a run, as docs/run_folder.md describes it. A file that is there is whole: results are
+// appended and synced line by line, everything else is written under another name and renamed.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/run_layout.h"
+
+namespace evalbus::results {
+
+// Reads the lines of a file that may still grow.
+class NewLines {
+ public:
+  explicit NewLines(std::filesystem::path file) : file_(std::move(file)) {}
+  // Those that were finished since the last call. A last line without its end is being written and left for
+  // later.
+  std::vector<std::string> Next();
+  const std::filesystem::path& file() const { return file_; }
+
+ private:
+  std::filesystem::path file_;
+  std::streamoff position_ = 0;
+};
+
+// The same of an episodes.jsonl.
+class EpisodeLines {
+ public:
+  explicit EpisodeLines(std::filesystem::path file) : lines_(std::move(file)) {}
+  // Throws InputError that names file and line.
+  std::vector<nlohmann::ordered_json> Next();
+
+ private:
+  NewLines lines_;
+  int line_ = 0;
+};
+
+class RunFolder {
+ public:
+  // Creates the folder; with `resume` one that exists is opened again: what an interrupted run left half-done
+  // is removed. Throws InputError if it exists and is neither empty nor to be resumed, if another `evalbus
+  // run` works in it, or if it cannot be made.
+  explicit RunFolder(const std::filesystem::path& folder, bool resume = false)
+      : RunFolder(folder, resume, kRunJson) {}
+  // The folder of a suite, likewise.
+  static RunFolder OfSuite(const std::filesystem::path& folder, bool resume) {
+    return RunFolder(folder, resume, kSuiteJson);
+  }
+  // The same folder for a worker of the run that opened it.
+  static RunFolder OfWorker(const std::filesystem::path& folder);
+  RunFolder(RunFolder&& other) noexcept : path_(std::move(other.path_)), lock_(other.lock_) {
+    other.lock_ = -1;
+  }
+  ~RunFolder();
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path log_file(const std::string& component) const { return LogFile(path_, component); }
+
+  // The functions below throw EnvironmentError where the disk refuses.
+  void WriteJson(const std::string& name, const nlohmann::ordered_json& json) const;
+  // Writes episodes/0007/summary.json and then appends the line to episodes.jsonl.
+  void AddEpisode(int episode, const nlohmann::ordered_json& result) const;
+  // Removes what an unfinished attempt of an episode left.
+  void DiscardEpisode(int episode) const;
+  // Removes files, in all folders, whose names end so: what processes that are gone left half-written.
+  void RemoveFiles(const std::string& ending) const;
+  // The lines of episodes.jsonl in the order of episodes, and in that order in the file again (several
+  // workers finish them in another one).
+  std::vector<nlohmann::ordered_json> SortEpisodes() const;
+
+ private:
+  RunFolder() = default;
+  // `mark`: the file by which a folder of this kind is known.
+  RunFolder(const std::filesystem::path& folder, bool resume, const std::string& mark);
+  void Clean() const;
+
+  std::filesystem::path path_;
+  // Held while the folder is ours. Our child processes inherit it: it goes with the last of them, however
+  // that ends, so that nobody goes on with a run whose recorder still writes.
+  int lock_ = -1;
+};
+
+// runs/NAME-DATE-TIME under the current folder.
+std::filesystem::path DefaultRunFolder(const std::string& name);
+
+}  // namespace evalbus::results

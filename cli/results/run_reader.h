@@ -1,0 +1,72 @@
+// Reads the folders of runs and suites back (docs/run_folder.md). Strict: a line that does not belong is an
+// error that names file and line, never left out silently.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace evalbus::results {
+
+// A line of episodes.jsonl.
+struct RecordedEpisode {
+  int episode = 0;
+  int64_t seed = 0;
+  std::string end_reason;
+  std::string failure_reason;
+  // False where ticks are missing or samples were refused: left out of every rate.
+  bool complete = false;
+  bool success = false;
+  // The whole line.
+  nlohmann::ordered_json json;
+  // Its number in episodes.jsonl, from 1.
+  int line = 0;
+
+  // Numbers of "metrics" and, below "extended.", of "extended", by their flattened names
+  // ("cartesian_path_length.left"), in the line's order.
+  std::vector<std::pair<std::string, double>> Values() const;
+};
+
+struct RecordedRun {
+  std::filesystem::path folder;
+  // The folder's own name; of a run in a suite, SUITE/RUN.
+  std::string name;
+  // run.json, and what everybody asks it for.
+  nlohmann::ordered_json info;
+  std::string task;
+  std::string variation;
+  std::string policy;
+  int64_t seed = 0;
+  // Episodes asked for.
+  int planned = 0;
+  // Finished ones, by number; also those that are not complete.
+  std::vector<RecordedEpisode> episodes;
+  // Numbers of those begun and not finished (episodes/0007.partial).
+  std::vector<int> unfinished;
+
+  // "lift_pot/position".
+  std::string task_name() const { return task + "/" + variation; }
+  std::vector<int> incomplete() const;
+  // What a reader of its rates has to know, one sentence each: stopped early, incomplete episodes.
+  std::vector<std::string> Remarks() const;
+};
+
+// A suite: several runs made together; or one run alone.
+struct RecordedRuns {
+  std::filesystem::path folder;
+  std::string name;
+  bool is_suite = false;
+  std::vector<RecordedRun> runs;
+  // Runs that suite.json names and that have no finished episode.
+  std::vector<std::string> missing;
+};
+
+// Both throw InputError, one line: no such folder, no run folder, no finished episode; a line that is not
+// JSON, is cut off, lacks a key, repeats an episode, or belongs to another task, variation or seed.
+RecordedRun ReadRun(const std::filesystem::path& folder);
+RecordedRuns ReadRuns(const std::filesystem::path& folder);
+
+}  // namespace evalbus::results

@@ -1,0 +1,42 @@
+# How this project's targets are made. Sources are found by folder, so a new file needs no line here.
+
+# evalbus_target(NAME): our own code compiles without warnings, against headers named from the repository root.
+# -Wno-restrict: GCC 12 alone knows it, and warns of "text" + std::string where nothing overlaps.
+function(evalbus_target name)
+  target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+endfunction()
+
+# evalbus_sources(VARIABLE FOLDER...): the .cc files of these folders that belong into its library: not main.cc, and
+# not X_component.cc, which knows the bus where the rest does not.
+function(evalbus_sources variable)
+  set(found)
+  foreach(folder ${ARGN})
+    file(GLOB here CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cc)
+    list(APPEND found ${here})
+  endforeach()
+  list(FILTER found EXCLUDE REGEX "/(main|[a-z_]+_component)\\.cc$")
+  set(${variable} ${found} PARENT_SCOPE)
+endfunction()
+
+# evalbus_library(NAME [FOLDERS folder...] [SOURCES file...] [PUBLIC target...] [PRIVATE target...]): a static library
+# of the sources of these folders and these files; neither: of the folder it is called in.
+function(evalbus_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "FOLDERS;SOURCES;PUBLIC;PRIVATE")
+  if(NOT ARG_FOLDERS AND NOT ARG_SOURCES)
+    set(ARG_FOLDERS .)
+  endif()
+  evalbus_sources(found ${ARG_FOLDERS})
+  add_library(${name} STATIC ${found} ${ARG_SOURCES})
+  evalbus_target(${name})
+  target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+endfunction()
+
+# evalbus_program(NAME LIBRARY...): evalbus-NAME from the folder's main.cc. ./run builds all programs.
+function(evalbus_program name)
+  add_executable(evalbus-${name} main.cc)
+  evalbus_target(evalbus-${name})
+  target_link_libraries(evalbus-${name} PRIVATE ${ARGN})
+  set_property(GLOBAL APPEND PROPERTY EVALBUS_PROGRAMS evalbus-${name})
+endfunction()

@@ -1,0 +1,467 @@
+#include "collision/checker.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "base/errors.h"
+#include "collision/closed_forms.h"
+#include "collision/pair_filter.h"
+#include "collision/penetration.h"
+
+// The only file that pays for compiling FCL's headers.
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/ellipsoid.h>
+#include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/distance.h>
+
+namespace evalbus::collision {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// FCL reports strict overlap only. Its shapes are grown by half the contact distance on every side, so that
+// overlap of the grown shapes means contact of the true ones (meshes: nearly so).
+constexpr double kGrowth = 0.5 * contact_t::TOUCH_DISTANCE_M;
+
+// A geom in FCL's broad phase, under the bounding box that we compute: FCL's own is that of the bounding
+// sphere for anything rotated.
+class BroadPhaseObject : public fcl::CollisionObjectd {
+ public:
+  BroadPhaseObject(const std::shared_ptr<fcl::CollisionGeometryd>& shape, int index_in)
+      : fcl::CollisionObjectd(shape), index(index_in) {}
+  void SetBounds(const Vector3d& lower, const Vector3d& upper) { aabb = fcl::AABBd(lower, upper); }
+  // Of the geom.
+  const int index;
+};
+
+struct Geom {
+  int id = -1;
+  int body = -1;
+  Shape shape;
+  // Pose in the body frame.
+  Vector3d local_position;
+  Matrix3d local_rotation;
+  // Bounding box in the world; and, for a mesh, centre and half extents in the geom frame.
+  Vector3d lower;
+  Vector3d upper;
+  Vector3d mesh_centre;
+  Vector3d mesh_half;
+  std::shared_ptr<fcl::CollisionGeometryd> fcl_shape;
+  fcl::Transform3d fcl_pose;
+};
+
+enum class Method { kPlaneShape, kCapsuleCapsule, kCapsuleBox, kFcl };
+
+struct Pair {
+  int a;
+  int b;
+  Method method;
+  // The closed form takes (b, a).
+  bool swapped;
+};
+
+Shape::Kind KindOf(int mujoco_type, const std::string& who) {
+  switch (mujoco_type) {
+    case mjGEOM_PLANE:
+      return Shape::Kind::kPlane;
+    case mjGEOM_SPHERE:
+      return Shape::Kind::kSphere;
+    case mjGEOM_CAPSULE:
+      return Shape::Kind::kCapsule;
+    case mjGEOM_ELLIPSOID:
+      return Shape::Kind::kEllipsoid;
+    case mjGEOM_CYLINDER:
+      return Shape::Kind::kCylinder;
+    case mjGEOM_BOX:
+      return Shape::Kind::kBox;
+    case mjGEOM_MESH:
+      return Shape::Kind::kMesh;
+    default:
+      throw InputError(who +
+                       " has a shape that collision checking does not know; use a plane, sphere, capsule, " +
+                       "ellipsoid, cylinder, box or mesh");
+  }
+}
+
+// Corners and faces of a mesh's convex hull from the compiled model's graph: numvert, numface,
+// vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3 numface], face_globalid[3 numface].
+std::shared_ptr<fcl::Convexd> MakeHull(const mjModel& m, int mesh, const std::string& who) {
+  if (m.mesh_graphadr[mesh] < 0)
+    throw InputError(who + " is a mesh without a convex hull in the compiled model");
+  const int* graph = m.mesh_graph + m.mesh_graphadr[mesh];
+  const int num_corners = graph[0];
+  const int num_faces = graph[1];
+  const int* global_id = graph + 2 + num_corners;
+  const int* face_global_id = global_id + num_corners + num_corners + 3 * num_faces;
+  const float* vertex = m.mesh_vert + 3 * m.mesh_vertadr[mesh];
+
+  auto corners = std::make_shared<std::vector<Vector3d>>();
+  std::vector<int> local_id(m.mesh_vertnum[mesh], -1);
+  for (int i = 0; i < num_corners; ++i) {
+    const float* v = vertex + 3 * global_id[i];
+    corners->emplace_back(v[0], v[1], v[2]);
+    local_id[global_id[i]] = i;
+  }
+  auto faces = std::make_shared<std::vector<int>>();
+  for (int i = 0; i < num_faces; ++i) {
+    faces->push_back(3);
+    for (int k = 0; k < 3; ++k) faces->push_back(local_id[face_global_id[3 * i + k]]);
+  }
+  return std::make_shared<fcl::Convexd>(corners, num_faces, faces);
+}
+
+Pair MakePair(int a, int b, const Shape& shape_a, const Shape& shape_b) {
+  if (shape_a.kind == Shape::Kind::kPlane) return {a, b, Method::kPlaneShape, false};
+  if (shape_b.kind == Shape::Kind::kPlane) return {a, b, Method::kPlaneShape, true};
+  if (IsRound(shape_a) && IsRound(shape_b)) return {a, b, Method::kCapsuleCapsule, false};
+  if (IsRound(shape_a) && shape_b.kind == Shape::Kind::kBox) return {a, b, Method::kCapsuleBox, false};
+  if (IsRound(shape_b) && shape_a.kind == Shape::Kind::kBox) return {a, b, Method::kCapsuleBox, true};
+  return {a, b, Method::kFcl, false};
+}
+
+}  // namespace
+
+struct CollisionChecker::Impl {
+  // Geoms that take part in a pair; a pair's a and b index this list, which is in the order of geom ids.
+  std::vector<Geom> geoms;
+  // Geoms of body i: geoms[first_geom[i]] up to geoms[first_geom[i + 1]]; geom ids are grouped by body.
+  std::vector<int> first_geom;
+  std::vector<Pair> pairs;
+  // Index into pairs for two geoms (a * geoms.size() + b, a < b), -1 where they are not checked.
+  std::vector<int> pair_of;
+  // Broad phase of all geoms but planes, whose boxes are infinite (FCL cannot hold those); pairs with a plane
+  // are always candidates. Candidates are evaluated in the order of pairs, whatever order the broad phase
+  // finds them in.
+  fcl::DynamicAABBTreeCollisionManagerd broad_phase;
+  std::vector<std::unique_ptr<BroadPhaseObject>> objects;
+  std::vector<int> plane_pairs;
+  std::vector<int> candidates;
+  bool is_set_up = false;
+  // Pairs (a the robot's geom) of the clearance, and scratch for ordering them.
+  std::vector<Pair> clearance_pairs;
+  std::vector<std::pair<double, int>> queue;
+  std::vector<contact_t> contacts;
+  fcl::CollisionRequestd overlap_request;
+  fcl::CollisionRequestd contact_request;
+  fcl::DistanceRequestd distance_request;
+  fcl::CollisionResultd contact_result;
+  fcl::DistanceResultd distance_result;
+
+  Geom MakeGeom(const mjModel& m, int id) const;
+  void UpdateBounds(Geom* geom) const;
+  // Fills candidates: pairs whose bounding boxes overlap.
+  void FindCandidates();
+  // Contact of a pair, or nothing; `true_distance` asks for the distance of separated shapes too (normal and
+  // point are then valid for closed forms only).
+  bool Evaluate(const Pair& pair, bool true_distance, Proximity* result);
+};
+
+Geom CollisionChecker::Impl::MakeGeom(const mjModel& m, int id) const {
+  const char* name = m.names + m.name_geomadr[id];
+  const std::string who = "geom " + std::to_string(id) + " \"" + name + "\"";
+  Geom geom;
+  geom.id = id;
+  geom.body = m.geom_bodyid[id];
+  geom.local_position = Eigen::Map<const Vector3d>(m.geom_pos + 3 * id);
+  const double* q = m.geom_quat + 4 * id;
+  geom.local_rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+  Shape& shape = geom.shape;
+  shape.kind = KindOf(m.geom_type[id], who);
+  shape.size = Eigen::Map<const Vector3d>(m.geom_size + 3 * id);
+  const Vector3d grown = shape.size.array() + kGrowth;
+  switch (shape.kind) {
+    case Shape::Kind::kPlane:
+      break;
+    case Shape::Kind::kSphere:
+      geom.fcl_shape = std::make_shared<fcl::Sphered>(grown[0]);
+      break;
+    case Shape::Kind::kCapsule:
+      geom.fcl_shape = std::make_shared<fcl::Capsuled>(grown[0], 2 * shape.size[1]);
+      break;
+    case Shape::Kind::kEllipsoid:
+      geom.fcl_shape = std::make_shared<fcl::Ellipsoidd>(grown);
+      break;
+    case Shape::Kind::kCylinder:
+      geom.fcl_shape = std::make_shared<fcl::Cylinderd>(grown[0], 2 * grown[1]);
+      break;
+    case Shape::Kind::kBox:
+      geom.fcl_shape = std::make_shared<fcl::Boxd>(2 * grown);
+      break;
+    case Shape::Kind::kMesh: {
+      const auto hull = MakeHull(m, m.geom_dataid[id], who);
+      shape.corners = hull->getVertices();
+      Vector3d lower = Vector3d::Constant(kInfinity);
+      Vector3d upper = -lower;
+      for (const Vector3d& corner : shape.corners) {
+        lower = lower.cwiseMin(corner);
+        upper = upper.cwiseMax(corner);
+      }
+      geom.mesh_centre = 0.5 * (lower + upper);
+      geom.mesh_half = 0.5 * (upper - lower);
+      geom.fcl_shape = hull;
+      break;
+    }
+  }
+  return geom;
+}
+
+void CollisionChecker::Impl::UpdateBounds(Geom* geom) const {
+  const Shape& shape = geom->shape;
+  const Vector3d& s = shape.size;
+  const Matrix3d& r = shape.rotation;
+  Vector3d centre = shape.position;
+  Vector3d half = Vector3d::Zero();
+  switch (shape.kind) {
+    case Shape::Kind::kPlane:
+      half.setConstant(kInfinity);
+      break;
+    case Shape::Kind::kSphere:
+      half.setConstant(s[0]);
+      break;
+    case Shape::Kind::kCapsule:
+      half = s[1] * r.col(2).cwiseAbs() + Vector3d::Constant(s[0]);
+      break;
+    case Shape::Kind::kEllipsoid:
+      half = (r * s.asDiagonal()).rowwise().norm();
+      break;
+    case Shape::Kind::kCylinder:
+      half = s[1] * r.col(2).cwiseAbs() + s[0] * r.leftCols<2>().rowwise().norm();
+      break;
+    case Shape::Kind::kBox:
+      half = r.cwiseAbs() * s;
+      break;
+    case Shape::Kind::kMesh:
+      centre += r * geom->mesh_centre;
+      half = r.cwiseAbs() * geom->mesh_half;
+      break;
+  }
+  half.array() += contact_t::TOUCH_DISTANCE_M;
+  geom->lower = centre - half;
+  geom->upper = centre + half;
+}
+
+void CollisionChecker::Impl::FindCandidates() {
+  if (is_set_up) {
+    broad_phase.update();
+  } else {
+    for (const auto& object : objects) {
+      if (object) broad_phase.registerObject(object.get());
+    }
+    broad_phase.setup();
+    is_set_up = true;
+  }
+  candidates = plane_pairs;
+  broad_phase.collide(this, [](fcl::CollisionObjectd* first, fcl::CollisionObjectd* second, void* data) {
+    auto* self = static_cast<Impl*>(data);
+    const auto [a, b] = std::minmax(static_cast<BroadPhaseObject*>(first)->index,
+                                    static_cast<BroadPhaseObject*>(second)->index);
+    const int pair = self->pair_of[static_cast<size_t>(a) * self->geoms.size() + static_cast<size_t>(b)];
+    if (pair >= 0) self->candidates.push_back(pair);
+    return false;  // go on
+  });
+  std::sort(candidates.begin(), candidates.end());
+}
+
+bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Proximity* result) {
+  const Geom& first = geoms[pair.swapped ? pair.b : pair.a];
+  const Geom& second = geoms[pair.swapped ? pair.a : pair.b];
+  if (pair.method == Method::kFcl) {
+    contact_result.clear();
+    if (fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
+                     overlap_request, contact_result) > 0) {
+      if (const std::optional<Proximity> deep = Penetration(first.shape, second.shape)) {
+        *result = *deep;
+        return true;
+      }
+      // Only the growth overlaps, or hardly more: FCL's rough estimate is good enough.
+      contact_result.clear();
+      fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
+                   contact_request, contact_result);
+      const fcl::Contactd& contact = contact_result.getContact(0);
+      result->distance = 2 * kGrowth - contact.penetration_depth;
+      result->point = contact.pos;
+      result->normal = contact.normal;
+      return true;
+    }
+    if (!true_distance) return false;
+    distance_result.clear();
+    fcl::distance(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
+                  distance_request, distance_result);
+    // Not a contact, so FCL's "-1 or so" for overlapping shapes can only mean that they all but touch.
+    result->distance = 2 * kGrowth + std::max(0.0, distance_result.min_distance);
+    return true;
+  }
+  switch (pair.method) {
+    case Method::kPlaneShape:
+      *result = PlaneToShape(first.shape, second.shape);
+      break;
+    case Method::kCapsuleCapsule:
+      *result = CapsuleToCapsule(first.shape, second.shape);
+      break;
+    default:
+      *result = CapsuleToBox(first.shape, second.shape);
+      break;
+  }
+  if (pair.swapped) result->normal = -result->normal;
+  return true_distance || result->distance <= contact_t::TOUCH_DISTANCE_M;
+}
+
+CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& info) : impl_(new Impl) {
+  const mjModel& m = *model;
+  if (info.num_geoms != m.ngeom || info.num_bodies != m.nbody) {
+    throw InputError("MODEL describes " + std::to_string(info.num_bodies) + " bodies and " +
+                     std::to_string(info.num_geoms) + " geoms, the model file has " +
+                     std::to_string(m.nbody) + " and " + std::to_string(m.ngeom));
+  }
+  for (const int entity : info.body_entity) {
+    if (entity < 0 || entity >= info.num_entities) throw InputError("MODEL: body_entity out of range");
+  }
+  for (const gripper_info_t& gripper : info.gripper) {
+    for (const int pad : gripper.pad_geom) {
+      if (pad < 0 || pad >= m.ngeom) throw InputError("MODEL: gripper pad_geom out of range");
+    }
+  }
+
+  const std::vector<std::pair<int, int>> checked = CheckedPairs(m, info);
+  std::vector<int> index(m.ngeom, -1);
+  for (const auto& [a, b] : checked) index[a] = index[b] = 0;
+  impl_->first_geom.assign(m.nbody + 1, 0);
+  for (int id = 0; id < m.ngeom; ++id) {
+    if (index[id] < 0) continue;
+    index[id] = static_cast<int>(impl_->geoms.size());
+    impl_->geoms.push_back(impl_->MakeGeom(m, id));
+    ++impl_->first_geom[m.geom_bodyid[id] + 1];
+  }
+  for (int body = 0; body < m.nbody; ++body) impl_->first_geom[body + 1] += impl_->first_geom[body];
+
+  const auto kind_of = [&](const Geom& geom) { return info.entity_kind[info.body_entity[geom.body]]; };
+  const auto is_moving_robot = [&](const Geom& geom) {
+    return kind_of(geom) == model_info_t::ROBOT && m.body_weldid[geom.body] != 0;
+  };
+  const auto is_scene = [&](const Geom& geom) {
+    return kind_of(geom) == model_info_t::WORLD || kind_of(geom) == model_info_t::FIXTURE;
+  };
+  impl_->pair_of.assign(impl_->geoms.size() * impl_->geoms.size(), -1);
+  for (size_t i = 0; i < impl_->geoms.size(); ++i) {
+    const Geom& geom = impl_->geoms[i];
+    impl_->objects.push_back(geom.shape.kind == Shape::Kind::kPlane
+                                 ? nullptr
+                                 : std::make_unique<BroadPhaseObject>(geom.fcl_shape, static_cast<int>(i)));
+  }
+  for (const auto& [a, b] : checked) {
+    const Geom& geom_a = impl_->geoms[index[a]];
+    const Geom& geom_b = impl_->geoms[index[b]];
+    const Pair pair = MakePair(index[a], index[b], geom_a.shape, geom_b.shape);
+    impl_->pair_of[index[a] * impl_->geoms.size() + index[b]] = static_cast<int>(impl_->pairs.size());
+    if (pair.method == Method::kPlaneShape)
+      impl_->plane_pairs.push_back(static_cast<int>(impl_->pairs.size()));
+    impl_->pairs.push_back(pair);
+    if (is_moving_robot(geom_a) && is_scene(geom_b)) impl_->clearance_pairs.push_back(pair);
+    if (is_moving_robot(geom_b) && is_scene(geom_a)) {
+      impl_->clearance_pairs.push_back({pair.b, pair.a, pair.method, !pair.swapped});
+    }
+  }
+  impl_->queue.reserve(impl_->clearance_pairs.size());
+  impl_->contacts.reserve(64);
+  impl_->contact_request.enable_contact = true;
+  impl_->contact_request.num_max_contacts = 1;  // the deepest
+  impl_->contact_request.gjk_solver_type = fcl::GST_LIBCCD;
+  impl_->distance_request.gjk_solver_type = fcl::GST_LIBCCD;
+  impl_->distance_request.distance_tolerance = 1e-9;
+}
+
+CollisionChecker::~CollisionChecker() = default;
+
+bool IsPose(const double position[3], const double quat_wxyz[4]) {
+  const Eigen::Map<const Eigen::Vector4d> quat(quat_wxyz);
+  return Eigen::Map<const Vector3d>(position).allFinite() && quat.allFinite() && quat.squaredNorm() != 0;
+}
+
+void CollisionChecker::SetBodyPose(int body, const double position[3], const double quat_wxyz[4]) {
+  if (body < 0 || body + 1 >= static_cast<int>(impl_->first_geom.size())) {
+    throw InputError("there is no body " + std::to_string(body));
+  }
+  const Eigen::Quaterniond q(quat_wxyz[0], quat_wxyz[1], quat_wxyz[2], quat_wxyz[3]);
+  const Vector3d p(position[0], position[1], position[2]);
+  if (!IsPose(position, quat_wxyz)) {
+    throw InputError("the pose of body " + std::to_string(body) + " is not finite");
+  }
+  const Matrix3d rotation = q.normalized().toRotationMatrix();
+  for (int i = impl_->first_geom[body]; i < impl_->first_geom[body + 1]; ++i) {
+    Geom& geom = impl_->geoms[i];
+    geom.shape.position = p + rotation * geom.local_position;
+    geom.shape.rotation = rotation * geom.local_rotation;
+    geom.fcl_pose.linear() = geom.shape.rotation;
+    geom.fcl_pose.translation() = geom.shape.position;
+    impl_->UpdateBounds(&geom);
+    if (impl_->objects[i]) impl_->objects[i]->SetBounds(geom.lower, geom.upper);
+  }
+}
+
+const std::vector<contact_t>& CollisionChecker::FindContacts() {
+  impl_->contacts.clear();
+  Proximity touch;
+  impl_->FindCandidates();
+  for (const int candidate : impl_->candidates) {
+    const Pair& pair = impl_->pairs[candidate];
+    if (!impl_->Evaluate(pair, false, &touch)) continue;
+    const Geom& a = impl_->geoms[pair.a];
+    const Geom& b = impl_->geoms[pair.b];
+    contact_t& contact = impl_->contacts.emplace_back();
+    contact.geom_a = a.id;
+    contact.geom_b = b.id;
+    contact.distance_m = touch.distance;
+    for (int i = 0; i < 3; ++i) {
+      contact.position_m[i] = touch.point[i];
+      contact.normal[i] = touch.normal[i];
+    }
+  }
+  return impl_->contacts;
+}
+
+std::optional<Clearance> CollisionChecker::FindClearance() {
+  // Pairs in the order of the distance between their bounding boxes; the rest cannot be nearer once that
+  // exceeds the best true distance.
+  auto& queue = impl_->queue;
+  queue.clear();
+  for (int i = 0; i < static_cast<int>(impl_->clearance_pairs.size()); ++i) {
+    const Geom& a = impl_->geoms[impl_->clearance_pairs[i].a];
+    const Geom& b = impl_->geoms[impl_->clearance_pairs[i].b];
+    const Vector3d gap = (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0);
+    queue.emplace_back(gap.squaredNorm(), i);
+  }
+  std::sort(queue.begin(), queue.end());
+  std::optional<Clearance> best;
+  Proximity nearest;
+  for (const auto& [bound, i] : queue) {
+    if (best && (best->distance <= 0 ? bound > 0 : bound > best->distance * best->distance)) break;
+    const Pair& pair = impl_->clearance_pairs[i];
+    impl_->Evaluate(pair, true, &nearest);
+    if (!best || nearest.distance < best->distance) {
+      best = Clearance{nearest.distance, impl_->geoms[pair.a].id, impl_->geoms[pair.b].id};
+    }
+  }
+  return best;
+}
+
+bool CollisionChecker::IsChecked(int geom_a, int geom_b) const {
+  return std::any_of(impl_->pairs.begin(), impl_->pairs.end(), [&](const Pair& pair) {
+    return impl_->geoms[pair.a].id == std::min(geom_a, geom_b) &&
+           impl_->geoms[pair.b].id == std::max(geom_a, geom_b);
+  });
+}
+
+}  // namespace evalbus::collision

@@ -1,0 +1,74 @@
+#include "collision/collision_component.h"
+
+#include <string>
+
+#include "bus/channels.h"
+#include "models/physics_model.h"
+
+namespace evalbus::collision {
+namespace {
+
+bool HasPoses(const state_t& state, int num_bodies) {
+  if (state.num_bodies != num_bodies) return false;
+  for (int body = 0; body < num_bodies; ++body) {
+    const std::vector<double>&position = state.body_position_m[body], &quat = state.body_quat_wxyz[body];
+    if (position.size() != 3 || quat.size() != 4 || !IsPose(position.data(), quat.data())) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::unique_ptr<CollisionChecker> LoadChecker(const model_info_t& info) {
+  const ModelPtr model = LoadPhysicsModel(info);
+  return std::make_unique<CollisionChecker>(model.get(), info);
+}
+
+CollisionComponent::CollisionComponent(Bus* bus) : Component(bus, "collision") {
+  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { model_info_ = m; });
+  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
+                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnState(m); });
+}
+
+void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
+  // Both are repeated until we are ready: without MODEL, wait for the next.
+  if (!model_info_ || !EnterEpisode(begin)) return;
+  CheckMessageVersion(*model_info_);
+  if (!checker_ || loaded_.physics_sha256 != model_info_->physics_sha256 ||
+      loaded_.run_id != model_info_->run_id) {
+    checker_ = LoadChecker(*model_info_);
+  }
+  loaded_ = *model_info_;
+  SayReady();
+}
+
+void CollisionComponent::OnState(const state_t& state) {
+  if (!IsOurs(state.header)) return;
+  const int64_t tick = state.header.tick;
+  if (!checker_ || tick <= status_.last_tick || !HasPoses(state, loaded_.num_bodies)) {
+    ++status_.foreign_messages;
+    // The sim repeats a STATE whose PARTIAL it has not heard.
+    if (tick >= 0 && tick == status_.last_tick) bus().Publish(channels::kContacts, contacts_);
+    return;
+  }
+  status_.missing_ticks += tick - status_.last_tick - 1;
+  for (int body = 0; body < state.num_bodies; ++body) {
+    checker_->SetBodyPose(body, state.body_position_m[body].data(), state.body_quat_wxyz[body].data());
+  }
+  contacts_.header = state.header;
+  contacts_.contact = checker_->FindContacts();
+  contacts_.num_contacts = static_cast<int32_t>(contacts_.contact.size());
+  std::optional<Clearance> clearance;
+  if (loaded_.clearance_every_ticks > 0 && tick % loaded_.clearance_every_ticks == 0) {
+    clearance = checker_->FindClearance();
+  }
+  contacts_.has_clearance = clearance.has_value();
+  contacts_.clearance_m = clearance ? clearance->distance : 0;
+  contacts_.clearance_robot_geom = clearance ? clearance->robot_geom : -1;
+  contacts_.clearance_scene_geom = clearance ? clearance->scene_geom : -1;
+  bus().Publish(channels::kContacts, contacts_);
+  Progress(tick);
+}
+
+}  // namespace evalbus::collision

@@ -1,0 +1,169 @@
+#include "collision/penetration.h"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace evalbus::collision {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTolerance = 1e-6;
+constexpr int kMaxSearchSteps = 64;
+constexpr int kMaxExpansions = 256;
+
+// A point of the Minkowski difference a - b on its surface, and the points it comes from.
+struct Vertex {
+  Vector3d w;
+  Vector3d on_a;
+  Vector3d on_b;
+};
+
+// Triangle of vertex indices, counter-clockwise seen from outside.
+struct Face {
+  std::array<int, 3> v;
+  Vector3d normal;
+  double distance;  // of its plane from the origin
+};
+
+class Polytope {
+ public:
+  Polytope(const Shape& a, const Shape& b) : a_(a), b_(b) {}
+
+  // Four vertices around the origin. False when there are none.
+  bool Enclose();
+  // Grows until the face nearest to the origin is part of the surface.
+  std::optional<Proximity> Expand();
+
+ private:
+  Vertex Farthest(const Vector3d& direction) const;
+  // False for a triangle without area.
+  bool AddFace(int i, int j, int k);
+
+  const Shape& a_;
+  const Shape& b_;
+  std::vector<Vertex> vertices_;
+  std::vector<Face> faces_;
+};
+
+Vertex Polytope::Farthest(const Vector3d& direction) const {
+  const Vector3d u = direction.normalized();
+  Vertex vertex;
+  vertex.on_a = a_.position + a_.rotation * FarthestPoint(a_, a_.rotation.transpose() * u);
+  vertex.on_b = b_.position + b_.rotation * FarthestPoint(b_, b_.rotation.transpose() * -u);
+  vertex.w = vertex.on_a - vertex.on_b;
+  return vertex;
+}
+
+bool Polytope::AddFace(int i, int j, int k) {
+  const Vector3d& w = vertices_[i].w;
+  const Vector3d normal = (vertices_[j].w - w).cross(vertices_[k].w - w);
+  const double area = normal.norm();
+  if (area < 1e-16) return false;
+  faces_.push_back({{i, j, k}, normal / area, normal.dot(w) / area});
+  return true;
+}
+
+bool Polytope::Enclose() {
+  vertices_.clear();
+  // Two points on opposite sides of the origin, then a triangle and a tetrahedron built towards it.
+  Vector3d direction = b_.position - a_.position;
+  if (direction.isZero(0)) direction = Vector3d::UnitX();
+  vertices_.push_back(Farthest(direction));
+  vertices_.push_back(Farthest(-direction));
+  const Vector3d along = vertices_[1].w - vertices_[0].w;
+  if (along.squaredNorm() < 1e-20) return false;
+  direction = along.cross(-vertices_[0].w).cross(along);
+  if (direction.norm() < 1e-12 * along.squaredNorm()) direction = along.unitOrthogonal();
+  vertices_.push_back(Farthest(direction));
+  direction = along.cross(vertices_[2].w - vertices_[0].w);
+  if (direction.squaredNorm() < 1e-24) return false;
+  if (direction.dot(vertices_[0].w) > 0) direction = -direction;
+  vertices_.push_back(Farthest(direction));
+
+  for (int step = 0; step < kMaxSearchSteps; ++step) {
+    // Look out through each face; where the origin is outside, move the opposite vertex there.
+    bool inside = true;
+    for (int opposite = 0; opposite < 4 && inside; ++opposite) {
+      const Vector3d& p = vertices_[(opposite + 1) % 4].w;
+      Vector3d normal = (vertices_[(opposite + 2) % 4].w - p).cross(vertices_[(opposite + 3) % 4].w - p);
+      const double height = normal.dot(vertices_[opposite].w - p);
+      if (height == 0) return false;
+      if (height > 0) normal = -normal;
+      if (normal.dot(p) >= 0) continue;
+      inside = false;
+      const Vertex next = Farthest(normal);
+      if (next.w.dot(normal) <= 0) return false;
+      vertices_[opposite] = next;
+    }
+    if (!inside) continue;
+    // Counter-clockwise from outside: vertex 3 must lie below the triangle 0 1 2.
+    const Vector3d& p = vertices_[0].w;
+    if ((vertices_[1].w - p).cross(vertices_[2].w - p).dot(vertices_[3].w - p) > 0) {
+      std::swap(vertices_[1], vertices_[2]);
+    }
+    return AddFace(0, 1, 2) && AddFace(0, 3, 1) && AddFace(1, 3, 2) && AddFace(2, 3, 0);
+  }
+  return false;
+}
+
+std::optional<Proximity> Polytope::Expand() {
+  std::vector<std::pair<int, int>> edges;
+  for (int step = 0;; ++step) {
+    size_t nearest = 0;
+    for (size_t i = 1; i < faces_.size(); ++i) {
+      if (faces_[i].distance < faces_[nearest].distance) nearest = i;
+    }
+    const Face face = faces_[nearest];
+    const Vertex next = Farthest(face.normal);
+    const double depth = next.w.dot(face.normal);
+
+    // Replace what the new vertex sees by triangles to it.
+    bool done = depth - face.distance < kTolerance || step == kMaxExpansions;
+    if (!done) {
+      const std::vector<Face> before = faces_;
+      const int added = static_cast<int>(vertices_.size());
+      vertices_.push_back(next);
+      edges.clear();
+      std::erase_if(faces_, [&](const Face& f) {
+        if (f.normal.dot(next.w) <= f.distance + 1e-12) return false;
+        for (int k = 0; k < 3; ++k) edges.emplace_back(f.v[k], f.v[(k + 1) % 3]);
+        return true;
+      });
+      for (size_t i = 0; i < edges.size(); ++i) {
+        const std::pair<int, int> reverse(edges[i].second, edges[i].first);
+        bool inner = false;
+        for (const auto& edge : edges) inner = inner || edge == reverse;
+        if (!inner && !AddFace(edges[i].first, edges[i].second, added)) done = true;
+      }
+      if (done) faces_ = before;
+    }
+    if (!done) continue;
+
+    if (depth < 0) return std::nullopt;
+    // The origin's projection onto the face tells which points of the two shapes it stands for.
+    const Vertex& p = vertices_[face.v[0]];
+    const Vertex& q = vertices_[face.v[1]];
+    const Vertex& r = vertices_[face.v[2]];
+    const Vector3d foot = face.distance * face.normal - p.w;
+    const Vector3d across = (q.w - p.w).cross(r.w - p.w);
+    const double s = foot.cross(r.w - p.w).dot(across) / across.squaredNorm();
+    const double t = (q.w - p.w).cross(foot).dot(across) / across.squaredNorm();
+    const Vector3d on_a = p.on_a + s * (q.on_a - p.on_a) + t * (r.on_a - p.on_a);
+    const Vector3d on_b = p.on_b + s * (q.on_b - p.on_b) + t * (r.on_b - p.on_b);
+    return Proximity{-depth, 0.5 * (on_a + on_b), face.normal};
+  }
+}
+
+}  // namespace
+
+std::optional<Proximity> Penetration(const Shape& a, const Shape& b) {
+  Polytope polytope(a, b);
+  if (!polytope.Enclose()) return std::nullopt;
+  return polytope.Expand();
+}
+
+}  // namespace evalbus::collision

@@ -1,0 +1,17 @@
+// Penetration depth of two overlapping convex shapes. FCL's own is no use here: its contact query (libccd's
+// MPR) looks along the line of centres and is off by centimetres, and its exact one (EPA) aborts the process
+// on some inputs.
+#pragma once
+
+#include <optional>
+
+#include "collision/shape.h"
+
+namespace evalbus::collision {
+
+// Expanding polytope algorithm (van den Bergen, "Proximity queries and penetration depth computation on 3D
+// game objects", 2001). Exact for polytopes; for curved shapes the depth is at most 1e-6 m too large. Empty
+// when the shapes do not overlap or only by rounding error. Neither shape may be a plane.
+std::optional<Proximity> Penetration(const Shape& a, const Shape& b);
+
+}  // namespace evalbus::collision

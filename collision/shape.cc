@@ -1,0 +1,56 @@
+#include "collision/shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace evalbus::collision {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// Mesh corners are single precision in the compiled model.
+constexpr double kCornerNoise = 1e-7;
+
+}  // namespace
+
+Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
+  const Vector3d& s = shape.size;
+  switch (shape.kind) {
+    case Shape::Kind::kSphere:
+      return s[0] * u;
+    case Shape::Kind::kCapsule:
+      return s[0] * u + Vector3d(0, 0, Side(u[2]) * s[1]);
+    case Shape::Kind::kEllipsoid: {
+      const Vector3d scaled = s.cwiseProduct(u);
+      return s.cwiseProduct(scaled) / scaled.norm();
+    }
+    case Shape::Kind::kCylinder: {
+      const double radial = std::hypot(u[0], u[1]);
+      const double scale = radial > kFlat ? s[0] / radial : 0;
+      return {scale * u[0], scale * u[1], Side(u[2]) * s[1]};
+    }
+    case Shape::Kind::kBox:
+      return {Side(u[0]) * s[0], Side(u[1]) * s[1], Side(u[2]) * s[2]};
+    case Shape::Kind::kMesh: {
+      double farthest = -std::numeric_limits<double>::infinity();
+      for (const Vector3d& corner : shape.corners) farthest = std::max(farthest, corner.dot(u));
+      Vector3d sum = Vector3d::Zero();
+      int count = 0;
+      for (const Vector3d& corner : shape.corners) {
+        if (corner.dot(u) < farthest - kCornerNoise) continue;
+        sum += corner;
+        ++count;
+      }
+      // Equally far to within the noise; exactly as far as the farthest.
+      const Vector3d centre = sum / count;
+      return centre + (farthest - centre.dot(u)) * u;
+    }
+    case Shape::Kind::kPlane:
+      break;
+  }
+  return Vector3d::Zero();
+}
+
+}  // namespace evalbus::collision

@@ -1,0 +1,49 @@
+// A convex shape placed in the world, and what is said of two of them. Lengths in metres.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace evalbus::collision {
+
+// One shape in the world. The axis of capsules and cylinders is the local z axis.
+struct Shape {
+  enum class Kind { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox, kMesh };
+
+  Kind kind = Kind::kSphere;
+  // Sphere: radius. Capsule and cylinder: radius, half length (of the segment). Ellipsoid: semi-axes. Box:
+  // half extents.
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();
+  // Corners of a mesh's convex hull, local frame.
+  std::vector<Eigen::Vector3d> corners;
+  // Pose in the world.
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+};
+
+// Nearest or deepest place of a pair.
+struct Proximity {
+  // Negative in penetration: how far the shapes must move along the normal to touch.
+  double distance = 0;
+  // Midway between the two surfaces, along the normal.
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  // Unit vector from the first shape to the second.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
+// Directions this close to perpendicular count as perpendicular where a point is chosen (never for
+// distances).
+inline constexpr double kFlat = 1e-9;
+
+// -1, 0 or 1.
+inline double Side(double direction) { return direction > kFlat ? 1 : direction < -kFlat ? -1 : 0; }
+
+inline bool IsRound(const Shape& shape) {
+  return shape.kind == Shape::Kind::kSphere || shape.kind == Shape::Kind::kCapsule;
+}
+
+// Farthest point of the shape (not a plane) in direction `u`, a unit vector; point and direction in the local
+// frame. Where a whole face or edge is equally far, its centre.
+Eigen::Vector3d FarthestPoint(const Shape& shape, const Eigen::Vector3d& u);
+
+}  // namespace evalbus::collision

@@ -1,0 +1,254 @@
+#include "metrics/episode/episode_scorer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace evalbus::metrics {
+namespace {
+
+std::vector<std::string> NamesOf(const std::vector<NamedExpression>& expressions) {
+  std::vector<std::string> names;
+  for (const NamedExpression& expression : expressions) names.push_back(expression.name);
+  return names;
+}
+
+MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
+  const model_info_t& model = names.model();
+  MetricsConfig config;
+  for (const arm_info_t& arm : model.arm) {
+    config.arms.push_back({.name = arm.name,
+                           .num_joints = arm.num_joints,
+                           .joint_lower = arm.joint_lower_rad,
+                           .joint_upper = arm.joint_upper_rad});
+  }
+  for (const gripper_info_t& gripper : model.gripper) config.grippers.push_back(gripper.name);
+  config.objects = model.object_name;
+  config.control_dt = static_cast<double>(model.timestep_us * model.substeps) / 1e6;
+
+  config.geom_owner.resize(model.num_geoms, GeomOwner::kScene);
+  for (int geom = 0; geom < model.num_geoms; ++geom) {
+    if (model.entity_kind[model.body_entity[model.geom_body[geom]]] == model_info_t::ROBOT) {
+      config.geom_owner[geom] = GeomOwner::kRobot;
+    }
+  }
+  for (int object = 0; object < model.num_objects; ++object) {
+    const std::vector<uint8_t> geoms = names.ObjectGeoms(object);
+    for (int geom = 0; geom < model.num_geoms; ++geom) {
+      if (geoms[geom]) config.geom_owner[geom] = GeomOwner::kObject;
+    }
+  }
+
+  static_cast<MetricsOptions&>(config) = task.metrics;
+  for (const Stage& stage : task.stages) config.stages.push_back({.index = stage.index, .name = stage.name});
+  config.target_distances = NamesOf(task.target_distance);
+  config.pose_errors = NamesOf(task.pose_error);
+  return config;
+}
+
+// By finger, that is by body with pads, then geom.
+std::vector<std::vector<uint8_t>> Fingers(const model_info_t& model, const gripper_info_t& gripper) {
+  std::map<int, std::vector<uint8_t>> fingers;
+  for (int geom : gripper.pad_geom) {
+    std::vector<uint8_t>& pads = fingers[model.geom_body[geom]];
+    pads.resize(model.num_geoms);
+    pads[geom] = 1;
+  }
+  std::vector<std::vector<uint8_t>> result;
+  for (auto& [body, pads] : fingers) result.push_back(std::move(pads));
+  return result;
+}
+
+}  // namespace
+
+EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& task)
+    : model_(model),
+      names_(model_),
+      evaluator_(task, names_),
+      metrics_(MakeConfig(names_, task)),
+      history_(model_.object_name.size(), model_.gripper.size()),
+      grasps_(metrics_.config()) {
+  for (const Stage& stage : task.stages) stage_index_.push_back(stage.index);
+  for (const int index : model_.joint_qpos_index) num_coordinates_ = std::max(num_coordinates_, index + 1);
+  for (const gripper_info_t& gripper : model_.gripper) fingers_.push_back(Fingers(model_, gripper));
+  for (int object = 0; object < model_.num_objects; ++object) {
+    objects_.push_back(names_.ObjectGeoms(object));
+    object_body_.push_back(names_.Body(model_.object_name[object], {task.file, 0}));
+  }
+  arms_.resize(model_.num_arms);
+  opening_.resize(model_.num_grippers);
+  holding_.resize(model_.num_grippers * model_.num_objects);
+  pinched_.resize(holding_.size());
+  height_.resize(model_.num_objects);
+  Start();
+}
+
+void EpisodeScorer::Start() {
+  header_ = {};
+  started_ = false;
+  next_tick_ = missing_ticks_ = unfit_ticks_ = action_clips_ = deadline_misses_ = 0;
+  evaluator_.Start();
+  opening_.assign(opening_.size(), 0);
+  holding_.assign(holding_.size(), 0);
+  metrics_.Start(opening_, holding_);
+  history_.Start();
+  grasps_.Start();
+  first_collision_ = {};
+}
+
+bool EpisodeScorer::Fits(const state_t& state) const {
+  if (state.num_bodies != model_.num_bodies || state.num_arms != model_.num_arms ||
+      state.num_grippers != model_.num_grippers || state.num_qpos < num_coordinates_) {
+    return false;
+  }
+  // NaN and infinity both make 0 * x NaN.
+  double sum = 0;
+  for (const std::vector<double>& position : state.body_position_m) {
+    for (double x : position) sum += 0 * x;
+  }
+  for (const std::vector<double>& quat : state.body_quat_wxyz) {
+    for (double x : quat) sum += 0 * x;
+  }
+  return sum == 0;
+}
+
+void EpisodeScorer::FindHolds(std::span<const contact_t> contacts) {
+  for (size_t gripper = 0; gripper < fingers_.size(); ++gripper) {
+    for (size_t object = 0; object < objects_.size(); ++object) {
+      size_t touching = 0;
+      for (const std::vector<uint8_t>& pads : fingers_[gripper]) {
+        touching += Touch(contacts, pads, objects_[object]);
+      }
+      const size_t pair = object * fingers_.size() + gripper;
+      holding_[pair] = touching > 0;
+      pinched_[pair] = touching > 0 && touching == fingers_[gripper].size();
+    }
+  }
+}
+
+void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
+  header_ = state.header;
+  missing_ticks_ += header_.tick - next_tick_;
+  next_tick_ = header_.tick + 1;
+  action_clips_ = state.action_clips;
+  deadline_misses_ = state.deadline_misses;
+  if (!Fits(state)) {
+    ++unfit_ticks_;
+    return;
+  }
+
+  for (size_t k = 0; k < arms_.size(); ++k) {
+    const arm_state_t& arm = state.arm[k];
+    const double *p = arm.wrist_position_m, *q = arm.wrist_quat_wxyz;
+    arms_[k] = {.joint_position = arm.joint_position_rad,
+                .joint_velocity = arm.joint_velocity_radps,
+                .joint_torque = arm.joint_torque_Nm,
+                .wrist_position = {p[0], p[1], p[2]},
+                .wrist_quat = {q[0], q[1], q[2], q[3]}};
+  }
+  for (size_t k = 0; k < opening_.size(); ++k) opening_[k] = state.gripper[k].opening;
+  for (size_t k = 0; k < height_.size(); ++k) height_[k] = state.body_position_m[object_body_[k]][2];
+  FindHolds(contacts.contact);
+  contacts_.clear();
+  for (const contact_t& contact : contacts.contact) {
+    contacts_.push_back({contact.geom_a, contact.geom_b, contact.distance_m});
+  }
+  const double time = static_cast<double>(header_.sim_time_us) / 1e6;
+  Sample sample{.tick = header_.tick,
+                .time = time,
+                .arm = arms_,
+                .gripper_opening = opening_,
+                .holding = holding_,
+                .pinched = pinched_,
+                .contacts = contacts_,
+                .clearance = {}};
+  if (contacts.has_clearance) sample.clearance = contacts.clearance_m;
+
+  // Tick 0, or the first one that arrived, is what slips are compared with; it is no sample.
+  if (!started_) {
+    started_ = true;
+    metrics_.Start(opening_, holding_);
+    history_.Add(header_.tick, opening_, holding_, height_, false);
+    if (header_.tick == 0) evaluator_.Evaluate({state, contacts.contact}, 0);
+  }
+  if (header_.tick > 0) {
+    if (!metrics_.Step(sample)) return;
+    const std::span<const SceneContact> collisions = metrics_.scene_contacts();
+    history_.Add(header_.tick, opening_, holding_, height_, !collisions.empty());
+    grasps_.Add(header_.tick, pinched_);
+    if (first_collision_.tick == 0 && !collisions.empty()) first_collision_ = {header_.tick, collisions[0]};
+    evaluator_.Evaluate({state, contacts.contact}, header_.tick);
+  }
+  for (size_t k = 0; k < stage_index_.size(); ++k) {
+    if (evaluator_.stage_reached()[k]) metrics_.SetStage(stage_index_[k], true);
+  }
+  for (size_t k = 0; k < evaluator_.target_distance().size(); ++k) {
+    metrics_.SetTargetDistance(k, evaluator_.target_distance()[k]);
+  }
+  for (size_t k = 0; k < evaluator_.pose_error().size(); ++k)
+    metrics_.SetPoseError(k, evaluator_.pose_error()[k]);
+  metrics_.SetSuccess(evaluator_.verdict() == Verdict::kSuccess);
+}
+
+void EpisodeScorer::EndAt(int64_t last_tick) {
+  if (last_tick < next_tick_) return;
+  missing_ticks_ += last_tick + 1 - next_tick_;
+  next_tick_ = last_tick + 1;
+}
+
+int8_t EpisodeScorer::verdict() const {
+  switch (evaluator_.verdict()) {
+    case Verdict::kSuccess:
+      return partial_metrics_t::SUCCESS;
+    case Verdict::kFailure:
+      return partial_metrics_t::FAILURE;
+    case Verdict::kUndecided:
+      break;
+  }
+  return partial_metrics_t::UNDECIDED;
+}
+
+void EpisodeScorer::FillCounters(extended_metrics_t* extended) const {
+  extended->refused_samples = refused_samples();
+  extended->missing_ticks = missing_ticks_;
+  extended->action_clips = action_clips_;
+  extended->deadline_misses = deadline_misses_;
+}
+
+void EpisodeScorer::Partial(partial_metrics_t* partial) const {
+  partial->header = header_;
+  partial->verdict = verdict();
+  metrics_.Values(&partial->metrics);
+  metrics_.Extended(&partial->extended);
+  FillCounters(&partial->extended);
+}
+
+episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const episode_end_t& end) const {
+  episode_summary_t summary{};
+  summary.header = end.header;
+  summary.seed = begin.seed;
+  summary.attempt = begin.attempt;
+  summary.verdict = verdict();
+  summary.end_reason = end.end_reason;
+  summary.end_detail = end.detail;
+  const EpisodeOutcome outcome{.model = model_,
+                               .history = history_,
+                               .slips = metrics_.slips(),
+                               .verdict = evaluator_.verdict(),
+                               .out_of_bounds = evaluator_.out_of_bounds(),
+                               .end_reason = end.end_reason,
+                               .last_tick = header_.tick,
+                               .conditions = evaluator_.ExplainVerdict(),
+                               .unmet = evaluator_.ExplainUnmet()};
+  summary.failure_reason = FailureReason(outcome);
+  summary.complete = missing_ticks_ == 0 && refused_samples() == 0 && end.end_reason != "aborted" &&
+                     summary.failure_reason != "unconfirmed";
+  metrics_.Values(&summary.metrics);
+  metrics_.FinalExtended(&summary.extended);
+  FillCounters(&summary.extended);
+  summary.explanation =
+      Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());
+  return summary;
+}
+
+}  // namespace evalbus::metrics

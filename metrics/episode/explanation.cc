@@ -1,0 +1,108 @@
+#include "metrics/episode/explanation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace evalbus::metrics {
+namespace {
+
+// More slips are summed up in words; the data have them all.
+constexpr size_t kSlipsInText = 2;
+
+std::string GeomName(const model_info_t& model, int geom) {
+  const std::string& name = model.geom_name[geom];
+  return name.empty() ? model.body_name[model.geom_body[geom]] : name;
+}
+
+// Geoms without a name of their own share their body's.
+std::map<std::string, int64_t> CollisionsByName(const model_info_t& model, const RolloutMetrics& metrics) {
+  std::map<std::string, int64_t> collisions;
+  for (const auto& [geom, count] : metrics.env_collisions().counts()) {
+    collisions[GeomName(model, static_cast<int>(geom))] += count;
+  }
+  for (const auto& [pair, count] : metrics.self_collisions().counts()) {
+    const int a = static_cast<int>(pair >> 32), b = static_cast<int>(pair & 0xffffffff);
+    collisions[GeomName(model, a) + " + " + GeomName(model, b)] += count;
+  }
+  return collisions;
+}
+
+object_event_t Event(const model_info_t& model, int object, int gripper, int64_t tick, double dt) {
+  object_event_t event{};
+  event.object = model.object_name[object];
+  event.gripper = model.gripper[gripper].name;
+  event.tick = tick;
+  event.time_s = static_cast<double>(tick) * dt;
+  return event;
+}
+
+std::string Text(const explanation_t& e, const std::string& reason, double time, bool has_stages) {
+  std::string text = fmt::format("{} at {:.2f} s", reason.empty() ? "success" : reason, time);
+  // Of an `any`, several operands may wait for the same.
+  std::set<std::string> said;
+  for (const condition_t& condition : e.condition) {
+    if (!said.insert(condition.text).second) continue;
+    text += (said.size() == 1 ? ": " : ", ") + condition.text;
+  }
+  if (e.last_stage_index > 0) {
+    text += fmt::format("; last stage {} ({}) at {:.2f} s", e.last_stage_index, e.last_stage_name,
+                        e.last_stage_time_s);
+  } else if (has_stages) {
+    text += "; no stage reached";
+  }
+  if (e.has_first_collision) {
+    text += fmt::format("; first collision at {:.2f} s, {} with {}", e.first_collision_time_s,
+                        e.first_collision_robot_geom, e.first_collision_scene_geom);
+  }
+  for (size_t k = 0; k < std::min(e.slip.size(), kSlipsInText); ++k) {
+    text += fmt::format("; {} slipped from {} at {:.2f} s", e.slip[k].object, e.slip[k].gripper,
+                        e.slip[k].time_s);
+  }
+  if (e.slip.size() > kSlipsInText) text += fmt::format(" and {} more slips", e.slip.size() - kSlipsInText);
+  return text;
+}
+
+}  // namespace
+
+explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, const RolloutMetrics& metrics,
+                      const FirstCollision& collision, const std::vector<GraspInterval>& grasps) {
+  const model_info_t& model = outcome.model;
+  const double dt = metrics.config().control_dt;
+  explanation_t e{};
+  for (const StageState& stage : metrics.stages().stages()) {
+    if (!stage.reached) continue;
+    e.last_stage_index = stage.index;
+    e.last_stage_name = stage.name;
+    e.last_stage_time_s = stage.reached_time;
+  }
+  e.condition = outcome.conditions;
+  e.num_conditions = static_cast<int32_t>(e.condition.size());
+  if (collision.tick > 0) {
+    e.has_first_collision = true;
+    e.first_collision_robot_geom = GeomName(model, collision.contact.robot_geom);
+    e.first_collision_scene_geom = GeomName(model, collision.contact.scene_geom);
+    e.first_collision_tick = collision.tick;
+    e.first_collision_time_s = static_cast<double>(collision.tick) * dt;
+  }
+  for (const auto& [name, count] : CollisionsByName(model, metrics)) {
+    e.collision_name.push_back(name);
+    e.collision_count.push_back(count);
+  }
+  e.num_collision_names = static_cast<int32_t>(e.collision_name.size());
+  for (const Slip& slip : outcome.slips) {
+    e.slip.push_back(Event(model, slip.object, slip.gripper, slip.tick, dt));
+  }
+  e.num_slips = static_cast<int32_t>(e.slip.size());
+  for (const GraspInterval& grasp : grasps) {
+    e.grasp.push_back(Event(model, grasp.object, grasp.gripper, grasp.first_tick, dt));
+    e.grasp.back().duration_s = grasp.duration(dt);
+  }
+  e.num_grasps = static_cast<int32_t>(e.grasp.size());
+  e.text = Text(e, reason, metrics.time(), !metrics.stages().stages().empty());
+  return e;
+}
+
+}  // namespace evalbus::metrics

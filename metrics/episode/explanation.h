@@ -1,0 +1,24 @@
+// How an episode ended, in data and in words.
+#pragma once
+
+#include <string>
+
+#include "evalbus/explanation_t.hpp"
+#include "metrics/episode/failure_reason.h"
+#include "metrics/episode/rollout_metrics.h"
+#include "metrics/grasps.h"
+
+namespace evalbus::metrics {
+
+// The first contact of the robot with the scene; tick 0: none.
+struct FirstCollision {
+  int64_t tick = 0;
+  SceneContact contact{};
+};
+
+// `reason` is FailureReason(outcome). The text of the result is one sentence: reason, time, what decided,
+// last stage, first collision, slips.
+explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, const RolloutMetrics& metrics,
+                      const FirstCollision& collision, const std::vector<GraspInterval>& grasps);
+
+}  // namespace evalbus::metrics

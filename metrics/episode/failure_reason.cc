@@ -1,0 +1,124 @@
+#include "metrics/episode/failure_reason.h"
+
+#include <algorithm>
+
+namespace evalbus::metrics {
+namespace {
+
+// A robot that touches the scene for this long (s) up to the end is stuck.
+constexpr double kStuck = 1;
+
+// An operand that stands for an entity or a part of it.
+bool IsPartOf(const std::string& operand, const std::string& entity) {
+  return operand == entity || operand.starts_with(entity + "/");
+}
+
+// Index of the object that an operand belongs to, -1 where it is none.
+int ObjectOf(const std::string& operand, const model_info_t& model) {
+  for (int k = 0; k < model.num_objects; ++k) {
+    if (IsPartOf(operand, model.object_name[k])) return k;
+  }
+  return -1;
+}
+
+bool IsOfRobot(const std::string& operand, const model_info_t& model) {
+  for (int k = 0; k < model.num_entities; ++k) {
+    if (model.entity_kind[k] == model_info_t::ROBOT && IsPartOf(operand, model.entity_name[k])) return true;
+  }
+  return std::any_of(model.gripper.begin(), model.gripper.end(),
+                     [&](const gripper_info_t& gripper) { return operand == gripper.name + "_gripper"; });
+}
+
+// An object of the condition that a gripper has held, if there is one.
+bool IsAboutAHeldObject(const condition_t& condition, const EpisodeOutcome& outcome, bool still_held) {
+  for (const std::string* operand : {&condition.subject, &condition.other}) {
+    const int object = ObjectOf(*operand, outcome.model);
+    if (object < 0 || !outcome.history.WasHeld(object)) continue;
+    if (still_held || !outcome.history.IsHeld(object)) return true;
+  }
+  return false;
+}
+
+std::string ReasonOfFailureCondition(const EpisodeOutcome& outcome) {
+  if (outcome.out_of_bounds) return "robot_out_of_bounds";
+  for (const condition_t& condition : outcome.conditions) {
+    if (IsAboutAHeldObject(condition, outcome, true)) return "dropped";
+  }
+  for (const condition_t& condition : outcome.conditions) {
+    if (condition.kind == condition_t::CONTACT && condition.holds &&
+        (IsOfRobot(condition.subject, outcome.model) || IsOfRobot(condition.other, outcome.model))) {
+      return "collision";
+    }
+  }
+  return "failure_condition";
+}
+
+bool Dropped(const EpisodeOutcome& outcome) {
+  for (int object = 0; object < outcome.model.num_objects; ++object) {
+    if (outcome.history.Fell(object)) return true;
+  }
+  return false;
+}
+
+// Lost, and since then held neither by this gripper nor, unless this one is asked for, by another.
+bool Slipped(const EpisodeOutcome& outcome) {
+  return std::any_of(outcome.slips.begin(), outcome.slips.end(), [&](const Slip& slip) {
+    if (outcome.history.LastHeldTick(slip.object, slip.gripper) >= slip.tick) return false;
+    if (!outcome.history.IsHeld(slip.object)) return true;
+    return std::any_of(outcome.unmet.begin(), outcome.unmet.end(), [&](const condition_t& condition) {
+      return condition.kind == condition_t::HOLDING && !condition.holds &&
+             ObjectOf(condition.subject, outcome.model) == slip.object &&
+             condition.other == outcome.model.gripper[slip.gripper].name;
+    });
+  });
+}
+
+bool Stuck(const EpisodeOutcome& outcome) {
+  const int64_t since = outcome.history.touching_since();
+  const double dt = static_cast<double>(outcome.model.timestep_us * outcome.model.substeps) / 1e6;
+  return since >= 0 && static_cast<double>(outcome.last_tick - since) * dt >= kStuck;
+}
+
+// A gripper that is asked to hold an object, and has never held it, closed on nothing.
+bool Missed(const EpisodeOutcome& outcome) {
+  return std::any_of(outcome.unmet.begin(), outcome.unmet.end(), [&](const condition_t& condition) {
+    if (condition.kind != condition_t::HOLDING || condition.holds) return false;
+    const int object = ObjectOf(condition.subject, outcome.model);
+    if (object < 0) return false;
+    // Of "any" and "first" one would do; of "other" one that has not held it yet.
+    if ((condition.other == "any" || condition.other == "first") && outcome.history.WasHeld(object))
+      return false;
+    for (int k = 0; k < outcome.model.num_grippers; ++k) {
+      const std::string& name = outcome.model.gripper[k].name;
+      const bool is_asked = condition.other == name || condition.other == "any" ||
+                            condition.other == "first" || condition.other == "other";
+      if (is_asked && outcome.history.ClosedOnNothing(k) && outcome.history.LastHeldTick(object, k) < 0)
+        return true;
+    }
+    return false;
+  });
+}
+
+bool IsInWrongPose(const EpisodeOutcome& outcome) {
+  return std::any_of(outcome.conditions.begin(), outcome.conditions.end(), [&](const condition_t& condition) {
+    return IsAboutAHeldObject(condition, outcome, condition.kind == condition_t::POSE);
+  });
+}
+
+}  // namespace
+
+std::string FailureReason(const EpisodeOutcome& outcome) {
+  if (outcome.verdict == Verdict::kSuccess) return "";
+  if (outcome.verdict == Verdict::kFailure) return ReasonOfFailureCondition(outcome);
+  // The sim ended on a verdict that the ticks at hand do not give.
+  if (outcome.end_reason == "success" || outcome.end_reason == "failure") return "unconfirmed";
+  if (outcome.end_reason != "time_limit") return outcome.end_reason;
+  if (Dropped(outcome)) return "dropped";
+  if (Slipped(outcome)) return "grasp_slip";
+  if (Stuck(outcome)) return "collision";
+  if (Missed(outcome)) return "grasp_miss";
+  if (IsInWrongPose(outcome)) return "wrong_pose";
+  return "timeout";
+}
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,35 @@
+// Why an episode did not succeed, as one word of a fixed list. The rules are those of docs/metrics.md.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "evalbus/condition_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "metrics/episode/episode_history.h"
+#include "metrics/roboeval/slips.h"
+#include "metrics/task/task_evaluator.h"
+
+namespace evalbus::metrics {
+
+// How an episode ended, and what is known of it.
+struct EpisodeOutcome {
+  const model_info_t& model;
+  const EpisodeHistory& history;
+  const std::vector<Slip>& slips;
+  Verdict verdict = Verdict::kUndecided;
+  bool out_of_bounds = false;
+  // As in episode_end_t, and the last tick with a sample.
+  std::string end_reason;
+  int64_t last_tick = 0;
+  // What decided: see explanation_t.
+  std::vector<condition_t> conditions;
+  // Why each stage that was not reached is not, and why it is no success.
+  std::vector<condition_t> unmet;
+};
+
+// Empty on success.
+std::string FailureReason(const EpisodeOutcome& outcome);
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,24 @@
+// Metric values as JSON with the names, nesting and value types of RoboEval's result dictionary. The only
+// place that knows these names.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "evalbus/explanation_t.hpp"
+#include "evalbus/extended_metrics_t.hpp"
+#include "evalbus/metric_values_t.hpp"
+
+namespace evalbus::metrics {
+
+// Keys of what is not tracked or has no sample are absent. Values by arm are {"left": , "right": } for two
+// arms, plain numbers for one.
+nlohmann::ordered_json ResultJson(const metric_values_t& values);
+
+// Our own metrics; for the key "extended" beside the dictionary above. null where there is no value. `values`
+// gives the names of stages.
+nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const metric_values_t& values);
+
+// For the key "explanation" (docs/run_folder.md).
+nlohmann::ordered_json ExplanationJson(const explanation_t& explanation);
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,356 @@
+#include "metrics/episode/score_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string_view>
+#include <vector>
+
+#include "base/errors.h"
+#include "metrics/episode/result_json.h"
+#include "metrics/episode/rollout_metrics.h"
+#include "metrics/statistics/run_statistics.h"
+
+namespace evalbus::metrics {
+namespace {
+
+using nlohmann::json;
+
+// A value inside the document, with its path for error messages ("steps[3].left.joint_position").
+class Node {
+ public:
+  Node(const json* value, std::string file, std::string path)
+      : value_(value), file_(std::move(file)), path_(std::move(path)) {}
+
+  [[noreturn]] void Fail(const std::string& expected) const {
+    std::string got = value_->dump(-1, ' ', false, json::error_handler_t::replace);
+    if (got.size() > 40) got = got.substr(0, 37) + "...";
+    throw InputError(file_ + ": " + (path_.empty() ? "the document" : path_) + ": expected " + expected +
+                     ", got " + got);
+  }
+
+  // An object with exactly these keys, or also some of the optional ones.
+  void CheckKeys(const std::vector<std::string>& required,
+                 std::initializer_list<const char*> optional = {}) const {
+    if (!value_->is_object()) Fail("an object");
+    for (const std::string& key : required) {
+      if (!value_->contains(key))
+        throw InputError(file_ + ": " + Child(key) + ": expected this key, it is missing");
+    }
+    for (const auto& item : value_->items()) {
+      const std::string& key = item.key();
+      const auto same = [&](std::string_view known) { return known == key; };
+      if (std::none_of(required.begin(), required.end(), same) &&
+          std::none_of(optional.begin(), optional.end(), same)) {
+        throw InputError(file_ + ": " + Child(key) + ": unknown key; expected only " +
+                         Join(required, optional));
+      }
+    }
+  }
+
+  Node operator[](const std::string& key) const { return Node(&value_->at(key), file_, Child(key)); }
+  Node operator[](size_t index) const {
+    return Node(&value_->at(index), file_, path_ + "[" + std::to_string(index) + "]");
+  }
+
+  size_t ArraySize() const {
+    if (!value_->is_array()) Fail("an array");
+    return value_->size();
+  }
+  bool Bool() const {
+    if (!value_->is_boolean()) Fail("true or false");
+    return value_->get<bool>();
+  }
+  int Integer(int lowest, int highest) const {
+    // Both checks: an unsigned value beyond int64 would wrap into range.
+    if (!value_->is_number_integer() || value_->get<double>() < lowest || value_->get<double>() > highest) {
+      Fail("an integer from " + std::to_string(lowest) + " to " + std::to_string(highest));
+    }
+    return value_->get<int>();
+  }
+  double Number() const {
+    if (!value_->is_number() || !std::isfinite(value_->get<double>())) Fail("a finite number");
+    return value_->get<double>();
+  }
+  double PositiveNumber() const {
+    if (!value_->is_number() || !(value_->get<double>() > 0) || !std::isfinite(value_->get<double>())) {
+      Fail("a number above 0");
+    }
+    return value_->get<double>();
+  }
+  std::string Name() const {
+    if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) Fail("a name");
+    return value_->get<std::string>();
+  }
+  // Appends exactly `size` numbers.
+  void Numbers(size_t size, std::vector<double>* out) const {
+    if (!value_->is_array() || value_->size() != size) {
+      Fail(std::to_string(size) + " numbers" +
+           (value_->is_array() ? " (this array has " + std::to_string(value_->size()) + ")" : ""));
+    }
+    for (size_t k = 0; k < size; ++k) out->push_back((*this)[k].Number());
+  }
+  const json& value() const { return *value_; }
+
+ private:
+  std::string Child(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+  static std::string Join(const std::vector<std::string>& required,
+                          std::initializer_list<const char*> optional) {
+    std::string text;
+    for (const std::string& key : required) text += (text.empty() ? "" : ", ") + key;
+    for (const char* key : optional) text += std::string(text.empty() ? "" : ", ") + key;
+    return text.empty() ? "nothing" : text;
+  }
+  const json* value_;
+  std::string file_;
+  std::string path_;
+};
+
+std::vector<ArmConfig> ReadArms(const Node& robot) {
+  robot.CheckKeys({"arms", "dof"});
+  const json& names = robot["arms"].value();
+  if (names != json::array({"left", "right"}) && names != json::array({"left"}) &&
+      names != json::array({"right"})) {
+    robot["arms"].Fail(R"(["left", "right"], ["left"] or ["right"])");
+  }
+  const int dof = robot["dof"].Integer(1, 1000);
+  std::vector<ArmConfig> arms;
+  for (const json& name : names) {
+    ArmConfig& arm = arms.emplace_back();
+    arm.name = name.get<std::string>();
+    arm.num_joints = dof;
+  }
+  return arms;
+}
+
+// robot, scene and ignored are disjoint and together all ids.
+std::vector<GeomOwner> ReadGeoms(const Node& geoms) {
+  geoms.CheckKeys({"count", "robot", "scene", "ignored"}, {"arms", "objects", "names"});
+  const int count = geoms["count"].Integer(0, 10'000'000);
+  std::vector<GeomOwner> owner(count);
+  std::vector<bool> seen(count);
+  const std::pair<const char*, GeomOwner> lists[] = {
+      {"robot", GeomOwner::kRobot}, {"scene", GeomOwner::kScene}, {"ignored", GeomOwner::kObject}};
+  for (const auto& [key, kind] : lists) {
+    const Node list = geoms[key];
+    for (size_t k = 0; k < list.ArraySize(); ++k) {
+      const int id = list[k].Integer(0, count - 1);
+      if (seen[id]) list[k].Fail("each id once, in one of robot, scene and ignored");
+      seen[id] = true;
+      owner[id] = kind;
+    }
+  }
+  const auto missing = std::find(seen.begin(), seen.end(), false);
+  if (missing != seen.end()) {
+    geoms["count"].Fail("each id in one of robot, scene and ignored (" +
+                        std::to_string(missing - seen.begin()) + " is in none)");
+  }
+  return owner;
+}
+
+MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
+  MetricsConfig config;
+  config.arms = ReadArms(episode["robot"]);
+  for (const ArmConfig& arm : config.arms) config.grippers.push_back(arm.name);
+  config.control_dt = episode["control_dt"].PositiveNumber();
+  episode["control_frequency"].PositiveNumber();
+
+  const Node node = episode["config"];
+  const std::pair<const char*, bool*> flags[] = {
+      {"track_vel_sync", &config.track_vel_sync},
+      {"track_vertical_sync", &config.track_vertical_sync},
+      {"track_slippage", &config.track_slippage},
+      {"track_collisions", &config.track_collisions},
+      {"track_cartesian_jerk", &config.track_cartesian_jerk},
+      {"track_joint_jerk", &config.track_joint_jerk},
+      {"track_cartesian_path_length", &config.track_cartesian_path_length},
+      {"track_joint_path_length", &config.track_joint_path_length},
+      {"track_orientation_path_length", &config.track_orientation_path_length},
+  };
+  std::vector<std::string> keys = {"slip_sample_window", "slip_objects"};
+  for (const auto& [key, flag] : flags) keys.push_back(key);
+  node.CheckKeys(keys);
+  for (const auto& [key, flag] : flags) *flag = node[key].Bool();
+  config.slip_sample_window = node["slip_sample_window"].Integer(1, 1'000'000'000);
+  config.collision_sample_window =
+      options.collision_sample_window == 0 ? config.slip_sample_window : options.collision_sample_window;
+  for (size_t k = 0; k < node["slip_objects"].ArraySize(); ++k) {
+    const Node name = node["slip_objects"][k];
+    config.objects.push_back(name.Name());
+    if (std::count(config.objects.begin(), config.objects.end(), config.objects.back()) > 1) {
+      name.Fail("each object once");
+    }
+  }
+  config.geom_owner = ReadGeoms(episode["geoms"]);
+
+  const Node finalize = episode["finalize"];
+  finalize.CheckKeys({"success", "target_distance", "pose_error"});
+  const auto read_names = [&](const char* key, std::vector<std::string>* names) {
+    const Node value = finalize[key];
+    if (value.value().is_number()) {
+      names->push_back("");
+    } else if (value.value().is_object() && !value.value().empty()) {
+      for (const auto& [name, unused] : value.value().items()) {
+        if (name.empty()) value.Fail("names that are not empty");
+        names->push_back(name);
+      }
+    } else if (!value.value().is_null()) {
+      value.Fail("null, a number, or an object of names and numbers");
+    }
+  };
+  read_names("target_distance", &config.target_distances);
+  read_names("pose_error", &config.pose_errors);
+  return config;
+}
+
+// Gripper opening and holding of each arm, at the start and in each step.
+void ReadGripper(const Node& arm, size_t gripper, const MetricsConfig& config, std::vector<double>* opening,
+                 std::vector<uint8_t>* holding) {
+  (*opening)[gripper] = arm["gripper_opening"].Number();
+  arm["holding"].CheckKeys(config.objects);
+  for (size_t object = 0; object < config.objects.size(); ++object) {
+    (*holding)[object * config.grippers.size() + gripper] = arm["holding"][config.objects[object]].Bool();
+  }
+}
+
+// Storage of one step that a Sample points into.
+struct Step {
+  std::vector<std::vector<double>> joints;  // position then velocity, by arm
+  std::vector<ArmSample> arm;
+  std::vector<double> opening;
+  std::vector<uint8_t> holding;
+  std::vector<GeomContact> contacts;
+};
+
+Sample ReadStep(const Node& node, size_t index, const MetricsConfig& config, Step* step) {
+  std::vector<std::string> keys = {"t", "contacts"};
+  for (const ArmConfig& arm : config.arms) keys.push_back(arm.name);
+  node.CheckKeys(keys);
+
+  const double time = node["t"].Number();
+  const double expected = (index + 1) * config.control_dt;
+  if (std::abs(time - expected) > 0.01 * config.control_dt) {
+    node["t"].Fail("(index + 1) * control_dt = " + json(expected).dump());
+  }
+  step->arm.resize(config.arms.size());
+  step->joints.resize(config.arms.size());
+  for (size_t k = 0; k < config.arms.size(); ++k) {
+    const Node arm = node[config.arms[k].name];
+    arm.CheckKeys({"joint_position", "joint_velocity", "wrist_position", "wrist_quaternion",
+                   "gripper_opening", "holding"});
+    const size_t dof = config.arms[k].num_joints;
+    std::vector<double>& joints = step->joints[k];
+    joints.clear();
+    arm["joint_position"].Numbers(dof, &joints);
+    arm["joint_velocity"].Numbers(dof, &joints);
+    std::vector<double> pose;
+    arm["wrist_position"].Numbers(3, &pose);
+    arm["wrist_quaternion"].Numbers(4, &pose);
+    const double norm =
+        std::sqrt(pose[3] * pose[3] + pose[4] * pose[4] + pose[5] * pose[5] + pose[6] * pose[6]);
+    if (!(std::abs(norm - 1) <= 0.01)) arm["wrist_quaternion"].Fail("[w, x, y, z] of norm 1");
+    step->arm[k] = {.joint_position = {joints.data(), dof},
+                    .joint_velocity = {joints.data() + dof, dof},
+                    .joint_torque = {},
+                    .wrist_position = {pose[0], pose[1], pose[2]},
+                    .wrist_quat = {pose[3], pose[4], pose[5], pose[6]}};
+    ReadGripper(arm, k, config, &step->opening, &step->holding);
+  }
+  step->contacts.clear();
+  const Node contacts = node["contacts"];
+  for (size_t k = 0; k < contacts.ArraySize(); ++k) {
+    const Node contact = contacts[k];
+    if (contact.ArraySize() != 3) contact.Fail("[geom_a, geom_b, dist]");
+    constexpr int kMax = std::numeric_limits<int>::max();
+    step->contacts.push_back(
+        {contact[0].Integer(-kMax, kMax), contact[1].Integer(-kMax, kMax), contact[2].Number()});
+  }
+  return {.tick = static_cast<int64_t>(index) + 1,
+          .time = time,
+          .arm = step->arm,
+          .gripper_opening = step->opening,
+          .holding = step->holding,
+          .pinched = {},
+          .contacts = step->contacts,
+          .clearance = {}};
+}
+
+struct StageEvent {
+  int step;
+  int stage;
+  bool reached;
+};
+
+std::vector<StageEvent> ReadStageEvents(const Node& stages, int num_steps) {
+  std::vector<StageEvent> events;
+  for (size_t k = 0; k < stages.ArraySize(); ++k) {
+    const Node event = stages[k];
+    event.CheckKeys({"step", "stage", "reached"});
+    // The stages before are in order, so this one comes no earlier than the last.
+    events.push_back({event["step"].Integer(events.empty() ? -1 : events.back().step, num_steps - 1),
+                      event["stage"].Integer(1, 1'000'000), event["reached"].Bool()});
+  }
+  return events;
+}
+
+}  // namespace
+
+nlohmann::ordered_json ScoreEpisode(const json& document, const std::string& file,
+                                    const ScoreOptions& options) {
+  if (options.collision_sample_window < 0) {
+    throw InputError("collision_sample_window: expected 0 or more, got " +
+                     std::to_string(options.collision_sample_window));
+  }
+  const Node episode(&document, file, "");
+  episode.CheckKeys({"robot", "control_frequency", "control_dt", "config", "geoms", "initial", "steps",
+                     "stages", "finalize"},
+                    {"name", "description", "tags", "quirk", "expected", "expected_every_step",
+                     "expected_duration", "analytic", "tolerance"});
+  const MetricsConfig config = ReadConfig(episode, options);
+  RolloutMetrics metrics(config);
+
+  Step step;
+  step.opening.resize(config.grippers.size());
+  step.holding.resize(config.objects.size() * config.grippers.size());
+  const Node initial = episode["initial"];
+  std::vector<std::string> arm_names;
+  for (const ArmConfig& arm : config.arms) arm_names.push_back(arm.name);
+  initial.CheckKeys(arm_names);
+  for (size_t k = 0; k < arm_names.size(); ++k) {
+    initial[arm_names[k]].CheckKeys({"gripper_opening", "holding"});
+    ReadGripper(initial[arm_names[k]], k, config, &step.opening, &step.holding);
+  }
+  metrics.Start(step.opening, step.holding);
+
+  const Node steps = episode["steps"];
+  const int num_steps = static_cast<int>(steps.ArraySize());
+  const std::vector<StageEvent> events = ReadStageEvents(episode["stages"], num_steps);
+  auto event = events.begin();
+  for (int k = -1; k < num_steps; ++k) {
+    if (k >= 0) metrics.Step(ReadStep(steps[k], k, config, &step));
+    for (; event != events.end() && event->step == k; ++event) metrics.SetStage(event->stage, event->reached);
+  }
+
+  const Node finalize = episode["finalize"];
+  metrics.SetSuccess(finalize["success"].Bool());
+  for (size_t k = 0; k < config.target_distances.size(); ++k) {
+    const Node node = finalize["target_distance"];
+    metrics.SetTargetDistance(k,
+                              (node.value().is_object() ? node[config.target_distances[k]] : node).Number());
+  }
+  for (size_t k = 0; k < config.pose_errors.size(); ++k) {
+    const Node node = finalize["pose_error"];
+    metrics.SetPoseError(k, (node.value().is_object() ? node[config.pose_errors[k]] : node).Number());
+  }
+  metric_values_t values{};
+  metrics.Values(&values);
+  nlohmann::ordered_json result = ResultJson(values);
+  for (const auto& [name, value] : FlattenedValues(result)) {
+    if (!std::isfinite(value)) {
+      throw InputError(file + ": steps: expected values of physical size, " + name + " overflows");
+    }
+  }
+  return result;
+}
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,38 @@
+// New collisions of the robot with itself. Source: RoboEval's metrics page (self_collision_count).
+#pragma once
+
+#include <span>
+
+#include "metrics/roboeval/new_members.h"
+#include "metrics/robot_contacts.h"
+
+namespace evalbus::metrics {
+
+// Looks at samples 0, W, 2W, ...; W = 1, every sample, is the definition. Counts the unordered pairs of robot
+// geoms that touch now and did not at the previous look; those of the first look are new.
+class SelfCollisions {
+ public:
+  explicit SelfCollisions(int window) : window_(window) {}
+
+  void Start() {
+    samples_ = 0;
+    touching_.Start();
+  }
+
+  void Add(std::span<const SelfContact> contacts) {
+    if (samples_++ % window_ != 0) return;
+    for (const SelfContact& contact : contacts) touching_.Insert(int64_t{contact.a} << 32 | contact.b);
+    touching_.Commit();
+  }
+
+  int64_t count() const { return touching_.count(); }
+  // By pair: the lower geom id in the upper half of the key.
+  const std::vector<std::pair<int64_t, int64_t>>& counts() const { return touching_.counts(); }
+
+ private:
+  int64_t window_;
+  int64_t samples_ = 0;
+  NewMembers touching_;
+};
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,91 @@
+#include "policy_bridge/experts/cube_handover.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/errors.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+// By then the rod, which is dropped at time 0, lies still.
+constexpr int64_t kSettledUs = 500'000;
+constexpr double kLift = 0.12;  // m
+// Where the rod's middle is when it changes hands, m.
+constexpr double kMiddles[][3] = {{0.5, 0, 1.15}, {0.45, 0, 1.2}, {0.55, 0, 1.15}};
+// Its heading then, from the one in which its free end points to the other arm; rad.
+constexpr double kHeadings[] = {0, 0.5, -0.5, 1, -1};
+// Then the expert gives up and rests.
+constexpr int kMaxAttempts = 4;
+
+// The outer part of a half of the rod: too long to be taken lengthwise.
+GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
+
+}  // namespace
+
+CubeHandoverExpert::CubeHandoverExpert(const mjModel& model, const model_info_t& info)
+    : Expert(model, info), rod_(ObjectBody(info, "rod")) {
+  NeedTwoArms(info);
+  for (int arm : {0, 1}) {
+    side_[arm] = context().arms[arm].GripPose(context().home.joints[arm]).translation().y() > 0 ? 1 : -1;
+  }
+}
+
+std::vector<Isometry3d> CubeHandoverExpert::Meetings(const Isometry3d& rod, int giver, double end) const {
+  const Vector3d held = end * rod.linear().col(1);
+  // An upright rod has no heading; its free end is below.
+  const bool is_upright = std::abs(held.z()) > 0.7;
+  const double turn = is_upright ? 0 : std::atan2(side_[giver], 0) - std::atan2(held.y(), held.x());
+  std::vector<Isometry3d> meetings;
+  for (const auto& [x, y, z] : kMiddles) {
+    for (double heading : kHeadings) {
+      Isometry3d meeting = AngleAxisd(turn + heading, Vector3d::UnitZ()) * rod;
+      meeting.translation() = Vector3d(x, y, z);
+      meetings.push_back(meeting);
+    }
+  }
+  return meetings;
+}
+
+std::optional<Plan> CubeHandoverExpert::HandOver(const Plan& plan, int giver, double end) const {
+  const int receiver = 1 - giver;
+  for (const Grasp& give : BoxGrasps(End(end), plan.PoseOf(rod_), plan.GripPose(giver))) {
+    Plan taken = plan;
+    taken.Take({{giver, rod_, give}}).Lift(rod_, kLift).CheckContacts({giver});
+    if (!taken.feasible()) continue;
+    for (const Isometry3d& meeting : Meetings(taken.PoseOf(rod_), giver, end)) {
+      Plan brought = taken;
+      brought.Move({{rod_, meeting}}).CheckContacts({0, 1});
+      if (!brought.feasible()) continue;
+      for (const Grasp& receive : BoxGrasps(End(-end), meeting, plan.GripPose(receiver))) {
+        Plan attempt = brought;
+        attempt.HandOver(giver, {receiver, rod_, receive}).CheckContacts({0, 1});
+        if (attempt.feasible()) return attempt;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<Motion> CubeHandoverExpert::Next(const Configuration& now, const state_t& state) {
+  if (state.header.sim_time_us < kSettledUs) return {};
+  Plan start = MakePlan(now, state);
+  if (std::vector<int> closed = ClosedGrippers(now); !closed.empty()) return start.Release(closed).motions();
+  if (attempts_++ >= kMaxAttempts) return {};
+  const Isometry3d rod = start.PoseOf(rod_);
+  // The arm on the rod's side gives, and takes the end on its own side where it can.
+  const int nearer = rod.translation().y() * side_[0] >= 0 ? 0 : 1;
+  for (int giver : {nearer, 1 - nearer}) {
+    const double own = rod.linear()(1, 1) * side_[giver] >= 0 ? 1 : -1;
+    for (double end : {own, -own}) {
+      if (auto plan = HandOver(start, giver, end)) return plan->motions();
+    }
+  }
+  return {};
+}
+
+}  // namespace evalbus::policy

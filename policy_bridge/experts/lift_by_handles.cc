@@ -1,0 +1,183 @@
+#include "policy_bridge/experts/lift_by_handles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/errors.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+constexpr int kLeft = 0, kRight = 1;
+constexpr double kDegree = std::numbers::pi / 180;
+
+// The task asks for 0.1 m.
+constexpr double kLiftHeight = 0.125;
+constexpr double kHeldHeight = 0.1;
+// A hand that leans back reaches farther. It takes the handle's bar nearer to the robot, and higher, so that
+// the palm stays clear of the bar.
+struct Style {
+  double tilt;
+  double forward, up;  // of the bar's middle, m
+};
+constexpr Style kStyles[] = {
+    {0, 0, 0}, {15 * kDegree, -0.01, 0}, {30 * kDegree, -0.03, 0}, {40 * kDegree, -0.04, 0.008}};
+// Out of reach of the height wanted, the object comes towards the robot while it is lifted.
+constexpr double kPulls[] = {0, 0.05, 0.1, 0.15, 0.2};
+// A grasp must allow at least this much lift on the spot.
+constexpr double kFirstLift = 0.02;
+// Slower than this for so long is at rest.
+constexpr double kRestSpeed = 0.005;    // m/s
+constexpr double kRestTurnRate = 0.05;  // rad/s
+constexpr int64_t kRestUs = 100'000;
+// Then the expert gives up and rests.
+constexpr int kMaxAttempts = 4;
+
+double Yaw(const Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
+
+Isometry3d Upright(const Vector3d& position, double yaw) {
+  return Translation3d(position) * AngleAxisd(yaw, Vector3d::UnitZ());
+}
+
+Isometry3d Raised(const Isometry3d& pose, double height) { return Translation3d(0, 0, height) * pose; }
+
+}  // namespace
+
+LiftByHandlesExpert::LiftByHandlesExpert(const HandledObject& object, const mjModel& model,
+                                         const model_info_t& info)
+    : Expert(model, info),
+      object_(object),
+      body_(ObjectBody(info, object.name)),
+      velocity_(model.body_dofadr[body_]) {
+  NeedTwoArms(info);
+  if (model.body_dofnum[body_] != 6) throw InputError("object \"" + object.name + "\" is not free");
+  handles_[kLeft] = SiteInBody(model, object.name + "/left_handle", body_).translation();
+  handles_[kRight] = SiteInBody(model, object.name + "/right_handle", body_).translation();
+}
+
+void LiftByHandlesExpert::Begin(const episode_begin_t& begin) {
+  Expert::Begin(begin);
+  moved_us_ = 0;
+}
+
+bool LiftByHandlesExpert::IsAtRest(const state_t& state) {
+  const Eigen::Map<const Eigen::Matrix<double, 6, 1>> velocity(state.qvel_mixed.data() + velocity_);
+  if (velocity.head<3>().norm() > kRestSpeed || velocity.tail<3>().norm() > kRestTurnRate) {
+    moved_us_ = state.header.sim_time_us;
+  }
+  return state.header.sim_time_us - moved_us_ >= kRestUs;
+}
+
+std::vector<Grasp> LiftByHandlesExpert::Grasps(int handle) const {
+  std::vector<Grasp> grasps;
+  for (const Style& style : kStyles) {
+    const Vector3d approach(std::sin(style.tilt), 0, -std::cos(style.tilt));
+    // The pads close along the object's y, either of them in front.
+    for (double sign : {1.0, -1.0}) {
+      Grasp grasp;
+      grasp.at = GripFrame(handles_[handle] + Vector3d(style.forward, 0, style.up), approach,
+                           sign * Vector3d::UnitY());
+      grasp.before = Translation3d(-kGraspApproach * approach) * grasp.at;
+      grasps.push_back(grasp);
+    }
+  }
+  return grasps;
+}
+
+bool LiftByHandlesExpert::CanTake(const Plan& plan, int arm, const Isometry3d& object,
+                                  const Grasp& grasp) const {
+  Plan attempt = plan;
+  attempt.Reach({{arm, object * grasp.before}})
+      .Approach({{arm, object * grasp.at}})
+      .Carry(body_, object, Raised(object, kFirstLift), {arm})
+      .CheckContacts({arm});
+  return attempt.feasible();
+}
+
+std::optional<Plan> LiftByHandlesExpert::Lift(const Plan& plan, const Isometry3d& object) const {
+  if (object.translation().y() > object_.max_y) return std::nullopt;
+  const std::vector<Grasp> rights = Grasps(kRight);
+  // Found out when first needed.
+  std::vector<std::optional<bool>> can_take(rights.size());
+  for (const Grasp& left : Grasps(kLeft)) {
+    if (!CanTake(plan, kLeft, object, left)) continue;
+    for (size_t i = 0; i < rights.size(); ++i) {
+      const Grasp& right = rights[i];
+      if (!can_take[i]) can_take[i] = CanTake(plan, kRight, object, right);
+      if (!*can_take[i]) continue;
+      Plan grasped = plan;
+      grasped.Reach({{kLeft, object * left.before}, {kRight, object * right.before}})
+          .Approach({{kLeft, object * left.at}, {kRight, object * right.at}})
+          .Close({kLeft, kRight})
+          .CheckContacts({kLeft, kRight});
+      for (double pull : kPulls) {
+        if (!grasped.feasible()) break;
+        const Vector3d lifted = object.translation() + Vector3d(-pull, 0, kLiftHeight);
+        Plan attempt = grasped;
+        attempt.Carry(body_, object, Upright(lifted, Yaw(object)), {kLeft, kRight})
+            .CheckContacts({kLeft, kRight});
+        if (attempt.feasible()) return attempt;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Plan> LiftByHandlesExpert::Drag(const Plan& plan, const Isometry3d& object) const {
+  const Vector3d sweet_spot(object_.sweet_spot.x(), object_.sweet_spot.y(), object.translation().z());
+  for (int arm : {kLeft, kRight}) {
+    for (int handle : {kLeft, kRight}) {
+      for (const Grasp& grasp : Grasps(handle)) {
+        Plan grasped = plan;
+        grasped.Reach({{arm, object * grasp.before}})
+            .Approach({{arm, object * grasp.at}})
+            .Close({arm})
+            .CheckContacts({kLeft, kRight});
+        for (double drag : object_.drags) {
+          if (!grasped.feasible()) break;
+          const Isometry3d nearer =
+              Upright((1 - drag) * object.translation() + drag * sweet_spot, (1 - drag) * Yaw(object));
+          Plan attempt = grasped;
+          attempt.Carry(body_, object, nearer, {arm})
+              .Open({arm})
+              .Approach({{arm, nearer * grasp.before}})
+              .CheckContacts({kLeft, kRight});
+          if (arm != handle) attempt.GoHome({arm});
+          if (attempt.feasible() && Lift(attempt, nearer)) return attempt;
+        }
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<Motion> LiftByHandlesExpert::Next(const Configuration& now, const state_t& state) {
+  const Isometry3d object = BodyPose(state, body_);
+  if (!IsAtRest(state) && attempts_ == 0) return {};
+  if (attempts_ == 0) start_height_ = object.translation().z();
+  const bool holding = now.closing[kLeft] > 0 && now.closing[kRight] > 0;
+  if (holding && object.translation().z() > start_height_ + kHeldHeight) return {};
+  if (attempts_++ < kMaxAttempts) {
+    Plan start = MakePlan(now, state);
+    if (now.closing[kLeft] > 0 || now.closing[kRight] > 0) {
+      // It slipped, or was missed.
+      std::vector<GripGoal> back;
+      for (int arm : {kLeft, kRight}) {
+        back.push_back(
+            {arm, context().arms[arm].GripPose(now.joints[arm]) * Translation3d(0, 0, -kGraspApproach)});
+      }
+      start.Open({kLeft, kRight}).Approach(back);
+    }
+    if (auto plan = Lift(start, object)) return plan->motions();
+    if (auto plan = Drag(start, object)) return plan->motions();
+  }
+  return {};
+}
+
+}  // namespace evalbus::policy

@@ -1,0 +1,210 @@
+#include "policy_bridge/experts/pack_box.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/errors.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+constexpr int kLeft = 0, kRight = 1;
+constexpr double kDegree = std::numbers::pi / 180;
+
+// The flaps' sizes, m.
+constexpr double kFlapLength = 0.212;
+constexpr double kFlapHalfWidth = 0.21;
+constexpr double kFlapHalfThickness = 0.002;
+// A flap resists with 10 N m s/rad. At the peak of the arc, 0.19 m from the fold, that is 27 N at the
+// fingers.
+constexpr double kTurnRate = 0.5;  // rad/s
+// Closed is within a tenth of the flap's range of 160 degrees.
+constexpr double kClosed = 0.1;
+constexpr double kRest = 5 * kDegree;  // left to go at the end of the push
+constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
+constexpr double kBack = 0.03;         // m, after the push
+// Half extents of a closed pair of fingers along and across the way they close, and room to the flap, m.
+constexpr double kFingers[] = {0.026, 0.0105};
+constexpr double kRoom = 0.006;
+// No more of the fingers fits under the flap before the palm meets it, m.
+constexpr double kMaxCovered = 0.05;
+
+// Where the fingers push: from the fold, and along it towards the robot, m. The palm must stay off the flap,
+// so these are near the free edge or near the end on the robot's side.
+struct Spot {
+  double radius, along;
+};
+constexpr Spot kSpots[] = {{0.195, 0},    {0.195, 0.1}, {0.195, -0.1},
+                           {0.195, 0.19}, {0.16, 0.19}, {0.12, 0.19}};
+// The side that the hand comes from, from across the free edge (0) to along the fold from the robot, and the
+// steepness of the fingers above the horizontal.
+constexpr double kSides[] = {0, 45 * kDegree, 90 * kDegree};
+constexpr double kSteepness[] = {40 * kDegree, 55 * kDegree, 20 * kDegree, 68 * kDegree};
+// How the hand is rolled about the fingers, how far it turns with the flap, and how high above the place
+// beside the flap it comes, m.
+constexpr double kRolls[] = {0, 180 * kDegree, 90 * kDegree, -90 * kDegree};
+constexpr double kFollows[] = {0.1, 0.3, 0.5};
+constexpr double kOvers[] = {0, 0.1};
+
+// Ways of each arm that are tried with each other.
+constexpr size_t kPairs = 4;
+// The most that trying a way takes, in knots.
+constexpr int kEffortPerWay = 300;
+// Then the expert gives up and rests.
+constexpr int kMaxAttempts = 6;
+
+}  // namespace
+
+PackBoxExpert::PackBoxExpert(const mjModel& model, const model_info_t& info)
+    : Expert(model, info), flaps_{BodyId(model, "box/left_flap"), BodyId(model, "box/right_flap")} {
+  NeedTwoArms(info);
+}
+
+void PackBoxExpert::Begin(const episode_begin_t& begin) {
+  Expert::Begin(begin);
+  searching_ = {};
+}
+
+Plan PackBoxExpert::GoUnder(const Plan& plan, const std::vector<Way>& ways) {
+  std::vector<int> arms;
+  std::vector<GripGoal> over, beside, under;
+  for (const Way& way : ways) {
+    const int arm = way.turning.arm;
+    arms.push_back(arm);
+    over.push_back({arm, way.over});
+    beside.push_back({arm, way.beside});
+    under.push_back({arm, way.under});
+  }
+  Plan attempt = plan;
+  attempt.Close(arms).Swing(over).Reach(beside).Approach(under).CheckContacts(arms);
+  return attempt;
+}
+
+Plan PackBoxExpert::CloseFlaps(const Plan& under, const std::vector<Way>& ways) {
+  std::vector<int> arms;
+  std::vector<Turning> turnings;
+  std::vector<GripGoal> back;
+  for (const Way& way : ways) {
+    arms.push_back(way.turning.arm);
+    turnings.push_back(way.turning);
+  }
+  Plan attempt = under;
+  attempt.Turn(turnings, kTurnRate * kFlapLength);
+  for (const int arm : arms) back.push_back({arm, attempt.GripPose(arm) * Translation3d(0, 0, -kBack)});
+  attempt.Approach(back).CheckContacts(arms);
+  return attempt;
+}
+
+std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int arm) {
+  const Isometry3d flap = BodyPose(state, flaps_[arm]);
+  const Hinge hinge = context().probe.HingeOf(flaps_[arm], state);
+  const Vector3d fold = flap.linear().col(1), up = Vector3d::UnitZ(), out = fold.cross(up);
+  const Vector3d nearer = fold.x() < 0 ? fold : Vector3d(-fold);
+  const Vector3d outwards = flap.linear().col(0), upwards = flap.linear().col(2);
+  std::vector<Way> ways;
+  for (const Spot& spot : kSpots) {
+    for (const double side : kSides) {
+      for (const double steepness : kSteepness) {
+        // From the finger tips to the wrist; its parts across the flap, along it and off it.
+        const Vector3d hand =
+            std::cos(steepness) * (std::cos(side) * out + std::sin(side) * nearer) + std::sin(steepness) * up;
+        const double across = hand.dot(outwards), along = hand.dot(nearer), off = hand.dot(upwards);
+        // How much of the fingers is under the flap, and the border that they pass.
+        const double to_edge = across > 0 ? (kFlapLength - spot.radius) / across : 1;
+        const double to_end = along > 0 ? (kFlapHalfWidth - spot.along) / along : 1;
+        const double covered = std::min(to_edge, to_end);
+        if (covered > kMaxCovered) continue;
+        const Vector3d normal = hand.cross(to_edge < to_end ? fold : outwards).normalized();
+        for (const double roll : kRolls) {
+          const Vector3d closing = AngleAxisd(roll, hand) * hand.cross(upwards).normalized();
+          const auto half = [&](const Vector3d& direction) {
+            return kFingers[0] * std::abs(direction.dot(closing)) +
+                   kFingers[1] * std::abs(direction.dot(hand.cross(closing)));
+          };
+          // So deep below the flap that the fingers pass the border at a distance.
+          const double depth =
+              kFlapHalfThickness +
+              std::max((half(normal) + kRoom) / std::abs(normal.dot(upwards)) + covered * off,
+                       half(upwards) + kRoom);
+          const double slack = std::atan2(depth - kFlapHalfThickness - half(upwards), spot.radius);
+          Way way;
+          way.under =
+              GripFrame(flap * Vector3d(spot.radius, 0, -depth) + spot.along * nearer, -hand, closing);
+          way.beside = way.under * Translation3d(0, 0, -kBeside);
+          way.turning = {.arm = arm,
+                         .body = flaps_[arm],
+                         .angle = -(hinge.angle - hinge.lower - kRest + slack),
+                         .slack = -slack};
+          for (const double over : kOvers) {
+            way.over = Translation3d(0, 0, over) * way.beside;
+            ways.push_back(way);
+          }
+        }
+      }
+    }
+  }
+  return ways;
+}
+
+bool PackBoxExpert::Search(const Plan& start, const state_t& state, int arm) {
+  if (!searching_[arm]) {
+    untried_[arm] = Ways(state, arm);
+    std::reverse(untried_[arm].begin(), untried_[arm].end());
+    possible_[arm].clear();
+    searching_[arm] = true;
+  }
+  while (!untried_[arm].empty() && possible_[arm].size() < kPairs) {
+    if (context().effort_left < kEffortPerWay) return false;
+    Way way = untried_[arm].back();
+    untried_[arm].pop_back();
+    const Plan under = GoUnder(start, {way});
+    for (const double follow : kFollows) {
+      way.turning.follow = follow;
+      if (!CloseFlaps(under, {way}).feasible()) continue;
+      possible_[arm].push_back(way);
+      break;
+    }
+  }
+  return true;
+}
+
+std::vector<Motion> PackBoxExpert::Next(const Configuration& now, const state_t& state) {
+  std::vector<int> open;
+  for (const int arm : {kRight, kLeft}) {
+    const Hinge hinge = context().probe.HingeOf(flaps_[arm], state);
+    if (hinge.angle - hinge.lower > kClosed * (hinge.upper - hinge.lower)) open.push_back(arm);
+  }
+  if (open.empty() || attempts_ >= kMaxAttempts) return {};
+  const Plan start = MakePlan(now, state);
+  // The search takes a few ticks.
+  for (const int arm : open) {
+    if (!Search(start, state, arm)) return {};
+  }
+  if (context().effort_left < PlanningContext::kEffort) return {};
+  ++attempts_;
+  searching_ = {};
+  if (open.size() == 2) {
+    for (const Way& left : possible_[kLeft]) {
+      for (const Way& right : possible_[kRight]) {
+        const std::vector<Way> both{left, right};
+        const Plan attempt = CloseFlaps(GoUnder(start, both), both);
+        if (attempt.feasible()) return attempt.motions();
+      }
+    }
+  }
+  context().effort_left = PlanningContext::kEffort;
+  for (const int arm : open) {
+    if (possible_[arm].empty()) continue;
+    const std::vector<Way> one{possible_[arm].front()};
+    return CloseFlaps(GoUnder(start, one), one).GoHome({arm}).motions();
+  }
+  return {};
+}
+
+}  // namespace evalbus::policy

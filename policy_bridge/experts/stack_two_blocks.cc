@@ -1,0 +1,148 @@
+#include "policy_bridge/experts/stack_two_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace evalbus::policy {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
+using Eigen::Vector3d;
+
+// By then the cubes, which are dropped at time 0, lie still.
+constexpr int64_t kSettledUs = 500'000;
+constexpr double kHalfSide = 0.02;  // m
+const GraspBox kCube{Vector3d::Constant(kHalfSide)};
+// Hands lean to reach farther, rad.
+const std::vector<double> kLeans = {0, 0.35, -0.35};
+constexpr double kLift = 0.12;  // m
+// A cube is let go so far above what it is put on.
+constexpr double kGap = 0.001;  // m
+// Where the stack may stand, m: the first that is free and in reach.
+constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42, 0},
+                                {0.58, 0},    {0.42, 0.1},  {0.42, -0.1}, {0.5, 0.16},
+                                {0.5, -0.16}, {0.58, 0.12}, {0.58, -0.12}};
+// The site keeps so far from the cube that still stands on the table.
+constexpr double kFree = 0.08;  // m
+// Then the expert gives up and rests.
+constexpr int kMaxAttempts = 4;
+
+// Heading of a cube that lies flat; its sides repeat every quarter turn.
+double Heading(const Isometry3d& cube) {
+  Eigen::Index flattest = 0;
+  cube.linear().row(2).cwiseAbs().minCoeff(&flattest);
+  const Vector3d side = cube.linear().col(flattest);
+  return std::atan2(side.y(), side.x());
+}
+
+// Where `upper` stands flush on `lower`.
+Isometry3d OnTop(const Isometry3d& lower, const Isometry3d& upper) {
+  const double turn = std::remainder(Heading(lower) - Heading(upper), std::numbers::pi / 2);
+  Isometry3d pose = AngleAxisd(turn, Vector3d::UnitZ()) * upper;
+  pose.translation() = lower.translation() + Vector3d(0, 0, 2 * kHalfSide + kGap);
+  return pose;
+}
+
+bool IsOn(const Isometry3d& upper, const Isometry3d& lower) {
+  const Vector3d offset = upper.translation() - lower.translation();
+  return offset.head<2>().norm() < kHalfSide && std::abs(offset.z() - 2 * kHalfSide) < kHalfSide / 2;
+}
+
+}  // namespace
+
+StackTwoBlocksExpert::StackTwoBlocksExpert(const mjModel& model, const model_info_t& info)
+    : Expert(model, info), cubes_{ObjectBody(info, "red_cube"), ObjectBody(info, "blue_cube")} {
+  for (int arm = 0; arm < info.num_arms; ++arm) arms_.push_back(arm);
+}
+
+std::optional<Grasp> StackTwoBlocksExpert::FindGrasp(const Plan& plan, int arm, int cube) const {
+  for (const Grasp& grasp : BoxGrasps(kCube, plan.PoseOf(cube), plan.GripPose(arm), kLeans)) {
+    Plan attempt = plan;
+    attempt.Take({{arm, cube, grasp}}).Lift(cube, kLift).CheckContacts({arm});
+    if (attempt.feasible()) return grasp;
+  }
+  return std::nullopt;
+}
+
+std::optional<Plan> StackTwoBlocksExpert::StackWithBoth(const Plan& plan, int lower_arm, int lower,
+                                                        int upper) const {
+  const int upper_arm = 1 - lower_arm;
+  const auto lower_grasp = FindGrasp(plan, lower_arm, lower);
+  const auto upper_grasp = FindGrasp(plan, upper_arm, upper);
+  if (!lower_grasp || !upper_grasp) return std::nullopt;
+  const Isometry3d on_table = plan.PoseOf(lower);
+  const Translation3d up(0, 0, kLift);
+  Plan taken = plan;
+  taken.Take({{lower_arm, lower, *lower_grasp}, {upper_arm, upper, *upper_grasp}})
+      .Move({{lower, up * on_table}, {upper, up * plan.PoseOf(upper)}})
+      .CheckContacts(arms_);
+  for (const auto& [x, y] : kSites) {
+    Isometry3d site = on_table;
+    site.translation() = Vector3d(x, y, on_table.translation().z() + kGap);
+    Plan attempt = taken;
+    attempt.Place(lower, site).Release({lower_arm}).GoHome({lower_arm}).CheckContacts(arms_);
+    attempt.Place(upper, OnTop(site, attempt.PoseOf(upper))).Release({upper_arm}).CheckContacts(arms_);
+    if (attempt.feasible()) return attempt;
+  }
+  return std::nullopt;
+}
+
+std::optional<Plan> StackTwoBlocksExpert::PutOnTop(const Plan& plan, int lower, int upper) const {
+  for (int arm : arms_) {
+    const auto grasp = FindGrasp(plan, arm, upper);
+    if (!grasp) continue;
+    Plan attempt = plan;
+    attempt.Take({{arm, upper, *grasp}})
+        .Lift(upper, kLift)
+        .Place(upper, OnTop(plan.PoseOf(lower), plan.PoseOf(upper)))
+        .Release({arm})
+        .CheckContacts(arms_);
+    if (attempt.feasible()) return attempt;
+  }
+  return std::nullopt;
+}
+
+std::optional<Plan> StackTwoBlocksExpert::StackInTurn(const Plan& plan, int lower, int upper) const {
+  const Isometry3d on_table = plan.PoseOf(lower);
+  for (int arm : arms_) {
+    const auto grasp = FindGrasp(plan, arm, lower);
+    if (!grasp) continue;
+    Plan taken = plan;
+    taken.Take({{arm, lower, *grasp}}).Lift(lower, kLift).CheckContacts(arms_);
+    for (const auto& [x, y] : kSites) {
+      Isometry3d site = on_table;
+      site.translation() = Vector3d(x, y, on_table.translation().z() + kGap);
+      if ((site.translation() - plan.PoseOf(upper).translation()).norm() < kFree) continue;
+      Plan attempt = taken;
+      attempt.Place(lower, site).Release({arm}).GoHome({arm}).CheckContacts(arms_);
+      if (!attempt.feasible()) continue;
+      if (auto both = PutOnTop(attempt, lower, upper)) return both;
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<Motion> StackTwoBlocksExpert::Next(const Configuration& now, const state_t& state) {
+  if (state.header.sim_time_us < kSettledUs) return {};
+  const Isometry3d red = BodyPose(state, cubes_[0]), blue = BodyPose(state, cubes_[1]);
+  if (IsOn(red, blue) || IsOn(blue, red)) return {};
+  Plan start = MakePlan(now, state);
+  if (std::vector<int> closed = ClosedGrippers(now); !closed.empty()) return start.Release(closed).motions();
+  if (attempts_++ >= kMaxAttempts) return {};
+  if (arms_.size() == 2) {
+    for (int arm : arms_) {
+      for (int lower : {0, 1}) {
+        if (auto plan = StackWithBoth(start, arm, cubes_[lower], cubes_[1 - lower])) return plan->motions();
+      }
+    }
+  }
+  for (int lower : {0, 1}) {
+    if (auto plan = StackInTurn(start, cubes_[lower], cubes_[1 - lower])) return plan->motions();
+  }
+  return {};
+}
+
+}  // namespace evalbus::policy

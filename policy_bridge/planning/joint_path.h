@@ -1,0 +1,27 @@
+// Smooth way of one arm through joint positions.
+#pragma once
+
+#include <vector>
+
+#include "policy_bridge/planning/kinematics.h"
+
+namespace evalbus::policy {
+
+// Natural cubic spline through knots that are equally spaced in the path parameter s from 0 to 1.
+class JointPath {
+ public:
+  // At least one knot (rad); one alone means to stay there.
+  explicit JointPath(std::vector<JointVector> knots);
+
+  const std::vector<JointVector>& knots() const { return knots_; }
+  JointVector At(double s) const;
+  // dq/ds.
+  JointVector Slope(double s) const;
+
+ private:
+  std::vector<JointVector> knots_;
+  // Second derivatives at the knots, for knots one apart.
+  std::vector<JointVector> curvature_;
+};
+
+}  // namespace evalbus::policy

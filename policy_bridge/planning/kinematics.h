@@ -1,0 +1,55 @@
+// Forward kinematics and Jacobian of one arm: the serial chain from the world to the wrist, taken once from a
+// compiled model, then evaluated without MuJoCo (well under a microsecond).
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "evalbus/arm_info_t.hpp"
+
+namespace evalbus::policy {
+
+inline constexpr int kMaxArmJoints = 8;
+// Sizes up to kMaxArmJoints live inside the object: no allocation.
+using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxArmJoints, 1>;
+using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxArmJoints>;
+
+// Pose from MuJoCo's arrays; quat is (w, x, y, z).
+Eigen::Isometry3d ToPose(const mjtNum* position, const mjtNum* quat);
+
+class ArmChain {
+ public:
+  // Throws InputError if what lies between the world and the wrist site are not exactly the arm's joints,
+  // each a hinge, in their order.
+  ArmChain(const mjModel& model, const arm_info_t& arm);
+
+  int num_joints() const { return static_cast<int>(joints_.size()); }
+  const JointVector& lower() const { return lower_; }  // rad
+  const JointVector& upper() const { return upper_; }  // rad
+  const JointVector& home() const { return home_; }    // rad
+
+  // Pose of the wrist in the world for joint positions q (rad).
+  Eigen::Isometry3d Forward(const JointVector& q) const { return Forward(q, nullptr); }
+
+  // The same with the wrist's Jacobian: rows 0-2 linear velocity (m/s), 3-5 angular velocity (rad/s), world
+  // frame.
+  Eigen::Isometry3d Forward(const JointVector& q, Jacobian* jacobian) const;
+
+ private:
+  struct Joint {
+    // Constant part of the way from the previous joint (or the world), up to the joint's anchor.
+    Eigen::Isometry3d before;
+    Eigen::Vector3d axis;
+    // Angle in the model's reference configuration.
+    double reference;
+  };
+
+  std::vector<Joint> joints_;
+  // From the last joint's anchor to the wrist.
+  Eigen::Isometry3d wrist_;
+  JointVector lower_, upper_, home_;
+};
+
+}  // namespace evalbus::policy

@@ -1,0 +1,223 @@
+#include "policy_bridge/planning/robot.h"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include "base/errors.h"
+
+namespace evalbus::policy {
+namespace {
+
+struct DataDeleter {
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+
+// Midway between the pads of a gripper, and the way they close. A pad's place is that of its body's geom
+// farthest from the wrist: a finger has other geoms too.
+Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const gripper_info_t& gripper,
+                            const Eigen::Isometry3d& wrist) {
+  const Eigen::Vector3d approach = wrist.linear().col(2);
+  std::map<int, Eigen::Vector3d> pad_of_body;
+  for (int geom : gripper.pad_geom) {
+    const Eigen::Vector3d position(data.geom_xpos + 3 * geom);
+    const auto [pad, is_new] = pad_of_body.try_emplace(model.geom_bodyid[geom], position);
+    if (!is_new && approach.dot(position - pad->second) > 0) pad->second = position;
+  }
+  if (pad_of_body.size() != 2) {
+    throw InputError("gripper \"" + gripper.name + "\": two fingers with pads expected, not " +
+                     std::to_string(pad_of_body.size()));
+  }
+  const Eigen::Vector3d first = pad_of_body.begin()->second, second = pad_of_body.rbegin()->second;
+  const Eigen::Vector3d between = first - second;
+  const Eigen::Vector3d closing = (between - approach * approach.dot(between)).normalized();
+  Eigen::Isometry3d grip;
+  grip.makeAffine();
+  grip.linear() << closing.cross(approach), closing, approach;
+  grip.translation() = (first + second) / 2;
+  return wrist.inverse() * grip;
+}
+
+}  // namespace
+
+std::vector<int> ClosedGrippers(const Configuration& configuration) {
+  std::vector<int> closed;
+  for (size_t i = 0; i < configuration.closing.size(); ++i) {
+    if (configuration.closing[i] > 0) closed.push_back(static_cast<int>(i));
+  }
+  return closed;
+}
+
+Configuration HomeConfiguration(const model_info_t& info) {
+  Configuration home;
+  for (const arm_info_t& arm : info.arm) {
+    home.joints.push_back(Eigen::Map<const Eigen::VectorXd>(arm.joint_home_rad.data(), arm.num_joints));
+  }
+  home.closing.assign(info.gripper.size(), 0.0);
+  return home;
+}
+
+std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info) {
+  const std::unique_ptr<mjData, DataDeleter> data(mj_makeData(&model));
+  // Half open, so that the two pads have a direction between them.
+  for (int joint = 0; joint < model.njnt; ++joint) {
+    if (model.jnt_type[joint] == mjJNT_SLIDE || model.jnt_type[joint] == mjJNT_HINGE) {
+      const mjtNum* range = model.jnt_range + 2 * joint;
+      if (model.jnt_limited[joint]) data->qpos[model.jnt_qposadr[joint]] = (range[0] + range[1]) / 2;
+    }
+  }
+  mj_kinematics(&model, data.get());
+  std::vector<Arm> arms;
+  for (size_t i = 0; i < info.arm.size(); ++i) {
+    const arm_info_t& arm = info.arm[i];
+    const auto gripper = std::find_if(info.gripper.begin(), info.gripper.end(),
+                                      [&](const gripper_info_t& g) { return g.arm == static_cast<int>(i); });
+    if (gripper == info.gripper.end() || gripper - info.gripper.begin() != static_cast<std::ptrdiff_t>(i)) {
+      throw InputError("arm \"" + arm.name + "\": a gripper of its own expected");
+    }
+    ArmChain chain(model, arm);
+    JointVector q(arm.num_joints);
+    for (int j = 0; j < arm.num_joints; ++j) q[j] = data->qpos[arm.joint_qpos_index[j]];
+    const Eigen::Isometry3d wrist = chain.Forward(q);
+    arms.push_back({std::move(chain), GripFrame(model, *data, *gripper, wrist)});
+  }
+  return arms;
+}
+
+int ObjectBody(const model_info_t& info, const std::string& object) {
+  const auto found = std::find(info.object_name.begin(), info.object_name.end(), object);
+  if (found != info.object_name.end()) {
+    const int entity = info.object_entity[found - info.object_name.begin()];
+    const auto body = std::find(info.body_entity.begin(), info.body_entity.end(), entity);
+    if (body != info.body_entity.end()) return static_cast<int>(body - info.body_entity.begin());
+  }
+  throw InputError("the task has no object \"" + object + "\"");
+}
+
+Eigen::Isometry3d BodyPose(const state_t& state, int body) {
+  const size_t needed = static_cast<size_t>(body) + 1;
+  if (state.body_position_m.size() < needed || state.body_quat_wxyz.size() < needed) {
+    throw std::runtime_error("the state has " + std::to_string(state.body_position_m.size()) +
+                             " bodies, fewer than the model");
+  }
+  return ToPose(state.body_position_m[body].data(), state.body_quat_wxyz[body].data());
+}
+
+int BodyId(const mjModel& model, const std::string& name) {
+  const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
+  if (body < 0) throw InputError("the model has no body \"" + name + "\"");
+  return body;
+}
+
+Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body) {
+  const int id = mj_name2id(&model, mjOBJ_SITE, site.c_str());
+  if (id < 0) throw InputError("the model has no site \"" + site + "\"");
+  Eigen::Isometry3d pose = ToPose(model.site_pos + 3 * id, model.site_quat + 4 * id);
+  for (int b = model.site_bodyid[id]; b != body; b = model.body_parentid[b]) {
+    if (b == 0 || model.body_jntnum[b] > 0) {
+      throw InputError("site \"" + site + "\" is not rigidly attached to the object it is looked for on");
+    }
+    pose = ToPose(model.body_pos + 3 * b, model.body_quat + 4 * b) * pose;
+  }
+  return pose;
+}
+
+ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, double clearance_m)
+    : model_(mj_copyModel(nullptr, &model)) {
+  for (int geom = 0; geom < model_->ngeom; ++geom) {
+    // A pair is in contact below the larger of its margins.
+    model_->geom_margin[geom] = std::max(model_->geom_margin[geom], clearance_m);
+    const int entity = info.body_entity[info.geom_body[geom]];
+    entity_of_geom_.push_back(entity);
+    const auto arm = std::find_if(info.arm.begin(), info.arm.end(),
+                                  [&](const arm_info_t& candidate) { return candidate.entity == entity; });
+    arm_of_geom_.push_back(arm == info.arm.end() ? -1 : static_cast<int>(arm - info.arm.begin()));
+    is_pad_.push_back(false);
+  }
+  data_.reset(mj_makeData(model_.get()));
+  entity_of_body_ = info.body_entity;
+  for (const arm_info_t& arm : info.arm) arm_qpos_.push_back(arm.joint_qpos_index);
+  for (const gripper_info_t& gripper : info.gripper) {
+    for (int geom : gripper.pad_geom) is_pad_[geom] = true;
+  }
+}
+
+void ContactProbe::Set(const state_t& state) {
+  if (state.qpos_mixed.size() != static_cast<size_t>(model_->nq)) {
+    throw std::runtime_error("the state has " + std::to_string(state.qpos_mixed.size()) +
+                             " coordinates, the model " + std::to_string(model_->nq));
+  }
+  std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
+  for (int body = 0; body < model_->nbody; ++body) {
+    if (model_->body_mocapid[body] >= 0) SetMocap(body, BodyPose(state, body));
+  }
+}
+
+void ContactProbe::SetArm(int arm, const JointVector& q) {
+  for (Eigen::Index i = 0; i < q.size(); ++i) data_->qpos[arm_qpos_[arm][i]] = q[i];
+}
+
+void ContactProbe::SetMocap(int body, const Eigen::Isometry3d& pose) {
+  const int mocap = model_->body_mocapid[body];
+  const Eigen::Quaterniond quat(pose.linear());
+  const double values[] = {quat.w(), quat.x(), quat.y(), quat.z()};
+  std::copy_n(pose.translation().data(), 3, data_->mocap_pos + 3 * mocap);
+  std::copy_n(values, 4, data_->mocap_quat + 4 * mocap);
+}
+
+void ContactProbe::SetObject(int body, const Eigen::Isometry3d& pose) {
+  if (model_->body_jntnum[body] != 1 || model_->jnt_type[model_->body_jntadr[body]] != mjJNT_FREE) {
+    throw InputError("an object that is not free cannot be carried");
+  }
+  mjtNum* qpos = data_->qpos + model_->jnt_qposadr[model_->body_jntadr[body]];
+  const Eigen::Quaterniond quat(pose.linear());
+  for (int i = 0; i < 3; ++i) qpos[i] = pose.translation()[i];
+  qpos[3] = quat.w();
+  qpos[4] = quat.x();
+  qpos[5] = quat.y();
+  qpos[6] = quat.z();
+}
+
+void ContactProbe::SetAngle(const Hinge& hinge, double angle) { data_->qpos[hinge.qpos] = angle; }
+
+Hinge ContactProbe::HingeOf(int body, const state_t& state) const {
+  const int joint = model_->body_jntadr[body];
+  if (model_->body_jntnum[body] != 1 || model_->jnt_type[joint] != mjJNT_HINGE ||
+      !model_->jnt_limited[joint]) {
+    throw InputError("body \"" + std::string(model_->names + model_->name_bodyadr[body]) +
+                     "\" is expected on one hinge with a range");
+  }
+  const Eigen::Isometry3d pose = BodyPose(state, body);
+  Hinge hinge;
+  hinge.point = pose * Eigen::Vector3d(model_->jnt_pos + 3 * joint);
+  hinge.direction = pose.linear() * Eigen::Vector3d(model_->jnt_axis + 3 * joint);
+  hinge.lower = model_->jnt_range[2 * joint];
+  hinge.upper = model_->jnt_range[2 * joint + 1];
+  hinge.qpos = model_->jnt_qposadr[joint];
+  hinge.angle = state.qpos_mixed.at(static_cast<size_t>(hinge.qpos));
+  return hinge;
+}
+
+bool ContactProbe::Touches(const std::vector<int>& arms, const std::vector<int>& touchable_bodies) {
+  mj_kinematics(model_.get(), data_.get());
+  mj_collision(model_.get(), data_.get());
+  const auto is_touchable = [&](int geom) {
+    return std::any_of(touchable_bodies.begin(), touchable_bodies.end(),
+                       [&](int body) { return entity_of_body_[body] == entity_of_geom_[geom]; });
+  };
+  const auto is_named = [&](int geom) {
+    return std::find(arms.begin(), arms.end(), arm_of_geom_[geom]) != arms.end();
+  };
+  for (int i = 0; i < data_->ncon; ++i) {
+    const int a = data_->contact[i].geom1, b = data_->contact[i].geom2;
+    const bool a_named = is_named(a), b_named = is_named(b);
+    if (!a_named && !b_named) continue;
+    if ((arm_of_geom_[a] >= 0 && !a_named) || (arm_of_geom_[b] >= 0 && !b_named)) continue;
+    if (is_pad_[a] && (is_pad_[b] || is_touchable(b))) continue;
+    if (is_pad_[b] && is_touchable(a)) continue;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace evalbus::policy

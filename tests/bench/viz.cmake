@@ -1,5 +1,0 @@
-find_library(OSMESA_LIBRARY OSMesa REQUIRED)
-add_executable(viz_bench viz_bench.cc)
-target_link_libraries(viz_bench PRIVATE viz_core bus ${OSMESA_LIBRARY} benchmark::benchmark)
-target_include_directories(viz_bench SYSTEM PRIVATE ${OSMESA_INCLUDE_DIR})
-evalbus_target(viz_bench)

@@ -1,0 +1,197 @@
+// Closed by default: what the processes of a run have open to a network, and whom their messages can reach.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstring>
+
+#include "base/errors.h"
+#include "bus/private_network.h"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A copy of another process's file descriptor; -1 if that is not allowed.
+int CopyOf(pid_t pid, int fd) {
+  const auto process = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+  const auto copy = static_cast<int>(syscall(SYS_pidfd_getfd, process, fd, 0));
+  close(process);
+  return copy;
+}
+
+int Option(int socket, int level, int name) {
+  int value = -1;
+  socklen_t size = sizeof value;
+  EXPECT_EQ(getsockopt(socket, level, name, &value, &size), 0) << std::strerror(errno);
+  return value;
+}
+
+// Fails the test for each socket of the process that is neither one end of a local pair nor of the bus at
+// this address; returns the number of those that send.
+int CheckSockets(pid_t pid, const sockaddr_in& bus) {
+  SCOPED_TRACE(ReadText("/proc/" + std::to_string(pid) + "/cmdline").c_str());
+  int senders = 0, receivers = 0;
+  for (const auto& entry : fs::directory_iterator("/proc/" + std::to_string(pid) + "/fd")) {
+    std::error_code gone;
+    if (!fs::read_symlink(entry.path(), gone).string().starts_with("socket:")) continue;
+    const int socket = CopyOf(pid, std::atoi(entry.path().filename().c_str()));
+    EXPECT_GE(socket, 0) << std::strerror(errno);
+    const int domain = Option(socket, SOL_SOCKET, SO_DOMAIN);
+    if (domain != AF_UNIX) {
+      EXPECT_EQ(domain, AF_INET);
+      EXPECT_EQ(Option(socket, SOL_SOCKET, SO_TYPE), SOCK_DGRAM);
+      EXPECT_EQ(Option(socket, SOL_SOCKET, SO_ACCEPTCONN), 0);
+      sockaddr_in local{};
+      socklen_t size = sizeof local;
+      EXPECT_EQ(getsockname(socket, reinterpret_cast<sockaddr*>(&local), &size), 0);
+      if (local.sin_port == bus.sin_port) {
+        ++receivers;
+      } else {
+        ++senders;
+        EXPECT_EQ(Option(socket, IPPROTO_IP, IP_MULTICAST_TTL), 0);
+      }
+    }
+    close(socket);
+  }
+  // What is sent to the port of a sender is read by nobody.
+  EXPECT_LE(receivers, 1);
+  return senders;
+}
+
+sockaddr_in AddressOf(const std::string& url) {
+  sockaddr_in address{};
+  const size_t host = std::strlen("udpm://"), colon = url.find(':', host);
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<uint16_t>(std::stoi(url.substr(colon + 1))));
+  EXPECT_EQ(inet_pton(AF_INET, url.substr(host, colon - host).c_str(), &address.sin_addr), 1);
+  return address;
+}
+
+class Closed : public testing::Test {
+ protected:
+  std::vector<std::string> Command(const std::vector<std::string>& more) const {
+    std::vector<std::string> command = {"evalbus", "run", "lift_pot/position", "--control-hz", "200",
+                                        "--out",   run_,  "--episodes",        "50",           "--policy",
+                                        "hold"};
+    command.insert(command.end(), more.begin(), more.end());
+    return command;
+  }
+  bool IsAtWork() const {
+    std::error_code error;
+    return fs::file_size(run_ / "episodes/0000.partial/events.lcmlog", error) > 100'000 && !error;
+  }
+
+  TemporaryFolder folder_;
+  const fs::path run_ = folder_.path() / "run";
+};
+
+TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl();
+  Program launcher(Command({"--url", url})), monitor({"evalbus-monitor", "--url", url}),
+      viz({"evalbus-viz", "--url", url});
+  ASSERT_TRUE(WaitFor([&] { return IsAtWork() && monitor.running() && viz.running(); })) << launcher.err();
+  std::vector<pid_t> processes = ChildrenOf(launcher.pid());
+  EXPECT_EQ(processes.size(), 5u);
+  for (const Program* program : {&launcher, &monitor, &viz}) processes.push_back(program->pid());
+  int senders = 0;
+  for (const pid_t pid : processes) senders += CheckSockets(pid, AddressOf(url));
+  EXPECT_EQ(senders, 8);
+}
+
+// Says one message again and again, from another machine: a network namespace with a cable to ours. To each
+// of the buses, by our address on the cable and by their groups.
+class Neighbour {
+ public:
+  explicit Neighbour(const std::vector<sockaddr_in>& buses) : pid_(fork()) {
+    if (pid_ != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (unshare(CLONE_NEWNET) != 0) _exit(1);
+    const std::string message("LC02\0\0\0\1EVALBUS_NEIGHBOUR\0x", 27);
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    const int ttl = 1;
+    setsockopt(socket, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
+    for (;; usleep(1000)) {
+      for (sockaddr_in to : buses) {
+        const auto* address = reinterpret_cast<const sockaddr*>(&to);
+        sendto(socket, message.data(), message.size(), 0, address, sizeof to);
+        inet_pton(AF_INET, kOurs, &to.sin_addr);
+        sendto(socket, message.data(), message.size(), 0, address, sizeof to);
+      }
+    }
+  }
+  ~Neighbour() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  Neighbour(const Neighbour&) = delete;
+  Neighbour& operator=(const Neighbour&) = delete;
+
+  bool Connect() const {
+    const std::string pid = std::to_string(pid_), in = "nsenter -t " + pid + " -n ip ";
+    // Its namespace is there once it is another one than ours.
+    const auto network = [](const std::string& process) {
+      std::error_code error;
+      return fs::read_symlink("/proc/" + process + "/ns/net", error);
+    };
+    return WaitFor([&] { return network(pid) != network("self"); }, std::chrono::seconds(5)) &&
+           RunProgram({"sh", "-ec",
+                       "ip link add cable type veth peer name cable netns " + pid + "; ip address add " +
+                           kOurs + "/24 dev cable; ip link set cable up; " + in +
+                           "address add 10.77.0.2/24 dev cable; " + in + "link set cable up; " + in +
+                           "route add 224.0.0.0/4 dev cable"})
+                   .code == 0;
+  }
+
+ private:
+  static constexpr char kOurs[] = "10.77.0.1";
+  pid_t pid_;
+};
+
+TEST_F(Closed, OtherMachinesAreHeardOnlyIfTheUrlReachesThem) {
+  try {
+    EnterPrivateNetwork();
+  } catch (const EnvironmentError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  const std::string url = UniqueUrl(), other = UniqueUrl();
+  int heard_here = 0, heard_beyond = 0, heard_own = 0;
+  const auto count = [](int* heard) {
+    return [heard](const std::string&, std::span<const uint8_t>, int64_t) { ++*heard; };
+  };
+  Bus here(url), beyond(other.substr(0, other.find('?')) + "?ttl=1");
+  here.SubscribeRaw("EVALBUS_NEIGHBOUR", count(&heard_here));
+  here.SubscribeRaw("EVALBUS_OWN", count(&heard_own));
+  beyond.SubscribeRaw("EVALBUS_NEIGHBOUR", count(&heard_beyond));
+  const Neighbour neighbour({AddressOf(url), AddressOf(other)});
+  if (!neighbour.Connect()) GTEST_SKIP() << "no cable between network namespaces on this machine";
+  EXPECT_TRUE(WaitFor([&] {
+    beyond.Handle();
+    return heard_beyond > 20;
+  }));
+  const uint8_t byte = 0;
+  here.PublishRaw("EVALBUS_OWN", {&byte, 1});
+  EXPECT_TRUE(WaitFor([&] {
+    here.Handle();
+    return heard_own > 0;
+  }));
+  EXPECT_EQ(heard_here, 0);
+}
+
+TEST_F(Closed, OneProcessHasNothingOpen) {
+  Program launcher(Command({"--in-process"}));
+  ASSERT_TRUE(WaitFor([&] { return IsAtWork(); })) << launcher.err();
+  EXPECT_EQ(CheckSockets(launcher.pid(), {}), 0);
+}
+
+}  // namespace
+}  // namespace evalbus

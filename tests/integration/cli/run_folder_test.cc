@@ -1,0 +1,213 @@
+// A run's folder: what is in it, and that its logs are whole and agree with its results.
+#include <regex>
+#include <set>
+
+#include "base/sha256.h"
+#include "bus/channels.h"
+#include "evalbus/action_t.hpp"
+#include "evalbus/contacts_t.hpp"
+#include "evalbus/episode_begin_t.hpp"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/partial_metrics_t.hpp"
+#include "evalbus/run_summary_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "metrics/episode/result_json.h"
+#include "models/scene.h"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+std::set<std::string> Entries(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
+  return names;
+}
+
+std::vector<std::string> Keys(const ordered_json& json) {
+  std::vector<std::string> keys;
+  for (const auto& [key, unused] : json.items()) keys.push_back(key);
+  return keys;
+}
+
+using Names = std::set<std::string>;
+
+// In one process and in several.
+class RunFolderTest : public testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    if (!GetParam()) EVALBUS_NEEDS_BUS();
+    std::vector<std::string> arguments = {"LiftPotPosition", "--episodes", "2", "--seed", "3"};
+    if (GetParam()) arguments.push_back("--in-process");
+    Evaluate(arguments, run_);
+  }
+  TemporaryFolder folder_;
+  const fs::path run_ = folder_.path() / "run";
+};
+
+TEST_P(RunFolderTest, HoldsWhatItShould) {
+  EXPECT_EQ(Entries(folder_.path()), Names{"run"});
+  EXPECT_EQ(Entries(run_),
+            (Names{"episodes", "episodes.jsonl", "logs", "model", "run.json", "summary.json"}));
+  EXPECT_EQ(Entries(run_ / "model"), (Names{"physics.mjb", "scene.xml", "visual.mjb"}));
+  EXPECT_EQ(Entries(run_ / "episodes"), (Names{"0000", "0001"}));
+  for (const char* episode : {"0000", "0001"})
+    EXPECT_EQ(Entries(run_ / "episodes" / episode), (Names{"events.lcmlog", "summary.json"}));
+  const Names logs = {"collision.log", "metrics.log", "policy.log", "recorder.log", "sim.log"};
+  EXPECT_EQ(Entries(run_ / "logs"), GetParam() ? Names{} : logs);
+
+  const auto run = ordered_json::parse(ReadText(run_ / "run.json"));
+  EXPECT_EQ(run["task"], "lift_pot");
+  EXPECT_EQ(run["variation"], "position");
+  EXPECT_EQ(run["seed"], 3);
+  EXPECT_EQ(run["episodes"], 2);
+  EXPECT_EQ(run["control_hz"], 50);
+  EXPECT_EQ(run["clock"], "lockstep");
+  for (const char* key :
+       {"policy", "robot", "evalbus_version", "git_commit", "git_dirty", "mujoco_version", "url"})
+    EXPECT_TRUE(run.contains(key)) << key;
+}
+
+TEST_P(RunFolderTest, ResultsHaveRoboEvalsKeys) {
+  const auto episodes = Episodes(run_);
+  ASSERT_EQ(episodes.size(), 2u);
+  for (int i = 0; i < 2; ++i) {
+    const ordered_json& episode = episodes[static_cast<size_t>(i)];
+    EXPECT_EQ(episode, ordered_json::parse(
+                           ReadText(run_ / "episodes" / ("000" + std::to_string(i)) / "summary.json")));
+    EXPECT_EQ(Keys(episode),
+              (std::vector<std::string>{"task", "variation", "episode", "seed", "end_reason", "end_detail",
+                                        "failure_reason", "complete", "metrics", "extended", "explanation"}));
+    EXPECT_EQ(episode["episode"], i);
+    EXPECT_EQ(episode["end_reason"], "success");
+    EXPECT_EQ(episode["complete"], true);
+    EXPECT_EQ(Keys(episode["metrics"]), (std::vector<std::string>{"success",
+                                                                  "completion_time",
+                                                                  "task_stage_reached",
+                                                                  "subtask_progress",
+                                                                  "target_distance",
+                                                                  "object_pose_error",
+                                                                  "slip_count",
+                                                                  "slip_count_per_object",
+                                                                  "env_collision_count",
+                                                                  "self_collision_count",
+                                                                  "bimanual_arm_velocity_difference",
+                                                                  "bimanual_gripper_vertical_difference",
+                                                                  "cartesian_path_length",
+                                                                  "total_cartesian_path_length",
+                                                                  "avg_cartesian_path_length",
+                                                                  "joint_path_length",
+                                                                  "total_joint_path_length",
+                                                                  "avg_joint_path_length",
+                                                                  "orientation_path_length",
+                                                                  "total_orientation_path_length",
+                                                                  "avg_orientation_path_length",
+                                                                  "avg_cartesian_jerk",
+                                                                  "rms_cartesian_jerk",
+                                                                  "overall_avg_cartesian_jerk",
+                                                                  "overall_rms_cartesian_jerk",
+                                                                  "avg_joint_jerk",
+                                                                  "rms_joint_jerk",
+                                                                  "overall_avg_joint_jerk",
+                                                                  "overall_rms_joint_jerk"}));
+    EXPECT_EQ(Keys(episode["metrics"]["joint_path_length"]), (std::vector<std::string>{"left", "right"}));
+    EXPECT_EQ(Keys(episode["metrics"]["task_stage_reached"]), (std::vector<std::string>{"1", "2", "3", "4"}));
+  }
+  const auto summary = ordered_json::parse(ReadText(run_ / "summary.json"));
+  EXPECT_EQ(summary["episodes"], 2);
+  EXPECT_EQ(summary["successes"], 2);
+  const auto time = [&](size_t i) { return episodes[i]["metrics"]["completion_time"].get<double>(); };
+  EXPECT_DOUBLE_EQ(summary["metrics"]["completion_time"]["mean"], (time(0) + time(1)) / 2);
+}
+
+TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
+  const auto episodes = Episodes(run_);
+  ASSERT_EQ(episodes.size(), 2u);
+  for (int i = 0; i < 2; ++i) {
+    SCOPED_TRACE(i);
+    const Log log = ReadLog(LogFile(run_, i));
+    EXPECT_EQ(log.damaged_bytes, 0);
+    EXPECT_EQ(log.events.front().channel, channels::kModel);
+    EXPECT_EQ(log.events.back().channel, channels::kRunSummary);
+    for (size_t k = 1; k < log.events.size(); ++k)
+      ASSERT_GE(log.events[k].time_us, log.events[k - 1].time_us) << k;
+
+    const auto model = log.Messages<model_info_t>(channels::kModel).at(0);
+    EXPECT_EQ(model.run_id, "run");
+    EXPECT_EQ(model.physics_file, run_ / "model/physics.mjb");
+    EXPECT_EQ(model.physics_sha256, Sha256File(model.physics_file));
+    EXPECT_EQ(model.visual_sha256, Sha256File(model.visual_file));
+
+    const auto states = log.Messages<state_t>(channels::kState);
+    const auto contacts = log.Messages<contacts_t>(channels::kContacts);
+    const auto actions = log.Messages<action_t>(channels::kAction);
+    const auto partials = log.Messages<partial_metrics_t>(channels::kPartial);
+    ASSERT_GT(states.size(), 100u);
+    ASSERT_EQ(contacts.size(), states.size());
+    ASSERT_EQ(partials.size(), states.size());
+    // The last state ends the episode; its answer may come too late for the log.
+    ASSERT_GE(actions.size() + 1, states.size());
+    ASSERT_LE(actions.size(), states.size());
+    for (size_t tick = 0; tick < states.size(); ++tick) {
+      const auto expect_tick = [&](const header_t& header) {
+        EXPECT_EQ(header.episode, i);
+        EXPECT_EQ(header.tick, static_cast<int64_t>(tick));
+        EXPECT_EQ(header.sim_time_us, static_cast<int64_t>(tick) * 20000);
+      };
+      expect_tick(states[tick].header);
+      expect_tick(contacts[tick].header);
+      expect_tick(partials[tick].header);
+      if (tick < actions.size()) expect_tick(actions[tick].header);
+      const bool last = tick + 1 == states.size();
+      EXPECT_EQ(partials[tick].verdict, last ? partial_metrics_t::SUCCESS : partial_metrics_t::UNDECIDED);
+    }
+
+    const auto end = log.Messages<episode_end_t>(channels::kEpisodeEnd);
+    ASSERT_EQ(end.size(), 1u);
+    EXPECT_EQ(end[0].header.tick, states.back().header.tick);
+    const auto summaries = log.Messages<episode_summary_t>(channels::kEpisodeSummary);
+    ASSERT_EQ(summaries.size(), 1u);
+    EXPECT_EQ(summaries[0].seed, log.Messages<episode_begin_t>(channels::kEpisodeBegin).at(0).seed);
+    // What was shown live last is what is written down.
+    const ordered_json& episode = episodes[static_cast<size_t>(i)];
+    EXPECT_EQ(metrics::ResultJson(summaries[0].metrics), episode["metrics"]);
+    EXPECT_EQ(metrics::ResultJson(partials.back().metrics), episode["metrics"]);
+    // The one metric that needs the whole episode is only in the summary.
+    ordered_json live = metrics::ExtendedJson(partials.back().extended, partials.back().metrics);
+    EXPECT_TRUE(live["spectral_arc_length"]["left"].is_null());
+    live["spectral_arc_length"] = episode["extended"]["spectral_arc_length"];
+    EXPECT_EQ(live, episode["extended"]);
+    EXPECT_TRUE(episode["extended"]["spectral_arc_length"]["left"].is_number());
+    EXPECT_EQ(metrics::ExplanationJson(summaries[0].explanation), episode["explanation"]);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Hosting, RunFolderTest, testing::Bool(), [](const auto& test) {
+  return std::string(test.param ? "InProcess" : "Processes");
+});
+
+// Columns, rows, units and outcomes; digits depend on the processor's mathematics.
+std::string Layout(const std::string& text) {
+  const size_t begin = text.find("lift_pot/position  policy expert  seed 7"),
+               end = text.find(" episodes in ");
+  if (begin == std::string::npos || end < begin || end == std::string::npos) return "";
+  const std::string table = text.substr(begin, end - begin);
+  return std::regex_replace(std::regex_replace(table, std::regex("[0-9.]+"), "#"), std::regex(" +"), " ");
+}
+
+TEST(Readme, ShowsTheTableThatItsCommandPrints) {
+  const TemporaryFolder folder;
+  const Result run = RunProgram({"evalbus", "run", "lift_pot/position", "--episodes", "10", "--seed", "7",
+                                 "--in-process", "--out", folder.path() / "run"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_GT(Layout(run.out).size(), 500u);
+  EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "README.md")), Layout(run.out));
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,5 +1,0 @@
-add_executable(monitor_run_test monitor_run_test.cc harness.cc)
-target_link_libraries(monitor_run_test PRIVATE bus cli_core GTest::gtest nlohmann_json::nlohmann_json)
-evalbus_target(monitor_run_test)
-add_dependencies(monitor_run_test programs evalbus-monitor)
-gtest_discover_tests(monitor_run_test PROPERTIES TIMEOUT ${TEST_TIMEOUT_S})

@@ -1,5 +1,0 @@
-add_executable(resume_test resume_test.cc harness.cc)
-target_link_libraries(resume_test PRIVATE bus cli_core GTest::gtest nlohmann_json::nlohmann_json)
-evalbus_target(resume_test)
-add_dependencies(resume_test programs)
-gtest_discover_tests(resume_test PROPERTIES TIMEOUT ${TEST_TIMEOUT_S})

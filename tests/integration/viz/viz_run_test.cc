@@ -1,0 +1,217 @@
+// Live pictures over a real bus, of a run and of a replay; machines without OSMesa.
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+
+#include "bus/channels.h"
+#include "evalbus/component_status_t.hpp"
+#include "evalbus/image_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/integration/harness.h"
+#include "tests/unit/viz/decoded_jpeg.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What a listener hears of a bus until a program ends.
+struct Heard {
+  std::map<std::string, std::vector<image_t>> images;
+  std::vector<int64_t> state_tick;
+  component_status_t viz{};
+};
+
+class VizRun : public testing::Test {
+ protected:
+  VizRun() {
+    for (const char* channel : {"EVALBUS_IMAGE_overview", "EVALBUS_IMAGE_left_hand_wrist"}) {
+      bus_.Subscribe<image_t>(channel,
+                              [this, channel](const image_t& m) { heard_.images[channel].push_back(m); });
+    }
+    bus_.Subscribe<state_t>(channels::kState,
+                            [this](const state_t& m) { heard_.state_tick.push_back(m.header.tick); });
+    bus_.Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& m) {
+      if (m.component == "viz") heard_.viz = m;
+    });
+  }
+
+  bool HearUntil(const std::function<bool()>& condition) {
+    return WaitFor([&] {
+      while (bus_.Handle()) {
+      }
+      return condition();
+    });
+  }
+  bool AllShow(int64_t tick) const {
+    return heard_.viz.last_tick == tick && heard_.images.size() == 2 &&
+           std::ranges::all_of(heard_.images,
+                               [&](const auto& camera) { return camera.second.back().header.tick == tick; });
+  }
+  // Pictures from both cameras, in order, of ticks that were on the bus, that decode.
+  void ExpectPictures(const std::string& title) {
+    EXPECT_EQ(heard_.images.size(), 2u) << title;
+    for (const auto& [channel, images] : heard_.images) {
+      for (size_t i = 0; i < images.size(); ++i) {
+        const image_t& image = images[i];
+        EXPECT_GE(image.header.tick, images[i > 0 ? i - 1 : 0].header.tick);
+        EXPECT_NE(std::find(heard_.state_tick.begin(), heard_.state_tick.end(), image.header.tick),
+                  heard_.state_tick.end());
+        EXPECT_EQ(image.header.sim_time_us, image.header.tick * 20000);
+        EXPECT_EQ(image.width_px, 160);
+        EXPECT_EQ(image.height_px, 120);
+        const viz::Frame frame = viz::DecodedJpeg(image.data);
+        EXPECT_EQ(frame.size.width, 160);
+        EXPECT_EQ(frame.size.height, 120);
+      }
+    }
+  }
+
+  TemporaryFolder folder_;
+  std::string url_ = UniqueUrl();
+  Bus bus_{url_};
+  Heard heard_;
+  const std::vector<std::string> viz_ = {
+      "evalbus-viz", "--url",   url_,    "--camera", "overview,left/hand/wrist",
+      "--size",      "160x120", "--fps", "20"};
+};
+
+TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
+  EVALBUS_NEEDS_BUS();
+  const fs::path run = folder_.path() / "run";
+  Program viz(viz_);
+  Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 3), "--policy", "hold", "--episodes", "1",
+                      "--realtime", "--url", url_, "--out", run});
+  ASSERT_TRUE(HearUntil([&] { return !evaluation.running(); }));
+  EXPECT_EQ(evaluation.Wait(), 0) << evaluation.err();
+  // The last picture is of the episode's end.
+  EXPECT_TRUE(HearUntil([&] { return AllShow(heard_.state_tick.back()); }));
+  ExpectPictures("run");
+  EXPECT_GT(heard_.viz.skipped_ticks, 0);
+  EXPECT_EQ(heard_.viz.missing_ticks, 0);
+  const int64_t last = heard_.state_tick.back();
+  EXPECT_EQ(heard_.images["EVALBUS_IMAGE_overview"].back().header.tick, last);
+  EXPECT_TRUE(ReadLog(LogFile(run, 0)).Payloads("EVALBUS_IMAGE_overview").empty());
+
+  // The same viz, still listening, cannot tell a replay from the run: the same last picture, bit for bit.
+  const std::vector<uint8_t> end_of_run = heard_.images["EVALBUS_IMAGE_overview"].back().data;
+  heard_ = {};
+  Program replay({"evalbus", "replay", run, "--url", url_});
+  ASSERT_TRUE(HearUntil([&] { return !replay.running(); }));
+  EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
+  EXPECT_TRUE(HearUntil([&] { return AllShow(last); }));
+  ExpectPictures("replay");
+  EXPECT_TRUE(heard_.images["EVALBUS_IMAGE_overview"].back().data == end_of_run);
+  viz.Signal(SIGTERM);
+  EXPECT_EQ(viz.Wait(), 0) << viz.err();
+}
+
+TEST_F(VizRun, MayComeInTheMiddleOfARunByItsFolder) {
+  EVALBUS_NEEDS_BUS();
+  const fs::path run = folder_.path() / "run";
+  Program evaluation({"evalbus", "run", "lift_pot", "--policy", "hold", "--episodes", "1", "--realtime",
+                      "--url", url_, "--out", run});
+  ASSERT_TRUE(HearUntil([&] { return heard_.state_tick.size() > 20; })) << evaluation.err();
+  std::vector<std::string> command = viz_;
+  command.erase(command.begin() + 1, command.begin() + 3);
+  command.push_back(run);
+  Program viz(command);
+  ASSERT_TRUE(HearUntil([&] { return heard_.images["EVALBUS_IMAGE_overview"].size() > 0; }))
+      << viz.err() << evaluation.out();
+  EXPECT_TRUE(evaluation.running());
+  EXPECT_GT(heard_.images["EVALBUS_IMAGE_overview"][0].header.tick, 20);
+  EXPECT_EQ(heard_.viz.missing_ticks, 0);
+}
+
+TEST_F(VizRun, UnknownCameraIsOneLineAndSaidOnStatus) {
+  EVALBUS_NEEDS_BUS();
+  Program viz({"evalbus-viz", "--url", url_, "--camera", "overview,nowhere"});
+  ASSERT_TRUE(WaitFor([&] { return viz.out() == "ready\n"; })) << viz.err();
+  Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 1), "--policy", "hold", "--episodes", "1",
+                      "--url", url_, "--out", folder_.path() / "run"});
+  ASSERT_TRUE(HearUntil([&] { return !viz.running() && !evaluation.running(); }));
+  EXPECT_EQ(viz.Wait(), 1);
+  const std::string line =
+      "no camera 'nowhere'; this scene has head, front, overview, left/hand/wrist, right/hand/wrist";
+  EXPECT_EQ(viz.err(), "error: " + line + "\n");
+  EXPECT_EQ(heard_.viz.state, component_status_t::FAILED);
+  EXPECT_EQ(heard_.viz.error, line);
+  EXPECT_EQ(evaluation.Wait(), 0) << evaluation.err();
+}
+
+TEST(VizInput, WrongInputIsOneLine) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"--size", "640"}, "--size 640: expected WIDTHxHEIGHT, such as 1280x720"},
+      {{"--size", "641x480"}, "pictures of 641x480: expected even numbers of pixels, 2 to 4096 each way"},
+      {{"--fps", "0"}, "--fps: expected a number above 0"},
+      {{"/nonexistent"}, "/nonexistent/run.json: not a run folder"},
+  };
+  for (const auto& [arguments, line] : cases) {
+    std::vector<std::string> command = {"evalbus-viz"};
+    if (arguments.size() == 2) command.insert(command.end(), {"--url", UniqueUrl()});
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.err, "error: " + line + "\n");
+  }
+}
+
+// A machine without OSMesa: in the child the loader does not find the library.
+class WithoutOsMesa : public testing::Test {
+ protected:
+  static Result Run(std::vector<std::string> command) {
+    return RunProgram(std::move(command), {{}, [] {
+                                             setenv("LD_AUDIT", HIDE_OSMESA, 1);
+                                             // A thread sanitizer's own variables: with LD_AUDIT the loader
+                                             // keeps too little room.
+                                             setenv("GLIBC_TUNABLES",
+                                                    "glibc.rtld.optional_static_tls=1000000", 1);
+                                           }});
+  }
+  // What it says; the loader's own words follow in brackets.
+  static std::string Line(const std::string& before = "") {
+    return "error: " + before + "rendering needs OSMesa: install it with 'apt-get install libosmesa6' (";
+  }
+  static void ExpectLine(const std::string& text, const std::string& line) {
+    EXPECT_TRUE(text.starts_with(line)) << text;
+    EXPECT_NE(text.find("No such file"), std::string::npos) << text;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(WithoutOsMesa, VizAndRenderSayWhatToInstall) {
+  const fs::path run = folder_.path() / "run";
+  const std::string task = ShortTask(folder_.path(), 0.2);
+  Evaluate({task, "--policy", "hold", "--episodes", "1", "--in-process"}, run);
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"evalbus", "render", run}, {"evalbus-viz", "--url", UniqueUrl()}}) {
+    const Result result = Run(command);
+    EXPECT_EQ(result.code, 2);
+    EXPECT_EQ(result.out, "");
+    ExpectLine(result.err, Line());
+  }
+  const auto episode = fs::directory_iterator(run / "episodes/0000");
+  EXPECT_TRUE(std::none_of(begin(episode), end(episode),
+                           [](const auto& entry) { return entry.path().extension() == ".mp4"; }));
+}
+
+TEST_F(WithoutOsMesa, ARunKeepsItsResults) {
+  const fs::path run = folder_.path() / "run";
+  const Result result = Run({"evalbus", "run", ShortTask(folder_.path(), 0.2), "--policy", "hold",
+                             "--episodes", "2", "--in-process", "--video", "front", "--out", run});
+  EXPECT_EQ(result.code, 2);
+  ExpectLine(result.err, Line("no film: "));
+  EXPECT_EQ(Episodes(run).size(), 2u);
+}
+
+TEST_F(WithoutOsMesa, DoctorSaysSo) {
+  const Result result = Run({"evalbus", "doctor"});
+  EXPECT_NE(result.out.find("FAIL  OSMesa, which renders films\n      fix: apt-get install libosmesa6\n"),
+            std::string::npos)
+      << result.out;
+}
+
+}  // namespace
+}  // namespace evalbus

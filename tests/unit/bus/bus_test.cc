@@ -1,0 +1,148 @@
+#include "bus/bus.h"
+
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "bus/channels.h"
+#include "bus/component.h"
+#include "evalbus/command_t.hpp"
+#include "evalbus/header_t.hpp"
+#include "evalbus/state_t.hpp"
+
+namespace evalbus {
+namespace {
+
+header_t Header(int32_t episode, int64_t tick) {
+  header_t header{};
+  header.episode = episode;
+  header.tick = tick;
+  return header;
+}
+
+void HandleAll(Bus* bus) {
+  while (bus->Handle()) {
+  }
+}
+
+TEST(Bus, DeliversEveryMessageInOrderToASlowSubscriber) {
+  Bus bus("memq://");
+  std::vector<int64_t> ticks;
+  bus.Subscribe<header_t>("T", [&](const header_t& header) { ticks.push_back(header.tick); });
+  // LCM's default queue holds 30.
+  for (int i = 0; i < 1000; ++i) bus.Publish("T", Header(0, i));
+  HandleAll(&bus);
+  ASSERT_EQ(ticks.size(), 1000u);
+  for (int i = 0; i < 1000; ++i) EXPECT_EQ(ticks[static_cast<size_t>(i)], i);
+}
+
+TEST(Bus, CountsMessagesThatDoNotDecodeAndDropsThem) {
+  Bus bus("memq://");
+  int received = 0;
+  bus.Subscribe<header_t>("T", [&](const header_t&) { ++received; });
+  bus.Publish("T", command_t{});  // another type
+  const uint8_t rubbish[] = {1, 2, 3};
+  bus.PublishRaw("T", rubbish);
+  bus.PublishRaw("T", {rubbish, 0});
+  std::vector<uint8_t> bytes(static_cast<size_t>(Header(1, 2).getEncodedSize()));
+  Header(1, 2).encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  bus.PublishRaw("T", {bytes.data(), bytes.size() - 1});  // cut
+  bytes.push_back(0);
+  bus.PublishRaw("T", bytes);  // too long
+  bus.Publish("T", Header(1, 2));
+  HandleAll(&bus);
+  EXPECT_EQ(bus.decode_errors(), 5);
+  EXPECT_EQ(received, 1);
+}
+
+TEST(Bus, RefusesNegativeCountsInAMessage) {
+  state_t state{};
+  std::vector<uint8_t> bytes(static_cast<size_t>(state.getEncodedSize()));
+  state.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  // num_qpos follows fingerprint and header.
+  bytes[28] = 0xFF;
+  EXPECT_FALSE(Bus::Decode(bytes, &state));
+}
+
+TEST(Bus, CarriesAnExceptionOutOfAHandler) {
+  Bus bus("memq://");
+  int received = 0;
+  bus.Subscribe<header_t>("T", [&](const header_t& header) {
+    ++received;
+    if (header.tick == 1) throw std::runtime_error("tick 1");
+  });
+  for (int i = 0; i < 3; ++i) bus.Publish("T", Header(0, i));
+  EXPECT_TRUE(bus.Handle());
+  EXPECT_THROW(bus.Handle(), std::runtime_error);
+  EXPECT_TRUE(bus.Handle());
+  EXPECT_FALSE(bus.Handle());
+  EXPECT_EQ(received, 3);
+}
+
+TEST(Bus, RefusesUrlsThatAreNone) {
+  EXPECT_THROW(Bus("tcp://localhost"), InputError);
+  EXPECT_THROW(Bus(""), InputError);
+  EXPECT_THROW(Bus("udpm://not-an-address:7667"), EnvironmentError);
+}
+
+TEST(Bus, SelfCheckPassesInOneProcess) {
+  Bus bus("memq://");
+  EXPECT_NO_THROW(bus.SelfCheck());
+}
+
+class Probe : public Component {
+ public:
+  explicit Probe(Bus* bus, int64_t window = 0) : Component(bus, "probe", window) {}
+  using Component::EnterEpisode;
+  using Component::IsOurs;
+  using Component::Progress;
+  using Component::SayReady;
+};
+
+TEST(Component, AnswersARepeatedEpisodeBeginWithoutPreparingAgain) {
+  Bus bus("memq://");
+  Probe probe(&bus);
+  std::vector<component_status_t> heard;
+  bus.Subscribe<component_status_t>(channels::kStatus,
+                                    [&](const component_status_t& s) { heard.push_back(s); });
+  episode_begin_t begin{};
+  begin.header.episode = 7;
+  begin.attempt = 2;
+  EXPECT_TRUE(probe.EnterEpisode(begin));
+  probe.SayReady();
+  EXPECT_FALSE(probe.EnterEpisode(begin));
+  begin.attempt = 3;
+  EXPECT_TRUE(probe.EnterEpisode(begin));
+  HandleAll(&bus);
+  ASSERT_EQ(heard.size(), 2u);
+  for (const auto& status : heard) {
+    EXPECT_EQ(status.component, "probe");
+    EXPECT_EQ(status.state, component_status_t::READY);
+    EXPECT_EQ(status.episode, 7);
+    EXPECT_EQ(status.attempt, 2);
+  }
+}
+
+TEST(Component, CountsMessagesOfOtherEpisodes) {
+  Bus bus("memq://");
+  Probe probe(&bus);
+  episode_begin_t begin{};
+  begin.header.episode = 7;
+  probe.EnterEpisode(begin);
+  EXPECT_TRUE(probe.IsOurs(Header(7, 0)));
+  EXPECT_FALSE(probe.IsOurs(Header(6, 0)));
+  EXPECT_EQ(probe.status().foreign_messages, 1);
+}
+
+TEST(Component, ReportsProgressTwicePerLagWindow) {
+  Bus bus("memq://");
+  Probe probe(&bus, 100);
+  std::vector<int64_t> heard;
+  bus.Subscribe<component_status_t>(channels::kStatus,
+                                    [&](const component_status_t& s) { heard.push_back(s.last_tick); });
+  for (int tick = 0; tick < 200; ++tick) probe.Progress(tick);
+  HandleAll(&bus);
+  EXPECT_EQ(heard, (std::vector<int64_t>{49, 99, 149, 199}));
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,62 @@
+#include "bus/live_runs.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/errors.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+class LiveRunsTest : public testing::Test {
+ protected:
+  LiveRunsTest() { Process("self", {"test"}, "net:[1]"); }
+
+  void Process(const std::string& pid, const std::vector<std::string>& command, const std::string& network) {
+    fs::create_directories(proc_.path() / pid / "ns");
+    std::ofstream stream(proc_.path() / pid / "cmdline", std::ios::binary);
+    for (const std::string& argument : command) stream << argument << '\0';
+    fs::create_symlink(network, proc_.path() / pid / "ns/net");
+  }
+
+  TemporaryFolder proc_;
+};
+
+TEST_F(LiveRunsTest, FindsRunsByTheirProcesses) {
+  Process("999991", {"/bin/evalbus-policy", "--url", "udpm://a"}, "net:[1]");
+  Process("999992", {"/bin/evalbus-sim", "lift_pot", "--out", "/runs/a", "--url", "udpm://a"}, "net:[1]");
+  Process("999993", {"evalbus-metrics", "--url=udpm://b"}, "net:[7]");
+  Process("999994", {"evalbus-monitor", "--url", "udpm://c"}, "net:[1]");
+  Process("999997", {"evalbus-viz", "--url", "udpm://c"}, "net:[1]");
+  Process("999995", {"vi", "--url", "udpm://d"}, "net:[1]");
+  Process("999996", {"evalbus-metrics", "--help"}, "net:[1]");
+  const std::vector<LiveRun> runs = FindLiveRuns(proc_.path());
+  ASSERT_EQ(runs.size(), 2u);
+  const LiveRun a = ChooseLiveRun(runs, "udpm://a"), b = ChooseLiveRun(runs, "udpm://b");
+  EXPECT_EQ(a.folder, "/runs/a");
+  EXPECT_FALSE(a.other_network);
+  EXPECT_TRUE(b.other_network);
+  EXPECT_EQ(b.pid, 999993);
+}
+
+TEST_F(LiveRunsTest, ChoosesOnlyWhereThereIsNoChoice) {
+  EXPECT_THROW(ChooseLiveRun(FindLiveRuns(proc_.path()), ""), InputError);
+  Process("999991", {"evalbus-sim", "--url", "udpm://a", "--out", "/runs/a"}, "net:[1]");
+  EXPECT_EQ(ChooseLiveRun(FindLiveRuns(proc_.path()), "").url, "udpm://a");
+  EXPECT_THROW(ChooseLiveRun(FindLiveRuns(proc_.path()), "udpm://b"), InputError);
+  Process("999992", {"evalbus-sim", "--url", "udpm://b", "--out", "/runs/b"}, "net:[1]");
+  try {
+    ChooseLiveRun(FindLiveRuns(proc_.path()), "");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("/runs/a"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("/runs/b"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace evalbus

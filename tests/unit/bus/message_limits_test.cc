@@ -1,0 +1,135 @@
+// What a message makes its receiver allocate is bounded by its size, whatever it says.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+#include <string_view>
+#include <vector>
+
+#include "bus/bus.h"
+#include "evalbus/all_messages.hpp"
+#include "tests/unit/allocation_count.h"
+
+namespace evalbus {
+namespace {
+
+template <class Message>
+std::vector<uint8_t> Encode(const Message& message) {
+  std::vector<uint8_t> bytes(static_cast<size_t>(message.getEncodedSize()));
+  EXPECT_EQ(message.encode(bytes.data(), 0, static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+template <class Message>
+int64_t BytesToDecode(const std::vector<uint8_t>& bytes, bool* decoded = nullptr) {
+  Message message{};
+  const int64_t before = AllocatedBytes();
+  const bool whole = Bus::Decode(bytes, &message);
+  const int64_t allocated = AllocatedBytes() - before;
+  if (decoded) *decoded = whole;
+  return allocated;
+}
+
+// Vectors of strings and of rows take 32 and 24 bytes for an element of five or one on the wire, and an array
+// may be as long as the bytes left for each of a message's many arrays.
+constexpr int64_t kBytesPerByte = 300;
+
+TEST(MessageLimits, AbsurdCountsAreDecodeErrors) {
+  ForEachMessage([]<class Message>(const Message& empty) {
+    const std::vector<uint8_t> bytes = Encode(empty);
+    bool decoded = false;
+    EXPECT_EQ(BytesToDecode<Message>(bytes, &decoded), 0);
+    EXPECT_TRUE(decoded) << Message::getTypeName();
+    // In an empty message every four bytes that are a count or a length are among these.
+    for (size_t offset = 8; offset + 4 <= bytes.size(); ++offset) {
+      // -1, the most negative, the largest, one whose doubles fill 2^32 bytes, one million.
+      for (const uint32_t count : {0xFFFFFFFFu, 0x80000000u, 0x7FFFFFFFu, 0x20000000u, 0x00100000u}) {
+        std::vector<uint8_t> absurd = bytes;
+        for (size_t i = 0; i < 4; ++i) absurd[offset + i] = static_cast<uint8_t>(count >> (24 - 8 * i));
+        ASSERT_LE(BytesToDecode<Message>(absurd), kBytesPerByte * static_cast<int64_t>(bytes.size()))
+            << Message::getTypeName() << ", offset " << offset << ", count " << count;
+      }
+    }
+  });
+}
+
+TEST(MessageLimits, NoiseBehindTheFingerprintIsHarmless) {
+  std::mt19937 random(1);
+  ForEachMessage([&]<class Message>(const Message& empty) {
+    for (int trial = 0; trial < 1000; ++trial) {
+      std::vector<uint8_t> bytes = Encode(empty);
+      bytes.resize(8 + random() % 4000);
+      // Small counts, so that decoding goes far.
+      for (size_t i = 8; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(random() % 8 ? 0 : random());
+      ASSERT_LE(BytesToDecode<Message>(bytes), kBytesPerByte * static_cast<int64_t>(bytes.size()))
+          << Message::getTypeName() << ", trial " << trial;
+    }
+  });
+}
+
+TEST(MessageLimits, ARefusedCountAllocatesNothing) {
+  std::vector<uint8_t> bytes = Encode(state_t{});
+  // num_qpos follows fingerprint and header: one more than the bytes left.
+  const auto left = static_cast<uint8_t>(bytes.size() - 32);
+  bool decoded = true;
+  bytes[31] = static_cast<uint8_t>(left + 1);
+  EXPECT_EQ(BytesToDecode<state_t>(bytes, &decoded), 0);
+  EXPECT_FALSE(decoded);
+}
+
+TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
+  observation_t observation{};
+  observation.num_images = 2;
+  observation.image.resize(2);
+  observation.image[0].num_bytes = 100;
+  observation.image[0].data.resize(100, 7);
+  const std::vector<uint8_t> bytes = Encode(observation);
+  observation_t decoded{};
+  ASSERT_TRUE(Bus::Decode(bytes, &decoded));
+  EXPECT_EQ(decoded.image[0].data, observation.image[0].data);
+  // An image that is empty takes 42 bytes, so three of them do not fit.
+  std::vector<uint8_t> more = bytes;
+  const size_t num_images = 8 + 20 + 5 + 4 + 4 + 3;
+  ASSERT_EQ(more[num_images], 2);
+  more[num_images] = 200;
+  bool whole = true;
+  EXPECT_EQ(BytesToDecode<observation_t>(more, &whole), 0);
+  EXPECT_FALSE(whole);
+}
+
+TEST(MessageLimits, ATextWithANulInsideIsADecodeError) {
+  // Encoding would stop there, so that whoever says it again sends a message that nobody can decode.
+  episode_end_t end{};
+  end.end_reason = "aborted";
+  model_info_t model{};
+  model.num_bodies = 1;
+  model.body_name = {"aborted"};
+  model.body_entity = {0};
+  const auto is_decoded = []<class Message>(const Message& message, char letter) {
+    std::vector<uint8_t> bytes = Encode(message);
+    const std::string_view text = "aborted";
+    const auto found = std::search(bytes.begin(), bytes.end(), text.begin(), text.end());
+    found[3] = static_cast<uint8_t>(letter);
+    Message decoded{};
+    return Bus::Decode(bytes, &decoded);
+  };
+  EXPECT_TRUE(is_decoded(end, 'x'));
+  EXPECT_FALSE(is_decoded(end, '\0'));
+  EXPECT_TRUE(is_decoded(model, 'x'));
+  EXPECT_FALSE(is_decoded(model, '\0'));
+}
+
+TEST(MessageLimits, AnEmptyArrayLeavesNothingOfTheMessageBefore) {
+  state_t state{};
+  state.num_qpos = 3;
+  state.qpos_mixed = {1, 2, 3};
+  state_t decoded{};
+  ASSERT_TRUE(Bus::Decode(Encode(state), &decoded));
+  EXPECT_EQ(decoded.qpos_mixed, state.qpos_mixed);
+  ASSERT_TRUE(Bus::Decode(Encode(state_t{}), &decoded));
+  EXPECT_EQ(decoded.qpos_mixed.size(), 0u);
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,288 @@
+#include "bus/recorder/recorder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "bus/channels.h"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/run_summary_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus {
+namespace {
+
+class RecorderTest : public testing::Test {
+ protected:
+  void Begin(int episode, int attempt = 0, const std::string& clock = "lockstep") {
+    model_info_t model{};
+    model.clock = clock;
+    bus_.Publish(channels::kModel, model);
+    episode_begin_t begin{};
+    begin.header.episode = episode;
+    begin.attempt = attempt;
+    bus_.Publish(channels::kEpisodeBegin, begin);
+  }
+  void Tick(int episode, int64_t tick) {
+    state_t state{};
+    state.header.episode = episode;
+    state.header.tick = tick;
+    state.header.sim_time_us = 20000 * tick;
+    bus_.Publish(channels::kState, state);
+  }
+  void End(int episode) {
+    episode_end_t end{};
+    end.header.episode = episode;
+    bus_.Publish(channels::kEpisodeEnd, end);
+    episode_summary_t summary{};
+    summary.header.episode = episode;
+    bus_.Publish(channels::kEpisodeSummary, summary);
+    bus_.Publish(channels::kRunSummary, run_summary_t{});
+  }
+  void HandleAll() {
+    while (bus_.Handle()) {
+    }
+  }
+  std::vector<std::pair<std::string, int64_t>> Log(int episode) {
+    std::vector<std::pair<std::string, int64_t>> events;
+    EventLogReader reader(EpisodeFolder(folder_.path(), episode) / "events.lcmlog");
+    LogEvent event;
+    while (reader.Next(&event)) events.emplace_back(event.channel, event.time_us);
+    return events;
+  }
+
+  TemporaryFolder folder_;
+  Bus bus_{"memq://"};
+  Recorder dut_{&bus_, folder_.path()};
+};
+
+TEST_F(RecorderTest, WritesModelFirstAndStampsSimulatedTime) {
+  Begin(0);
+  for (int tick = 0; tick < 3; ++tick) Tick(0, tick);
+  bus_.Publish("OTHER", header_t{});
+  End(0);
+  HandleAll();
+  std::vector<std::pair<std::string, int64_t>> events = Log(0);
+  // STATUS messages of the recorder itself are recorded, too.
+  std::erase_if(events, [](const auto& event) { return event.first == channels::kStatus; });
+  const std::vector<std::pair<std::string, int64_t>> expected = {
+      {channels::kModel, 0},          {channels::kEpisodeBegin, 0},       {channels::kState, 0},
+      {channels::kState, 20000},      {channels::kState, 40000},          {"OTHER", 40000},
+      {channels::kEpisodeEnd, 40000}, {channels::kEpisodeSummary, 40000}, {channels::kRunSummary, 40000}};
+  EXPECT_EQ(events, expected);
+}
+
+TEST_F(RecorderTest, EpisodesAreSeparateAndRenamedWhenComplete) {
+  for (int episode = 0; episode < 2; ++episode) {
+    Begin(episode);
+    Tick(episode, 0);
+    HandleAll();
+    EXPECT_FALSE(std::filesystem::exists(EpisodeFolder(folder_.path(), episode)));
+    End(episode);
+    HandleAll();
+    EXPECT_TRUE(std::filesystem::exists(EpisodeFolder(folder_.path(), episode)));
+    EXPECT_EQ(dut_.status().last_finished_episode, episode);
+  }
+}
+
+TEST_F(RecorderTest, ARetriedEpisodeKeepsNothingOfTheAttemptBefore) {
+  Begin(0, 0);
+  for (int tick = 0; tick < 5; ++tick) Tick(0, tick);
+  Begin(0, 1);
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  const auto events = Log(0);
+  EXPECT_EQ(
+      std::count_if(events.begin(), events.end(), [](const auto& e) { return e.first == channels::kState; }),
+      1);
+}
+
+TEST_F(RecorderTest, ARetryTakesThePlaceOfAnAttemptThatWasAborted) {
+  Begin(0, 0);
+  for (int tick = 0; tick < 5; ++tick) Tick(0, tick);
+  End(0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, 0);
+  Begin(0, 1);
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  const auto events = Log(0);
+  EXPECT_EQ(
+      std::count_if(events.begin(), events.end(), [](const auto& e) { return e.first == channels::kState; }),
+      1);
+}
+
+TEST_F(RecorderTest, MessagesOfAnotherTypeOrEpisodeNeitherMoveTheClockNorEndTheEpisode) {
+  Begin(0);
+  Tick(0, 0);
+  state_t ahead{};
+  ahead.header.tick = 1000;
+  ahead.header.sim_time_us = 1'000'000'000;
+  for (const char* channel : {channels::kEpisodeSummary, channels::kEpisodeEnd, channels::kAction})
+    bus_.Publish(channel, ahead);
+  episode_summary_t other{};
+  other.header = ahead.header;
+  bus_.Publish(channels::kState, other);
+  Tick(7, 1000);
+  bus_.Publish(channels::kRunSummary, run_summary_t{});
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, -1);
+  EXPECT_EQ(dut_.status().last_tick, 0);
+  EXPECT_EQ(dut_.status().missing_ticks, 0);
+  EXPECT_EQ(dut_.status().foreign_messages, 1);
+  Tick(0, 1);
+  End(0);
+  HandleAll();
+  for (const auto& [channel, time_us] : Log(0)) EXPECT_LE(time_us, 20000) << channel;
+}
+
+TEST_F(RecorderTest, RefusesToReplaceAFinishedEpisode) {
+  std::filesystem::create_directories(EpisodeFolder(folder_.path(), 0));
+  Begin(0);
+  EXPECT_THROW(HandleAll(), InputError);
+}
+
+TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
+  Begin(0);
+  for (const int tick : {0, 1, 4, 5}) Tick(0, tick);
+  HandleAll();
+  EXPECT_EQ(dut_.status().missing_ticks, 2);
+}
+
+TEST_F(RecorderTest, WhatIsSaidAgainIsRecordedOnce) {
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    Begin(0, attempt);
+    for (const int tick : {0, 0, 1, 1, 1, 2}) Tick(0, tick);
+    for (int i = 0; i < 2; ++i) bus_.Publish("OTHER", header_t{});
+  }
+  End(0);
+  HandleAll();
+  const auto events = Log(0);
+  const auto count = [&](const std::string& channel) {
+    return std::ranges::count_if(events, [&](const auto& event) { return event.first == channel; });
+  };
+  EXPECT_EQ(count(channels::kState), 3);
+  EXPECT_EQ(count("OTHER"), 2);
+}
+
+TEST_F(RecorderTest, TicksThatNoEpisodeReachesAreForeign) {
+  Begin(0);
+  constexpr auto kMost = std::numeric_limits<int64_t>::max(), kLeast = std::numeric_limits<int64_t>::min();
+  for (const int64_t tick : {int64_t{0}, kMost, kLeast, int64_t{1}}) {
+    state_t state{};
+    state.header.tick = tick;
+    bus_.Publish(channels::kState, state);
+  }
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_tick, 1);
+  EXPECT_EQ(dut_.status().missing_ticks, 0);
+  EXPECT_EQ(dut_.status().foreign_messages, 2);
+}
+
+TEST_F(RecorderTest, RealtimeRunsAreStampedWithTheTimeOfArrival) {
+  Begin(0, 0, "realtime");
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  // Microseconds since 1970: after the year 2001.
+  for (const auto& [channel, time_us] : Log(0)) EXPECT_GT(time_us, 1'000'000'000'000'000) << channel;
+}
+
+TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
+  const auto count = [&](int episode) {
+    std::ofstream(EpisodeFolder(folder_.path(), episode) / "summary.json") << "{}";
+  };
+  for (int episode = 0; episode < 2; ++episode) {
+    Begin(episode);
+    Tick(episode, 0);
+    if (episode == 0) End(0);
+    HandleAll();
+    if (episode == 0) count(0);
+  }
+  const auto before = Log(0);
+  for (int attempt = 0; attempt < 2; ++attempt) Begin(0, attempt);
+  HandleAll();
+  EXPECT_EQ(Log(0), before);
+  EXPECT_EQ(dut_.status().foreign_messages, 2);
+  End(1);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, 1);
+  // Also not the one that has just been counted.
+  count(1);
+  const auto last = Log(1);
+  Begin(1, 1);
+  End(1);
+  HandleAll();
+  EXPECT_EQ(Log(1), last);
+  EXPECT_TRUE(std::filesystem::exists(EpisodeFolder(folder_.path(), 1) / "summary.json"));
+}
+
+TEST_F(RecorderTest, AScoreBeforeTheEndDoesNotCloseTheLog) {
+  Begin(0);
+  Tick(0, 0);
+  bus_.Publish(channels::kEpisodeSummary, episode_summary_t{});
+  bus_.Publish(channels::kRunSummary, run_summary_t{});
+  Tick(0, 1);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, -1);
+  End(0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().last_finished_episode, 0);
+  const auto events = Log(0);
+  EXPECT_EQ(
+      std::count_if(events.begin(), events.end(), [](const auto& e) { return e.first == channels::kState; }),
+      2);
+}
+
+TEST_F(RecorderTest, NothingBeginsBeforeTheModelIsKnown) {
+  bus_.Publish(channels::kEpisodeBegin, episode_begin_t{});
+  Tick(0, 0);
+  HandleAll();
+  EXPECT_NE(dut_.status().state, component_status_t::READY);
+  Begin(0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  EXPECT_EQ(dut_.status().last_tick, -1);
+}
+
+TEST_F(RecorderTest, ARetryIsRecordedWhateverAnOldLogBeganMeanwhile) {
+  Begin(0);
+  End(0);
+  Begin(1);
+  Begin(0, 1);
+  Tick(0, 0);
+  HandleAll();
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  EXPECT_EQ(dut_.status().attempt, 1);
+  EXPECT_EQ(dut_.status().last_tick, 0);
+}
+
+TEST_F(RecorderTest, WhateverBeginsWritesIntoTheRunFolderAndLeavesNothingHalfDone) {
+  for (const int32_t episode : {-1, std::numeric_limits<int32_t>::min(), 12345, 0}) {
+    Begin(episode, 1);
+    Tick(episode, 0);
+    HandleAll();
+  }
+  End(0);
+  HandleAll();
+  std::vector<std::filesystem::path> entries;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
+    entries.push_back(entry.path().lexically_relative(folder_.path()));
+  }
+  std::sort(entries.begin(), entries.end());
+  const std::vector<std::filesystem::path> expected = {"episodes", "episodes/0000",
+                                                       "episodes/0000/events.lcmlog"};
+  EXPECT_EQ(entries, expected);
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,211 @@
+#include "cli/results/comparison.h"
+
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "cli/results/comparison_text.h"
+#include "cli/results/episode_table.h"
+#include "tests/unit/cli/results/run_folders.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+// A run of n episodes, of which the first k succeed, each taking `time` and a little more than the one
+// before.
+ordered_json Info(int episodes, int64_t seed = 7, double rate = 50) {
+  ordered_json info = RunInfo(episodes);
+  info["seed"] = seed;
+  info["control_hz"] = rate;
+  info["task_sha256"] = "task";
+  info["physics_sha256"] = "model";
+  return info;
+}
+
+class CompareTest : public testing::Test {
+ protected:
+  RecordedRuns Run(const std::string& name, const ordered_json& info, const std::vector<bool>& success,
+                   double time) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < success.size(); ++i) {
+      const int n = static_cast<int>(i);
+      lines.push_back(EpisodeLine(
+          n, success[i],
+          {{"completion_time", time + 0.01 * n * n}, {"slip_count", 0}, {"subtask_progress", 1}}));
+      lines.back()["seed"] = EpisodeSeed(info["seed"], n);
+    }
+    WriteRun(folder_.path() / name, info, lines);
+    return ReadRuns(folder_.path() / name);
+  }
+  static std::vector<bool> First(int successes, int episodes) {
+    std::vector<bool> result(static_cast<size_t>(episodes), false);
+    std::fill_n(result.begin(), successes, true);
+    return result;
+  }
+  std::string Refusal(const RecordedRuns& a, const RecordedRuns& b) {
+    try {
+      CompareRuns(a, b);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CompareTest, PairsBySeed) {
+  // Of 50 seeds 28 succeed in both, 15 with b only, 3 with a only.
+  std::vector<bool> in_a(50), in_b(50);
+  for (size_t i = 0; i < 50; ++i) {
+    in_a[i] = i < 31;
+    in_b[i] = i < 28 || (i >= 31 && i < 46);
+  }
+  const Comparison result = CompareRuns(Run("b", Info(50), in_b, 6), Run("a", Info(50), in_a, 5));
+  const SuccessComparison& success = result.success;
+  EXPECT_TRUE(success.paired);
+  EXPECT_EQ(success.successes, 43);
+  EXPECT_EQ(success.baseline_successes, 31);
+  EXPECT_EQ(success.pairs.both, 28);
+  EXPECT_EQ(success.pairs.only_a, 15);
+  EXPECT_EQ(success.pairs.only_b, 3);
+  EXPECT_EQ(success.pairs.neither, 4);
+  EXPECT_DOUBLE_EQ(success.difference, 0.24);
+  EXPECT_NEAR(success.p, 0.0075378, 5e-8);  // scipy's binomtest(3, 18)
+  const metrics::Interval expected = metrics::NewcombePairedInterval(success.pairs);
+  EXPECT_EQ(success.difference_95.lower, expected.lower);
+  // Against the three, 12 would have been enough: 12 to 3 gives p = 0.0352, 11 to 3 p = 0.0574.
+  EXPECT_DOUBLE_EQ(*success.detectable, 9.0 / 50);
+  EXPECT_EQ(
+      Conclusion(result),
+      "b succeeds more often than a: 43 of 50 against 31 of 50 on the same seeds, difference 24 points (95 % "
+      "interval 8 to 39), exact McNemar p = 0.0075.");
+
+  ASSERT_EQ(result.tasks.size(), 1u);
+  const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
+  ASSERT_EQ(metrics.size(), 3u);
+  // Effort counts where both succeeded; everywhere one second more.
+  EXPECT_EQ(metrics[0].info.name, "completion_time");
+  EXPECT_EQ(metrics[0].count, 28);
+  EXPECT_NEAR(metrics[0].difference, 1, 1e-12);
+  EXPECT_LT(*metrics[0].p, 1e-7);
+  EXPECT_EQ(metrics[0].p_holm, *metrics[0].p);  // the only one with a p
+  EXPECT_NEAR(*metrics[0].ratio, metrics[0].mean / (metrics[0].mean - 1), 1e-12);
+  // The same everywhere: nothing to test.
+  EXPECT_EQ(metrics[2].info.name, "slip_count");
+  EXPECT_EQ(metrics[2].count, 50);
+  EXPECT_FALSE(metrics[2].p);
+
+  const std::string text = ComparisonText(result, true);
+  EXPECT_NE(text.find("worse"), std::string::npos) << text;
+  EXPECT_NE(text.find("Effort relative to a"), std::string::npos) << text;
+  const ordered_json json = ComparisonJson({result});
+  EXPECT_EQ(json["comparisons"][0]["success"]["pairs"]["run_only"], 15);
+  EXPECT_EQ(json["comparisons"][0]["tasks"][0]["metrics"]["slip_count"]["p"].dump(), "null");
+}
+
+TEST_F(CompareTest, SaysWhenNothingCanBeSaid) {
+  const RecordedRuns a = Run("a", Info(10), First(7, 10), 5);
+  EXPECT_EQ(
+      Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
+      "No difference shown between b and a: 10 of 10 against 7 of 10 on the same seeds, difference 30 points "
+      "(95 % interval -4 to 60), exact McNemar p = 0.25; 10 pairs like these can only show differences from "
+      "about 60 points on.");
+  const std::string few =
+      Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
+  EXPECT_TRUE(few.ends_with("4 pairs are too few to show any difference.")) << few;
+}
+
+TEST_F(CompareTest, UnpairedSaysSo) {
+  const Comparison result =
+      CompareRuns(Run("b", Info(50, 8), First(43, 50), 5), Run("a", Info(50), First(31, 50), 5));
+  EXPECT_FALSE(result.success.paired);
+  EXPECT_NEAR(result.success.p, 0.01129645681947858, 1e-10);  // scipy's fisher_exact
+  EXPECT_EQ(result.success.difference_95.lower, metrics::NewcombeInterval(43, 50, 31, 50).lower);
+  EXPECT_TRUE(Conclusion(result).ends_with("Fisher's exact test p = 0.011.")) << Conclusion(result);
+  ASSERT_EQ(result.remarks.size(), 1u);
+  EXPECT_EQ(result.remarks[0], "lift_pot/position: no seed in common: compared as independent samples");
+  EXPECT_EQ(result.tasks[0].metrics[0].count, 43);
+  EXPECT_EQ(result.tasks[0].metrics[0].baseline_count, 31);
+  EXPECT_FALSE(result.tasks[0].metrics[0].ratio);
+}
+
+TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
+  RecordedRuns a = Run("a", Info(12), First(12, 12), 5);
+  a.runs[0].episodes[2].complete = false;
+  const Comparison result = CompareRuns(Run("b", Info(10), First(9, 10), 5), a);
+  EXPECT_EQ(result.success.trials, 9);
+  EXPECT_EQ(result.tasks[0].unmatched, 1);
+  EXPECT_EQ(result.tasks[0].baseline_unmatched, 2);
+  EXPECT_EQ(result.remarks[0], "lift_pot/position: 1 episodes of b and 2 of a have no partner: left out");
+}
+
+TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
+  const RecordedRuns a = Run("a", Info(2), First(2, 2), 5);
+  EXPECT_EQ(Refusal(Run("b", Info(2, 7, 100), First(2, 2), 5), a),
+            "b ran at 100.0 Hz and a at 50.0 Hz: values depend on the control rate, so these runs cannot be "
+            "compared");
+  ordered_json info = Info(2);
+  info["physics_sha256"] = "other";
+  EXPECT_EQ(Refusal(Run("c", info, First(2, 2), 5), a),
+            "c and a were made with different physics models (scene, robot or physics step), so these runs "
+            "cannot be "
+            "compared");
+  info = Info(2);
+  info["task_sha256"] = "other";
+  EXPECT_EQ(Refusal(Run("d", info, First(2, 2), 5), a),
+            "d and a were made with different descriptions of the task, so these runs cannot be compared");
+  info.erase("task_sha256");
+  EXPECT_NE(Refusal(Run("e", info, First(2, 2), 5), a).find("no \"task_sha256\""), std::string::npos);
+  RecordedRuns other = a;
+  other.runs[0].task = "stack_two_blocks";
+  EXPECT_NE(Refusal(other, a).find("no task in common"), std::string::npos);
+}
+
+TEST_F(CompareTest, SeveralAreAdjusted) {
+  const RecordedRuns a = Run("a", Info(6), First(0, 6), 5);
+  const auto results = CompareAll({Run("b", Info(6), First(6, 6), 5), Run("c", Info(6), First(1, 6), 5)}, a);
+  EXPECT_DOUBLE_EQ(results[0].success.p, 1.0 / 32);
+  EXPECT_DOUBLE_EQ(results[0].success.p_holm, 1.0 / 16);
+  EXPECT_TRUE(Conclusion(results[0]).starts_with("No difference shown")) << Conclusion(results[0]);
+}
+
+TEST_F(CompareTest, SuitesByTask) {
+  const auto suite = [&](const std::string& name, int successes) {
+    RecordedRuns runs{.folder = name, .name = name, .is_suite = true, .runs = {}, .missing = {}};
+    for (const char* variation : {"position", "base"}) {
+      runs.runs.push_back(Run(name + variation, Info(8), First(successes, 8), 5).runs[0]);
+      runs.runs.back().variation = variation;
+    }
+    return runs;
+  };
+  RecordedRuns b = suite("b", 8);
+  const Comparison result = CompareRuns(b, suite("a", 3));
+  ASSERT_EQ(result.tasks.size(), 2u);
+  EXPECT_EQ(result.success.trials, 16);
+  EXPECT_EQ(result.success.pairs.only_a, 10);
+  EXPECT_DOUBLE_EQ(result.tasks[0].success.p, 2.0 / 32);
+  EXPECT_DOUBLE_EQ(result.tasks[0].success.p_holm, 4.0 / 32);
+  EXPECT_NE(ComparisonText(result, false).find("lift_pot/base"), std::string::npos);
+  b.runs.pop_back();
+  EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: left out");
+}
+
+TEST_F(CompareTest, EpisodeTable) {
+  RecordedRuns run = Run("a,b", Info(2), {true, false}, 0.1);
+  run.runs[0].episodes[1].json["metrics"]["slip_count"] = 0.1 + 0.2;
+  run.runs[0].episodes[0].json["metrics"].erase("subtask_progress");
+  EXPECT_EQ(
+      EpisodeTable(run.runs),
+      "run,task,variation,episode,seed,end_reason,failure_reason,complete,completion_time,slip_count,success,"
+      "extended.missing_ticks,subtask_progress\n"
+      "\"a,b\",lift_pot,position,0," +
+          std::to_string(EpisodeSeed(7, 0)) +
+          ",success,,1,0.1,0,1,0,\n"
+          "\"a,b\",lift_pot,position,1," +
+          std::to_string(EpisodeSeed(7, 1)) + ",time_limit,timeout,1,0.11,0.30000000000000004,0,0,1\n");
+}
+
+}  // namespace
+}  // namespace evalbus::results

@@ -1,0 +1,47 @@
+// Run folders written by hand, for the tests of what reads them.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "base/random.h"
+
+namespace evalbus::results {
+
+// run.json of a run of lift_pot/position.
+inline nlohmann::ordered_json RunInfo(int episodes, const std::string& policy = "expert") {
+  return {{"run_id", "run"},      {"task", "lift_pot"}, {"variation", "position"}, {"policy", policy},
+          {"episodes", episodes}, {"seed", 7},          {"control_hz", 50.0}};
+}
+
+// A line of its episodes.jsonl.
+inline nlohmann::ordered_json EpisodeLine(int episode, bool success = true,
+                                          nlohmann::ordered_json metrics = nlohmann::ordered_json::object()) {
+  metrics["success"] = success ? 1.0 : 0.0;
+  return {{"task", "lift_pot"},
+          {"variation", "position"},
+          {"episode", episode},
+          {"seed", EpisodeSeed(7, episode)},
+          {"end_reason", success ? "success" : "time_limit"},
+          {"failure_reason", success ? "" : "timeout"},
+          {"complete", true},
+          {"metrics", std::move(metrics)},
+          {"extended", {{"missing_ticks", 0}}}};
+}
+
+inline void WriteFile(const std::filesystem::path& file, const std::string& text) {
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+inline void WriteRun(const std::filesystem::path& folder, const nlohmann::ordered_json& info,
+                     const std::vector<nlohmann::ordered_json>& episodes) {
+  WriteFile(folder / "run.json", info.dump(2) + "\n");
+  std::string lines;
+  for (const auto& episode : episodes) lines += episode.dump() + "\n";
+  if (!lines.empty()) WriteFile(folder / "episodes.jsonl", lines);
+}
+
+}  // namespace evalbus::results

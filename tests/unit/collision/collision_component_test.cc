@@ -1,0 +1,164 @@
+// The component on an in-process bus, fed with messages by hand.
+#include "collision/collision_component.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "base/errors.h"
+#include "base/sha256.h"
+#include "bus/channels.h"
+#include "models/scene.h"
+#include "tests/unit/collision/collision_scene.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::collision {
+namespace {
+
+const char kScene[] = R"(<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+  <body name="robot"><joint type="slide" axis="0 0 1"/><geom name="ball" size=".1"/></body>
+  <body name="fixture" pos="1 0 0"><geom name="post" type="box" size=".1 .1 .1"/></body></worldbody></mujoco>)";
+
+class CollisionComponentTest : public testing::Test {
+ protected:
+  CollisionComponentTest() : scene_(kScene), bus_("memq://"), dut_(&bus_) {
+    std::filesystem::create_directory(file_.parent_path());
+    mj_saveModel(scene_.model.get(), file_.c_str(), nullptr, 0);
+    model_ = scene_.info;
+    // Every list of a message is as long as its count says.
+    model_.num_entities = static_cast<int32_t>(model_.entity_name.size());
+    model_.body_name.assign(model_.num_bodies, "");
+    model_.geom_name.assign(model_.num_geoms, "");
+    model_.geom_body.assign(scene_.model->geom_bodyid, scene_.model->geom_bodyid + model_.num_geoms);
+    model_.physics_file = file_;
+    model_.physics_sha256 = Sha256File(file_);
+    model_.clearance_every_ticks = 3;
+    bus_.Subscribe<contacts_t>(channels::kContacts, [this](const contacts_t& m) { contacts_.push_back(m); });
+  }
+  void Run() {
+    while (bus_.Handle()) {
+    }
+  }
+  void Begin(int episode, int attempt = 0) {
+    episode_begin_t begin{};
+    begin.header.episode = episode;
+    begin.attempt = attempt;
+    bus_.Publish(channels::kEpisodeBegin, begin);
+    Run();
+  }
+  void Model() {
+    bus_.Publish(channels::kModel, model_);
+    Run();
+  }
+  void State(int episode, int64_t tick, double height, int num_bodies = 3) {
+    state_t state{};
+    state.header.episode = episode;
+    state.header.tick = tick;
+    state.header.sim_time_us = 20000 * tick;
+    state.num_bodies = num_bodies;
+    state.body_position_m = {{0, 0, 0}, {0, 0, height}, {1, 0, 0}};
+    state.body_quat_wxyz.assign(3, {1, 0, 0, 0});
+    state.body_position_m.resize(num_bodies);
+    state.body_quat_wxyz.resize(num_bodies);
+    bus_.Publish(channels::kState, state);
+    Run();
+  }
+
+  CollisionScene scene_;
+  Bus bus_;
+  CollisionComponent dut_;
+  TemporaryFolder folder_;
+  const std::filesystem::path file_ = folder_.path() / "model/physics.mjb";
+  model_info_t model_{};
+  std::vector<contacts_t> contacts_;
+};
+
+TEST_F(CollisionComponentTest, AnswersEveryStateAndClearanceEveryThirdTick) {
+  Begin(4);  // MODEL was missed: not ready yet
+  EXPECT_EQ(dut_.status().state, component_status_t::IDLE);
+  Model();
+  Begin(4);
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  EXPECT_EQ(dut_.status().episode, 4);
+  for (int tick = 0; tick < 7; ++tick) State(4, tick, tick == 2 ? 0.09 : 0.2);
+  ASSERT_EQ(contacts_.size(), 7u);
+  for (int tick = 0; tick < 7; ++tick) {
+    const contacts_t& m = contacts_[tick];
+    EXPECT_EQ(m.header.episode, 4);
+    EXPECT_EQ(m.header.tick, tick);
+    EXPECT_EQ(m.header.sim_time_us, 20000 * tick);
+    EXPECT_EQ(m.num_contacts, tick == 2);
+    EXPECT_EQ(m.has_clearance, tick % 3 == 0);
+    EXPECT_NEAR(m.clearance_m, tick % 3 == 0 ? 0.1 : 0, 1e-12);
+    EXPECT_EQ(m.clearance_robot_geom, tick % 3 == 0 ? scene_.Geom("ball") : -1);
+    EXPECT_EQ(m.clearance_scene_geom, tick % 3 == 0 ? scene_.Geom("floor") : -1);
+  }
+  EXPECT_EQ(contacts_[2].contact[0].geom_a, scene_.Geom("floor"));
+  EXPECT_EQ(contacts_[2].contact[0].geom_b, scene_.Geom("ball"));
+  EXPECT_NEAR(contacts_[2].contact[0].distance_m, -0.01, 1e-12);
+  EXPECT_EQ(dut_.status().last_tick, 6);
+  EXPECT_EQ(dut_.status().missing_ticks, 0);
+  EXPECT_EQ(dut_.status().foreign_messages, 0);
+}
+
+TEST_F(CollisionComponentTest, CountsGapsAndForeignMessages) {
+  Model();
+  Begin(0);
+  State(0, 0, 1);
+  State(0, 3, 1);     // 1 and 2 are lost
+  State(0, 3, 1);     // again: the answer is said again, too
+  State(1, 4, 1);     // another episode
+  State(0, 4, 1, 2);  // another model
+  State(0, 4, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(contacts_.size(), 3u);
+  EXPECT_EQ(dut_.status().missing_ticks, 2);
+  EXPECT_EQ(dut_.status().foreign_messages, 4);
+  // A retry of the same episode starts over.
+  Begin(0, 1);
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  State(0, 0, 1);
+  EXPECT_EQ(contacts_.size(), 4u);
+}
+
+TEST_F(CollisionComponentTest, ClearanceIsNeverEvaluatedAtRateZero) {
+  model_.clearance_every_ticks = 0;
+  Model();
+  Begin(0);
+  State(0, 0, 1);
+  ASSERT_EQ(contacts_.size(), 1u);
+  EXPECT_FALSE(contacts_[0].has_clearance);
+}
+
+TEST_F(CollisionComponentTest, RefusesAnotherModelFile) {
+  std::ofstream(file_, std::ios::app) << "x";
+  Model();
+  EXPECT_THROW(Begin(0), InputError);
+  EXPECT_NE(dut_.status().state, component_status_t::READY);
+}
+
+TEST_F(CollisionComponentTest, RefusesAnotherMessageVersionAlsoInMidRun) {
+  Model();
+  Begin(0);
+  EXPECT_EQ(dut_.status().state, component_status_t::READY);
+  ++model_.message_version;
+  Model();
+  EXPECT_THROW(Begin(1), InputError);
+}
+
+TEST_F(CollisionComponentTest, RefusesAMissingModelFile) {
+  model_.physics_file = "/nonexistent/model/physics.mjb";
+  Model();
+  EXPECT_THROW(Begin(0), InputError);
+}
+
+TEST_F(CollisionComponentTest, RefusesAFileThatIsNoModel) {
+  std::ofstream(file_) << "hello";
+  model_.physics_sha256 = Sha256File(file_);
+  Model();
+  EXPECT_THROW(Begin(0), InputError);
+}
+
+}  // namespace
+}  // namespace evalbus::collision

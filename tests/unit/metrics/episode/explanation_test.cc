@@ -1,0 +1,381 @@
+// How an episode ended and why: each failure reason by the smallest episode that has it, and the words and
+// numbers of the explanation.
+#include "metrics/episode/explanation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "metrics/episode/episode_scorer.h"
+#include "metrics/episode/result_json.h"
+#include "tests/unit/small_world.h"
+
+namespace evalbus::metrics {
+namespace {
+
+using namespace small_world;
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+const std::string kSuccessOfTask = R"(success:
+  all:
+    - not: {touching: {a: pot, b: counter}}
+    - height_above: {object: pot, min_m: 1.1}
+)";
+
+class ExplanationTest : public testing::Test {
+ protected:
+  ExplanationTest() { Use(kTask); }
+  void Use(const std::string& task) {
+    dut_ = std::make_unique<EpisodeScorer>(Model(), ParseTask(task, "small.yaml", false));
+    Restart();
+  }
+  void UseSuccess(const std::string& success) {
+    Use(Replaced(kTask, kSuccessOfTask, "success: " + success + "\n"));
+  }
+  void Restart() {
+    tick_ = -1;
+    state_ = State(0);
+    dut_->Start();
+    Tick();
+  }
+  void Tick(const std::vector<std::pair<int, int>>& contacts = {{kTop, kWall}}) {
+    state_.header = Header(++tick_);
+    dut_->Tick(state_, Contacts(tick_, contacts));
+  }
+  void Hold(int ticks = 1) {
+    for (int k = 0; k < ticks; ++k) Tick({{kLeftPad, kWall}, {kTop, kWall}});
+  }
+  void Tilt(double degrees) {
+    const double half = degrees * std::numbers::pi / 360;
+    state_.body_quat_wxyz[kPot] = {std::cos(half), std::sin(half), 0, 0};
+  }
+  episode_summary_t End(const std::string& reason = "time_limit") {
+    episode_end_t end{};
+    end.header = Header(tick_);
+    end.end_reason = reason;
+    return dut_->Summary({}, end);
+  }
+  std::string Reason(const std::string& end = "time_limit") { return End(end).failure_reason; }
+  std::string Text() { return End().explanation.text; }
+  double& Height() { return state_.body_position_m[kPot][2]; }
+  double& Opening(int gripper) { return state_.gripper[gripper].opening; }
+
+  std::unique_ptr<EpisodeScorer> dut_;
+  state_t state_{};
+  int64_t tick_ = -1;
+};
+
+TEST_F(ExplanationTest, TimeoutWhereNothingWasTried) {
+  Tick();
+  EXPECT_EQ(Reason(), "timeout");
+  EXPECT_EQ(Text(), "timeout at 0.02 s: pot touches counter; no stage reached");
+}
+
+TEST_F(ExplanationTest, GraspMissWhereAGripperClosedOnNothing) {
+  Opening(1) = 0.41;
+  Tick();
+  EXPECT_EQ(Reason(), "timeout") << "not closed by a tenth of its travel";
+  Opening(1) = 0.4;
+  Tick();
+  EXPECT_EQ(Reason(), "grasp_miss");
+}
+
+TEST_F(ExplanationTest, GraspMissAsksForTheGripperThatTheStageNames) {
+  Use(Replaced(kTask, "gripper: any", "gripper: left"));
+  Opening(1) = 0;
+  Tick();
+  EXPECT_EQ(Reason(), "timeout");
+  Opening(0) = 0;
+  Tick();
+  EXPECT_EQ(Reason(), "grasp_miss");
+}
+
+// Whether a fixture was held before is not kept.
+TEST_F(ExplanationTest, GraspMissIsOfAManipulatedObject) {
+  Use(Replaced(kTask, "gripper: any, object: pot", "gripper: any, object: counter"));
+  Opening(1) = 0;
+  Tick();
+  EXPECT_EQ(Reason(), "timeout");
+}
+
+TEST(EpisodeHistoryTest, AGripperClosesOnNothingOrOnSomething) {
+  EpisodeHistory dut(2, 1);
+  int64_t tick = -1;
+  const auto add = [&](double opening, bool first, bool second) {
+    const std::vector<uint8_t> holding = {first, second};
+    dut.Add(++tick, std::vector<double>{opening}, holding, std::vector<double>{1, 1}, false);
+    return dut.ClosedOnNothing(0);
+  };
+  dut.Start();
+  EXPECT_FALSE(add(1, false, false));
+  EXPECT_TRUE(add(0.9, false, false));
+  EXPECT_FALSE(add(0.5, true, false)) << "it was on its way to the first object";
+  EXPECT_FALSE(add(0.45, false, false)) << "5 % since it lost it";
+  EXPECT_FALSE(add(1, false, false));
+  EXPECT_TRUE(add(0, false, false)) << "and missed the second one";
+  EXPECT_TRUE(add(1, false, false)) << "open again, still nothing";
+  EXPECT_FALSE(add(0.5, false, true));
+}
+
+TEST_F(ExplanationTest, AStageThatIsOutOfReachHidesNeitherSlipNorMiss) {
+  const std::string both =
+      Replaced(Replaced(kTask, "gripper: any", "gripper: left"),
+               "- name: lifted\n    when: {height_above: {object: pot, min_m: 1.1}}",
+               "- name: both\n    when: {all: [{holding: {gripper: right, object: pot}}, {holding: "
+               "{gripper: left, object: pot}}]}");
+  const std::string with_first =
+      Replaced(both, "stages:", "stages:\n  - {name: up, when: {height_above: {object: pot, min_m: 9}}}");
+  for (const std::string& task : {both, with_first}) {
+    Use(task);
+    Hold();
+    Tick({{kRightPad, kWall}});
+    EXPECT_EQ(Reason(), "grasp_slip");
+    Restart();
+    Opening(0) = 0;
+    Tick();
+    EXPECT_EQ(Reason(), "grasp_miss");
+  }
+}
+
+TEST_F(ExplanationTest, GraspSlipUnlessRegained) {
+  Hold();
+  Tick();
+  EXPECT_EQ(Reason(), "grasp_slip");
+  const explanation_t explanation = End().explanation;
+  ASSERT_EQ(explanation.num_slips, 1);
+  EXPECT_EQ(explanation.slip[0].object, "pot");
+  EXPECT_EQ(explanation.slip[0].gripper, "left");
+  EXPECT_EQ(explanation.slip[0].tick, 2);
+  EXPECT_EQ(explanation.slip[0].time_s, 0.04);
+  EXPECT_EQ(
+      explanation.text,
+      "grasp_slip at 0.04 s: pot touches counter; last stage 1 (held) at 0.02 s; pot slipped from left at "
+      "0.04 s");
+  Hold();
+  EXPECT_EQ(Reason(), "timeout");
+  EXPECT_EQ(End().explanation.num_slips, 1);
+}
+
+TEST_F(ExplanationTest, GraspSlipWhereTheOtherGripperStillHoldsButThisOneIsAskedFor) {
+  Use(Replaced(Replaced(kTask, "- name: lifted\n    when: {height_above: {object: pot, min_m: 1.1}}",
+                        "- name: both\n    when: {all: [{holding: {gripper: right, object: pot}}, {holding: "
+                        "{gripper: left, object: pot}}]}"),
+               "gripper: any", "gripper: left"));
+  Hold();
+  Tick({{kRightPad, kWall}});
+  EXPECT_EQ(Reason(), "grasp_slip");
+}
+
+TEST_F(ExplanationTest, DroppedWhereItFellAfterItWasHeld) {
+  Height() = 1.05;
+  Hold();
+  Opening(0) = 0.6;  // let go: no slip
+  Height() = 1.031;
+  Tick({});
+  EXPECT_EQ(Reason(), "wrong_pose") << "1.9 cm";
+  Height() = 1.03;
+  Tick();
+  EXPECT_EQ(Reason(), "dropped");
+  Hold();
+  EXPECT_EQ(Reason(), "timeout") << "taken up again";
+}
+
+TEST_F(ExplanationTest, DroppedBeforeGraspSlip) {
+  Height() = 1.05;
+  Hold();
+  Height() = 1;
+  Tick();
+  EXPECT_EQ(End().metrics.slip_count, 1);
+  EXPECT_EQ(Reason(), "dropped");
+}
+
+TEST_F(ExplanationTest, AFailureConditionOnAnObjectThatWasHeldIsDropped) {
+  Tick({{kFloor, kWall}});
+  EXPECT_EQ(Reason("failure"), "failure_condition");
+  EXPECT_EQ(End("failure").explanation.text,
+            "failure_condition at 0.02 s: pot touches world; no stage reached");
+  Restart();
+  Hold();
+  Tick({{kFloor, kWall}});
+  EXPECT_EQ(Reason("failure"), "dropped");
+}
+
+TEST_F(ExplanationTest, AFailureConditionOnTheRobotIsACollision) {
+  Use(Replaced(kTask, "failure: {touching: {a: pot, b: world}}",
+               "failure: {touching: {a: counter, b: left}}"));
+  Tick({{kLeftLink, kTop}});
+  EXPECT_EQ(Reason("failure"), "collision");
+  const explanation_t explanation = End("failure").explanation;
+  EXPECT_EQ(explanation.text,
+            "collision at 0.02 s: counter touches left; no stage reached; first collision at 0.02 s, "
+            "left/link with "
+            "counter/top");
+  EXPECT_EQ(explanation.first_collision_tick, 1);
+  EXPECT_EQ(explanation.collision_name, (std::vector<std::string>{"counter/top"}));
+  EXPECT_EQ(explanation.collision_count, (std::vector<int64_t>{1}));
+}
+
+TEST_F(ExplanationTest, StuckForASecondIsACollision) {
+  Opening(0) = 0;  // missed it, too
+  for (int k = 0; k < 50; ++k) Tick({{kLeftLink, kTop}});
+  EXPECT_EQ(Reason(), "grasp_miss");
+  Tick({{kLeftLink, kTop}});
+  EXPECT_EQ(Reason(), "collision");
+  Tick();
+  EXPECT_EQ(Reason(), "grasp_miss") << "free again";
+}
+
+TEST_F(ExplanationTest, WrongPoseIsATiltOfAHeldObject) {
+  UseSuccess(
+      "{all: [{height_above: {object: pot, min_m: 1.1}}, {tilt_below: {object: pot, axis: y, max_deg: "
+      "20}}]}");
+  Height() = 1.2;
+  Tilt(27.4);
+  Tick({});
+  EXPECT_EQ(Reason(), "timeout") << "never held";
+  Hold();
+  EXPECT_EQ(Reason(), "wrong_pose");
+  const explanation_t explanation = End().explanation;
+  ASSERT_EQ(explanation.num_conditions, 1);
+  const condition_t& condition = explanation.condition[0];
+  EXPECT_EQ(condition.text, "tilt of pot 27.4 degrees > 20");
+  EXPECT_EQ(condition.predicate, "tilt_below");
+  EXPECT_EQ(condition.subject, "pot");
+  EXPECT_NEAR(condition.value_mixed, 27.4, 1e-12);
+  EXPECT_EQ(condition.threshold_mixed, 20);
+  EXPECT_EQ(condition.comparison, "<=");
+  EXPECT_EQ(condition.unit, "deg");
+  EXPECT_EQ(condition.tick, 2);
+  EXPECT_FALSE(condition.holds);
+}
+
+TEST_F(ExplanationTest, WrongPoseIsAnObjectLetGoAtTheWrongPlace) {
+  Hold();
+  Opening(0) = 0.9;
+  Tick();
+  EXPECT_EQ(End().metrics.slip_count, 0);
+  EXPECT_EQ(Reason(), "wrong_pose");
+}
+
+TEST_F(ExplanationTest, WrongPoseIsAnObjectLetGoThatShouldBeHeld) {
+  UseSuccess("{holding: {gripper: right, object: pot}}");
+  Hold();
+  EXPECT_EQ(Reason(), "timeout") << "still in the other hand";
+  Opening(0) = 0.9;
+  Tick();
+  EXPECT_EQ(Reason(), "wrong_pose");
+}
+
+TEST_F(ExplanationTest, TheSameConditionIsSaidOnce) {
+  UseSuccess(
+      "{any: [{all: [{touching: {a: pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}, {touching: "
+      "{a: "
+      "pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}");
+  Tick();
+  EXPECT_EQ(Text(), "timeout at 0.02 s: pot does not touch world, height of pot 1 m < 9; no stage reached");
+  EXPECT_EQ(End().explanation.num_conditions, 3);
+}
+
+TEST_F(ExplanationTest, RobotOutOfBounds) {
+  state_.body_position_m[kRightHand] = {8, 8, 0};
+  Tick();
+  EXPECT_EQ(Reason("failure"), "robot_out_of_bounds");
+  EXPECT_EQ(End("failure").explanation.condition[0].text,
+            "right/hand is 11.3 m from the origin, more than 10 m");
+}
+
+TEST_F(ExplanationTest, TheSimsEndsGoBeforeWhatTheObjectsDid) {
+  Hold();
+  Tick();  // a slip
+  for (const char* reason : {"unstable", "policy_error", "policy_timeout", "aborted"}) {
+    EXPECT_EQ(Reason(reason), reason);
+  }
+  EXPECT_EQ(Reason("success"), "unconfirmed");
+  EXPECT_EQ(Reason("failure"), "unconfirmed");
+}
+
+TEST_F(ExplanationTest, SuccessSaysWhatHeld) {
+  Height() = 1.13;
+  Tick({{kLeftPad, kWall}});
+  const episode_summary_t summary = End("success");
+  EXPECT_EQ(summary.failure_reason, "");
+  EXPECT_EQ(
+      summary.explanation.text,
+      "success at 0.02 s: pot does not touch counter, height of pot 1.13 m >= 1.1; last stage 2 (lifted) at "
+      "0.02 s");
+  ASSERT_EQ(summary.explanation.num_grasps, 1);
+  EXPECT_EQ(summary.explanation.grasp[0].gripper, "left");
+  EXPECT_EQ(summary.explanation.grasp[0].duration_s, 0.02);
+}
+
+TEST_F(ExplanationTest, NestedPredicatesNameWhatDecides) {
+  // Of `any` that is false, all; of `not`, its operand; of a false `all`, the first.
+  UseSuccess(
+      "{all: [{any: [{touching: {a: pot, b: world}}, {height_above: {object: pot, min_m: 1.1}}]}, {not: "
+      "{touching: {a: "
+      "pot, b: counter}}}]}");
+  Height() = 1.0999999;
+  Tick();
+  EXPECT_EQ(Text(),
+            "timeout at 0.02 s: pot does not touch world, height of pot 1.0999999 m < 1.1; no stage reached");
+  Height() = 1.5;
+  Tick();
+  EXPECT_EQ(End().explanation.condition[0].text, "pot touches counter");
+  EXPECT_TRUE(End().explanation.condition[0].holds);
+}
+
+TEST_F(ExplanationTest, LatchedNamesTheTickAtWhichItBecameTrue) {
+  Use(Replaced(
+      Replaced(kTask, kSuccessOfTask, "success: {height_above: {object: pot, min_m: 9}}\n"),
+      "failure: {touching: {a: pot, b: world}}",
+      "failure: {all: [{latched: {touching: {a: left, b: counter}}}, {touching: {a: pot, b: world}}]}"));
+  Tick({{kLeftLink, kTop}});
+  Tick();
+  Tick({{kFloor, kWall}});
+  const explanation_t explanation = End("failure").explanation;
+  ASSERT_EQ(explanation.num_conditions, 2);
+  EXPECT_EQ(explanation.condition[0].text, "left touches counter");
+  EXPECT_EQ(explanation.condition[0].tick, 1);
+  EXPECT_EQ(explanation.condition[1].tick, 3);
+}
+
+TEST_F(ExplanationTest, AsJson) {
+  Hold();
+  Tick({{kLeftLink, kTop}, {kLeftLink, kRightLink}});
+  EXPECT_EQ(
+      ExplanationJson(End().explanation).dump(),
+      R"({"text":"grasp_slip at 0.04 s: height of pot 1 m < 1.1; last stage 1 (held) at 0.02 s; )"
+      R"(first collision at 0.04 s, left/link with counter/top; pot slipped from left at 0.04 s",)"
+      R"("last_stage":{"index":1,"name":"held","time_s":0.02},)"
+      R"("conditions":[{"text":"height of pot 1 m < 1.1","predicate":"height_above","subject":"pot",)"
+      R"("holds":false,"value":1.0,"comparison":">=","threshold":1.1,"unit":"m","tick":2,"time_s":0.04}],)"
+      R"("first_collision":{"robot_geom":"left/link","scene_geom":"counter/top","tick":2,"time_s":0.04},)"
+      R"("collisions_per_geom":{"counter/top":1,"left/link + right/link":1},)"
+      R"("slips":[{"object":"pot","gripper":"left","tick":2,"time_s":0.04}],)"
+      R"("grasps":[{"object":"pot","gripper":"left","tick":1,"time_s":0.02,"duration_s":0.02}]})");
+  Restart();
+  const auto empty = ExplanationJson(End("aborted").explanation);
+  EXPECT_TRUE(empty["last_stage"].is_null());
+  EXPECT_TRUE(empty["first_collision"].is_null());
+  EXPECT_TRUE(empty["conditions"].empty());
+}
+
+TEST_F(ExplanationTest, NothingSurvivesStart) {
+  Hold(3);
+  Tick({{kLeftLink, kTop}});
+  Restart();
+  Tick();
+  const explanation_t again = End().explanation;
+  Use(kTask);
+  Tick();
+  EXPECT_EQ(ExplanationJson(again).dump(), ExplanationJson(End().explanation).dump());
+}
+
+}  // namespace
+}  // namespace evalbus::metrics

@@ -1,0 +1,271 @@
+// The extended metrics, through the list that all of them are in: by hand, in closed form, and by the
+// properties that the papers give.
+#include "metrics/extended/extended_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "lcmtypes/extended_value.h"
+#include "metrics/extended/spectral_arc_length.h"
+
+namespace evalbus::metrics {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// Geoms: 0 and 1 scene, 2 to 4 robot, 5 pot.
+MetricsConfig Config(double dt) {
+  MetricsConfig config;
+  config.arms = {{.name = "left", .num_joints = 1, .joint_lower = {-1}, .joint_upper = {2}}};
+  config.grippers = {"left", "right"};
+  config.objects = {"pot", "lid"};
+  config.geom_owner = {GeomOwner::kScene, GeomOwner::kScene, GeomOwner::kRobot,
+                       GeomOwner::kRobot, GeomOwner::kRobot, GeomOwner::kObject};
+  config.control_dt = dt;
+  return config;
+}
+
+// One arm; what a test does not set rests.
+class Episode {
+ public:
+  explicit Episode(double dt) : dt_(dt), owners_(Config(dt).geom_owner), dut_(Config(dt)) { dut_.Start(); }
+
+  std::array<double, 3> p{0, 0, 0};
+  double q = 0;
+  std::vector<GeomContact> contacts;
+  std::vector<uint8_t> pinched{0, 0, 0, 0};
+
+  void Step(int64_t ticks = 1) {
+    const bool in_a_row = tick_ > 0 && ticks == 1;
+    tick_ += ticks;
+    const std::vector<double> joint = {q}, zero = {0}, opening = {1, 1};
+    const std::vector<uint8_t> holding(4, 0);
+    const std::vector<ArmSample> arm = {{joint, zero, zero, p, {1, 0, 0, 0}}};
+    contacts_.Sort(contacts, owners_);
+    dut_.Add({.tick = tick_,
+              .time = static_cast<double>(tick_) * dt_,
+              .arm = arm,
+              .gripper_opening = opening,
+              .holding = holding,
+              .pinched = pinched,
+              .contacts = contacts,
+              .clearance = {}},
+             contacts_, in_a_row);
+  }
+  void Steps(int count) {
+    for (int k = 0; k < count; ++k) Step();
+  }
+  double Final(const std::string& name) const {
+    extended_metrics_t extended{};
+    dut_.FinalValues(&extended);
+    return ExtendedValue(extended, name);
+  }
+  double Live(const std::string& name) const {
+    extended_metrics_t extended{};
+    dut_.Values(&extended);
+    return ExtendedValue(extended, name);
+  }
+
+ private:
+  double dt_;
+  GeomOwners owners_;
+  RobotContacts contacts_;
+  ExtendedMetrics dut_;
+  int64_t tick_ = 0;
+};
+
+TEST(ExtendedMetrics, AreSortedByNameWithUnits) {
+  ExtendedMetrics dut(Config(0.02));
+  extended_metrics_t extended{};
+  dut.Start();
+  dut.Values(&extended);
+  EXPECT_EQ(extended.name,
+            (std::vector<std::string>{
+                "contact_time_s", "env_collision_events", "self_collision_events", "grasp_count.left",
+                "grasp_count.right", "grasp_time_s.left", "grasp_time_s.right", "longest_grasp_s.left",
+                "longest_grasp_s.right", "log_dimensionless_jerk", "mechanical_work_J", "min_clearance_m",
+                "min_clearance_time_s", "min_joint_limit_margin_rad", "peak_penetration_m",
+                "peak_wrist_acceleration_mps2", "peak_wrist_speed_mps", "spectral_arc_length"}));
+  EXPECT_EQ(extended.unit,
+            (std::vector<std::string>{"s", "count", "count", "count", "count", "s", "s", "s", "s", "1", "J",
+                                      "m", "s", "rad", "m", "m/s^2", "m/s", "1"}));
+}
+
+TEST(CollisionEvents, APairCountsAgainAfterATenthOfASecondApart) {
+  Episode episode(0.02);
+  const std::vector<GeomContact> touching = {{2, 0, -0.001}, {0, 2, 0}, {3, 4, 0}, {2, 5, 0}, {1, 5, 0}};
+  episode.contacts = touching;
+  episode.Step();
+  EXPECT_EQ(episode.Live("env_collision_events"), 1);  // the pair once; the pot is no scene
+  EXPECT_EQ(episode.Live("self_collision_events"), 1);
+  episode.contacts = {};
+  episode.Steps(4);  // 0.08 s apart
+  episode.contacts = touching;
+  episode.Step();
+  EXPECT_EQ(episode.Live("env_collision_events"), 1);
+  episode.contacts = {};
+  episode.Steps(5);  // 0.1 s apart
+  episode.contacts = touching;
+  episode.Step();
+  EXPECT_EQ(episode.Live("env_collision_events"), 2);
+  EXPECT_EQ(episode.Live("self_collision_events"), 2);
+  episode.contacts = {{3, 0, 0}};  // another pair
+  episode.Step();
+  EXPECT_EQ(episode.Live("env_collision_events"), 3);
+  EXPECT_NEAR(episode.Live("contact_time_s"), 4 * 0.02, 1e-12);
+}
+
+TEST(Grasps, EndAfterATenthOfASecondWithoutBothPads) {
+  Episode episode(0.05);
+  episode.pinched = {0, 1, 0, 0};  // pot by right
+  episode.Steps(2);
+  episode.pinched = {};
+  episode.pinched.resize(4);
+  episode.Step();                  // 0.05 s: a flicker
+  episode.pinched = {0, 1, 1, 0};  // and lid by left
+  episode.Steps(3);
+  EXPECT_EQ(episode.Live("grasp_count.right"), 1);
+  EXPECT_NEAR(episode.Live("longest_grasp_s.right"), 6 * 0.05, 1e-12);
+  episode.pinched = {0, 0, 1, 0};
+  episode.Steps(2);  // 0.1 s: over
+  episode.pinched = {0, 1, 0, 0};
+  episode.Step();
+  EXPECT_EQ(episode.Live("grasp_count.right"), 2);
+  EXPECT_NEAR(episode.Live("grasp_time_s.right"), 7 * 0.05, 1e-12);
+  EXPECT_NEAR(episode.Live("longest_grasp_s.right"), 6 * 0.05, 1e-12);
+  EXPECT_EQ(episode.Live("grasp_count.left"), 1);
+  EXPECT_NEAR(episode.Live("grasp_time_s.left"), 5 * 0.05, 1e-12);
+}
+
+TEST(PeakWristAcceleration, IsTheSecondDifferenceOfThreeInARow) {
+  Episode episode(0.1);
+  episode.p = {5, 0, 0};
+  episode.Step();
+  episode.p = {5, 0, 0};
+  episode.Step();
+  EXPECT_EQ(episode.Live("peak_wrist_acceleration_mps2"), 0);
+  episode.p = {5.03, 0.04, 0};
+  episode.Step();
+  EXPECT_NEAR(episode.Live("peak_wrist_acceleration_mps2"), 5, 1e-9);
+  EXPECT_NEAR(episode.Live("peak_wrist_speed_mps"), 0.5, 1e-9);
+  episode.p = {7, 0, 0};
+  episode.Step(2);  // a tick is missing: neither speed nor acceleration
+  episode.Step();
+  EXPECT_NEAR(episode.Live("peak_wrist_speed_mps"), 0.5, 1e-9);
+  EXPECT_NEAR(episode.Live("peak_wrist_acceleration_mps2"), 5, 1e-9);
+}
+
+// Wrist along a line, so that its speed is the magnitude of `velocity` (m/s) at s = t / T, in 0 to 1.
+Episode Along(const std::function<double(double)>& velocity, double duration, double dt) {
+  Episode episode(dt);
+  episode.Step();
+  const int steps = static_cast<int>(std::lround(duration / dt));
+  for (int k = 0; k < steps; ++k) {
+    episode.p[0] += velocity((k + 0.5) / steps) * dt;
+    episode.Step();
+  }
+  return episode;
+}
+
+// Of a reach of 1 m in 1 s.
+double MinimumJerk(double s) { return 30 * s * s * (1 - s) * (1 - s); }
+
+TEST(LogDimensionlessJerk, OfAMinimumJerkReach) {
+  // v = 30 (s^2 - 2 s^3 + s^4) has v'' = 60 (1 - 6 s + 6 s^2); the integral of its square over 0 to 1 is 720,
+  // the peak 15/8: -ln(720 / (15/8)^2).
+  EXPECT_NEAR(Along(MinimumJerk, 1, 0.0005).Live("log_dimensionless_jerk"), -std::log(204.8), 0.01);
+}
+
+TEST(LogDimensionlessJerk, OfAHalfSine) {
+  // v = sin(pi s): the integral of (pi^2 sin)^2 is pi^4 / 2.
+  const auto sine = [](double s) { return std::sin(kPi * s); };
+  EXPECT_NEAR(Along(sine, 2, 0.001).Live("log_dimensionless_jerk"), -std::log(std::pow(kPi, 4) / 2), 0.01);
+}
+
+TEST(Smoothness, DependsNeitherOnAmplitudeNorOnDuration) {
+  for (const char* metric : {"log_dimensionless_jerk", "spectral_arc_length"}) {
+    const double one = Along(MinimumJerk, 1, 0.001).Final(metric);
+    const auto large = [](double s) { return 7 * MinimumJerk(s); };
+    EXPECT_NEAR(Along(large, 1, 0.001).Final(metric), one, 1e-9) << metric;
+    EXPECT_NEAR(Along(MinimumJerk, 2, 0.001).Final(metric), one, 0.02) << metric;
+    EXPECT_NEAR(Along(MinimumJerk, 0.7, 0.001).Final(metric), one, 0.02) << metric;
+  }
+}
+
+TEST(Smoothness, FallsWithTheNumberOfSubmovements) {
+  const auto reaches = [](int count) {
+    return [count](double s) { return MinimumJerk(s * count - std::floor(s * count)); };
+  };
+  for (const char* metric : {"log_dimensionless_jerk", "spectral_arc_length"}) {
+    double last = 0;
+    for (const int count : {1, 2, 3, 5}) {
+      const double value = Along(reaches(count), 3, 0.005).Final(metric);
+      EXPECT_LT(value, last - 0.1) << metric << " of " << count;
+      last = value;
+    }
+  }
+}
+
+// The paper's procedure with a plain discrete Fourier transform.
+double SlowSpectralArcLength(const std::vector<double>& v, double dt) {
+  const size_t size = size_t{1} << static_cast<int>(std::ceil(std::log2(v.size())) + 4);
+  std::vector<double> f, magnitude;
+  for (size_t k = 0; k < size && k / (size * dt) <= 10; ++k) {
+    std::complex<double> sum = 0;
+    for (size_t i = 0; i < v.size(); ++i)
+      sum += v[i] * std::polar(1.0, -2 * kPi * static_cast<double>(k * i) / size);
+    f.push_back(k / (size * dt));
+    magnitude.push_back(std::abs(sum));
+  }
+  // Of a speed, which is nowhere negative, the spectrum is largest at 0.
+  const double largest = magnitude[0];
+  size_t last = 0;
+  for (size_t k = 0; k < f.size(); ++k) {
+    magnitude[k] /= largest;
+    if (magnitude[k] >= 0.05) last = k;
+  }
+  double length = 0;
+  for (size_t k = 1; k <= last; ++k) {
+    length += std::hypot((f[k] - f[k - 1]) / (f[last] - f[0]), magnitude[k] - magnitude[k - 1]);
+  }
+  return -length;
+}
+
+TEST(SpectralArcLength, EqualsTheProcedureStepByStep) {
+  for (const int size : {2, 3, 17, 64, 90}) {
+    for (const double dt : {0.05, 0.02, 0.004}) {
+      std::vector<double> v;
+      for (int i = 0; i < size; ++i) v.push_back(1 + std::sin(0.3 * i) + 0.5 * std::cos(1.7 * i));
+      EXPECT_NEAR(SpectralArcLength(v, dt), SlowSpectralArcLength(v, dt), 1e-9) << size << " " << dt;
+    }
+  }
+}
+
+TEST(SpectralArcLength, OfAMinimumJerkReachIsKnown) {
+  // By the procedure of the paper in another program, with a plain discrete Fourier transform.
+  EXPECT_NEAR(Along(MinimumJerk, 1, 0.01).Final("spectral_arc_length"), -1.4058, 1e-4);
+}
+
+TEST(Smoothness, HasNoValueWhereThereIsNone) {
+  for (const char* metric : {"log_dimensionless_jerk", "spectral_arc_length"}) {
+    Episode still(0.02);
+    EXPECT_TRUE(std::isnan(still.Final(metric))) << "empty";
+    still.Steps(50);
+    EXPECT_TRUE(std::isnan(still.Final(metric))) << "without movement";
+    Episode hole(0.02);
+    for (int k = 0; k < 50; ++k) {
+      hole.p[0] = std::sin(0.1 * k);
+      hole.Step(k == 30 ? 2 : 1);
+    }
+    EXPECT_TRUE(std::isnan(hole.Final(metric))) << "with a hole";
+  }
+  const Episode reach = Along(MinimumJerk, 1, 0.02);
+  EXPECT_TRUE(std::isnan(reach.Live("spectral_arc_length"))) << "only at the end";
+  EXPECT_FALSE(std::isnan(reach.Final("spectral_arc_length")));
+}
+
+}  // namespace
+}  // namespace evalbus::metrics

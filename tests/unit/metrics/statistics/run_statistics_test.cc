@@ -1,0 +1,175 @@
+#include "metrics/statistics/run_statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "metrics/statistics/bootstrap.h"
+
+namespace evalbus::metrics {
+namespace {
+
+using nlohmann::ordered_json;
+
+EpisodeResult Episode(bool complete, bool success, ordered_json metrics) {
+  return {.complete = complete,
+          .success = success,
+          .failure_reason = success ? "" : "timeout",
+          .metrics = std::move(metrics),
+          .collisions = {}};
+}
+
+RunStatistics StatisticsOf(const std::vector<EpisodeResult>& episodes) {
+  RunStatistics statistics;
+  for (size_t i = 0; i < episodes.size(); ++i) statistics.Add(static_cast<int>(i), episodes[i]);
+  return statistics;
+}
+
+TEST(RunStatistics, CountOnlyCompleteEpisodes) {
+  const RunSummary summary =
+      StatisticsOf(
+          {
+              Episode(true, true, {{"path", {{"left", 1.0}, {"right", 5}}}, {"held", true}}),
+              Episode(true, false, {{"path", {{"left", 2.0}, {"right", 5}}}, {"held", false}}),
+              Episode(true, true, {{"path", {{"left", 6.0}, {"right", 5}}}, {"held", true}, {"error", 0.5}}),
+              Episode(false, true, {{"path", {{"left", 1000.0}, {"right", 1000}}}}),
+              Episode(true, true, {{"path", {{"left", 3.0}, {"right", 5}}}, {"held", true}}),
+          })
+          .Summary(false);
+
+  EXPECT_EQ(summary.episodes, 5);
+  EXPECT_EQ(summary.complete, 4);
+  EXPECT_EQ(summary.successes, 3);
+  EXPECT_EQ(summary.success_rate, 0.75);
+  EXPECT_EQ(summary.wilson.lower, WilsonInterval(3, 4).lower);
+  EXPECT_NEAR(summary.clopper_pearson.lower, 0.194120, 1e-6);  // scipy's binomtest(3, 4)
+  ASSERT_EQ(summary.metrics.size(), 4u);
+  const MetricSummary& left = summary.metrics[0];
+  EXPECT_EQ(left.name, "path.left");
+  EXPECT_EQ(left.episodes, 4);
+  EXPECT_EQ(left.mean, 3);
+  EXPECT_NEAR(left.std, std::sqrt((4 + 1 + 0 + 9) / 3.0), 1e-15);
+  EXPECT_EQ(left.median, 2.5);
+  EXPECT_DOUBLE_EQ(left.p5, 1.15);
+  EXPECT_DOUBLE_EQ(left.p95, 5.55);
+  EXPECT_EQ(left.min, 1);
+  EXPECT_EQ(left.max, 6);
+  EXPECT_TRUE(std::isnan(left.mean_95.lower));
+  EXPECT_EQ(summary.Find("path.right")->std, 0);
+  EXPECT_EQ(summary.Find("held")->mean, 0.75);
+  EXPECT_EQ(summary.Find("held")->std, 0.5);
+  EXPECT_EQ(summary.Find("error")->episodes, 1);
+  EXPECT_TRUE(std::isnan(summary.Find("error")->std));
+  EXPECT_EQ(summary.Find("nothing"), nullptr);
+}
+
+TEST(RunStatistics, CountStagesReasonsSlipsAndCollisions) {
+  const auto episode = [](bool success, bool second, int slips, const std::string& reason) {
+    EpisodeResult result = Episode(true, success,
+                                   {{"success", success ? 1.0 : 0.0},
+                                    {"task_stage_reached", {{"1", true}, {"2", second}}},
+                                    {"slip_count_per_object", {{"object_1", slips}, {"object_2", 0}}}});
+    result.failure_reason = reason;
+    return result;
+  };
+  std::vector<EpisodeResult> episodes = {
+      episode(true, true, 1, ""), episode(false, false, 2, "timeout"), episode(false, true, 0, "dropped"),
+      episode(false, false, 0, "timeout"), episode(false, true, 9, "unstable")};
+  episodes[0].collisions = {{"counter", 2}};
+  episodes[2].collisions = {{"counter", 1}, {"left/hand + right/hand", 4}};
+  episodes[4].collisions = {{"counter", 7}};
+  episodes[4].complete = false;
+  const RunSummary summary = StatisticsOf(episodes).Summary(false);
+
+  using Counts = std::vector<std::pair<std::string, int64_t>>;
+  ASSERT_EQ(summary.stages.size(), 2u);
+  EXPECT_EQ(summary.stages[0].index, "1");
+  EXPECT_EQ(summary.stages[0].reached, 4);
+  EXPECT_EQ(summary.stages[1].reached, 2);
+  EXPECT_EQ(summary.failure_reasons,
+            (std::vector<std::pair<std::string, int>>{{"timeout", 2}, {"dropped", 1}}));
+  EXPECT_EQ(summary.slips_per_object, (Counts{{"object_1", 3}, {"object_2", 0}}));
+  EXPECT_EQ(summary.collisions_per_geom, (Counts{{"left/hand + right/hand", 4}, {"counter", 3}}));
+  // Success and stages are rates, not metrics with a mean.
+  EXPECT_EQ(summary.metrics.size(), 2u);
+
+  const run_summary_t message = SummaryMessage(summary);
+  EXPECT_EQ(message.num_episodes, 5);
+  EXPECT_EQ(message.num_complete, 4);
+  EXPECT_EQ(message.stage_index, (std::vector<int32_t>{1, 2}));
+  EXPECT_EQ(message.stage_episodes, (std::vector<int32_t>{4, 2}));
+  EXPECT_EQ(message.failure_reason, (std::vector<std::string>{"timeout", "dropped"}));
+  EXPECT_EQ(message.failure_episodes, (std::vector<int32_t>{2, 1}));
+  EXPECT_EQ(message.metric_name[0], "slip_count_per_object.object_1");
+  EXPECT_EQ(message.mean_mixed[0], 0.75);
+  EXPECT_EQ(message.max_mixed[0], 2);
+
+  const ordered_json json = SummaryJson("lift_pot", "base", summary);
+  EXPECT_EQ(json["stages"]["2"]["reached"], 2);
+  EXPECT_EQ(json["stages"]["2"]["share"], 0.5);
+  EXPECT_EQ(json["collisions_per_geom"]["counter"], 3);
+  EXPECT_EQ(json["failure_reasons"].dump(), R"({"timeout":2,"dropped":1})");
+}
+
+TEST(RunStatistics, LastResultOfAnEpisodeCounts) {
+  RunStatistics statistics;
+  statistics.Add(0, Episode(true, false, {{"x", 1.0}, {"y", 1}}));
+  statistics.Add(1, Episode(true, true, {{"x", 2.0}}));
+  statistics.Add(0, Episode(true, true, {{"x", 5.0}}));
+  statistics.Add(1, Episode(false, true, {{"x", 2.0}}));
+  const RunSummary summary = statistics.Summary(false);
+  EXPECT_EQ(summary.episodes, 2);
+  EXPECT_EQ(summary.complete, 1);
+  EXPECT_EQ(summary.successes, 1);
+  EXPECT_TRUE(summary.failure_reasons.empty());
+  ASSERT_EQ(summary.metrics.size(), 1u);
+  EXPECT_EQ(summary.metrics[0].mean, 5);
+}
+
+TEST(RunStatistics, HaveTheSameBitsInAnyOrder) {
+  RunStatistics forth, back;
+  for (int i = 0; i < 60; ++i) {
+    forth.Add(i, Episode(true, true, {{"x", std::exp(std::sin(i))}}));
+    back.Add(59 - i, Episode(true, true, {{"x", std::exp(std::sin(59 - i))}}));
+  }
+  EXPECT_EQ(SummaryJson("lift_pot", "base", forth.Summary(true)),
+            SummaryJson("lift_pot", "base", back.Summary(true)));
+}
+
+TEST(RunStatistics, BootstrapTheMean) {
+  RunStatistics statistics;
+  std::vector<double> sorted;
+  for (int i = 0; i < 20; ++i) {
+    sorted.push_back(i * i);
+    statistics.Add(i, Episode(true, true, {{"x", i * i}}));
+  }
+  const ordered_json metric = SummaryJson("lift_pot", "base", statistics.Summary(true))["metrics"]["x"];
+  const Interval expected = BootstrapMean(sorted);
+  EXPECT_EQ(metric["mean_95"], (std::vector<double>{expected.lower, expected.upper}));
+  EXPECT_LT(expected.lower, metric["mean"]);
+  EXPECT_GT(expected.upper, metric["mean"]);
+}
+
+TEST(RunStatistics, OfNothingHaveNoRate) {
+  const RunSummary summary = StatisticsOf({Episode(false, true, {})}).Summary(true);
+  EXPECT_EQ(summary.episodes, 1);
+  EXPECT_EQ(summary.complete, 0);
+  EXPECT_TRUE(std::isnan(summary.success_rate));
+  EXPECT_EQ(summary.wilson.lower, 0);
+  EXPECT_EQ(summary.wilson.upper, 1);
+  EXPECT_EQ(SummaryJson("lift_pot", "base", summary)["success_rate"].dump(), "null");
+}
+
+TEST(ResultOf, TakesALineOfEpisodes) {
+  const EpisodeResult result = ResultOf(ordered_json::parse(R"({"episode": 3, "complete": true,
+      "failure_reason": "dropped", "metrics": {"success": 0.0, "x": 2}, "extended": {"y": 3},
+      "explanation": {"text": "", "collisions_per_geom": {"counter": 2}}})"));
+  EXPECT_TRUE(result.complete);
+  EXPECT_FALSE(result.success);
+  EXPECT_EQ(result.failure_reason, "dropped");
+  EXPECT_EQ(result.metrics.dump(), R"({"success":0.0,"x":2,"extended":{"y":3}})");
+  EXPECT_EQ(result.collisions.at("counter"), 2);
+}
+
+}  // namespace
+}  // namespace evalbus::metrics

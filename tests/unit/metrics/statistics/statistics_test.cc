@@ -1,0 +1,391 @@
+// The statistical procedures against published values, and against enumerations that share no formula with
+// them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "metrics/statistics/bootstrap.h"
+#include "metrics/statistics/clopper_pearson.h"
+#include "metrics/statistics/describe.h"
+#include "metrics/statistics/fisher.h"
+#include "metrics/statistics/holm.h"
+#include "metrics/statistics/mann_whitney.h"
+#include "metrics/statistics/mcnemar.h"
+#include "metrics/statistics/newcombe.h"
+#include "metrics/statistics/wilcoxon.h"
+#include "metrics/statistics/wilson.h"
+
+namespace evalbus::metrics {
+namespace {
+
+using Values = std::vector<double>;
+
+void ExpectInterval(const Interval& interval, double lower, double upper, double tolerance) {
+  EXPECT_NEAR(interval.lower, lower, tolerance);
+  EXPECT_NEAR(interval.upper, upper, tolerance);
+}
+
+double BinomialCoefficient(int n, int k) {
+  double result = 1;
+  for (int i = 0; i < k; ++i) result = result * (n - i) / (i + 1);
+  return result;
+}
+
+// P(at least k of n succeed), as the sum that it is.
+double BinomialTail(int k, int n, double p) {
+  double sum = 0;
+  for (int i = k; i <= n; ++i) sum += BinomialCoefficient(n, i) * std::pow(p, i) * std::pow(1 - p, n - i);
+  return sum;
+}
+
+TEST(Describe, QuantilesInterpolate) {
+  const Values x = {1, 2, 4, 8, 16};
+  EXPECT_EQ(Quantile(x, 0), 1);
+  EXPECT_EQ(Quantile(x, 0.5), 4);
+  EXPECT_EQ(Quantile(x, 1), 16);
+  EXPECT_DOUBLE_EQ(Quantile(x, 0.05), 1.2);   // a fifth of the way from 1 to 2
+  EXPECT_DOUBLE_EQ(Quantile(x, 0.95), 14.4);  // four fifths from 8 to 16
+  EXPECT_DOUBLE_EQ(Quantile(Values{3, 5}, 0.5), 4);
+  EXPECT_EQ(Quantile(Values{3}, 0.95), 3);
+  EXPECT_TRUE(std::isnan(Quantile({}, 0.5)));
+  EXPECT_DOUBLE_EQ(Mean(x), 6.2);
+  EXPECT_NEAR(StandardDeviation(x), std::sqrt(148.8 / 4), 1e-14);
+  EXPECT_TRUE(std::isnan(StandardDeviation(Values{3})));
+}
+
+TEST(WilsonInterval, PublishedValues) {
+  ExpectInterval(WilsonInterval(43, 50), 0.738138, 0.930492, 5e-7);
+  // Newcombe 1998 (Statistics in Medicine 17, 857-872), table I.
+  ExpectInterval(WilsonInterval(81, 263), 0.2553, 0.3662, 5e-5);
+  ExpectInterval(WilsonInterval(15, 148), 0.0624, 0.1605, 5e-5);
+  ExpectInterval(WilsonInterval(0, 20), 0, 0.1611, 5e-5);
+  ExpectInterval(WilsonInterval(1, 29), 0.0061, 0.1718, 5e-5);
+  EXPECT_EQ(WilsonInterval(0, 10).lower, 0);
+  EXPECT_EQ(WilsonInterval(10, 10).upper, 1);
+  ExpectInterval(WilsonInterval(0, 0), 0, 1, 0);
+}
+
+TEST(WilsonInterval, BoundsAreWhereTheScoreTestDecides) {
+  // The bound is the rate at which the score test's statistic is exactly z.
+  for (const auto& [k, n] : {std::pair(3, 10), {43, 50}, {1, 200}}) {
+    const double p = static_cast<double>(k) / n;
+    for (const double bound : {WilsonInterval(k, n).lower, WilsonInterval(k, n).upper})
+      EXPECT_NEAR(std::abs(p - bound) / std::sqrt(bound * (1 - bound) / n), kNormal975, 1e-9);
+  }
+}
+
+TEST(ClopperPearsonInterval, PublishedValues) {
+  ExpectInterval(ClopperPearsonInterval(43, 50), 0.732604, 0.941808, 5e-7);
+  ExpectInterval(ClopperPearsonInterval(81, 263), 0.2527, 0.3676, 5e-5);
+  ExpectInterval(ClopperPearsonInterval(0, 20), 0, 0.1684, 5e-5);
+  ExpectInterval(ClopperPearsonInterval(0, 0), 0, 1, 0);
+  EXPECT_EQ(ClopperPearsonInterval(20, 20).upper, 1);
+}
+
+TEST(ClopperPearsonInterval, BoundsLeaveTailsOfOneFortieth) {
+  for (const auto& [k, n] : {std::pair(3, 10), {43, 50}, {1, 30}}) {
+    EXPECT_NEAR(BinomialTail(k, n, ClopperPearsonInterval(k, n).lower), 0.025, 1e-9);
+    EXPECT_NEAR(1 - BinomialTail(k + 1, n, ClopperPearsonInterval(k, n).upper), 0.025, 1e-9);
+  }
+}
+
+TEST(NewcombeInterval, PublishedValues) {
+  // Newcombe 1998 (Statistics in Medicine 17, 873-890), table II, method 10.
+  ExpectInterval(NewcombeInterval(56, 70, 48, 80), 0.0524, 0.3339, 5e-5);
+  ExpectInterval(NewcombeInterval(9, 10, 3, 10), 0.1705, 0.8090, 5e-5);
+  ExpectInterval(NewcombeInterval(6, 7, 2, 7), 0.0582, 0.8062, 5e-5);
+  ExpectInterval(NewcombeInterval(5, 56, 0, 29), -0.0381, 0.1926, 5e-5);
+  ExpectInterval(NewcombeInterval(10, 10, 0, 10), 0.6075, 1, 5e-5);
+  ExpectInterval(NewcombeInterval(0, 0, 1, 2), -1, 1, 0);
+}
+
+TEST(NewcombePairedInterval, PublishedValues) {
+  // Newcombe 1998 (Statistics in Medicine 17, 2635-2650), table III, method 10.
+  const auto interval = [](int both, int a, int b, int neither) {
+    return NewcombePairedInterval({.both = both, .only_a = a, .only_b = b, .neither = neither});
+  };
+  ExpectInterval(interval(36, 12, 2, 0), 0.0569, 0.3404, 5e-5);
+  ExpectInterval(interval(20, 12, 2, 16), 0.0562, 0.3292, 5e-5);
+  ExpectInterval(interval(18, 12, 2, 18), 0.0562, 0.3290, 5e-5);
+  ExpectInterval(interval(36, 14, 0, 0), 0.1528, 0.4167, 5e-5);
+  ExpectInterval(interval(35, 14, 0, 1), 0.1461, 0.4175, 5e-5);
+  ExpectInterval(interval(2, 97, 1, 0), 0.8721, 0.9854, 5e-5);
+  ExpectInterval(interval(0, 30, 0, 0), 0.8395, 1, 5e-5);
+  ExpectInterval(interval(54, 0, 0, 0), -0.0664, 0.0664, 5e-5);
+  ExpectInterval(interval(30, 0, 0, 24), -0.0358, 0.0358, 5e-5);
+  ExpectInterval(interval(0, 0, 0, 0), -1, 1, 0);
+  // Mirrored: the roles of a and b exchanged.
+  ExpectInterval(interval(20, 2, 12, 16), -0.3292, -0.0562, 5e-5);
+  // Uncorrelated pairs have the interval of independent samples.
+  const Interval independent = NewcombeInterval(10, 20, 10, 20);
+  ExpectInterval(interval(5, 5, 5, 5), independent.lower, independent.upper, 1e-12);
+}
+
+TEST(McNemarTest, CountsCoins) {
+  EXPECT_NEAR(McNemarTest(12, 3), 0.0351563, 6e-8);
+  EXPECT_DOUBLE_EQ(McNemarTest(3, 12), McNemarTest(12, 3));
+  EXPECT_DOUBLE_EQ(McNemarTest(6, 0), 2.0 / 64);
+  EXPECT_DOUBLE_EQ(McNemarTest(5, 0), 2.0 / 32);
+  EXPECT_DOUBLE_EQ(McNemarTest(4, 4), 1);
+  EXPECT_DOUBLE_EQ(McNemarTest(0, 0), 1);
+}
+
+TEST(FisherTest, TeaTasting) {
+  EXPECT_NEAR(FisherTest(3, 4, 1, 4), 34.0 / 70, 1e-12);
+  EXPECT_NEAR(FisherTest(4, 4, 0, 4), 2.0 / 70, 1e-12);
+  EXPECT_EQ(FisherTest(0, 0, 3, 4), 1);
+  EXPECT_EQ(FisherTest(5, 5, 7, 7), 1);
+}
+
+TEST(FisherTest, AgreesWithCountingTables) {
+  for (const auto& [a, m, b, n] :
+       {std::tuple(43, 50, 31, 50), {2, 9, 7, 11}, {0, 8, 5, 30}, {10, 12, 1, 7}}) {
+    const auto ways = [&, m = m, n = n, sum = a + b](int k) {
+      return k < 0 || k > m || sum - k < 0 || sum - k > n
+                 ? 0.0
+                 : BinomialCoefficient(m, k) * BinomialCoefficient(n, sum - k);
+    };
+    double no_likelier = 0, all = 0;
+    for (int k = 0; k <= m; ++k) {
+      all += ways(k);
+      if (ways(k) <= ways(a) * (1 + 1e-9)) no_likelier += ways(k);
+    }
+    EXPECT_NEAR(FisherTest(a, m, b, n), no_likelier / all, 1e-10);
+  }
+}
+
+// Two-sided p over all 2^n signs, straight from the definition, with doubled ranks counted by comparison.
+double SignedRankByEnumeration(const Values& differences) {
+  Values sizes;
+  for (const double d : differences) {
+    if (d != 0) sizes.push_back(d);
+  }
+  const auto rank = [&](double d) {
+    double smaller = 0, equal = 0;
+    for (const double other : sizes) {
+      smaller += std::abs(other) < std::abs(d);
+      equal += std::abs(other) == std::abs(d);
+    }
+    return smaller + (equal + 1) / 2;
+  };
+  double observed = 0;
+  for (const double d : sizes) observed += d > 0 ? rank(d) : 0;
+  double lower = 0, upper = 0;
+  for (unsigned signs = 0; signs < 1u << sizes.size(); ++signs) {
+    double sum = 0;
+    for (size_t i = 0; i < sizes.size(); ++i) sum += signs >> i & 1 ? rank(sizes[i]) : 0;
+    lower += sum <= observed;
+    upper += sum >= observed;
+  }
+  return std::min(1.0, 2 * std::min(lower, upper) / std::pow(2, static_cast<double>(sizes.size())));
+}
+
+TEST(WilcoxonSignedRankTest, DepressionScalesOfHollanderAndWolfe) {
+  const Values before = {1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30};
+  const Values after = {0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29};
+  Values differences;
+  for (size_t i = 0; i < before.size(); ++i) differences.push_back(before[i] - after[i]);
+  const RankTest test = WilcoxonSignedRankTest(differences);
+  EXPECT_EQ(test.statistic, 40);
+  EXPECT_TRUE(test.exact);
+  EXPECT_NEAR(test.p / 2, 0.0195313, 6e-8);  // published one-sided
+}
+
+TEST(WilcoxonSignedRankTest, AgreesWithEnumeration) {
+  const std::vector<Values> samples = {
+      {1, 2, 3, -4, 5},
+      {1, 1, 1, 1, 1},                 // all tied
+      {0, 0, 2, -1, 3, 0, 4},          // zeros
+      {1, -1, 2, -2, 2, 3, 3, 3, -5},  // ties of both signs
+      {0.5, 0.25, -3, 7, 8, 9, -0.125, 4, 11, 13, -2, 6},
+  };
+  for (const Values& sample : samples)
+    EXPECT_NEAR(WilcoxonSignedRankTest(sample).p, SignedRankByEnumeration(sample), 1e-12);
+  EXPECT_EQ(WilcoxonSignedRankTest(Values{0, 0, 0}).p, 1);
+  EXPECT_EQ(WilcoxonSignedRankTest({}).p, 1);
+}
+
+TEST(WilcoxonSignedRankTest, NormalBeyondFifty) {
+  // 1, -2, 3, -4, ..., 51: positive ranks 1 + 3 + ... + 51 = 676, mean 663, variance 51 52 103 / 24 =
+  // 11381.5.
+  Values x;
+  for (int i = 1; i <= 51; ++i) x.push_back(i % 2 ? i : -i);
+  const RankTest test = WilcoxonSignedRankTest(x);
+  EXPECT_FALSE(test.exact);
+  EXPECT_EQ(test.statistic, 676);
+  EXPECT_NEAR(test.p, std::erfc(12.5 / std::sqrt(11381.5) / std::sqrt(2)), 1e-12);
+  // Where it takes over, it says nearly the same as the exact distribution.
+  x.back() = 0;
+  const double exact = WilcoxonSignedRankTest(x).p;
+  EXPECT_NEAR(NormalTwoSided(625, 637.5, 50 * 51 * 101 / 24.0), exact, 2e-3);
+}
+
+// Over all ways to choose sample a out of the values.
+double RankSumByEnumeration(const Values& a, const Values& b) {
+  Values all = a;
+  all.insert(all.end(), b.begin(), b.end());
+  const auto u = [&](const std::vector<bool>& in_a) {
+    double wins = 0;
+    for (size_t i = 0; i < all.size(); ++i) {
+      for (size_t j = 0; j < all.size(); ++j) {
+        if (in_a[i] && !in_a[j]) wins += all[i] > all[j] ? 1 : all[i] == all[j] ? 0.5 : 0;
+      }
+    }
+    return wins;
+  };
+  std::vector<bool> in_a(all.size(), false);
+  std::fill_n(in_a.begin(), a.size(), true);
+  const double observed = u(in_a);
+  double lower = 0, upper = 0, ways = 0;
+  do {
+    const double value = u(in_a);
+    ++ways;
+    lower += value <= observed;
+    upper += value >= observed;
+  } while (std::prev_permutation(in_a.begin(), in_a.end()));
+  return std::min(1.0, 2 * std::min(lower, upper) / ways);
+}
+
+TEST(MannWhitneyTest, PermeabilityOfHollanderAndWolfe) {
+  const Values a = {0.80, 0.83, 1.89, 1.04, 1.45, 1.38, 1.91, 1.64, 0.73, 1.46};
+  const Values b = {1.15, 0.88, 0.90, 0.74, 1.21};
+  const RankTest test = MannWhitneyTest(a, b);
+  EXPECT_EQ(test.statistic, 35);
+  EXPECT_TRUE(test.exact);
+  EXPECT_NEAR(test.p / 2, 0.1272, 5e-5);  // published one-sided
+}
+
+TEST(MannWhitneyTest, AgreesWithEnumeration) {
+  const std::vector<std::pair<Values, Values>> samples = {
+      {{1, 4, 6}, {2, 3, 5, 7}},
+      {{0, 0, 1, 2}, {0, 3, 3, 3, 5}},  // ties
+      {{1, 1}, {1, 1, 1}},              // nothing but ties
+      {{10, 11, 12, 13}, {1, 2, 3, 4, 5}},
+  };
+  for (const auto& [a, b] : samples) {
+    EXPECT_NEAR(MannWhitneyTest(a, b).p, RankSumByEnumeration(a, b), 1e-12);
+    EXPECT_NEAR(MannWhitneyTest(b, a).p, RankSumByEnumeration(a, b), 1e-12);
+  }
+  EXPECT_EQ(MannWhitneyTest({}, Values{1}).p, 1);
+}
+
+TEST(MannWhitneyTest, NormalBeyondFifty) {
+  // 0, 2, 4, ... against 1, 3, 5, ...: U = 0 + 1 + ... + 25 = 325 of a mean of 338; variance 26 26 53 / 12.
+  Values a, b;
+  for (int i = 0; i < 26; ++i) {
+    a.push_back(2 * i);
+    b.push_back(2 * i + 1);
+  }
+  const RankTest test = MannWhitneyTest(a, b);
+  EXPECT_FALSE(test.exact);
+  EXPECT_EQ(test.statistic, 325);
+  EXPECT_NEAR(test.p, std::erfc(12.5 / std::sqrt(26 * 26 * 53 / 12.0) / std::sqrt(2)), 1e-12);
+}
+
+TEST(HolmAdjusted, PublishedValues) {
+  const Values adjusted = HolmAdjusted({.01, .04, .03, .005});
+  const Values expected = {.03, .06, .06, .02};
+  for (size_t i = 0; i < 4; ++i) EXPECT_NEAR(adjusted[i], expected[i], 1e-15);
+  EXPECT_EQ(HolmAdjusted({0.4, 0.7}), (Values{0.8, 0.8}));
+  EXPECT_EQ(HolmAdjusted({0.9, 0.7}), (Values{1, 1}));
+  EXPECT_TRUE(HolmAdjusted({}).empty());
+}
+
+// Efron and Tibshirani 1993, table 2.1: survival times of the treated mice.
+const Values kMice = {94, 197, 16, 38, 99, 141, 23};
+
+// The means of all 7^7 resamples: the bootstrap distribution itself.
+Values AllResampledMeans() {
+  Values means;
+  for (int code = 0; code < 823543; ++code) {
+    double sum = 0;
+    for (int i = 0, rest = code; i < 7; ++i, rest /= 7) sum += kMice[static_cast<size_t>(rest % 7)];
+    means.push_back(sum / 7);
+  }
+  return means;
+}
+
+TEST(Bootstrap, MiceByAllResamples) {
+  const Values all = AllResampledMeans();
+  EXPECT_NEAR(StandardDeviation(all), 23.36, 5e-3);
+  const Interval percentile = PercentileInterval(all);
+  ExpectInterval(percentile, 43.4, 134.4, 0.6);
+  Moments moments;
+  moments.Add(kMice, 1);
+  ExpectInterval(BcaInterval(all, Mean(kMice), moments.acceleration()), 46.3, 138.3, 0.6);
+  // 10000 of them say nearly the same.
+  const Interval drawn = BootstrapMean(kMice);
+  ExpectInterval(drawn, percentile.lower, percentile.upper, 1.2);
+  EXPECT_EQ(drawn.lower, BootstrapMean(kMice).lower);
+}
+
+TEST(Bootstrap, FollowsShiftScaleAndMirror) {
+  Values x, moved, mirrored;
+  std::mt19937 random(5);
+  for (int i = 0; i < 40; ++i) x.push_back(std::exp(std::normal_distribution<>()(random)));
+  for (const double value : x) {
+    moved.push_back(3 * value + 2);
+    mirrored.push_back(-value);
+  }
+  const Interval interval = BootstrapMean(x);
+  ExpectInterval(BootstrapMean(moved), 3 * interval.lower + 2, 3 * interval.upper + 2, 1e-9);
+  ExpectInterval(BootstrapMean(mirrored), -interval.upper, -interval.lower, 1e-9);
+  // Skewed to the right: BCa reaches further up than down.
+  EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
+}
+
+TEST(Bootstrap, CoversTheMean) {
+  std::mt19937_64 random(11);
+  std::exponential_distribution<> exponential;
+  int covered = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    Values x(30);
+    for (double& value : x) value = exponential(random);
+    const Interval interval = BootstrapMean(x);
+    covered += interval.lower <= 1 && 1 <= interval.upper;
+  }
+  // 92 to 93 % is what BCa reaches with 30 values of this distribution; 200 trials are off by 4 points at
+  // most.
+  EXPECT_GE(covered, 176);
+  EXPECT_LE(covered, 196);
+}
+
+TEST(Bootstrap, OfLittle) {
+  EXPECT_TRUE(std::isnan(BootstrapMean(Values{3}).lower));
+  EXPECT_TRUE(std::isnan(BootstrapMean({}).upper));
+  ExpectInterval(BootstrapMean(Values(20, 0.1)), 0.1, 0.1, 0);
+  EXPECT_TRUE(std::isnan(BootstrapDifferenceOfMeans(Values{3}, Values{1, 2}).lower));
+  ExpectInterval(BootstrapDifferenceOfMeans(Values(12, 5), Values(15, 3)), 2, 2, 0);
+  ExpectInterval(BootstrapRatioOfMeans(Values(12, 5), Values(12, 2)), 2.5, 2.5, 1e-15);
+  EXPECT_TRUE(std::isnan(BootstrapRatioOfMeans(Values{1, 2}, Values{0, 1}).lower));
+}
+
+TEST(Bootstrap, DifferencesOfLargeSamplesAreNormal) {
+  Values a, b;
+  for (int i = 0; i < 400; ++i) a.push_back(10 + std::sin(i));
+  for (int i = 0; i < 300; ++i) b.push_back(9 + 2 * std::cos(3 * i));
+  const double difference = Mean(a) - Mean(b);
+  const double error = std::hypot(StandardDeviation(a) / 20, StandardDeviation(b) / std::sqrt(300));
+  ExpectInterval(BootstrapDifferenceOfMeans(a, b), difference - kNormal975 * error,
+                 difference + kNormal975 * error, 0.06 * error);
+}
+
+TEST(Bootstrap, RatioOfPairs) {
+  // Twice the baseline but for a small disturbance; the delta method gives the interval.
+  Values a, b;
+  for (int i = 0; i < 200; ++i) {
+    b.push_back(5 + std::sin(i));
+    a.push_back(2 * b.back() + 0.5 * std::cos(7 * i));
+  }
+  Values rest;
+  const double ratio = Mean(a) / Mean(b);
+  for (size_t i = 0; i < a.size(); ++i) rest.push_back((a[i] - ratio * b[i]) / Mean(b));
+  const double error = StandardDeviation(rest) / std::sqrt(200);
+  ExpectInterval(BootstrapRatioOfMeans(a, b), ratio - kNormal975 * error, ratio + kNormal975 * error,
+                 0.08 * error);
+}
+
+}  // namespace
+}  // namespace evalbus::metrics

@@ -1,0 +1,333 @@
+// Predicates, quantities and verdicts on hand-made worlds.
+#include "metrics/task/task_evaluator.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "base/errors.h"
+#include "tests/unit/small_world.h"
+
+namespace evalbus::metrics {
+namespace {
+
+using namespace small_world;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+// An expression as the YAML reader gives it.
+Expression Call(const std::string& name, std::vector<std::pair<std::string, std::string>> arguments) {
+  Expression expression{.name = name, .arguments = {}, .operands = {}, .location = {"t.yaml", 3}};
+  for (auto& [key, value] : arguments) expression.arguments.push_back({key, value, {"t.yaml", 4}});
+  return expression;
+}
+
+Expression Of(const std::string& name, std::vector<Expression> operands) {
+  return {.name = name, .arguments = {}, .operands = std::move(operands), .location = {"t.yaml", 3}};
+}
+
+std::vector<double> Rotation(double angle, double x, double y, double z) {
+  return {std::cos(angle / 2), std::sin(angle / 2) * x, std::sin(angle / 2) * y, std::sin(angle / 2) * z};
+}
+
+class ExpressionTest : public testing::Test {
+ protected:
+  std::unique_ptr<Predicate> Compile(const Expression& expression) {
+    return CompilePredicate(expression, {names_, task_});
+  }
+  bool Evaluate(const Expression& expression, const std::vector<std::pair<int, int>>& pairs = {}) {
+    contacts_ = Contacts(1, pairs);
+    return Compile(expression)->Evaluate({state_, contacts_.contact});
+  }
+  double Measure(const Expression& expression) {
+    return CompileQuantity(expression, {names_, task_})->Evaluate({state_, contacts_.contact});
+  }
+  std::string PredicateError(const Expression& expression) {
+    try {
+      Compile(expression);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  std::string QuantityError(const Expression& expression) {
+    try {
+      CompileQuantity(expression, {names_, task_});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  const model_info_t model_ = Model();
+  const ModelNames names_{model_};
+  const TaskDescription task_ = ParseTask(kTask, "small.yaml", false);
+  state_t state_ = State(1);
+  contacts_t contacts_{};
+};
+
+TEST_F(ExpressionTest, HoldingIsAPadTouchingTheObject) {
+  const Expression left = Call("holding", {{"gripper", "left"}, {"object", "pot"}});
+  const Expression any = Call("holding", {{"gripper", "any"}, {"object", "pot"}});
+  EXPECT_TRUE(Evaluate(left, {{kLeftPad, kWall}}));
+  EXPECT_TRUE(Evaluate(left, {{kFloor, kTop}, {kLeftPad, kLidGeom}}));
+  EXPECT_TRUE(Evaluate(left, {{kLidGeom, kLeftPad}}));
+  EXPECT_FALSE(Evaluate(left, {}));
+  EXPECT_FALSE(Evaluate(left, {{kLeftLink, kWall}}));
+  EXPECT_FALSE(Evaluate(left, {{kRightPad, kWall}}));
+  EXPECT_FALSE(Evaluate(left, {{kTop, kLeftPad}, {kTop, kWall}}));
+  contacts_ = Contacts(1, {{kLeftPad, kWall}});
+  contacts_.contact[0].distance_m = 2e-8;
+  EXPECT_FALSE(Compile(left)->Evaluate({state_, contacts_.contact})) << "near is not touching";
+  EXPECT_TRUE(Evaluate(any, {{kRightPad, kWall}}));
+  EXPECT_TRUE(Evaluate(any, {{kLeftPad, kWall}}));
+  EXPECT_FALSE(Evaluate(any, {{kRightLink, kWall}}));
+}
+
+TEST_F(ExpressionTest, TouchingTakesEntitiesBodiesAndGeoms) {
+  const auto touching = [](const char* a, const char* b) { return Call("touching", {{"a", a}, {"b", b}}); };
+  EXPECT_TRUE(Evaluate(touching("pot", "counter"), {{kTop, kLidGeom}}));
+  EXPECT_TRUE(Evaluate(touching("counter", "pot"), {{kTop, kLidGeom}}));
+  EXPECT_FALSE(Evaluate(touching("pot/pot", "counter"), {{kTop, kLidGeom}}));
+  EXPECT_TRUE(Evaluate(touching("pot/lid", "counter/top"), {{kTop, kLidGeom}}));
+  EXPECT_TRUE(Evaluate(touching("pot", "world"), {{kFloor, kWall}}));
+  EXPECT_TRUE(Evaluate(touching("pot", "floor"), {{kFloor, kWall}}));
+  EXPECT_FALSE(Evaluate(touching("pot", "world"), {{kTop, kWall}, {-1, kWall}, {kWall, kNumGeoms}}));
+}
+
+TEST_F(ExpressionTest, HeightIsThatOfTheFirstBodysOrigin) {
+  const Expression above = Call("height_above", {{"object", "pot"}, {"min_m", "1.1"}});
+  EXPECT_FALSE(Evaluate(above));
+  state_.body_position_m[kPot][2] = 1.1;
+  EXPECT_TRUE(Evaluate(above));
+  state_.body_position_m[kPot][2] = 1.0999;
+  state_.body_position_m[kLid][2] = 2;
+  EXPECT_FALSE(Evaluate(above));
+  EXPECT_TRUE(Evaluate(Call("height_above", {{"object", "pot/lid"}, {"min_m", "1.1"}})));
+  EXPECT_NEAR(Measure(Call("lift", {{"object", "pot"}})), 0.0999, 1e-12);
+}
+
+TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) {
+  const Expression free = Call("tilt", {{"object", "pot"}});
+  const Expression lateral = Call("tilt", {{"object", "pot"}, {"axis", "y"}});
+  const Expression forward = Call("tilt", {{"object", "pot"}, {"axis", "x"}});
+  EXPECT_NEAR(Measure(free), 0, 1e-12);
+  EXPECT_NEAR(Measure(lateral), 0, 1e-12);
+  // About x the up axis moves towards -y: phi, its angle to -y, is 90 - 30 degrees.
+  for (double angle : {30., -30.}) {
+    state_.body_quat_wxyz[kPot] = Rotation(angle * kDegree, 1, 0, 0);
+    EXPECT_NEAR(Measure(free), 30 * kDegree, 1e-12);
+    EXPECT_NEAR(Measure(lateral), 30 * kDegree, 1e-12);
+    EXPECT_NEAR(Measure(forward), 0, 1e-12);
+  }
+  // About y it moves in the x-z plane and stays perpendicular to y.
+  state_.body_quat_wxyz[kPot] = Rotation(40 * kDegree, 0, 1, 0);
+  EXPECT_NEAR(Measure(free), 40 * kDegree, 1e-12);
+  EXPECT_NEAR(Measure(lateral), 0, 1e-12);
+  EXPECT_NEAR(Measure(forward), 40 * kDegree, 1e-12);
+  // Yaw does not matter, nor does the quaternion's norm.
+  state_.body_quat_wxyz[kPot] = Rotation(1, 0, 0, 1);
+  for (double& x : state_.body_quat_wxyz[kPot]) x *= -3;
+  EXPECT_NEAR(Measure(free), 0, 1e-12);
+  // Upside down.
+  state_.body_quat_wxyz[kPot] = {0, 1, 0, 0};
+  EXPECT_NEAR(Measure(free), std::numbers::pi, 1e-12);
+  EXPECT_NEAR(Measure(lateral), 0, 1e-12);
+}
+
+TEST_F(ExpressionTest, TiltBelowAlsoWantsTheObjectUpright) {
+  const Expression lateral = Call("tilt_below", {{"object", "pot"}, {"axis", "y"}, {"max_deg", "20"}});
+  const Expression free = Call("tilt_below", {{"object", "pot"}, {"max_rad", "0.5"}});
+  EXPECT_TRUE(Evaluate(lateral));
+  state_.body_quat_wxyz[kPot] = Rotation(19.9 * kDegree, 1, 0, 0);
+  EXPECT_TRUE(Evaluate(lateral));
+  EXPECT_TRUE(Evaluate(free));
+  state_.body_quat_wxyz[kPot] = Rotation(-20.1 * kDegree, 1, 0, 0);
+  EXPECT_FALSE(Evaluate(lateral));
+  state_.body_quat_wxyz[kPot] = Rotation(80 * kDegree, 0, 1, 0);
+  EXPECT_TRUE(Evaluate(lateral)) << "the condition is about the lateral axis alone";
+  EXPECT_FALSE(Evaluate(free));
+  state_.body_quat_wxyz[kPot] = Rotation(100 * kDegree, 0, 1, 0);
+  EXPECT_FALSE(Evaluate(lateral)) << "upside down";
+}
+
+TEST_F(ExpressionTest, CombinesPredicates) {
+  const Expression yes = Call("height_above", {{"object", "pot"}, {"min_m", "-9"}});
+  const Expression no = Call("height_above", {{"object", "pot"}, {"min_m", "9"}});
+  EXPECT_TRUE(Evaluate(Of("all", {yes, yes})));
+  EXPECT_FALSE(Evaluate(Of("all", {yes, no})));
+  EXPECT_TRUE(Evaluate(Of("any", {no, yes})));
+  EXPECT_FALSE(Evaluate(Of("any", {no, no})));
+  EXPECT_FALSE(Evaluate(Of("not", {yes})));
+  EXPECT_TRUE(Evaluate(Of("not", {no})));
+}
+
+TEST_F(ExpressionTest, LatchedSeesEveryTickAndForgetsAtStart) {
+  const Expression no = Call("height_above", {{"object", "pot"}, {"min_m", "9"}});
+  const Expression held = Call("holding", {{"gripper", "left"}, {"object", "pot"}});
+  // `no` and `yes` before it must not keep it from seeing the tick.
+  const auto dut = Compile(Of("any", {Of("all", {no, Of("latched", {held})}), Of("latched", {held})}));
+  const auto evaluate = [&](const std::vector<std::pair<int, int>>& pairs) {
+    contacts_ = Contacts(1, pairs);
+    return dut->Evaluate({state_, contacts_.contact});
+  };
+  EXPECT_FALSE(evaluate({}));
+  EXPECT_TRUE(evaluate({{kLeftPad, kWall}}));
+  EXPECT_TRUE(evaluate({}));
+  dut->Start();
+  EXPECT_FALSE(evaluate({}));
+
+  const auto all = Compile(
+      Of("all", {Call("height_above", {{"object", "pot"}, {"min_m", "1.1"}}), Of("latched", {held})}));
+  contacts_ = Contacts(1, {{kLeftPad, kWall}});
+  EXPECT_FALSE(all->Evaluate({state_, contacts_.contact}));
+  state_.body_position_m[kPot][2] = 2;
+  contacts_ = Contacts(2, {});
+  EXPECT_TRUE(all->Evaluate({state_, contacts_.contact}));
+}
+
+TEST_F(ExpressionTest, DistanceIsFromAGrippersWristOrABodysOrigin) {
+  state_.arm[1].wrist_position_m[0] = 1;
+  state_.arm[1].wrist_position_m[1] = 2;
+  state_.arm[1].wrist_position_m[2] = 3;
+  state_.body_position_m[kPot] = {1, 5, 7};
+  state_.body_position_m[kLid] = {1, 5, 8};
+  const auto distance = [](const char* a, const char* b) { return Call("distance", {{"a", a}, {"b", b}}); };
+  EXPECT_DOUBLE_EQ(Measure(distance("right", "pot")), 5);
+  EXPECT_DOUBLE_EQ(Measure(distance("pot", "right")), 5);
+  EXPECT_DOUBLE_EQ(Measure(distance("pot", "pot/lid")), 1);
+  EXPECT_DOUBLE_EQ(Measure(distance("pot", "right/base")), std::sqrt(1 + 25 + 49));
+}
+
+TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
+  EXPECT_EQ(PredicateError(Call("holds", {})),
+            "t.yaml:3: no predicate is called 'holds'; expected all, any, height_above, holding, inside, "
+            "joint_fraction, latched, not, position, tilt_below, touching");
+  EXPECT_EQ(QuantityError(Call("dist", {})),
+            "t.yaml:3: no quantity is called 'dist'; expected distance, joint_fraction, lift, tilt");
+  EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
+            "t.yaml:3: 'holding' needs the argument 'object'");
+  EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}, {"object", "pot"}, {"arm", "left"}})),
+            "t.yaml:4: 'holding' has no argument 'arm'; expected gripper, object");
+  EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "third"}, {"object", "pot"}})),
+            "t.yaml:4: no gripper is called 'third'; expected left, right or any");
+  EXPECT_EQ(
+      PredicateError(Call("touching", {{"a", "pto"}, {"b", "counter"}})),
+      "t.yaml:4: nothing is called 'pto'; expected an entity (world, left, right, counter, pot), a "
+      "gripper (left_gripper, right_gripper), a body (world, "
+      "left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid) or a geom (floor, "
+      "left/link, left/pad, right/link, right/pad, counter/top, pot/wall)");
+  EXPECT_EQ(PredicateError(Call("touching", {{"a", "pot"}, {"a", "pot"}, {"b", "counter"}})),
+            "t.yaml:4: 'touching' has 'a' twice");
+  EXPECT_EQ(PredicateError(Call("height_above", {{"object", "pot"}, {"min_m", "high"}})),
+            "t.yaml:4: key 'min_m': expected a number, got 'high'");
+  EXPECT_EQ(PredicateError(Call("height_above", {{"object", "pot"}, {"min_m", "nan"}})),
+            "t.yaml:4: key 'min_m': expected a number, got 'nan'");
+  EXPECT_EQ(PredicateError(Call("tilt_below", {{"object", "pot"}})),
+            "t.yaml:3: 'tilt_below' needs either 'max_deg' or 'max_rad'");
+  EXPECT_EQ(PredicateError(Call("tilt_below", {{"object", "pot"}, {"max_deg", "1"}, {"axis", "z"}})),
+            "t.yaml:4: key 'axis': expected x or y, got 'z'");
+  EXPECT_EQ(PredicateError(Of("all", {})),
+            "t.yaml:3: 'all' needs predicates, as in all: [{touching: {a: pot, b: world}}]");
+  EXPECT_EQ(PredicateError(Of("touching", {Call("not", {})})),
+            "t.yaml:3: 'touching' takes arguments, not other expressions");
+  const Expression yes = Call("height_above", {{"object", "pot"}, {"min_m", "-9"}});
+  EXPECT_EQ(PredicateError(Of("not", {yes, yes})), "t.yaml:3: 'not' needs exactly one predicate");
+  EXPECT_EQ(QuantityError(Call("distance", {{"a", "floor"}, {"b", "pot"}})),
+            "t.yaml:4: no entity or body is called 'floor'; expected an entity (world, left, right, counter, "
+            "pot) or a "
+            "body (world, left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid)");
+  EXPECT_EQ(QuantityError(Call("lift", {{"object", "left"}})),
+            "t.yaml:4: 'lift' needs a part of the scene, 'left' is none");
+}
+
+TEST(ModelNames, RefusesAModelThatContradictsItself) {
+  const auto expect_refused = [](auto change) {
+    model_info_t model = Model();
+    change(&model);
+    EXPECT_THROW(ModelNames{model}, InputError);
+  };
+  expect_refused([](model_info_t* m) { m->message_version = 99; });
+  expect_refused([](model_info_t* m) { m->substeps = 0; });
+  expect_refused([](model_info_t* m) { m->geom_body[2] = 99; });
+  expect_refused([](model_info_t* m) { m->body_entity[2] = -1; });
+  expect_refused([](model_info_t* m) { m->gripper[1].pad_geom[0] = kNumGeoms; });
+  expect_refused([](model_info_t* m) { m->gripper[1].arm = 2; });
+  expect_refused([](model_info_t* m) { m->object_entity[0] = 5; });
+}
+
+class TaskEvaluatorTest : public testing::Test {
+ protected:
+  void Evaluate(int64_t tick, const std::vector<std::pair<int, int>>& pairs) {
+    contacts_ = Contacts(tick, pairs);
+    dut_.Evaluate({state_, contacts_.contact}, tick);
+  }
+  const model_info_t model_ = Model();
+  const ModelNames names_{model_};
+  TaskEvaluator dut_{ParseTask(kTask, "small.yaml", false), names_};
+  state_t state_ = State(0);
+  contacts_t contacts_{};
+};
+
+TEST_F(TaskEvaluatorTest, KeepsStagesAndTheFirstVerdict) {
+  dut_.Start();
+  Evaluate(0, {{kLeftPad, kWall}, {kTop, kWall}});
+  EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{0, 0})) << "the reset state is not judged";
+  Evaluate(1, {{kLeftPad, kWall}, {kTop, kWall}});
+  EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{1, 0}));
+  EXPECT_EQ(dut_.verdict(), Verdict::kUndecided);
+  state_.body_position_m[kPot][2] = 1.2;
+  Evaluate(2, {});
+  EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{1, 1}));
+  EXPECT_EQ(dut_.verdict(), Verdict::kSuccess);
+  EXPECT_NEAR(dut_.target_distance()[0], 0.2, 1e-12);
+  EXPECT_NEAR(dut_.target_distance()[1], 0.3, 1e-12);
+  state_.body_position_m[kPot][2] = 0;
+  Evaluate(3, {{kFloor, kWall}});
+  EXPECT_EQ(dut_.verdict(), Verdict::kSuccess);
+  dut_.Start();
+  EXPECT_EQ(dut_.verdict(), Verdict::kUndecided);
+  EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{0, 0}));
+}
+
+TEST_F(TaskEvaluatorTest, StartUnlatchesEverything) {
+  const auto held = [] { return Of("latched", {Call("holding", {{"gripper", "left"}, {"object", "pot"}})}); };
+  TaskDescription task;
+  task.stages = {{1, "held", held()}};
+  task.success = Of("all", {held(), Call("height_above", {{"object", "pot"}, {"min_m", "1.1"}})});
+  TaskEvaluator dut(task, names_);
+  dut.Start();
+  contacts_ = Contacts(1, {{kLeftPad, kWall}});
+  dut.Evaluate({state_, contacts_.contact}, 1);
+  EXPECT_EQ(dut.stage_reached(), std::vector<uint8_t>{1});
+  dut.Start();
+  state_.body_position_m[kPot][2] = 2;
+  contacts_ = Contacts(1, {});
+  dut.Evaluate({state_, contacts_.contact}, 1);
+  EXPECT_EQ(dut.stage_reached(), std::vector<uint8_t>{0});
+  EXPECT_EQ(dut.verdict(), Verdict::kUndecided);
+}
+
+TEST_F(TaskEvaluatorTest, FailureGoesBeforeSuccess) {
+  dut_.Start();
+  state_.body_position_m[kPot][2] = 1.2;
+  Evaluate(1, {{kFloor, kWall}});
+  EXPECT_EQ(dut_.verdict(), Verdict::kFailure);
+  EXPECT_FALSE(dut_.out_of_bounds());
+}
+
+TEST_F(TaskEvaluatorTest, ARobotFarAwayIsAFailureOfAnyTask) {
+  dut_.Start();
+  state_.body_position_m[kPot] = {20, 0, 0};
+  state_.body_position_m[kRightHand] = {6, 8, 0};
+  Evaluate(1, {{kTop, kWall}});
+  EXPECT_EQ(dut_.verdict(), Verdict::kUndecided);
+  state_.body_position_m[kRightHand] = {6, 8, 0.1};
+  Evaluate(2, {{kTop, kWall}});
+  EXPECT_EQ(dut_.verdict(), Verdict::kFailure);
+  EXPECT_TRUE(dut_.out_of_bounds());
+}
+
+}  // namespace
+}  // namespace evalbus::metrics

@@ -1,0 +1,360 @@
+#include "models/scene_composer.h"
+
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "models/scene.h"
+#include "tests/unit/models/models_test_util.h"
+
+namespace evalbus {
+namespace {
+
+using std::numbers::pi;
+
+constexpr const char* kEmptyBase = "<mujoco/>";
+
+ModelPtr Compile(const SceneComposer& composer) {
+  std::vector<std::string> warnings;
+  ModelPtr model = CompileModel(composer, false, &warnings);
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
+  return model;
+}
+
+int Id(const ModelPtr& model, mjtObj type, const std::string& name) {
+  const int id = mj_name2id(model.get(), type, name.c_str());
+  EXPECT_GE(id, 0) << "no '" << name << "'";
+  return std::max(id, 0);
+}
+
+// Composes one part, "p/", from its text.
+struct OnePart {
+  explicit OnePart(const std::string& part, const std::string& base = kEmptyBase, bool free = false)
+      : composer(folder.Write("base.xml", base)), file(folder.Write("part.xml", part)) {
+    composer.Attach(file, "p/", Pose{}, free ? Mount::kFree : Mount::kFixed);
+  }
+  TempFolder folder;
+  SceneComposer composer;
+  std::filesystem::path file;
+};
+
+// The error of composing one part, without the folder's name.
+std::string ErrorOfPart(const std::string& part, const std::string& base = kEmptyBase, bool free = false) {
+  TempFolder folder;
+  const std::string message = ErrorOf([&] {
+    SceneComposer composer(folder.Write("base.xml", base));
+    composer.Attach(folder.Write("part.xml", part), "p/", Pose{}, free ? Mount::kFree : Mount::kFixed);
+    Compile(composer);
+  });
+  std::string short_message = message;
+  const std::string prefix = folder.path().string() + "/";
+  for (size_t at; (at = short_message.find(prefix)) != std::string::npos;)
+    short_message.erase(at, prefix.size());
+  return short_message;
+}
+
+TEST(SceneComposer, PartsWithEqualNamesAndConflictingDefaults) {
+  TempFolder folder;
+  const auto part = [](const std::string& color, const std::string& damping) {
+    return "<mujoco><default><geom rgba='" + color + "' size='0.1'/><default class='c'><joint damping='" +
+           damping + "'/></default></default><asset><material name='m' rgba='" + color +
+           "'/></asset><worldbody><geom name='g'/><body name='b'><joint name='j' class='c'/>"
+           "<geom name='h' class='main' material='m'/></body></worldbody>"
+           "<actuator><motor name='a' joint='j'/></actuator></mujoco>";
+  };
+  SceneComposer composer(folder.Write("base.xml",
+                                      "<mujoco><default><geom rgba='1 0 0 1' condim='6'/></default>"
+                                      "<worldbody><geom name='floor' type='plane' size='1 1 1'/>"
+                                      "<body name='post'><geom name='post' size='1'/></body>"
+                                      "</worldbody></mujoco>"));
+  composer.Attach(folder.Write("one.xml", part("0 1 0 1", "2")), "one/", Pose{});
+  composer.Attach(folder.Write("two.xml", part("0 0 1 1", "3")), "two/", Pose{});
+  const ModelPtr model = Compile(composer);
+
+  const auto color = [&](const std::string& geom) {
+    return model->geom_rgba + 4 * Id(model, mjOBJ_GEOM, geom);
+  };
+  EXPECT_EQ(color("floor")[0], 1);
+  EXPECT_EQ(color("post")[0], 1);
+  EXPECT_EQ(model->geom_condim[Id(model, mjOBJ_GEOM, "post")], 6);
+  EXPECT_EQ(color("one/g")[1], 1);
+  EXPECT_EQ(color("two/g")[2], 1);
+  EXPECT_EQ(color("two/h")[0], 0);
+  EXPECT_EQ(model->geom_condim[Id(model, mjOBJ_GEOM, "two/g")], 3);
+  EXPECT_EQ(model->geom_matid[Id(model, mjOBJ_GEOM, "two/h")], Id(model, mjOBJ_MATERIAL, "two/m"));
+  const auto damping = [&](const std::string& joint) {
+    return model->dof_damping[model->jnt_dofadr[Id(model, mjOBJ_JOINT, joint)]];
+  };
+  EXPECT_EQ(damping("one/j"), 2);
+  EXPECT_EQ(damping("two/j"), 3);
+  EXPECT_EQ(model->actuator_trnid[2 * Id(model, mjOBJ_ACTUATOR, "two/a")], Id(model, mjOBJ_JOINT, "two/j"));
+  // The file's world became a body.
+  EXPECT_EQ(model->geom_bodyid[Id(model, mjOBJ_GEOM, "one/g")], Id(model, mjOBJ_BODY, "one"));
+}
+
+TEST(SceneComposer, DefaultsOfAnArmDoNotReachItsHand) {
+  TempFolder folder;
+  SceneComposer composer(folder.Write("base.xml", kEmptyBase));
+  composer.Attach(folder.Write("arm.xml",
+                               "<mujoco><default><default class='c'><geom size='0.3'/></default></default>"
+                               "<worldbody><body name='tip' childclass='c'><geom/></body></worldbody>"
+                               "</mujoco>"),
+                  "arm/", Pose{});
+  composer.Attach(folder.Write("hand.xml",
+                               "<mujoco><worldbody><body name='h'><geom name='g' size='0.1'/></body>"
+                               "<geom name='w' type='ellipsoid' size='0.1 0.2 0.1'/></worldbody></mujoco>"),
+                  "arm/hand/", Pose{}, Mount::kFixed, "arm/tip");
+  const ModelPtr model = Compile(composer);
+  EXPECT_EQ(model->geom_size[3 * Id(model, mjOBJ_GEOM, "arm/hand/g")], 0.1);
+  EXPECT_EQ(model->body_parentid[Id(model, mjOBJ_BODY, "arm/hand")], Id(model, mjOBJ_BODY, "arm/tip"));
+}
+
+TEST(SceneComposer, PosesMultiply) {
+  // Part at (1, 2, 3) turned by 90 degrees about z; its body is at (1, 0, 0), the site in it at (0, 0.5, 0).
+  TempFolder folder;
+  SceneComposer composer(folder.Write("base.xml", kEmptyBase));
+  const auto file = folder.Write("part.xml",
+                                 "<mujoco><worldbody><body name='b' pos='1 0 0'><geom size='0.1'/>"
+                                 "<site name='s' pos='0 0.5 0'/></body></worldbody></mujoco>");
+  const Pose pose{{1, 2, 3}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
+  composer.Attach(file, "p/", pose);
+  // The same again on the body: turned twice it faces back.
+  composer.Attach(file, "q/", pose, Mount::kFixed, "p/b");
+  const ModelPtr model = Compile(composer);
+  mjData* data = mj_makeData(model.get());
+  mj_kinematics(model.get(), data);
+  const auto expect_at = [&](const std::string& site, double x, double y, double z) {
+    const double* p = data->site_xpos + 3 * Id(model, mjOBJ_SITE, site);
+    EXPECT_NEAR(p[0], x, 1e-12) << site;
+    EXPECT_NEAR(p[1], y, 1e-12) << site;
+    EXPECT_NEAR(p[2], z, 1e-12) << site;
+  };
+  // b: (1, 2, 3) + turn (1, 0, 0) = (1, 3, 3); s: b + turn (0, 0.5, 0) = (0.5, 3, 3).
+  expect_at("p/s", 0.5, 3, 3);
+  // q: b + turn (1, 2, 3) = (1 - 2, 3 + 1, 6) = (-1, 4, 6); its b: q - (1, 0, 0); its s: b - (0, 0.5, 0).
+  expect_at("q/s", -2, 3.5, 6);
+  mj_deleteData(data);
+}
+
+TEST(SceneComposer, FreePart) {
+  const char* part = "<mujoco><worldbody><body name='b'><geom size='0.1'/></body></worldbody></mujoco>";
+  const OnePart free(part, kEmptyBase, true);
+  const ModelPtr model = Compile(free.composer);
+  EXPECT_EQ(model->nq, 7);
+  EXPECT_EQ(model->jnt_bodyid[Id(model, mjOBJ_JOINT, "p")], Id(model, mjOBJ_BODY, "p"));
+  EXPECT_EQ(Compile(OnePart(part).composer)->nq, 0);
+
+  // A file made to stand alone brings the joint itself.
+  const char* own =
+      "<mujoco><worldbody><body name='b'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
+  EXPECT_EQ(Compile(OnePart(own, kEmptyBase, true).composer)->nq, 7);
+  EXPECT_EQ(ErrorOfPart(own),
+            "part.xml:1: a free joint in an attached file needs 'free: true' where it is attached");
+}
+
+// A file that MuJoCo compiles by itself and the same file attached at the origin must be the same physics.
+TEST(SceneComposer, AttachedFileIsWhatMuJoCoMakesOfIt) {
+  const std::filesystem::path file = kModelsData / "everything.xml";
+  char message[1000] = "";
+  const ModelPtr direct(mj_loadXML(file.c_str(), nullptr, message, sizeof(message)));
+  ASSERT_TRUE(direct) << message;
+  TempFolder folder;
+  SceneComposer composer(
+      folder.Write("base.xml", "<mujoco><option timestep='0.002' integrator='Euler'/></mujoco>"));
+  composer.Attach(file, "p/", Pose{});
+  EXPECT_TRUE(composer.warnings().empty()) << composer.warnings()[0];
+  const ModelPtr composed = Compile(composer);
+
+  ASSERT_EQ(composed->nbody, direct->nbody + 1);
+  ASSERT_EQ(composed->ngeom, direct->ngeom);
+  ASSERT_EQ(composed->nq, direct->nq);
+  ASSERT_EQ(composed->nu, direct->nu);
+  ASSERT_EQ(composed->nsensordata, direct->nsensordata);
+  ASSERT_EQ(composed->neq, direct->neq);
+  ASSERT_EQ(composed->ntendon, direct->ntendon);
+  ASSERT_EQ(composed->npair, direct->npair);
+  ASSERT_EQ(composed->nexclude, direct->nexclude);
+  const auto expect_equal = [](const double* a, const double* b, int n, const char* what) {
+    for (int i = 0; i < n; ++i) EXPECT_NEAR(a[i], b[i], 1e-12) << what << " " << i;
+  };
+  expect_equal(composed->jnt_range, direct->jnt_range, 2 * direct->njnt, "range");
+  expect_equal(composed->qpos0, direct->qpos0, direct->nq, "ref");
+  expect_equal(composed->qpos_spring, direct->qpos_spring, direct->nq, "springref");
+  expect_equal(composed->dof_damping, direct->dof_damping, direct->nv, "damping");
+  expect_equal(composed->dof_armature, direct->dof_armature, direct->nv, "armature");
+  expect_equal(composed->geom_size, direct->geom_size, 3 * direct->ngeom, "size");
+  expect_equal(composed->geom_quat, direct->geom_quat, 4 * direct->ngeom, "quat");
+  expect_equal(composed->body_mass + 2, direct->body_mass + 1, direct->nbody - 1, "mass");
+  expect_equal(composed->site_quat, direct->site_quat, 4 * direct->nsite, "site quat");
+  expect_equal(composed->actuator_gainprm, direct->actuator_gainprm, mjNGAIN * direct->nu, "gain");
+  expect_equal(composed->actuator_ctrlrange, direct->actuator_ctrlrange, 2 * direct->nu, "ctrlrange");
+
+  // And it moves the same: limits, springs, tendons, equalities, contacts, sensors.
+  mjData* a = mj_makeData(composed.get());
+  mjData* b = mj_makeData(direct.get());
+  for (mjData* data : {a, b}) {
+    for (int i = 0; i < direct->nu; ++i) data->ctrl[i] = 0.3;
+  }
+  for (int step = 0; step < 100; ++step) {
+    mj_step(composed.get(), a);
+    mj_step(direct.get(), b);
+  }
+  for (int i = 0; i < direct->nq; ++i) EXPECT_NEAR(a->qpos[i], b->qpos[i], 1e-9) << "qpos " << i;
+  for (int i = 0; i < direct->nsensordata; ++i)
+    EXPECT_NEAR(a->sensordata[i], b->sensordata[i], 1e-7) << "sensor " << i;
+  EXPECT_GT(std::abs(b->qpos[0] - direct->qpos0[0]), 1e-3);
+  mj_deleteData(a);
+  mj_deleteData(b);
+}
+
+TEST(SceneComposer, DegreesAndEulerSequences) {
+  const OnePart part(
+      "<mujoco><compiler eulerseq='zyx'/><worldbody><body name='b'>"
+      "<joint name='hinge' range='-90 45'/><geom name='g' size='0.1 0.2 0.3' type='box' euler='90 0 0'/>"
+      "<site name='s' axisangle='1 0 0 90'/></body></worldbody></mujoco>",
+      // The base file's own unit does not matter.
+      "<mujoco><compiler angle='radian'/></mujoco>");
+  const ModelPtr model = Compile(part.composer);
+  EXPECT_NEAR(model->jnt_range[0], -pi / 2, 1e-15);
+  EXPECT_NEAR(model->jnt_range[1], pi / 4, 1e-15);
+  EXPECT_NEAR(model->geom_quat[3], std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(model->site_quat[1], std::sqrt(0.5), 1e-9);
+}
+
+TEST(SceneComposer, NewerModelsLoadWithWarnings) {
+  SceneComposer composer(kModelsData / "world.xml");
+  composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{});
+  composer.Attach(kModelsData / "newer_hand.xml", "arm/hand/", Pose{}, Mount::kFixed, "arm/flange");
+  const std::string arm = (kModelsData / "newer_arm.xml").string();
+  const std::string hand = (kModelsData / "newer_hand.xml").string();
+  const std::string version = mj_versionString();
+  EXPECT_EQ(
+      composer.warnings(),
+      (std::vector<std::string>{
+          arm + ":5: <option> integrator=\"implicitfast\" does not count; the scene's is \"Euler\"",
+          arm + ":5: <option> impratio=\"10\" does not count; the scene's is MuJoCo's default",
+          arm + ":29: <body>: attribute 'gravcomp' is not known to MuJoCo " + version + "; dropped (2 times)",
+          arm + ":25: <light> dropped: the scene's lights count",
+          hand + ":4: <option> integrator=\"implicitfast\" does not count; the scene's is \"Euler\""}));
+
+  composer.SetPositionGain("arm/motor1", 450);
+  composer.SetJointAttribute("arm/joint1", "damping", 6);
+  const ModelPtr model = Compile(composer);
+  const int motor = Id(model, mjOBJ_ACTUATOR, "arm/motor1"), other = Id(model, mjOBJ_ACTUATOR, "arm/motor2");
+  EXPECT_EQ(model->actuator_gainprm[mjNGAIN * motor], 450);
+  EXPECT_EQ(model->actuator_biasprm[mjNBIAS * motor + 1], -450);
+  EXPECT_EQ(model->actuator_biasprm[mjNBIAS * motor + 2], 0);
+  EXPECT_EQ(model->actuator_forcerange[2 * motor + 1], 80);
+  EXPECT_EQ(model->actuator_biasprm[mjNBIAS * other + 2], -30);
+  EXPECT_EQ(model->dof_damping[0], 6);
+  EXPECT_EQ(model->dof_damping[1], 1);
+  // Meshes without a name are called after their file.
+  EXPECT_EQ(model->geom_dataid[1], Id(model, mjOBJ_MESH, "arm/cube"));
+  EXPECT_EQ(model->mat_rgba[4 * Id(model, mjOBJ_MATERIAL, "arm/hand/white")], 0.5f);
+}
+
+TEST(SceneComposer, EqualCallsGiveEqualBytes) {
+  const auto compose = [] {
+    SceneComposer composer(kModelsData / "world.xml");
+    composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{{0.1, 1.0 / 3, 2}, {0.6, 0, 0.8, 0}});
+    composer.Attach(kModelsData / "everything.xml", "e/", Pose{});
+    return composer.ToXml();
+  };
+  EXPECT_EQ(compose(), compose());
+}
+
+TEST(SceneComposer, BindingsToTheWorldFollowThePart) {
+  const OnePart part(
+      "<mujoco><worldbody><body name='b' pos='0 0 1'><joint/><geom size='0.1'/></body></worldbody>"
+      "<contact><exclude body1='world' body2='b'/></contact><equality><weld body1='b'/></equality></mujoco>");
+  const ModelPtr model = Compile(part.composer);
+  EXPECT_EQ(model->eq_obj2id[0], Id(model, mjOBJ_BODY, "p"));
+}
+
+TEST(SceneComposer, WhatMuJoCoDoesNotKnowIsRefusedByName) {
+  const std::string version = mj_versionString();
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<worldbody>\n<frame/>\n</worldbody></mujoco>"),
+            "part.xml:3: <frame> in <worldbody> is not known to MuJoCo " + version);
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><body>\n<joint dampingg='1'/></body></worldbody></mujoco>"),
+            "part.xml:2: <joint>: attribute 'dampingg' is not known to MuJoCo " + version);
+  EXPECT_EQ(ErrorOfPart("<mujoco><actuator>\n<position joint='j' kv='3'/></actuator></mujoco>"),
+            "part.xml:2: <position>: attribute 'kv' is not known to MuJoCo " + version);
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<extension/></mujoco>"),
+            "part.xml:2: <extension> in <mujoco> is not known to MuJoCo " + version);
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><body>\n<composite type='rope' count='3 1 1' "
+                        "spacing='1'/></body></worldbody></mujoco>"),
+            "part.xml:2: <composite> is not supported");
+}
+
+TEST(SceneComposer, CompilerSettings) {
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<compiler boundmass='0.1'/></mujoco>"),
+            "part.xml:2: <compiler>: boundmass=\"0.1\" cannot be kept: the scene has \"0\"");
+  EXPECT_EQ(ErrorOfPart("<mujoco><compiler boundmass='0.1'/></mujoco>",
+                        "<mujoco><compiler boundmass='0.1'/></mujoco>"),
+            "(no error)");
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<compiler angle='grad'/></mujoco>"),
+            "part.xml:2: <compiler>: attribute 'angle': 'grad' is not allowed");
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<compiler eulerseq='xy'/></mujoco>"),
+            "part.xml:2: <compiler>: attribute 'eulerseq': expected three of xyzXYZ, got 'xy'");
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<compiler alignfree='true'/></mujoco>"),
+            "part.xml:2: <compiler>: attribute 'alignfree' is not supported");
+}
+
+TEST(SceneComposer, FilesThatAreNotThere) {
+  EXPECT_EQ(ErrorOfPart("<mujoco><compiler meshdir='m'/><asset>\n<mesh file='no.obj'/></asset></mujoco>"),
+            "part.xml:2: <mesh>: file m/no.obj does not exist");
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<include file='no.xml'/></mujoco>"),
+            "part.xml:2: model file no.xml does not exist");
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<include file='part.xml'/></mujoco>"),
+            "part.xml:2: part.xml includes itself");
+  EXPECT_EQ(ErrorOf([] { SceneComposer("/nowhere/base.xml"); }),
+            "model file /nowhere/base.xml does not exist");
+}
+
+TEST(SceneComposer, BrokenFiles) {
+  EXPECT_EQ(ErrorOfPart("<mujoco>\n<worldbody>\n</mujoco>"),
+            "part.xml:2: not valid XML (XML_ERROR_MISMATCHED_ELEMENT)");
+  EXPECT_EQ(ErrorOfPart("\n<robot/>"), "part.xml:2: expected an MJCF model (<mujoco>), got <robot>");
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<geom euler='1 2'/></worldbody></mujoco>"),
+            "part.xml:2: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
+  // One line, whatever the file says.
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><geom euler='1\n2'/></worldbody></mujoco>"),
+            "part.xml:1: <geom>: attribute 'euler': expected 3 numbers, got '1 2'");
+  EXPECT_EQ(ErrorOfPart("<mujoco><default class='other'/></mujoco>"),
+            "part.xml:1: the outermost default class must be called 'main', not 'other'");
+}
+
+TEST(SceneComposer, MuJoCosErrorsNameTheLineOfThePart) {
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<body name='b'>\n<geom name='g' size='0.1' material='no'/>\n"
+                        "</body></worldbody></mujoco>"),
+            "part.xml:3: MuJoCo: material 'p/no' not found in geom 0 ('p/g')");
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<body>\n<geom size='0.1 x'/>\n</body></worldbody></mujoco>"),
+            "part.xml:3: MuJoCo: problem reading attribute 'size' (<geom>)");
+  EXPECT_EQ(
+      ErrorOfPart("<mujoco><worldbody>\n<body>\n<geom class='no' size='1'/>\n</body></worldbody></mujoco>"),
+      "part.xml:3: MuJoCo: unknown default class (<geom>)");
+  EXPECT_EQ(ErrorOfPart("<mujoco/>", "<mujoco>\n<option integrator='magic'/></mujoco>"),
+            "base.xml:2: MuJoCo: invalid keyword: 'magic' (<option>)");
+  EXPECT_EQ(ErrorOfPart("<mujoco><worldbody>\n<body name='b'><joint/></body></worldbody></mujoco>"),
+            "part.xml:2: MuJoCo: mass and inertia of moving bodies must be larger than mjMINVAL ('p/b')");
+}
+
+TEST(SceneComposer, AttachingWhereItCannotBe) {
+  TempFolder folder;
+  const auto base = folder.Write("base.xml", "<mujoco><worldbody><body name='post'/></worldbody></mujoco>");
+  const auto part = folder.Write("part.xml", "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>");
+  SceneComposer composer(base);
+  composer.Attach(part, "p/", Pose{});
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "p/", Pose{}); }),
+            part.string() + ":1: cannot be attached as 'p': there is such a body already");
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "post/", Pose{}); }),
+            part.string() + ":1: cannot be attached as 'post': there is such a body already");
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, Mount::kFixed, "p/no"); }),
+            part.string() + ":1: cannot be attached: there is no body 'p/no'");
+  EXPECT_EQ(ErrorOf([&] { composer.Attach(part, "q/", Pose{}, Mount::kFree, "p"); }),
+            part.string() + ":1: a part on a body cannot be free or placed");
+}
+
+}  // namespace
+}  // namespace evalbus

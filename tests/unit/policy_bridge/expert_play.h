@@ -1,0 +1,139 @@
+// Plays a scripted expert in the simulated world and judges it by the task's own verdict, on MuJoCo's
+// contacts.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "metrics/task/task_evaluator.h"
+#include "models/scene.h"
+#include "policy_bridge/factory.h"
+#include "sim/world.h"
+
+namespace evalbus::policy {
+
+struct PlayedEpisode {
+  metrics::Verdict verdict = metrics::Verdict::kUndecided;
+  std::vector<uint8_t> stage_reached;
+  double time = 0;  // s, simulated
+  // Fastest joint as a fraction of its limit.
+  double speed = 0;
+  int64_t clips = 0;
+  // Ticks at which the robot touched something other than pads an object or pads one another, and the first
+  // such pair.
+  int stray_contacts = 0;
+  std::string stray;
+  std::vector<std::vector<double>> actions;
+};
+
+// A task in one of its variations with the expert for it, made once for many episodes.
+class ExpertStage {
+ public:
+  // task: as FindTask takes it. robot: a robot of models/robots instead of the task's own.
+  explicit ExpertStage(const std::string& task, const std::string& robot = "")
+      : selection_(FindTask(task)),
+        robot_(LoadRobot(robot.empty() ? selection_.task.robot_file : FindRobot(robot))),
+        scene_(Compose(robot_, &selection_.task)),
+        names_(scene_.info),
+        evaluator_(selection_.task, names_),
+        policy_(MakePolicy("expert", *scene_.physics, scene_.info)) {}
+
+  PlayedEpisode Play(int64_t seed, int hz = 50) {
+    sim::World world(scene_.physics.get(), scene_.info, robot_, selection_.task, 500 / hz);
+    world.Reset(seed, selection_.task.variation(selection_.variation));
+    episode_begin_t begin{};
+    begin.seed = seed;
+    policy_->Begin(begin);
+    evaluator_.Start();
+    PlayedEpisode played;
+    state_t state{};
+    action_t action{};
+    std::vector<contact_t> contacts;
+    for (int64_t tick = 0;; ++tick) {
+      world.Fill(&state);
+      state.header.tick = tick;
+      state.header.sim_time_us = tick * world.tick_us();
+      played.time = static_cast<double>(state.header.sim_time_us) * 1e-6;
+      LookAt(world.data(), &contacts, &played);
+      for (const arm_state_t& arm : state.arm) {
+        for (int j = 0; j < arm.num_joints; ++j) {
+          played.speed =
+              std::max(played.speed, std::abs(arm.joint_velocity_radps[j]) / (j < 4 ? 2.175 : 2.61));
+        }
+      }
+      evaluator_.Evaluate({state, contacts}, tick);
+      played.verdict = evaluator_.verdict();
+      played.stage_reached = evaluator_.stage_reached();
+      played.clips = state.action_clips;
+      if (played.verdict != metrics::Verdict::kUndecided || played.time >= selection_.task.time_limit)
+        return played;
+      policy_->Act(state, &action);
+      const std::string fault = world.Apply(action);
+      if (!fault.empty() || !world.Step()) {
+        ADD_FAILURE() << fault << world.instability();
+        return played;
+      }
+      played.actions.push_back(action.joint_position_rad);
+    }
+  }
+
+  // Success with every stage reached, within the speed limits and without needless contact.
+  void ExpectSuccess(int64_t seed, int hz = 50) {
+    SCOPED_TRACE(selection_.task.name + "/" + selection_.variation + ", seed " + std::to_string(seed));
+    const PlayedEpisode played = Play(seed, hz);
+    EXPECT_EQ(played.verdict, metrics::Verdict::kSuccess);
+    for (size_t i = 0; i < played.stage_reached.size(); ++i) {
+      EXPECT_TRUE(played.stage_reached[i]) << "stage " << i + 1;
+    }
+    EXPECT_LT(played.speed, 0.8);
+    EXPECT_EQ(played.clips, 0);
+    EXPECT_EQ(played.stray_contacts, 0) << played.stray;
+  }
+
+ private:
+  // Makes the task the robot's, too.
+  static Scene Compose(const RobotDescription& robot, TaskDescription* task) {
+    task->ApplyRobot(robot.name);
+    Scene scene = BuildScene(*task, robot);
+    scene.info.substeps = 10;
+    return scene;
+  }
+
+  void LookAt(const mjData& data, std::vector<contact_t>* contacts, PlayedEpisode* played) const {
+    const model_info_t& info = scene_.info;
+    const auto kind = [&](int geom) { return info.entity_kind[info.body_entity[info.geom_body[geom]]]; };
+    const auto is_pad = [&](int geom) {
+      return std::any_of(info.gripper.begin(), info.gripper.end(), [&](const gripper_info_t& gripper) {
+        return std::count(gripper.pad_geom.begin(), gripper.pad_geom.end(), geom) > 0;
+      });
+    };
+    contacts->clear();
+    for (int i = 0; i < data.ncon; ++i) {
+      const mjContact& contact = data.contact[i];
+      int a = contact.geom1, b = contact.geom2;
+      contacts->push_back({std::min(a, b), std::max(a, b), contact.dist, {}, {}});
+      if (contact.dist > 0) continue;
+      if (kind(b) == model_info_t::ROBOT) std::swap(a, b);
+      if (kind(a) != model_info_t::ROBOT) continue;
+      if (is_pad(a) && (kind(b) == model_info_t::OBJECT || is_pad(b))) continue;
+      if (played->stray_contacts++ == 0) {
+        played->stray =
+            info.geom_name[a] + " and " + info.geom_name[b] + " at " + std::to_string(played->time) + " s";
+      }
+    }
+  }
+
+  TaskSelection selection_;
+  RobotDescription robot_;
+  Scene scene_;
+  metrics::ModelNames names_;
+  metrics::TaskEvaluator evaluator_;
+  std::unique_ptr<Policy> policy_;
+};
+
+}  // namespace evalbus::policy

@@ -1,0 +1,94 @@
+// The experts for StackTwoBlocks and CubeHandover in the simulated world.
+#include "base/errors.h"
+#include "tests/unit/policy_bridge/expert_play.h"
+
+namespace evalbus::policy {
+namespace {
+
+TEST(StackTwoBlocksExpert, SucceedsOnEachVariation) {
+  for (const std::string variation : {"base", "position", "orientation", "position_and_orientation"}) {
+    ExpertStage stage("stack_two_blocks/" + variation);
+    for (const int64_t seed : {3, 4}) stage.ExpectSuccess(seed);
+  }
+}
+
+TEST(StackTwoBlocksExpert, StacksWithOneArm) {
+  for (const std::string variation : {"base", "position_and_orientation"}) {
+    ExpertStage stage("stack_two_blocks/" + variation, "single_panda");
+    for (const int64_t seed : {3, 4}) stage.ExpectSuccess(seed);
+  }
+}
+
+TEST(CubeHandoverExpert, SucceedsOnEachVariation) {
+  for (const std::string variation :
+       {"base", "position", "orientation", "position_and_orientation", "vertical"}) {
+    ExpertStage stage("cube_handover/" + variation);
+    for (const int64_t seed : {3, 4}) stage.ExpectSuccess(seed);
+  }
+}
+
+TEST(CubeHandoverExpert, WorksAtAnyControlRate) {
+  ExpertStage stage("cube_handover/vertical");
+  stage.ExpectSuccess(5, 20);
+  stage.ExpectSuccess(5, 500);
+}
+
+TEST(BlockExperts, EqualSeedsGiveEqualActionsWhateverCameBefore) {
+  for (const std::string task : {"stack_two_blocks/position", "cube_handover/position"}) {
+    ExpertStage stage(task);
+    const auto first = stage.Play(6).actions;
+    const auto other = stage.Play(7).actions;
+    EXPECT_NE(first, other);
+    EXPECT_EQ(first, stage.Play(6).actions);
+    EXPECT_EQ(first, ExpertStage(task).Play(6).actions);
+  }
+}
+
+TEST(CubeHandoverExpert, OneArmIsTooFew) {
+  const TaskSelection handover = FindTask("cube_handover");
+  const Scene scene = BuildScene(handover.task, LoadRobot(FindRobot("single_panda")));
+  try {
+    MakePolicy("expert", *scene.physics, scene.info);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "policy \"expert\": cube_handover needs a robot with two arms");
+  }
+}
+
+// Props at rest: dropped as the task says, nothing creeps or jitters.
+TEST(BlockProps, LieStill) {
+  for (const std::string name : {"stack_two_blocks/base", "cube_handover/base", "cube_handover/vertical"}) {
+    SCOPED_TRACE(name);
+    const TaskSelection selection = FindTask(name);
+    const RobotDescription robot = LoadRobot(selection.task.robot_file);
+    const Scene scene = BuildScene(selection.task, robot);
+    sim::World world(scene.physics.get(), scene.info, robot, selection.task, 10);
+    world.Reset(1, selection.task.variation(selection.variation));
+    state_t dropped{}, settled{}, state{};
+    world.Fill(&dropped);
+    const auto simulate = [&](int seconds) {
+      for (int tick = 0; tick < 50 * seconds; ++tick) ASSERT_TRUE(world.Step());
+    };
+    simulate(1);
+    world.Fill(&settled);
+    for (int i = 0; i < 10; ++i) {
+      simulate(1);
+      world.Fill(&state);
+      for (const std::string& object : selection.task.objects) {
+        const int body = mj_name2id(scene.physics.get(), mjOBJ_BODY, object.c_str());
+        for (int axis = 0; axis < 3; ++axis) {
+          EXPECT_NEAR(state.body_position_m[body][axis], settled.body_position_m[body][axis], 1e-3) << object;
+        }
+        // Where it was dropped, on the face that was below.
+        for (int axis = 0; axis < 2; ++axis) {
+          EXPECT_NEAR(state.body_position_m[body][axis], dropped.body_position_m[body][axis], 1e-3) << object;
+        }
+        const double height = name.ends_with("vertical") ? 0.1 : 0.02;
+        EXPECT_NEAR(state.body_position_m[body][2], 0.95 + height, 1e-3);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace evalbus::policy

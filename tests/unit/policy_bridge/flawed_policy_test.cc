@@ -1,0 +1,175 @@
+// What each flaw does to the targets of a policy that closes its grippers and rests.
+#include "policy_bridge/flawed_policy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/errors.h"
+#include "policy_bridge/experts/expert.h"
+#include "tests/unit/policy_bridge/policy_scene.h"
+
+namespace evalbus::policy {
+namespace {
+
+const model_info_t& Info() { return GetPolicyScene().info(); }
+
+// Counts the seconds that it has seen in the first joint of the left arm.
+class RestingPolicy : public Policy {
+ public:
+  void Begin(const episode_begin_t&) override {}
+  void Act(const state_t& state, action_t* action) override {
+    Configuration now = HomeConfiguration(Info());
+    now.closing = {1, 1};
+    now.joints[0][0] += static_cast<double>(state.header.sim_time_us) * 1e-6 * 0.01;
+    SetAction(now, action);
+  }
+};
+
+class FlawedPolicyTest : public testing::Test {
+ protected:
+  FlawedPolicyTest() {
+    state_.body_position_m.assign(Info().num_bodies, {0, 0, 0});
+    state_.body_quat_wxyz.assign(Info().num_bodies, {1, 0, 0, 0});
+    state_.gripper.resize(2);
+    state_.gripper[0].opening = 0.7;
+    state_.gripper[1].opening = 0.25;
+    pot_ = ObjectBody(Info(), "pot");
+  }
+  void Use(const std::string& flaw) {
+    dut_ = std::make_unique<FlawedPolicy>(std::make_unique<RestingPolicy>(), FindFlaw(flaw),
+                                          GetPolicyScene().model(), Info());
+    dut_->Begin({});
+    time_us_ = 0;
+    MovePot(0, 0);
+  }
+  void MovePot(double x, double z) { state_.body_position_m[pot_] = {0.7 + x, 0, 0.996 + z}; }
+  action_t Act() {
+    state_.header.sim_time_us = time_us_;
+    state_.header.tick = time_us_ / 20'000;
+    time_us_ += 20'000;
+    action_t action{};
+    dut_->Act(state_, &action);
+    return action;
+  }
+  // After so many seconds.
+  action_t ActFor(double seconds) {
+    action_t action{};
+    while (static_cast<double>(time_us_) * 1e-6 <= seconds) action = Act();
+    return action;
+  }
+  static Eigen::Vector3d Grip(const action_t& action, int arm, Eigen::Vector3d* direction = nullptr) {
+    static const std::vector<Arm> arms = MakeArms(GetPolicyScene().model(), Info());
+    const Eigen::Map<const JointVector> joints(action.joint_position_rad.data() + 7 * arm, 7);
+    const Eigen::Isometry3d grip = arms[arm].GripPose(joints);
+    if (direction) *direction = grip.linear().col(2);
+    return grip.translation();
+  }
+  action_t Plain() const {
+    action_t action{};
+    RestingPolicy().Act(state_, &action);
+    return action;
+  }
+
+  std::unique_ptr<FlawedPolicy> dut_;
+  state_t state_{};
+  int64_t time_us_ = 0;
+  int pot_ = 0;
+};
+
+TEST_F(FlawedPolicyTest, AMissIsEightCentimetresShort) {
+  Use("miss");
+  EXPECT_LT((Grip(Act(), 0) - Grip(Plain(), 0)).norm(), 1e-5) << "nothing jumps";
+  const action_t missed = ActFor(2);
+  for (int arm : {0, 1}) {
+    Eigen::Vector3d direction;
+    const Eigen::Vector3d wanted = Grip(Plain(), arm, &direction);
+    EXPECT_LT((Grip(missed, arm) - (wanted - 0.08 * direction)).norm(), 1e-5);
+  }
+  EXPECT_EQ(missed.gripper_closing, (std::vector<double>{1, 1}));
+}
+
+TEST_F(FlawedPolicyTest, HandsThatCollideGoDownAndOutside) {
+  Use("collide");
+  const action_t start = Act();
+  const Eigen::Vector3d way = Grip(ActFor(1), 1) - Grip(start, 1);
+  EXPECT_LT((way - Eigen::Vector3d(0, -0.105, -0.15)).norm(), 1e-5);
+}
+
+TEST_F(FlawedPolicyTest, FingersThatSlipAreToldToBeHardlyFurtherThanTheyAre) {
+  Use("slip");
+  const action_t action = Act();
+  EXPECT_DOUBLE_EQ(action.gripper_closing[0], 0.301);
+  EXPECT_DOUBLE_EQ(action.gripper_closing[1], 0.751);
+}
+
+TEST_F(FlawedPolicyTest, ADropIsFourCentimetresUp) {
+  Use("drop");
+  const std::vector<double> closed{1, 1}, open{0, 0};
+  MovePot(0, 0.1);  // it may come down before a gripper closes
+  EXPECT_EQ(Act().gripper_closing, closed);
+  MovePot(0.5, 0.139);
+  EXPECT_EQ(Act().gripper_closing, closed);
+  MovePot(0, 0.141);
+  EXPECT_EQ(Act().gripper_closing, open);
+  MovePot(0, 0);
+  EXPECT_EQ(Act().gripper_closing, open);
+  Use("drop");
+  EXPECT_EQ(Act().gripper_closing, closed) << "forgotten";
+}
+
+TEST_F(FlawedPolicyTest, EarlyIsOneCentimetreOrATenthOfARadian) {
+  const std::vector<double> closed{1, 1}, open{0, 0};
+  Use("early");
+  Act();
+  MovePot(0.009, 0);
+  EXPECT_EQ(Act().gripper_closing, closed);
+  MovePot(0.011, 0);
+  EXPECT_EQ(Act().gripper_closing, open);
+  Use("early");
+  Act();
+  state_.body_quat_wxyz[pot_] = {std::cos(0.049), std::sin(0.049), 0, 0};
+  EXPECT_EQ(Act().gripper_closing, closed);
+  state_.body_quat_wxyz[pot_] = {std::cos(0.051), std::sin(0.051), 0, 0};
+  EXPECT_EQ(Act().gripper_closing, open);
+}
+
+TEST_F(FlawedPolicyTest, StopsOnceItHasMovedSomething) {
+  Use("stop");
+  const action_t first = Act();
+  MovePot(0.02, 0);
+  const action_t last = Act();
+  EXPECT_NE(last.joint_position_rad, first.joint_position_rad);
+  EXPECT_EQ(ActFor(3).joint_position_rad, last.joint_position_rad);
+}
+
+TEST_F(FlawedPolicyTest, SlowIsATenth) {
+  Use("slow");
+  const double home = Act().joint_position_rad[0];
+  EXPECT_NEAR(ActFor(1.6).joint_position_rad[0] - home, 0.01 * 1.6 / 10, 1e-12);
+}
+
+TEST_F(FlawedPolicyTest, ErrorAndNan) {
+  Use("error");
+  Act();
+  MovePot(0.02, 0);
+  EXPECT_THROW(Act(), std::runtime_error);
+  Use("nan");
+  EXPECT_FALSE(std::isnan(Act().joint_position_rad[0]));
+  MovePot(0.02, 0);
+  EXPECT_TRUE(std::isnan(Act().joint_position_rad[0]));
+}
+
+TEST_F(FlawedPolicyTest, UnknownFlawsAreExplained) {
+  try {
+    FindFlaw("dropp");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "policy \"flawed_expert\": there is no flaw \"dropp\"; there are: miss, slip, early, drop, "
+                 "stop, collide, slow, error, nan");
+  }
+}
+
+}  // namespace
+}  // namespace evalbus::policy

@@ -1,0 +1,206 @@
+#include "policy_bridge/policy_component.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "base/errors.h"
+#include "base/sha256.h"
+#include "bus/channels.h"
+#include "bus/event_log.h"
+#include "tests/unit/policy_bridge/policy_scene.h"
+
+namespace evalbus::policy {
+namespace {
+
+namespace fs = std::filesystem;
+
+class PolicyComponentTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        fs::path(testing::TempDir()) /
+        ("policy_component_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::create_directories(folder_);
+    model_ = GetPolicyScene().info();
+    fs::create_directories(folder_ / "model");
+    model_.physics_file = folder_ / "model/physics.mjb";
+    mj_saveModel(&GetPolicyScene().model(), model_.physics_file.c_str(), nullptr, 0);
+    model_.physics_sha256 = Sha256File(model_.physics_file);
+    bus_.Subscribe<action_t>(channels::kAction,
+                             [this](const action_t& action) { actions_.push_back(action); });
+    bus_.Subscribe<component_status_t>(channels::kStatus,
+                                       [this](const component_status_t& status) { status_ = status; });
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  template <class Message>
+  void Send(const char* channel, const Message& message) {
+    bus_.Publish(channel, message);
+    while (bus_.Handle()) {
+    }
+  }
+  void Begin(int episode) {
+    episode_begin_t begin{};
+    begin.header.episode = episode;
+    begin.seed = 1;
+    Send(channels::kEpisodeBegin, begin);
+  }
+  static state_t State(int episode, int64_t tick) {
+    state_t state{};
+    state.header.episode = episode;
+    state.header.tick = tick;
+    state.header.sim_time_us = tick * 20'000;
+    return state;
+  }
+
+  fs::path folder_;
+  model_info_t model_{};
+  Bus bus_{"memq://"};
+  std::vector<action_t> actions_;
+  component_status_t status_{};
+};
+
+TEST_F(PolicyComponentTest, AnswersEachStateOfItsEpisode) {
+  PolicyComponent component(&bus_, "hold");
+  Begin(3);
+  EXPECT_NE(status_.state, component_status_t::READY) << "ready without MODEL";
+  Send(channels::kModel, model_);
+  Begin(3);
+  EXPECT_EQ(status_.state, component_status_t::READY);
+  EXPECT_EQ(status_.episode, 3);
+  Send(channels::kState, State(3, 0));
+  Send(channels::kState, State(2, 0));
+  Send(channels::kState, State(3, 1));
+  ASSERT_EQ(actions_.size(), 2u);
+  EXPECT_EQ(actions_[1].header.episode, 3);
+  EXPECT_EQ(actions_[1].header.tick, 1);
+  EXPECT_EQ(actions_[1].header.sim_time_us, 20'000);
+  EXPECT_EQ(actions_[1].joint_position_rad.size(), 14u);
+  EXPECT_TRUE(actions_[1].error.empty());
+  EXPECT_EQ(component.status().foreign_messages, 1);
+  EXPECT_EQ(component.status().last_tick, 1);
+}
+
+TEST_F(PolicyComponentTest, WhatAPolicyThrowsTravelsInTheAction) {
+  PolicyComponent component(&bus_, "expert");
+  Send(channels::kModel, model_);
+  Begin(0);
+  // A state without bodies.
+  Send(channels::kState, State(0, 0));
+  ASSERT_EQ(actions_.size(), 1u);
+  EXPECT_FALSE(actions_[0].error.empty());
+  EXPECT_EQ(actions_[0].header.tick, 0);
+}
+
+TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
+  const fs::path log = folder_ / "episodes" / "0001" / "events.lcmlog";
+  fs::create_directories(log.parent_path());
+  EventLogWriter writer(log);
+  action_t action{};
+  action.header.episode = 1;
+  action.mode = action_t::JOINT_POSITION;
+  action.num_joints = 14;
+  action.num_grippers = 2;
+  action.gripper_closing = {0, 0};
+  const auto write = [&](int64_t tick, double value) {
+    action.header.tick = tick;
+    action.header.sim_time_us = tick * 20'000;
+    action.joint_position_rad.assign(14, value);
+    std::vector<uint8_t> bytes(static_cast<size_t>(action.getEncodedSize()));
+    action.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    writer.Write(channels::kAction, bytes, 0);
+  };
+  // A first attempt of two ticks, then the episode began again.
+  for (const double value : {0.5, 0.6}) write(value == 0.6, value);
+  for (const double value : {0.1, 0.2}) write(value == 0.2, value);
+  writer.Close();
+
+  for (const fs::path& path : {log, folder_}) {
+    PolicyComponent component(&bus_, "replay:" + path.string());
+    Send(channels::kModel, model_);
+    Begin(1);
+    actions_.clear();
+    Send(channels::kState, State(1, 0));
+    Send(channels::kState, State(1, 1));
+    ASSERT_EQ(actions_.size(), 2u);
+    EXPECT_EQ(actions_[0].joint_position_rad[0], 0.1);
+    EXPECT_EQ(actions_[1].joint_position_rad[0], 0.2);
+    EXPECT_THROW(Begin(2), InputError);
+    break;
+  }
+  EXPECT_EQ(OpenRecording(folder_)(1).size(), 2u);
+  EXPECT_TRUE(OpenRecording(folder_)(0).empty());
+}
+
+TEST_F(PolicyComponentTest, BadPoliciesAreRefusedAtOnce) {
+  EXPECT_THROW(PolicyComponent(&bus_, "nobody"), InputError);
+  EXPECT_THROW(PolicyComponent(&bus_, "replay"), InputError);
+  EXPECT_THROW(PolicyComponent(&bus_, "replay:/nowhere"), InputError);
+  EXPECT_THROW(PolicyComponent(&bus_, "replay:" + (folder_).string()), InputError);
+}
+
+TEST_F(PolicyComponentTest, MissingModelIsAnInputError) {
+  PolicyComponent component(&bus_, "hold");
+  fs::remove(model_.physics_file);
+  Send(channels::kModel, model_);
+  EXPECT_THROW(Begin(0), InputError);
+}
+
+TEST_F(PolicyComponentTest, ActsOnceForEachStateAndSaysItAgain) {
+  PolicyComponent component(&bus_, "random");
+  Send(channels::kModel, model_);
+  Begin(0);
+  Send(channels::kState, State(0, 0));
+  Send(channels::kState, State(0, 1));
+  Send(channels::kState, State(0, 1));
+  Send(channels::kState, State(0, 0));  // long answered
+  ASSERT_EQ(actions_.size(), 3u);
+  EXPECT_EQ(actions_[2].header.tick, 1);
+  EXPECT_EQ(actions_[2].joint_position_rad, actions_[1].joint_position_rad);
+}
+
+TEST_F(PolicyComponentTest, ReplayNamesALogThatIsDamaged) {
+  const fs::path log = folder_ / "damaged.lcmlog";
+  std::ofstream(log) << "no events at all";
+  try {
+    OpenRecording(log)(0);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("damaged.lcmlog is damaged: 16 bytes"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
+  // The model itself, where no run has it, and what never ends.
+  fs::create_directories(folder_ / "pipe/model");
+  ASSERT_EQ(mkfifo((folder_ / "pipe/model/physics.mjb").c_str(), 0600), 0);
+  fs::copy_file(model_.physics_file, folder_ / "other.mjb");
+  fs::copy_file(model_.physics_file, folder_ / "physics.mjb");
+  const std::string here = folder_.string(), real = model_.physics_file;
+  for (const std::string& file :
+       {std::string("/etc/passwd"), std::string("/dev/zero"), std::string("/proc/self/mem"), std::string("/"),
+        std::string(), std::string("model/physics.mjb"), here + "/other.mjb", here + "/physics.mjb",
+        here + "/model/../model/physics.mjb", here + "/pipe/model/physics.mjb", std::string(5000, '/') + real,
+        "/" + std::string(5000, 'x') + "/" + real}) {
+    Bus bus("memq://");
+    PolicyComponent component(&bus, "hold");
+    model_info_t model = model_;
+    model.physics_file = file;
+    bus.Publish(channels::kModel, model);
+    bus.Publish(channels::kEpisodeBegin, episode_begin_t{});
+    EXPECT_THROW(
+        {
+          while (bus.Handle()) {
+          }
+        },
+        InputError)
+        << file;
+  }
+}
+
+}  // namespace
+}  // namespace evalbus::policy

@@ -1,0 +1,541 @@
+#include "sim/sim_component.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/errors.h"
+#include "base/sha256.h"
+#include "bus/channels.h"
+#include "evalbus/episode_summary_t.hpp"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::sim {
+namespace {
+
+// Plays policy and metrics against a sim on an in-process bus, one message at a time.
+class SimComponentTest : public testing::Test {
+ protected:
+  void MakeSim(SimOptions options = {}) {
+    if (options.task.empty()) options.task = "lift_pot";
+    options.out = folder_.path();
+    sim_.reset();
+    bus_.emplace("memq://");
+    sim_ = std::make_unique<SimComponent>(&*bus_, options);
+    bus_->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) {
+      model_ = m;
+      ++num_models_;
+    });
+    bus_->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
+                                     [this](const episode_begin_t& m) { begins_.push_back(m); });
+    bus_->Subscribe<state_t>(channels::kState, [this](const state_t& m) { states_.push_back(m); });
+    bus_->Subscribe<episode_end_t>(channels::kEpisodeEnd,
+                                   [this](const episode_end_t& m) { ends_.push_back(m); });
+  }
+  void HandleAll() {
+    while (bus_->Handle()) {
+    }
+  }
+  void Command(int32_t episode, int32_t attempt = 0) {
+    command_t command{};
+    command.kind = command_t::START_EPISODE;
+    command.episode = episode;
+    command.attempt = attempt;
+    command.seed = 11;
+    command.required_component = {"policy", "metrics"};
+    command.num_required = 2;
+    bus_->Publish(channels::kCommand, command);
+    HandleAll();
+  }
+  void Status(const std::string& name, int32_t episode, int64_t last_tick = -1, int64_t window = 0) {
+    component_status_t status{};
+    status.component = name;
+    status.state = component_status_t::READY;
+    status.episode = episode;
+    status.last_tick = last_tick;
+    status.lag_window_ticks = window;
+    bus_->Publish(channels::kStatus, status);
+    HandleAll();
+  }
+  void Start(int32_t episode = 0) {
+    Command(episode);
+    Status("policy", episode);
+    Status("metrics", episode);
+  }
+  action_t Action(int64_t tick) {
+    action_t action{};
+    action.header.episode = states_.back().header.episode;
+    action.header.tick = tick;
+    action.mode = action_t::JOINT_POSITION;
+    for (const arm_info_t& arm : model_.arm) {
+      action.joint_position_rad.insert(action.joint_position_rad.end(), arm.joint_home_rad.begin(),
+                                       arm.joint_home_rad.end());
+    }
+    action.num_joints = static_cast<int32_t>(action.joint_position_rad.size());
+    action.gripper_closing = {0, 0};
+    action.num_grippers = 2;
+    return action;
+  }
+  void Act(const action_t& action) {
+    bus_->Publish(channels::kAction, action);
+    HandleAll();
+  }
+  void Score(int64_t tick, int8_t verdict = partial_metrics_t::UNDECIDED) {
+    partial_metrics_t partial{};
+    partial.header.episode = states_.back().header.episode;
+    partial.header.tick = tick;
+    partial.verdict = verdict;
+    bus_->Publish(channels::kPartial, partial);
+    HandleAll();
+  }
+  int64_t tick() const { return states_.back().header.tick; }
+
+  TemporaryFolder folder_;
+  std::optional<Bus> bus_;
+  std::unique_ptr<SimComponent> sim_;
+  model_info_t model_{};
+  int num_models_ = 0;
+  std::vector<episode_begin_t> begins_;
+  std::vector<state_t> states_;
+  std::vector<episode_end_t> ends_;
+};
+
+TEST_F(SimComponentTest, AnnouncesModelsThatExistAndMatchTheirHash) {
+  MakeSim();
+  Command(0);
+  EXPECT_EQ(model_.task, "lift_pot");
+  EXPECT_EQ(model_.variation, "base");
+  EXPECT_EQ(model_.timestep_us, 2000);
+  EXPECT_EQ(model_.substeps, 10);
+  EXPECT_EQ(model_.clearance_every_ticks, 5);
+  EXPECT_EQ(Sha256File(model_.physics_file), model_.physics_sha256);
+  EXPECT_EQ(Sha256File(model_.visual_file), model_.visual_sha256);
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "model/scene.xml"));
+}
+
+TEST_F(SimComponentTest, WaitsUntilEveryRequiredComponentIsReadyForThisEpisode) {
+  MakeSim();
+  Command(3);
+  ASSERT_EQ(begins_.size(), 1u);
+  EXPECT_EQ(begins_[0].header.episode, 3);
+  EXPECT_EQ(begins_[0].seed, 11);
+  Status("policy", 3);
+  Status("metrics", 2);  // ready for another episode
+  EXPECT_TRUE(states_.empty());
+  Status("metrics", 3);
+  ASSERT_EQ(states_.size(), 1u);
+  EXPECT_EQ(tick(), 0);
+  EXPECT_EQ(states_[0].header.sim_time_us, 0);
+}
+
+TEST_F(SimComponentTest, ARepeatedCommandStartsNothingTwice) {
+  MakeSim();
+  Start();
+  Command(0);
+  EXPECT_EQ(begins_.size(), 1u);
+  Command(0, 1);  // another attempt waits for its turn
+  EXPECT_EQ(begins_.size(), 1u);
+  Score(0, partial_metrics_t::FAILURE);
+  ASSERT_EQ(begins_.size(), 2u);
+  EXPECT_EQ(begins_[1].attempt, 1);
+}
+
+TEST_F(SimComponentTest, CommandsOfAnOldLogDoNotKeepItFromTheLaunchers) {
+  MakeSim();
+  Command(0, 1);
+  Command(0, 0);  // said before
+  ASSERT_EQ(begins_.size(), 1u);
+  EXPECT_EQ(begins_[0].attempt, 1);
+  EXPECT_EQ(sim_->status().foreign_messages, 1);
+  // Nobody gets ready for that one.
+  Command(5);
+  EXPECT_EQ(begins_.back().header.episode, 5);
+  Command(0, 1);
+  EXPECT_EQ(begins_.back().header.episode, 0);
+  EXPECT_EQ(begins_.back().attempt, 1);
+  // In mid-episode the last word counts, however many come.
+  Command(1);
+  Start(2);
+  const size_t begun = begins_.size();
+  for (int32_t episode = 3; episode < 100; ++episode) Command(episode);
+  EXPECT_EQ(begins_.size(), begun);
+  Score(0, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(begins_.size(), begun + 1);
+  EXPECT_EQ(begins_.back().header.episode, 99);
+}
+
+TEST_F(SimComponentTest, TakesAStepOnlyWithActionAndScore) {
+  MakeSim();
+  Start();
+  Act(Action(0));
+  EXPECT_EQ(tick(), 0);
+  Score(0);
+  EXPECT_EQ(tick(), 1);
+  EXPECT_EQ(states_.back().header.sim_time_us, 20000);
+  Score(1);
+  EXPECT_EQ(tick(), 1);
+  Act(Action(1));
+  EXPECT_EQ(tick(), 2);
+}
+
+TEST_F(SimComponentTest, TheOrderOfActionAndScoreDoesNotChangeTheState) {
+  MakeSim();
+  std::vector<std::vector<double>> qpos[2];
+  for (const int order : {0, 1}) {
+    Start(order);
+    for (int64_t k = 0; k < 20; ++k) {
+      action_t action = Action(k);
+      action.joint_position_rad[0] = 0.02 * static_cast<double>(k);
+      if (order == 0) Act(action);
+      Score(k);
+      if (order == 1) Act(action);
+      ASSERT_EQ(tick(), k + 1);
+      qpos[order].push_back(states_.back().qpos_mixed);
+    }
+    Act(Action(20));
+    Score(20, partial_metrics_t::SUCCESS);
+  }
+  EXPECT_EQ(qpos[0], qpos[1]);
+}
+
+TEST_F(SimComponentTest, AVerdictEndsTheEpisodeAtItsTickAndDropsTheStepAhead) {
+  MakeSim();
+  Start();
+  Act(Action(0));
+  Score(0);
+  Act(Action(1));  // physics of tick 2 is computed, and must not be heard of
+  Score(1, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "success");
+  EXPECT_EQ(ends_[0].header.tick, 1);
+  EXPECT_EQ(states_.size(), 2u);
+}
+
+TEST_F(SimComponentTest, WrongActionsEndTheEpisodeWithPolicyError) {
+  MakeSim();
+  Start();
+  action_t bad = Action(0);
+  bad.joint_position_rad[0] = std::numeric_limits<double>::quiet_NaN();
+  Act(bad);
+  Score(0);
+  action_t failed{};
+  Start(1);
+  failed = Action(0);
+  failed.error = "out of memory";
+  Act(failed);
+  Score(0);
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[0].end_reason, "policy_error");
+  EXPECT_EQ(ends_[0].detail, "action contains NaN or infinity");
+  EXPECT_EQ(ends_[1].end_reason, "policy_error");
+  EXPECT_EQ(ends_[1].detail, "out of memory");
+}
+
+TEST_F(SimComponentTest, AnswersForOtherTicksAndEpisodesAreForeign) {
+  MakeSim();
+  Start();
+  Act(Action(1));
+  Act(Action(-1));
+  Score(5);
+  action_t other = Action(0);
+  other.header.episode = 9;
+  Act(other);
+  EXPECT_EQ(tick(), 0);
+  EXPECT_EQ(sim_->status().foreign_messages, 4);
+  Act(Action(0));
+  Act(Action(0));  // a second answer
+  Score(0);
+  Score(0);
+  EXPECT_EQ(tick(), 1);
+  EXPECT_EQ(sim_->status().foreign_messages, 6);
+}
+
+TEST_F(SimComponentTest, AConsumerWithAWindowHoldsTheSimBack) {
+  MakeSim();
+  Start();
+  Status("recorder", 0, -1, 4);
+  for (int64_t k = 0; k < 3; ++k) {
+    Act(Action(k));
+    Score(k);
+  }
+  // -1 + 4 ticks ahead of what the recorder has said.
+  EXPECT_EQ(tick(), 3);
+  Act(Action(3));
+  Score(3);
+  EXPECT_EQ(tick(), 3);
+  Status("recorder", 0, 2, 4);
+  EXPECT_EQ(tick(), 4);
+}
+
+TEST_F(SimComponentTest, EndsAtTheTimeLimit) {
+  MakeSim();
+  Start();
+  const int64_t last = model_.time_limit_us / 20000;
+  for (int64_t k = 0; ends_.empty() && k < 2 * last; ++k) {
+    Act(Action(k));
+    Score(k);
+  }
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "time_limit");
+  EXPECT_EQ(ends_[0].header.tick, last);
+}
+
+TEST_F(SimComponentTest, SilentPolicyAndSilentMetricsEndTheEpisode) {
+  SimOptions options;
+  options.policy_timeout_s = options.metrics_timeout_s = 5;
+  MakeSim(options);
+  Start();
+  Score(0);
+  const auto later = std::chrono::steady_clock::now() + std::chrono::seconds(6);
+  sim_->Poll(later);
+  HandleAll();
+  Start(1);
+  sim_->Poll(later);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[0].end_reason, "policy_timeout");
+  EXPECT_EQ(ends_[1].end_reason, "aborted");
+}
+
+TEST_F(SimComponentTest, AConsumerWithAWindowThatStopsEndsTheEpisode) {
+  SimOptions options;
+  options.metrics_timeout_s = 5;
+  options.policy_timeout_s = 1;
+  MakeSim(options);
+  Start();
+  Status("recorder", 0, -1, 1);
+  Act(Action(0));
+  Score(0);
+  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(4));
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());
+  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(6));
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "a consumer (recorder?) stopped at 0 ticks");
+}
+
+TEST_F(SimComponentTest, StopsOnCommandInMidEpisode) {
+  MakeSim();
+  Start(3);
+  command_t stop{};
+  stop.kind = command_t::STOP;
+  bus_->Publish(channels::kCommand, stop);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "stopped on command");
+  EXPECT_TRUE(sim_->done());
+}
+
+TEST_F(SimComponentTest, SaysTheEndAgainUntilTheNextEpisodeBegins) {
+  MakeSim();
+  Start(3);
+  Score(0, partial_metrics_t::FAILURE);
+  ASSERT_EQ(ends_.size(), 1u);
+  const auto later = std::chrono::steady_clock::now() + std::chrono::seconds(3);
+  sim_->Poll(later);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[1].end_reason, "failure");
+  EXPECT_EQ(ends_[1].header.episode, 3);
+  Start(4);
+  sim_->Poll(later + std::chrono::seconds(3));
+  HandleAll();
+  EXPECT_EQ(ends_.size(), 2u);
+}
+
+TEST_F(SimComponentTest, RepeatsTheModelForThoseWhoComeLate) {
+  MakeSim();
+  Start();
+  const int announced = num_models_;
+  const auto now = std::chrono::steady_clock::now();
+  sim_->Poll(now);
+  HandleAll();
+  EXPECT_EQ(num_models_, announced);
+  sim_->Poll(now + std::chrono::milliseconds(1100));  // while the policy thinks
+  HandleAll();
+  EXPECT_EQ(num_models_, announced + 1);
+  for (int64_t k = 0; k < 101; ++k) {  // two simulated seconds, in no time
+    Act(Action(k));
+    Score(k);
+    sim_->Poll(now);
+    HandleAll();
+  }
+  EXPECT_EQ(num_models_, announced + 2);
+  EXPECT_EQ(states_.size(), 102u);
+}
+
+TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
+  SimOptions options;
+  options.realtime = true;
+  MakeSim(options);
+  Start();
+  Act(Action(0));
+  sim_->Poll(sim_->next_poll());
+  HandleAll();
+  EXPECT_EQ(tick(), 1);
+  EXPECT_EQ(states_.back().deadline_misses, 0);
+  sim_->Poll(sim_->next_poll());
+  HandleAll();
+  EXPECT_EQ(tick(), 2);
+  EXPECT_EQ(states_.back().deadline_misses, 1);
+  Score(1, partial_metrics_t::SUCCESS);  // a late verdict is a verdict
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "success");
+}
+
+TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
+  SimOptions options;
+  options.realtime = true;
+  options.rtf = 1e6;  // 20 ns a tick: physics takes longer
+  MakeSim(options);
+  Start();
+  while (tick() < 20) {
+    sim_->Poll(std::chrono::steady_clock::now());
+    HandleAll();
+  }
+  Score(19, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].late_ticks, 20);
+  EXPECT_GT(ends_[0].pacing_error_p50_s, 20e-9);
+  EXPECT_LE(ends_[0].pacing_error_p50_s, ends_[0].pacing_error_p99_s);
+  EXPECT_EQ(ends_[0].pacing_error_p99_s, ends_[0].pacing_error_max_s);  // of 20, the largest
+}
+
+TEST_F(SimComponentTest, APolicyThatSaysItFailedEndsTheEpisode) {
+  MakeSim();
+  Start();
+  component_status_t status{};
+  status.component = "policy";
+  status.state = component_status_t::FAILED;
+  status.error = "out of memory";
+  status.attempt = 1;  // another one
+  bus_->Publish(channels::kStatus, status);
+  HandleAll();
+  Act(Action(0));
+  Score(0);
+  EXPECT_EQ(tick(), 1);
+  status.attempt = 0;
+  bus_->Publish(channels::kStatus, status);
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());  // the tick is scored first
+  Score(1);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "policy_error");
+  EXPECT_EQ(ends_[0].detail, "out of memory");
+}
+
+TEST_F(SimComponentTest, ControlRatesAreWholePhysicsSteps) {
+  for (const auto& [hz, substeps] : {std::pair{20.0, 25}, {50.0, 10}, {200.0, 3}, {500.0, 1}}) {
+    SimOptions options;
+    options.control_hz = hz;
+    MakeSim(options);
+    Command(0);
+    EXPECT_EQ(model_.substeps, substeps) << hz;
+  }
+}
+
+TEST_F(SimComponentTest, RefusesWrongOptions) {
+  const auto with = [](auto change) {
+    SimOptions options;
+    change(&options);
+    return options;
+  };
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 10; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 1000; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->rtf = 0; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pan"; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pot/sideways"; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->robot = "/no/such/robot.yaml"; })), InputError);
+}
+
+TEST_F(SimComponentTest, InventedNamesDoNotFillTheMemory) {
+  MakeSim();
+  for (int i = 0; i < 1000; ++i) Status("component_" + std::to_string(i), 0);
+  EXPECT_EQ(sim_->status().foreign_messages, 900);
+  Start();
+  EXPECT_EQ(states_.size(), 1u);
+}
+
+TEST_F(SimComponentTest, TwoActionsForATickEndTheEpisode) {
+  MakeSim();
+  Start();
+  Act(Action(0));
+  Score(0);
+  Act(Action(1));
+  Score(1);
+  action_t other = Action(0);  // long past
+  other.gripper_closing = {1, 1};
+  Act(other);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "two different actions for tick 0: is a second policy on this bus?");
+}
+
+TEST_F(SimComponentTest, TwoScoresForATickEndTheEpisode) {
+  MakeSim();
+  Start();
+  Score(0);
+  Score(0, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_NE(ends_[0].detail.find("EVALBUS_PARTIAL for tick 0"), std::string::npos) << ends_[0].detail;
+}
+
+TEST_F(SimComponentTest, TwoProcessesOfOneNameEndTheEpisode) {
+  MakeSim();
+  Start();
+  component_status_t status{};
+  status.component = "policy";
+  status.state = component_status_t::READY;
+  status.instance = 1;  // the one that is ready said 0
+  bus_->Publish(channels::kStatus, status);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail, "two processes on this bus say that they are the policy");
+}
+
+TEST_F(SimComponentTest, AnEndThatIsSaidBeforeItBeganEndsTheEpisodeButNotItsOwn) {
+  MakeSim();
+  Command(0);
+  ASSERT_TRUE(states_.empty());
+  episode_end_t end{};
+  end.end_reason = "success";
+  bus_->Publish(channels::kEpisodeEnd, end);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[1].end_reason, "aborted");
+  // Its own, heard late by the attempt that follows.
+  Command(0, 1);
+  bus_->Publish(channels::kEpisodeEnd, ends_[1]);
+  HandleAll();
+  EXPECT_EQ(ends_.size(), 3u);
+}
+
+TEST_F(SimComponentTest, WhatOnlyASimSaysEndsTheEpisodeWhenSomebodyElseSaysIt) {
+  MakeSim();
+  for (int32_t episode = 0; episode < 3; ++episode) {
+    Start(episode);
+    ASSERT_EQ(states_.back().header.episode, episode);
+    episode_begin_t begin{};
+    begin.header.episode = 77;
+    episode_end_t end{};
+    end.header.episode = episode;
+    model_info_t model = model_;
+    model.run_id = "another";
+    if (episode == 0) bus_->Publish(channels::kEpisodeBegin, begin);
+    if (episode == 1) bus_->Publish(channels::kEpisodeEnd, end);
+    if (episode == 2) bus_->Publish(channels::kModel, model);
+    HandleAll();
+    ASSERT_FALSE(ends_.empty());
+    EXPECT_EQ(ends_.back().header.episode, episode);
+    EXPECT_EQ(ends_.back().end_reason, "aborted");
+    EXPECT_NE(ends_.back().detail.find("not this sim's"), std::string::npos) << ends_.back().detail;
+  }
+}
+
+}  // namespace
+}  // namespace evalbus::sim

@@ -1,0 +1,253 @@
+#include "sim/world.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/errors.h"
+#include "base/random.h"
+#include "models/scene.h"
+
+namespace evalbus::sim {
+namespace {
+
+class WorldTest : public testing::Test {
+ protected:
+  static constexpr int kSubsteps = 10;
+
+  // Composed once: the scene is not changed by worlds.
+  static void SetUpTestSuite() {
+    task_ = new TaskDescription(FindTask("lift_pot").task);
+    robot_ = new RobotDescription(LoadRobot(task_->robot_file));
+    scene_ = new Scene(BuildScene(*task_, *robot_));
+  }
+  static void TearDownTestSuite() {
+    delete scene_;
+    delete robot_;
+    delete task_;
+  }
+
+  World MakeWorld() { return World(scene_->physics.get(), scene_->info, *robot_, *task_, kSubsteps); }
+  const Variation& VariationOf(const std::string& name) { return task_->variation(name); }
+  static state_t StateOf(const World& world) {
+    state_t state{};
+    world.Fill(&state);
+    return state;
+  }
+  action_t Home() {
+    action_t action{};
+    action.mode = action_t::JOINT_POSITION;
+    for (const ArmDescription& arm : robot_->arms) {
+      action.joint_position_rad.insert(action.joint_position_rad.end(), arm.home.begin(), arm.home.end());
+    }
+    action.num_joints = static_cast<int32_t>(action.joint_position_rad.size());
+    action.gripper_closing = {0, 0};
+    action.num_grippers = 2;
+    return action;
+  }
+  static double Value(const std::vector<Parameter>& parameters, const std::string& name) {
+    for (const Parameter& parameter : parameters) {
+      if (parameter.name == name) return parameter.value;
+    }
+    ADD_FAILURE() << "no parameter " << name;
+    return 0;
+  }
+
+  static TaskDescription* task_;
+  static RobotDescription* robot_;
+  static Scene* scene_;
+};
+TaskDescription* WorldTest::task_ = nullptr;
+RobotDescription* WorldTest::robot_ = nullptr;
+Scene* WorldTest::scene_ = nullptr;
+
+TEST_F(WorldTest, BaseVariationStartsAtTheNominalPoseForEverySeed) {
+  World world = MakeWorld();
+  for (int64_t seed = 0; seed < 3; ++seed) {
+    EXPECT_TRUE(world.Reset(seed, VariationOf("base")).empty());
+    const state_t state = StateOf(world);
+    const auto pot = static_cast<size_t>(mj_name2id(&world.model(), mjOBJ_BODY, "pot/pot"));
+    ASSERT_GT(pot, 0u);
+    EXPECT_EQ(state.body_position_m[pot], (std::vector<double>{0.7, 0, 0.996}));
+  }
+}
+
+TEST_F(WorldTest, HomeIsTheDescribedOne) {
+  World world = MakeWorld();
+  world.Reset(0, VariationOf("base"));
+  const state_t state = StateOf(world);
+  for (size_t arm = 0; arm < 2; ++arm) {
+    EXPECT_EQ(state.arm[arm].joint_position_rad, robot_->arms[arm].home);
+    EXPECT_EQ(state.gripper[arm].opening, 1);
+    // Forward kinematics by hand: from the base at (0.1, +-0.3, 0.6) up 0.333 + 0.316, elbow offsets cancel,
+    // forearm 0.384 forward and 0.0825 up, wrist 0.088 forward and flange 0.107 down.
+    EXPECT_NEAR(state.arm[arm].wrist_position_m[0], 0.1 + 0.0825 + 0.384 + 0.088, 1e-9);
+    EXPECT_NEAR(state.arm[arm].wrist_position_m[1], arm == 0 ? 0.3 : -0.3, 1e-9);
+    EXPECT_NEAR(state.arm[arm].wrist_position_m[2], 0.6 + 0.333 + 0.316 + 0.0825 - 0.107, 1e-9);
+  }
+}
+
+TEST_F(WorldTest, EqualSeedsGiveEqualBitsWhateverCameBefore) {
+  World a = MakeWorld();
+  World b = MakeWorld();
+  b.Reset(99, VariationOf("orientation"));
+  b.Apply(Home());
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(b.Step());
+  a.Reset(5, VariationOf("position_and_orientation"));
+  b.Reset(5, VariationOf("position_and_orientation"));
+  for (int i = 0; i < 50; ++i) {
+    action_t action = Home();
+    action.joint_position_rad[1] += 0.01 * i;
+    action.gripper_closing[0] = i / 50.0;
+    ASSERT_EQ(a.Apply(action), "");
+    ASSERT_EQ(b.Apply(action), "");
+    ASSERT_TRUE(a.Step());
+    ASSERT_TRUE(b.Step());
+    ASSERT_EQ(StateOf(a).qpos_mixed, StateOf(b).qpos_mixed);
+    ASSERT_EQ(StateOf(a).qvel_mixed, StateOf(b).qvel_mixed);
+  }
+}
+
+TEST_F(WorldTest, RandomisedPosesStayInTheirRegionAndDiffer) {
+  World world = MakeWorld();
+  std::vector<double> xs;
+  double largest_x = 0, largest_y = 0, largest_yaw = 0;
+  for (int64_t seed = 0; seed < 200; ++seed) {
+    const auto parameters = world.Reset(seed, VariationOf("position_and_orientation"));
+    const double x = Value(parameters, "pot_x_m"), y = Value(parameters, "pot_y_m");
+    const double yaw = Value(parameters, "pot_yaw_rad");
+    xs.push_back(x);
+    largest_x = std::max(largest_x, std::abs(x - 0.735));
+    largest_y = std::max(largest_y, std::abs(y));
+    largest_yaw = std::max(largest_yaw, std::abs(yaw));
+    // The start is valid: nothing penetrates by more than a settled contact does.
+    for (int i = 0; i < world.data().ncon; ++i) EXPECT_GT(world.data().contact[i].dist, -1e-3);
+  }
+  EXPECT_LE(largest_x, 0.21);
+  EXPECT_LE(largest_y, 0.4);
+  EXPECT_LE(largest_yaw, M_PI / 6);
+  // The whole region is used.
+  EXPECT_GT(largest_x, 0.19);
+  EXPECT_GT(largest_y, 0.37);
+  EXPECT_GT(largest_yaw, 0.5);
+  std::sort(xs.begin(), xs.end());
+  EXPECT_EQ(std::unique(xs.begin(), xs.end()), xs.end());
+}
+
+TEST_F(WorldTest, ThePotStandsStillAtItsStart) {
+  World world = MakeWorld();
+  world.Reset(0, VariationOf("base"));
+  const auto pot = static_cast<size_t>(mj_name2id(&world.model(), mjOBJ_BODY, "pot/pot"));
+  world.Apply(Home());
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(world.Step());
+  const auto settled = StateOf(world).body_position_m[pot];
+  EXPECT_NEAR(settled[2], 0.996, 1e-3);
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(world.Step());
+  const auto later = StateOf(world).body_position_m[pot];
+  for (size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(later[axis], settled[axis], 1e-4);
+}
+
+TEST_F(WorldTest, TheArmsHoldHomeAgainstGravity) {
+  World world = MakeWorld();
+  world.Reset(0, VariationOf("base"));
+  world.Apply(Home());
+  for (int i = 0; i < 250; ++i) ASSERT_TRUE(world.Step());
+  const state_t state = StateOf(world);
+  for (size_t arm = 0; arm < 2; ++arm) {
+    for (size_t j = 0; j < 7; ++j) {
+      EXPECT_NEAR(state.arm[arm].joint_position_rad[j], robot_->arms[arm].home[j], 2e-3);
+    }
+  }
+}
+
+TEST_F(WorldTest, ClipsAndCountsCommandsBeyondTheLimits) {
+  World world = MakeWorld();
+  world.Reset(0, VariationOf("base"));
+  action_t action = Home();
+  action.joint_position_rad[3] = 1;     // joint 4 ends at -0.0698
+  action.joint_position_rad[8] = -100;  // right arm, joint 2
+  action.gripper_closing[1] = 1.5;
+  EXPECT_EQ(world.Apply(action), "");
+  EXPECT_EQ(StateOf(world).action_clips, 3);
+  EXPECT_NEAR(world.data().ctrl[mj_name2id(&world.model(), mjOBJ_ACTUATOR, "left/actuator4")], -0.0698, 1e-9);
+  EXPECT_EQ(world.data().ctrl[mj_name2id(&world.model(), mjOBJ_ACTUATOR, "right/hand/gripper")], 0);
+  world.Reset(0, VariationOf("base"));
+  EXPECT_EQ(StateOf(world).action_clips, 0);
+}
+
+TEST_F(WorldTest, RefusesActionsThatAreNone) {
+  World world = MakeWorld();
+  world.Reset(0, VariationOf("base"));
+  const std::vector<double> before(world.data().ctrl, world.data().ctrl + world.model().nu);
+  action_t nan = Home();
+  nan.joint_position_rad[2] = std::numeric_limits<double>::quiet_NaN();
+  nan.joint_position_rad[0] = 1;
+  EXPECT_EQ(world.Apply(nan), "action contains NaN or infinity");
+  action_t infinite = Home();
+  infinite.gripper_closing[0] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(world.Apply(infinite), "action contains NaN or infinity");
+  action_t small = Home();
+  small.joint_position_rad.pop_back();
+  EXPECT_EQ(world.Apply(small), "action has 13 joint and 2 gripper values, expected 14 and 2");
+  action_t unknown = Home();
+  unknown.mode = 7;
+  EXPECT_EQ(world.Apply(unknown), "action mode 7 is not known");
+  EXPECT_TRUE(std::equal(before.begin(), before.end(), world.data().ctrl));
+}
+
+TEST_F(WorldTest, UnstablePhysicsIsSaidAndDoesNotOutliveReset) {
+  World world = MakeWorld();
+  world.Reset(0, VariationOf("base"));
+  const_cast<mjData&>(world.data()).qvel[0] = 1e12;
+  bool stable = true;
+  for (int i = 0; i < 10 && stable; ++i) stable = world.Step();
+  EXPECT_FALSE(stable);
+  EXPECT_NE(world.instability(), "");
+  world.Reset(0, VariationOf("base"));
+  EXPECT_TRUE(world.Step());
+  EXPECT_EQ(world.instability(), "");
+}
+
+TEST_F(WorldTest, GridPlacesObjectsOnDistinctPoints) {
+  World world = MakeWorld();
+  // 2 * 0.1 / 0.05 = 4 by 2 * 0.25 / 0.05 = 10 points.
+  Variation variation;
+  variation.randomisations = {SpawnPlane{{"pot"}, {0.7, 0, 0.996}, {0.1, 0.25}, 0.05, {0, 0, 0}}};
+  for (int64_t seed = 0; seed < 50; ++seed) {
+    const auto parameters = world.Reset(seed, variation);
+    const double column = (Value(parameters, "pot_x_m") - 0.7) / 0.05 + 1.5;
+    const double row = Value(parameters, "pot_y_m") / 0.05 + 4.5;
+    EXPECT_NEAR(column, std::round(column), 1e-9);
+    EXPECT_NEAR(row, std::round(row), 1e-9);
+    EXPECT_TRUE(column > -0.5 && column < 3.5 && row > -0.5 && row < 9.5);
+  }
+  std::get<SpawnPlane>(variation.randomisations[0]).spacing = 1;
+  EXPECT_THROW(world.Reset(0, variation), InputError);
+}
+
+TEST_F(WorldTest, NamesWhatCannotBeRandomised) {
+  World world = MakeWorld();
+  Variation variation;
+  variation.randomisations = {SpawnYaw{"left_cabinet", 1}};
+  EXPECT_THROW(world.Reset(0, variation), InputError);
+}
+
+TEST(EpisodeSeed, DependsOnRunSeedAndEpisodeAndFitsADouble) {
+  std::vector<int64_t> seeds;
+  for (int64_t run = 0; run < 50; ++run) {
+    for (int32_t episode = 0; episode < 50; ++episode) {
+      const int64_t seed = EpisodeSeed(run, episode);
+      EXPECT_GE(seed, 0);
+      EXPECT_LT(seed, int64_t{1} << 53);
+      seeds.push_back(seed);
+    }
+  }
+  std::sort(seeds.begin(), seeds.end());
+  EXPECT_EQ(std::unique(seeds.begin(), seeds.end()), seeds.end());
+  // SplitMix64's published first output for state 0, shifted to 53 bits.
+  EXPECT_EQ(EpisodeSeed(0, 0), static_cast<int64_t>(0xE220A8397B1DCDAFu >> 11));
+}
+
+}  // namespace
+}  // namespace evalbus::sim

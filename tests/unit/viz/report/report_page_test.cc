@@ -1,0 +1,240 @@
+// The report's page: well-formed, escaped, and with the numbers that it was given.
+#include "viz/report/report_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tinyxml2.h>
+
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "base/json_file.h"
+
+namespace evalbus::viz {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using tinyxml2::XMLElement;
+
+class Page {
+ public:
+  explicit Page(const std::string& html) {
+    EXPECT_EQ(document_.Parse(html.c_str()), tinyxml2::XML_SUCCESS) << document_.ErrorStr();
+  }
+  // All elements of the name for which `wanted` is true, in order.
+  std::vector<const XMLElement*> All(
+      const std::string& name,
+      const std::function<bool(const XMLElement&)>& wanted = [](const XMLElement&) { return true; }) const {
+    std::vector<const XMLElement*> found;
+    const std::function<void(const XMLElement*)> visit = [&](const XMLElement* element) {
+      if (element->Name() == name && wanted(*element)) found.push_back(element);
+      for (auto* child = element->FirstChildElement(); child; child = child->NextSiblingElement())
+        visit(child);
+    };
+    visit(document_.RootElement());
+    return found;
+  }
+  const XMLElement* ById(const std::string& id) const {
+    for (const char* name : {"table", "tr", "div", "h2", "h3", "h4", "article"}) {
+      for (const XMLElement* element : All(name)) {
+        if (element->Attribute("id", id.c_str())) return element;
+      }
+    }
+    return nullptr;
+  }
+
+ private:
+  tinyxml2::XMLDocument document_;
+};
+
+std::string TextOf(const XMLElement* element) {
+  std::string text;
+  for (auto* node = element->FirstChild(); node; node = node->NextSibling()) {
+    if (node->ToText()) text += node->Value();
+    if (node->ToElement()) text += TextOf(node->ToElement());
+  }
+  return text;
+}
+
+// Four episodes: two successes, a failure, one that is not complete.
+ReportRun SomeRun() {
+  ReportRun run;
+  run.name = "a";
+  run.task = "lift_pot";
+  run.variation = "position";
+  run.policy = "expert";
+  run.episodes = 4;
+  run.complete = 3;
+  run.successes = 2;
+  run.intervals = {{"Wilson", 0.2, 0.9}};
+  run.stages = {{"1", "left_gripper_holds_pot", 1, 3.5}};
+  run.failure_reasons = {{"timeout", 1}};
+  run.metrics = {{"completion_time",
+                  {{"mean", {9.25}}, {"median", {5.5}}, {"p5", {4.5}}, {"p95", {17.5}}, {"max", {20}}}},
+                 {"extended.min_clearance_m", {{"mean", {0.125}}, {"mean_bca_95", {0.11, 0.14}}}},
+                 {"slip_count", {{"mean", {0.0}}}}};
+  for (int i = 0; i < 4; ++i) {
+    ReportEpisode episode;
+    episode.episode = i;
+    episode.seed = 100 + i;
+    episode.end_reason = i < 2 ? "success" : "time_limit";
+    episode.success = i < 2;
+    episode.complete = i < 3;
+    episode.failure_reason = i < 2 ? "" : "timeout";
+    episode.explanation = i == 2 ? "tilt of pot 27.4 deg > 20 deg" : "";
+    episode.values = {{"completion_time", 4.25 + i}, {"slip_count", 0}, {"task_stage_reached.1", i == 0}};
+    episode.logs = {{"log", "episodes/000" + std::to_string(i) + "/events.lcmlog"}};
+    run.episode.push_back(episode);
+  }
+  run.episode[2].films = {{"front", "episodes/0002/front.mp4"}};
+  ReportCurves curves{.episode = 2, .why = "first failure", .figures = {}, .events = {}};
+  curves.figures.push_back({.name = "gripper opening",
+                            .unit = "",
+                            .time = {0, 1, 2},
+                            .lines = {{"left", {1, 0.5, 0}}, {"right", {1, 1, 0}}},
+                            .events = {}});
+  curves.events = {{EpisodeEvent::Kind::kSlip, 1.5, "left loses pot"},
+                   {EpisodeEvent::Kind::kEnd, 2, "time_limit"}};
+  curves.figures[0].events = curves.events;
+  run.curves.push_back(curves);
+  run.made = {{"git_commit", "919abb6a9159"}};
+  return run;
+}
+
+std::string PageOf(std::vector<ReportRun> runs) {
+  return ReportPage({.title = "title", .runs = std::move(runs), .remarks = {}, .made_by = "0.1.0"});
+}
+
+TEST(ReportPage, SaysTheRateAndWhatIsLeftOut) {
+  const Page page(PageOf({SomeRun()}));
+  std::string text;
+  for (const XMLElement* p : page.All("p")) text += TextOf(p) + "\n";
+  EXPECT_THAT(text,
+              HasSubstr("2 of 3 complete episodes succeeded: 67 % (95 % interval 20 to 90 %, Wilson)."));
+  EXPECT_THAT(text, HasSubstr("timeout (1)"));
+  EXPECT_THAT(text, HasSubstr("left out of every rate and statistic: 3."));
+}
+
+TEST(ReportPage, NumbersHaveAllTheirDigits) {
+  const Page page(PageOf({SomeRun()}));
+  const auto rate = page.All("data");
+  ASSERT_FALSE(rate.empty());
+  EXPECT_EQ(std::stod(rate[0]->Attribute("value")), 2.0 / 3);
+  const auto row = page.All("tr", [](const XMLElement& tr) {
+    return tr.Attribute("data-metric", "extended.min_clearance_m") != nullptr;
+  });
+  ASSERT_EQ(row.size(), 1u);
+  EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
+}
+
+TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
+  const Page page(PageOf({SomeRun()}));
+  const XMLElement* row = page.ById("episode-2");
+  ASSERT_TRUE(row);
+  EXPECT_THAT(TextOf(row), HasSubstr("timeout: tilt of pot 27.4 deg > 20 deg"));
+  std::set<std::string> links;
+  for (const XMLElement* a : page.All("a")) links.insert(a->Attribute("href"));
+  EXPECT_TRUE(links.contains("episodes/0002/front.mp4"));
+  EXPECT_TRUE(links.contains("episodes/0003/events.lcmlog"));
+  EXPECT_TRUE(links.contains("#curves-2"));
+}
+
+// Bars of the histogram: 4.25, 5.25 and 6.25 in bins of 0.2 from 4.2 on, the last one not a success.
+TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
+  const Page page(PageOf({SomeRun()}));
+  const auto figures = page.All("svg", [](const XMLElement& svg) {
+    const char* label = svg.Attribute("aria-label");
+    return label && std::string(label).starts_with("histogram of completion time");
+  });
+  ASSERT_EQ(figures.size(), 1u);
+  std::vector<std::string> titles, classes;
+  for (auto* g = figures[0]->FirstChildElement("g"); g; g = g->NextSiblingElement("g")) {
+    if (g->Attribute("class")) continue;
+    titles.push_back(TextOf(g->FirstChildElement("title")));
+    classes.push_back(g->FirstChildElement("rect")->Attribute("class"));
+    EXPECT_EQ(g->FirstChildElement("rect")->DoubleAttribute("height"), 72);
+  }
+  EXPECT_EQ(titles,
+            (std::vector<std::string>{"4.2 to 4.4 s: 1 of 3 episodes", "5.2 to 5.4 s: 1 of 3 episodes",
+                                      "6.2 to 6.4 s: 1 of 3 episodes, 1 without success"}));
+  EXPECT_EQ(classes, (std::vector<std::string>{"good", "good", "bad"}));
+}
+
+TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
+  ReportRun run = SomeRun();
+  run.episode[1].values[0].second = std::nextafter(4.25, 5);
+  run.episode[2].values[0].second = 4.25;
+  const Page page(PageOf({run}));
+  const auto notes = page.All("p", [](const XMLElement& p) {
+    return TextOf(&p).starts_with("The same in every episode: completion time 4.25 s");
+  });
+  EXPECT_EQ(notes.size(), 1u);
+}
+
+TEST(ReportPage, NothingFromARunBecomesMarkup) {
+  const std::string evil = "</script><img src=x onerror=\"alert(1)\">&'";
+  ReportRun run = SomeRun();
+  run.name = run.policy = run.task = run.variation = evil;
+  run.stages[0].name = evil;
+  run.metrics[0].name = evil;
+  run.remarks = {evil};
+  run.made = {{evil, evil}};
+  run.episode[2].failure_reason = run.episode[2].explanation = run.episode[2].end_reason = evil;
+  run.episode[2].films = {{evil, Url(evil)}};
+  run.episode[0].values[0].first = run.episode[1].values[0].first = evil;
+  run.curves[0].why = run.curves[0].events[0].text = run.curves[0].figures[0].name = evil;
+  run.curves[0].figures[0].lines[0].name = run.curves[0].figures[0].unit = evil;
+  const std::string html =
+      ReportPage({.title = evil, .runs = {run, run}, .remarks = {evil}, .made_by = evil});
+  EXPECT_THAT(html, Not(HasSubstr("<img")));
+  EXPECT_THAT(html, HasSubstr("&lt;img"));
+  const Page page(html);
+  EXPECT_EQ(page.All("script").size(), 1u);
+}
+
+TEST(ReportPage, HtmlElementsWithoutContentAreClosed) {
+  // A browser takes <td/> for an open element.
+  const std::string html = PageOf({SomeRun()});
+  for (const char* name : {"td", "th", "div", "i", "span", "script", "video", "data", "a", "text", "p"})
+    EXPECT_THAT(html, Not(testing::ContainsRegex("<" + std::string(name) + "( [^>]*)?/>"))) << name;
+}
+
+TEST(ReportPage, SeveralRunsHaveATableAndAnchorsOfTheirOwn) {
+  ReportRun other = SomeRun();
+  other.variation = "orientation";
+  const Page page(PageOf({SomeRun(), other}));
+  const XMLElement* table = page.ById("suite");
+  ASSERT_TRUE(table);
+  EXPECT_THAT(TextOf(table), HasSubstr("orientation"));
+  EXPECT_TRUE(page.ById("run-0-episode-2"));
+  EXPECT_TRUE(page.ById("run-1-episode-2"));
+  std::set<std::string> ids;
+  for (const char* name : {"table", "tr", "div", "h2", "h3", "h4", "article"}) {
+    for (const XMLElement* element : page.All(name)) {
+      if (!element->Attribute("id")) continue;
+      EXPECT_TRUE(ids.insert(element->Attribute("id")).second) << element->Attribute("id");
+    }
+  }
+}
+
+TEST(ReportPage, RunWithoutACompleteEpisodeHasNoRate) {
+  ReportRun run = SomeRun();
+  for (ReportEpisode& episode : run.episode) episode.complete = false;
+  run.complete = run.successes = 0;
+  run.metrics.clear();
+  const std::string html = PageOf({run});
+  const Page page(html);
+  EXPECT_THAT(html, HasSubstr("no success rate"));
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
+}
+
+TEST(Url, KeepsNothingThatMeansSomething) {
+  EXPECT_EQ(Url("../a b/#1?.mp4"), "../a%20b/%231%3F.mp4");
+  EXPECT_EQ(Url("javascript:x"), "javascript%3Ax");
+  EXPECT_EQ(Url("épisode"), "%C3%A9pisode");
+}
+
+}  // namespace
+}  // namespace evalbus::viz

@@ -1,0 +1,39 @@
+// evalbus-viz: live pictures of a run or a replay.
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "base/errors.h"
+#include "bus/attach.h"
+#include "viz/viz_component.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Draws a run or a replay while it goes on, off screen, and publishes JPEG frames\n"
+      "on EVALBUS_IMAGE_<camera>. The run does not wait for it."};
+  evalbus::Address address;
+  evalbus::viz::VizOptions options;
+  std::string size = "640x480";
+  evalbus::AddAddressOptions(&app, &address);
+  app.add_option("--camera", options.cameras, "names of cameras, with commas")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  app.add_option("--size", size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  app.add_option("--fps", options.fps, "frames per second and camera, at most")->capture_default_str();
+  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
+  try {
+    options.size = evalbus::viz::ParseFrameSize(size);
+    evalbus::viz::CheckFrameSize(options.size);
+    evalbus::viz::LoadOsMesa();
+    // Drawing takes all the time there is; the run goes first. Before any thread begins, so that all inherit
+    // it.
+    setpriority(PRIO_PROCESS, 0, 19);
+    const std::string url = evalbus::Attach(address).url;
+    return evalbus::Host(
+        url, [&](evalbus::Bus* bus) { return std::make_unique<evalbus::viz::VizComponent>(bus, options); });
+  } catch (const std::exception& error) {
+    return evalbus::ReportError(error);
+  }
+}

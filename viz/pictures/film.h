@@ -1,0 +1,34 @@
+// The film of an episode, made from its log.
+//
+// Frame n shows the world at simulated time n / 30 s: the last STATE at or before it, with the scores of that
+// tick. If the log has the episode's end, 30 frames follow that hold the last STATE and say how it ended.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "viz/pictures/frame.h"
+
+namespace evalbus::viz {
+
+inline constexpr int kFilmRate = 30;  // frames per second of simulated time
+inline constexpr int kFilmHold = 30;  // frames at the end
+
+// Which STATE each frame shows, without those at the end: for each n up to floor(30 T), T the last time, the
+// index of the last time at or before n / 30 s. sim_time_us: increasing.
+std::vector<size_t> FilmSchedule(const std::vector<int64_t>& sim_time_us);
+
+// "left_hand_wrist.mp4" for the camera "left/hand/wrist".
+std::string FilmName(std::string camera);
+
+// Films what each camera sees into FOLDER/<FilmName>, and returns these files. The visual model is the file
+// that MODEL names, or, when the run has been moved, ../../model/visual.mjb as seen from the log. Throws
+// InputError (no such log or camera, log without MODEL or STATE), EnvironmentError.
+std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
+                                               const std::vector<std::string>& cameras, FrameSize size,
+                                               const std::filesystem::path& folder);
+
+}  // namespace evalbus::viz

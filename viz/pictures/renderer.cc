@@ -1,0 +1,186 @@
+#include "viz/pictures/renderer.h"
+
+#include <GL/osmesa.h>
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "base/errors.h"
+
+namespace evalbus::viz {
+namespace {
+
+constexpr int kMaxGeoms = 10000;
+// A block of 2 x 2 pixels is made of 3 x 3 drawn ones, each weighted by the area that it shares with the
+// pixel. In software that is both quicker than OpenGL's multisampling and better to look at: the edges of
+// shadows and textures become smooth, too.
+constexpr int kDrawn = 3, kShown = 2;
+
+// The functions of OSMesa, loaded once and never unloaded. MuJoCo finds OpenGL's through the same library.
+struct OsMesa {
+  OsMesa() {
+    void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
+    if (!library) {
+      throw EnvironmentError("rendering needs OSMesa: install it with 'apt-get install libosmesa6' (" +
+                             std::string(dlerror()) + ")");
+    }
+    const auto load = [library](auto* function, const char* name) {
+      *function = reinterpret_cast<std::remove_pointer_t<decltype(function)>>(dlsym(library, name));
+      if (!*function) throw EnvironmentError(std::string("libOSMesa.so.8 has no ") + name);
+    };
+    load(&create, "OSMesaCreateContextExt");
+    load(&make_current, "OSMesaMakeCurrent");
+    load(&destroy, "OSMesaDestroyContext");
+  }
+
+  decltype(&OSMesaCreateContextExt) create;
+  decltype(&OSMesaMakeCurrent) make_current;
+  decltype(&OSMesaDestroyContext) destroy;
+};
+
+const OsMesa& Mesa() {
+  static const OsMesa mesa;
+  return mesa;
+}
+
+// One row of pixels from the drawn row that it covers wholly and the one that it covers half.
+void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* bgrx) {
+  for (size_t i = 0; i < width; i += 2, whole += 9, half += 9, bgrx += 8) {
+    for (size_t c = 0; c < 3; ++c) {
+      const int left = 2 * whole[c] + half[c];
+      const int middle = 2 * whole[c + 3] + half[c + 3];
+      const int right = 2 * whole[c + 6] + half[c + 6];
+      bgrx[2 - c] = static_cast<uint8_t>((2 * left + middle + 4) / 9);
+      bgrx[6 - c] = static_cast<uint8_t>((2 * right + middle + 4) / 9);
+    }
+    bgrx[3] = bgrx[7] = 0;
+  }
+}
+
+}  // namespace
+
+void LoadOsMesa() { Mesa(); }
+
+int FindCamera(const mjModel& model, const std::string& name) {
+  const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
+  if (camera >= 0) return camera;
+  std::string names;
+  for (int i = 0; i < model.ncam; ++i) {
+    const char* known = mj_id2name(&model, mjOBJ_CAMERA, i);
+    if (known) names += (names.empty() ? "" : ", ") + std::string(known);
+  }
+  throw InputError("no camera '" + name + "'; this scene has " + (names.empty() ? "none" : names));
+}
+
+struct Renderer::Gl {
+  // Everything is drawn into MuJoCo's own offscreen buffer; OSMesa's is there because it insists on one.
+  static constexpr int kUnused = 16;
+
+  explicit Gl(const mjModel& model)
+      : view{0, 0, model.vis.global.offwidth, model.vis.global.offheight},
+        rgb(size_t(view.width) * size_t(view.height) * 3) {
+    mjv_defaultScene(&scene);
+    mjr_defaultContext(&context);
+    mjv_defaultOption(&option);
+    mjv_defaultCamera(&camera);
+    camera.type = mjCAMERA_FIXED;
+    try {
+      mesa = Mesa().create(OSMESA_RGBA, 24, 8, 0, nullptr);
+      if (!mesa) throw EnvironmentError("OSMesa cannot create an OpenGL context");
+      MakeCurrent();
+      mjv_makeScene(&model, &scene, kMaxGeoms);
+      mjr_makeContext(&model, &context, mjFONTSCALE_50);
+      mjr_setBuffer(mjFB_OFFSCREEN, &context);
+      if (context.currentBuffer != mjFB_OFFSCREEN) {
+        throw EnvironmentError("OSMesa offers no offscreen buffer of this size");
+      }
+    } catch (...) {
+      Free();
+      throw;
+    }
+  }
+  ~Gl() { Free(); }
+  Gl(const Gl&) = delete;
+  Gl& operator=(const Gl&) = delete;
+
+  void MakeCurrent() {
+    if (!Mesa().make_current(mesa, unused, GL_UNSIGNED_BYTE, kUnused, kUnused)) {
+      throw EnvironmentError("OSMesa refuses its own context");
+    }
+  }
+  void Free() {
+    if (!mesa) return;
+    Mesa().make_current(mesa, unused, GL_UNSIGNED_BYTE, kUnused, kUnused);
+    mjr_freeContext(&context);
+    mjv_freeScene(&scene);
+    Mesa().destroy(mesa);
+  }
+
+  OSMesaContext mesa = nullptr;
+  uint8_t unused[kUnused * kUnused * 4];
+  mjvScene scene;
+  mjrContext context;
+  mjvOption option;
+  mjvCamera camera;
+  mjrRect view;
+  std::vector<uint8_t> rgb;
+};
+
+Renderer::Renderer(ModelPtr model, FrameSize size)
+    : model_(std::move(model)), size_(size), data_(nullptr, mj_deleteData) {
+  CheckFrameSize(size);
+  InstallMujocoHandlers();
+  model_->vis.global.offwidth = size.width / kShown * kDrawn;
+  model_->vis.global.offheight = size.height / kShown * kDrawn;
+  model_->vis.quality.offsamples = 0;
+  data_.reset(mj_makeData(model_.get()));
+  mj_kinematics(model_.get(), data_.get());
+  gl_ = std::make_unique<Gl>(*model_);
+}
+
+Renderer::~Renderer() = default;
+
+void Renderer::SetState(const state_t& state) {
+  if (state.num_qpos != model_->nq) {
+    throw InputError(
+        fmt::format("STATE has {} coordinates, the visual model {}", state.num_qpos, model_->nq));
+  }
+  if (model_->nmocap > 0 && state.num_bodies != model_->nbody) {
+    throw InputError(
+        fmt::format("STATE has {} bodies, the visual model {}", state.num_bodies, model_->nbody));
+  }
+  std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
+  for (int body = 0; body < model_->nbody && model_->nmocap > 0; ++body) {
+    const int mocap = model_->body_mocapid[body];
+    if (mocap < 0) continue;
+    const size_t i = static_cast<size_t>(body);
+    mju_copy3(data_->mocap_pos + 3 * mocap, state.body_position_m[i].data());
+    mju_copy4(data_->mocap_quat + 4 * mocap, state.body_quat_wxyz[i].data());
+  }
+  mj_kinematics(model_.get(), data_.get());
+  mj_comPos(model_.get(), data_.get());  // lights and cameras that follow a subtree
+  mj_camlight(model_.get(), data_.get());
+}
+
+void Renderer::Render(int camera, Frame* frame) {
+  gl_->MakeCurrent();
+  gl_->camera.fixedcamid = camera;
+  mjv_updateScene(model_.get(), data_.get(), &gl_->option, nullptr, &gl_->camera, mjCAT_ALL, &gl_->scene);
+  mjr_render(gl_->view, &gl_->scene, &gl_->context);
+  mjr_readPixels(gl_->rgb.data(), nullptr, gl_->view, &gl_->context);
+  // OpenGL's rows go upwards.
+  static_assert(kDrawn == 3 && kShown == 2);
+  const size_t width = static_cast<size_t>(size_.width), height = static_cast<size_t>(size_.height);
+  const size_t row_bytes = width / 2 * 3 * 3;
+  for (size_t row = 0; row < height; row += 2) {
+    const uint8_t* bottom = &gl_->rgb[(height - 2 - row) / 2 * 3 * row_bytes];
+    const uint8_t* middle = bottom + row_bytes;
+    const uint8_t* top = middle + row_bytes;
+    Shrink(top, middle, width, &frame->bgrx[row * width * 4]);
+    Shrink(bottom, middle, width, &frame->bgrx[(row + 1) * width * 4]);
+  }
+}
+
+}  // namespace evalbus::viz

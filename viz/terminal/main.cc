@@ -1,0 +1,19 @@
+// evalbus-monitor: `evalbus monitor` as a program of its own.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "base/errors.h"
+#include "bus/component.h"
+#include "viz/terminal/monitor.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Shows a run or a replay while it goes on, from its messages. Only listens."};
+  evalbus::Address address;
+  evalbus::AddAddressOptions(&app, &address);
+  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
+  try {
+    return evalbus::viz::Monitor(address);
+  } catch (const std::exception& error) {
+    return evalbus::ReportError(error);
+  }
+}

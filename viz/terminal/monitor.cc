@@ -1,0 +1,92 @@
+#include "viz/terminal/monitor.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <optional>
+
+#include "bus/bus.h"
+#include "bus/component.h"
+#include "viz/terminal/monitor_model.h"
+#include "viz/terminal/terminal.h"
+
+namespace evalbus::viz {
+namespace {
+
+using std::chrono::steady_clock;
+
+// Often enough to feel live, seldom enough to read.
+constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
+constexpr auto kLinePeriod = std::chrono::seconds(1);
+// Every component speaks every 0.4 s; when all are silent for so long they are gone.
+constexpr double kOver = 5;
+
+// A line for someone who reads a pipe or a file; dropped rather than waited for when nobody reads.
+bool PrintLine(std::string line) {
+  pollfd fd{STDOUT_FILENO, POLLOUT, 0};
+  if (poll(&fd, 1, 0) == 0) return true;
+  if (fd.revents & POLLERR) return false;
+  line += '\n';
+  return write(STDOUT_FILENO, line.data(), line.size()) >= 0;
+}
+
+}  // namespace
+
+int Monitor(const Address& address) {
+  const auto [url, planned_episodes] = Attach(address);
+  InstallStopSignals();
+  signal(SIGPIPE, SIG_IGN);
+  Bus bus(url);
+  MonitorModel model(url, planned_episodes);
+  bus.SubscribeRaw("EVALBUS_.*", [&](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+    model.Hear(channel, data, steady_clock::now());
+  });
+
+  std::optional<Terminal> terminal;
+  if (isatty(STDOUT_FILENO)) {
+    const char* no_color = std::getenv("NO_COLOR");
+    const char* term = std::getenv("TERM");
+    terminal.emplace(STDOUT_FILENO, (no_color == nullptr || *no_color == '\0') &&
+                                        (term == nullptr || std::string(term) != "dumb"));
+  } else {
+    PrintLine("listening to " + url);
+  }
+  SteadyTime next{};
+  auto size = std::pair(0, 0);
+  while (!stop_requested()) {
+    const auto now = steady_clock::now();
+    if (terminal) {
+      const char key = terminal->ReadKey();
+      if (key == 'q' || key == 'Q' || key == '\x03') break;
+      if (now >= next || terminal->size() != size) {
+        size = terminal->size();
+        terminal->Draw(model.Lines(size.first, size.second, now));
+        model.TakeEvents(now);
+        next = now + kRedrawPeriod;
+      }
+    } else {
+      bool good = true;
+      for (const std::string& event : model.TakeEvents(now)) good = good && PrintLine(event);
+      if (now >= next) {
+        const std::string line = model.ProgressLine(now);
+        if (!line.empty()) good = good && PrintLine(line);
+        next = now + kLinePeriod;
+      }
+      if (!good) break;
+      if (model.heard_anything() && model.SilentFor(now) > kOver) {
+        PrintLine("no message for 5 s: the run is over");
+        break;
+      }
+    }
+    // All that is there, then wait.
+    const auto until = std::min(next, now + std::chrono::milliseconds(50));
+    if (!bus.Handle(until)) continue;
+    while (steady_clock::now() < next && !stop_requested() && bus.Handle()) {
+    }
+  }
+  return 0;
+}
+
+}  // namespace evalbus::viz

@@ -1,0 +1,132 @@
+#include "viz/terminal/terminal.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cstring>
+
+namespace evalbus::viz {
+namespace {
+
+constexpr char kEnter[] = "\x1b[?1049h\x1b[?25l\x1b[2J";
+constexpr char kLeave[] = "\x1b[0m\x1b[?25h\x1b[?1049l";
+// Signals that end a program before it can clean up. SIGINT and SIGTERM are for the program's own loop.
+constexpr int kFatal[] = {SIGHUP, SIGQUIT, SIGILL, SIGABRT, SIGBUS, SIGFPE, SIGSEGV};
+
+// For signal handlers; only what they may call is called.
+int g_fd = -1;
+termios g_before{};
+
+void Write(const char* text, size_t size) {
+  if (write(g_fd, text, size) < 0) {
+    // Nothing can be done about a terminal that is gone.
+  }
+}
+
+void Enter() {
+  termios raw = g_before;
+  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // ISIG stays: Ctrl-C and Ctrl-Z are signals
+  raw.c_cc[VMIN] = 0;
+  raw.c_cc[VTIME] = 0;
+  tcsetattr(g_fd, TCSANOW, &raw);
+  Write(kEnter, sizeof kEnter - 1);
+}
+
+void Leave() {
+  Write(kLeave, sizeof kLeave - 1);
+  tcsetattr(g_fd, TCSANOW, &g_before);
+}
+
+void Handle(int signal, void (*handler)(int), int flags) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = flags;
+  sigaction(signal, &action, nullptr);
+}
+
+void OnFatal(int signal) {
+  Leave();
+  raise(signal);  // SA_RESETHAND: the default ends the program
+}
+
+void OnSuspend(int signal) {
+  const int error = errno;
+  Leave();
+  sigset_t mask;
+  sigemptyset(&mask);
+  sigaddset(&mask, signal);
+  Handle(signal, SIG_DFL, 0);
+  raise(signal);
+  sigprocmask(SIG_UNBLOCK, &mask, nullptr);  // stops here, until SIGCONT
+  Handle(signal, OnSuspend, 0);
+  Enter();
+  errno = error;
+}
+
+const char* Code(Style style) {
+  // Blue and orange of the palette of Okabe and Ito, which colour-blind people tell apart.
+  switch (style) {
+    case Style::kStrong:
+      return "\x1b[1m";
+    case Style::kQuiet:
+      return "\x1b[2m";
+    case Style::kGood:
+      return "\x1b[38;5;74m";
+    case Style::kBad:
+      return "\x1b[38;5;214m";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+Terminal::Terminal(int fd, bool colours) : colours_(colours) {
+  // Opened anew, so that "do not block" is our own setting and not that of the shell.
+  const char* name = ttyname(fd);
+  g_fd = name == nullptr ? -1 : open(name, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (g_fd < 0) g_fd = dup(fd);
+  tcgetattr(g_fd, &g_before);
+  for (const int signal : kFatal) Handle(signal, OnFatal, static_cast<int>(SA_RESETHAND));
+  Handle(SIGTSTP, OnSuspend, 0);
+  Enter();
+}
+
+Terminal::~Terminal() {
+  Leave();
+  for (const int signal : kFatal) Handle(signal, SIG_DFL, 0);
+  Handle(SIGTSTP, SIG_DFL, 0);
+  close(g_fd);
+}
+
+std::pair<int, int> Terminal::size() const {
+  winsize size{};
+  if (ioctl(g_fd, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return {80, 24};
+  return {size.ws_col, size.ws_row};
+}
+
+void Terminal::Draw(const std::vector<Line>& lines) {
+  const auto [columns, rows] = size();
+  // Over what is there, so that nothing flickers. What follows a full line or the last row is not cleared:
+  // the cursor would still be on its last character.
+  std::string frame = "\x1b[H";
+  for (size_t i = 0; i < lines.size(); ++i) {
+    if (i > 0) frame += "\r\n";
+    for (const Span& span : lines[i]) {
+      const char* code = colours_ ? Code(span.style) : "";
+      frame += code + span.text + (*code ? "\x1b[0m" : "");
+    }
+    if (LineWidth(lines[i]) < columns) frame += "\x1b[K";
+  }
+  if (static_cast<int>(lines.size()) < rows) frame += "\r\n\x1b[J";
+  Write(frame.data(), frame.size());
+}
+
+char Terminal::ReadKey() {
+  char key = 0;
+  return read(g_fd, &key, 1) == 1 ? key : '\0';
+}
+
+}  // namespace evalbus::viz
