@@ -90,31 +90,22 @@ fs::path Target(const fs::path& file) {
 
 }  // namespace
 
-void WriteWhole(const fs::path& file, const std::function<void(const fs::path&)>& write) {
+void WriteWhole(const fs::path& file, const std::string& text) {
   const fs::path target = Target(file);
   struct stat before {};
   const bool exists = stat(target.c_str(), &before) == 0;
-  if (exists && !S_ISREG(before.st_mode)) Throw(file, S_ISDIR(before.st_mode) ? EISDIR : EINVAL);
+  if (exists && S_ISDIR(before.st_mode)) Throw(file, EISDIR);
+  if (exists && !S_ISREG(before.st_mode)) return File(file, target, O_WRONLY).Write(text);
   const fs::path temporary = target.string() + "." + std::to_string(getpid()) + kTemporaryEnding;
   Removed removed(temporary);
-  write(temporary);
   {
-    File written(file, temporary, O_RDWR);
+    File written(file, temporary, O_WRONLY | O_CREAT | O_TRUNC);
+    written.Write(text);
     if (exists) written.TakePermissionsOf(before);
     written.Sync();
   }
   if (std::rename(temporary.c_str(), target.c_str()) != 0) Throw(file, errno);
   removed.Keep();
-}
-
-void WriteWhole(const fs::path& file, const std::string& text) {
-  struct stat before {};
-  const bool is_stream =
-      stat(file.c_str(), &before) == 0 && !S_ISREG(before.st_mode) && !S_ISDIR(before.st_mode);
-  if (is_stream) return File(file, file, O_WRONLY).Write(text);
-  WriteWhole(file, [&](const fs::path& temporary) {
-    File(file, temporary, O_WRONLY | O_CREAT | O_EXCL).Write(text);
-  });
 }
 
 }  // namespace evalbus

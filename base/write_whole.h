@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
 
 namespace evalbus {
@@ -14,10 +13,5 @@ inline constexpr char kTemporaryEnding[] = ".tmp";
 // device is written to as it is. On failure nothing is left behind and what was there stays. Throws
 // InputError where the name is wrong (no such folder, no permission, a folder), else EnvironmentError.
 void WriteWhole(const std::filesystem::path& file, const std::string& text);
-
-// The same for who writes a file by its name: `write` gets the temporary one, and throws if it cannot. Not
-// for pipes and devices.
-void WriteWhole(const std::filesystem::path& file,
-                const std::function<void(const std::filesystem::path& temporary)>& write);
 
 }  // namespace evalbus

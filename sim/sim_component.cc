@@ -1,9 +1,12 @@
 #include "sim/sim_component.h"
 
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <utility>
@@ -36,17 +39,20 @@ SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
 }
 
+// MuJoCo does not say whether a disk took what it wrote: it writes to memory, and we to the disk.
+std::string CompiledModel(const mjModel* model) {
+  const int memory = memfd_create("model", MFD_CLOEXEC);
+  if (memory < 0) throw EnvironmentError(std::string("memfd_create: ") + std::strerror(errno));
+  const std::string name = "/proc/self/fd/" + std::to_string(memory);
+  mj_saveModel(model, name.c_str(), nullptr, 0);
+  std::ifstream stream(name, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  close(memory);
+  return bytes;
+}
+
 std::string SaveModel(const mjModel* model, const std::filesystem::path& file) {
-  WriteWhole(file, [&](const std::filesystem::path& temporary) {
-    mj_saveModel(model, temporary.c_str(), nullptr, 0);
-    // MuJoCo does not say whether the disk took it, but refuses to read a file that is cut off. (The file is
-    // smaller than mj_sizeModel, which counts buffers, too.)
-    const auto warn = std::exchange(mju_user_warning, [](const char*) {});
-    mjModel* read = mj_loadModel(temporary.c_str(), nullptr);
-    mju_user_warning = warn;
-    mj_deleteModel(read);
-    if (read == nullptr) throw EnvironmentError("cannot write " + file.string());
-  });
+  WriteWhole(file, CompiledModel(model));
   return std::filesystem::absolute(file).lexically_normal().string();
 }
 
