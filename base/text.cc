@@ -22,6 +22,18 @@ std::string Pad(const std::string& text, int width) {
   return width < 0 ? text + space : space + text;
 }
 
+std::string Printable(const std::string& text) {
+  std::string printable;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    // U+0080 to U+009F are control characters, too.
+    const bool is_c1 = c == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0;
+    printable += c < 0x20 || c == 0x7F || is_c1 ? '?' : text[i];
+    i += is_c1;
+  }
+  return printable;
+}
+
 int Decimals(double magnitude) {
   return magnitude >= 999.95 ? 0 : magnitude >= 99.995 ? 1 : magnitude >= 9.9995 ? 2 : 3;
 }

@@ -13,6 +13,10 @@ std::string Cut(const std::string& text, int width);
 // Filled up with spaces to a width: text to the right, or, where the width is negative, to the left.
 std::string Pad(const std::string& text, int width);
 
+// Words of another process, or names in a file, may be any bytes, and a terminal obeys control characters:
+// each becomes a question mark.
+std::string Printable(const std::string& text);
+
 // How many decimals show four significant digits of a number of this magnitude; three at most.
 int Decimals(double magnitude);
 

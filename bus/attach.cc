@@ -32,10 +32,10 @@ Attached Attach(const Address& address) {
   if (!address.run.empty()) {
     if (!url.empty()) throw InputError("a run folder and --url exclude each other");
     run_json = RunJson(address.run);
-    if (!run_json.is_object() || !run_json.contains("url"))
+    if (!run_json.is_object() || !run_json.contains("url") || !run_json.contains("in_process"))
       throw InputError((address.run / kRunJson).string() + ": not a run folder");
     url = run_json["url"].get<std::string>();
-    if (url == "memq://")
+    if (run_json["in_process"] == true)
       throw InputError(address.run.string() +
                        ": this run is in one process (--in-process), nobody can listen");
   }

@@ -16,12 +16,8 @@ namespace evalbus {
 namespace {
 
 constexpr char kMulticastFix[] =
-    "no multicast on this machine; fix: 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as "
-    "root, "
-    "or use --in-process (see 'evalbus doctor')";
-
-// liblcm takes nothing longer either.
-constexpr uint32_t kMaxMessage = 1u << 28;
+    "no multicast on this machine; fix: 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' "
+    "as root, or use --in-process (see 'evalbus doctor')";
 
 constexpr char kFirstChannel[] = "EVALBUS_FIRST_";
 
@@ -41,7 +37,8 @@ bool IsLocal(const std::string& url) {
 
 std::string WithReceiveBuffer(const std::string& url) {
   if (!IsMulticast(url) || url.find("recv_buf_size=") != std::string::npos) return url;
-  return url + (url.find('?') == std::string::npos ? "?" : "&") + "recv_buf_size=4194304";
+  return url + (url.find('?') == std::string::npos ? "?" : "&") +
+         "recv_buf_size=" + std::to_string(kReceiveBufferBytes);
 }
 
 }  // namespace
@@ -98,7 +95,7 @@ void Bus::SubscribeRaw(const std::string& channel_regex, RawHandler handler) {
 
 void Bus::Subscription::Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
   // liblcm takes the NUL behind the channel's name for granted: without one it counts -1 bytes of data.
-  if (buffer->data_size > kMaxMessage) {
+  if (buffer->data_size > kMaxMessageBytes) {
     ++bus->decode_errors_;
     return;
   }

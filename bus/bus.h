@@ -11,7 +11,11 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
+
+#include "bus/channels.h"
+#include "bus/message.h"
 
 namespace lcm {
 class LCM;
@@ -22,11 +26,14 @@ namespace evalbus {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
+// What a bus asks the kernel for, bytes: with its default large messages are lost.
+inline constexpr int kReceiveBufferBytes = 4 << 20;
+
 class Bus {
  public:
-  // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of 4 MiB is asked for
-  // unless the URL names one: with the kernel's default large messages are lost. Throws EnvironmentError,
-  // with the fix, if the bus cannot be had.
+  // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of
+  // kReceiveBufferBytes is asked for unless the URL names one. Throws EnvironmentError, with the fix, if the
+  // bus cannot be had.
   explicit Bus(const std::string& url);
   ~Bus();
   Bus(const Bus&) = delete;
@@ -40,10 +47,9 @@ class Bus {
 
   // Throws EnvironmentError if the message cannot be sent.
   template <class Message>
-  void Publish(const char* channel, const Message& message) {
-    buffer_.resize(static_cast<size_t>(message.getEncodedSize()));
-    message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
-    PublishRaw(channel, buffer_);
+  void Publish(const Channel<Message>& channel, const std::type_identity_t<Message>& message) {
+    Encode(message, &buffer_);
+    PublishRaw(channel.name, buffer_);
   }
   void PublishRaw(const char* channel, std::span<const uint8_t> data);
 
@@ -51,10 +57,11 @@ class Bus {
   // is counted in decode_errors() and dropped. The queue is unlimited. What a handler throws comes out of
   // Handle().
   template <class Message>
-  void Subscribe(const char* channel, std::function<void(const Message&)> handler) {
+  void Subscribe(const Channel<Message>& channel,
+                 std::type_identity_t<std::function<void(const Message&)>> handler) {
     // The message object is kept, so that decoding into it reuses its storage.
-    SubscribeRaw(channel, [this, handler = std::move(handler), message = Message{}](
-                              const std::string&, std::span<const uint8_t> data, int64_t) mutable {
+    SubscribeRaw(channel.name, [this, handler = std::move(handler), message = Message{}](
+                                   const std::string&, std::span<const uint8_t> data, int64_t) mutable {
       if (Decode(data, &message)) {
         handler(message);
       } else {
@@ -78,13 +85,6 @@ class Bus {
   std::span<const uint8_t> handled() const { return handled_; }
 
   int64_t decode_errors() const { return decode_errors_; }
-
-  // True if all of data is one message of this type. Whatever the bytes are, decoding allocates in proportion
-  // to their number (cmake/bounded_counts.sed).
-  template <class Message>
-  static bool Decode(std::span<const uint8_t> data, Message* message) {
-    return message->decode(data.data(), 0, static_cast<int>(data.size())) == static_cast<int>(data.size());
-  }
 
  private:
   struct Subscription {

@@ -14,6 +14,8 @@
 #include <iterator>
 #include <vector>
 
+#include "bus/message.h"
+
 namespace evalbus {
 namespace {
 
@@ -28,8 +30,8 @@ constexpr uint32_t kFragmentOffset = kUdpHeader + 12;
 constexpr uint32_t kFragmentNumberOffset = kUdpHeader + 16;
 constexpr uint32_t kShortMessageMagic = 0x4c433032;
 constexpr uint32_t kFragmentMagic = 0x4c433033;
-// Far more than any message of ours has; offset and length of a fragment, added, stay below 2^32.
-constexpr uint32_t kMaxMessage = 64 << 20;
+// Offset and length of a fragment, added, stay below 2^32.
+constexpr uint32_t kMaxMessage = kMaxMessageBytes;
 constexpr uint32_t kAccept = 0xFFFFFFFF;
 
 // Classic BPF. One block per channel compares the name bytewise-exactly, four bytes at a time where there are

@@ -1,27 +1,85 @@
-// The one table of channels. Each run has its own multicast port, so runs never hear each other.
+// The one table of channels: what travels on each, who says it, what the recorder does with it.
+// docs/messages.md has the same table for people. Each run has its own multicast port, so runs never hear
+// each other.
 #pragma once
 
-#include <array>
+#include <string>
 #include <string_view>
+#include <tuple>
 
-namespace evalbus::channels {
+#include "evalbus/action_t.hpp"
+#include "evalbus/command_t.hpp"
+#include "evalbus/component_status_t.hpp"
+#include "evalbus/contacts_t.hpp"
+#include "evalbus/episode_begin_t.hpp"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/image_t.hpp"
+#include "evalbus/log_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/partial_metrics_t.hpp"
+#include "evalbus/run_summary_t.hpp"
+#include "evalbus/state_t.hpp"
 
-inline constexpr char kModel[] = "EVALBUS_MODEL";
-inline constexpr char kEpisodeBegin[] = "EVALBUS_EPISODE_BEGIN";
-inline constexpr char kEpisodeEnd[] = "EVALBUS_EPISODE_END";
-inline constexpr char kState[] = "EVALBUS_STATE";
-inline constexpr char kContacts[] = "EVALBUS_CONTACTS";
-inline constexpr char kObservation[] = "EVALBUS_OBSERVATION";
-inline constexpr char kAction[] = "EVALBUS_ACTION";
-inline constexpr char kPartial[] = "EVALBUS_PARTIAL";
-inline constexpr char kEpisodeSummary[] = "EVALBUS_EPISODE_SUMMARY";
-inline constexpr char kRunSummary[] = "EVALBUS_RUN_SUMMARY";
-inline constexpr char kImagePrefix[] = "EVALBUS_IMAGE_";
-inline constexpr char kStatus[] = "EVALBUS_STATUS";
-inline constexpr char kCommand[] = "EVALBUS_COMMAND";
+namespace evalbus {
 
-// Channels whose messages begin with a header_t.
-inline constexpr std::array<std::string_view, 8> kWithHeader = {
-    kEpisodeBegin, kEpisodeEnd, kState, kContacts, kObservation, kAction, kPartial, kEpisodeSummary};
+enum class Recorded {
+  kYes,
+  // One for each tick; what is said again is in the log once.
+  kOncePerTick,
+  // For who looks on; no two runs agree in it.
+  kNo,
+};
 
-}  // namespace evalbus::channels
+template <class Message>
+struct Channel {
+  const char* name;
+  // Component that publishes here; "each": every one.
+  std::string_view from;
+  Recorded recorded = Recorded::kYes;
+
+  constexpr operator std::string_view() const { return name; }
+  friend bool operator==(const Channel& channel, std::string_view other) { return channel.name == other; }
+};
+
+namespace channels {
+
+inline constexpr Channel<model_info_t> kModel{"EVALBUS_MODEL", "sim"};
+inline constexpr Channel<episode_begin_t> kEpisodeBegin{"EVALBUS_EPISODE_BEGIN", "sim"};
+inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim"};
+inline constexpr Channel<state_t> kState{"EVALBUS_STATE", "sim", Recorded::kOncePerTick};
+inline constexpr Channel<contacts_t> kContacts{"EVALBUS_CONTACTS", "collision", Recorded::kOncePerTick};
+inline constexpr Channel<action_t> kAction{"EVALBUS_ACTION", "policy", Recorded::kOncePerTick};
+inline constexpr Channel<partial_metrics_t> kPartial{"EVALBUS_PARTIAL", "metrics", Recorded::kOncePerTick};
+inline constexpr Channel<episode_summary_t> kEpisodeSummary{"EVALBUS_EPISODE_SUMMARY", "metrics"};
+inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metrics"};
+inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", "each"};
+inline constexpr Channel<command_t> kCommand{"EVALBUS_COMMAND", "run"};
+inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", "each", Recorded::kNo};
+// Of each camera; this is how their names begin.
+inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
+
+// In the order of an episode's tick, then the rest.
+inline constexpr std::tuple kAll{kState,        kContacts,   kAction,         kPartial,    kModel,
+                                 kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary, kStatus,
+                                 kCommand,      kLog,        kImage};
+
+// Calls function with each channel.
+template <class Function>
+void ForEach(const Function& function) {
+  std::apply([&](const auto&... channel) { (function(channel), ...); }, kAll);
+}
+
+inline std::string ImageChannel(std::string_view camera) { return kImage.name + std::string(camera); }
+
+// What the recorder does with a channel of this name; one that is not ours is recorded as it is.
+inline Recorded RecordedOf(std::string_view name) {
+  Recorded recorded = Recorded::kYes;
+  ForEach([&](const auto& channel) {
+    if (channel == name) recorded = channel.recorded;
+  });
+  return name.starts_with(kImage.name) ? kImage.recorded : recorded;
+}
+
+}  // namespace channels
+}  // namespace evalbus

@@ -1,25 +1,22 @@
 #include "bus/component.h"
 
-#include <CLI/CLI.hpp>
-#include <csignal>
-#include <iostream>
 #include <random>
+#include <utility>
 
 #include "base/errors.h"
 #include "bus/channels.h"
-#include "lcmtypes/plausible.h"
+#include "bus/message.h"
 
 namespace evalbus {
 namespace {
 
 constexpr auto kHeartbeat = std::chrono::milliseconds(400);
-constexpr auto kPollPeriod = std::chrono::milliseconds(100);
 
-volatile std::sig_atomic_t g_stop = 0;
+std::string Messages(int64_t n) { return std::to_string(n) + (n == 1 ? " message" : " messages"); }
 
 }  // namespace
 
-Component::Component(Bus* bus, std::string name, int64_t lag_window_ticks) : bus_(bus) {
+Component::Component(Bus* bus, std::string name, int64_t lag_window_ticks) : bus_(bus), log_(name, bus) {
   status_.component = std::move(name);
   std::random_device random;
   status_.instance = static_cast<int64_t>(uint64_t{random()} << 32 | random());
@@ -30,7 +27,11 @@ Component::Component(Bus* bus, std::string name, int64_t lag_window_ticks) : bus
 }
 
 void Component::Poll(SteadyTime now) {
-  if (now - last_published_ >= kHeartbeat) PublishStatus();
+  if (now - last_published_ >= kHeartbeat) {
+    PublishStatus();
+    TellLosses();
+  }
+  log_.Poll();
 }
 
 void Component::PublishStatus() {
@@ -40,9 +41,23 @@ void Component::PublishStatus() {
   last_published_tick_ = status_.last_tick;
 }
 
+void Component::TellLosses() {
+  const auto grown = [](int64_t now, int64_t* told) { return now - std::exchange(*told, now); };
+  if (const int64_t n = grown(status_.decode_errors, &decode_errors_told_); n > 0) {
+    log_.Warn("dropped {} that did not decode: of another program or version, or damaged", Messages(n));
+  }
+  if (const int64_t n = grown(status_.foreign_messages, &foreign_messages_told_); n > 0) {
+    log_.Info("dropped {} that were repeated or of another episode", Messages(n));
+  }
+  if (const int64_t n = grown(status_.missing_ticks, &missing_ticks_told_); n > 0) {
+    log_.Warn("{} tick{} never arrived", n, n == 1 ? "" : "s");
+  }
+}
+
 void Component::Fail(const std::string& error) {
   status_.state = component_status_t::FAILED;
   status_.error = error;
+  log_.Error("{}", error);
   PublishStatus();
 }
 
@@ -52,14 +67,16 @@ void Component::Stop() {
 }
 
 bool Component::EnterEpisode(const episode_begin_t& begin) {
-  if (begin.header.episode == status_.episode && begin.attempt == status_.attempt && begin.seed == seed_) {
+  if (begin.header.episode == status_.episode && begin.header.attempt == status_.attempt &&
+      begin.seed == seed_) {
     PublishStatus();
     return false;
   }
   status_.state = component_status_t::IDLE;
   status_.episode = begin.header.episode;
-  status_.attempt = begin.attempt;
+  status_.attempt = begin.header.attempt;
   seed_ = begin.seed;
+  log_.SetPlace({begin.header.episode, begin.header.attempt, -1, 0});
   status_.last_tick = last_published_tick_ = -1;
   // An attempt before this one may have been finished.
   if (status_.last_finished_episode == begin.header.episode) status_.last_finished_episode = -1;
@@ -72,75 +89,19 @@ void Component::SayReady() {
 }
 
 bool Component::IsOurs(const header_t& header) {
-  if (header.episode == status_.episode && IsPlausible(header)) return true;
+  if (header.episode == status_.episode && header.attempt == status_.attempt && IsPlausible(header)) {
+    return true;
+  }
   ++status_.foreign_messages;
   return false;
 }
 
-void Component::Progress(int64_t tick) {
+void Component::Progress(const header_t& header) {
+  const int64_t tick = header.tick;
   status_.last_tick = tick;
+  log_.SetPlace(header);
   if (status_.lag_window_ticks > 0 && tick - last_published_tick_ >= status_.lag_window_ticks / 2)
     PublishStatus();
-}
-
-void InstallStopSignals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { g_stop = 1; };  // no SA_RESTART: a wait for messages ends at once
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
-
-bool stop_requested() { return g_stop != 0; }
-
-int Host(const std::string& url, const ComponentFactory& make) {
-  InstallStopSignals();
-  std::unique_ptr<Bus> bus;
-  std::unique_ptr<Component> component;
-  try {
-    bus = std::make_unique<Bus>(url);
-    component = make(bus.get());
-    std::cout << "ready" << std::endl;
-    while (!stop_requested() && !component->done()) {
-      const auto now = std::chrono::steady_clock::now();
-      component->Poll(now);
-      bus->Handle(std::min(component->next_poll(), now + kPollPeriod));
-    }
-    component->Stop();
-    return 0;
-  } catch (const std::exception& error) {
-    const int code = ReportError(error);
-    try {
-      if (component) component->Fail(error.what());
-    } catch (const std::exception&) {
-      // The bus itself is what failed; the exit code says so.
-    }
-    return code;
-  }
-}
-
-std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
-  try {
-    app->parse(argc, argv);
-    return std::nullopt;
-  } catch (const CLI::CallForHelp& help) {
-    return app->exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
-    return 1;
-  }
-}
-
-int HostMain(int argc, char** argv, const std::string& description,
-             const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
-  CLI::App app{description};
-  std::string url;
-  app.add_option("--url", url,
-                 "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
-      ->envname("EVALBUS_URL")
-      ->required();
-  add_options(&app);
-  if (const auto code = ParseArguments(&app, argc, argv)) return *code;
-  return Host(url, make);
 }
 
 }  // namespace evalbus

@@ -1,21 +1,15 @@
 // What every process of a run has in common: a component works in its message handlers, reports its health on
-// STATUS, and is hosted either alone in a process (HostMain) or with the others on one in-process bus.
+// STATUS and in its log, and is hosted either alone in a process (bus/host.h) or with the others on one
+// in-process bus.
 #pragma once
 
-#include <functional>
-#include <memory>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "bus/bus.h"
+#include "bus/log.h"
 #include "evalbus/component_status_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/header_t.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace evalbus {
 
@@ -50,36 +44,25 @@ class Component {
   // True if a message with this header belongs to the episode entered; counted as foreign otherwise.
   bool IsOurs(const header_t& header);
   // A tick was handled; publishes STATUS often enough for flow control.
-  void Progress(int64_t tick);
+  void Progress(const header_t& header);
   void PublishStatus();
+
+  Log& log() { return log_; }
 
   component_status_t status_{};
 
  private:
+  // Says in the log what was lost and dropped since it last did.
+  void TellLosses();
+
   Bus* bus_;
+  Log log_;
+  // What of it the log has said.
+  int64_t decode_errors_told_ = 0, foreign_messages_told_ = 0, missing_ticks_told_ = 0;
   // Of the episode entered.
   int64_t seed_ = 0;
   SteadyTime last_published_{};
   int64_t last_published_tick_ = -1;
 };
-
-// A component of a run, on a bus.
-using ComponentFactory = std::function<std::unique_ptr<Component>(Bus*)>;
-
-// Works on the bus until SIGINT, SIGTERM or done(). Prints "ready" on stdout once the component exists, an
-// error on stderr. Returns the exit code: 0 done, 1 wrong input, 2 failed.
-int Host(const std::string& url, const ComponentFactory& make);
-
-// Parses the arguments of a program. Returns its exit code where it ends with that: 0 after --help, 1 after
-// one line on stderr about what is wrong.
-std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
-
-// main() of a component's executable: options --url and those that add_options adds, then Host.
-int HostMain(int argc, char** argv, const std::string& description,
-             const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make);
-
-// True once SIGINT or SIGTERM came, after InstallStopSignals().
-void InstallStopSignals();
-bool stop_requested();
 
 }  // namespace evalbus

@@ -25,10 +25,9 @@ std::unique_ptr<CollisionChecker> LoadChecker(const model_info_t& info) {
 }
 
 CollisionComponent::CollisionComponent(Bus* bus) : Component(bus, "collision") {
-  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { model_info_ = m; });
-  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
-                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
-  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnState(m); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { model_info_ = m; });
+  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
 }
 
 void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
@@ -68,7 +67,7 @@ void CollisionComponent::OnState(const state_t& state) {
   contacts_.clearance_robot_geom = clearance ? clearance->robot_geom : -1;
   contacts_.clearance_scene_geom = clearance ? clearance->scene_geom : -1;
   bus().Publish(channels::kContacts, contacts_);
-  Progress(tick);
+  Progress(state.header);
 }
 
 }  // namespace evalbus::collision

@@ -1,4 +1,5 @@
 // evalbus-collision: contacts and clearance of a run.
+#include "bus/host.h"
 #include "collision/collision_component.h"
 
 int main(int argc, char** argv) {

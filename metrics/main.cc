@@ -1,4 +1,5 @@
-#include "bus/component.h"
+// evalbus-metrics: the scores of a run.
+#include "bus/host.h"
 #include "metrics/metrics_component.h"
 
 int main(int argc, char** argv) {

@@ -26,23 +26,17 @@ std::string Conflict(const std::string& end_reason, const episode_summary_t& sum
 }  // namespace
 
 MetricsComponent::MetricsComponent(Bus* bus) : Component(bus, "metrics") {
-  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
-  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
-                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
-  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnTickMessage(channels::kState, m); });
-  bus->Subscribe<contacts_t>(channels::kContacts,
-                             [this](const contacts_t& m) { OnTickMessage(channels::kContacts, m); });
-  bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
+  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe(channels::kState, [this](const state_t& m) { OnTickMessage(channels::kState, m); });
+  bus->Subscribe(channels::kContacts, [this](const contacts_t& m) { OnTickMessage(channels::kContacts, m); });
+  bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
 }
 
 void MetricsComponent::OnModel(const model_info_t& model) {
-  std::vector<uint8_t> bytes(static_cast<size_t>(model.getEncodedSize()));
-  model.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  if (bytes != model_bytes_) {
-    model_bytes_ = std::move(bytes);
-    model_ = model;
-    model_is_new_ = true;
-  }
+  if (!IsNews(bus().handled(), &model_bytes_)) return;
+  model_ = model;
+  model_is_new_ = true;
 }
 
 void MetricsComponent::OnEpisodeBegin(const episode_begin_t& begin) {
@@ -77,7 +71,7 @@ void MetricsComponent::Prepare() {
 }
 
 template <class Message>
-void MetricsComponent::OnTickMessage(const char* channel, const Message& message) {
+void MetricsComponent::OnTickMessage(const Channel<Message>& channel, const Message& message) {
   if (!IsOurs(message.header)) return;
   const int64_t tick = message.header.tick;
   if (running_ && merger_.IsNear(tick)) {
@@ -99,7 +93,7 @@ void MetricsComponent::ScoreTicks() {
     scorer_->Partial(&partial_);
     missing_here_ = scorer_->missing_ticks();
     status_.missing_ticks = missing_before_ + missing_here_;
-    Progress(header.tick);
+    Progress(header);
     bus().Publish(channels::kPartial, partial_);
   }
   if (running_ && merger_.finished()) FinishEpisode();

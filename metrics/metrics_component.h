@@ -33,7 +33,7 @@ class MetricsComponent : public Component {
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnEpisodeEnd(const episode_end_t& end);
   template <class Message>
-  void OnTickMessage(const char* channel, const Message& message);
+  void OnTickMessage(const Channel<Message>& channel, const Message& message);
   // Begins the episode entered once its model is there.
   void Prepare();
   void ScoreTicks();

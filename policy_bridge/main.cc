@@ -1,15 +1,15 @@
 // evalbus-policy: a policy of a run.
-#include <CLI/CLI.hpp>
-
-#include "policy_bridge/factory.h"
+#include "base/arguments.h"
+#include "bus/host.h"
 #include "policy_bridge/policy_component.h"
+#include "policy_bridge/policy_options.h"
 
 int main(int argc, char** argv) {
-  std::string policy = "expert";
+  evalbus::policy::PolicyOptions options;
   return evalbus::HostMain(
       argc, argv, "Runs a policy: answers every state of the sim with an action.",
-      [&](CLI::App* app) {
-        app->add_option("--policy", policy, evalbus::policy::PolicyHelp())->capture_default_str();
-      },
-      [&](evalbus::Bus* bus) { return std::make_unique<evalbus::policy::PolicyComponent>(bus, policy); });
+      [&](CLI::App* app) { evalbus::AddOptions(app, &options); },
+      [&](evalbus::Bus* bus) {
+        return std::make_unique<evalbus::policy::PolicyComponent>(bus, options.policy);
+      });
 }

@@ -21,7 +21,7 @@ std::vector<action_t> ReadActions(const std::filesystem::path& log, int episode)
   LogEvent event;
   action_t action{};
   while (reader.Next(&event)) {
-    if (event.channel != channels::kAction || !Bus::Decode(event.data, &action)) continue;
+    if (event.channel != channels::kAction || !Decode(event.data, &action)) continue;
     if (action.header.episode != episode) continue;
     // An episode that was begun again starts over.
     while (!actions.empty() && actions.back().header.tick >= action.header.tick) actions.pop_back();
@@ -68,17 +68,13 @@ PolicyComponent::PolicyComponent(Bus* bus, const std::string& policy)
     name_ = "replay";
     recording_ = OpenRecording(policy.substr(sizeof kReplayPrefix - 1));
   }
-  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
-  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
-                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
-  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnState(m); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
+  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
 }
 
 void PolicyComponent::OnModel(const model_info_t& model) {
-  std::vector<uint8_t> bytes(static_cast<size_t>(model.getEncodedSize()));
-  model.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  if (bytes == model_bytes_) return;
-  model_bytes_ = std::move(bytes);
+  if (!IsNews(bus().handled(), &model_bytes_)) return;
   model_ = model;
   model_is_new_ = true;  // for the next episode; this one goes on as it began
 }
@@ -113,7 +109,7 @@ void PolicyComponent::OnState(const state_t& state) {
   }
   action_.header = state.header;
   bus().Publish(channels::kAction, action_);
-  Progress(state.header.tick);
+  Progress(state.header);
 }
 
 }  // namespace evalbus::policy

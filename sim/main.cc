@@ -1,7 +1,7 @@
 // evalbus-sim: the simulated world of a run.
-#include <CLI/CLI.hpp>
-
-#include "sim/sim_options.h"
+#include "base/arguments.h"
+#include "bus/host.h"
+#include "sim/sim_component.h"
 
 int main(int argc, char** argv) {
   evalbus::sim::SimOptions options;
@@ -12,15 +12,12 @@ int main(int argc, char** argv) {
       "'evalbus run' sends), or with --episodes by itself as soon as collision, metrics and policy are "
       "ready.",
       [&](CLI::App* app) {
+        evalbus::AddOptions(app, &options);
         app->add_option("task", options.task,
-                        "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition")
-            ->required();
-        evalbus::sim::AddSimOptions(app, &options);
-        app->add_option("--out", options.out, "run folder; the models are written to OUT/model")->required();
-        app->add_option("--run-id", options.run_id, "name of the run, as MODEL carries it")
-            ->capture_default_str();
+                        "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition");
+        app->add_option("--out", options.out, "run folder; the models are written to OUT/model");
         app->add_option("--episodes", options.episodes, "run this many episodes without waiting for COMMAND")
-            ->check(evalbus::sim::NotNegative);
+            ->check(CLI::NonNegativeNumber);
         app->add_option("--seed", options.seed,
                         "seed of the run; episode seeds derive from it and the episode's index")
             ->capture_default_str();
@@ -29,5 +26,10 @@ int main(int argc, char** argv) {
             ->delimiter(',')
             ->capture_default_str();
       },
-      [&](evalbus::Bus* bus) { return std::make_unique<evalbus::sim::SimComponent>(bus, options); });
+      [&](evalbus::Bus* bus) {
+        if (options.out.empty())
+          throw evalbus::InputError("--out: expected the folder of the run, it is missing");
+        if (options.task.empty()) throw evalbus::InputError("task: expected TASK[/VARIATION], it is missing");
+        return std::make_unique<evalbus::sim::SimComponent>(bus, options);
+      });
 }

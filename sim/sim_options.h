@@ -1,64 +1,74 @@
-// The sim's options that `evalbus run` and `evalbus-sim` share, so that both spell them alike.
+// What a sim is told: the part of a run's options that `evalbus run` and `evalbus-sim` share.
 #pragma once
 
-#include <fmt/format.h>
-
-#include <CLI/CLI.hpp>
-#include <cstdlib>
+#include <cstdint>
+#include <filesystem>
 #include <string>
+#include <tuple>
 #include <vector>
 
-#include "sim/sim_component.h"
+#include "base/options.h"
 
 namespace evalbus::sim {
 
-// Checks of numbers, in words.
-inline std::string Positive(const std::string& text) {
-  return std::atof(text.c_str()) > 0 ? "" : "expected a number above 0, not " + text;
-}
-inline std::string NotNegative(const std::string& text) {
-  return std::atof(text.c_str()) >= 0 ? "" : "expected 0 or a number above 0, not " + text;
+struct SimOptions {
+  // As FindTask takes it.
+  std::string task;
+  std::string robot;
+  std::vector<std::filesystem::path> model_path;
+  double control_hz = 50;
+  double clearance_hz = 10;
+  bool realtime = false;
+  double rtf = 1;
+  double policy_timeout_s = 60;
+  // As MODEL carries it.
+  std::string run_id = "run";
+
+  // Not options of the command line: run folder; the models are written to OUT/model/.
+  std::filesystem::path out;
+  // Wall-clock time to wait in lockstep for a score.
+  double metrics_timeout_s = 10;
+  // Not zero: run this many episodes without waiting for a COMMAND, then be done.
+  int episodes = 0;
+  int64_t seed = 0;
+  // Who must be ready before tick 0 of such an episode.
+  std::vector<std::string> required = {"collision", "metrics", "policy"};
+};
+
+// A timeout of months is as good as none, and still a duration that clocks can add.
+inline constexpr double kLongestTimeout = 1e7;  // s
+
+template <class Options, class F>
+requires std::is_same_v<std::remove_const_t<Options>, SimOptions>
+void ForEachOption(Options& options, const F& f) {
+  constexpr bool kFixed = true;
+  ForEachRow(
+      std::tuple{
+          Option{&SimOptions::task, "task_path"},
+          Option{&SimOptions::robot, "robot",
+                 "robot of models/robots or robot description (YAML) instead of the task's own", Range{},
+                 kFixed},
+          Option{&SimOptions::model_path, "model_path",
+                 "folder to look for MJCF files in, e.g. a MuJoCo Menagerie"},
+          Option{&SimOptions::control_hz, "control_hz", "control ticks per simulated second, 20 to 500",
+                 Range{20, 500}, kFixed},
+          Option{&SimOptions::clearance_hz, "clearance_hz", "clearance checks per simulated second, 0 = none",
+                 Range{0, 500}, kFixed},
+          Option{&SimOptions::realtime, "realtime", "pace by the wall clock; default: lockstep", Range{},
+                 kFixed},
+          Option{&SimOptions::rtf, "rtf", "simulated seconds per second, with --realtime", Range{0.001, 1000},
+                 kFixed},
+          Option{&SimOptions::policy_timeout_s, "policy_timeout_s",
+                 "wait for an action at most this long (lockstep)", Range{0.001, kLongestTimeout}, kFixed},
+          Option{&SimOptions::run_id, "run_id"},
+      },
+      options, f);
 }
 
-inline void AddSimOptions(CLI::App* app, SimOptions* options) {
-  app->add_option("--robot", options->robot,
-                  "robot of models/robots or robot description (YAML) instead of the task's own");
-  app->add_option("--model-path", options->model_path,
-                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie");
-  app->add_option("--control-hz", options->control_hz, "control ticks per simulated second, 20 to 500")
-      ->check([](const std::string& text) {
-        const double hz = std::atof(text.c_str());
-        return hz >= 20 && hz <= 500 ? "" : "expected 20 to 500, not " + text;
-      })
-      ->capture_default_str();
-  app->add_option("--clearance-hz", options->clearance_hz, "clearance checks per simulated second, 0 = none")
-      ->check(NotNegative)
-      ->capture_default_str();
-  CLI::Option* const realtime =
-      app->add_flag("--realtime", options->realtime, "pace by the wall clock; default: lockstep");
-  app->add_option("--rtf", options->rtf, "simulated seconds per second, with --realtime")
-      ->needs(realtime)
-      ->check(Positive)
-      ->capture_default_str();
-  app->add_option("--policy-timeout-s", options->policy_timeout_s,
-                  "wait for an action at most this long (lockstep)")
-      ->check(Positive)
-      ->capture_default_str();
-}
-
-// These options as arguments, for a process that is to have the same.
-inline std::vector<std::string> SimArguments(const SimOptions& options) {
-  std::vector<std::string> arguments = {"--control-hz",       fmt::format("{}", options.control_hz),
-                                        "--clearance-hz",     fmt::format("{}", options.clearance_hz),
-                                        "--policy-timeout-s", fmt::format("{}", options.policy_timeout_s)};
-  if (options.realtime) {
-    arguments.insert(arguments.end(), {"--realtime", "--rtf", fmt::format("{}", options.rtf)});
-  }
-  if (!options.robot.empty()) arguments.insert(arguments.end(), {"--robot", options.robot});
-  for (const auto& folder : options.model_path) {
-    arguments.insert(arguments.end(), {"--model-path", folder.string()});
-  }
-  return arguments;
+// Throws InputError.
+inline void CheckSimOptions(const SimOptions& options) {
+  CheckRanges(options);
+  if (options.rtf != 1 && !options.realtime) throw InputError("--rtf: only with --realtime");
 }
 
 }  // namespace evalbus::sim

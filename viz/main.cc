@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "bus/attach.h"
+#include "bus/host.h"
 #include "viz/viz_component.h"
 
 int main(int argc, char** argv) {

@@ -5,13 +5,13 @@
 
 #include "base/errors.h"
 #include "bus/channels.h"
-#include "lcmtypes/plausible.h"
+#include "bus/message.h"
 
 namespace evalbus::viz {
 
 std::string ImageChannel(std::string camera) {
   std::replace(camera.begin(), camera.end(), '/', '_');
-  return channels::kImagePrefix + camera;
+  return channels::ImageChannel(camera);
 }
 
 VizComponent::VizComponent(Bus* bus, const VizOptions& options)
@@ -19,12 +19,11 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
   CheckFrameSize(options.size);
   if (!(options.fps > 0) || std::isinf(options.fps)) throw InputError("--fps: expected a number above 0");
   LoadOsMesa();
-  bus->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
-  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
-                                  [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
-  bus->Subscribe<state_t>(channels::kState, [this](const state_t& m) { OnState(m); });
-  bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
-  bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
+  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
+  bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
+  bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
+  bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
 }
 
 void VizComponent::OnModel(const model_info_t& model) {
@@ -119,9 +118,9 @@ void VizComponent::Draw() {
     view.image.header = state_.header;
     view.image.data = jpeg_.Encode(frame_);
     view.image.num_bytes = static_cast<int32_t>(view.image.data.size());
-    bus().Publish(view.channel.c_str(), view.image);
+    bus().Publish(Channel<image_t>{view.channel.c_str(), channels::kImage.from}, view.image);
   }
-  Progress(state_.header.tick);
+  Progress(state_.header);
 }
 
 }  // namespace evalbus::viz

@@ -16,21 +16,6 @@ namespace {
 // The sim runs at most this far ahead of the disk.
 constexpr int64_t kLagWindowTicks = 256;
 
-// The header of a message that begins with one, without decoding the rest; false if it is of another type.
-template <class Message>
-bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
-  const int size = static_cast<int>(data.size());
-  int64_t fingerprint = 0;
-  const int begin = __int64_t_decode_array(data.data(), 0, size, &fingerprint, 1);
-  return begin > 0 && fingerprint == Message::getHash() &&
-         header->_decodeNoHash(data.data(), begin, size - begin) > 0;
-}
-
-bool IsOfTicks(const std::string& channel) {
-  return channel == channels::kState || channel == channels::kContacts || channel == channels::kAction ||
-         channel == channels::kPartial;
-}
-
 }  // namespace
 
 Recorder::Recorder(Bus* bus, std::filesystem::path run)
@@ -50,18 +35,18 @@ void Recorder::Poll(SteadyTime now) {
 
 void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
-  if (!Bus::Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
+  if (!Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
   // Like everybody else: what begins before the sim has said what it is, is not the sim's.
   if (model_.empty()) return;
   const bool same_episode = begin.header.episode == status_.episode;
-  const bool is_new = !same_episode || begin.attempt != status_.attempt;
+  const bool is_new = !same_episode || begin.header.attempt != status_.attempt;
   if (is_new && close_at_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
   const auto finished = EpisodeFolder(run_, begin.header.episode);
   const bool is_first = status_.episode < 0;
   if (is_new && std::filesystem::exists(finished)) {
     // An aborted attempt was closed like any other; its successor takes its place. Once the launcher has
     // counted an episode, which is when it writes the summary, nothing does.
-    if (begin.attempt > 0 && !std::filesystem::exists(finished / kSummaryJson)) {
+    if (begin.header.attempt > 0 && !std::filesystem::exists(finished / kSummaryJson)) {
       std::filesystem::remove_all(finished);
     } else if (is_first) {
       throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
@@ -91,20 +76,19 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
 
 void Recorder::Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
   // Pictures can be drawn again from the log, and who looks on does not change what a run leaves behind.
-  if (channel.starts_with(channels::kImagePrefix)) return;
+  const Recorded recorded = channels::RecordedOf(channel);
+  if (recorded == Recorded::kNo) return;
   if (channel == channels::kModel) {
     model_info_t model{};
-    if (Bus::Decode(data, &model)) simulated_time_ = model.clock == "lockstep";
+    if (Decode(data, &model)) simulated_time_ = model.clock == "lockstep";
     model_.assign(data.begin(), data.end());
     model_time_us_ = receive_time_us;
   }
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!log_) return;
-  if (IsOfTicks(channel)) {
+  if (recorded == Recorded::kOncePerTick) {
     // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
-    std::vector<uint8_t>& last = last_said_[channel];
-    if (std::ranges::equal(last, data)) return;
-    last.assign(data.begin(), data.end());
+    if (!IsNews(data, &last_said_[channel])) return;
   }
   header_t header{};
   const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
@@ -113,7 +97,7 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   log_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
-    Progress(header.tick);
+    Progress(header);
   } else if (channel == channels::kEpisodeEnd) {
     has_end_ = has_end_ || (DecodeHeader<episode_end_t>(data, &header) && IsOurs(header));
   } else if (channel == channels::kEpisodeSummary) {

@@ -1,16 +1,20 @@
-#include "cli/commands/compare.h"
+// evalbus compare: whether runs, or suites, really differ.
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/write_whole.h"
+#include "cli/commands/commands.h"
 #include "cli/results/comparison.h"
 #include "cli/results/comparison_report.h"
 #include "cli/results/comparison_text.h"
@@ -22,6 +26,16 @@ namespace evalbus::commands {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct CompareOptions {
+  std::vector<std::filesystem::path> runs;
+  // Name, policy or folder of the run that the others are compared with; empty: the first.
+  std::string baseline;
+  // Empty: none is written.
+  std::filesystem::path json;
+  // HTML page; empty: none is written.
+  std::filesystem::path report;
+};
 
 // The hash of the physics model, by which runs are comparable; it stands beside run.json.
 void AddModelHash(results::RecordedRuns* runs) {
@@ -68,9 +82,7 @@ void NameApart(std::vector<results::RecordedRuns>* runs) {
   }
 }
 
-}  // namespace
-
-void AddCompareOptions(CLI::App* app, CompareOptions* options) {
+void AddOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("runs", options->runs, "folders of runs or suites, two or more")->required();
   app->add_option("--baseline", options->baseline,
                   "name, policy or folder of the run that the others are compared with, also in effort;\n"
@@ -79,6 +91,7 @@ void AddCompareOptions(CLI::App* app, CompareOptions* options) {
   app->add_option("--report", options->report, "write the comparison as one HTML page to this file, too");
 }
 
+// Returns the exit code: 0, whatever the verdict. Throws InputError.
 int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(Read(folder));
@@ -100,6 +113,14 @@ int Compare(const CompareOptions& options) {
     fmt::print("\nreport   {}\n", options.report.string());
   }
   return 0;
+}
+
+}  // namespace
+
+Action AddCompare(CLI::App* app) {
+  const auto options = std::make_shared<CompareOptions>();
+  AddOptions(app, options.get());
+  return [options] { return Compare(*options); };
 }
 
 }  // namespace evalbus::commands

@@ -1,5 +1,4 @@
-#include "cli/commands/doctor.h"
-
+// evalbus doctor: what this machine offers, and how to mend what it lacks.
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
@@ -11,6 +10,8 @@
 
 #include "bus/bus.h"
 #include "bus/private_network.h"
+#include "cli/commands/commands.h"
+#include "cli/launch/components.h"
 #include "cli/launch/processes.h"
 #include "cli/version.h"
 #include "models/task_description.h"
@@ -18,15 +19,12 @@
 namespace evalbus::commands {
 namespace {
 
-constexpr int64_t kReceiveBuffer = 4194304;
-
 void Print(bool good, const std::string& what, const std::string& fix = "") {
   fmt::print("{:<5} {}\n", good ? "ok" : "FAIL", what);
   if (!good && !fix.empty()) fmt::print("      fix: {}\n", fix);
 }
 
-}  // namespace
-
+// One line per check. Returns 0 if runs with separate processes work, else 2.
 int Doctor() {
   fmt::print("evalbus {} ({}{}), MuJoCo {}\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
              mj_versionString());
@@ -36,15 +34,14 @@ int Doctor() {
 
   int64_t limit = 0;
   std::ifstream("/proc/sys/net/core/rmem_max") >> limit;
-  Print(limit >= kReceiveBuffer,
+  Print(limit >= kReceiveBufferBytes,
         fmt::format("UDP receive buffer limit {} bytes (wanted: {}; matters for images)", limit,
-                    kReceiveBuffer),
-        fmt::format("sysctl -w net.core.rmem_max={}", kReceiveBuffer));
+                    kReceiveBufferBytes),
+        fmt::format("sysctl -w net.core.rmem_max={}", kReceiveBufferBytes));
 
   bool all_programs = true;
-  for (const char* name :
-       {"evalbus-sim", "evalbus-collision", "evalbus-metrics", "evalbus-policy", "evalbus-recorder"}) {
-    const auto program = launch::Processes::BinaryFolder() / name;
+  for (const launch::ComponentType& component : launch::AllComponents()) {
+    const auto program = launch::Processes::BinaryFolder() / component.program();
     const bool good = access(program.c_str(), X_OK) == 0;
     if (!good) Print(false, program.string() + " is missing", "./run builds it");
     all_programs = all_programs && good;
@@ -71,5 +68,9 @@ int Doctor() {
   }
   return why.empty() && all_programs ? 0 : 2;
 }
+
+}  // namespace
+
+Action AddDoctor(CLI::App*) { return Doctor; }
 
 }  // namespace evalbus::commands

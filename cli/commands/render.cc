@@ -1,19 +1,32 @@
-#include "cli/commands/render.h"
+// evalbus render: films episodes of a run from their logs.
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
-#include "bus/component.h"
+#include "bus/host.h"
+#include "cli/commands/commands.h"
 #include "cli/results/episode_logs.h"
 #include "viz/pictures/film.h"
 
 namespace evalbus::commands {
+namespace {
 
 namespace fs = std::filesystem;
 
-void AddRenderOptions(CLI::App* app, RenderOptions* options) {
+struct RenderOptions {
+  std::filesystem::path run;
+  // Empty: every finished episode.
+  std::vector<int> episodes;
+  std::vector<std::string> cameras = {"front"};
+  std::string size = "640x480";
+};
+
+void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("run", options->run, "run folder, an episode's folder or a log")->required();
   app->add_option("--episode", options->episodes, "numbers of episodes, with commas; default: all")
       ->delimiter(',')
@@ -25,6 +38,7 @@ void AddRenderOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
 }
 
+// Prints the films' paths. Returns the exit code. Throws InputError, EnvironmentError.
 int Render(const RenderOptions& options) {
   const viz::FrameSize size = viz::ParseFrameSize(options.size);
   std::vector<fs::path> logs;
@@ -40,6 +54,14 @@ int Render(const RenderOptions& options) {
     }
   }
   return 0;
+}
+
+}  // namespace
+
+Action AddRender(CLI::App* app) {
+  const auto options = std::make_shared<RenderOptions>();
+  AddOptions(app, options.get());
+  return [options] { return Render(*options); };
 }
 
 }  // namespace evalbus::commands

@@ -1,12 +1,15 @@
-#include "cli/commands/replay.h"
+// evalbus replay: plays recorded episodes into fresh metrics.
 
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
 #include <sstream>
+#include <string>
 #include <utility>
 
 #include "base/errors.h"
@@ -14,8 +17,9 @@
 #include "base/run_layout.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "bus/component.h"
+#include "bus/host.h"
 #include "bus/private_network.h"
+#include "cli/commands/commands.h"
 #include "cli/launch/live_view.h"
 #include "cli/launch/processes.h"
 #include "cli/results/episode_json.h"
@@ -27,6 +31,16 @@ namespace {
 
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
+
+struct ReplayOptions {
+  std::filesystem::path run_or_log;
+  // Of a run: this episode only.
+  std::optional<int> episode;
+  // Simulated seconds per second.
+  double speed = 1;
+  // Empty: as for `evalbus run`.
+  std::string url;
+};
 
 constexpr auto kTick = std::chrono::milliseconds(20);
 // Components say STATUS more often than this.
@@ -50,9 +64,11 @@ fs::path FindPlayer() {
 // again; nor COMMAND, since a replay commands nobody.
 std::string PlayedChannels() {
   std::string regex;
-  for (const char* channel : {channels::kModel, channels::kEpisodeBegin, channels::kState,
-                              channels::kContacts, channels::kEpisodeEnd}) {
-    regex += std::string(regex.empty() ? "(" : "|") + channel;
+  for (const std::string_view channel :
+       {std::string_view(channels::kModel), std::string_view(channels::kEpisodeBegin),
+        std::string_view(channels::kState), std::string_view(channels::kContacts),
+        std::string_view(channels::kEpisodeEnd)}) {
+    (regex += regex.empty() ? "(" : "|") += channel;
   }
   return regex + ")";
 }
@@ -103,22 +119,21 @@ class Player : public Component {
  public:
   Player(const ReplayOptions& options, Bus* bus, launch::LiveView* view)
       : Component(bus, "replay"), options_(options), view_(view), program_(FindPlayer()) {
-    bus->Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& status) {
+    bus->Subscribe(channels::kStatus, [this](const component_status_t& status) {
       metrics_heard_ |= status.component == "metrics";
       sim_heard_ |= status.component == "sim";
     });
-    bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
+    bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
       if (!EnterEpisode(begin)) return;
       SayReady();
       view_->OnEpisodeBegin(begin);
     });
-    bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& partial) {
-      Progress(partial.header.tick);
+    bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& partial) {
+      Progress(partial.header);
       view_->OnPartial(partial);
     });
-    bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary,
-                                      [this](const episode_summary_t& summary) { score_ = summary; });
-    bus->Subscribe<run_summary_t>(channels::kRunSummary, [this](const run_summary_t& run) { OnScore(run); });
+    bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& summary) { score_ = summary; });
+    bus->Subscribe(channels::kRunSummary, [this](const run_summary_t& run) { OnScore(run); });
   }
 
   // Starts metrics; throws if a run is on this bus already.
@@ -216,7 +231,8 @@ class Player : public Component {
     score_.reset();
     for (size_t i = 0; i < scored_.size(); ++i) {
       const results::RescoredEpisode& episode = log_->episodes[i];
-      if (score.header.episode != episode.summary.header.episode || score.attempt != episode.summary.attempt)
+      if (score.header.episode != episode.summary.header.episode ||
+          score.header.attempt != episode.summary.header.attempt)
         continue;
       if (std::exchange(scored_[i], true)) continue;  // said again
       view_->OnEpisodeDone(results::EpisodeJson("", "", score));
@@ -252,15 +268,15 @@ class Player : public Component {
   int64_t lost_ = 0;
 };
 
-}  // namespace
-
-void AddReplayOptions(CLI::App* app, ReplayOptions* options) {
+void AddOptions(CLI::App* app, ReplayOptions* options) {
   app->add_option("run_or_log", options->run_or_log, "run folder or event log")->required();
   app->add_option("--episode", options->episode, "of a run: this episode only");
   app->add_option("--speed", options->speed, "1 = as fast as the robot moved")->capture_default_str();
   app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default as for run");
 }
 
+// Returns 0 if every score equals the recorded one and nothing was lost, else 2. Throws InputError,
+// EnvironmentError.
 int Replay(const ReplayOptions& options) {
   if (!(options.speed > 0) || std::isinf(options.speed)) {
     throw InputError(fmt::format("--speed {}: expected a number above 0", options.speed));
@@ -314,6 +330,14 @@ int Replay(const ReplayOptions& options) {
       "in {:.1f} s\n",
       player.equal(), episodes, player.lost(), ticks, simulated, wall);
   return player.equal() == episodes && player.lost() == 0 ? 0 : 2;
+}
+
+}  // namespace
+
+Action AddReplay(CLI::App* app) {
+  const auto options = std::make_shared<ReplayOptions>();
+  AddOptions(app, options.get());
+  return [options] { return Replay(*options); };
 }
 
 }  // namespace evalbus::commands

@@ -1,16 +1,19 @@
-#include "cli/commands/report.h"
+// evalbus report: a run, or a suite of runs, as one HTML page.
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <memory>
+#include <vector>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "bus/recorder/recorder.h"
+#include "cli/commands/commands.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
 #include "cli/results/run_reader.h"
@@ -22,6 +25,15 @@ namespace evalbus::commands {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct ReportOptions {
+  // Folder of a run or of a suite.
+  std::filesystem::path run;
+  // Empty: report.html in that folder.
+  std::filesystem::path out;
+  // Whose curves are drawn; empty: the first failures and the median success.
+  std::vector<int> episodes;
+};
 
 constexpr size_t kFailuresDrawn = 2;
 // A suite has many runs: of each one episode, and of that the figures that say most.
@@ -187,9 +199,7 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   return run;
 }
 
-}  // namespace
-
-void AddReportOptions(CLI::App* app, ReportOptions* options) {
+void AddOptions(CLI::App* app, ReportOptions* options) {
   app->add_option("run", options->run, "folder of a run or of a suite")->required();
   app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder");
   app->add_option(
@@ -199,6 +209,7 @@ void AddReportOptions(CLI::App* app, ReportOptions* options) {
       ->delimiter(',');
 }
 
+// Prints the page's path. Returns the exit code. Throws InputError, EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   const results::RecordedRuns runs = results::ReadRuns(options.run);
   if (runs.is_suite && !options.episodes.empty()) {
@@ -216,6 +227,14 @@ int WriteReport(const ReportOptions& options) {
   WriteWhole(out, viz::ReportPage(report));
   fmt::print("{}\n", fs::proximate(out).string());
   return 0;
+}
+
+}  // namespace
+
+Action AddReport(CLI::App* app) {
+  const auto options = std::make_shared<ReportOptions>();
+  AddOptions(app, options.get());
+  return [options] { return WriteReport(*options); };
 }
 
 }  // namespace evalbus::commands

@@ -1,17 +1,19 @@
-#include "cli/commands/rescore.h"
+// evalbus rescore: scores recorded episodes again, offline.
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <sstream>
 
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/write_whole.h"
+#include "cli/commands/commands.h"
 #include "cli/launch/run_controller.h"
 #include "cli/results/episode_json.h"
 #include "cli/results/episode_logs.h"
@@ -21,6 +23,14 @@ namespace evalbus::commands {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct RescoreOptions {
+  std::filesystem::path run_or_log;
+  // Another task description; empty: the one in each log.
+  std::filesystem::path task;
+  // Scores as in episodes.jsonl; empty: none are written.
+  std::filesystem::path out;
+};
 
 // Longer lists of names are cut; --out has them all.
 constexpr size_t kNamesShown = 4;
@@ -122,15 +132,15 @@ std::string ChangedVerdicts(const std::map<std::string, int>& changes, int episo
   return fmt::format("{} of {} verdicts changed{}", changed, episodes, list);
 }
 
-}  // namespace
-
-void AddRescoreOptions(CLI::App* app, RescoreOptions* options) {
+void AddOptions(CLI::App* app, RescoreOptions* options) {
   app->add_option("run_or_log", options->run_or_log, "run folder or event log")->required();
   app->add_option("--task", options->task,
                   "judge by this task description (YAML) instead of the recorded one");
   app->add_option("--out", options->out, "write the scores to this file, in the format of episodes.jsonl");
 }
 
+// Returns 0 if every score equals the recorded one or a task is given, else 2. Throws InputError,
+// EnvironmentError.
 int Rescore(const RescoreOptions& options) {
   const bool new_rules = !options.task.empty();
   results::Rescorer rescorer(new_rules ? std::optional(ReadTask(options.task)) : std::nullopt);
@@ -201,6 +211,14 @@ int Rescore(const RescoreOptions& options) {
   }
   fmt::print("; {:.1f} s simulated in {:.3f} s, {:.0f} x real time\n", simulated, wall, simulated / wall);
   return new_rules || (equal == episodes && logs_without == 0) ? 0 : 2;
+}
+
+}  // namespace
+
+Action AddRescore(CLI::App* app) {
+  const auto options = std::make_shared<RescoreOptions>();
+  AddOptions(app, options.get());
+  return [options] { return Rescore(*options); };
 }
 
 }  // namespace evalbus::commands

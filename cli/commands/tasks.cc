@@ -1,13 +1,18 @@
-#include "cli/commands/tasks.h"
+// evalbus tasks: what there is to run, what a task is in words and as a picture, and whether a task file is
+// right.
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
 #include <numbers>
+#include <string>
 
 #include "base/errors.h"
+#include "cli/commands/commands.h"
 #include "metrics/task/task_evaluator.h"
 #include "models/scene.h"
 #include "sim/world.h"
@@ -16,6 +21,22 @@
 
 namespace evalbus::commands {
 namespace {
+
+struct TasksOptions {
+  const CLI::App* list = nullptr;
+  const CLI::App* show = nullptr;
+  const CLI::App* check = nullptr;
+  // As FindTask takes it.
+  std::string task;
+  // Where to draw the scene as PNG; empty: nowhere.
+  std::filesystem::path image;
+  std::string camera = "overview";
+  std::string size = "960x720";
+  // Of the reset that is drawn.
+  int64_t seed = 0;
+  // To check.
+  std::filesystem::path file;
+};
 
 // What `check` resets each variation from.
 constexpr int kCheckedSeeds = 10;
@@ -216,9 +237,7 @@ int Check(const std::filesystem::path& file) {
   return 0;
 }
 
-}  // namespace
-
-void AddTasksOptions(CLI::App* app, TasksOptions* options) {
+void AddOptions(CLI::App* app, TasksOptions* options) {
   app->require_subcommand(1);
   options->list = app->add_subcommand("list", "a table of all tasks and variations");
   CLI::App* show = app->add_subcommand("show", "scene, randomisation, stages and verdict in words");
@@ -233,10 +252,19 @@ void AddTasksOptions(CLI::App* app, TasksOptions* options) {
   options->check = check;
 }
 
+// Returns the exit code. Throws InputError, EnvironmentError.
 int Tasks(const TasksOptions& options) {
   if (options.list->parsed()) return List();
   if (options.show->parsed()) return Show(options);
   return Check(options.file);
+}
+
+}  // namespace
+
+Action AddTasks(CLI::App* app) {
+  const auto options = std::make_shared<TasksOptions>();
+  AddOptions(app, options.get());
+  return [options] { return Tasks(*options); };
 }
 
 }  // namespace evalbus::commands

@@ -9,7 +9,7 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
-#include "bus/component.h"
+#include "bus/host.h"
 #include "bus/recorder/recorder.h"
 #include "viz/pictures/film.h"
 

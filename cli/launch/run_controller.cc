@@ -41,9 +41,8 @@ std::string WhyNoSpace(const std::filesystem::path& folder) {
 RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFolder& folder,
                              RunListener* listener)
     : Component(bus, "run"), plan_(plan), folder_(folder), listener_(listener) {
-  bus->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
-                                  [this](const episode_begin_t& begin) { OnBegin(begin); });
-  bus->Subscribe<partial_metrics_t>(channels::kPartial, [this](const partial_metrics_t& partial) {
+  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& begin) { OnBegin(begin); });
+  bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& partial) {
     if (!begun_ || !IsOurs(partial.header)) return;
     started_ = true;
     listener_->OnPartial(partial);
@@ -51,7 +50,7 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
   // Another sim may have answered the COMMAND; the models of ours are in the run's folder.
   const auto own_model =
       std::filesystem::absolute(folder.path() / kModelFolder / kPhysicsModel).lexically_normal();
-  bus->Subscribe<model_info_t>(channels::kModel, [this, own_model](const model_info_t& model) {
+  bus->Subscribe(channels::kModel, [this, own_model](const model_info_t& model) {
     if (model.physics_file == own_model) {
       own_model_heard_ = true;
       if (early_begin_) OnBegin(*std::exchange(early_begin_, std::nullopt));
@@ -59,15 +58,13 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
       foreign_model_ = model.physics_file;
     }
   });
-  bus->Subscribe<episode_end_t>(channels::kEpisodeEnd, [this](const episode_end_t& end) { OnEnd(end); });
-  bus->Subscribe<episode_summary_t>(channels::kEpisodeSummary,
-                                    [this](const episode_summary_t& summary) { OnSummary(summary); });
-  bus->Subscribe<component_status_t>(channels::kStatus,
-                                     [this](const component_status_t& status) { OnStatus(status); });
+  bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& end) { OnEnd(end); });
+  bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& summary) { OnSummary(summary); });
+  bus->Subscribe(channels::kStatus, [this](const component_status_t& status) { OnStatus(status); });
 }
 
 void RunController::OnBegin(const episode_begin_t& begin) {
-  if (done() || begin.header.episode != episode_index() || begin.attempt != attempt_ ||
+  if (done() || begin.header.episode != episode_index() || begin.header.attempt != attempt_ ||
       begin.seed != seed()) {
     return;
   }
@@ -185,7 +182,8 @@ void RunController::OnEnd(const episode_end_t& end) {
 }
 
 void RunController::OnSummary(const episode_summary_t& summary) {
-  if (done() || summary.header.episode != episode_index() || summary.attempt != attempt_ || !begun_) return;
+  if (done() || summary.header.episode != episode_index() || summary.header.attempt != attempt_ || !begun_)
+    return;
   if (summary.end_reason == "aborted") return BeginAgain(summary.end_detail);
   if (summary.seed != seed())
     return BeginAgain("begun with a seed that is not ours: is a second run on this bus?");

@@ -1,10 +1,16 @@
-// What a run is made with, as `evalbus run` takes it.
+// What a run is made with, as `evalbus run` takes it, run.json keeps it, and every process of the run starts
+// from it.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
+#include <tuple>
 #include <vector>
 
-#include "sim/sim_component.h"
+#include "base/options.h"
+#include "policy_bridge/policy_options.h"
+#include "sim/sim_options.h"
 
 namespace evalbus::launch {
 
@@ -12,29 +18,55 @@ namespace evalbus::launch {
 inline constexpr char kExternalPolicy[] = "lcm";
 
 struct RunOptions {
-  // What to run: TASK[/VARIATION], TASK/all, all, RoboEval's names.
-  std::vector<std::string> tasks;
   // sim.task is the one of this run.
   sim::SimOptions sim;
-  std::string policy = "expert";
+  policy::PolicyOptions policy;
   int episodes = 3;
-  // Not empty: of these episodes only.
   std::vector<int> only;
   int64_t seed = 0;
-  // Empty: runs/TASK-VARIATION-POLICY-DATE-TIME.
-  std::string out;
-  // Empty: the first that works of multicast on this machine, multicast in a private network namespace, one
-  // process.
+  int workers = 1;
   std::string url;
   bool in_process = false;
-  // Goes on with the run in `out`, if there is one.
-  bool resume = false;
-  // Episodes (or, of a suite, runs) that are under way at the same time.
-  int workers = 1;
-  // Not empty, "1/4": this process is that worker of a run.
-  std::string share;
-  // Cameras whose films are made of each episode.
   std::vector<std::string> video;
+
+  // Not kept: what to run (TASK[/VARIATION], TASK/all, all, RoboEval's names); where to, empty for
+  // runs/TASK-VARIATION-POLICY-DATE-TIME; whether to go on with the run that is there.
+  std::vector<std::string> tasks;
+  std::filesystem::path out;
+  bool resume = false;
+  // Not negative: this process is that worker of the run.
+  int worker = -1;
 };
+
+template <class Options, class F>
+requires std::is_same_v<std::remove_const_t<Options>, RunOptions>
+void ForEachOption(Options& options, const F& f) {
+  constexpr bool kFixed = true;
+  constexpr double kMostEpisodes = 1e7;
+  ForEachOption(options.sim, f);
+  ForEachOption(options.policy, f);
+  ForEachRow(
+      std::tuple{
+          Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMostEpisodes}},
+          Option{&RunOptions::only, "only", "of the episodes, counted from 0, run these only, with commas",
+                 Range{0, kMostEpisodes}},
+          Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give equal bits", Range{}, kFixed},
+          Option{&RunOptions::workers, "workers",
+                 "episodes (of a suite: runs) at the same time; the same results", Range{1, 1024}},
+          Option{
+              &RunOptions::url, "url",
+              "bus, udpm://ADDRESS:PORT?ttl=0; default: the first that works of this machine's multicast, a\n"
+              "private network namespace, one process"},
+          Option{&RunOptions::in_process, "in_process",
+                 "all components in one process, without network; fastest"},
+          Option{&RunOptions::video, "video",
+                 "cameras, with commas: film each episode while the next one runs ('evalbus render' does it\n"
+                 "later); none: no films, the default"},
+      },
+      options, f);
+}
+
+// Throws InputError for what is wrong whatever the task is.
+void CheckRunOptions(const RunOptions& options);
 
 }  // namespace evalbus::launch

@@ -10,8 +10,10 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
+#include "bus/host.h"
 #include "cli/launch/job_pool.h"
 #include "cli/launch/live_view.h"
+#include "cli/launch/prepared_run.h"
 #include "cli/launch/workers.h"
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
@@ -105,10 +107,12 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   return tasks;
 }
 
-int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
-  const std::string policy = options.policy.substr(0, options.policy.find(':'));
+void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
+  if (options.policy.policy == kExternalPolicy) {
+    throw InputError("--policy lcm: expected one task, not a suite");
+  }
   const std::filesystem::path out =
-      options.out.empty() ? results::DefaultRunFolder("suite-" + policy) : std::filesystem::path(options.out);
+      options.out.empty() ? results::DefaultRunFolder("suite-" + ShortPolicyName(options)) : options.out;
   const results::RunFolder suite = results::RunFolder::OfSuite(out, options.resume);
 
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
@@ -117,19 +121,19 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
   for (const std::string& task : tasks) {
     runs.push_back(FolderName(task));
     width = std::max(width, task.size());
-    Job job{task, RunCommand(options), suite.log_file(FolderName(task))};
+    Job job{task, RunCommand(suite.path() / kSuiteJson), suite.log_file(FolderName(task))};
     const auto folder = suite.path() / FolderName(task);
-    job.command.insert(job.command.end(), {task, "--out", folder.string(), "--resume"});
-    for (const std::string& camera : options.video)
-      job.command.insert(job.command.end(), {"--video", camera});
+    job.command.insert(job.command.end(), {task, "--out", folder.string(), "--workers", "1", "--resume"});
     jobs.push_back(std::move(job));
   }
-  suite.WriteJson(kSuiteJson, {{"runs", runs}});
+  nlohmann::ordered_json json = {{"runs", runs}};
+  json.update(OptionsJson(options));
+  suite.WriteJson(kSuiteJson, json);
 
   InstallStopSignals();
   const auto started = std::chrono::steady_clock::now();
   fmt::print("{} runs of {} episode{}  policy {}  seed {}  {} at a time\n", tasks.size(), options.episodes,
-             options.episodes == 1 ? "" : "s", options.policy, options.seed, options.workers);
+             options.episodes == 1 ? "" : "s", options.policy.policy, options.seed, options.workers);
   const std::string title = Row("task", width, "success", "95 % interval", "mean time", "failures");
   fmt::print("{}", title);
   std::fflush(stdout);
@@ -183,7 +187,6 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
         fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on", done,
                     tasks.size(), shown.string()));
   }
-  return 0;
 }
 
 }  // namespace evalbus::launch

@@ -12,7 +12,7 @@ namespace evalbus::launch {
 // Throws InputError for a name that does not exist, or one that is there twice.
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
 
-// Runs each of the tasks, options.workers at the same time. Returns the exit code.
-int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks);
+// Runs each of the tasks, options.workers at the same time. Throws InputError, EnvironmentError.
+void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks);
 
 }  // namespace evalbus::launch

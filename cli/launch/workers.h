@@ -1,6 +1,7 @@
 // Other processes of `evalbus run` that do parts of a run: a share of its episodes each, or a run of a suite.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,9 +9,8 @@
 
 namespace evalbus::launch {
 
-// The command that evaluates as `options` say; which tasks, where to and with how many workers is left to
-// add.
-std::vector<std::string> RunCommand(const RunOptions& options);
+// `evalbus run` with the options of a file; what is to differ is left to add.
+std::vector<std::string> RunCommand(const std::filesystem::path& options_file);
 
 // A worker's part of `listener` below: what it remarks stands in its log, from where the launcher passes it
 // on.
@@ -20,11 +20,11 @@ class WorkerLog : public RunListener {
 };
 
 // Like EvaluateInProcess: runs plan.episodes with options.workers workers at the same time, each of which
-// takes every so manieth episode. A worker that dies goes on where it was.
+// takes every so manieth episode. A worker that dies goes on where it was. run.json must have been written.
 void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                      RunListener* listener);
 
-// Of these episodes the ones of a worker's share, "1/4" for the second of four.
-std::vector<int> EpisodesOfShare(const std::vector<int>& episodes, const std::string& share);
+// Of these episodes the ones of one of so many workers, counted from 0.
+std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, int workers);
 
 }  // namespace evalbus::launch

@@ -9,25 +9,12 @@
 #include "base/json_file.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
+#include "bus/message.h"
 #include "cli/launch/run_controller.h"
 #include "cli/results/episode_json.h"
-#include "lcmtypes/plausible.h"
 
 namespace evalbus::results {
 namespace {
-
-std::vector<uint8_t> Encode(const episode_summary_t& summary) {
-  std::vector<uint8_t> bytes(static_cast<size_t>(summary.getEncodedSize()));
-  summary.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
-// The message begins with another fingerprint.
-bool IsOtherType(std::span<const uint8_t> data, int64_t fingerprint) {
-  int64_t found = 0;
-  return __int64_t_decode_array(data.data(), 0, static_cast<int>(data.size()), &found, 1) > 0 &&
-         found != fingerprint;
-}
 
 const char* EndReason(int8_t verdict) {
   return verdict == partial_metrics_t::SUCCESS ? "success" : "failure";
@@ -61,10 +48,11 @@ RescoredLog Rescorer::Rescore(const std::filesystem::path& file) {
 
 void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   const auto decode = [&](auto* message) {
-    bool good = Bus::Decode(event.data, message);
+    bool good = Decode(event.data, message);
     if constexpr (requires { message->header; }) good = good && IsPlausible(message->header);
     log->decode_errors += !good;
-    if (!good && IsOtherType(event.data, message->getHash())) other_type_ = event.channel;
+    const int64_t found = Fingerprint(event.data);
+    if (!good && found != 0 && found != message->getHash()) other_type_ = event.channel;
     return good;
   };
   if (event.channel == channels::kState) {
@@ -81,12 +69,12 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
     episode_begin_t begin{};
     if (!decode(&begin)) return;
     // It is repeated until everybody is ready.
-    if (running_ && begin.header.episode == begin_.header.episode && begin.attempt == begin_.attempt) return;
+    if (running_ && IsOurs(begin.header)) return;
     Finish(std::nullopt, log);
     Begin(begin);
   } else if (event.channel == channels::kEpisodeEnd) {
     episode_end_t end{};
-    if (!decode(&end) || !running_ || end.header.episode != begin_.header.episode) return;
+    if (!decode(&end) || !running_ || !IsOurs(end.header)) return;
     conflicts_.Hear(event.channel, 0, event.data);
     if (end_) return;
     end_ = end;
@@ -94,8 +82,7 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
     ScoreTicks();
   } else if (event.channel == channels::kEpisodeSummary) {
     episode_summary_t recorded{};
-    if (!decode(&recorded) || !running_) return;
-    if (recorded.header.episode != begin_.header.episode || recorded.attempt != begin_.attempt) return;
+    if (!decode(&recorded) || !running_ || !IsOurs(recorded.header)) return;
     // What comes later, the metrics process did not wait for.
     Finish(recorded, log);
   }
@@ -127,12 +114,12 @@ void Rescorer::Begin(const episode_begin_t& begin) {
 template <class Message>
 void Rescorer::OnTickMessage(const LogEvent& event, Message* message, RescoredLog* log) {
   if (!running_ || own_end_) return;
-  if (!Bus::Decode(event.data, message)) {
+  if (!Decode(event.data, message)) {
     ++log->decode_errors;
     return;
   }
   const header_t& header = message->header;
-  if (header.episode != begin_.header.episode || !merger_.IsNear(header.tick)) return;
+  if (!IsOurs(header) || !merger_.IsNear(header.tick)) return;
   const auto answer = conflicts_.Hear(event.channel, header.tick, event.data);
   if (answer != ConflictDetector::Answer::kNew || !merger_.Add(*message)) return;
   if (message->header.tick > last_.tick) last_ = message->header;

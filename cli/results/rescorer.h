@@ -63,6 +63,10 @@ class Rescorer {
  private:
   void OnEvent(const LogEvent& event, RescoredLog* log);
   void Begin(const episode_begin_t& begin);
+  // Of the episode and attempt under way.
+  bool IsOurs(const header_t& header) const {
+    return header.episode == begin_.header.episode && header.attempt == begin_.header.attempt;
+  }
   template <class Message>
   void OnTickMessage(const LogEvent& event, Message* message, RescoredLog* log);
   void ScoreTicks();

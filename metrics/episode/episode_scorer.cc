@@ -227,7 +227,6 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   episode_summary_t summary{};
   summary.header = end.header;
   summary.seed = begin.seed;
-  summary.attempt = begin.attempt;
   summary.verdict = verdict();
   summary.end_reason = end.end_reason;
   summary.end_detail = end.detail;

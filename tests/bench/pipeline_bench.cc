@@ -70,10 +70,10 @@ Recorded ReadEpisode(const std::filesystem::path& file) {
   EventLogReader log(file);
   LogEvent event;
   while (log.Next(&event)) {
-    if (event.channel == channels::kEpisodeBegin) Bus::Decode(event.data, &recorded.begin);
+    if (event.channel == channels::kEpisodeBegin) Decode(event.data, &recorded.begin);
     if (event.channel == channels::kState) {
       recorded.states.emplace_back();
-      if (!Bus::Decode(event.data, &recorded.states.back())) throw EnvironmentError("STATE does not decode");
+      if (!Decode(event.data, &recorded.states.back())) throw EnvironmentError("STATE does not decode");
     }
   }
   return recorded;

@@ -42,9 +42,9 @@ int64_t Walk(const std::filesystem::path& file, bool decode) {
   for (LogEvent event; reader.Next(&event);) {
     if (event.channel == channels::kState) {
       ++states;
-      if (decode && !Bus::Decode(event.data, &state)) throw EnvironmentError("STATE does not decode");
+      if (decode && !Decode(event.data, &state)) throw EnvironmentError("STATE does not decode");
     } else if (event.channel == channels::kContacts) {
-      if (decode && !Bus::Decode(event.data, &contacts)) throw EnvironmentError("CONTACTS does not decode");
+      if (decode && !Decode(event.data, &contacts)) throw EnvironmentError("CONTACTS does not decode");
     }
   }
   return states;

@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     bytes.resize(8);
     bytes.insert(bytes.end(), data + 1, data + size);
     Message message{};
-    if (!evalbus::Bus::Decode(bytes, &message)) return;
+    if (!evalbus::Decode(bytes, &message)) return;
     // What was decoded can be said again.
     std::vector<uint8_t> again(static_cast<size_t>(message.getEncodedSize()));
     if (message.encode(again.data(), 0, static_cast<int>(again.size())) != static_cast<int>(again.size())) {

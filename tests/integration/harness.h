@@ -99,7 +99,7 @@ struct Log {
     std::vector<Message> messages;
     for (const Event& event : events) {
       if (event.channel != channel) continue;
-      EXPECT_TRUE(Bus::Decode(event.data, &messages.emplace_back())) << channel;
+      EXPECT_TRUE(Decode(event.data, &messages.emplace_back())) << channel;
     }
     return messages;
   }

@@ -8,8 +8,8 @@
 #include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "bus/component.h"
 #include "bus/event_log.h"
+#include "bus/host.h"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/model_info_t.hpp"
@@ -39,7 +39,7 @@ Episode ReadEpisode(const std::filesystem::path& log) {
   Episode episode;
   EventLogReader reader(log);
   LogEvent event;
-  const auto decode = [&event](auto* message) { return Bus::Decode(event.data, message); };
+  const auto decode = [&event](auto* message) { return Decode(event.data, message); };
   state_t state{};
   while (reader.Next(&event)) {
     if (event.channel == channels::kState) {

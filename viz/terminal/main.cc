@@ -2,8 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "base/arguments.h"
 #include "base/errors.h"
-#include "bus/component.h"
 #include "viz/terminal/monitor.h"
 
 int main(int argc, char** argv) {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "bus/bus.h"
-#include "bus/component.h"
+#include "bus/host.h"
 #include "viz/terminal/monitor_model.h"
 #include "viz/terminal/terminal.h"
 

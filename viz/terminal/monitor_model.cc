@@ -9,11 +9,11 @@
 
 #include "base/text.h"
 #include "bus/channels.h"
+#include "bus/message.h"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/state_t.hpp"
 #include "lcmtypes/extended_value.h"
-#include "lcmtypes/plausible.h"
 
 namespace evalbus::viz {
 namespace {
@@ -77,14 +77,6 @@ void Shorten(int width, Line* line) {
   line->push_back({"…"});
 }
 
-// Names may come from anywhere; a terminal obeys control characters.
-std::string Printable(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-  }
-  return text;
-}
-
 Line Heading(const std::string& text) { return {{Fit(text, 12), Style::kQuiet}}; }
 
 double Sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
@@ -139,7 +131,7 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
   heard_at_ = now;
   if (channels_.size() < kMaxNames || channels_.contains(channel)) ++channels_[channel].count;
   const auto decode = [&](auto* message) {
-    if (Bus::Decode(data, message)) return true;
+    if (Decode(data, message)) return true;
     ++undecodable_;
     return false;
   };
@@ -178,8 +170,8 @@ void MonitorModel::Hear(const std::string& channel, std::span<const uint8_t> dat
     episode_begin_t begin{};
     if (!decode(&begin)) return;
     // Repeated, but only before the first STATE; after it the same episode begins anew (a replay).
-    if (begin.header.episode == episode_ && begin.attempt == attempt_ && !state_) return;
-    EnterEpisode(begin.header.episode, begin.attempt);
+    if (begin.header.episode == episode_ && begin.header.attempt == attempt_ && !state_) return;
+    EnterEpisode(begin.header.episode, begin.header.attempt);
     events_.push_back(fmt::format("episode {} begins, seed {}{}", episode_, begin.seed,
                                   attempt_ > 0 ? fmt::format(", try {}", int64_t{attempt_} + 1) : ""));
   } else if (channel == channels::kEpisodeEnd) {
@@ -251,7 +243,7 @@ void MonitorModel::OnStatus(const component_status_t& status, SteadyTime now) {
 }
 
 void MonitorModel::OnEpisodeDone(const episode_summary_t& summary) {
-  const std::pair<int32_t, int32_t> key(summary.header.episode, summary.attempt);
+  const std::pair<int32_t, int32_t> key(summary.header.episode, summary.header.attempt);
   if (summed_up_ == key) return;  // said again
   summed_up_ = key;
   done_.push_back(summary);
@@ -741,8 +733,12 @@ void MonitorModel::AddHealth(bool spacious, SteadyTime now, std::vector<Ranked>*
   }
   Line line = Heading("per second");
   // In the order of an episode's tick, then the rest.
-  std::vector<std::string> names = {channels::kState,   channels::kContacts, channels::kAction,
-                                    channels::kPartial, channels::kStatus,   channels::kModel};
+  std::vector<std::string> names;
+  for (const std::string_view name : {std::string_view(channels::kState), std::string_view(channels::kContacts),
+                                      std::string_view(channels::kAction), std::string_view(channels::kPartial),
+                                      std::string_view(channels::kStatus), std::string_view(channels::kModel)}) {
+    names.emplace_back(name);
+  }
   for (const auto& [name, channel] : channels_) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }

@@ -111,7 +111,7 @@ class Network {
       return;
     }
     said_.push_back(message);
-    if (message.channel == channels::kEpisodeSummary) Bus::Decode(message.data, &summary_.emplace());
+    if (message.channel == channels::kEpisodeSummary) Decode(message.data, &summary_.emplace());
     Send(from, message);
   }
 

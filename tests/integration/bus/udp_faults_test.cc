@@ -47,7 +47,7 @@ class UdpFaults : public testing::Test {
     EVALBUS_NEEDS_BUS();
     ASSERT_EQ(RunProgram(Command(reference_, {"--in-process"})).code, 0);
     bus_.emplace(url_);
-    bus_->Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& status) {
+    bus_->Subscribe(channels::kStatus, [this](const component_status_t& status) {
       foreign_messages_[status.component] =
           std::max(foreign_messages_[status.component], status.foreign_messages);
       decode_errors_[status.component] = std::max(decode_errors_[status.component], status.decode_errors);

@@ -180,7 +180,7 @@ class Heckler {
   template <class Message>
   void SayForeign(const std::string& channel, std::span<const uint8_t> data) {
     Message message{};
-    ASSERT_TRUE(Bus::Decode(data, &message));
+    ASSERT_TRUE(Decode(data, &message));
     message.header.episode = 77;
     SayMessage(channel, message);
   }
@@ -193,7 +193,7 @@ class Heckler {
     }
     if (channel == channels::kStatus) {
       component_status_t status{};
-      if (!Bus::Decode(data, &status)) return;
+      if (!Decode(data, &status)) return;
       decode_errors[status.component] = std::max(decode_errors[status.component], status.decode_errors);
       foreign_messages[status.component] =
           std::max(foreign_messages[status.component], status.foreign_messages);

@@ -154,7 +154,7 @@ TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {
     for (Log::Event& event : *events) {
       if (event.channel != channels::kEpisodeSummary) continue;
       episode_summary_t summary{};
-      ASSERT_TRUE(Bus::Decode(event.data, &summary));
+      ASSERT_TRUE(Decode(event.data, &summary));
       auto& extended = summary.extended;
       const auto work = std::find(extended.name.begin(), extended.name.end(), "mechanical_work_J.right");
       double& value = extended.value_mixed[work - extended.name.begin()];

@@ -97,7 +97,7 @@ TEST_P(Reproducible, WithoutRecorder) {
   bus.SubscribeRaw(channels::kState, [&](const std::string&, std::span<const uint8_t> data, int64_t) {
     if (episodes == 0) states.emplace_back(data.begin(), data.end());
   });
-  bus.Subscribe<episode_summary_t>(channels::kEpisodeSummary, [&](const episode_summary_t&) { ++episodes; });
+  bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t&) { ++episodes; });
   Program collision({"evalbus-collision", "--url", url}), metrics({"evalbus-metrics", "--url", url}),
       policy({"evalbus-policy", "--policy", "noisy_expert", "--url", url});
   Program sim({"evalbus-sim", task_, "--out", folder_.path() / "sim", "--url", url, "--episodes", "1",

@@ -37,19 +37,19 @@ class Guest {
   };
 
   explicit Guest(const std::string& url) : bus_(url) {
-    bus_.Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) { model_ = m; });
-    bus_.Subscribe<episode_begin_t>(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
-      if (begin.attempt > 0) dead_ = false;  // somebody has started it again
+    bus_.Subscribe(channels::kModel, [this](const model_info_t& m) { model_ = m; });
+    bus_.Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
+      if (begin.header.attempt > 0) dead_ = false;  // somebody has started it again
       if (late_) bus_.Publish(channels::kAction, *late_);
       late_.reset();
       status_.component = "policy";
-      status_.instance = 7 + begin.attempt;
+      status_.instance = 7 + begin.header.attempt;
       status_.state = component_status_t::READY;
       status_.episode = begin.header.episode;
-      status_.attempt = begin.attempt;
+      status_.attempt = begin.header.attempt;
       SayStatus();
     });
-    bus_.Subscribe<state_t>(channels::kState, [this](const state_t& state) { Answer(state); });
+    bus_.Subscribe(channels::kState, [this](const state_t& state) { Answer(state); });
   }
 
   void Work() {

@@ -57,7 +57,7 @@ TEST(Realtime, StoppedListenersDoNotHoldItUp) {
                     "--episodes", "1", "--url", url, "--out", run});
   int64_t tick = -1;
   Bus bus(url);
-  bus.Subscribe<state_t>(channels::kState, [&](const state_t& state) { tick = state.header.tick; });
+  bus.Subscribe(channels::kState, [&](const state_t& state) { tick = state.header.tick; });
   const auto reaches = [&](int64_t wanted) {
     return WaitFor([&] {
       while (bus.Handle()) {

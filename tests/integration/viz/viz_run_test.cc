@@ -29,9 +29,9 @@ class VizRun : public testing::Test {
       bus_.Subscribe<image_t>(channel,
                               [this, channel](const image_t& m) { heard_.images[channel].push_back(m); });
     }
-    bus_.Subscribe<state_t>(channels::kState,
-                            [this](const state_t& m) { heard_.state_tick.push_back(m.header.tick); });
-    bus_.Subscribe<component_status_t>(channels::kStatus, [this](const component_status_t& m) {
+    bus_.Subscribe(channels::kState,
+                   [this](const state_t& m) { heard_.state_tick.push_back(m.header.tick); });
+    bus_.Subscribe(channels::kStatus, [this](const component_status_t& m) {
       if (m.component == "viz") heard_.viz = m;
     });
   }

@@ -60,7 +60,7 @@ TEST(Bus, RefusesNegativeCountsInAMessage) {
   state.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   // num_qpos follows fingerprint and header.
   bytes[28] = 0xFF;
-  EXPECT_FALSE(Bus::Decode(bytes, &state));
+  EXPECT_FALSE(Decode(bytes, &state));
 }
 
 TEST(Bus, CarriesAnExceptionOutOfAHandler) {
@@ -102,15 +102,14 @@ TEST(Component, AnswersARepeatedEpisodeBeginWithoutPreparingAgain) {
   Bus bus("memq://");
   Probe probe(&bus);
   std::vector<component_status_t> heard;
-  bus.Subscribe<component_status_t>(channels::kStatus,
-                                    [&](const component_status_t& s) { heard.push_back(s); });
+  bus.Subscribe(channels::kStatus, [&](const component_status_t& s) { heard.push_back(s); });
   episode_begin_t begin{};
   begin.header.episode = 7;
-  begin.attempt = 2;
+  begin.header.attempt = 2;
   EXPECT_TRUE(probe.EnterEpisode(begin));
   probe.SayReady();
   EXPECT_FALSE(probe.EnterEpisode(begin));
-  begin.attempt = 3;
+  begin.header.attempt = 3;
   EXPECT_TRUE(probe.EnterEpisode(begin));
   HandleAll(&bus);
   ASSERT_EQ(heard.size(), 2u);
@@ -137,8 +136,7 @@ TEST(Component, ReportsProgressTwicePerLagWindow) {
   Bus bus("memq://");
   Probe probe(&bus, 100);
   std::vector<int64_t> heard;
-  bus.Subscribe<component_status_t>(channels::kStatus,
-                                    [&](const component_status_t& s) { heard.push_back(s.last_tick); });
+  bus.Subscribe(channels::kStatus, [&](const component_status_t& s) { heard.push_back(s.last_tick); });
   for (int tick = 0; tick < 200; ++tick) probe.Progress(tick);
   HandleAll(&bus);
   EXPECT_EQ(heard, (std::vector<int64_t>{49, 99, 149, 199}));

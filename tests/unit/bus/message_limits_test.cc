@@ -25,7 +25,7 @@ template <class Message>
 int64_t BytesToDecode(const std::vector<uint8_t>& bytes, bool* decoded = nullptr) {
   Message message{};
   const int64_t before = AllocatedBytes();
-  const bool whole = Bus::Decode(bytes, &message);
+  const bool whole = Decode(bytes, &message);
   const int64_t allocated = AllocatedBytes() - before;
   if (decoded) *decoded = whole;
   return allocated;
@@ -86,7 +86,7 @@ TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
   observation.image[0].data.resize(100, 7);
   const std::vector<uint8_t> bytes = Encode(observation);
   observation_t decoded{};
-  ASSERT_TRUE(Bus::Decode(bytes, &decoded));
+  ASSERT_TRUE(Decode(bytes, &decoded));
   EXPECT_EQ(decoded.image[0].data, observation.image[0].data);
   // An image that is empty takes 42 bytes, so three of them do not fit.
   std::vector<uint8_t> more = bytes;
@@ -112,7 +112,7 @@ TEST(MessageLimits, ATextWithANulInsideIsADecodeError) {
     const auto found = std::search(bytes.begin(), bytes.end(), text.begin(), text.end());
     found[3] = static_cast<uint8_t>(letter);
     Message decoded{};
-    return Bus::Decode(bytes, &decoded);
+    return Decode(bytes, &decoded);
   };
   EXPECT_TRUE(is_decoded(end, 'x'));
   EXPECT_FALSE(is_decoded(end, '\0'));
@@ -125,9 +125,9 @@ TEST(MessageLimits, AnEmptyArrayLeavesNothingOfTheMessageBefore) {
   state.num_qpos = 3;
   state.qpos_mixed = {1, 2, 3};
   state_t decoded{};
-  ASSERT_TRUE(Bus::Decode(Encode(state), &decoded));
+  ASSERT_TRUE(Decode(Encode(state), &decoded));
   EXPECT_EQ(decoded.qpos_mixed, state.qpos_mixed);
-  ASSERT_TRUE(Bus::Decode(Encode(state_t{}), &decoded));
+  ASSERT_TRUE(Decode(Encode(state_t{}), &decoded));
   EXPECT_EQ(decoded.qpos_mixed.size(), 0u);
 }
 

@@ -27,7 +27,7 @@ class RecorderTest : public testing::Test {
     bus_.Publish(channels::kModel, model);
     episode_begin_t begin{};
     begin.header.episode = episode;
-    begin.attempt = attempt;
+    begin.header.attempt = attempt;
     bus_.Publish(channels::kEpisodeBegin, begin);
   }
   void Tick(int episode, int64_t tick) {

@@ -35,7 +35,7 @@ class CollisionComponentTest : public testing::Test {
     model_.physics_file = file_;
     model_.physics_sha256 = Sha256File(file_);
     model_.clearance_every_ticks = 3;
-    bus_.Subscribe<contacts_t>(channels::kContacts, [this](const contacts_t& m) { contacts_.push_back(m); });
+    bus_.Subscribe(channels::kContacts, [this](const contacts_t& m) { contacts_.push_back(m); });
   }
   void Run() {
     while (bus_.Handle()) {
@@ -44,7 +44,7 @@ class CollisionComponentTest : public testing::Test {
   void Begin(int episode, int attempt = 0) {
     episode_begin_t begin{};
     begin.header.episode = episode;
-    begin.attempt = attempt;
+    begin.header.attempt = attempt;
     bus_.Publish(channels::kEpisodeBegin, begin);
     Run();
   }

@@ -30,11 +30,10 @@ std::vector<uint8_t> Bytes(const episode_summary_t& summary) {
 class MetricsComponentTest : public testing::Test {
  protected:
   MetricsComponentTest() {
-    bus_.Subscribe<partial_metrics_t>(channels::kPartial, [this](const auto& m) { partials_.push_back(m); });
-    bus_.Subscribe<episode_summary_t>(channels::kEpisodeSummary,
-                                      [this](const auto& m) { summaries_.push_back(m); });
-    bus_.Subscribe<run_summary_t>(channels::kRunSummary, [this](const auto& m) { runs_.push_back(m); });
-    bus_.Subscribe<component_status_t>(channels::kStatus, [this](const auto& m) { said_ = m; });
+    bus_.Subscribe(channels::kPartial, [this](const auto& m) { partials_.push_back(m); });
+    bus_.Subscribe(channels::kEpisodeSummary, [this](const auto& m) { summaries_.push_back(m); });
+    bus_.Subscribe(channels::kRunSummary, [this](const auto& m) { runs_.push_back(m); });
+    bus_.Subscribe(channels::kStatus, [this](const auto& m) { said_ = m; });
   }
 
   void Drain() {
@@ -46,7 +45,7 @@ class MetricsComponentTest : public testing::Test {
     episode_begin_t begin{};
     begin.header = Header(0, episode);
     begin.seed = 1000 + episode;
-    begin.attempt = attempt;
+    begin.header.attempt = attempt;
     bus_.Publish(channels::kEpisodeBegin, begin);
     Drain();
   }
@@ -172,7 +171,7 @@ TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
     live.erase("spectral_arc_length");
     last.erase("spectral_arc_length");
     EXPECT_EQ(live, last);
-    summary.attempt = 0;
+    summary.header.attempt = 0;
     EXPECT_EQ(Bytes(summary), Bytes(summaries_.front())) << "attempt " << attempt;
   }
 }
@@ -235,7 +234,7 @@ TEST_F(MetricsComponentTest, ANewAttemptBeginsAgainAndReplacesTheOldResult) {
   SendContacts(0, 0);
   End(0, 0);
   ASSERT_EQ(summaries_.size(), 1);
-  EXPECT_EQ(summaries_[0].attempt, 1);
+  EXPECT_EQ(summaries_[0].header.attempt, 1);
   EXPECT_TRUE(summaries_[0].complete);
   Begin(0, 2);
   SendState(0, 0);

@@ -29,10 +29,8 @@ class PolicyComponentTest : public testing::Test {
     model_.physics_file = folder_ / "model/physics.mjb";
     mj_saveModel(&GetPolicyScene().model(), model_.physics_file.c_str(), nullptr, 0);
     model_.physics_sha256 = Sha256File(model_.physics_file);
-    bus_.Subscribe<action_t>(channels::kAction,
-                             [this](const action_t& action) { actions_.push_back(action); });
-    bus_.Subscribe<component_status_t>(channels::kStatus,
-                                       [this](const component_status_t& status) { status_ = status; });
+    bus_.Subscribe(channels::kAction, [this](const action_t& action) { actions_.push_back(action); });
+    bus_.Subscribe(channels::kStatus, [this](const component_status_t& status) { status_ = status; });
   }
   void TearDown() override { fs::remove_all(folder_); }
 

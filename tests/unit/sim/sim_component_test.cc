@@ -22,15 +22,13 @@ class SimComponentTest : public testing::Test {
     sim_.reset();
     bus_.emplace("memq://");
     sim_ = std::make_unique<SimComponent>(&*bus_, options);
-    bus_->Subscribe<model_info_t>(channels::kModel, [this](const model_info_t& m) {
+    bus_->Subscribe(channels::kModel, [this](const model_info_t& m) {
       model_ = m;
       ++num_models_;
     });
-    bus_->Subscribe<episode_begin_t>(channels::kEpisodeBegin,
-                                     [this](const episode_begin_t& m) { begins_.push_back(m); });
-    bus_->Subscribe<state_t>(channels::kState, [this](const state_t& m) { states_.push_back(m); });
-    bus_->Subscribe<episode_end_t>(channels::kEpisodeEnd,
-                                   [this](const episode_end_t& m) { ends_.push_back(m); });
+    bus_->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { begins_.push_back(m); });
+    bus_->Subscribe(channels::kState, [this](const state_t& m) { states_.push_back(m); });
+    bus_->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { ends_.push_back(m); });
   }
   void HandleAll() {
     while (bus_->Handle()) {
@@ -137,7 +135,7 @@ TEST_F(SimComponentTest, ARepeatedCommandStartsNothingTwice) {
   EXPECT_EQ(begins_.size(), 1u);
   Score(0, partial_metrics_t::FAILURE);
   ASSERT_EQ(begins_.size(), 2u);
-  EXPECT_EQ(begins_[1].attempt, 1);
+  EXPECT_EQ(begins_[1].header.attempt, 1);
 }
 
 TEST_F(SimComponentTest, CommandsOfAnOldLogDoNotKeepItFromTheLaunchers) {
@@ -145,14 +143,14 @@ TEST_F(SimComponentTest, CommandsOfAnOldLogDoNotKeepItFromTheLaunchers) {
   Command(0, 1);
   Command(0, 0);  // said before
   ASSERT_EQ(begins_.size(), 1u);
-  EXPECT_EQ(begins_[0].attempt, 1);
+  EXPECT_EQ(begins_[0].header.attempt, 1);
   EXPECT_EQ(sim_->status().foreign_messages, 1);
   // Nobody gets ready for that one.
   Command(5);
   EXPECT_EQ(begins_.back().header.episode, 5);
   Command(0, 1);
   EXPECT_EQ(begins_.back().header.episode, 0);
-  EXPECT_EQ(begins_.back().attempt, 1);
+  EXPECT_EQ(begins_.back().header.attempt, 1);
   // In mid-episode the last word counts, however many come.
   Command(1);
   Start(2);

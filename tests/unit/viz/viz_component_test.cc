@@ -61,7 +61,7 @@ class VizComponentTest : public testing::Test {
   void SayBegin(int episode, int attempt = 0) {
     episode_begin_t begin{};
     begin.header.episode = episode;
-    begin.attempt = attempt;
+    begin.header.attempt = attempt;
     begin.seed = 7;
     bus_.Publish(channels::kEpisodeBegin, begin);
     Handle();

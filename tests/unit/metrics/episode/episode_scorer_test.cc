@@ -22,7 +22,7 @@ class EpisodeScorerTest : public testing::Test {
     dut_.EndAt(last_tick);
     episode_begin_t begin{};
     begin.seed = 77;
-    begin.attempt = 2;
+    begin.header.attempt = 2;
     episode_end_t end{};
     end.header = Header(last_tick);
     end.end_reason = end_reason;
@@ -59,7 +59,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   const episode_summary_t summary = Summary("success", 3);
   EXPECT_EQ(summary.header.tick, 3);
   EXPECT_EQ(summary.seed, 77);
-  EXPECT_EQ(summary.attempt, 2);
+  EXPECT_EQ(summary.header.attempt, 2);
   EXPECT_EQ(summary.verdict, partial_metrics_t::SUCCESS);
   EXPECT_EQ(summary.end_reason, "success");
   EXPECT_EQ(summary.end_detail, "detail");

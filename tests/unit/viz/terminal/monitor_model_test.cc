@@ -37,7 +37,7 @@ class MonitorModelTest : public testing::Test {
   void SayBegin(int episode, int attempt = 0) {
     episode_begin_t begin{};
     begin.header = Header(0, episode);
-    begin.attempt = attempt;
+    begin.header.attempt = attempt;
     begin.seed = 77;
     Say(channels::kEpisodeBegin, begin);
   }

@@ -1,0 +1,80 @@
+#include "bus/host.h"
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <iostream>
+
+#include "base/arguments.h"
+#include "base/errors.h"
+
+namespace evalbus {
+namespace {
+
+constexpr auto kPollPeriod = std::chrono::milliseconds(100);
+
+volatile std::sig_atomic_t g_stop = 0;
+
+}  // namespace
+
+void InstallStopSignals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { g_stop = 1; };  // no SA_RESTART: a wait for messages ends at once
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool stop_requested() { return g_stop != 0; }
+
+int Host(const std::string& url, const ComponentFactory& make) {
+  InstallStopSignals();
+  std::unique_ptr<Bus> bus;
+  std::unique_ptr<Component> component;
+  try {
+    bus = std::make_unique<Bus>(url);
+    component = make(bus.get());
+    std::cout << "ready" << std::endl;
+    while (!stop_requested() && !component->done()) {
+      const auto now = std::chrono::steady_clock::now();
+      component->Poll(now);
+      bus->Handle(std::min(component->next_poll(), now + kPollPeriod));
+    }
+    component->Stop();
+    return 0;
+  } catch (const std::exception& error) {
+    try {
+      if (component) component->Fail(error.what());
+    } catch (const std::exception&) {
+      // The bus itself is what failed; the exit code says so.
+    }
+    return ReportError(error);
+  }
+}
+
+void AddLogLevel(CLI::App* app) {
+  app->add_option_function<std::string>(
+      "--log-level",
+      [](const std::string& word) {
+        Log::SetLevel(ParseLogLevel(word));
+        setenv("EVALBUS_LOG_LEVEL", word.c_str(), 1);
+      },
+      "debug, info, warn, error or off: what the logs have; default: EVALBUS_LOG_LEVEL or info");
+}
+
+int HostMain(int argc, char** argv, const std::string& description,
+             const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
+  CLI::App app{description};
+  std::string url;
+  add_options(&app);
+  // A launcher starts all alike; one without options of its own takes none from the file.
+  if (app.get_option_no_throw("--options") == nullptr) AddOptionsFile(&app, [](const std::string&) {});
+  app.add_option("--url", url,
+                 "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
+      ->envname("EVALBUS_URL")
+      ->required();
+  AddLogLevel(&app);
+  if (const auto code = ParseArguments(&app, argc, argv)) return *code;
+  return Host(url, make);
+}
+
+}  // namespace evalbus

@@ -1,0 +1,144 @@
+#include "cli/launch/run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <optional>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "base/write_whole.h"
+#include "bus/host.h"
+#include "cli/launch/filming.h"
+#include "cli/launch/launch.h"
+#include "cli/launch/live_view.h"
+#include "cli/launch/prepared_run.h"
+#include "cli/launch/suite.h"
+#include "cli/launch/workers.h"
+#include "cli/results/pacing.h"
+#include "metrics/statistics/run_statistics.h"
+#include "viz/pictures/film.h"
+
+namespace evalbus::launch {
+namespace {
+
+using std::chrono::steady_clock;
+
+double SecondsSince(steady_clock::time_point start) {
+  return std::chrono::duration<double>(steady_clock::now() - start).count();
+}
+
+LiveHeader HeaderOf(const PreparedRun& run) {
+  const RunOptions& options = run.options;
+  return {run.plan.task,          run.plan.variation,
+          options.policy.policy,  options.sim.realtime ? "realtime" : "lockstep",
+          options.sim.control_hz, options.seed,
+          run.num_wanted()};
+}
+
+// Runs the episodes that are missing, with films made beside them.
+void Evaluate(const PreparedRun& run, LiveView* view, Filming* filming) {
+  for (const auto& episode : run.finished) filming->OnEpisodeDone(episode);
+  if (run.plan.policy_is_external) {
+    fmt::print("the policy is who says that it is on {}\n", run.options.url);
+    std::fflush(stdout);
+  }
+  const auto evaluate = run.options.workers > 1  ? EvaluateWorkers
+                        : run.options.in_process ? EvaluateInProcess
+                                                 : EvaluateProcesses;
+  if (!run.plan.episodes.empty()) evaluate(run.options, run.folder, run.plan, filming);
+  view->Finish();
+}
+
+struct Summary {
+  metrics::RunSummary statistics;
+  // As in summary.json; null where no episode has one.
+  nlohmann::ordered_json pacing;
+};
+
+// summary.json, from episodes.jsonl.
+Summary WriteSummary(const PreparedRun& run) {
+  metrics::RunStatistics statistics;
+  const auto episodes = run.folder.SortEpisodes();
+  for (const auto& episode : episodes) {
+    statistics.Add(episode["episode"].get<int>(), metrics::ResultOf(episode));
+  }
+  Summary summary{statistics.Summary(true), nullptr};
+  auto json = metrics::SummaryJson(run.plan.task, run.plan.variation, summary.statistics);
+  if (run.options.sim.realtime) summary.pacing = json["pacing"] = results::RunPacing(episodes);
+  run.folder.WriteJson(kSummaryJson, json);
+  return summary;
+}
+
+void PrintSummary(const PreparedRun& run, const Summary& summary, double wall_s) {
+  fmt::print("\n{}", SummaryTable(summary.statistics));
+  if (run.options.sim.realtime && summary.statistics.episodes > 0) {
+    fmt::print("\n{}", results::PacingText(summary.pacing));
+  }
+  const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
+  fmt::print("\n{} episode{} in {:.1f} s{}\n", added, added == 1 ? "" : "s", wall_s,
+             run.finished.empty() ? "" : fmt::format(", {} there before", run.finished.size()));
+  const auto shown = run.shown();
+  fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
+  fmt::print("summary  {}\n", (shown / kSummaryJson).string());
+  fmt::print("logs     {}\n", (shown / kEpisodesFolder / "*" / kEventLog).string());
+}
+
+void RunOne(RunOptions options) {
+  PreparedRun run = PrepareRun(std::move(options));
+  InstallStopSignals();
+  const auto started = steady_clock::now();
+  std::optional<LiveView> view;
+  std::optional<Filming> filming;
+  try {
+    Announce(&run);
+    view.emplace(stdout, HeaderOf(run));
+    filming.emplace(run.folder, run.options.video, &*view);
+    Evaluate(run, &*view, &*filming);
+  } catch (...) {
+    run.Undo();
+    throw;
+  }
+  run.folder.RemoveFiles(kTemporaryEnding);
+  const double wall_s = SecondsSince(started);
+  const Summary summary = WriteSummary(run);
+  PrintSummary(run, summary, wall_s);
+
+  const size_t unfilmed = filming->Finish();
+  const auto shown = run.shown();
+  for (const std::string& camera : run.options.video) {
+    if (unfilmed > 0) break;
+    fmt::print("films    {}  (done after {:.1f} s)\n",
+               (shown / kEpisodesFolder / "*" / viz::FilmName(camera)).string(), SecondsSince(started));
+  }
+  if (summary.statistics.episodes < run.num_wanted()) {
+    throw EnvironmentError(
+        fmt::format("stopped after {} of {} episodes; the same command with --out {} --resume goes on",
+                    summary.statistics.episodes, run.num_wanted(), shown.string()));
+  }
+  if (unfilmed > 0) {
+    throw EnvironmentError(
+        fmt::format("stopped before {} episode{} filmed; the same command with --out {} --resume goes on",
+                    unfilmed, unfilmed == 1 ? " was" : "s were", shown.string()));
+  }
+}
+
+}  // namespace
+
+void RunWorker(RunOptions options) {
+  InstallStopSignals();
+  const PreparedRun run = PrepareWorker(std::move(options));
+  WorkerLog log;
+  (run.options.in_process ? EvaluateInProcess : EvaluateProcesses)(run.options, run.folder, run.plan, &log);
+}
+
+void Run(RunOptions options) {
+  if (options.video == std::vector<std::string>{"none"}) options.video.clear();
+  CheckRunOptions(options);
+  const std::vector<std::string> tasks = ExpandTasks(options.tasks);
+  if (tasks.size() > 1) return RunSuite(options, tasks);
+  options.sim.task = tasks[0];
+  RunOne(std::move(options));
+}
+
+}  // namespace evalbus::launch

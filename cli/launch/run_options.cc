@@ -1,0 +1,34 @@
+#include "cli/launch/run_options.h"
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "policy_bridge/policy_component.h"
+
+namespace evalbus::launch {
+
+void CheckRunOptions(const RunOptions& options) {
+  sim::CheckSimOptions(options.sim);
+  CheckRanges(options);
+  if (options.in_process && !options.url.empty())
+    throw InputError("--in-process and --url exclude each other");
+  if (options.workers > 1 && !options.url.empty()) {
+    throw InputError("--workers and --url exclude each other: each worker has a bus of its own");
+  }
+  if (options.policy.policy == kExternalPolicy) {
+    if (options.url.empty()) {
+      throw InputError(
+          "--policy lcm: expected one task, and with --url the bus on which the policy is, as "
+          "udpm://239.255.76.67:7667?ttl=0");
+    }
+  } else {
+    policy::CheckPolicy(options.policy.policy);
+  }
+  for (const int episode : options.only) {
+    if (episode < options.episodes) continue;
+    throw InputError(fmt::format("--only {}: expected 0 to {}, since --episodes is {}", episode,
+                                 options.episodes - 1, options.episodes));
+  }
+}
+
+}  // namespace evalbus::launch

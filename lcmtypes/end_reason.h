@@ -1,0 +1,25 @@
+// Why an episode ended: the values of episode_end_t.end_reason, which LCM's language cannot name.
+#pragma once
+
+#include <cstdint>
+
+#include "evalbus/partial_metrics_t.hpp"
+
+namespace evalbus::end_reason {
+
+// The task's verdict.
+inline constexpr char kSuccess[] = "success";
+inline constexpr char kFailure[] = "failure";
+inline constexpr char kTimeLimit[] = "time_limit";
+// What the policy did or said was wrong; its answer did not come in time.
+inline constexpr char kPolicyError[] = "policy_error";
+inline constexpr char kPolicyTimeout[] = "policy_timeout";
+// The physics diverged.
+inline constexpr char kUnstable[] = "unstable";
+// Its result would say nothing of the policy: begun again, and in no rate.
+inline constexpr char kAborted[] = "aborted";
+
+// Of an episode that ends on its verdict, which is decided.
+inline const char* Of(int8_t verdict) { return verdict == partial_metrics_t::SUCCESS ? kSuccess : kFailure; }
+
+}  // namespace evalbus::end_reason

@@ -1,0 +1,23 @@
+// The scene of a run: found, composed, compiled, and its models written for the others.
+#pragma once
+
+#include "models/scene.h"
+#include "sim/sim_options.h"
+
+namespace evalbus::sim {
+
+struct PreparedScene {
+  // As its variation has it.
+  TaskDescription task;
+  std::string variation;
+  RobotDescription robot;
+  Scene scene;
+  // MODEL, whole.
+  model_info_t info{};
+};
+
+// Writes OUT/model/. Throws InputError for the task, the robot or their models, EnvironmentError for the
+// disk.
+PreparedScene PrepareScene(const SimOptions& options);
+
+}  // namespace evalbus::sim

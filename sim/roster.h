@@ -1,0 +1,48 @@
+// Who takes part in the episode, as their STATUS says: who is ready, who lags, who is there twice. Pure.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "evalbus/component_status_t.hpp"
+
+namespace evalbus::sim {
+
+class Roster {
+ public:
+  // Begins an episode: nobody has been heard to be ready for it. own_instance: of the sim itself.
+  void Begin(int32_t episode, int32_t attempt, std::vector<std::string> required, int64_t own_instance);
+
+  // False if it was not taken: whoever invents names cannot fill the memory.
+  bool Hear(const component_status_t& status);
+
+  // Names of the required components that are not ready for this episode, with commas; empty if all are.
+  std::string Missing() const;
+  // A component that announced a lag window and is that far behind the tick, or further; empty if none is.
+  std::string Lagging(int64_t tick) const;
+  // The last tick that a component has said it handled in this episode; -1 before the first.
+  int64_t LastTick(const std::string& component) const;
+  // A component that two processes say they are, each ready for this episode; empty if there is none.
+  const std::string& twice() const { return twice_; }
+
+ private:
+  struct Member {
+    int32_t episode = -1, attempt = -1;
+    bool ready = false;
+    int64_t last_tick = -1;
+    int64_t lag_window_ticks = 0;
+  };
+  bool IsHere(const Member& member) const { return member.episode == episode_ && member.attempt == attempt_; }
+  bool IsRequired(const std::string& component) const;
+
+  int32_t episode_ = -1, attempt_ = -1;
+  std::vector<std::string> required_;
+  std::map<std::string, Member> members_;
+  // Of each that is ready for this episode, who it is.
+  std::map<std::string, int64_t> instances_;
+  std::string twice_;
+};
+
+}  // namespace evalbus::sim
