@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/json_file.h"
-#include "base/options.h"
+#include "base/options_json.h"
 
 namespace evalbus {
 

@@ -65,9 +65,9 @@ void Bus::SelfCheck() {
   if (!*heard) throw EnvironmentError("bus " + url_ + " does not deliver: " + kMulticastFix);
 }
 
-void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
+void Bus::PublishRaw(const std::string& channel, std::span<const uint8_t> data) {
   if (lcm_->publish(channel, data.data(), static_cast<unsigned>(data.size())) != 0) {
-    throw EnvironmentError(std::string("cannot publish on ") + channel + " (bus " + url_ + ")");
+    throw EnvironmentError("cannot publish on " + channel + " (bus " + url_ + ")");
   }
 }
 

@@ -51,7 +51,7 @@ class Bus {
     Encode(message, &buffer_);
     PublishRaw(channel.name, buffer_);
   }
-  void PublishRaw(const char* channel, std::span<const uint8_t> data);
+  void PublishRaw(const std::string& channel, std::span<const uint8_t> data);
 
   // Calls handler for each message on the channel. A message that does not decode (other type, cut, too long)
   // is counted in decode_errors() and dropped. The queue is unlimited. What a handler throws comes out of

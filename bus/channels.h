@@ -23,6 +23,8 @@
 
 namespace evalbus {
 
+inline constexpr std::string_view kEverybody = "every component";
+
 enum class Recorded {
   kYes,
   // One for each tick; what is said again is in the log once.
@@ -34,7 +36,7 @@ enum class Recorded {
 template <class Message>
 struct Channel {
   const char* name;
-  // Component that publishes here; "each": every one.
+  // Component that publishes here, or kEverybody.
   std::string_view from;
   Recorded recorded = Recorded::kYes;
 
@@ -53,9 +55,9 @@ inline constexpr Channel<action_t> kAction{"EVALBUS_ACTION", "policy", Recorded:
 inline constexpr Channel<partial_metrics_t> kPartial{"EVALBUS_PARTIAL", "metrics", Recorded::kOncePerTick};
 inline constexpr Channel<episode_summary_t> kEpisodeSummary{"EVALBUS_EPISODE_SUMMARY", "metrics"};
 inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metrics"};
-inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", "each"};
+inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", kEverybody};
 inline constexpr Channel<command_t> kCommand{"EVALBUS_COMMAND", "run"};
-inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", "each", Recorded::kNo};
+inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
 // Of each camera; this is how their names begin.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
 

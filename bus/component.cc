@@ -31,7 +31,7 @@ void Component::Poll(SteadyTime now) {
     PublishStatus();
     TellLosses();
   }
-  log_.Poll();
+  log_.Poll(now);
 }
 
 void Component::PublishStatus() {
@@ -57,7 +57,6 @@ void Component::TellLosses() {
 void Component::Fail(const std::string& error) {
   status_.state = component_status_t::FAILED;
   status_.error = error;
-  log_.Error("{}", error);
   PublishStatus();
 }
 

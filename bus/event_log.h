@@ -25,6 +25,7 @@ class EventLogWriter {
   void Write(std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
   // Writes out and syncs to disk.
   void Close();
+  int64_t num_events() const { return num_events_; }
 
  private:
   [[noreturn]] void Throw(const char* what);

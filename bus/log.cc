@@ -79,16 +79,16 @@ class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
   }
 
   // Says what was held back, once its window is over.
-  void Poll() {
-    if (held_back_ == 0 || steady_clock::now() - window_began_ < kWindow) return;
+  void Poll(steady_clock::time_point now) {
+    if (held_back_ == 0 || now - window_began_ < kWindow) return;
     Say(held_back_level_, fmt::format("and {} more", held_back_));
     held_back_ = 0;
   }
 
  private:
   void sink_it_(const spdlog::details::log_msg& line) override {
-    Poll();
     const auto now = steady_clock::now();
+    Poll(now);
     if (now - window_began_ >= kWindow) {
       window_began_ = now;
       said_ = 0;
@@ -175,7 +175,7 @@ void Log::Write(LogLevel level, const std::string& text) {
   sinks_->logger.log(Of(level), "{}", Printable(text));
 }
 
-void Log::Poll() { sinks_->bus->Poll(); }
+void Log::Poll(steady_clock::time_point now) { sinks_->bus->Poll(now); }
 
 std::string PlaceText(const header_t& header) {
   if (header.episode < 0) return "";

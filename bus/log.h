@@ -1,6 +1,6 @@
 // A component's voice: lines for people about what it noticed. Never part of a result, never recorded.
 //
-//   2026-11-22 05:31:07.482 [warn] sim  e3 t127  two different actions for tick 127: is a second policy on
+//   2026-11-22 05:31:07.482 [warning] sim  e3 t127  two different actions for tick 127: is a second policy on
 //   this bus?
 //
 // Lines go to stderr, which `evalbus run` directs into RUN/logs/COMPONENT.log, or straight to such a file
@@ -10,6 +10,7 @@
 
 #include <fmt/core.h>
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -42,7 +43,7 @@ class Log {
   static void SetFiles(std::function<std::filesystem::path(const std::string& component)> file);
 
   // Publishes how many lines were held back, once it is time.
-  void Poll();
+  void Poll(std::chrono::steady_clock::time_point now);
 
   // Stands in every line from now on.
   void SetPlace(const header_t& header) { place_ = header; }

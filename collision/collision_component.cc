@@ -37,6 +37,7 @@ void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (!checker_ || loaded_.physics_sha256 != model_info_->physics_sha256 ||
       loaded_.run_id != model_info_->run_id) {
     checker_ = LoadChecker(*model_info_);
+    log().Debug("checks {}", model_info_->physics_file);
   }
   loaded_ = *model_info_;
   SayReady();

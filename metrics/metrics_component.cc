@@ -57,6 +57,7 @@ void MetricsComponent::Prepare() {
     task.Apply(model_.variation);
     task.ApplyRobot(model_.robot);
     scorer_ = std::make_unique<EpisodeScorer>(model_, task);
+    log().Debug("scores {}/{}", model_.task, model_.variation);
     is_lockstep_ = model_.clock == "lockstep";
     model_is_new_ = false;
   }
@@ -78,6 +79,7 @@ void MetricsComponent::OnTickMessage(const Channel<Message>& channel, const Mess
     const ConflictDetector::Answer answer = conflicts_.Hear(channel, tick, bus().handled());
     if (answer == ConflictDetector::Answer::kNew && merger_.Add(message)) return ScoreTicks();
     // The sim repeats a STATE whose PARTIAL it has not heard.
+    if (answer == ConflictDetector::Answer::kConflicting) log().Warn("{}", conflicts_.conflict());
     if (answer == ConflictDetector::Answer::kRepeated && tick == partial_.header.tick) {
       bus().Publish(channels::kPartial, partial_);
     }
@@ -103,12 +105,18 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (!IsOurs(end.header)) return;
   if (running_) {
     const auto answer = conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled());
-    if (answer == ConflictDetector::Answer::kConflicting) return FinishEpisode();
+    if (answer == ConflictDetector::Answer::kConflicting) {
+      log().Warn("{}", conflicts_.conflict());
+      return FinishEpisode();
+    }
   }
   if (!running_ || deadline_ != SteadyTime::max()) {
     ++status_.foreign_messages;
     // The sim repeats it, lest it or the score was lost.
-    if (summary_) bus().Publish(channels::kEpisodeSummary, *summary_);
+    if (summary_) {
+      log().Info("EPISODE_END came again: says the score again");
+      bus().Publish(channels::kEpisodeSummary, *summary_);
+    }
     return;
   }
   end_ = end;
@@ -121,6 +129,7 @@ void MetricsComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (run_summary_.num_episodes > 0 && now - summary_published_ >= kRepeatSummary) PublishRunSummary();
   if (now < deadline_) return;
+  log().Warn("waited for ticks that did not come: the episode is scored without them");
   merger_.GiveUp();
   ScoreTicks();
 }
@@ -145,7 +154,12 @@ void MetricsComponent::FinishEpisode() {
     end_.detail = "the sim ended the episode with " + end_.end_reason + " where the verdict was " + verdict +
                   ": is a second metrics on this bus?";
     end_.end_reason = "aborted";
+    log().Warn("{}", end_.detail);
     summary = scorer_->Summary(begin_, end_);
+  }
+  if (summary.extended.refused_samples > 0) {
+    log().Warn("{} ticks held numbers that are not finite, or fit no model: refused",
+               summary.extended.refused_samples);
   }
   EpisodeResult result{.complete = summary.complete != 0,
                        .success = summary.verdict == partial_metrics_t::SUCCESS,

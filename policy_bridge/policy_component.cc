@@ -86,6 +86,7 @@ void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (std::exchange(model_is_new_, false)) {
     policy_ = MakePolicy(name_, *LoadPhysicsModel(model_), model_, recording_);
   }
+  log().Debug("plays {}", name_);
   policy_->Begin(begin);
   SayReady();
 }
@@ -106,6 +107,7 @@ void PolicyComponent::OnState(const state_t& state) {
     action_ = {};
     action_.mode = action_t::JOINT_POSITION;
     action_.error = error.what();
+    log().Warn("cannot act: {}", error.what());
   }
   action_.header = state.header;
   bus().Publish(channels::kAction, action_);

@@ -14,6 +14,12 @@ packages=(
 
 say() { printf '%s\n' "$*" >&2; }
 
+# took SECONDS_AT_START: "7 s", "3 min 20 s"; for people.
+took() {
+  local s=$((SECONDS - $1))
+  [ $s -lt 60 ] && printf '%d s' $s || printf '%d min %d s' $((s / 60)) $((s % 60))
+}
+
 install_missing() {
   local missing
   # dpkg-query fails for a package it has never heard of, which is one that is missing.
@@ -30,7 +36,7 @@ install_missing() {
     as_root=(sudo)
   fi
   say "installing with apt: $missing"
-  local log
+  local log began=$SECONDS
   log=$(mktemp)
   # The package list is fetched only when it must be: on a new machine, or when it is out of date.
   if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $missing \
@@ -44,10 +50,11 @@ install_missing() {
     fi
   fi
   rm -f "$log"
+  say "installed in $(took $began)"
 }
 
 build_targets() {
-  local log=$build/build.log
+  local log=$build/build.log began=$SECONDS
   if [ ! -f "$build/build.ninja" ]; then
     say "configuring and building in $build (a few minutes the first time)"
     mkdir -p "$build"
@@ -61,6 +68,7 @@ build_targets() {
     fi
   fi
   ninja -C "$build" "$@" >"$log" 2>&1 || { tail -n 60 "$log" >&2; exit 2; }
+  [ $((SECONDS - began)) -lt 3 ] || say "built in $(took $began)"
 }
 
 install_missing

@@ -331,8 +331,8 @@ void SimComponent::MindSilence(SteadyTime now) {
         fmt::format("no ACTION for tick {} from policy within {:g} s", tick, options_.policy_timeout_s));
   } else if (tick_.verdict && tick_.has_action && waited > Seconds(options_.metrics_timeout_s)) {
     const std::string laggard = roster_.Lagging(tick);
-    End(end_reason::kAborted, fmt::format("{} stopped at tick {}, {} ticks behind", laggard,
-                                          roster_.LastTick(laggard), tick - roster_.LastTick(laggard)));
+    End(end_reason::kAborted, fmt::format("{} does not keep up: {} ticks behind at tick {}", laggard,
+                                          tick - roster_.LastTick(laggard), tick));
   }
 }
 

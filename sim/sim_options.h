@@ -56,7 +56,7 @@ void ForEachOption(Options& options, const F& f) {
                  Range{0, 500}, kFixed},
           Option{&SimOptions::realtime, "realtime", "pace by the wall clock; default: lockstep", Range{},
                  kFixed},
-          Option{&SimOptions::rtf, "rtf", "simulated seconds per second, with --realtime", Range{0.001, 1000},
+          Option{&SimOptions::rtf, "rtf", "simulated seconds per second, with --realtime", Range{0.001, 1e6},
                  kFixed},
           Option{&SimOptions::policy_timeout_s, "policy_timeout_s",
                  "wait for an action at most this long (lockstep)", Range{0.001, kLongestTimeout}, kFixed},

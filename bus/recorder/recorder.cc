@@ -53,24 +53,28 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
     } else {
       // Not of this run, which has gone past that episode: an old log is being played.
       ++status_.foreign_messages;
+      log().Warn("an EPISODE_BEGIN of episode {}, which is recorded already: is an old log being played?",
+                 begin.header.episode);
       return;
     }
   }
   const auto left = UnfinishedEpisodeFolder(run_, status_.episode);
   if (!EnterEpisode(begin)) return;
-  if (log_) {
-    log_.reset();
+  if (events_) {
+    log().Warn("drops the unfinished log {}", left.string());
+    events_.reset();
     std::filesystem::remove_all(left);
   }
   const auto folder = UnfinishedEpisodeFolder(run_, begin.header.episode);
   // What an earlier attempt left is not evidence of anything.
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
-  log_.emplace(folder / kEventLog);
+  events_.emplace(folder / kEventLog);
+  log().Debug("opens {}", (folder / kEventLog).string());
   time_us_ = 0;
   has_end_ = has_summary_ = false;
   last_said_.clear();
-  log_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
+  events_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
 
@@ -85,7 +89,7 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
     model_time_us_ = receive_time_us;
   }
   if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
-  if (!log_) return;
+  if (!events_) return;
   if (recorded == Recorded::kOncePerTick) {
     // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
     if (!IsNews(data, &last_said_[channel])) return;
@@ -94,7 +98,7 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
                              IsOurs(header) && header.tick > status_.last_tick;
   if (is_next_state) time_us_ = header.sim_time_us;
-  log_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
+  events_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
     Progress(header);
@@ -111,11 +115,13 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
 }
 
 void Recorder::CloseEpisode() {
-  log_->Close();
-  log_.reset();
+  const int64_t num_events = events_->num_events();
+  events_->Close();
+  events_.reset();
   close_at_.reset();
   std::filesystem::rename(UnfinishedEpisodeFolder(run_, status_.episode),
                           EpisodeFolder(run_, status_.episode));
+  log().Info("closed and synced {}, {} events", EpisodeLog(run_, status_.episode).string(), num_events);
   status_.last_finished_episode = status_.episode;
   PublishStatus();
 }

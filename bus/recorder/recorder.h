@@ -36,7 +36,7 @@ class Recorder : public Component {
   bool simulated_time_ = true;
   // Simulated time of the last STATE.
   int64_t time_us_ = 0;
-  std::optional<EventLogWriter> log_;
+  std::optional<EventLogWriter> events_;
   // The last message of each channel of the ticks since the episode began.
   std::map<std::string, std::vector<uint8_t>> last_said_;
   // EPISODE_END is the sim's, so a summary without it is not of this episode.

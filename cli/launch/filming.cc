@@ -15,8 +15,32 @@
 
 namespace evalbus::launch {
 
+namespace {
+
+// `evalbus render`, with what processor time others leave.
+Filming::Render Niced(const std::filesystem::path& run, const std::vector<std::string>& cameras) {
+  return [=](int episode) -> std::vector<std::string> {
+    return {"/usr/bin/nice",
+            "-n",
+            "19",
+            (Processes::BinaryFolder() / "evalbus").string(),
+            "render",
+            run.string(),
+            "--episode",
+            std::to_string(episode),
+            "--camera",
+            fmt::format("{}", fmt::join(cameras, ","))};
+  };
+}
+
+}  // namespace
+
 Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next)
-    : folder_(folder), cameras_(std::move(cameras)), next_(next) {}
+    : Filming(folder, cameras, next, Niced(folder.path(), cameras)) {}
+
+Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
+                 Render render)
+    : folder_(folder), cameras_(std::move(cameras)), next_(next), render_(std::move(render)) {}
 
 Filming::~Filming() {
   if (processes_.StopAll().empty()) return;
@@ -62,12 +86,7 @@ void Filming::Advance() {
     }
   }
   if (filming_ || waiting_.empty()) return;
-  const std::string program = (Processes::BinaryFolder() / "evalbus").string();
-  processes_.Start(
-      "film",
-      {"/usr/bin/nice", "-n", "19", program, "render", folder_.path().string(), "--episode",
-       std::to_string(waiting_.front()), "--camera", fmt::format("{}", fmt::join(cameras_, ","))},
-      folder_.log_file("film"));
+  processes_.Start("film", render_(waiting_.front()), folder_.log_file("film"));
   filming_ = waiting_.front();
   waiting_.pop_front();
 }

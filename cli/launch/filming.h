@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -15,8 +16,13 @@ namespace evalbus::launch {
 
 class Filming : public RunListener {
  public:
+  // The command that makes the films of an episode.
+  using Render = std::function<std::vector<std::string>(int episode)>;
+
   // Passes everything on to `next`. Without cameras it does only that.
   Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next);
+  Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
+          Render render);
   // A film that is not finished leaves no file.
   ~Filming() override;
 
@@ -37,6 +43,7 @@ class Filming : public RunListener {
   const results::RunFolder& folder_;
   std::vector<std::string> cameras_;
   RunListener* next_;
+  Render render_;
   std::deque<int> waiting_;
   std::optional<int> filming_;
   std::set<int> tried_again_;

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/options_json.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "bus/private_network.h"

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -20,13 +21,27 @@ namespace {
 // So that Ctrl-C ends a run within two.
 constexpr std::chrono::seconds kStopping{1};
 
+// The last line of a log that is not empty, looked for in its last few thousand bytes.
 std::string LastLine(const std::filesystem::path& file) {
-  std::ifstream stream(file);
+  constexpr std::streamoff kTail = 8192;
+  std::ifstream stream(file, std::ios::ate);
+  stream.seekg(std::max<std::streamoff>(0, std::streamoff(stream.tellg()) - kTail));
   std::string line, last;
   while (std::getline(stream, line)) {
     if (!line.empty()) last = line;
   }
   return last;
+}
+
+// What of it says why the process ended: nothing where it is about what a component always does.
+std::string LastWords(const std::string& line) {
+  if (line == "ready" || line.find(" [info] ") != std::string::npos ||
+      line.find(" [debug] ") != std::string::npos) {
+    return "";
+  }
+  const size_t level = line.find("] ");
+  const bool is_logged = line.find(" [") < level && level != std::string::npos;
+  return is_logged ? line.substr(level + 2) : line;
 }
 
 }  // namespace
@@ -72,8 +87,9 @@ Processes::Exit Processes::Describe(const Child& child, int status) const {
   exit.description =
       child.name + (WIFSIGNALED(status) ? std::string(" was ended by signal ") + strsignal(WTERMSIG(status))
                                         : " exited with code " + std::to_string(exit.code));
-  const std::string last = LastLine(child.log_file);
-  if (!last.empty() && last != "ready") exit.description += ": " + last;
+  if (const std::string last = LastWords(LastLine(child.log_file)); !last.empty()) {
+    exit.description += ": " + last;
+  }
   return exit;
 }
 

@@ -134,8 +134,8 @@ void RunWorker(RunOptions options) {
 
 void Run(RunOptions options) {
   if (options.video == std::vector<std::string>{"none"}) options.video.clear();
-  CheckRunOptions(options);
   const std::vector<std::string> tasks = ExpandTasks(options.tasks);
+  CheckRunOptions(options, tasks.size());
   if (tasks.size() > 1) return RunSuite(options, tasks);
   options.sim.task = tasks[0];
   RunOne(std::move(options));

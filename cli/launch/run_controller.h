@@ -10,12 +10,8 @@
 
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
+#include "bus/repeater.h"
 #include "cli/results/run_folder.h"
-#include "evalbus/command_t.hpp"
-#include "evalbus/episode_end_t.hpp"
-#include "evalbus/episode_summary_t.hpp"
-#include "evalbus/model_info_t.hpp"
-#include "evalbus/partial_metrics_t.hpp"
 
 namespace evalbus::launch {
 
@@ -71,47 +67,56 @@ class RunController : public Component {
   std::string DroppedMessages() const;
 
  private:
-  int episode_index() const { return plan_.episodes[next_]; }
-  void Command();
-  void OnBegin(const episode_begin_t& begin);
-  void OnEnd(const episode_end_t& end);
-  void OnSummary(const episode_summary_t& summary);
-  int64_t seed() const;
-  void FinishIfRecorded();
-  void OnStatus(const component_status_t& status);
-  void CheckPolicyComes(SteadyTime now) const;
-  void BeginAgain(const std::string& why);
-  // Forgets what was heard of the attempt before.
-  void StartAttempt(int attempt);
-
+  // What was heard of one try of an episode. The next one begins with a new one of these.
+  struct Attempt {
+    int number = 0;
+    // Our sim's MODEL was heard since the attempt began; what began before that.
+    bool own_model_heard = false;
+    std::optional<episode_begin_t> early_begin;
+    bool begun = false;
+    // Its first score came.
+    bool started = false;
+    // Since we look, wall time.
+    SteadyTime waiting_since{};
+    // Of an external policy that said it failed.
+    std::string policy_error;
+    // When it was over, as the sim said or, where that was lost, as its STATUS showed.
+    std::optional<SteadyTime> ended;
+    std::optional<episode_end_t> end;
+    std::optional<episode_summary_t> summary;
+    SteadyTime summarised{};
+    bool recorded = false;
+    // Physics model of another run that was heard; empty if there was none.
+    std::string foreign_model;
+  };
   struct Dropped {
     int64_t decode_errors = 0, foreign_messages = 0;
   };
 
+  int episode_index() const { return plan_.episodes[next_]; }
+  int64_t seed() const;
+  void Command();
+  void OnModel(const model_info_t& model);
+  void OnBegin(const episode_begin_t& begin);
+  void OnPartial(const partial_metrics_t& partial);
+  void OnEnd(const episode_end_t& end);
+  void OnSummary(const episode_summary_t& summary);
+  void OnStatus(const component_status_t& status);
+  void OnLog(const log_t& line);
+  void FinishIfRecorded();
+  void CheckPolicyComes(SteadyTime now) const;
+  void BeginAgain(const std::string& why);
+
   RunPlan plan_;
   const results::RunFolder& folder_;
   RunListener* listener_;
+  // The models of our sim are in the run's folder; another one may have answered the COMMAND.
+  std::string own_model_;
   // Index in plan_.episodes.
   size_t next_ = 0;
-  int attempt_ = 0;
-  // Our sim's MODEL was heard since the attempt began; what began before that.
-  bool own_model_heard_ = false;
-  std::optional<episode_begin_t> early_begin_;
-  bool begun_ = false;
-  // Its first score came.
-  bool started_ = false;
-  bool recorded_ = false;
-  SteadyTime waiting_since_{};
-  std::string policy_error_;
-  std::optional<episode_end_t> end_;
-  std::optional<episode_summary_t> episode_;
-  SteadyTime commanded_{};
-  SteadyTime summarised_{};
+  Attempt attempt_;
+  Repeater command_;
   ConflictDetector conflicts_;
-  // Physics model of another run, heard since the attempt began; empty if there was none.
-  std::string foreign_model_;
-  // When the sim said that the episode is over.
-  std::optional<SteadyTime> ended_;
   // When each component is silent for too long.
   std::map<std::string, SteadyTime> silent_at_;
   SteadyTime listened_{};

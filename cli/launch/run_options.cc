@@ -7,7 +7,7 @@
 
 namespace evalbus::launch {
 
-void CheckRunOptions(const RunOptions& options) {
+void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   sim::CheckSimOptions(options.sim);
   CheckRanges(options);
   if (options.in_process && !options.url.empty())
@@ -16,7 +16,7 @@ void CheckRunOptions(const RunOptions& options) {
     throw InputError("--workers and --url exclude each other: each worker has a bus of its own");
   }
   if (options.policy.policy == kExternalPolicy) {
-    if (options.url.empty()) {
+    if (options.url.empty() || num_tasks > 1) {
       throw InputError(
           "--policy lcm: expected one task, and with --url the bus on which the policy is, as "
           "udpm://239.255.76.67:7667?ttl=0");

@@ -66,7 +66,7 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Throws InputError for what is wrong whatever the task is.
-void CheckRunOptions(const RunOptions& options);
+// Throws InputError for what is wrong whatever the task is; num_tasks: how many there are.
+void CheckRunOptions(const RunOptions& options, size_t num_tasks);
 
 }  // namespace evalbus::launch

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "base/errors.h"
+#include "base/options_json.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/launch/job_pool.h"
@@ -108,9 +109,6 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
 }
 
 void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
-  if (options.policy.policy == kExternalPolicy) {
-    throw InputError("--policy lcm: expected one task, not a suite");
-  }
   const std::filesystem::path out =
       options.out.empty() ? results::DefaultRunFolder("suite-" + ShortPolicyName(options)) : options.out;
   const results::RunFolder suite = results::RunFolder::OfSuite(out, options.resume);

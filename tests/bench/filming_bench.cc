@@ -12,40 +12,43 @@
 #include <string>
 #include <vector>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "cli/launch/processes.h"
 
 namespace evalbus {
 namespace {
 
-constexpr int kEpisodes = 10;
+struct Amount {
+  int episodes = 10, rounds = 5;
+};
 
 struct Times {
   double evaluated = 0, filmed = 0;  // s
 };
 
 // Seconds until the scores, and the films, were there.
-Times Run(const std::filesystem::path& folder, const std::string& options) {
+Times Run(int episodes, const std::filesystem::path& folder, const std::string& options) {
   const std::string command = fmt::format("{} run lift_pot/position --episodes {} --seed 1 --out {} {} 2>&1",
-                                          (launch::Processes::BinaryFolder() / "evalbus").string(), kEpisodes,
+                                          (launch::Processes::BinaryFolder() / "evalbus").string(), episodes,
                                           folder.string(), options);
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   Times times;
   std::string said;
   for (char line[500]; std::fgets(line, sizeof line, pipe.get());) {
-    int episodes = 0;
-    std::sscanf(line, "%d episodes in %lf s", &episodes, &times.evaluated);
+    char episode[20];
+    std::sscanf(line, "%*d %19s in %lf s", episode, &times.evaluated);
     said += line;
   }
   times.filmed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (said.find(fmt::format("Success in {} of {} ", kEpisodes, kEpisodes)) == std::string::npos) {
+  if (said.find(fmt::format("Success in {} of {} ", episodes, episodes)) == std::string::npos) {
     throw EnvironmentError("the run failed: " + said);
   }
   const auto has_film = [](const auto& entry) { return entry.path().extension() == ".mp4"; };
   const std::filesystem::recursive_directory_iterator files(folder);
   const auto films = std::count_if(begin(files), end(files), has_film);
-  if (films != (options.find("--video") == std::string::npos ? 0 : kEpisodes)) {
+  if (films != (options.find("--video") == std::string::npos ? 0 : episodes)) {
     throw EnvironmentError(fmt::format("{} films: {}", films, said));
   }
   std::filesystem::remove_all(folder);
@@ -57,12 +60,12 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-void Measure(const std::string& title, const std::string& options, int rounds,
+void Measure(const std::string& title, const std::string& options, const Amount& amount,
              const std::filesystem::path& folder) {
   std::vector<double> plain, beside, ratio, filmed;
-  for (int round = 0; round < rounds; ++round) {
-    plain.push_back(Run(folder, options).evaluated);
-    const Times times = Run(folder, options + " --video overview");
+  for (int round = 0; round < amount.rounds; ++round) {
+    plain.push_back(Run(amount.episodes, folder, options).evaluated);
+    const Times times = Run(amount.episodes, folder, options + " --video overview");
     beside.push_back(times.evaluated);
     filmed.push_back(times.filmed);
     ratio.push_back(beside.back() / plain.back());
@@ -70,7 +73,7 @@ void Measure(const std::string& title, const std::string& options, int rounds,
   fmt::print(
       "{:<20} {} episodes evaluated in {:.2f} s, with films beside them in {:.2f} s: {:.2f} times ({:.2f} to "
       "{:.2f}); films done after {:.1f} s\n",
-      title, kEpisodes, Median(plain), Median(beside), Median(ratio),
+      title, amount.episodes, Median(plain), Median(beside), Median(ratio),
       *std::min_element(ratio.begin(), ratio.end()), *std::max_element(ratio.begin(), ratio.end()),
       Median(filmed));
   std::fflush(stdout);
@@ -80,13 +83,17 @@ void Measure(const std::string& title, const std::string& options, int rounds,
 }  // namespace evalbus
 
 int main(int argc, char** argv) {
-  const int rounds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 5;
+  CLI::App app{"Times runs with films made beside them against the same without."};
+  evalbus::Amount amount;
+  app.add_option("--episodes", amount.episodes, "episodes of a run")->capture_default_str();
+  app.add_option("--rounds", amount.rounds, "rounds, whose median counts")->capture_default_str();
+  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
   std::string folder = (std::filesystem::temp_directory_path() / "evalbus_filming_XXXXXX").string();
   if (!mkdtemp(folder.data())) return 2;
   int code = 0;
   try {
-    evalbus::Measure("separate processes", "", rounds, folder + "/run");
-    evalbus::Measure("one process", "--in-process", rounds, folder + "/run");
+    evalbus::Measure("separate processes", "", amount, folder + "/run");
+    evalbus::Measure("one process", "--in-process", amount, folder + "/run");
   } catch (const std::exception& error) {
     code = evalbus::ReportError(error);
   }

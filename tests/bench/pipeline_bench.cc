@@ -12,14 +12,15 @@
 #include <iostream>
 #include <lcm/lcm-cpp.hpp>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "bus/private_network.h"
-#include "bus/recorder/recorder.h"
 #include "cli/launch/launch.h"
+#include "cli/launch/prepared_run.h"
 #include "evalbus/state_t.hpp"
 #include "models/scene.h"
 #include "sim/world.h"
@@ -29,8 +30,9 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr int kEpisodes = 4;
-constexpr int kRounds = 5;
+struct Amount {
+  int episodes = 4, rounds = 5;
+};
 constexpr double kTimestep = 0.002;  // s
 
 double SecondsSince(SteadyTime start) {
@@ -184,31 +186,30 @@ double PingPong() {
   return trips[trips.size() / 2];
 }
 
-void Measure(double control_hz, const std::filesystem::path& folder) {
+void Measure(double control_hz, const Amount& amount, const std::filesystem::path& folder) {
   launch::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.sim.control_hz = control_hz;
-  options.policy = "expert";
-  launch::RunPlan plan{
-      "lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
-  for (int i = 0; i < kEpisodes; ++i) plan.episodes.push_back(i);
+  options.episodes = amount.episodes;
+  options.seed = 1;
   BareStepping bare_stepping(options.sim.task, static_cast<int>(std::lround(1 / (control_hz * kTimestep))));
   std::vector<double> bare, one_process, processes;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < amount.rounds; ++round) {
     for (const bool in_process : {true, false}) {
-      const auto out = folder / fmt::format("{}-{}-{}", control_hz, round, in_process);
-      const results::RunFolder run(out);
+      options.out = folder / fmt::format("{}-{}-{}", control_hz, round, in_process);
       options.in_process = in_process;
       options.url = in_process ? "" : LocalMulticastUrl(static_cast<uint32_t>(round));
+      const launch::PreparedRun run = launch::PrepareRun(options);
+      run.folder.WriteJson(kRunJson, launch::RunJson(run.options));
       Stopwatch stopwatch;
-      (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(options, run, plan, &stopwatch);
-      if (stopwatch.successes != kEpisodes) throw EnvironmentError("a timed episode failed");
+      (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(run.options, run.folder, run.plan,
+                                                                           &stopwatch);
+      if (stopwatch.successes != amount.episodes) throw EnvironmentError("a timed episode failed");
       (in_process ? one_process : processes).push_back(stopwatch.wall_s / stopwatch.steps * 1e6);
       std::vector<Recorded> episodes;
-      for (int i = 0; i < kEpisodes; ++i)
-        episodes.push_back(ReadEpisode(EpisodeFolder(out, i) / "events.lcmlog"));
+      for (int i = 0; i < amount.episodes; ++i) episodes.push_back(ReadEpisode(EpisodeLog(options.out, i)));
       bare.push_back(bare_stepping.Time(episodes));
-      std::filesystem::remove_all(out);
+      std::filesystem::remove_all(options.out);
     }
   }
   const double step = Median(bare);
@@ -223,17 +224,17 @@ void Measure(double control_hz, const std::filesystem::path& folder) {
 }  // namespace
 }  // namespace evalbus
 
-int main(int argc, char**) {
-  if (argc > 1) {
-    std::cout
-        << "Times the whole pipeline against bare mj_step at 50 and 500 Hz control. Takes no arguments.\n";
-    return 0;
-  }
+int main(int argc, char** argv) {
+  CLI::App app{"Times the whole pipeline against bare mj_step at 50 and 500 Hz control."};
+  evalbus::Amount amount;
+  app.add_option("--episodes", amount.episodes, "episodes of a round")->capture_default_str();
+  app.add_option("--rounds", amount.rounds, "rounds, whose median counts")->capture_default_str();
+  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
   const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
   try {
     evalbus::EnterPrivateNetwork();
     fmt::print("round trip of bare LCM between two processes, 3 kB: {:.0f} us (p50)\n", evalbus::PingPong());
-    for (const double hz : {50.0, 500.0}) evalbus::Measure(hz, folder);
+    for (const double hz : {50.0, 500.0}) evalbus::Measure(hz, amount, folder);
     std::filesystem::remove_all(folder);
     return 0;
   } catch (const std::exception& error) {

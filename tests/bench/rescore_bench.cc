@@ -8,11 +8,13 @@
 #include <filesystem>
 #include <iostream>
 
+#include "base/arguments.h"
 #include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "cli/launch/launch.h"
+#include "cli/launch/prepared_run.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
 
@@ -21,8 +23,9 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr int kEpisodes = 20;
-constexpr int kRounds = 15;
+struct Amount {
+  int episodes = 20, rounds = 15;
+};
 
 double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(steady_clock::now() - start).count();
@@ -50,22 +53,22 @@ int64_t Walk(const std::filesystem::path& file, bool decode) {
   return states;
 }
 
-void Measure(const std::filesystem::path& folder) {
+void Measure(const Amount& amount, const std::filesystem::path& folder) {
   launch::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.in_process = true;
-  launch::RunPlan plan{
-      "lift_pot", "position_and_orientation", {}, 1, {"collision", "metrics", "policy", "recorder"}};
-  for (int i = 0; i < kEpisodes; ++i) plan.episodes.push_back(i);
-  const results::RunFolder run(folder);
+  options.episodes = amount.episodes;
+  options.seed = 1;
+  options.out = folder;
+  const launch::PreparedRun run = launch::PrepareRun(options);
   launch::RunListener nobody;
-  launch::EvaluateInProcess(options, run, plan, &nobody);
+  launch::EvaluateInProcess(run.options, run.folder, run.plan, &nobody);
   const auto logs = results::EpisodeLogs(folder);
 
   std::vector<double> whole, walk, decode;
   double simulated = 0;
   int64_t ticks = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < amount.rounds; ++round) {
     auto start = steady_clock::now();
     results::Rescorer rescorer;
     simulated = 0;
@@ -90,7 +93,7 @@ void Measure(const std::filesystem::path& folder) {
       "rescoring {} episodes, {:.0f} s simulated at 50 Hz: {:.4f} s = {:.0f} x real time, {:.0f} ticks/s; "
       "per tick "
       "{:.2f} us, of which finding events {:.2f}, decoding {:.2f}\n",
-      kEpisodes, simulated, Median(whole), simulated / Median(whole),
+      amount.episodes, simulated, Median(whole), simulated / Median(whole),
       static_cast<double>(ticks) / Median(whole), Median(whole) / n, Median(walk) / n,
       (Median(decode) - Median(walk)) / n);
 }
@@ -98,15 +101,16 @@ void Measure(const std::filesystem::path& folder) {
 }  // namespace
 }  // namespace evalbus
 
-int main(int argc, char**) {
-  if (argc > 1) {
-    std::cout << "Times offline scoring of recorded episodes against real time. Takes no arguments.\n";
-    return 0;
-  }
+int main(int argc, char** argv) {
+  CLI::App app{"Times offline scoring of recorded episodes against real time."};
+  evalbus::Amount amount;
+  app.add_option("--episodes", amount.episodes, "episodes that are scored")->capture_default_str();
+  app.add_option("--rounds", amount.rounds, "rounds, whose median counts")->capture_default_str();
+  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
   const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
   int code = 0;
   try {
-    evalbus::Measure(folder);
+    evalbus::Measure(amount, folder);
   } catch (const std::exception& error) {
     std::cerr << "error: " << error.what() << "\n";
     code = 2;

@@ -123,9 +123,10 @@ class Run {
     component_status_t ready{};
     ready.component = "metrics";
     ready.state = component_status_t::READY;
-    for (const char* channel : {channels::kCommand, channels::kModel, channels::kEpisodeBegin}) {
+    for (const char* channel :
+         {channels::kCommand.name, channels::kModel.name, channels::kEpisodeBegin.name}) {
       // Which it says itself.
-      if (part == kRealtimeSim && channel == channels::kModel) continue;
+      if (part == kRealtimeSim && channels::kModel == channel) continue;
       bus->PublishRaw(channel, samples(part).at(channel)[0]);
       Drain(bus);
     }
@@ -150,12 +151,12 @@ class Run {
     world.Reset(0, task.variations[0]);
 
     experts_samples_ = samples_;
-    experts_samples_[channels::kModel] = {Encode(model)};
-    experts_samples_[channels::kState].clear();
+    experts_samples_[channels::kModel.name] = {Encode(model)};
+    experts_samples_[channels::kState.name].clear();
     state_t state{};
     for (; state.header.tick < 5; ++state.header.tick) {
       world.Fill(&state);
-      experts_samples_[channels::kState].push_back(Encode(state));
+      experts_samples_[channels::kState.name].push_back(Encode(state));
       world.Step();
     }
   }
@@ -165,9 +166,9 @@ class Run {
     command_t command{};
     command.kind = command_t::START_EPISODE;
     command.seed = EpisodeSeed(0, 0);
-    samples_[channels::kCommand].push_back(Encode(command));
+    samples_[channels::kCommand.name].push_back(Encode(command));
     command.kind = command_t::STOP;
-    samples_[channels::kCommand].push_back(Encode(command));
+    samples_[channels::kCommand.name].push_back(Encode(command));
 
     Bus bus("memq://");
     bus.SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t) {
@@ -220,7 +221,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     wait(0);
     // Whoever has not begun hears it, too.
     if (*data < 128) run.Begin(part, &bus);
-    const auto say = [&](const char* channel, const Bytes& message) {
+    const auto say = [&](const std::string& channel, const Bytes& message) {
       bus.PublishRaw(channel, message);
       Drain(&bus);
     };

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "bus/channels.h"
+#include "bus/message.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/command_t.hpp"
 #include "evalbus/component_status_t.hpp"
@@ -35,30 +36,18 @@ using Bytes = std::vector<uint8_t>;
 // By channel, in the order of an episode.
 using Samples = std::map<std::string, std::vector<Bytes>>;
 
-template <class Message>
-Bytes Encode(const Message& message) {
-  Bytes bytes(static_cast<size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
 struct SpokenChannel {
-  const char* name;
-  int64_t fingerprint;
+  std::string name;
+  int64_t fingerprint = 0;
 };
-inline const SpokenChannel kSpokenChannels[] = {
-    {channels::kModel, model_info_t::getHash()},
-    {channels::kEpisodeBegin, episode_begin_t::getHash()},
-    {channels::kEpisodeEnd, episode_end_t::getHash()},
-    {channels::kState, state_t::getHash()},
-    {channels::kContacts, contacts_t::getHash()},
-    {channels::kAction, action_t::getHash()},
-    {channels::kPartial, partial_metrics_t::getHash()},
-    {channels::kEpisodeSummary, episode_summary_t::getHash()},
-    {channels::kRunSummary, run_summary_t::getHash()},
-    {channels::kStatus, component_status_t::getHash()},
-    {channels::kCommand, command_t::getHash()},
-};
+// All but pictures.
+inline std::vector<SpokenChannel> SpokenChannels() {
+  std::vector<SpokenChannel> spoken;
+  channels::ForEach([&]<class Message>(const Channel<Message>& channel) {
+    if (channel != channels::kImage.name) spoken.push_back({channel.name, Message::getHash()});
+  });
+  return spoken;
+}
 inline constexpr uint8_t kWait = 63;
 
 class Conversation {
@@ -73,7 +62,7 @@ class Conversation {
       if ((first & 63) == kWait) {
         wait(Byte());
       } else {
-        const SpokenChannel& channel = kSpokenChannels[(first & 63) % std::size(kSpokenChannels)];
+        const SpokenChannel& channel = channels_[(first & 63) % channels_.size()];
         say(channel.name, first < 128 ? Changed(channel) : AnyBytes(channel, first < 192));
       }
     }
@@ -152,6 +141,7 @@ class Conversation {
 
   std::span<const uint8_t> input_;
   const Samples& samples_;
+  const std::vector<SpokenChannel> channels_ = SpokenChannels();
 };
 
 }  // namespace evalbus

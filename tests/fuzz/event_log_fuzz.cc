@@ -16,25 +16,25 @@ namespace {
 
 Samples Episode() {
   Samples samples;
-  samples[channels::kModel] = {Encode(small_world::Model())};
-  samples[channels::kEpisodeBegin] = {Encode(episode_begin_t{})};
+  samples[channels::kModel.name] = {Encode(small_world::Model())};
+  samples[channels::kEpisodeBegin.name] = {Encode(episode_begin_t{})};
   for (int64_t tick = 0; tick < 5; ++tick) {
-    samples[channels::kState].push_back(Encode(small_world::State(tick)));
-    samples[channels::kContacts].push_back(Encode(small_world::Contacts(tick)));
+    samples[channels::kState.name].push_back(Encode(small_world::State(tick)));
+    samples[channels::kContacts.name].push_back(Encode(small_world::Contacts(tick)));
     action_t action{};
     action.header = small_world::Header(tick);
-    samples[channels::kAction].push_back(Encode(action));
+    samples[channels::kAction.name].push_back(Encode(action));
     partial_metrics_t partial{};
     partial.header = action.header;
-    samples[channels::kPartial].push_back(Encode(partial));
+    samples[channels::kPartial.name].push_back(Encode(partial));
   }
   episode_end_t end{};
   end.header = small_world::Header(4);
   end.end_reason = "time_limit";
-  samples[channels::kEpisodeEnd] = {Encode(end)};
+  samples[channels::kEpisodeEnd.name] = {Encode(end)};
   episode_summary_t summary{};
   summary.header = end.header;
-  samples[channels::kEpisodeSummary] = {Encode(summary)};
+  samples[channels::kEpisodeSummary.name] = {Encode(summary)};
   return samples;
 }
 
@@ -62,7 +62,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   } else {
     std::filesystem::remove(file);
     EventLogWriter log(file);
-    const auto write = [&](const char* channel, const Bytes& message) { log.Write(channel, message, 0); };
+    const auto write = [&](std::string_view channel, const Bytes& message) {
+      log.Write(channel, message, 0);
+    };
     Conversation({data + 1, size - 1}, samples).Hold(write, [](int) {});
   }
 

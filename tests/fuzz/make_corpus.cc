@@ -90,17 +90,17 @@ void WriteAll(const std::filesystem::path& corpus) {
   });
 
   // An episode of five ticks as a Conversation, for each of the components and as what is recorded.
-  const auto channel = [](const char* name) {
-    const auto is_it = [&](const SpokenChannel& spoken) { return std::string_view(spoken.name) == name; };
-    return static_cast<uint8_t>(std::ranges::find_if(kSpokenChannels, is_it) - kSpokenChannels);
+  const auto spoken = SpokenChannels();
+  const auto channel = [&](std::string_view name) {
+    return static_cast<uint8_t>(std::ranges::find(spoken, name, &SpokenChannel::name) - spoken.begin());
   };
   Bytes conversation;
-  const auto say = [&](const char* name, uint8_t number) {
+  const auto say = [&](std::string_view name, uint8_t number) {
     conversation.insert(conversation.end(), {channel(name), number, 0});
   };
   for (uint8_t tick = 0; tick < 5; ++tick) {
-    for (const char* name :
-         {channels::kState, channels::kContacts, channels::kAction, channels::kPartial, channels::kStatus}) {
+    for (const char* name : {channels::kState.name, channels::kContacts.name, channels::kAction.name,
+                             channels::kPartial.name, channels::kStatus.name}) {
       say(name, tick);
     }
     conversation.insert(conversation.end(), {kWait, 1});

@@ -144,7 +144,7 @@ std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program) {
   return children;
 }
 
-std::vector<std::vector<uint8_t>> Log::Payloads(const std::string& channel) const {
+std::vector<std::vector<uint8_t>> RecordedLog::Payloads(std::string_view channel) const {
   std::vector<std::vector<uint8_t>> payloads;
   for (const Event& event : events) {
     if (event.channel == channel) payloads.push_back(event.data);
@@ -152,9 +152,9 @@ std::vector<std::vector<uint8_t>> Log::Payloads(const std::string& channel) cons
   return payloads;
 }
 
-Log ReadLog(const fs::path& file) {
+RecordedLog ReadLog(const fs::path& file) {
   EventLogReader reader(file);
-  Log log;
+  RecordedLog log;
   for (LogEvent event; reader.Next(&event);) {
     log.events.push_back({std::string(event.channel), {event.data.begin(), event.data.end()}, event.time_us});
   }
@@ -165,10 +165,26 @@ Log ReadLog(const fs::path& file) {
 
 fs::path LogFile(const fs::path& run, int episode) { return EpisodeFolder(run, episode) / "events.lcmlog"; }
 
-void ExpectSameTicks(const Log& a, const Log& b) {
-  for (const char* channel : {channels::kState, channels::kContacts, channels::kAction, channels::kPartial}) {
+void ExpectLogged(const fs::path& run, const std::string& component, const std::string& level,
+                  const std::string& text) {
+  const std::string log = ReadText(evalbus::LogFile(run, component));
+  std::istringstream lines(log);
+  for (std::string line; std::getline(lines, line);) {
+    const size_t at = line.find((level.empty() ? "" : " [" + level) + "] " + component);
+    if (at != std::string::npos && line.find(text, at) != std::string::npos) return;
+  }
+  ADD_FAILURE() << "no [" << level << "] line with '" << text << "' in the log of " << component << ":\n"
+                << log;
+}
+
+// Where header_t.attempt is, behind the fingerprint and the episode.
+constexpr int kAttempt = 12;
+
+void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
+  for (const char* channel :
+       {channels::kState.name, channels::kContacts.name, channels::kAction.name, channels::kPartial.name}) {
     auto payloads_a = a.Payloads(channel), payloads_b = b.Payloads(channel);
-    if (channel == channels::kAction) {
+    if (channels::kAction == channel) {
       // The answer to the last state decides nothing any more, and may come after the log was closed.
       const size_t num_states = a.Payloads(channels::kState).size();
       for (auto* payloads : {&payloads_a, &payloads_b}) {
@@ -178,6 +194,11 @@ void ExpectSameTicks(const Log& a, const Log& b) {
     }
     ASSERT_EQ(payloads_a.size(), payloads_b.size()) << channel;
     EXPECT_GT(payloads_a.size(), 5u) << channel;
+    // One that was begun again has the same ticks.
+    for (auto* payloads : {&payloads_a, &payloads_b}) {
+      for (std::vector<uint8_t>& payload : *payloads)
+        std::fill_n(payload.begin() + kAttempt, sizeof(int32_t), 0);
+    }
     const auto [first, unused] = std::mismatch(payloads_a.begin(), payloads_a.end(), payloads_b.begin());
     EXPECT_EQ(first, payloads_a.end())
         << channel << " differs first in message " << first - payloads_a.begin();

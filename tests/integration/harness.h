@@ -83,7 +83,7 @@ std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
 // Process ids of the children of a process whose program has this name.
 std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program = "");
 
-struct Log {
+struct RecordedLog {
   struct Event {
     std::string channel;
     std::vector<uint8_t> data;
@@ -92,23 +92,26 @@ struct Log {
   std::vector<Event> events;
   int64_t damaged_bytes = 0;
 
-  std::vector<std::vector<uint8_t>> Payloads(const std::string& channel) const;
+  std::vector<std::vector<uint8_t>> Payloads(std::string_view channel) const;
   // Messages of the channel; those that do not decode fail the test.
   template <class Message>
-  std::vector<Message> Messages(const std::string& channel) const {
+  std::vector<Message> Messages(const Channel<Message>& channel) const {
     std::vector<Message> messages;
     for (const Event& event : events) {
-      if (event.channel != channel) continue;
-      EXPECT_TRUE(Decode(event.data, &messages.emplace_back())) << channel;
+      if (event.channel != channel.name) continue;
+      EXPECT_TRUE(Decode(event.data, &messages.emplace_back())) << channel.name;
     }
     return messages;
   }
 };
-Log ReadLog(const std::filesystem::path& file);
+RecordedLog ReadLog(const std::filesystem::path& file);
 std::filesystem::path LogFile(const std::filesystem::path& run, int episode);
+// A line of RUN/logs/COMPONENT.log has this level and, somewhere behind it, this text.
+void ExpectLogged(const std::filesystem::path& run, const std::string& component, const std::string& level,
+                  const std::string& text);
 
 // Fails the test unless both logs hold the same STATE, CONTACTS, ACTION and PARTIAL, byte for byte.
-void ExpectSameTicks(const Log& a, const Log& b);
+void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b);
 // Fails the test unless both runs have the same episodes.jsonl and summary.json, byte for byte.
 void ExpectSameScores(const std::filesystem::path& run_a, const std::filesystem::path& run_b);
 

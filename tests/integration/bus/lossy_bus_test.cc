@@ -177,13 +177,6 @@ class Network {
   std::optional<episode_summary_t> summary_;
 };
 
-template <class Type>
-Bytes Encode(const Type& message) {
-  Bytes bytes(static_cast<size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
 class LossyBus : public testing::Test {
  protected:
   static constexpr int64_t kSeed = 3;

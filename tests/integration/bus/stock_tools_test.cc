@@ -29,7 +29,7 @@ TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
     ASSERT_TRUE(WaitFor([&] {
       const auto now = std::chrono::steady_clock::now();
       if (said == SteadyTime::min() || now - said > std::chrono::milliseconds(20)) {
-        bus.Publish("HELLO", header_t{});
+        bus.PublishRaw("HELLO", Encode(header_t{}));
         said = now;
       }
       return fs::exists(file) && fs::file_size(file) > 0;
@@ -60,12 +60,12 @@ TEST(StockTools, PlayerBringsMetricsToTheSameSummary) {
   Bus bus(url);
   std::vector<std::vector<uint8_t>> summaries;
   int64_t missing_ticks = 0;
-  bus.SubscribeRaw(channels::kEpisodeSummary,
+  bus.SubscribeRaw(channels::kEpisodeSummary.name,
                    [&](const std::string&, std::span<const uint8_t> data, int64_t) {
                      summaries.emplace_back(data.begin(), data.end());
                    });
-  bus.Subscribe<component_status_t>(
-      channels::kStatus, [&](const component_status_t& status) { missing_ticks += status.missing_ticks; });
+  bus.Subscribe(channels::kStatus,
+                [&](const component_status_t& status) { missing_ticks += status.missing_ticks; });
   Program metrics({"evalbus-metrics", "--url", url});
   ASSERT_TRUE(WaitFor([&] { return metrics.out() == "ready\n"; })) << metrics.err();
   Program player({"lcm-logplayer", "--speed", "20", "--lcm-url", url, "--regexp",
@@ -111,7 +111,7 @@ TEST(StockTools, GeneratedPythonDecodesTheLog) {
   const Result result = RunProgram({"python3", "-B", folder.path() / "read.py", python, LogFile(run, 0)});
   ASSERT_EQ(result.code, 0) << result.err;
 
-  const state_t last = ReadLog(LogFile(run, 0)).Messages<state_t>(channels::kState).back();
+  const state_t last = ReadLog(LogFile(run, 0)).Messages(channels::kState).back();
   std::istringstream words(result.out);
   int64_t tick = -1;
   double position[3] = {};

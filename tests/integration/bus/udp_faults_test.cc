@@ -52,11 +52,12 @@ class UdpFaults : public testing::Test {
           std::max(foreign_messages_[status.component], status.foreign_messages);
       decode_errors_[status.component] = std::max(decode_errors_[status.component], status.decode_errors);
     });
-    bus_->SubscribeRaw(channels::kState, [this](const std::string&, std::span<const uint8_t> data, int64_t) {
-      const std::vector<uint8_t> bytes(data.begin(), data.end());
-      repeated_states_ += bytes == state_;
-      state_ = bytes;
-    });
+    bus_->SubscribeRaw(channels::kState.name,
+                       [this](const std::string&, std::span<const uint8_t> data, int64_t) {
+                         const std::vector<uint8_t> bytes(data.begin(), data.end());
+                         repeated_states_ += bytes == state_;
+                         state_ = bytes;
+                       });
   }
 
   std::vector<std::string> Command(const fs::path& out, const std::vector<std::string>& more) const {
@@ -113,6 +114,7 @@ TEST_F(UdpFaults, RepeatedMessagesChangeNothing) {
   ExpectSameScores(run_, reference_);
   for (const char* name : {"sim", "collision", "metrics", "policy"})
     EXPECT_GT(foreign_messages_[name], 10) << name;
+  ExpectLogged(run_, "metrics", "info", "that were repeated or of another episode");
 }
 
 TEST_F(UdpFaults, WorkersSayWhatTheyDropped) {
@@ -136,6 +138,7 @@ TEST_F(UdpFaults, LostMessagesAreSaidAgain) {
   ExpectTheSameOrAReason(Run("lose 150"));
   // The sim repeats what nobody answered.
   EXPECT_GT(repeated_states_, 0);
+  if (fs::exists(run_)) ExpectLogged(run_, "sim", "", ": says STATE again");
 }
 
 TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
@@ -150,6 +153,7 @@ TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
     EXPECT_GT(episode["extended"]["missing_ticks"], 0) << episode;
     EXPECT_EQ(episode["complete"], false);
   }
+  ExpectLogged(run_, "metrics", "warning", "never arrived");
   EXPECT_NE(result.out.find("incomplete"), std::string::npos) << result.out;
 }
 
@@ -226,7 +230,7 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
     if (++rounds % 4 == 0) {
       oversized = state_;
       oversized.resize(300'000, 1);
-      for (const char* channel : {channels::kState, channels::kPartial, channels::kStatus}) {
+      for (const char* channel : {channels::kState.name, channels::kPartial.name, channels::kStatus.name}) {
         bus_->PublishRaw(channel, oversized);
       }
     }
@@ -241,6 +245,7 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   EXPECT_GT(garbage.said(), 100);
   EXPECT_GT(decode_errors_["metrics"], 0);
   EXPECT_NE(result.out.find("\nmessages dropped by collision, metrics"), std::string::npos) << result.out;
+  ExpectLogged(run_, "metrics", "warning", "that did not decode: of another program or version, or damaged");
   EXPECT_LT(peak_memory_bytes, 300'000'000);
 }
 

@@ -66,7 +66,7 @@ TEST_F(BadInput, CommandLine) {
   ExpectRun(1, {"lift_pot", "--colour", "red"}, {"--colour"});
   ExpectRun(1, {"lift_pot", "--control-hz", "5"}, {"--control-hz", "20", "500"});
   ExpectRun(1, {"lift_pot", "--control-hz", "nan"}, {"--control-hz"});
-  ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected a number above 0, not 0"});
+  ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected 1 to 10000000, not 0"});
   ExpectRun(1, {"lift_pot", "--episodes", "many"}, {"--episodes", "many"});
   ExpectRun(1, {"lift_pot", "--seed", "x"}, {"--seed"});
   ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "0"}, {"--rtf"});

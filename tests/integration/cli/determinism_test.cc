@@ -49,7 +49,7 @@ TEST_P(DeterminismAt, OneProcessAndSeveralGiveTheSameBytes) {
   Evaluate(arguments, folder.path() / "a");
   Evaluate(in_process, folder.path() / "b");
   ExpectSameScores(folder.path() / "a", folder.path() / "b");
-  const Log log = ReadLog(LogFile(folder.path() / "a", 0));
+  const RecordedLog log = ReadLog(LogFile(folder.path() / "a", 0));
   ExpectSameTicks(log, ReadLog(LogFile(folder.path() / "b", 0)));
   // Half a second and the reset state.
   EXPECT_EQ(log.Payloads(channels::kState).size(), static_cast<size_t>(std::stoi(GetParam())) / 2 + 1);
@@ -83,8 +83,7 @@ TEST(Determinism, TheLastOfThreeEpisodesIsTheSameAlone) {
   const std::string task = ShortTask(folder.path(), 0.4) + "/position_and_orientation";
   Evaluate({task, "--policy", "random", "--in-process", "--episodes", "3", "--seed", "7"},
            folder.path() / "three");
-  const auto begin =
-      ReadLog(LogFile(folder.path() / "three", 2)).Messages<episode_begin_t>(channels::kEpisodeBegin).at(0);
+  const auto begin = ReadLog(LogFile(folder.path() / "three", 2)).Messages(channels::kEpisodeBegin).at(0);
   // The same seed and index, as a command to a pipeline that has run nothing before.
   const std::string url = UniqueUrl();
   const std::string out = folder.path() / "alone";
@@ -119,7 +118,7 @@ TEST(Determinism, SeedsDiffer) {
     const auto out = folder.path() / ("seed" + std::string(seed));
     Evaluate({task, "--policy", "hold", "--in-process", "--episodes", "3", "--seed", seed}, out);
     for (int episode = 0; episode < 3; ++episode) {
-      auto state = ReadLog(LogFile(out, episode)).Messages<state_t>(channels::kState).at(0);
+      auto state = ReadLog(LogFile(out, episode)).Messages(channels::kState).at(0);
       state.header.episode = 0;
       std::vector<uint8_t> bytes(static_cast<size_t>(state.getEncodedSize()));
       state.encode(bytes.data(), 0, static_cast<int>(bytes.size()));

@@ -65,6 +65,12 @@ TEST_P(KillOf, AComponentInMidRunChangesNoScore) {
   ExpectSameScores(run, reference);
   for (int i = 0; i < 3; ++i) ExpectSameTicks(ReadLog(LogFile(run, i)), ReadLog(LogFile(reference, i)));
   EXPECT_FALSE(fs::exists(run / "episodes/0001.partial"));
+  ExpectLogged(run, "run", "warning",
+               "begins again: " + std::string(GetParam()) + " was ended by signal Killed");
+  for (int i = 0; i < 3; ++i) {
+    ExpectLogged(run, "recorder", "info", "closed and synced " + LogFile(run, i).string());
+    ExpectLogged(run, "sim", "info", "e" + std::to_string(i));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, KillOf, testing::Values("sim", "collision", "metrics", "policy", "recorder"),
@@ -113,7 +119,7 @@ TEST(Faults, KilledLauncherLeavesNoProcessesAndWholeEpisodes) {
   ASSERT_GE(episodes.size(), 1u);
   EXPECT_EQ(episodes[0]["episode"], 0);
   EXPECT_EQ(episodes[0]["complete"], true);
-  const Log log = ReadLog(LogFile(run, 0));
+  const RecordedLog log = ReadLog(LogFile(run, 0));
   EXPECT_EQ(log.damaged_bytes, 0);
   EXPECT_EQ(log.events.back().channel, channels::kRunSummary);
 }
@@ -166,15 +172,13 @@ class Heckler {
 
  private:
   void Say(const std::string& channel, std::span<const uint8_t> data) {
-    own_.insert(std::vector<uint8_t>(data.begin(), data.end()));
+    own_.emplace(data.begin(), data.end());
     bus_.PublishRaw(channel.c_str(), data);
     ++said_;
   }
   template <class Message>
-  void SayMessage(const std::string& channel, const Message& message) {
-    std::vector<uint8_t> bytes(static_cast<size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    Say(channel, bytes);
+  void SayMessage(const Channel<Message>& channel, const Message& message) {
+    Say(channel.name, Encode(message));
   }
   // The message as one of another episode.
   template <class Message>
@@ -182,12 +186,12 @@ class Heckler {
     Message message{};
     ASSERT_TRUE(Decode(data, &message));
     message.header.episode = 77;
-    SayMessage(channel, message);
+    Say(channel, Encode(message));
   }
 
   void Hear(const std::string& channel, std::span<const uint8_t> data) {
     const std::vector<uint8_t> bytes(data.begin(), data.end());
-    if (const auto own = own_.find(bytes); own != own_.end()) {
+    if (const auto own = own_.find(std::string(data.begin(), data.end())); own != own_.end()) {
       own_.erase(own);
       return;
     }
@@ -213,7 +217,7 @@ class Heckler {
     Say(channel, longer);
     // Right type, absurd counts: all bytes behind the fingerprint and the header are ones.
     std::vector<uint8_t> absurd = bytes;
-    for (size_t i = 28; i < absurd.size(); ++i) absurd[i] = 0xFF;
+    for (size_t i = 32; i < absurd.size(); ++i) absurd[i] = 0xFF;
     Say(channel, absurd);
     // Wrong type with a header that would fit: of this episode, of a tick far ahead.
     header_t header{};
@@ -222,7 +226,9 @@ class Heckler {
       header.sim_time_us += 1'000'000'000;
       std::vector<uint8_t> wrong(8 + static_cast<size_t>(header._getEncodedSizeNoHash()) + 50);
       header._encodeNoHash(wrong.data(), 8, static_cast<int>(wrong.size()) - 8);
-      for (const std::string_view other : channels::kWithHeader) Say(std::string(other), wrong);
+      channels::ForEach([&]<class Message>(const Channel<Message>& other) {
+        if constexpr (requires(Message message) { message.header; }) Say(other.name, wrong);
+      });
     }
     // Of another episode.
     if (channel == channels::kState) SayForeign<state_t>(channel, data);
@@ -246,7 +252,7 @@ class Heckler {
   }
 
   Bus bus_;
-  std::multiset<std::vector<uint8_t>> own_;
+  std::multiset<std::string> own_;
   std::mt19937 random_{1};
   int heard_ = 0;
   int said_ = 0;
@@ -274,7 +280,7 @@ TEST(Faults, ForeignAndMalformedMessagesChangeNoScore) {
   }
   EXPECT_GT(heckler.foreign_messages["recorder"], 10);
   for (int i = 0; i < 2; ++i) {
-    const Log log = ReadLog(LogFile(run, i));
+    const RecordedLog log = ReadLog(LogFile(run, i));
     EXPECT_EQ(log.damaged_bytes, 0);
     // Simulated time: no message that is not of this episode moves the clock.
     EXPECT_LT(log.events.back().time_us, 20'000'000);

@@ -40,12 +40,12 @@ class Recorded : public testing::Test {
     return folder_.path() / "edited.yaml";
   }
   // A copy of the first episode's log as `edit` leaves it.
-  fs::path EditedLog(const std::function<void(std::vector<Log::Event>*)>& edit) {
-    std::vector<Log::Event> events = ReadLog(log_).events;
+  fs::path EditedLog(const std::function<void(std::vector<RecordedLog::Event>*)>& edit) {
+    std::vector<RecordedLog::Event> events = ReadLog(log_).events;
     edit(&events);
     const fs::path file = folder_.path() / "edited.lcmlog";
     EventLogWriter writer(file);
-    for (const Log::Event& event : events) writer.Write(event.channel, event.data, event.time_us);
+    for (const RecordedLog::Event& event : events) writer.Write(event.channel, event.data, event.time_us);
     writer.Close();
     return file;
   }
@@ -72,7 +72,7 @@ class Recorded : public testing::Test {
 
 #define EXPECT_SAYS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
 
-header_t HeaderOf(const Log::Event& event) {
+header_t HeaderOf(const RecordedLog::Event& event) {
   header_t header{};
   EXPECT_GT(header._decodeNoHash(event.data.data(), 8, static_cast<int>(event.data.size()) - 8), 0);
   return header;
@@ -127,7 +127,7 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   Record(1);
   const std::string url = UniqueUrl();
   Bus bus(url);
-  Log heard;
+  RecordedLog heard;
   bus.SubscribeRaw(".*", [&](const std::string& channel, std::span<const uint8_t> data, int64_t) {
     heard.events.push_back({channel, {data.begin(), data.end()}, 0});
   });
@@ -138,9 +138,10 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
     return !replay.running();
   }));
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
-  const Log recorded = ReadLog(log_);
-  for (const char* channel : {channels::kModel, channels::kState, channels::kContacts, channels::kPartial,
-                              channels::kEpisodeEnd, channels::kEpisodeSummary}) {
+  const RecordedLog recorded = ReadLog(log_);
+  for (const char* channel :
+       {channels::kModel.name, channels::kState.name, channels::kContacts.name, channels::kPartial.name,
+        channels::kEpisodeEnd.name, channels::kEpisodeSummary.name}) {
     EXPECT_FALSE(recorded.Payloads(channel).empty()) << channel;
     EXPECT_TRUE(heard.Payloads(channel) == recorded.Payloads(channel)) << channel;
   }
@@ -150,8 +151,8 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
 TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {
   EVALBUS_NEEDS_BUS();
   Record(1);
-  const fs::path log = EditedLog([](std::vector<Log::Event>* events) {
-    for (Log::Event& event : *events) {
+  const fs::path log = EditedLog([](std::vector<RecordedLog::Event>* events) {
+    for (RecordedLog::Event& event : *events) {
       if (event.channel != channels::kEpisodeSummary) continue;
       episode_summary_t summary{};
       ASSERT_TRUE(Decode(event.data, &summary));
@@ -171,12 +172,12 @@ TEST_F(Recorded, OtherScoreThanRecordedIsSaid) {
 
 TEST_F(Recorded, LowerThresholdEndsTheEpisodeAtTheTickThatReachesIt) {
   Record(1);
-  const Log log = ReadLog(log_);
-  const auto model = log.Messages<model_info_t>(channels::kModel).at(0);
+  const RecordedLog log = ReadLog(log_);
+  const auto model = log.Messages(channels::kModel).at(0);
   const auto pot =
       std::find(model.body_name.begin(), model.body_name.end(), "pot/pot") - model.body_name.begin();
   ASSERT_LT(pot, model.num_bodies);
-  const auto states = log.Messages<state_t>(channels::kState);
+  const auto states = log.Messages(channels::kState);
   // Well clear of the counter by then, and level: success asks for no more.
   const auto first = std::find_if(states.begin(), states.end(), [pot](const state_t& state) {
     return state.body_position_m[pot][2] > 1.05;
@@ -261,8 +262,8 @@ TEST_F(Recorded, MissingTicksAreCountedExactly) {
   Record(1);
   const int64_t last = static_cast<int64_t>(NumStates(1)) - 1;
   // One gap early, one that ticks up to the end cannot make up for.
-  const fs::path log = EditedLog([last](std::vector<Log::Event>* events) {
-    std::erase_if(*events, [last](const Log::Event& event) {
+  const fs::path log = EditedLog([last](std::vector<RecordedLog::Event>* events) {
+    std::erase_if(*events, [last](const RecordedLog::Event& event) {
       if (event.channel == channels::kState) {
         const int64_t tick = HeaderOf(event).tick;
         return tick >= 5 && tick < 9;
@@ -288,7 +289,7 @@ TEST_F(Recorded, CutLogIsScoredAsFarAsItGoes) {
   const fs::path log = folder_.path() / "cut.lcmlog";
   fs::copy_file(log_, log);
   fs::resize_file(log, fs::file_size(log) / 2);
-  const auto states = ReadLog(log).Messages<state_t>(channels::kState);
+  const auto states = ReadLog(log).Messages(channels::kState);
   const Result rescored = Rescore(log);
   EXPECT_EQ(rescored.code, 2);
   EXPECT_SAYS(rescored.out, "no EPISODE_END in the log");

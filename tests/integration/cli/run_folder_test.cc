@@ -58,8 +58,8 @@ TEST_P(RunFolderTest, HoldsWhatItShould) {
   EXPECT_EQ(Entries(run_ / "episodes"), (Names{"0000", "0001"}));
   for (const char* episode : {"0000", "0001"})
     EXPECT_EQ(Entries(run_ / "episodes" / episode), (Names{"events.lcmlog", "summary.json"}));
-  const Names logs = {"collision.log", "metrics.log", "policy.log", "recorder.log", "sim.log"};
-  EXPECT_EQ(Entries(run_ / "logs"), GetParam() ? Names{} : logs);
+  EXPECT_EQ(Entries(run_ / "logs"),
+            (Names{"collision.log", "metrics.log", "policy.log", "recorder.log", "run.log", "sim.log"}));
 
   const auto run = ordered_json::parse(ReadText(run_ / "run.json"));
   EXPECT_EQ(run["task"], "lift_pot");
@@ -67,7 +67,7 @@ TEST_P(RunFolderTest, HoldsWhatItShould) {
   EXPECT_EQ(run["seed"], 3);
   EXPECT_EQ(run["episodes"], 2);
   EXPECT_EQ(run["control_hz"], 50);
-  EXPECT_EQ(run["clock"], "lockstep");
+  EXPECT_EQ(run["realtime"], false);
   for (const char* key :
        {"policy", "robot", "evalbus_version", "git_commit", "git_dirty", "mujoco_version", "url"})
     EXPECT_TRUE(run.contains(key)) << key;
@@ -130,23 +130,23 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
   ASSERT_EQ(episodes.size(), 2u);
   for (int i = 0; i < 2; ++i) {
     SCOPED_TRACE(i);
-    const Log log = ReadLog(LogFile(run_, i));
+    const RecordedLog log = ReadLog(LogFile(run_, i));
     EXPECT_EQ(log.damaged_bytes, 0);
     EXPECT_EQ(log.events.front().channel, channels::kModel);
     EXPECT_EQ(log.events.back().channel, channels::kRunSummary);
     for (size_t k = 1; k < log.events.size(); ++k)
       ASSERT_GE(log.events[k].time_us, log.events[k - 1].time_us) << k;
 
-    const auto model = log.Messages<model_info_t>(channels::kModel).at(0);
+    const auto model = log.Messages(channels::kModel).at(0);
     EXPECT_EQ(model.run_id, "run");
     EXPECT_EQ(model.physics_file, run_ / "model/physics.mjb");
     EXPECT_EQ(model.physics_sha256, Sha256File(model.physics_file));
     EXPECT_EQ(model.visual_sha256, Sha256File(model.visual_file));
 
-    const auto states = log.Messages<state_t>(channels::kState);
-    const auto contacts = log.Messages<contacts_t>(channels::kContacts);
-    const auto actions = log.Messages<action_t>(channels::kAction);
-    const auto partials = log.Messages<partial_metrics_t>(channels::kPartial);
+    const auto states = log.Messages(channels::kState);
+    const auto contacts = log.Messages(channels::kContacts);
+    const auto actions = log.Messages(channels::kAction);
+    const auto partials = log.Messages(channels::kPartial);
     ASSERT_GT(states.size(), 100u);
     ASSERT_EQ(contacts.size(), states.size());
     ASSERT_EQ(partials.size(), states.size());
@@ -167,12 +167,12 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
       EXPECT_EQ(partials[tick].verdict, last ? partial_metrics_t::SUCCESS : partial_metrics_t::UNDECIDED);
     }
 
-    const auto end = log.Messages<episode_end_t>(channels::kEpisodeEnd);
+    const auto end = log.Messages(channels::kEpisodeEnd);
     ASSERT_EQ(end.size(), 1u);
     EXPECT_EQ(end[0].header.tick, states.back().header.tick);
-    const auto summaries = log.Messages<episode_summary_t>(channels::kEpisodeSummary);
+    const auto summaries = log.Messages(channels::kEpisodeSummary);
     ASSERT_EQ(summaries.size(), 1u);
-    EXPECT_EQ(summaries[0].seed, log.Messages<episode_begin_t>(channels::kEpisodeBegin).at(0).seed);
+    EXPECT_EQ(summaries[0].seed, log.Messages(channels::kEpisodeBegin).at(0).seed);
     // What was shown live last is what is written down.
     const ordered_json& episode = episodes[static_cast<size_t>(i)];
     EXPECT_EQ(metrics::ResultJson(summaries[0].metrics), episode["metrics"]);

@@ -166,9 +166,9 @@ TEST_F(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
       {"policy_error", size},
       {"policy_error", "action mode 99 is not known"},
       {"time_limit", ""},
-      {"policy_timeout", "no action for tick 5 within 3 s"},
-      {"policy_timeout", "no action for tick 5 within 3 s"},
-      {"policy_timeout", "no action for tick 5 within 3 s"},
+      {"policy_timeout", "no ACTION for tick 5 from policy within 3 s"},
+      {"policy_timeout", "no ACTION for tick 5 from policy within 3 s"},
+      {"policy_timeout", "no ACTION for tick 5 from policy within 3 s"},
       {"policy_error", "out of GPU memory"},
       {"policy_error", "no such grasp"}};
   const auto episodes = Episodes(run_);

@@ -30,7 +30,7 @@ TEST(Realtime, SaysHowWellItKeptTime) {
     EXPECT_LE(pacing["error_p50_s"], pacing["error_p99_s"]);
     EXPECT_LE(pacing["error_p99_s"], pacing["error_max_s"]);
     EXPECT_GE(summary["pacing"]["error_max_s"], pacing["error_max_s"]);
-    const auto end = ReadLog(LogFile(run, i)).Messages<episode_end_t>(channels::kEpisodeEnd).at(0);
+    const auto end = ReadLog(LogFile(run, i)).Messages(channels::kEpisodeEnd).at(0);
     EXPECT_EQ(end.pacing_error_max_s, pacing["error_max_s"]);
     EXPECT_EQ(end.late_ticks, pacing["late_ticks"]);
   }

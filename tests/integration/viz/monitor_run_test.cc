@@ -126,7 +126,7 @@ TEST(MonitorRun, WrongInputIsOneLine) {
     EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
   }
   fs::create_directories(folder.path() / "run");
-  WriteText(folder.path() / "run/run.json", R"({"url": "memq://", "episodes": 3})");
+  WriteText(folder.path() / "run/run.json", R"({"url": "", "in_process": true, "episodes": 3})");
   EXPECT_NE(RunProgram({"evalbus", "monitor", folder.path() / "run"}).err.find("in one process"),
             std::string::npos);
 }

@@ -26,8 +26,8 @@ class VizRun : public testing::Test {
  protected:
   VizRun() {
     for (const char* channel : {"EVALBUS_IMAGE_overview", "EVALBUS_IMAGE_left_hand_wrist"}) {
-      bus_.Subscribe<image_t>(channel,
-                              [this, channel](const image_t& m) { heard_.images[channel].push_back(m); });
+      bus_.Subscribe(Channel<image_t>{channel, "viz"},
+                     [this, channel](const image_t& m) { heard_.images[channel].push_back(m); });
     }
     bus_.Subscribe(channels::kState,
                    [this](const state_t& m) { heard_.state_tick.push_back(m.header.tick); });

@@ -12,6 +12,8 @@
 namespace evalbus {
 namespace {
 
+constexpr Channel<header_t> kChannel{"T", "test"};
+
 header_t Header(int32_t episode, int64_t tick) {
   header_t header{};
   header.episode = episode;
@@ -27,9 +29,9 @@ void HandleAll(Bus* bus) {
 TEST(Bus, DeliversEveryMessageInOrderToASlowSubscriber) {
   Bus bus("memq://");
   std::vector<int64_t> ticks;
-  bus.Subscribe<header_t>("T", [&](const header_t& header) { ticks.push_back(header.tick); });
+  bus.Subscribe(kChannel, [&](const header_t& header) { ticks.push_back(header.tick); });
   // LCM's default queue holds 30.
-  for (int i = 0; i < 1000; ++i) bus.Publish("T", Header(0, i));
+  for (int i = 0; i < 1000; ++i) bus.Publish(kChannel, Header(0, i));
   HandleAll(&bus);
   ASSERT_EQ(ticks.size(), 1000u);
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(ticks[static_cast<size_t>(i)], i);
@@ -38,8 +40,8 @@ TEST(Bus, DeliversEveryMessageInOrderToASlowSubscriber) {
 TEST(Bus, CountsMessagesThatDoNotDecodeAndDropsThem) {
   Bus bus("memq://");
   int received = 0;
-  bus.Subscribe<header_t>("T", [&](const header_t&) { ++received; });
-  bus.Publish("T", command_t{});  // another type
+  bus.Subscribe(kChannel, [&](const header_t&) { ++received; });
+  bus.PublishRaw(kChannel.name, Encode(command_t{}));  // another type
   const uint8_t rubbish[] = {1, 2, 3};
   bus.PublishRaw("T", rubbish);
   bus.PublishRaw("T", {rubbish, 0});
@@ -48,7 +50,7 @@ TEST(Bus, CountsMessagesThatDoNotDecodeAndDropsThem) {
   bus.PublishRaw("T", {bytes.data(), bytes.size() - 1});  // cut
   bytes.push_back(0);
   bus.PublishRaw("T", bytes);  // too long
-  bus.Publish("T", Header(1, 2));
+  bus.Publish(kChannel, Header(1, 2));
   HandleAll(&bus);
   EXPECT_EQ(bus.decode_errors(), 5);
   EXPECT_EQ(received, 1);
@@ -66,11 +68,11 @@ TEST(Bus, RefusesNegativeCountsInAMessage) {
 TEST(Bus, CarriesAnExceptionOutOfAHandler) {
   Bus bus("memq://");
   int received = 0;
-  bus.Subscribe<header_t>("T", [&](const header_t& header) {
+  bus.Subscribe(kChannel, [&](const header_t& header) {
     ++received;
     if (header.tick == 1) throw std::runtime_error("tick 1");
   });
-  for (int i = 0; i < 3; ++i) bus.Publish("T", Header(0, i));
+  for (int i = 0; i < 3; ++i) bus.Publish(kChannel, Header(0, i));
   EXPECT_TRUE(bus.Handle());
   EXPECT_THROW(bus.Handle(), std::runtime_error);
   EXPECT_TRUE(bus.Handle());
@@ -137,7 +139,7 @@ TEST(Component, ReportsProgressTwicePerLagWindow) {
   Probe probe(&bus, 100);
   std::vector<int64_t> heard;
   bus.Subscribe(channels::kStatus, [&](const component_status_t& s) { heard.push_back(s.last_tick); });
-  for (int tick = 0; tick < 200; ++tick) probe.Progress(tick);
+  for (int tick = 0; tick < 200; ++tick) probe.Progress(Header(0, tick));
   HandleAll(&bus);
   EXPECT_EQ(heard, (std::vector<int64_t>{49, 99, 149, 199}));
 }

@@ -15,13 +15,6 @@ namespace evalbus {
 namespace {
 
 template <class Message>
-std::vector<uint8_t> Encode(const Message& message) {
-  std::vector<uint8_t> bytes(static_cast<size_t>(message.getEncodedSize()));
-  EXPECT_EQ(message.encode(bytes.data(), 0, static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
-  return bytes;
-}
-
-template <class Message>
 int64_t BytesToDecode(const std::vector<uint8_t>& bytes, bool* decoded = nullptr) {
   Message message{};
   const int64_t before = AllocatedBytes();
@@ -79,22 +72,21 @@ TEST(MessageLimits, ARefusedCountAllocatesNothing) {
 }
 
 TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
-  observation_t observation{};
-  observation.num_images = 2;
-  observation.image.resize(2);
-  observation.image[0].num_bytes = 100;
-  observation.image[0].data.resize(100, 7);
-  const std::vector<uint8_t> bytes = Encode(observation);
-  observation_t decoded{};
+  contacts_t contacts{};
+  contacts.num_contacts = 2;
+  contacts.contact.resize(2);
+  contacts.contact[1].distance_m = -0.25;
+  const std::vector<uint8_t> bytes = Encode(contacts);
+  contacts_t decoded{};
   ASSERT_TRUE(Decode(bytes, &decoded));
-  EXPECT_EQ(decoded.image[0].data, observation.image[0].data);
-  // An image that is empty takes 42 bytes, so three of them do not fit.
+  EXPECT_EQ(decoded.contact[1].distance_m, -0.25);
+  // A contact takes 64 bytes, and 17 follow, so three of them do not fit.
   std::vector<uint8_t> more = bytes;
-  const size_t num_images = 8 + 20 + 5 + 4 + 4 + 3;
-  ASSERT_EQ(more[num_images], 2);
-  more[num_images] = 200;
+  const size_t num_contacts = 8 + 24 + 3;  // behind fingerprint and header, its last byte
+  ASSERT_EQ(more[num_contacts], 2);
+  more[num_contacts] = 200;
   bool whole = true;
-  EXPECT_EQ(BytesToDecode<observation_t>(more, &whole), 0);
+  EXPECT_EQ(BytesToDecode<contacts_t>(more, &whole), 0);
   EXPECT_FALSE(whole);
 }
 

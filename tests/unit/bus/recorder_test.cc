@@ -66,16 +66,18 @@ class RecorderTest : public testing::Test {
 TEST_F(RecorderTest, WritesModelFirstAndStampsSimulatedTime) {
   Begin(0);
   for (int tick = 0; tick < 3; ++tick) Tick(0, tick);
-  bus_.Publish("OTHER", header_t{});
+  bus_.PublishRaw("OTHER", Encode(header_t{}));
   End(0);
   HandleAll();
   std::vector<std::pair<std::string, int64_t>> events = Log(0);
   // STATUS messages of the recorder itself are recorded, too.
   std::erase_if(events, [](const auto& event) { return event.first == channels::kStatus; });
   const std::vector<std::pair<std::string, int64_t>> expected = {
-      {channels::kModel, 0},          {channels::kEpisodeBegin, 0},       {channels::kState, 0},
-      {channels::kState, 20000},      {channels::kState, 40000},          {"OTHER", 40000},
-      {channels::kEpisodeEnd, 40000}, {channels::kEpisodeSummary, 40000}, {channels::kRunSummary, 40000}};
+      {channels::kModel.name, 0},          {channels::kEpisodeBegin.name, 0},
+      {channels::kState.name, 0},          {channels::kState.name, 20000},
+      {channels::kState.name, 40000},      {"OTHER", 40000},
+      {channels::kEpisodeEnd.name, 40000}, {channels::kEpisodeSummary.name, 40000},
+      {channels::kRunSummary.name, 40000}};
   EXPECT_EQ(events, expected);
 }
 
@@ -127,11 +129,12 @@ TEST_F(RecorderTest, MessagesOfAnotherTypeOrEpisodeNeitherMoveTheClockNorEndTheE
   state_t ahead{};
   ahead.header.tick = 1000;
   ahead.header.sim_time_us = 1'000'000'000;
-  for (const char* channel : {channels::kEpisodeSummary, channels::kEpisodeEnd, channels::kAction})
-    bus_.Publish(channel, ahead);
+  for (const char* channel :
+       {channels::kEpisodeSummary.name, channels::kEpisodeEnd.name, channels::kAction.name})
+    bus_.PublishRaw(channel, Encode(ahead));
   episode_summary_t other{};
   other.header = ahead.header;
-  bus_.Publish(channels::kState, other);
+  bus_.PublishRaw(channels::kState.name, Encode(other));
   Tick(7, 1000);
   bus_.Publish(channels::kRunSummary, run_summary_t{});
   HandleAll();
@@ -162,12 +165,12 @@ TEST_F(RecorderTest, WhatIsSaidAgainIsRecordedOnce) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     Begin(0, attempt);
     for (const int tick : {0, 0, 1, 1, 1, 2}) Tick(0, tick);
-    for (int i = 0; i < 2; ++i) bus_.Publish("OTHER", header_t{});
+    for (int i = 0; i < 2; ++i) bus_.PublishRaw("OTHER", Encode(header_t{}));
   }
   End(0);
   HandleAll();
   const auto events = Log(0);
-  const auto count = [&](const std::string& channel) {
+  const auto count = [&](std::string_view channel) {
     return std::ranges::count_if(events, [&](const auto& event) { return event.first == channel; });
   };
   EXPECT_EQ(count(channels::kState), 3);

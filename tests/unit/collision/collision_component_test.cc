@@ -44,7 +44,7 @@ class CollisionComponentTest : public testing::Test {
   void Begin(int episode, int attempt = 0) {
     episode_begin_t begin{};
     begin.header.episode = episode;
-    begin.header.attempt = attempt;
+    begin.header.attempt = attempt_ = attempt;
     bus_.Publish(channels::kEpisodeBegin, begin);
     Run();
   }
@@ -55,6 +55,7 @@ class CollisionComponentTest : public testing::Test {
   void State(int episode, int64_t tick, double height, int num_bodies = 3) {
     state_t state{};
     state.header.episode = episode;
+    state.header.attempt = attempt_;
     state.header.tick = tick;
     state.header.sim_time_us = 20000 * tick;
     state.num_bodies = num_bodies;
@@ -66,6 +67,8 @@ class CollisionComponentTest : public testing::Test {
     Run();
   }
 
+  // The one begun last; what is sent is of it.
+  int attempt_ = 0;
   CollisionScene scene_;
   Bus bus_;
   CollisionComponent dut_;

@@ -21,12 +21,6 @@ namespace {
 
 using namespace small_world;
 
-std::vector<uint8_t> Bytes(const episode_summary_t& summary) {
-  std::vector<uint8_t> bytes(static_cast<size_t>(summary.getEncodedSize()));
-  summary.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
 class MetricsComponentTest : public testing::Test {
  protected:
   MetricsComponentTest() {
@@ -45,24 +39,28 @@ class MetricsComponentTest : public testing::Test {
     episode_begin_t begin{};
     begin.header = Header(0, episode);
     begin.seed = 1000 + episode;
-    begin.header.attempt = attempt;
+    begin.header.attempt = attempt_ = attempt;
     bus_.Publish(channels::kEpisodeBegin, begin);
     Drain();
   }
   void SendState(int64_t tick, int32_t episode, double pot_z = 1) {
     state_t state = State(tick, episode);
     state.body_position_m[kPot][2] = pot_z;
+    state.header.attempt = attempt_;
     bus_.Publish(channels::kState, state);
     Drain();
   }
   void SendContacts(int64_t tick, int32_t episode,
                     const std::vector<std::pair<int, int>>& pairs = {{kTop, kWall}}) {
-    bus_.Publish(channels::kContacts, Contacts(tick, pairs, episode));
+    contacts_t contacts = Contacts(tick, pairs, episode);
+    contacts.header.attempt = attempt_;
+    bus_.Publish(channels::kContacts, contacts);
     Drain();
   }
   void End(int64_t tick, int32_t episode, const std::string& reason = "time_limit") {
     episode_end_t end{};
     end.header = Header(tick, episode);
+    end.header.attempt = attempt_;
     end.end_reason = reason;
     bus_.Publish(channels::kEpisodeEnd, end);
     Drain();
@@ -75,6 +73,8 @@ class MetricsComponentTest : public testing::Test {
   std::vector<episode_summary_t> summaries_;
   std::vector<run_summary_t> runs_;
   component_status_t said_{};
+  // The one begun last; what is sent is of it.
+  int32_t attempt_ = 0;
 };
 
 TEST_F(MetricsComponentTest, ScoresTwoEpisodes) {
@@ -129,12 +129,14 @@ TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
         state.arm[k].joint_velocity_radps[0] = std::sin(0.1 * tick + k);
         state.arm[k].joint_torque_Nm[0] = tick;
       }
+      state.header.attempt = attempt_;
       bus_.Publish(channels::kState, state);
     } else {
       contacts_t contacts =
           Contacts(tick, tick % 7 < 3   ? std::vector<std::pair<int, int>>{{kLeftPad, kWall}}
                          : tick % 7 < 5 ? std::vector<std::pair<int, int>>{{kLeftLink, kTop}}
                                         : std::vector<std::pair<int, int>>{});
+      contacts.header.attempt = attempt_;
       contacts.has_clearance = tick % 5 == 0;
       contacts.clearance_m = 0.1 + 0.01 * (tick % 3);
       bus_.Publish(channels::kContacts, contacts);
@@ -172,7 +174,7 @@ TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
     last.erase("spectral_arc_length");
     EXPECT_EQ(live, last);
     summary.header.attempt = 0;
-    EXPECT_EQ(Bytes(summary), Bytes(summaries_.front())) << "attempt " << attempt;
+    EXPECT_EQ(Encode(summary), Encode(summaries_.front())) << "attempt " << attempt;
   }
 }
 

@@ -35,7 +35,7 @@ class PolicyComponentTest : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   template <class Message>
-  void Send(const char* channel, const Message& message) {
+  void Send(const Channel<Message>& channel, const Message& message) {
     bus_.Publish(channel, message);
     while (bus_.Handle()) {
     }

@@ -311,7 +311,7 @@ TEST_F(SimComponentTest, AConsumerWithAWindowThatStopsEndsTheEpisode) {
   HandleAll();
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "aborted");
-  EXPECT_EQ(ends_[0].detail, "a consumer (recorder?) stopped at 0 ticks");
+  EXPECT_EQ(ends_[0].detail, "recorder does not keep up: 1 ticks behind at tick 0");
 }
 
 TEST_F(SimComponentTest, StopsOnCommandInMidEpisode) {

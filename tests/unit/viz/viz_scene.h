@@ -8,6 +8,7 @@
 #include "base/sha256.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
+#include "bus/message.h"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
@@ -69,10 +70,8 @@ inline std::filesystem::path WriteRun(const std::filesystem::path& run, const mj
   const model_info_t info = VisualInfo(run, visual);
   const std::filesystem::path file = run / "episodes/0000/events.lcmlog";
   EventLogWriter log(file);
-  const auto write = [&log](const char* channel, const auto& message, int64_t time_us) {
-    std::vector<uint8_t> bytes(static_cast<size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    log.Write(channel, bytes, time_us);
+  const auto write = [&log](std::string_view channel, const auto& message, int64_t time_us) {
+    log.Write(channel, Encode(message), time_us);
   };
   write(channels::kModel, info, 0);
   episode_begin_t begin{};

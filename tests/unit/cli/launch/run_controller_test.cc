@@ -1,45 +1,358 @@
+// The launcher's view of a run, in orders of messages that real processes show once in a thousand runs.
 #include "cli/launch/run_controller.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/errors.h"
 #include "base/random.h"
-#include "bus/channels.h"
+#include "base/run_layout.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::launch {
 namespace {
 
-TEST(RunController, MissedDeadlinesAreInTheEpisodesLine) {
-  TemporaryFolder folder;
-  const results::RunFolder run = results::RunFolder::OfWorker(folder.path());
-  RunPlan plan;
-  plan.episodes = {0};
-  plan.realtime = true;
-  Bus bus("memq://");
-  RunListener nobody;
-  RunController controller(&bus, plan, run, &nobody);
-  model_info_t model{};
-  model.physics_file = run.path() / "model/physics.mjb";
-  bus.Publish(channels::kModel, model);
-  episode_begin_t begin{};
-  begin.seed = EpisodeSeed(plan.seed, 0);
-  bus.Publish(channels::kEpisodeBegin, begin);
-  episode_end_t end{};
-  end.end_reason = "time_limit";
-  bus.Publish(channels::kEpisodeEnd, end);
-  episode_summary_t summary{};
-  summary.seed = begin.seed;
-  summary.end_reason = end.end_reason;
-  summary.extended.deadline_misses = 3;
-  bus.Publish(channels::kEpisodeSummary, summary);
-  component_status_t recorder{};
-  recorder.component = "recorder";
-  recorder.last_finished_episode = 0;
-  bus.Publish(channels::kStatus, recorder);
-  while (bus.Handle()) {
+using std::chrono::seconds;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Listener : public RunListener {
+ public:
+  void OnEpisodeDone(const nlohmann::ordered_json& episode) override { done.push_back(episode); }
+  void OnRemark(const std::string& text) override { remarks.push_back(text); }
+
+  std::vector<nlohmann::ordered_json> done;
+  std::vector<std::string> remarks;
+};
+
+class RunControllerTest : public testing::Test {
+ protected:
+  RunControllerTest() {
+    Log::SetFiles([this](const std::string& name) { return folder_.path() / (name + ".log"); });
+    plan_.episodes = {0, 1};
+    plan_.required = {"metrics", "recorder"};
+    bus_.Subscribe(channels::kCommand, [this](const command_t& command) { commands_.push_back(command); });
   }
-  ASSERT_TRUE(controller.done());
-  EXPECT_EQ(run.SortEpisodes()[0]["pacing"]["deadline_misses"], 3);
+  ~RunControllerTest() override { Log::SetFiles({}); }
+
+  RunController& Dut() {
+    if (!dut_) dut_.emplace(&bus_, plan_, run_, &listener_);
+    return *dut_;
+  }
+  void HandleAll() {
+    while (bus_.Handle()) {
+    }
+  }
+  template <class Message>
+  void Say(const Channel<Message>& channel, const Message& message) {
+    Dut();
+    bus_.Publish(channel, message);
+    HandleAll();
+  }
+
+  header_t Header(int attempt) const { return {episode_, attempt, 5, 100000}; }
+  int64_t Seed() const { return EpisodeSeed(plan_.seed, episode_); }
+  void SayModel(const std::string& file = "") {
+    model_info_t model{};
+    model.physics_file = file.empty() ? (run_.path() / kModelFolder / kPhysicsModel).string() : file;
+    Say(channels::kModel, model);
+  }
+  void SayBegin(int attempt = 0) {
+    episode_begin_t begin{};
+    begin.header = {episode_, attempt, 0, 0};
+    begin.seed = Seed();
+    Say(channels::kEpisodeBegin, begin);
+  }
+  void Begin(int attempt = 0) {
+    SayModel();
+    SayBegin(attempt);
+  }
+  void SayEnd(int attempt = 0, const std::string& reason = "success", const std::string& detail = "") {
+    episode_end_t end{};
+    end.header = Header(attempt);
+    end.end_reason = reason;
+    end.detail = detail;
+    Say(channels::kEpisodeEnd, end);
+  }
+  void SaySummary(int attempt = 0, int64_t slips = 0) {
+    episode_summary_t summary{};
+    summary.header = Header(attempt);
+    summary.seed = Seed();
+    summary.end_reason = "success";
+    summary.complete = true;
+    summary.metrics.slip_count = slips;
+    Say(channels::kEpisodeSummary, summary);
+  }
+  void SayFinished(const std::string& component, int attempt = 0) {
+    component_status_t status{};
+    status.component = component;
+    status.episode = status.last_finished_episode = episode_;
+    status.attempt = attempt;
+    Say(channels::kStatus, status);
+  }
+  SteadyTime In(seconds time) { return std::chrono::steady_clock::now() + time; }
+
+  TemporaryFolder folder_;
+  const results::RunFolder run_ = results::RunFolder::OfWorker(folder_.path());
+  RunPlan plan_;
+  Listener listener_;
+  Bus bus_{"memq://"};
+  std::optional<RunController> dut_;
+  std::vector<command_t> commands_;
+  int episode_ = 0;
+};
+
+TEST_F(RunControllerTest, AnEpisodeIsDoneInWhateverOrderItsEndIsHeard) {
+  const std::function<void()> parts[] = {[this] { SayEnd(); }, [this] { SaySummary(); },
+                                         [this] { SayFinished("sim"); }, [this] { SayFinished("recorder"); }};
+  // The recorder closes its log when it has heard the end, so that comes before.
+  for (std::vector<int> order : {std::vector{0, 1, 2, 3},
+                                 {0, 1, 3, 2},
+                                 {0, 3, 1, 2},
+                                 {1, 0, 3, 2},
+                                 {1, 2, 0, 3},
+                                 {2, 1, 3, 0},
+                                 {2, 3, 0, 1},
+                                 {1, 2, 3, 0},
+                                 {0, 2, 3, 1}}) {
+    listener_.done.clear();
+    dut_.reset();
+    std::filesystem::remove_all(run_.path() / kEpisodesFolder);
+    Begin();
+    for (const int part : order) parts[part]();
+    EXPECT_EQ(listener_.done.size(), 1u) << testing::PrintToString(order);
+    EXPECT_THAT(listener_.remarks, IsEmpty()) << testing::PrintToString(order);
+  }
+}
+
+TEST_F(RunControllerTest, GoesThroughItsPlan) {
+  for (episode_ = 0; episode_ < 2; ++episode_) {
+    EXPECT_FALSE(Dut().done());
+    Begin();
+    SayEnd();
+    SaySummary();
+    SayFinished("recorder");
+  }
+  EXPECT_TRUE(Dut().done());
+  ASSERT_EQ(commands_.size(), 1u);  // the first one is said when the launcher polls
+  EXPECT_EQ(commands_[0].episode, 1);
+  EXPECT_EQ(run_.SortEpisodes().size(), 2u);
+}
+
+TEST_F(RunControllerTest, CommandsUntilItIsHeard) {
+  Dut().Poll(In(seconds(0)));
+  Dut().Poll(In(seconds(1)));
+  HandleAll();
+  ASSERT_EQ(commands_.size(), 2u);
+  EXPECT_EQ(commands_[1].seed, EpisodeSeed(0, 0));
+  EXPECT_THAT(commands_[1].required_component, ElementsAre("metrics", "recorder"));
+  Begin();
+  Dut().Poll(In(seconds(2)));
+  HandleAll();
+  EXPECT_EQ(commands_.size(), 2u);
+}
+
+TEST_F(RunControllerTest, AnAbortedEpisodeIsBegunAgain) {
+  Begin();
+  SayEnd(0, "aborted", "two different actions for tick 3");
+  EXPECT_THAT(listener_.remarks, ElementsAre("      0  begun again: two different actions for tick 3"));
+  Dut().Poll(In(seconds(1)));
+  HandleAll();
+  EXPECT_EQ(commands_.back().attempt, 1);
+  Begin(1);
+  SayEnd(1);
+  SaySummary(1);
+  SayFinished("recorder", 1);
+  EXPECT_EQ(listener_.done.size(), 1u);
+}
+
+TEST_F(RunControllerTest, WhatAnEarlierAttemptSaysLateIsNotHeard) {
+  Begin();
+  SayEnd(0, "aborted", "lost");
+  Begin(1);
+  SayEnd(0, "success");
+  SaySummary(0, 99);
+  SayFinished("recorder", 0);
+  EXPECT_THAT(listener_.done, IsEmpty());
+  SayEnd(1);
+  SaySummary(1, 2);
+  SayFinished("recorder", 1);
+  ASSERT_EQ(listener_.done.size(), 1u);
+  EXPECT_EQ(listener_.done[0]["metrics"]["slip_count"], 2);
+}
+
+TEST_F(RunControllerTest, NothingOfAnAttemptIsLeftInTheNext) {
+  // All of a summary, an end and a log, but for the abort that comes last.
+  Begin();
+  SaySummary();
+  SayEnd(0, "aborted", "lost");
+  SayModel();
+  SayBegin(1);
+  SayFinished("sim", 1);
+  EXPECT_THAT(listener_.done, IsEmpty());
+  SayFinished("recorder", 1);
+  EXPECT_THAT(listener_.done, IsEmpty()) << "scored with the summary of the attempt before";
+  SaySummary(1);
+  EXPECT_EQ(listener_.done.size(), 1u);
+}
+
+TEST_F(RunControllerTest, GivesUpAfterThreeAttempts) {
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    Begin(attempt);
+    SayEnd(attempt, "aborted", "lost");
+  }
+  Begin(2);
+  try {
+    SayEnd(2, "aborted", "lost again");
+    FAIL();
+  } catch (const EnvironmentError& error) {
+    EXPECT_STREQ(error.what(), "episode 0 failed 3 times, the last time: lost again");
+  }
+}
+
+TEST_F(RunControllerTest, TwoDifferentScoresAreNotChosenFrom) {
+  Begin();
+  SaySummary(0, 1);
+  SaySummary(0, 2);
+  ASSERT_EQ(listener_.remarks.size(), 1u);
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("two different messages on EVALBUS_EPISODE_SUMMARY"));
+}
+
+TEST_F(RunControllerTest, AScoreThatIsSaidAgainIsHeardOnce) {
+  Begin();
+  SaySummary();
+  SaySummary();
+  SayEnd();
+  SayEnd();
+  SayFinished("recorder");
+  EXPECT_EQ(listener_.done.size(), 1u);
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+}
+
+TEST_F(RunControllerTest, AnotherSimOnTheBusSpoilsTheEpisode) {
+  Begin();
+  SayModel("/elsewhere/model/physics.mjb");
+  SayEnd();
+  SaySummary();
+  EXPECT_THAT(listener_.remarks,
+              ElementsAre("      0  begun again: a sim or a log of another run is on this bus: "
+                          "/elsewhere/model/physics.mjb"));
+}
+
+TEST_F(RunControllerTest, WhatBeginsBeforeOurSimSpokeWaitsForIt) {
+  SayBegin();
+  SayEnd();
+  SaySummary();
+  SayFinished("recorder");
+  EXPECT_THAT(listener_.done, IsEmpty());
+  SayModel();
+  SayEnd();
+  SaySummary();
+  SayFinished("recorder");
+  EXPECT_EQ(listener_.done.size(), 1u);
+}
+
+TEST_F(RunControllerTest, ALogThatIsClosedBeforeTheEndIsNoneOfOurs) {
+  Begin();
+  SayFinished("recorder");
+  ASSERT_EQ(listener_.remarks.size(), 1u);
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("its log was closed before its end"));
+}
+
+TEST_F(RunControllerTest, WaitsTenSecondsForTheScoreAndForTheLog) {
+  Begin();
+  SayEnd();
+  Dut().Poll(In(seconds(9)));
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+  Dut().Poll(In(seconds(11)));
+  ASSERT_EQ(listener_.remarks.size(), 1u);
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("no EPISODE_SUMMARY from metrics within 10 s"));
+
+  Begin(1);
+  SayEnd(1);
+  SaySummary(1);
+  Dut().Poll(In(seconds(11)));
+  ASSERT_EQ(listener_.remarks.size(), 2u);
+  EXPECT_THAT(listener_.remarks[1], HasSubstr("the recorder did not finish the episode's log"));
+}
+
+TEST_F(RunControllerTest, WaitsAMinuteForTheFirstScore) {
+  Dut().Poll(In(seconds(0)));
+  Begin();
+  Dut().Poll(In(seconds(59)));
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+  Dut().Poll(In(seconds(61)));
+  ASSERT_EQ(listener_.remarks.size(), 1u);
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("not everybody was ready for it within 60 s"));
+}
+
+TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
+  plan_.policy_is_external = true;
+  plan_.policy_timeout_s = 0.4;
+  Dut().Poll(In(seconds(0)));
+  component_status_t status{};
+  status.component = "policy";
+  status.state = component_status_t::FAILED;
+  status.error = "no GPU";
+  Say(channels::kStatus, status);
+  try {
+    Dut().Poll(In(seconds(2)));
+    FAIL();
+  } catch (const EnvironmentError& error) {
+    EXPECT_STREQ(error.what(),
+                 "no policy said that it is ready for episode 0 within 0.4 s (--policy-timeout-s): no GPU");
+  }
+}
+
+TEST_F(RunControllerTest, WhoIsSilentIsNamed) {
+  Dut().ExpectStart();
+  EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
+  SayFinished("metrics");
+  SayFinished("recorder");
+  // Each look no more than a second after the one before, lest we ourselves were held up.
+  std::string silent;
+  int waited = 0;
+  for (; silent.empty() && waited < 100; ++waited) silent = Dut().Silent(In(seconds(waited)));
+  EXPECT_EQ(silent, "metrics");
+  EXPECT_NEAR(waited, 11, 1);
+}
+
+TEST_F(RunControllerTest, TimeInWhichWeDidNotRunIsNobodysSilence) {
+  Dut().ExpectStart();
+  EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
+  EXPECT_EQ(Dut().Silent(In(seconds(3600))), "");
+}
+
+TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
+  log_t line{};
+  line.header = {4, 0, 12, 240000};
+  line.component = "sim";
+  line.level = log_t::INFO_LEVEL;
+  line.text = "ends, success";
+  Say(channels::kLog, line);
+  line.level = log_t::WARN_LEVEL;
+  line.text = "no \x1b[2J CONTACTS";
+  Say(channels::kLog, line);
+  line.component = "run";
+  Say(channels::kLog, line);
+  EXPECT_THAT(listener_.remarks, ElementsAre("      sim  e4 t12: no ?[2J CONTACTS"));
+}
+
+TEST_F(RunControllerTest, MissedDeadlinesAreInTheEpisodesLine) {
+  plan_.episodes = {0};
+  plan_.realtime = true;
+  Begin();
+  SayEnd();
+  episode_summary_t summary{};
+  summary.header = Header(0);
+  summary.seed = Seed();
+  summary.end_reason = "success";
+  summary.extended.deadline_misses = 3;
+  Say(channels::kEpisodeSummary, summary);
+  SayFinished("recorder");
+  ASSERT_TRUE(Dut().done());
+  EXPECT_EQ(run_.SortEpisodes()[0]["pacing"]["deadline_misses"], 3);
 }
 
 }  // namespace

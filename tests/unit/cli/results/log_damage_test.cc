@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "bus/channels.h"
+#include "bus/message.h"
 #include "cli/results/rescorer.h"
 #include "tests/unit/small_world.h"
 #include "tests/unit/temporary_folder.h"
@@ -59,10 +60,10 @@ class LogDamage : public testing::Test {
   void WriteEpisode(int32_t episode) {
     std::filesystem::remove(file_);
     EventLogWriter writer(file_);
-    const auto write = [&](const char* channel, const auto& message) {
+    const auto write = [&](std::string_view channel, const auto& message) {
       std::vector<uint8_t> bytes(static_cast<size_t>(message.getEncodedSize()));
       message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-      writer.Write(channel, bytes, 0);
+      writer.Write(channel, Encode(message), 0);
     };
     write(channels::kModel, small_world::Model());
     episode_begin_t begin{};
@@ -131,7 +132,8 @@ TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_NE(
-        std::string(error.what()).find("events.lcmlog: made by message version 0, this evalbus reads 1"),
+        std::string(error.what()).find("events.lcmlog: made by message version 0, this evalbus reads " +
+                                      std::to_string(model_info_t::VERSION)),
         std::string::npos)
         << error.what();
   }

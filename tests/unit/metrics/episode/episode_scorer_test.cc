@@ -22,9 +22,9 @@ class EpisodeScorerTest : public testing::Test {
     dut_.EndAt(last_tick);
     episode_begin_t begin{};
     begin.seed = 77;
-    begin.header.attempt = 2;
     episode_end_t end{};
     end.header = Header(last_tick);
+    end.header.attempt = 2;
     end.end_reason = end_reason;
     end.detail = "detail";
     return dut_.Summary(begin, end);

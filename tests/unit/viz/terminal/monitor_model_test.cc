@@ -20,10 +20,8 @@ using namespace small_world;
 class MonitorModelTest : public testing::Test {
  protected:
   template <class Message>
-  void Say(const char* channel, const Message& message) {
-    std::vector<uint8_t> bytes(static_cast<size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    dut_.Hear(channel, bytes, now_);
+  void Say(const Channel<Message>& channel, const Message& message) {
+    dut_.Hear(channel.name, Encode(message), now_);
   }
   void SayModel() {
     model_info_t model = small_world::Model();
@@ -482,8 +480,9 @@ TEST_F(MonitorModelTest, SurvivesWhatDoesNotDecode) {
   Play();
   const std::vector<uint8_t> noise(100, 0xFF);
   for (const char* channel :
-       {channels::kState, channels::kContacts, channels::kPartial, channels::kModel, channels::kStatus,
-        channels::kEpisodeBegin, channels::kEpisodeEnd, channels::kEpisodeSummary, channels::kRunSummary}) {
+       {channels::kState.name, channels::kContacts.name, channels::kPartial.name, channels::kModel.name,
+        channels::kStatus.name, channels::kEpisodeBegin.name, channels::kEpisodeEnd.name,
+        channels::kEpisodeSummary.name, channels::kRunSummary.name}) {
     dut_.Hear(channel, noise, now_);
     dut_.Hear(channel, {}, now_);
   }
@@ -514,7 +513,7 @@ TEST_F(MonitorModelTest, AScoreThatIsSaidAgainIsShownOnce) {
 TEST_F(MonitorModelTest, InventedNamesFillNeitherMemoryNorScreen) {
   for (int i = 0; i < 1000; ++i) {
     SayStatus("component_" + std::to_string(i), 0, 0);
-    Say(("CHANNEL_" + std::to_string(i)).c_str(), episode_begin_t{});
+    dut_.Hear("CHANNEL_" + std::to_string(i), Encode(episode_begin_t{}), now_);
   }
   EXPECT_LT(dut_.Lines(100, 10000, now_).size(), 250u);
 }

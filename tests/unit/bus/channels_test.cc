@@ -1,0 +1,62 @@
+// The table of channels in docs/messages.md is that of bus/channels.h.
+#include "bus/channels.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+namespace evalbus {
+namespace {
+
+struct Row {
+  std::string channel, type, from;
+  auto operator<=>(const Row&) const = default;
+};
+
+std::string Trimmed(std::string text) {
+  std::erase(text, '`');
+  const size_t first = text.find_first_not_of(' ');
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+// Rows "| `EVALBUS_X` | `x_t` | who | ...".
+std::set<Row> Documented() {
+  std::ifstream stream(EVALBUS_SOURCE_DIR "/docs/messages.md");
+  std::set<Row> rows;
+  for (std::string line; std::getline(stream, line);) {
+    if (!line.starts_with("| `EVALBUS_")) continue;
+    std::istringstream cells(line.substr(1));
+    Row row;
+    std::getline(cells, row.channel, '|');
+    std::getline(cells, row.type, '|');
+    std::getline(cells, row.from, '|');
+    rows.insert({Trimmed(row.channel), Trimmed(row.type), Trimmed(row.from)});
+  }
+  return rows;
+}
+
+TEST(Channels, AreThoseOfTheDocumentation) {
+  std::set<Row> table;
+  channels::ForEach([&]<class Message>(const Channel<Message>& channel) {
+    std::string name = channel.name;
+    if (name.ends_with("_")) name += "<camera>";
+    table.insert({name, Message::getTypeName(), std::string(channel.from)});
+  });
+  const std::set<Row> documented = Documented();
+  for (const Row& row : table)
+    EXPECT_TRUE(documented.contains(row)) << row.channel << " " << row.type << " " << row.from;
+  EXPECT_EQ(documented.size(), table.size());
+}
+
+TEST(Channels, WhatIsForLookersOnIsNotRecorded) {
+  EXPECT_EQ(channels::RecordedOf("EVALBUS_IMAGE_front"), Recorded::kNo);
+  EXPECT_EQ(channels::RecordedOf("EVALBUS_LOG"), Recorded::kNo);
+  EXPECT_EQ(channels::RecordedOf("EVALBUS_STATE"), Recorded::kOncePerTick);
+  EXPECT_EQ(channels::RecordedOf("EVALBUS_MODEL"), Recorded::kYes);
+  EXPECT_EQ(channels::RecordedOf("SOMEBODY_ELSES"), Recorded::kYes);
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,132 @@
+#include "bus/log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/errors.h"
+#include "bus/bus.h"
+#include "tests/unit/allocation_count.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus {
+namespace {
+
+using testing::ElementsAre;
+using testing::MatchesRegex;
+
+class LogTest : public testing::Test {
+ protected:
+  LogTest() {
+    Log::SetFiles([this](const std::string& component) { return folder_.path() / (component + ".log"); });
+    Log::SetLevel(LogLevel::kInfo);
+    bus_.Subscribe(channels::kLog, [this](const log_t& line) { heard_.push_back(line); });
+  }
+  ~LogTest() override {
+    Log::SetFiles({});
+    Log::SetLevel(LogLevel::kInfo);
+  }
+
+  std::vector<std::string> Lines(const std::string& component) {
+    std::ifstream stream(folder_.path() / (component + ".log"));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+  }
+  std::vector<std::string> Heard() {
+    while (bus_.Handle()) {
+    }
+    std::vector<std::string> texts;
+    for (const log_t& line : heard_) texts.push_back(line.text);
+    return texts;
+  }
+
+  TemporaryFolder folder_;
+  Bus bus_{"memq://"};
+  std::vector<log_t> heard_;
+};
+
+TEST_F(LogTest, LinesHaveTimeLevelComponentAndPlace) {
+  Log log("sim", &bus_);
+  log.Info("starts");
+  log.SetPlace({3, 0, -1, 0});
+  log.Warn("{} of {}", 1, 2);
+  log.SetPlace({3, 1, 127, 2540000});
+  log.Error("falls");
+  const std::string time = "[0-9]{4}-[0-9]{2}-[0-9]{2} [0-9:]{8}\\.[0-9]{3} ";
+  EXPECT_THAT(Lines("sim"), ElementsAre(MatchesRegex(time + "\\[info\\] sim  starts"),
+                                        MatchesRegex(time + "\\[warning\\] sim  e3  1 of 2"),
+                                        MatchesRegex(time + "\\[error\\] sim  e3 try 2 t127  falls")));
+  EXPECT_THAT(Heard(), ElementsAre("starts", "1 of 2", "falls"));
+  EXPECT_EQ(heard_[2].component, "sim");
+  EXPECT_EQ(heard_[2].level, log_t::ERROR_LEVEL);
+  EXPECT_EQ(heard_[2].header.tick, 127);
+  EXPECT_EQ(heard_[2].header.attempt, 1);
+}
+
+TEST_F(LogTest, OneFileForEachComponent) {
+  Log sim("sim", &bus_), policy("policy", &bus_);
+  sim.Info("a");
+  policy.Info("b");
+  EXPECT_EQ(Lines("sim").size(), 1u);
+  EXPECT_EQ(Lines("policy").size(), 1u);
+}
+
+TEST_F(LogTest, DebugIsForTheFileAlone) {
+  Log::SetLevel(LogLevel::kDebug);
+  Log log("sim", &bus_);
+  log.Debug("detail");
+  EXPECT_EQ(Lines("sim").size(), 1u);
+  EXPECT_THAT(Heard(), ElementsAre());
+}
+
+TEST_F(LogTest, ALevelThatIsOffCostsNothing) {
+  Log::SetLevel(LogLevel::kWarn);
+  Log log("sim", &bus_);
+  const int64_t before = AllocatedBytes();
+  for (int i = 0; i < 1000; ++i) log.Info("{} {}", i, 0.5);
+  EXPECT_EQ(AllocatedBytes(), before);
+  EXPECT_TRUE(Lines("sim").empty());
+}
+
+TEST_F(LogTest, TheBusHearsTenLinesASecondAndHowManyMoreThereWere) {
+  Log log("sim", &bus_);
+  for (int i = 0; i < 47; ++i) log.Info("line {}", i);
+  EXPECT_EQ(Lines("sim").size(), 47u);
+  EXPECT_EQ(Heard().size(), 10u);
+  log.Poll(std::chrono::steady_clock::now());
+  EXPECT_EQ(Heard().size(), 10u);
+  log.Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
+  ASSERT_EQ(Heard().size(), 11u);
+  EXPECT_EQ(Heard().back(), "and 37 more");
+}
+
+TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
+  Log log("sim", &bus_);
+  log.Info("{}", "two\nlines \x1b[2J");
+  EXPECT_THAT(Heard(), ElementsAre("two?lines ?[2J"));
+  EXPECT_EQ(Lines("sim").size(), 1u);
+}
+
+// Whoever answers log lines with log lines goes round in circles as fast as lines may be said, and no faster.
+TEST_F(LogTest, LinesAboutLinesAreBounded) {
+  Log log("sim", &bus_);
+  bus_.Subscribe(channels::kLog, [&](const log_t& line) { log.Info("heard {}", line.text.size()); });
+  log.Info("first");
+  EXPECT_EQ(Heard().size(), 10u);
+}
+
+TEST_F(LogTest, AFileThatCannotBeWrittenIsSaid) {
+  Log::SetFiles([](const std::string&) { return "/proc/none/sim.log"; });
+  EXPECT_THROW(Log("sim", &bus_), EnvironmentError);
+}
+
+TEST(LogLevels, AreWords) {
+  EXPECT_EQ(ParseLogLevel("debug"), LogLevel::kDebug);
+  EXPECT_EQ(ParseLogLevel("off"), LogLevel::kOff);
+  EXPECT_THROW(ParseLogLevel("loud"), InputError);
+}
+
+}  // namespace
+}  // namespace evalbus
