@@ -18,6 +18,7 @@
 #include "base/write_whole.h"
 #include "bus/channels.h"
 #include "evalbus/episode_summary_t.hpp"
+#include "models/mujoco_errors.h"
 
 namespace evalbus::sim {
 namespace {

@@ -127,7 +127,7 @@ class BareStepping {
   Scene scene_;
   const mjModel* model_;
   sim::World world_;
-  sim::DataPtr data_;
+  DataPtr data_;
   int substeps_;
   std::vector<int> arm_dofs_;
 };
