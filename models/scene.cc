@@ -1,10 +1,12 @@
 #include "models/scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "base/errors.h"
 #include "models/compile_model.h"
+#include "models/mjcf_xml.h"
 #include "models/model_info.h"
 #include "models/scene_composer.h"
 
@@ -69,6 +71,18 @@ void CheckAgreement(const mjModel& physics, const mjModel& visual) {
   }
 }
 
+// Messages count simulated time in whole microseconds.
+void CheckTimestep(double timestep, const SceneComposer& composer) {
+  const double us = std::round(timestep * 1e6);
+  // Both sides are the double that is nearest to the number of the file.
+  if (us >= 1 && us <= 1e6 && us / 1e6 == timestep) return;
+  throw InputError(
+      composer.OptionSource() +
+      ": <option>: attribute 'timestep': expected a whole number of microseconds from 1 us to 1 s, "
+      "got " +
+      mjcf::Number(timestep) + " s");
+}
+
 }  // namespace
 
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
@@ -95,6 +109,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
     scene.visual = CompileModel(composer, false, &scene.warnings);
     scene.physics = CompileModel(composer, true, &scene.warnings);
   }
+  CheckTimestep(scene.physics->opt.timestep, composer);
   scene.xml = composer.ToXml();
   CheckAgreement(*scene.physics, *scene.visual);
   // Two arms of one model say everything twice.

@@ -244,6 +244,7 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
     }
   });
   impl.AddContent(&part, main_class);
+  Set(impl.sections["option"], kSourceAttribute, SourceOf(part.root()));
   impl.CopySections(&part, {"option", "size", "visual", "statistic", "worldbody"});
 }
 
@@ -307,6 +308,8 @@ std::string SceneComposer::ToXml(bool discard_visual) const {
   copy.Print(&printer);
   return printer.CStr();
 }
+
+std::string SceneComposer::OptionSource() const { return SourceOf(impl_->sections.at("option")); }
 
 std::string SceneComposer::Locate(int line) const {
   // The printed text has the same elements in the same order.

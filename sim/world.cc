@@ -35,7 +35,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       spawn_model_(mj_copyModel(nullptr, model)),
       info_(info),
       substeps_(substeps),
-      tick_us_(substeps * std::llround(model->opt.timestep * 1e6)),
+      tick_us_(substeps * info.timestep_us),
       data_(mj_makeData(model)) {
   for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.prefix();

@@ -296,6 +296,29 @@ TEST(Scene, MistakesNameTheLine) {
   }
 }
 
+TEST(Scene, TheTimestepIsAWholeNumberOfMicroseconds) {
+  const auto build = [](const std::string& timestep) {
+    SceneFiles files;
+    files.folder.Write("world.xml", "<mujoco>\n<option timestep='" + timestep + "'/></mujoco>");
+    return files.Error();
+  };
+  const std::string expected =
+      "world.xml:2: <option>: attribute 'timestep': expected a whole number of microseconds from 1 us to 1 "
+      "s, got ";
+  EXPECT_EQ(build("0.0016666"), expected + "0.0016666 s");
+  EXPECT_EQ(build("0.00166666666666667"), expected + "0.00166666666666667 s");
+  EXPECT_EQ(build("1e-7"), expected + "1e-07 s");
+  EXPECT_EQ(build("0"), expected + "0 s");
+  EXPECT_EQ(build("-0.002"), expected + "-0.002 s");
+  EXPECT_EQ(build("1e300"), expected + "1e+300 s");
+  for (const char* timestep : {"0.001667", "0.002", "2e-3", "1e-6", "0.000333", "0.1"}) {
+    EXPECT_EQ(build(timestep), "(no error)") << timestep;
+  }
+  SceneFiles files;
+  files.folder.Write("world.xml", "<mujoco/>");
+  EXPECT_EQ(files.Build().info.timestep_us, 2000) << "MuJoCo's default";
+}
+
 TEST(Scene, InertiasComeFromVisualGeomsToo) {
   SceneFiles files;
   files.folder.Write("thing.xml",
