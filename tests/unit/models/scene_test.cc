@@ -163,7 +163,7 @@ TEST(Scene, ArmsHoldHome) {
   }
 }
 
-// --- A scene of test files, with models as newer MuJoCo versions have them
+// A scene of test files, with models as newer MuJoCo versions have them.
 
 constexpr const char* kTask = R"(name: hold
 title: Hold still
