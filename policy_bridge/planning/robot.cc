@@ -44,6 +44,12 @@ std::vector<int> ClosedGrippers(const Configuration& configuration) {
   return closed;
 }
 
+size_t CountJoints(const model_info_t& info) {
+  size_t count = 0;
+  for (const arm_info_t& arm : info.arm) count += static_cast<size_t>(arm.num_joints);
+  return count;
+}
+
 Configuration HomeConfiguration(const model_info_t& info) {
   Configuration home;
   for (const arm_info_t& arm : info.arm) {

@@ -35,6 +35,9 @@ std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 // The grippers that are not commanded open.
 std::vector<int> ClosedGrippers(const Configuration& configuration);
 
+// Joints of all arms.
+size_t CountJoints(const model_info_t& info);
+
 // Home joints, grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
 
