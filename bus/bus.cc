@@ -16,8 +16,8 @@ namespace evalbus {
 namespace {
 
 constexpr char kMulticastFix[] =
-    "no multicast on this machine; fix: 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as "
-    "root, "
+    "no multicast on this machine; fix: "
+    "'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as root, "
     "or use --in-process (see 'evalbus doctor')";
 
 // liblcm takes nothing longer either.
