@@ -16,8 +16,9 @@ namespace evalbus {
 namespace {
 
 constexpr char kMulticastFix[] =
-    "no multicast on this machine; fix: 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' "
-    "as root, or use --in-process (see 'evalbus doctor')";
+    "no multicast on this machine; fix: "
+    "'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as root, "
+    "or use --in-process (see 'evalbus doctor')";
 
 constexpr char kFirstChannel[] = "EVALBUS_FIRST_";
 

@@ -1,6 +1,7 @@
 #include "collision/penetration.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
@@ -35,18 +36,26 @@ class Polytope {
 
   // Four vertices around the origin. False when there are none.
   bool Enclose();
-  // Grows until the face nearest to the origin is part of the surface.
+  // Grows until the face nearest to the origin is part of the surface, or rounding ends it; then the least
+  // depth that was met.
   std::optional<Proximity> Expand();
 
  private:
   Vertex Farthest(const Vector3d& direction) const;
   // False for a triangle without area.
   bool AddFace(int i, int j, int k);
+  // Replaces the faces that the vertex sees by triangles to it. False where what is left is no closed
+  // surface: which faces are seen is a matter of rounding where they are slivers or nearly in a plane.
+  bool Add(const Vertex& vertex);
+  // What a face says that is so far (depth) from the origin.
+  Proximity DepthAt(const Face& face, double depth) const;
 
   const Shape& a_;
   const Shape& b_;
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
+  // Of the faces that Add() takes away.
+  std::vector<std::pair<int, int>> edges_;
 };
 
 Vertex Polytope::Farthest(const Vector3d& direction) const {
@@ -110,9 +119,43 @@ bool Polytope::Enclose() {
   return false;
 }
 
+bool Polytope::Add(const Vertex& vertex) {
+  const int added = static_cast<int>(vertices_.size());
+  vertices_.push_back(vertex);
+  edges_.clear();
+  std::erase_if(faces_, [&](const Face& face) {
+    if (face.normal.dot(vertex.w) <= face.distance + 1e-12) return false;
+    for (int k = 0; k < 3; ++k) edges_.emplace_back(face.v[k], face.v[(k + 1) % 3]);
+    return true;
+  });
+  for (const auto& [from, to] : edges_) {
+    const std::pair<int, int> reverse(to, from);
+    const bool is_inner = std::find(edges_.begin(), edges_.end(), reverse) != edges_.end();
+    if (!is_inner && !AddFace(from, to, added)) return false;
+  }
+  // Euler's formula for triangles: no closed surface has more faces.
+  return !faces_.empty() && faces_.size() <= 2 * vertices_.size() - 4;
+}
+
+Proximity Polytope::DepthAt(const Face& face, double depth) const {
+  // The origin's projection onto the face tells which points of the two shapes it stands for.
+  const Vertex& p = vertices_[face.v[0]];
+  const Vertex& q = vertices_[face.v[1]];
+  const Vertex& r = vertices_[face.v[2]];
+  const Vector3d foot = face.distance * face.normal - p.w;
+  const Vector3d across = (q.w - p.w).cross(r.w - p.w);
+  const double s = foot.cross(r.w - p.w).dot(across) / across.squaredNorm();
+  const double t = (q.w - p.w).cross(foot).dot(across) / across.squaredNorm();
+  const Vector3d on_a = p.on_a + s * (q.on_a - p.on_a) + t * (r.on_a - p.on_a);
+  const Vector3d on_b = p.on_b + s * (q.on_b - p.on_b) + t * (r.on_b - p.on_b);
+  return {-depth, 0.5 * (on_a + on_b), face.normal};
+}
+
 std::optional<Proximity> Polytope::Expand() {
-  std::vector<std::pair<int, int>> edges;
-  for (int step = 0;; ++step) {
+  // Along the normal of every face that was looked at the shapes are this deep in each other, or less.
+  Face best{};
+  double best_depth = std::numeric_limits<double>::infinity();
+  for (int step = 0; step <= kMaxExpansions; ++step) {
     size_t nearest = 0;
     for (size_t i = 1; i < faces_.size(); ++i) {
       if (faces_[i].distance < faces_[nearest].distance) nearest = i;
@@ -120,42 +163,15 @@ std::optional<Proximity> Polytope::Expand() {
     const Face face = faces_[nearest];
     const Vertex next = Farthest(face.normal);
     const double depth = next.w.dot(face.normal);
-
-    // Replace what the new vertex sees by triangles to it.
-    bool done = depth - face.distance < kTolerance || step == kMaxExpansions;
-    if (!done) {
-      const std::vector<Face> before = faces_;
-      const int added = static_cast<int>(vertices_.size());
-      vertices_.push_back(next);
-      edges.clear();
-      std::erase_if(faces_, [&](const Face& f) {
-        if (f.normal.dot(next.w) <= f.distance + 1e-12) return false;
-        for (int k = 0; k < 3; ++k) edges.emplace_back(f.v[k], f.v[(k + 1) % 3]);
-        return true;
-      });
-      for (size_t i = 0; i < edges.size(); ++i) {
-        const std::pair<int, int> reverse(edges[i].second, edges[i].first);
-        bool inner = false;
-        for (const auto& edge : edges) inner = inner || edge == reverse;
-        if (!inner && !AddFace(edges[i].first, edges[i].second, added)) done = true;
-      }
-      if (done) faces_ = before;
+    const bool is_found = depth - face.distance < kTolerance;
+    if (is_found || depth < best_depth) {
+      best = face;
+      best_depth = depth;
     }
-    if (!done) continue;
-
-    if (depth < 0) return std::nullopt;
-    // The origin's projection onto the face tells which points of the two shapes it stands for.
-    const Vertex& p = vertices_[face.v[0]];
-    const Vertex& q = vertices_[face.v[1]];
-    const Vertex& r = vertices_[face.v[2]];
-    const Vector3d foot = face.distance * face.normal - p.w;
-    const Vector3d across = (q.w - p.w).cross(r.w - p.w);
-    const double s = foot.cross(r.w - p.w).dot(across) / across.squaredNorm();
-    const double t = (q.w - p.w).cross(foot).dot(across) / across.squaredNorm();
-    const Vector3d on_a = p.on_a + s * (q.on_a - p.on_a) + t * (r.on_a - p.on_a);
-    const Vector3d on_b = p.on_b + s * (q.on_b - p.on_b) + t * (r.on_b - p.on_b);
-    return Proximity{-depth, 0.5 * (on_a + on_b), face.normal};
+    if (is_found || !Add(next)) break;
   }
+  if (best_depth < 0) return std::nullopt;
+  return DepthAt(best, best_depth);
 }
 
 }  // namespace

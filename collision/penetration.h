@@ -10,8 +10,9 @@
 namespace evalbus::collision {
 
 // Expanding polytope algorithm (van den Bergen, "Proximity queries and penetration depth computation on 3D
-// game objects", 2001). Exact for polytopes; for curved shapes the depth is at most 1e-6 m too large. Empty
-// when the shapes do not overlap or only by rounding error. Neither shape may be a plane.
+// game objects", 2001). Exact for polytopes; for curved shapes the depth is at most 1e-6 m too large, or some
+// um where rounding ends the search early (needles, parallel faces). Empty when the shapes do not overlap or
+// only by rounding error. Neither shape may be a plane.
 std::optional<Proximity> Penetration(const Shape& a, const Shape& b);
 
 }  // namespace evalbus::collision

@@ -1,14 +1,15 @@
 #include "models/physics_model.h"
 
+#include <mujoco/mujoco.h>
+
 #include <filesystem>
-#include <iostream>
 #include <string>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "models/model_consistency.h"
-#include "models/scene.h"
+#include "models/mujoco_errors.h"
 
 namespace evalbus {
 namespace {
@@ -54,11 +55,6 @@ ModelPtr LoadPhysicsModel(const model_info_t& info) {
 
 ModelPtr LoadVisualModel(const model_info_t& info) {
   return Load(info, info.visual_file, info.visual_sha256, kVisualModel);
-}
-
-void InstallMujocoHandlers() {
-  mju_user_error = [](const char* message) { throw EnvironmentError(std::string("MuJoCo: ") + message); };
-  mju_user_warning = [](const char* message) { std::cerr << "MuJoCo warning: " << message << std::endl; };
 }
 
 }  // namespace evalbus

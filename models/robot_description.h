@@ -13,7 +13,7 @@
 namespace evalbus {
 
 struct ArmDescription {
-  // "left", "right", ...; also the prefix ("left/") of everything in its model.
+  // "left", "right", ...
   std::string name;
   // MJCF file, absolute.
   std::filesystem::path model_file;
@@ -33,13 +33,15 @@ struct ArmDescription {
   std::vector<double> armature;       // kg m^2
   // Where the file describes it.
   SourceLocation location;
+
+  // What stands before every name of its model in a composed scene: "left/".
+  std::string prefix() const { return name + "/"; }
 };
 
 struct GripperDescription {
   // Same name as the arm that carries it.
   std::string arm;
-  // MJCF file, absolute; attached to the arm under the prefix "<arm>/hand/". Empty: the arm's own model
-  // contains it, and the names below are names in that model.
+  // MJCF file, absolute. Empty: the arm's own model contains it, and the names below are names in that model.
   std::filesystem::path model_file;
   // Body of the arm's model that the hand is attached to, and the pose of the hand in it.
   std::string attach_body;
@@ -58,6 +60,9 @@ struct GripperDescription {
   std::vector<std::string> pad_bodies;
   // Where the file describes it.
   SourceLocation location;
+
+  // What stands before every name of its model in a composed scene: "left/hand/", or the arm's "left/".
+  std::string prefix() const { return model_file.empty() ? arm + "/" : arm + "/hand/"; }
 };
 
 struct RobotDescription {

@@ -1,14 +1,12 @@
 // Composes robot, props and scene and compiles them into the two models of a run.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "evalbus/model_info_t.hpp"
-#include "models/physics_model.h"
+#include "models/mujoco_ptr.h"
 #include "models/robot_description.h"
-#include "models/scene_composer.h"
 #include "models/task_description.h"
 
 namespace evalbus {
@@ -27,17 +25,12 @@ struct Scene {
   ModelPtr physics;
   // Everything, for rendering; same bodies and joints.
   ModelPtr visual;
-  // Names, entities, arms, grippers, objects, timestep, time limit, task and robot; the run's own fields
-  // (run_id, variation, files, hashes, clock, substeps, clearance_every_ticks) are left for the sim to fill.
-  // Geoms without a name are called "<body>/geom<N>", joints "<body>/joint<N>", N counting within the body.
+  // As DescribeModel() gives it: the run's own fields are left for the sim to fill.
   model_info_t info{};
 };
 
 // Composes and compiles robot and task (as its variation has it). Throws InputError, also for what MuJoCo's
 // compiler says, with the line of the model file that it means where that can be told.
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot);
-
-// Compiles a composed document. Throws InputError; what MuJoCo warns of is appended to warnings.
-ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual, std::vector<std::string>* warnings);
 
 }  // namespace evalbus

@@ -52,6 +52,8 @@ class SceneComposer {
   // The composed document; discard_visual: with the compiler option that drops what is only seen. Equal calls
   // give equal bytes.
   std::string ToXml(bool discard_visual = false) const;
+  // "file:line" of the base file's <option>, or of the file if it has none.
+  std::string OptionSource() const;
   // "file:line" that a line of ToXml() came from, or empty.
   std::string Locate(int line) const;
 

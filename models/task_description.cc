@@ -1,7 +1,6 @@
 #include "models/task_description.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -11,65 +10,6 @@
 
 namespace evalbus {
 namespace {
-
-// An expression is a map with one entry, {name: argument}. What the argument is decides its kind:
-//   {touching: {a: pot, b: floor}}   a map of values: named arguments
-//   {height: 1.2}                    a value or a list of values: one argument without a name
-//   {not: {touching: {...}}}         an expression: operand (a map with one entry that is a map or list
-//   again) {all: [{...}, {...}]}            a list of expressions: operands
-bool IsExpression(const YamlValue& value) {
-  if (!value.is_map()) return false;
-  const std::vector<YamlValue> entries = value.Entries();
-  if (entries.size() != 1) return false;
-  if (entries[0].is_map()) return true;
-  if (!entries[0].is_list()) return false;
-  const std::vector<YamlValue> elements = entries[0].List();
-  return std::any_of(elements.begin(), elements.end(), [](const YamlValue& e) { return !e.is_scalar(); });
-}
-
-Expression::Argument ReadArgument(const YamlValue& value, const std::string& key) {
-  Expression::Argument argument{key, "", value.location()};
-  if (value.is_list()) {
-    for (const std::string& element : value.Texts()) {
-      argument.value += (argument.value.empty() ? "" : " ") + element;
-    }
-  } else {
-    argument.value = value.Text();
-  }
-  return argument;
-}
-
-Expression ReadExpression(const YamlValue& value) {
-  const std::vector<YamlValue> entries = value.is_map() ? value.Entries() : std::vector<YamlValue>();
-  if (entries.size() != 1) {
-    value.Fail("expected one expression such as {holding: {gripper: left, object: pot}}");
-  }
-  const YamlValue& body = entries[0];
-  Expression expression;
-  expression.name = body.key();
-  expression.location = body.location();
-  if (IsExpression(body)) {
-    expression.operands.push_back(ReadExpression(body));
-  } else if (body.is_map()) {
-    for (const YamlValue& entry : body.Entries()) {
-      expression.arguments.push_back(ReadArgument(entry, entry.key()));
-    }
-  } else if (body.is_list() && !body.List().empty() && !body.List()[0].is_scalar()) {
-    for (const YamlValue& element : body.List()) expression.operands.push_back(ReadExpression(element));
-  } else {
-    expression.arguments.push_back(ReadArgument(body, ""));
-  }
-  return expression;
-}
-
-// {name: expression, ...}, or a single expression without a name.
-std::vector<NamedExpression> ReadNamedExpressions(const YamlValue& value) {
-  const std::vector<YamlValue> entries = value.Entries();
-  if (entries.size() == 1 && !IsExpression(entries[0])) return {{"", ReadExpression(value)}};
-  std::vector<NamedExpression> result;
-  for (const YamlValue& entry : entries) result.push_back({entry.key(), ReadExpression(entry)});
-  return result;
-}
 
 std::filesystem::path FileIn(const YamlValue& value, const std::filesystem::path& folder, bool check_files) {
   const std::filesystem::path file = (folder / value.Text()).lexically_normal();
@@ -333,73 +273,6 @@ TaskDescription LoadTask(const std::filesystem::path& file) {
     throw InputError(file.string() + ": cannot read the task description");
   }
   return ParseTask(text.str(), file, true);
-}
-
-TaskSelection FindTask(const std::string& name) {
-  // A file, with or without a variation after it.
-  for (const std::string extension : {".yaml", ".yml"}) {
-    const size_t dot = name.rfind(extension);
-    if (dot == std::string::npos) continue;
-    const size_t end = dot + extension.size();
-    if (end != name.size() && name[end] != '/') continue;
-    TaskDescription task = LoadTask(name.substr(0, end));
-    const std::string variation = end == name.size() ? task.variations[0].name : name.substr(end + 1);
-    task.Apply(variation);
-    return {std::move(task), variation};
-  }
-
-  const size_t slash = name.find('/');
-  const std::string task_name = name.substr(0, slash);
-  std::vector<std::string> known;
-  for (TaskDescription& task : AllTasks()) {
-    if (task.name == task_name) {
-      const std::string variation =
-          slash == std::string::npos ? task.variations[0].name : name.substr(slash + 1);
-      task.Apply(variation);
-      return {std::move(task), variation};
-    }
-    for (const Variation& variation : task.variations) {
-      if (variation.alias == name) {
-        const std::string found = variation.name;
-        task.Apply(found);
-        return {std::move(task), found};
-      }
-      known.push_back(task.name + "/" + variation.name);
-      if (!variation.alias.empty()) known.push_back(variation.alias);
-    }
-    known.push_back(task.name);
-  }
-
-  const std::string nearest = NearestName(name, known);
-  std::string message = "unknown task '" + name + "'";
-  if (!nearest.empty()) {
-    message += "; did you mean '" + nearest + "'?";
-  } else {
-    message += "; there are ";
-    std::string list;
-    for (const TaskDescription& task : AllTasks()) list += (list.empty() ? "" : ", ") + task.name;
-    message += list.empty() ? "none in " + (ModelsFolder() / "tasks").string() : list;
-  }
-  throw InputError(message);
-}
-
-std::vector<TaskDescription> AllTasks() {
-  const std::filesystem::path folder = ModelsFolder() / "tasks";
-  if (!std::filesystem::is_directory(folder)) {
-    throw InputError("no folder " + folder.string() +
-                     "; EVALBUS_MODELS must name a folder with tasks/, robots/, props/");
-  }
-  std::vector<TaskDescription> tasks;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".yaml") tasks.push_back(LoadTask(entry.path()));
-  }
-  std::sort(tasks.begin(), tasks.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
-  return tasks;
-}
-
-std::filesystem::path ModelsFolder() {
-  const char* folder = std::getenv("EVALBUS_MODELS");
-  return folder && *folder ? std::filesystem::path(folder) : std::filesystem::path(EVALBUS_MODELS_FOLDER);
 }
 
 }  // namespace evalbus

@@ -1,5 +1,4 @@
-// A task as its YAML file describes it: scene, randomisation per variation, what is tracked, stages and
-// verdict.
+// A task as its YAML file describes it: scene, randomisation per variation, metrics, stages and verdict.
 #pragma once
 
 #include <filesystem>
@@ -9,34 +8,11 @@
 #include <variant>
 #include <vector>
 
+#include "models/expression.h"
 #include "models/pose.h"
 #include "models/source_location.h"
 
 namespace evalbus {
-
-// A named predicate or quantity with its arguments, as written: {holding: {gripper: left, object: pot}} or
-// {all: [ ... ]}. What names and arguments exist is decided where expressions are compiled (metrics/task/).
-struct Expression {
-  std::string name;
-  // Arguments in file order; numbers stay text until the compiler of the expression asks for a number, and a
-  // list of values is joined by spaces ("0 0 1"). The key is empty for an argument without a name: {constant:
-  // 0.3}.
-  struct Argument {
-    std::string key;
-    std::string value;
-    SourceLocation location;
-  };
-  std::vector<Argument> arguments;
-  // Operands of all, any, not, latched.
-  std::vector<Expression> operands;
-  SourceLocation location;
-};
-
-struct NamedExpression {
-  // Empty: a single unnamed value ("target_distance" as a plain number).
-  std::string name;
-  Expression expression;
-};
 
 struct Stage {
   int index = 0;
@@ -161,6 +137,8 @@ struct TaskDescription {
 TaskDescription LoadTask(const std::filesystem::path& file);
 TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files);
 
+// Finding tasks (find_task.cc).
+
 // A task as one of its variations has it, found by "lift_pot", "lift_pot/position" or RoboEval's
 // "LiftPotPosition" among the YAML files of models/tasks, or by the path of a YAML file
 // ("my_task.yaml/position"). Throws InputError that lists the tasks there are.
@@ -169,6 +147,9 @@ struct TaskSelection {
   std::string variation;
 };
 TaskSelection FindTask(const std::string& name);
+
+// Whether FindTask() takes `name` for the path of a YAML file.
+bool IsTaskFile(const std::string& name);
 
 // Every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <sstream>
 
+#include "base/angles.h"
 #include "base/errors.h"
 
 namespace evalbus {
@@ -109,6 +109,14 @@ size_t EditDistance(const std::string& a, const std::string& b) {
 
 YamlValue::YamlValue(const YAML::Node& node, std::string file, std::string key)
     : node_(node), file_(std::move(file)), key_(std::move(key)) {}
+
+YamlValue& YamlValue::operator=(const YamlValue& other) {
+  node_.reset(other.node_);
+  file_ = other.file_;
+  key_ = other.key_;
+  key_line_ = other.key_line_;
+  return *this;
+}
 
 SourceLocation YamlValue::location() const {
   const int line = key_line_ >= 0 ? key_line_ : node_.Mark().line;
@@ -245,14 +253,13 @@ const YamlValue* YamlMap::Find(const std::string& key) const {
 }
 
 std::optional<double> YamlMap::Angle(const std::string& stem, NumberRange range_deg) const {
-  constexpr double kRadPerDeg = std::numbers::pi / 180;
   const YamlValue* deg = Find(stem + "_deg");
   const YamlValue* rad = Find(stem + "_rad");
   if (deg && rad) rad->Fail("give either this or '" + stem + "_deg'");
-  if (deg) return deg->Number(range_deg) * kRadPerDeg;
+  if (deg) return deg->Number(range_deg) * kDegree;
   NumberRange range_rad = range_deg;
-  range_rad.min *= kRadPerDeg;
-  range_rad.max *= kRadPerDeg;
+  range_rad.min *= kDegree;
+  range_rad.max *= kDegree;
   if (rad) return rad->Number(range_rad);
   return std::nullopt;
 }

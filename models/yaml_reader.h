@@ -28,10 +28,14 @@ inline constexpr NumberRange kAnyNumber{};
 inline constexpr NumberRange kPositive{.min = 0, .open_min = true};
 inline constexpr NumberRange kNotNegative{.min = 0};
 
-// One value of a file, with the key it stands under.
+// One value of a file, with the key it stands under. By default nothing, of no file.
 class YamlValue {
  public:
+  YamlValue() = default;
   YamlValue(const YAML::Node& node, std::string file, std::string key);
+  YamlValue(const YamlValue&) = default;
+  // Takes the other value; YAML::Node's own assignment would write it into the document.
+  YamlValue& operator=(const YamlValue& other);
 
   // Line 1 when the text is empty.
   SourceLocation location() const;

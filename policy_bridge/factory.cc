@@ -1,52 +1,90 @@
 #include "policy_bridge/factory.h"
 
-#include <algorithm>
-#include <array>
+#include <utility>
+#include <vector>
 
 #include "base/errors.h"
 #include "policy_bridge/experts/expert.h"
 #include "policy_bridge/flawed_policy.h"
+#include "policy_bridge/replay_policy.h"
 #include "policy_bridge/simple_policies.h"
 
 namespace evalbus::policy {
 namespace {
 
-constexpr std::array<const char*, 6> kNames = {"expert", "noisy_expert", "random",
-                                               "hold",   "replay",       "flawed_expert:FLAW"};
-constexpr char kFlawedPrefix[] = "flawed_expert:";
+struct Row {
+  std::string name;
+  // What follows the colon; empty: no colon.
+  std::string argument;
+  // One line.
+  std::string help;
+  // Throws InputError for a wrong argument; it is empty where the row takes none or none was given.
+  std::function<PolicyMaker(const std::string& argument)> open;
+
+  std::string usage() const { return argument.empty() ? name : name + ":" + argument; }
+};
+
+template <class P>
+PolicyMaker Make(const std::string&) {
+  return [](const mjModel&, const model_info_t& info) { return std::make_unique<P>(info); };
+}
+
+PolicyMaker MakeNoisy(const std::string&) {
+  return [](const mjModel& model, const model_info_t& info) {
+    return std::make_unique<NoisyPolicy>(MakeExpert(model, info), info);
+  };
+}
+
+PolicyMaker MakeReplay(const std::string& path) {
+  return [recording = OpenRecording(path)](const mjModel&, const model_info_t& info) {
+    return std::make_unique<ReplayPolicy>(recording, info);
+  };
+}
+
+PolicyMaker MakeFlawed(const std::string& flaw_name) {
+  return [flaw = FindFlaw(flaw_name)](const mjModel& model, const model_info_t& info) {
+    return std::make_unique<FlawedPolicy>(MakeExpert(model, info), flaw, model, info);
+  };
+}
+
+// The one table of policies. To add one: a class, and a row here.
+const std::vector<Row>& Policies() {
+  static const std::vector<Row> rows = {
+      {"expert", "", "scripted, one for each task", [](const std::string&) { return MakeExpert; }},
+      {"noisy_expert", "", "the expert with noisy joints, which now and then misses", MakeNoisy},
+      {"random", "", "moves smoothly about home", Make<RandomPolicy>},
+      {"hold", "", "rests at home", Make<HoldPolicy>},
+      {"replay", "RUN_OR_LOG", "the actions of a recorded run again", MakeReplay},
+      {"flawed_expert", "FLAW", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
+  };
+  return rows;
+}
 
 }  // namespace
 
-void CheckPolicyName(const std::string& name) {
-  if (name.starts_with(kFlawedPrefix)) {
-    FindFlaw(name.substr(sizeof kFlawedPrefix - 1));
-    return;
-  }
-  if (std::find(kNames.begin(), kNames.end(), name) != kNames.end()) return;
+PolicyMaker FindPolicy(const std::string& name) {
+  const size_t colon = name.find(':');
+  const bool has_argument = colon != std::string::npos;
   std::string list;
-  for (const std::string known : kNames) {
-    list += (list.empty() ? "" : ", ") + (known == "replay" ? "replay:RUN_OR_LOG" : known);
+  for (const Row& row : Policies()) {
+    if (name.substr(0, colon) == row.name && !(has_argument && row.argument.empty())) {
+      return row.open(has_argument ? name.substr(colon + 1) : "");
+    }
+    list += (list.empty() ? "" : ", ") + row.usage();
   }
   throw InputError("there is no policy \"" + name + "\"; there are: " + list);
 }
 
-std::string PolicyHelp() {
-  return "expert, noisy_expert, random, hold, replay:RUN_OR_LOG;\nflawed_expert:FLAW fails on purpose: " +
-         FlawNames();
+void CheckPolicy(const std::string& name) { FindPolicy(name); }
+
+std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info) {
+  return FindPolicy(name)(model, info);
 }
 
-std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info,
-                                   const Recording& recording) {
-  CheckPolicyName(name);
-  if (name == "expert") return MakeExpert(model, info);
-  if (name == "noisy_expert") return std::make_unique<NoisyPolicy>(MakeExpert(model, info), info);
-  if (name.starts_with(kFlawedPrefix)) {
-    const Flaw flaw = FindFlaw(name.substr(sizeof kFlawedPrefix - 1));
-    return std::make_unique<FlawedPolicy>(MakeExpert(model, info), flaw, model, info);
-  }
-  if (name == "random") return std::make_unique<RandomPolicy>(info);
-  if (name == "hold") return std::make_unique<HoldPolicy>(info);
-  return std::make_unique<ReplayPolicy>(recording, info);
+std::string PolicyHelp() {
+  std::string help;
+  for (const Row& row : Policies()) help += (help.empty() ? "" : "\n") + row.usage() + ": " + row.help;
+  return help;
 }
 
 }  // namespace evalbus::policy

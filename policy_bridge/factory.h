@@ -6,25 +6,27 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "evalbus/model_info_t.hpp"
 #include "policy_bridge/policy.h"
 
 namespace evalbus::policy {
 
-// The actions that were recorded of an episode, in the order of their ticks; empty if there are none.
-using Recording = std::function<std::vector<action_t>(int episode)>;
+// Makes a policy for the model of a run. Throws InputError, that says which tasks the policy is for, where it
+// is not for this one.
+using PolicyMaker = std::function<std::unique_ptr<Policy>(const mjModel& model, const model_info_t& info)>;
 
-// name: expert, noisy_expert, flawed_expert:FLAW (flawed_policy.h), random, hold, or replay, which plays
-// `recording`. Throws InputError that lists the names, or says which tasks the policy is for.
-std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info,
-                                   const Recording& recording = {});
+// name: NAME or NAME:ARGUMENT, as PolicyHelp() lists them. Throws InputError that lists the names, or says
+// what is wrong with the argument.
+PolicyMaker FindPolicy(const std::string& name);
 
-// Throws InputError, as MakePolicy does, for a name that no policy has.
-void CheckPolicyName(const std::string& name);
+// Throws InputError as FindPolicy() does.
+void CheckPolicy(const std::string& name);
 
-// The policies there are, for --help.
+// Both at once.
+std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info);
+
+// The policies there are, a line for each, for --help.
 std::string PolicyHelp();
 
 }  // namespace evalbus::policy

@@ -15,13 +15,9 @@
 
 namespace evalbus::policy {
 
-// policy: a name that MakePolicy takes, or replay:PATH with a run folder or an LCM event log. Throws
-// InputError for any other.
-void CheckPolicy(const std::string& policy);
-
 class PolicyComponent : public Component {
  public:
-  // Throws InputError as CheckPolicy does.
+  // policy: as FindPolicy() takes it. Throws InputError as that does.
   PolicyComponent(Bus* bus, const std::string& policy);
 
  private:
@@ -30,7 +26,7 @@ class PolicyComponent : public Component {
   void OnState(const state_t& state);
 
   std::string name_;
-  Recording recording_;
+  PolicyMaker make_policy_;
   model_info_t model_{};
   std::vector<uint8_t> model_bytes_;
   bool model_is_new_ = false;
@@ -38,9 +34,5 @@ class PolicyComponent : public Component {
   std::unique_ptr<Policy> policy_;
   action_t action_{};
 };
-
-// Actions in a run folder or in a log, read when an episode is asked for. Throws InputError if there is no
-// such thing.
-Recording OpenRecording(const std::string& path);
 
 }  // namespace evalbus::policy

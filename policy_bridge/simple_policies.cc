@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/errors.h"
 #include "policy_bridge/experts/expert.h"
 #include "policy_bridge/planning/min_jerk.h"
 
@@ -23,12 +22,6 @@ constexpr double kRandomFrequency = 0.3;  // Hz
 constexpr double kNoiseFrequency = 0.7;   // Hz
 
 double Time(const state_t& state) { return static_cast<double>(state.header.sim_time_us) * 1e-6; }
-
-size_t CountJoints(const model_info_t& info) {
-  size_t count = 0;
-  for (const arm_info_t& arm : info.arm) count += static_cast<size_t>(arm.num_joints);
-  return count;
-}
 
 }  // namespace
 
@@ -95,32 +88,6 @@ void NoisyPolicy::Act(const state_t& state, action_t* action) {
     double& target = action->joint_position_rad[i];
     target = std::clamp(target + joints_[i].At(time), lower_[i], upper_[i]);
   }
-}
-
-ReplayPolicy::ReplayPolicy(Recording recording, const model_info_t& info)
-    : recording_(std::move(recording)), num_joints_(CountJoints(info)), num_grippers_(info.gripper.size()) {}
-
-void ReplayPolicy::Begin(const episode_begin_t& begin) {
-  actions_ = recording_(begin.header.episode);
-  next_ = 0;
-  if (actions_.empty()) {
-    throw InputError("policy \"replay\": the recording has no actions of episode " +
-                     std::to_string(begin.header.episode));
-  }
-  for (const action_t& action : actions_) {
-    if (action.joint_position_rad.size() != num_joints_ || action.gripper_closing.size() != num_grippers_) {
-      throw InputError("policy \"replay\": the recording is of another robot: " +
-                       std::to_string(action.joint_position_rad.size()) + " joints and " +
-                       std::to_string(action.gripper_closing.size()) + " grippers, not " +
-                       std::to_string(num_joints_) + " and " + std::to_string(num_grippers_));
-    }
-  }
-}
-
-void ReplayPolicy::Act(const state_t& state, action_t* action) {
-  while (next_ + 1 < actions_.size() && actions_[next_ + 1].header.sim_time_us <= state.header.sim_time_us)
-    ++next_;
-  *action = actions_[next_];
 }
 
 }  // namespace evalbus::policy

@@ -1,4 +1,4 @@
-// Policies that need no plan: hold, random, replay, and noise on top of another policy.
+// Policies that need no plan: hold, random, and noise on top of another policy.
 #pragma once
 
 #include <memory>
@@ -6,7 +6,6 @@
 
 #include "base/random.h"
 #include "evalbus/model_info_t.hpp"
-#include "policy_bridge/factory.h"
 #include "policy_bridge/planning/robot.h"
 #include "policy_bridge/policy.h"
 
@@ -66,21 +65,6 @@ class NoisyPolicy : public Policy {
   std::unique_ptr<Policy> policy_;
   std::vector<double> lower_, upper_;
   std::vector<SmoothNoise> joints_;
-};
-
-// Repeats the recorded actions of the episode with the same number. At each tick that is the last one whose
-// simulated time has come, so a recording plays at another control rate too.
-class ReplayPolicy : public Policy {
- public:
-  ReplayPolicy(Recording recording, const model_info_t& info);
-  void Begin(const episode_begin_t& begin) override;
-  void Act(const state_t& state, action_t* action) override;
-
- private:
-  Recording recording_;
-  size_t num_joints_, num_grippers_;
-  std::vector<action_t> actions_;
-  size_t next_ = 0;
 };
 
 }  // namespace evalbus::policy

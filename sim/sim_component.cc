@@ -7,6 +7,7 @@
 
 #include "base/random.h"
 #include "lcmtypes/end_reason.h"
+#include "models/mujoco_errors.h"
 
 namespace evalbus::sim {
 namespace {
@@ -38,6 +39,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
       unheard_state_(kRepeatUnheard),
       unheard_end_(kRepeatUnheard) {
   for (const std::string& warning : scene_.scene.warnings) log().Warn("{}", warning);
+  SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
   for (int i = 0; i < options.episodes; ++i) {
     command_t command{};
     command.kind = command_t::START_EPISODE;
@@ -57,6 +59,8 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnOwnEnd(m); });
   if (!queue_.empty()) BeginNext();
 }
+
+SimComponent::~SimComponent() { SetMujocoWarningSink({}); }
 
 void SimComponent::OnCommand(const command_t& command) {
   if (command.kind == command_t::STOP) {

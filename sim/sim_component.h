@@ -27,6 +27,7 @@ class SimComponent : public Component {
  public:
   // Composes and compiles the scene, writes the models. Throws InputError.
   SimComponent(Bus* bus, const SimOptions& options);
+  ~SimComponent() override;
 
   void Poll(SteadyTime now) override;
   SteadyTime next_poll() const override;

@@ -35,10 +35,10 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
       spawn_model_(mj_copyModel(nullptr, model)),
       info_(info),
       substeps_(substeps),
-      tick_us_(substeps * std::llround(model->opt.timestep * 1e6)),
+      tick_us_(substeps * info.timestep_us),
       data_(mj_makeData(model)) {
   for (const ArmDescription& description : robot.arms) {
-    const std::string prefix = description.name + "/";
+    const std::string prefix = description.prefix();
     Arm arm;
     arm.home = description.home;
     for (const std::string& joint : description.joints) {
@@ -55,7 +55,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     arms_.push_back(std::move(arm));
   }
   for (const GripperDescription& description : robot.grippers) {
-    const std::string prefix = description.arm + (description.model_file.empty() ? "/" : "/hand/");
+    const std::string prefix = description.prefix();
     Gripper gripper;
     for (const std::string& joint : description.joints) {
       gripper.qpos.push_back(model->jnt_qposadr[Id(model, mjOBJ_JOINT, prefix + joint, "joint")]);

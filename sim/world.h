@@ -4,7 +4,6 @@
 
 #include <mujoco/mujoco.h>
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,16 +11,11 @@
 #include "evalbus/action_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
-#include "models/physics_model.h"
+#include "models/mujoco_ptr.h"
 #include "models/robot_description.h"
 #include "models/task_description.h"
 
 namespace evalbus::sim {
-
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-using DataPtr = std::unique_ptr<mjData, DataDeleter>;
 
 // A randomised parameter of an episode; the name ends in its unit ("pot_x_m", "pot_yaw_rad").
 struct Parameter {
@@ -32,8 +26,8 @@ struct Parameter {
 class World {
  public:
   // model: the physics model that BuildScene made of task (as its variation has it) and robot; must outlive
-  // the world. substeps:
-  // physics steps per control tick. Throws InputError if the model lacks something the descriptions name.
+  // the world. substeps: physics steps per control tick. Throws InputError if the model lacks something that
+  // the descriptions name.
   World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
         const TaskDescription& task, int substeps);
 

@@ -6,6 +6,7 @@
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "bus/message.h"
+#include "models/physics_model.h"
 
 namespace evalbus::viz {
 

@@ -96,7 +96,7 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
     if (name != "all" && !is_family) {
       const TaskSelection selection = FindTask(name);
       // A file is known by its path alone.
-      add(name.find(".y") == std::string::npos ? selection.task.name + "/" + selection.variation : name);
+      add(IsTaskFile(name) ? name : selection.task.name + "/" + selection.variation);
       continue;
     }
     const std::string family = is_family ? FindTask(name.substr(0, name.size() - 4)).task.name : "";

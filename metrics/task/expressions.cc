@@ -2,94 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
-#include <numbers>
-#include <sstream>
 
 #include "base/errors.h"
 
 namespace evalbus::metrics {
 
-Arguments::Arguments(const Expression& expression, std::vector<std::string> required,
-                     std::vector<std::string> optional)
-    : expression_(expression) {
-  const std::string name = "'" + expression.name + "'";
+YamlMap ArgumentsOf(const Expression& expression, std::initializer_list<const char*> required,
+                  std::initializer_list<const char*> optional) {
   if (!expression.operands.empty()) {
-    throw InputError(expression.location.ToString() + ": " + name +
-                     " takes arguments, not other expressions");
+    throw InputError(expression.location().ToString() + ": '" + expression.name +
+                     "' takes arguments, not other expressions");
   }
-  std::string known;
-  for (const auto* keys : {&required, &optional}) {
-    for (const std::string& key : *keys) known += (known.empty() ? "" : ", ") + key;
-  }
-  for (auto argument = expression.arguments.begin(); argument != expression.arguments.end(); ++argument) {
-    const auto is_key = [&](const std::string& key) { return key == argument->key; };
-    if (std::none_of(required.begin(), required.end(), is_key) &&
-        std::none_of(optional.begin(), optional.end(), is_key)) {
-      throw InputError(argument->location.ToString() + ": " + name + " has no argument '" + argument->key +
-                       "'; expected " + known);
-    }
-    if (std::any_of(expression.arguments.begin(), argument,
-                    [&](const auto& a) { return a.key == argument->key; })) {
-      throw InputError(argument->location.ToString() + ": " + name + " has '" + argument->key + "' twice");
-    }
-  }
-  for (const std::string& key : required) {
-    if (!Find(key)) {
-      throw InputError(expression.location.ToString() + ": " + name + " needs the argument '" + key + "'");
-    }
-  }
+  return YamlMap(expression.arguments, required, optional);
 }
 
-const Expression::Argument* Arguments::Find(const std::string& key) const {
-  for (const Expression::Argument& argument : expression_.arguments) {
-    if (argument.key == key) return &argument;
-  }
-  return nullptr;
-}
-
-const Expression::Argument& Arguments::operator[](const std::string& key) const { return *Find(key); }
-
-double Arguments::Number(const std::string& key) const {
-  const Expression::Argument& argument = (*this)[key];
-  char* end = nullptr;
-  const double number = std::strtod(argument.value.c_str(), &end);
-  if (argument.value.empty() || *end != '\0' || !std::isfinite(number)) {
-    throw InputError(argument.location.ToString() + ": key '" + key + "': expected a number, got '" +
-                     argument.value + "'");
-  }
-  return number;
-}
-
-std::array<double, 3> Arguments::Vector(const std::string& key) const {
-  const Expression::Argument& argument = (*this)[key];
-  std::istringstream stream(argument.value);
-  std::array<double, 3> vector{};
-  for (double& number : vector) stream >> number;
-  if (!stream || stream.peek() != std::istringstream::traits_type::eof()) {
-    throw InputError(argument.location.ToString() + ": key '" + key +
-                     "': expected a list of 3 numbers, got '" + argument.value + "'");
-  }
-  return vector;
-}
-
-std::array<double, 2> Arguments::Limits(const std::string& min, const std::string& max) const {
-  if (!Find(min) && !Find(max)) {
-    throw InputError(expression_.location.ToString() + ": '" + expression_.name + "' needs '" + min + "', '" +
-                     max + "' or both");
+std::array<double, 2> Limits(const YamlMap& arguments, const std::string& min, const std::string& max) {
+  const YamlValue* lower = arguments.Find(min);
+  const YamlValue* upper = arguments.Find(max);
+  if (!lower && !upper) {
+    throw InputError(arguments.value().location().ToString() + ": '" + arguments.value().key() + "' needs '" +
+                     min + "', '" + max + "' or both");
   }
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  return {Find(min) ? Number(min) : -kInfinity, Find(max) ? Number(max) : kInfinity};
-}
-
-double Arguments::Angle(const std::string& stem) const {
-  const bool has_degrees = Find(stem + "_deg") != nullptr;
-  if (has_degrees == (Find(stem + "_rad") != nullptr)) {
-    throw InputError(expression_.location.ToString() + ": '" + expression_.name + "' needs either '" + stem +
-                     "_deg' or '" + stem + "_rad'");
-  }
-  return has_degrees ? Number(stem + "_deg") * std::numbers::pi / 180 : Number(stem + "_rad");
+  return {lower ? lower->Number() : -kInfinity, upper ? upper->Number() : kInfinity};
 }
 
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a,
@@ -104,15 +40,15 @@ bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a,
   });
 }
 
-JointFraction::JointFraction(const Arguments& arguments, const CompileContext& context) {
-  const Expression::Argument& name = arguments["joint"];
+JointFraction::JointFraction(const YamlMap& arguments, const CompileContext& context) {
+  const YamlValue& name = arguments["joint"];
   const model_info_t& model = context.names.model();
-  const int joint = context.names.Joint(name.value, name.location);
+  const int joint = context.names.Joint(name.Text(), name.location());
   coordinate_ = model.joint_qpos_index[joint];
   lower_ = model.joint_lower_mixed[joint];
   range_ = model.joint_upper_mixed[joint] - lower_;
   if (!(range_ > 0)) {
-    throw InputError(name.location.ToString() + ": joint '" + name.value +
+    throw InputError(name.location().ToString() + ": joint '" + name.Text() +
                      "' has no range to be a fraction of");
   }
 }
@@ -127,12 +63,13 @@ double Tilt(const std::vector<double>& quat_wxyz, int axis) {
   return axis == kNoAxis ? std::atan2(across, up[along]) : std::atan2(std::abs(up[along]), across);
 }
 
-int TiltAxis(const Arguments& arguments) {
-  const Expression::Argument* axis = arguments.Find("axis");
+int TiltAxis(const YamlMap& arguments) {
+  const YamlValue* axis = arguments.Find("axis");
   if (!axis) return kNoAxis;
-  if (axis->value == "x") return 0;
-  if (axis->value == "y") return 1;
-  throw InputError(axis->location.ToString() + ": key 'axis': expected x or y, got '" + axis->value + "'");
+  const std::string name = axis->Text();
+  if (name == "x") return 0;
+  if (name == "y") return 1;
+  axis->Fail("expected x or y, got '" + name + "'");
 }
 
 }  // namespace evalbus::metrics

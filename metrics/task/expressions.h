@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,7 +13,9 @@
 #include "metrics/sample.h"
 #include "metrics/task/model_names.h"
 #include "metrics/task/predicate.h"
+#include "models/expression.h"
 #include "models/task_description.h"
+#include "models/yaml_reader.h"
 
 namespace evalbus::metrics {
 
@@ -34,24 +37,12 @@ std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const 
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context);
 
 // The arguments of an expression, each of which must be known. Throws InputError with file and line.
-class Arguments {
- public:
-  Arguments(const Expression& expression, std::vector<std::string> required,
-            std::vector<std::string> optional = {});
-  const Expression::Argument& operator[](const std::string& key) const;
-  const Expression::Argument* Find(const std::string& key) const;
-  double Number(const std::string& key) const;
-  // Of three numbers.
-  std::array<double, 3> Vector(const std::string& key) const;
-  // A lower and an upper limit, at least one of which must be given; both keys must be among the optional
-  // ones. Infinite where not given.
-  std::array<double, 2> Limits(const std::string& min, const std::string& max) const;
-  // rad, given as <stem>_deg or <stem>_rad; both must be among the optional ones.
-  double Angle(const std::string& stem) const;
+YamlMap ArgumentsOf(const Expression& expression, std::initializer_list<const char*> required,
+                  std::initializer_list<const char*> optional = {});
 
- private:
-  const Expression& expression_;
-};
+// A lower and an upper limit, at least one of which must be given; both keys must be among the optional ones.
+// Infinite where not given. Throws InputError.
+std::array<double, 2> Limits(const YamlMap& arguments, const std::string& min, const std::string& max);
 
 // True where a geom of one set touches a geom of the other; sets by geom id.
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
@@ -60,7 +51,7 @@ bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, c
 class JointFraction {
  public:
   // Argument `joint`. Throws InputError for a joint without a range.
-  JointFraction(const Arguments& arguments, const CompileContext& context);
+  JointFraction(const YamlMap& arguments, const CompileContext& context);
   double Of(const state_t& state) const { return (state.qpos_mixed[coordinate_] - lower_) / range_; }
 
  private:
@@ -73,6 +64,6 @@ class JointFraction {
 double Tilt(const std::vector<double>& quat_wxyz, int axis);
 inline constexpr int kNoAxis = -1;
 // Argument `axis` (x or y, optional) as for Tilt().
-int TiltAxis(const Arguments& arguments);
+int TiltAxis(const YamlMap& arguments);
 
 }  // namespace evalbus::metrics

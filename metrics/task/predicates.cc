@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "base/errors.h"
 #include "metrics/task/expressions.h"
@@ -16,31 +17,29 @@ namespace {
 class Holding : public Relation {
  public:
   Holding(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"gripper", "object"});
-    const auto &gripper = arguments["gripper"], &object = arguments["object"];
-    object_ = context.names.Geoms(object.value, object.location);
+    const YamlMap arguments = ArgumentsOf(expression, {"gripper", "object"});
+    const std::string gripper = arguments["gripper"].Text(), object = arguments["object"].Text();
+    const SourceLocation where = arguments["gripper"].location();
+    object_ = context.names.Geoms(object, arguments["object"].location());
     const int num_grippers = context.names.model().num_grippers;
-    if (gripper.value == "any" || gripper.value == "first" || gripper.value == "other") {
-      which_ = gripper.value == "any"     ? Which::kNamed
-               : gripper.value == "first" ? Which::kFirst
-                                          : Which::kOther;
+    if (gripper == "any" || gripper == "first" || gripper == "other") {
+      which_ = gripper == "any" ? Which::kNamed : gripper == "first" ? Which::kFirst : Which::kOther;
       for (int k = 0; k < num_grippers; ++k) pads_.push_back(context.names.Pads(k));
     } else {
-      pads_.push_back(context.names.Pads(context.names.Gripper(gripper.value, gripper.location)));
+      pads_.push_back(context.names.Pads(context.names.Gripper(gripper, where)));
     }
     if (which_ == Which::kOther && num_grippers < 2) {
-      throw InputError(gripper.location.ToString() + ": gripper 'other' needs a robot with two grippers");
+      throw InputError(where.ToString() + ": gripper 'other' needs a robot with two grippers");
     }
     condition_.predicate = "holding";
     condition_.kind = condition_t::HOLDING;
-    condition_.subject = object.value;
-    condition_.other = gripper.value;
-    const std::string who = gripper.value == "first"   ? "the first gripper"
-                            : gripper.value == "other" ? "the other gripper"
-                                                       : gripper.value;
-    text_if_true_ = (gripper.value == "any" ? "a gripper" : who) + " holds " + object.value;
-    text_if_false_ =
-        gripper.value == "any" ? "no gripper holds " + object.value : who + " does not hold " + object.value;
+    condition_.subject = object;
+    condition_.other = gripper;
+    const std::string who = gripper == "first"   ? "the first gripper"
+                            : gripper == "other" ? "the other gripper"
+                                                 : gripper;
+    text_if_true_ = (gripper == "any" ? "a gripper" : who) + " holds " + object;
+    text_if_false_ = gripper == "any" ? "no gripper holds " + object : who + " does not hold " + object;
     Start();
   }
   void Start() override { first_ = pads_.size(); }
@@ -70,13 +69,13 @@ class Holding : public Relation {
 class Touching : public Relation {
  public:
   Touching(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"a", "b"});
-    a_ = context.names.Geoms(arguments["a"].value, arguments["a"].location);
-    b_ = context.names.Geoms(arguments["b"].value, arguments["b"].location);
+    const YamlMap arguments = ArgumentsOf(expression, {"a", "b"});
+    a_ = context.names.Geoms(arguments["a"].Text(), arguments["a"].location());
+    b_ = context.names.Geoms(arguments["b"].Text(), arguments["b"].location());
     condition_.predicate = "touching";
     condition_.kind = condition_t::CONTACT;
-    condition_.subject = arguments["a"].value;
-    condition_.other = arguments["b"].value;
+    condition_.subject = arguments["a"].Text();
+    condition_.other = arguments["b"].Text();
     text_if_true_ = condition_.subject + " touches " + condition_.other;
     text_if_false_ = condition_.subject + " does not touch " + condition_.other;
   }
@@ -93,12 +92,12 @@ class Touching : public Relation {
 class HeightAbove : public Within {
  public:
   HeightAbove(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"object", "min_m"});
-    body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
-    lower_ = arguments.Number("min_m");
+    const YamlMap arguments = ArgumentsOf(expression, {"object", "min_m"});
+    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
+    lower_ = arguments["min_m"].Number();
     condition_.predicate = "height_above";
     condition_.kind = condition_t::PROGRESS;
-    condition_.subject = arguments["object"].value;
+    condition_.subject = arguments["object"].Text();
     condition_.unit = "m";
     quantity_ = "height of " + condition_.subject;
   }
@@ -114,22 +113,21 @@ class HeightAbove : public Within {
 class Position : public Within {
  public:
   Position(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"object", "axis"}, {"min_m", "max_m"});
-    body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
-    const Expression::Argument& axis = arguments["axis"];
-    if (axis.value != "x" && axis.value != "y" && axis.value != "z") {
-      throw InputError(axis.location.ToString() + ": key 'axis': expected x, y or z, got '" + axis.value +
-                       "'");
+    const YamlMap arguments = ArgumentsOf(expression, {"object", "axis"}, {"min_m", "max_m"});
+    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
+    const std::string axis = arguments["axis"].Text();
+    if (axis != "x" && axis != "y" && axis != "z") {
+      arguments["axis"].Fail("expected x, y or z, got '" + axis + "'");
     }
-    axis_ = static_cast<size_t>(axis.value[0] - 'x');
-    const std::array<double, 2> limits = arguments.Limits("min_m", "max_m");
+    axis_ = static_cast<size_t>(axis[0] - 'x');
+    const std::array<double, 2> limits = Limits(arguments, "min_m", "max_m");
     lower_ = limits[0];
     upper_ = limits[1];
     condition_.predicate = "position";
     condition_.kind = condition_t::POSE;
-    condition_.subject = arguments["object"].value;
+    condition_.subject = arguments["object"].Text();
     condition_.unit = "m";
-    quantity_ = axis.value + " of " + condition_.subject;
+    quantity_ = axis + " of " + condition_.subject;
   }
 
  protected:
@@ -145,14 +143,14 @@ class Position : public Within {
 class Inside : public Within {
  public:
   Inside(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"object", "center_m", "half_extents_m"});
-    body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
-    center_ = arguments.Vector("center_m");
-    half_extents_ = arguments.Vector("half_extents_m");
+    const YamlMap arguments = ArgumentsOf(expression, {"object", "center_m", "half_extents_m"});
+    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
+    center_ = arguments["center_m"].Vector<3>();
+    half_extents_ = arguments["half_extents_m"].Vector<3>();
     upper_ = 0;
     condition_.predicate = "inside";
     condition_.kind = condition_t::POSE;
-    condition_.subject = arguments["object"].value;
+    condition_.subject = arguments["object"].Text();
     condition_.unit = "m";
     quantity_ = "distance of " + condition_.subject + " out of its box";
   }
@@ -176,20 +174,20 @@ class Inside : public Within {
 class JointFractionWithin : public Within {
  public:
   JointFractionWithin(const Expression& expression, const CompileContext& context)
-      : JointFractionWithin(Arguments(expression, {"joint"}, {"min", "max"}), context) {}
+      : JointFractionWithin(ArgumentsOf(expression, {"joint"}, {"min", "max"}), context) {}
 
  protected:
   double Value(const WorldView& world) override { return fraction_.Of(world.state); }
 
  private:
-  JointFractionWithin(const Arguments& arguments, const CompileContext& context)
+  JointFractionWithin(const YamlMap& arguments, const CompileContext& context)
       : fraction_(arguments, context) {
-    const std::array<double, 2> limits = arguments.Limits("min", "max");
+    const std::array<double, 2> limits = Limits(arguments, "min", "max");
     lower_ = limits[0];
     upper_ = limits[1];
     condition_.predicate = "joint_fraction";
     condition_.kind = condition_t::PROGRESS;
-    condition_.subject = arguments["joint"].value;
+    condition_.subject = arguments["joint"].Text();
     condition_.unit = "1";
     quantity_ = "fraction of the range of " + condition_.subject;
   }
@@ -201,18 +199,24 @@ class JointFractionWithin : public Within {
 class TiltBelow : public Within {
  public:
   TiltBelow(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"object"}, {"axis", "max_deg", "max_rad"});
-    body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
+    const YamlMap arguments = ArgumentsOf(expression, {"object"}, {"axis", "max_deg", "max_rad"});
+    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
     axis_ = TiltAxis(arguments);
-    upper_ = arguments.Angle("max") * 180 / std::numbers::pi;
+    const std::optional<double> max = arguments.Angle("max");
+    if (!max) {
+      throw InputError(expression.location().ToString() +
+                       ": 'tilt_below' needs either 'max_deg' or 'max_rad'");
+    }
+    const YamlValue* degrees = arguments.Find("max_deg");
+    upper_ = degrees ? degrees->Number() : *max * 180 / std::numbers::pi;
     if (upper_ > 90) {
       throw InputError(
-          expression.location.ToString() +
+          expression.location().ToString() +
           ": 'tilt_below': expected a limit of at most 90 degrees; upside down is never within it");
     }
     condition_.predicate = "tilt_below";
     condition_.kind = condition_t::POSE;
-    condition_.subject = arguments["object"].value;
+    condition_.subject = arguments["object"].Text();
     condition_.unit = "deg";
     quantity_ = "tilt of " + condition_.subject;
   }
@@ -234,8 +238,8 @@ class TiltBelow : public Within {
 class Combination : public Predicate {
  public:
   Combination(const Expression& expression, const CompileContext& context) {
-    if (!expression.arguments.empty() || expression.operands.empty()) {
-      throw InputError(expression.location.ToString() + ": '" + expression.name +
+    if (expression.operands.empty()) {
+      throw InputError(expression.location().ToString() + ": '" + expression.name +
                        "' needs predicates, as in " + expression.name + ": [{touching: {a: pot, b: world}}]");
     }
     for (const Expression& operand : expression.operands)
@@ -271,7 +275,7 @@ class Combination : public Predicate {
   }
   void NeedOne(const Expression& expression) const {
     if (operands_.size() == 1) return;
-    throw InputError(expression.location.ToString() + ": '" + expression.name +
+    throw InputError(expression.location().ToString() + ": '" + expression.name +
                      "' needs exactly one predicate");
   }
   std::vector<std::unique_ptr<Predicate>> operands_;
@@ -370,7 +374,7 @@ std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const 
   if (factory != kRegistry.end()) return factory->second(expression, context);
   std::string known;
   for (const auto& [name, unused] : kRegistry) known += (known.empty() ? "" : ", ") + name;
-  throw InputError(expression.location.ToString() + ": no predicate is called '" + expression.name +
+  throw InputError(expression.location().ToString() + ": no predicate is called '" + expression.name +
                    "'; expected " + known);
 }
 

@@ -13,7 +13,7 @@ namespace {
 class Distance : public Quantity {
  public:
   Distance(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"a", "b"});
+    const YamlMap arguments = ArgumentsOf(expression, {"a", "b"});
     a_ = CompilePoint(arguments["a"], context);
     b_ = CompilePoint(arguments["b"], context);
   }
@@ -27,11 +27,11 @@ class Distance : public Quantity {
     bool is_wrist;
     int index;  // arm or body
   };
-  static Point CompilePoint(const Expression::Argument& argument, const CompileContext& context) {
+  static Point CompilePoint(const YamlValue& argument, const CompileContext& context) {
     // An arm and its gripper may have one name; the wrist is then what is meant.
-    const int gripper = context.names.FindGripper(argument.value);
+    const int gripper = context.names.FindGripper(argument.Text());
     if (gripper >= 0) return {true, context.names.model().gripper[gripper].arm};
-    return {false, context.names.Body(argument.value, argument.location)};
+    return {false, context.names.Body(argument.Text(), argument.location())};
   }
   static const double* Position(const Point& point, const WorldView& world) {
     return point.is_wrist ? world.state.arm[point.index].wrist_position_m
@@ -45,15 +45,15 @@ class Distance : public Quantity {
 class Lift : public Quantity {
  public:
   Lift(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"object"});
-    const Expression::Argument& object = arguments["object"];
-    body_ = context.names.Body(object.value, object.location);
+    const YamlMap arguments = ArgumentsOf(expression, {"object"});
+    const SourceLocation where = arguments["object"].location();
+    const std::string object = arguments["object"].Text();
+    body_ = context.names.Body(object, where);
     const auto& parts = context.task.parts;
     const auto part =
-        std::find_if(parts.begin(), parts.end(), [&](const ScenePart& p) { return p.name == object.value; });
+        std::find_if(parts.begin(), parts.end(), [&](const ScenePart& p) { return p.name == object; });
     if (part == parts.end()) {
-      throw InputError(object.location.ToString() + ": 'lift' needs a part of the scene, '" + object.value +
-                       "' is none");
+      throw InputError(where.ToString() + ": 'lift' needs a part of the scene, '" + object + "' is none");
     }
     start_ = part->pose.position[2];
   }
@@ -67,7 +67,7 @@ class Lift : public Quantity {
 class JointFractionOf : public Quantity {
  public:
   JointFractionOf(const Expression& expression, const CompileContext& context)
-      : fraction_(Arguments(expression, {"joint"}), context) {}
+      : fraction_(ArgumentsOf(expression, {"joint"}), context) {}
   double Evaluate(const WorldView& world) override { return fraction_.Of(world.state); }
 
  private:
@@ -77,8 +77,8 @@ class JointFractionOf : public Quantity {
 class TiltOf : public Quantity {
  public:
   TiltOf(const Expression& expression, const CompileContext& context) {
-    const Arguments arguments(expression, {"object"}, {"axis"});
-    body_ = context.names.Body(arguments["object"].value, arguments["object"].location);
+    const YamlMap arguments = ArgumentsOf(expression, {"object"}, {"axis"});
+    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
     axis_ = TiltAxis(arguments);
   }
   double Evaluate(const WorldView& world) override { return Tilt(world.state.body_quat_wxyz[body_], axis_); }
@@ -109,7 +109,7 @@ std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const Co
   if (factory != kRegistry.end()) return factory->second(expression, context);
   std::string known;
   for (const auto& [name, unused] : kRegistry) known += (known.empty() ? "" : ", ") + name;
-  throw InputError(expression.location.ToString() + ": no quantity is called '" + expression.name +
+  throw InputError(expression.location().ToString() + ": no quantity is called '" + expression.name +
                    "'; expected " + known);
 }
 

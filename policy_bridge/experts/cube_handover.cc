@@ -12,14 +12,11 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// By then the rod, which is dropped at time 0, lies still.
-constexpr int64_t kSettledUs = 500'000;
 constexpr double kLift = 0.12;  // m
 // Where the rod's middle is when it changes hands, m.
 constexpr double kMiddles[][3] = {{0.5, 0, 1.15}, {0.45, 0, 1.2}, {0.55, 0, 1.15}};
 // Its heading then, from the one in which its free end points to the other arm; rad.
 constexpr double kHeadings[] = {0, 0.5, -0.5, 1, -1};
-// Then the expert gives up and rests.
 constexpr int kMaxAttempts = 4;
 
 // The outer part of a half of the rod: too long to be taken lengthwise.
@@ -28,7 +25,7 @@ GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
 }  // namespace
 
 CubeHandoverExpert::CubeHandoverExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info), rod_(ObjectBody(info, "rod")) {
+    : Expert(model, info, kMaxAttempts), rod_(ObjectBody(info, "rod")) {
   NeedTwoArms(info);
   for (int arm : {0, 1}) {
     side_[arm] = context().arms[arm].GripPose(context().home.joints[arm]).translation().y() > 0 ? 1 : -1;
@@ -75,7 +72,8 @@ std::vector<Motion> CubeHandoverExpert::Next(const Configuration& now, const sta
   if (state.header.sim_time_us < kSettledUs) return {};
   Plan start = MakePlan(now, state);
   if (std::vector<int> closed = ClosedGrippers(now); !closed.empty()) return start.Release(closed).motions();
-  if (attempts_++ >= kMaxAttempts) return {};
+  if (gives_up()) return {};
+  ++attempts_;
   const Isometry3d rod = start.PoseOf(rod_);
   // The arm on the rod's side gives, and takes the end on its own side where it can.
   const int nearer = rod.translation().y() * side_[0] >= 0 ? 0 : 1;

@@ -13,7 +13,10 @@
 
 namespace evalbus::policy {
 
-Expert::Expert(const mjModel& model, const model_info_t& info) : context_(model, info) {}
+Expert::Expert(const mjModel& model, const model_info_t& info, int max_attempts)
+    : context_(model, info), max_attempts_(max_attempts) {
+  for (int arm = 0; arm < info.num_arms; ++arm) arms_.push_back(arm);
+}
 
 void Expert::Begin(const episode_begin_t&) {
   player_.Reset(context_.home);

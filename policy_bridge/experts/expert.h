@@ -1,6 +1,8 @@
 // Base of the scripted experts: plays motions and asks for the next ones when they have ended.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,9 +12,17 @@
 
 namespace evalbus::policy {
 
+// The arms of a robot with two, on +y and -y.
+inline constexpr int kLeft = 0, kRight = 1;
+// By then what a task drops at time 0 lies still.
+inline constexpr int64_t kSettledUs = 500'000;
+// Of ways that each arm has, so many are tried with each other.
+inline constexpr size_t kPairs = 4;
+
 class Expert : public Policy {
  public:
-  Expert(const mjModel& model, const model_info_t& info);
+  // max_attempts: how often it plans in an episode before it gives up.
+  Expert(const mjModel& model, const model_info_t& info, int max_attempts);
 
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
@@ -23,14 +33,19 @@ class Expert : public Policy {
   virtual std::vector<Motion> Next(const Configuration& now, const state_t& state) = 0;
 
   PlanningContext& context() { return context_; }
-  // How often the expert has planned in this episode, counted by itself; at some number it gives up.
+  // It has planned as often as it may; it rests from now on.
+  bool gives_up() const { return attempts_ >= max_attempts_; }
+  // Plans in this episode, counted by the expert itself.
   int attempts_ = 0;
+  // Of the robot.
+  std::vector<int> arms_;
 
   // A fresh plan from `now`.
   Plan MakePlan(const Configuration& now, const state_t& state) { return Plan(&context_, now, state); }
 
  private:
   PlanningContext context_;
+  int max_attempts_;
   Player player_;
 };
 

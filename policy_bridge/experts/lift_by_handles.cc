@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angles.h"
 #include "base/errors.h"
 
 namespace evalbus::policy {
@@ -13,9 +13,6 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
-
-constexpr int kLeft = 0, kRight = 1;
-constexpr double kDegree = std::numbers::pi / 180;
 
 // The task asks for 0.1 m.
 constexpr double kLiftHeight = 0.125;
@@ -36,7 +33,6 @@ constexpr double kFirstLift = 0.02;
 constexpr double kRestSpeed = 0.005;    // m/s
 constexpr double kRestTurnRate = 0.05;  // rad/s
 constexpr int64_t kRestUs = 100'000;
-// Then the expert gives up and rests.
 constexpr int kMaxAttempts = 4;
 
 double Yaw(const Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
@@ -51,7 +47,7 @@ Isometry3d Raised(const Isometry3d& pose, double height) { return Translation3d(
 
 LiftByHandlesExpert::LiftByHandlesExpert(const HandledObject& object, const mjModel& model,
                                          const model_info_t& info)
-    : Expert(model, info),
+    : Expert(model, info, kMaxAttempts),
       object_(object),
       body_(ObjectBody(info, object.name)),
       velocity_(model.body_dofadr[body_]) {
@@ -163,20 +159,20 @@ std::vector<Motion> LiftByHandlesExpert::Next(const Configuration& now, const st
   if (attempts_ == 0) start_height_ = object.translation().z();
   const bool holding = now.closing[kLeft] > 0 && now.closing[kRight] > 0;
   if (holding && object.translation().z() > start_height_ + kHeldHeight) return {};
-  if (attempts_++ < kMaxAttempts) {
-    Plan start = MakePlan(now, state);
-    if (now.closing[kLeft] > 0 || now.closing[kRight] > 0) {
-      // It slipped, or was missed.
-      std::vector<GripGoal> back;
-      for (int arm : {kLeft, kRight}) {
-        back.push_back(
-            {arm, context().arms[arm].GripPose(now.joints[arm]) * Translation3d(0, 0, -kGraspApproach)});
-      }
-      start.Open({kLeft, kRight}).Approach(back);
+  if (gives_up()) return {};
+  ++attempts_;
+  Plan start = MakePlan(now, state);
+  if (now.closing[kLeft] > 0 || now.closing[kRight] > 0) {
+    // It slipped, or was missed.
+    std::vector<GripGoal> back;
+    for (int arm : {kLeft, kRight}) {
+      back.push_back(
+          {arm, context().arms[arm].GripPose(now.joints[arm]) * Translation3d(0, 0, -kGraspApproach)});
     }
-    if (auto plan = Lift(start, object)) return plan->motions();
-    if (auto plan = Drag(start, object)) return plan->motions();
+    start.Open({kLeft, kRight}).Approach(back);
   }
+  if (auto plan = Lift(start, object)) return plan->motions();
+  if (auto plan = Drag(start, object)) return plan->motions();
   return {};
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angles.h"
 #include "base/errors.h"
 
 namespace evalbus::policy {
@@ -13,9 +13,6 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
-
-constexpr int kLeft = 0, kRight = 1;
-constexpr double kDegree = std::numbers::pi / 180;
 
 // The flaps' sizes, m.
 constexpr double kFlapLength = 0.212;
@@ -52,17 +49,15 @@ constexpr double kRolls[] = {0, 180 * kDegree, 90 * kDegree, -90 * kDegree};
 constexpr double kFollows[] = {0.1, 0.3, 0.5};
 constexpr double kOvers[] = {0, 0.1};
 
-// Ways of each arm that are tried with each other.
-constexpr size_t kPairs = 4;
 // The most that trying a way takes, in knots.
 constexpr int kEffortPerWay = 300;
-// Then the expert gives up and rests.
 constexpr int kMaxAttempts = 6;
 
 }  // namespace
 
 PackBoxExpert::PackBoxExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info), flaps_{BodyId(model, "box/left_flap"), BodyId(model, "box/right_flap")} {
+    : Expert(model, info, kMaxAttempts),
+      flaps_{BodyId(model, "box/left_flap"), BodyId(model, "box/right_flap")} {
   NeedTwoArms(info);
 }
 
@@ -180,7 +175,7 @@ std::vector<Motion> PackBoxExpert::Next(const Configuration& now, const state_t&
     const Hinge hinge = context().probe.HingeOf(flaps_[arm], state);
     if (hinge.angle - hinge.lower > kClosed * (hinge.upper - hinge.lower)) open.push_back(arm);
   }
-  if (open.empty() || attempts_ >= kMaxAttempts) return {};
+  if (open.empty() || gives_up()) return {};
   const Plan start = MakePlan(now, state);
   // The search takes a few ticks.
   for (const int arm : open) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/angles.h"
 #include "base/errors.h"
 
 namespace evalbus::policy {
@@ -14,9 +15,6 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-constexpr int kLeft = 0, kRight = 1;
-constexpr double kDegree = std::numbers::pi / 180;
-
 // The task asks for a tenth of the wheels' range of 4.71 rad.
 constexpr double kEnough = 0.5;  // rad
 constexpr double kTurn = 0.65;   // rad
@@ -24,15 +22,13 @@ constexpr double kSpeed = 0.05;  // m/s of a grip
 // The hand comes from above, or leans about its closing axis where an arm or the board is in its way.
 constexpr double kLeans[] = {0, 15 * kDegree, -15 * kDegree, 30 * kDegree, -30 * kDegree};
 constexpr int kDirections = 12;
-// Ways of each arm that are tried with each other.
-constexpr size_t kPairs = 4;
-// Then the expert gives up and rests.
 constexpr int kMaxAttempts = 6;
 
 }  // namespace
 
 RotateValveExpert::RotateValveExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info), wheels_{BodyId(model, "first_valve/wheel"), BodyId(model, "second_valve/wheel")} {
+    : Expert(model, info, kMaxAttempts),
+      wheels_{BodyId(model, "first_valve/wheel"), BodyId(model, "second_valve/wheel")} {
   NeedTwoArms(info);
 }
 
@@ -90,7 +86,8 @@ std::vector<Motion> RotateValveExpert::Next(const Configuration& now, const stat
   for (const int wheel : wheels_) {
     if (context().probe.HingeOf(wheel, state).angle < kEnough) left_to_turn.push_back(wheel);
   }
-  if (left_to_turn.empty() || attempts_++ >= kMaxAttempts) return {};
+  if (left_to_turn.empty() || gives_up()) return {};
+  ++attempts_;
   const Plan start = MakePlan(now, state);
   const auto y = [&](int wheel) { return start.PoseOf(wheel).translation().y(); };
   std::sort(left_to_turn.begin(), left_to_turn.end(), [&](int a, int b) { return y(a) > y(b); });

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angles.h"
 #include "base/errors.h"
 
 namespace evalbus::policy {
@@ -12,8 +12,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // A pad's end is this far beyond its middle.
 constexpr double kPadEnd = 0.0085;
@@ -45,7 +43,6 @@ constexpr double kHeadings[] = {60, -60, 40, -40, 20, -20, 0};
 constexpr double kPressHeadings[] = {90, 45, 135, 0};
 // Sideways ways of a dragged book that are tried.
 constexpr double kSideways[] = {0, 0.06, -0.06, 0.12, -0.12, 0.2, -0.2, 0.3, -0.3};
-// Then the expert gives up and rests.
 constexpr int kMaxAttempts = 6;
 
 Vector3d Heading(double degrees) { return {std::cos(degrees * kDegree), std::sin(degrees * kDegree), 0}; }
@@ -64,12 +61,11 @@ Vector3d SiteInWorld(const mjModel& model, const model_info_t& info, const std::
 }  // namespace
 
 SingleBookExpert::SingleBookExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info),
+    : Expert(model, info, kMaxAttempts),
       to_shelf_(info.task == "stack_single_book_shelf"),
       book_(ObjectBody(info, "book")),
       counter_edge_(SiteInWorld(model, info, "shelf", "counter_edge")),
       board_edge_(SiteInWorld(model, info, "shelf", "lower_board_edge")) {
-  for (int arm = 0; arm < info.num_arms; ++arm) arms_.push_back(arm);
   const int geom = mj_name2id(&model, mjOBJ_GEOM, "book/book");
   if (geom < 0) throw InputError("the model has no geom \"book/book\"");
   half_size_ = Vector3d(model.geom_size + 3 * geom);
@@ -141,7 +137,8 @@ std::vector<Motion> SingleBookExpert::Next(const Configuration& now, const state
   const Isometry3d book = BodyPose(state, book_);
   // It falls, or is held.
   if (book.translation().z() - half_size_.z() - counter_edge_.z() > kLies) return {};
-  if (attempts_++ >= kMaxAttempts) return {};
+  if (gives_up()) return {};
+  ++attempts_;
   const Plan start = MakePlan(now, state);
   const bool overhangs = std::abs(book.translation().x() - OverhangingX(book)) < kOverhangTolerance;
   // The nearer arm first.

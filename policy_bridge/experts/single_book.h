@@ -27,7 +27,6 @@ class SingleBookExpert : public Expert {
   std::optional<Plan> Take(const Plan& plan, int arm);
 
   bool to_shelf_;
-  std::vector<int> arms_;
   int book_;
   // Half the book's size, m.
   Eigen::Vector3d half_size_;

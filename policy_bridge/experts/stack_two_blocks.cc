@@ -12,8 +12,6 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// By then the cubes, which are dropped at time 0, lie still.
-constexpr int64_t kSettledUs = 500'000;
 constexpr double kHalfSide = 0.02;  // m
 const GraspBox kCube{Vector3d::Constant(kHalfSide)};
 // Hands lean to reach farther, rad.
@@ -27,7 +25,6 @@ constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42,
                                 {0.5, -0.16}, {0.58, 0.12}, {0.58, -0.12}};
 // The site keeps so far from the cube that still stands on the table.
 constexpr double kFree = 0.08;  // m
-// Then the expert gives up and rests.
 constexpr int kMaxAttempts = 4;
 
 // Heading of a cube that lies flat; its sides repeat every quarter turn.
@@ -54,9 +51,8 @@ bool IsOn(const Isometry3d& upper, const Isometry3d& lower) {
 }  // namespace
 
 StackTwoBlocksExpert::StackTwoBlocksExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info), cubes_{ObjectBody(info, "red_cube"), ObjectBody(info, "blue_cube")} {
-  for (int arm = 0; arm < info.num_arms; ++arm) arms_.push_back(arm);
-}
+    : Expert(model, info, kMaxAttempts),
+      cubes_{ObjectBody(info, "red_cube"), ObjectBody(info, "blue_cube")} {}
 
 std::optional<Grasp> StackTwoBlocksExpert::FindGrasp(const Plan& plan, int arm, int cube) const {
   for (const Grasp& grasp : BoxGrasps(kCube, plan.PoseOf(cube), plan.GripPose(arm), kLeans)) {
@@ -131,7 +127,8 @@ std::vector<Motion> StackTwoBlocksExpert::Next(const Configuration& now, const s
   if (IsOn(red, blue) || IsOn(blue, red)) return {};
   Plan start = MakePlan(now, state);
   if (std::vector<int> closed = ClosedGrippers(now); !closed.empty()) return start.Release(closed).motions();
-  if (attempts_++ >= kMaxAttempts) return {};
+  if (gives_up()) return {};
+  ++attempts_;
   if (arms_.size() == 2) {
     for (int arm : arms_) {
       for (int lower : {0, 1}) {

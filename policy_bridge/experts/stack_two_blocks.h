@@ -27,7 +27,6 @@ class StackTwoBlocksExpert : public Expert {
   std::optional<Plan> StackInTurn(const Plan& plan, int lower, int upper) const;
   std::optional<Plan> PutOnTop(const Plan& plan, int lower, int upper) const;
 
-  std::vector<int> arms_;
   int cubes_[2];
 };
 

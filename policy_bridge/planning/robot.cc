@@ -9,10 +9,6 @@
 namespace evalbus::policy {
 namespace {
 
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-
 // Midway between the pads of a gripper, and the way they close. A pad's place is that of its body's geom
 // farthest from the wrist: a finger has other geoms too.
 Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const gripper_info_t& gripper,
@@ -48,6 +44,12 @@ std::vector<int> ClosedGrippers(const Configuration& configuration) {
   return closed;
 }
 
+size_t CountJoints(const model_info_t& info) {
+  size_t count = 0;
+  for (const arm_info_t& arm : info.arm) count += static_cast<size_t>(arm.num_joints);
+  return count;
+}
+
 Configuration HomeConfiguration(const model_info_t& info) {
   Configuration home;
   for (const arm_info_t& arm : info.arm) {
@@ -58,7 +60,7 @@ Configuration HomeConfiguration(const model_info_t& info) {
 }
 
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info) {
-  const std::unique_ptr<mjData, DataDeleter> data(mj_makeData(&model));
+  const DataPtr data(mj_makeData(&model));
   // Half open, so that the two pads have a direction between them.
   for (int joint = 0; joint < model.njnt; ++joint) {
     if (model.jnt_type[joint] == mjJNT_SLIDE || model.jnt_type[joint] == mjJNT_HINGE) {

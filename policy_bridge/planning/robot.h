@@ -4,12 +4,12 @@
 
 #include <mujoco/mujoco.h>
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "models/mujoco_ptr.h"
 #include "policy_bridge/planning/kinematics.h"
 
 namespace evalbus::policy {
@@ -34,6 +34,9 @@ std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 
 // The grippers that are not commanded open.
 std::vector<int> ClosedGrippers(const Configuration& configuration);
+
+// Joints of all arms.
+size_t CountJoints(const model_info_t& info);
 
 // Home joints, grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
@@ -77,14 +80,10 @@ class ContactProbe {
   bool Touches(const std::vector<int>& arms, const std::vector<int>& touchable_bodies);
 
  private:
-  struct Free {
-    void operator()(mjModel* model) const { mj_deleteModel(model); }
-    void operator()(mjData* data) const { mj_deleteData(data); }
-  };
   void SetMocap(int body, const Eigen::Isometry3d& pose);
 
-  std::unique_ptr<mjModel, Free> model_;
-  std::unique_ptr<mjData, Free> data_;
+  ModelPtr model_;
+  DataPtr data_;
   std::vector<std::vector<int>> arm_qpos_;
   // Of each geom: the arm it belongs to or -1, its entity, whether it is a pad.
   std::vector<int> arm_of_geom_, entity_of_geom_;

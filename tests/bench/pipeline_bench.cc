@@ -129,7 +129,7 @@ class BareStepping {
   Scene scene_;
   const mjModel* model_;
   sim::World world_;
-  sim::DataPtr data_;
+  DataPtr data_;
   int substeps_;
   std::vector<int> arm_dofs_;
 };

@@ -6,7 +6,6 @@
 
 #include "collision/checker.h"
 #include "metrics/episode/episode_scorer.h"
-#include "models/physics_model.h"
 #include "models/scene.h"
 #include "sim/world.h"
 #include "tests/fuzz/scratch_file.h"
@@ -94,7 +93,6 @@ inline std::string SmallTask() {
 inline void PlayTask(const TaskDescription& task, const std::string& variation,
                      const RobotDescription& robot) {
   Scene scene = BuildScene(task, robot);
-  InstallMujocoHandlers();
   scene.info.substeps = 2;
   sim::World world(scene.physics.get(), scene.info, robot, task, scene.info.substeps);
   world.Reset(1, task.variation(variation));

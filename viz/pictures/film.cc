@@ -15,6 +15,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "models/physics_model.h"
 #include "viz/pictures/overlay.h"
 #include "viz/pictures/renderer.h"
 #include "viz/pictures/video_writer.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "models/mujoco_errors.h"
 
 namespace evalbus::viz {
 namespace {
@@ -128,8 +129,7 @@ struct Renderer::Gl {
   std::vector<uint8_t> rgb;
 };
 
-Renderer::Renderer(ModelPtr model, FrameSize size)
-    : model_(std::move(model)), size_(size), data_(nullptr, mj_deleteData) {
+Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), size_(size) {
   CheckFrameSize(size);
   InstallMujocoHandlers();
   model_->vis.global.offwidth = size.width / kShown * kDrawn;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "evalbus/state_t.hpp"
-#include "models/physics_model.h"
+#include "models/mujoco_ptr.h"
 #include "viz/pictures/frame.h"
 
 namespace evalbus::viz {
@@ -39,7 +39,7 @@ class Renderer {
 
   ModelPtr model_;
   FrameSize size_;
-  std::unique_ptr<mjData, void (*)(mjData*)> data_;
+  DataPtr data_;
   std::unique_ptr<Gl> gl_;
 };
 

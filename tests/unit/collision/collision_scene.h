@@ -5,18 +5,18 @@
 
 #include <array>
 #include <evalbus/model_info_t.hpp>
-#include <memory>
 #include <random>
 #include <stdexcept>
 #include <string>
 
 #include "collision/checker.h"
+#include "models/mujoco_ptr.h"
 
 namespace evalbus::collision {
 
 struct CollisionScene {
-  std::unique_ptr<mjModel, void (*)(mjModel*)> model{nullptr, mj_deleteModel};
-  std::unique_ptr<mjData, void (*)(mjData*)> data{nullptr, mj_deleteData};
+  ModelPtr model;
+  DataPtr data;
   model_info_t info{};
 
   int Geom(const char* name) const {

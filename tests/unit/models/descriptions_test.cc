@@ -16,8 +16,6 @@ int LineOf(const std::string& text, const std::string& part) {
   return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
 }
 
-// --- Robots
-
 constexpr const char* kRobot = R"(name: small
 arms:
   - name: left
@@ -132,8 +130,6 @@ TEST(FindRobot, ByNameOrFile) {
             "unknown robot 'single_pand'; did you mean 'single_panda'?");
 }
 
-// --- Tasks
-
 constexpr const char* kTask = R"(name: push
 title: Push the block
 robot:
@@ -203,18 +199,32 @@ TEST(TaskDescription, ExpressionsAreTrees) {
   const TaskDescription task = Parse(kTask);
   EXPECT_EQ(task.stages[0].index, 1);
   EXPECT_EQ(task.stages[0].when.name, "holding");
-  ASSERT_EQ(task.stages[0].when.arguments.size(), 2u);
-  EXPECT_EQ(task.stages[0].when.arguments[1].key, "object");
-  EXPECT_EQ(task.stages[0].when.arguments[1].value, "block");
+  const YamlMap arguments(task.stages[0].when.arguments, {"gripper", "object"});
+  EXPECT_EQ(arguments["object"].Text(), "block");
   const Expression& success = task.success;
   EXPECT_EQ(success.name, "all");
-  EXPECT_TRUE(success.arguments.empty());
   ASSERT_EQ(success.operands.size(), 2u);
   EXPECT_EQ(success.operands[0].name, "not");
   ASSERT_EQ(success.operands[0].operands.size(), 1u);
   EXPECT_EQ(success.operands[0].operands[0].name, "touching");
-  EXPECT_EQ(success.operands[1].arguments[1].value, "0 0 1");
-  EXPECT_EQ(success.operands[1].location.ToString(), "t.yaml:" + std::to_string(LineOf(kTask, "facing")));
+  EXPECT_TRUE(success.operands[1].operands.empty());
+  const YamlMap facing(success.operands[1].arguments, {"object", "direction"});
+  EXPECT_EQ((facing["direction"].Vector<3>()), (std::array<double, 3>{0, 0, 1}));
+  EXPECT_EQ(success.operands[1].location().ToString(), "t.yaml:" + std::to_string(LineOf(kTask, "facing")));
+}
+
+TEST(TaskDescription, AVariationsConditionsAreItsOwn) {
+  const TaskDescription task = Parse(ReplaceFirst(
+      kTask, "    alias: PushWide", "    alias: PushWide\n    success: {touching: {a: block, b: left}}"));
+  TaskDescription wide = task, base = task;
+  wide.Apply("wide");
+  base.Apply("base");
+  EXPECT_EQ(wide.success.name, "touching");
+  EXPECT_EQ(YamlMap(wide.success.arguments, {"a", "b"})["b"].Text(), "left");
+  for (const TaskDescription& other : {task, base}) {
+    EXPECT_EQ(other.success.name, "all");
+    EXPECT_TRUE(other.success.arguments.is_list());
+  }
 }
 
 TEST(TaskDescription, NamedAndSingleQuantities) {
@@ -225,7 +235,7 @@ TEST(TaskDescription, NamedAndSingleQuantities) {
   ASSERT_EQ(named.size(), 2u);
   EXPECT_EQ(named[0].name, "up");
   EXPECT_EQ(named[0].expression.name, "lift");
-  EXPECT_EQ(named[1].expression.arguments[1].value, "block");
+  EXPECT_EQ(YamlMap(named[1].expression.arguments, {"a", "b"})["b"].Text(), "block");
   for (const char* text : {"{lift: {object: block}}", "{distance: {a: left, b: block}}", "{constant: 0.3}"}) {
     const auto single = distances(text);
     ASSERT_EQ(single.size(), 1u) << text;
@@ -263,6 +273,10 @@ TEST(TaskDescription, MistakesNameTheLine) {
             "23: key 'spacing_m': expected a grid of at most 1000 by 1000 points");
   EXPECT_EQ(TaskError("    when: {holding: {gripper: left, object: block}}", "    when: holding"),
             "28: key 'when': expected one expression such as {holding: {gripper: left, object: pot}}");
+  EXPECT_EQ(TaskError("{gripper: left, object: block}", "{gripper: left, object: {name: block}}"),
+            "28: key 'object': expected text, got a map");
+  EXPECT_EQ(TaskError("{gripper: left, object: block}", "{gripper: left, gripper: left}"),
+            "28: key 'gripper': given twice, first in line 28");
   EXPECT_EQ(TaskError("base: {}", "base: {}\n  base: {}"), "15: key 'base': given twice, first in line 14");
   EXPECT_EQ(ErrorOf([] { Parse(std::string(kTask) + "metrics: {track_jerk: true}\n"); }).substr(0, 46),
             "t.yaml:33: key 'track_jerk': not a key here; e");
@@ -306,8 +320,6 @@ TEST(TaskDescription, LiftPotSaysWhatTheFactsSay) {
   EXPECT_EQ(task.pose_error.size(), 1u);
 }
 
-// --- Finding tasks
-
 TEST(TaskDescription, OtherRobotsHaveTheirOwnDistances) {
   TaskDescription task = FindTask("stack_two_blocks").task;
   task.ApplyRobot("bimanual_panda");
@@ -332,6 +344,15 @@ TEST(FindTask, ByNameAliasAndFile) {
   const std::string file = (ModelsFolder() / "tasks/lift_pot.yaml").string();
   expect(file, "base");
   expect(file + "/orientation", "orientation");
+}
+
+TEST(FindTask, TellsFilesFromNames) {
+  for (const char* file : {"t.yaml", "t.yml", "a/t.yaml/base", "../my.yml/position", ".yaml"}) {
+    EXPECT_TRUE(IsTaskFile(file)) << file;
+  }
+  for (const char* name : {"lift_pot", "lift_pot/position", "LiftPot", "a.yard/base", "t.yamlx", "t.y", ""}) {
+    EXPECT_FALSE(IsTaskFile(name)) << name;
+  }
 }
 
 TEST(FindTask, UnknownNamesGetAHint) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "models/scene.h"
+#include "models/compile_model.h"
 #include "tests/unit/models/models_test_util.h"
 
 namespace evalbus {
@@ -122,8 +122,8 @@ TEST(SceneComposer, PosesMultiply) {
   // The same again on the body: turned twice it faces back.
   composer.Attach(file, "q/", pose, Mount::kFixed, "p/b");
   const ModelPtr model = Compile(composer);
-  mjData* data = mj_makeData(model.get());
-  mj_kinematics(model.get(), data);
+  const DataPtr data(mj_makeData(model.get()));
+  mj_kinematics(model.get(), data.get());
   const auto expect_at = [&](const std::string& site, double x, double y, double z) {
     const double* p = data->site_xpos + 3 * Id(model, mjOBJ_SITE, site);
     EXPECT_NEAR(p[0], x, 1e-12) << site;
@@ -134,7 +134,6 @@ TEST(SceneComposer, PosesMultiply) {
   expect_at("p/s", 0.5, 3, 3);
   // q: b + turn (1, 2, 3) = (1 - 2, 3 + 1, 6) = (-1, 4, 6); its b: q - (1, 0, 0); its s: b - (0, 0.5, 0).
   expect_at("q/s", -2, 3.5, 6);
-  mj_deleteData(data);
 }
 
 TEST(SceneComposer, FreePart) {
@@ -191,21 +190,19 @@ TEST(SceneComposer, AttachedFileIsWhatMuJoCoMakesOfIt) {
   expect_equal(composed->actuator_ctrlrange, direct->actuator_ctrlrange, 2 * direct->nu, "ctrlrange");
 
   // And it moves the same: limits, springs, tendons, equalities, contacts, sensors.
-  mjData* a = mj_makeData(composed.get());
-  mjData* b = mj_makeData(direct.get());
-  for (mjData* data : {a, b}) {
+  const DataPtr a(mj_makeData(composed.get()));
+  const DataPtr b(mj_makeData(direct.get()));
+  for (mjData* data : {a.get(), b.get()}) {
     for (int i = 0; i < direct->nu; ++i) data->ctrl[i] = 0.3;
   }
   for (int step = 0; step < 100; ++step) {
-    mj_step(composed.get(), a);
-    mj_step(direct.get(), b);
+    mj_step(composed.get(), a.get());
+    mj_step(direct.get(), b.get());
   }
   for (int i = 0; i < direct->nq; ++i) EXPECT_NEAR(a->qpos[i], b->qpos[i], 1e-9) << "qpos " << i;
   for (int i = 0; i < direct->nsensordata; ++i)
     EXPECT_NEAR(a->sensordata[i], b->sensordata[i], 1e-7) << "sensor " << i;
   EXPECT_GT(std::abs(b->qpos[0] - direct->qpos0[0]), 1e-3);
-  mj_deleteData(a);
-  mj_deleteData(b);
 }
 
 TEST(SceneComposer, DegreesAndEulerSequences) {

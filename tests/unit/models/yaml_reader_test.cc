@@ -27,6 +27,18 @@ TEST(YamlReader, TypedValues) {
   EXPECT_EQ(map["whole"].location().ToString(), "f.yaml:4");
 }
 
+TEST(YamlReader, AssignmentLeavesTheDocumentAlone) {
+  const YamlMap map(Parse("a: 1\nb: [2, 3]\n"), {"a", "b"});
+  YamlValue value = map["a"];
+  value = map["b"];
+  EXPECT_EQ(value.Numbers(), (std::vector<double>{2, 3}));
+  EXPECT_EQ(value.key(), "b");
+  EXPECT_EQ(value.location().line, 2);
+  EXPECT_EQ(map["a"].Number(), 1);
+  value = YamlValue();
+  EXPECT_EQ(map["b"].Numbers().size(), 2u);
+}
+
 TEST(YamlReader, UnknownKeyNamesTheNearest) {
   const auto read = [](const char* text) { return [=] { YamlMap(Parse(text), {"time_limit_s", "name"}); }; };
   EXPECT_EQ(ErrorOf(read("name: a\ntime_limt_s: 3\n")),

@@ -1,6 +1,8 @@
 // Predicates about joints, places and handovers, on hand-made worlds.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "base/errors.h"
 #include "metrics/task/task_evaluator.h"
 #include "tests/unit/small_world.h"
@@ -35,14 +37,23 @@ class PredicatesTest : public testing::Test {
     task_ = ParseTask(text, "t.yaml", false);
     return CompilePredicate(task_.success, {names_, task_});
   }
-  std::string Error(const std::string& condition) {
+  std::string ErrorWithLine(const std::string& condition) {
     try {
       Compile(condition);
     } catch (const InputError& error) {
-      const std::string message = error.what();
-      return message.substr(message.find(": ") + 2);
+      return error.what();
     }
     return "accepted";
+  }
+  std::string Error(const std::string& condition) {
+    const std::string message = ErrorWithLine(condition);
+    const size_t colon = message.find(": ");
+    return colon == std::string::npos ? message : message.substr(colon + 2);
+  }
+  static int LineOfSuccess() {
+    const std::string text = kTask;
+    return 1 + static_cast<int>(
+                   std::count(text.begin(), text.begin() + static_cast<long>(text.find("success:")), '\n'));
   }
   bool Evaluate(Predicate* predicate, const std::vector<std::pair<int, int>>& pairs = {}) {
     contacts_ = Contacts(1, pairs);
@@ -73,10 +84,7 @@ TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
   EXPECT_TRUE(At(middle, 0.5));
   EXPECT_FALSE(At(middle, 1.01));
   state_.qpos_mixed[1] = 2;
-  const Expression quantity{.name = "joint_fraction",
-                            .arguments = {{"joint", "pot/lid_hinge", {}}},
-                            .operands = {},
-                            .location = {}};
+  const Expression quantity = ReadExpression(ParseYaml("joint_fraction: {joint: pot/lid_hinge}", "t.yaml"));
   EXPECT_DOUBLE_EQ(CompileQuantity(quantity, {names_, task_})->Evaluate({state_, {}}), 0.8);
 
   EXPECT_EQ(Error("{joint_fraction: {joint: pot/lid_hinge}}"), "'joint_fraction' needs 'min', 'max' or both");
@@ -107,7 +115,43 @@ TEST_F(PredicatesTest, InsideIsABoxOfTheWorld) {
     EXPECT_FALSE(Evaluate(box.get())) << outside[0] << " " << outside[1] << " " << outside[2];
   }
   EXPECT_EQ(Error("{inside: {object: pot, center_m: [0.5, 0], half_extents_m: [1, 1, 1]}}"),
-            "key 'center_m': expected a list of 3 numbers, got '0.5 0'");
+            "key 'center_m': expected a list of 3 numbers, got 2");
+}
+
+TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
+  // Each stands in a line of its own, as the key of a block.
+  const auto read = [&](const std::string& number) {
+    const std::string message = ErrorWithLine("\n  height_above:\n    object: pot\n    min_m: " + number);
+    return message;
+  };
+  const std::string where =
+      "t.yaml:" + std::to_string(LineOfSuccess() + 3) + ": key 'min_m': expected a number, got ";
+  for (const char* wrong : {"0x10", "0X1p3", "nan", "inf", "-inf", ".inf", "infinity", "1,5", "1e", "1e400",
+                            "1.2.3", "1_0", "one", "1 2", "--1", "+-1", "1f"}) {
+    EXPECT_EQ(read(wrong), where + "'" + wrong + "'");
+  }
+  // What is quoted is text.
+  EXPECT_EQ(read("'1e3 '"), where + "'1e3 '");
+  EXPECT_EQ(read("'1'"), where + "'1'");
+  EXPECT_EQ(read("[1]"), where + "a list");
+  for (const char* right : {"1e3 ", "1.1", "-9", "+9", ".5", "5.", "1E-3", "0"})
+    EXPECT_EQ(read(right), "accepted") << right;
+  // One of a list is named by its place.
+  EXPECT_EQ(Error("{inside: {object: pot, center_m: [0.5, 0x10, 0], half_extents_m: [1, 1, 1]}}"),
+            "key 'center_m[1]': expected a number, got '0x10'");
+  EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 0x10}}"),
+            "key 'max_deg': expected a number, got '0x10'");
+  EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 1, max_rad: 1}}"),
+            "key 'max_rad': give either this or 'max_deg'");
+}
+
+TEST_F(PredicatesTest, ALimitInDegreesIsTheNumberThatIsWritten) {
+  // 60 degrees in radians and back are 59.99999999999999.
+  const auto dut = Compile("{tilt_below: {object: pot, max_deg: 60}}");
+  Evaluate(dut.get());
+  std::vector<condition_t> why;
+  dut->Explain(&why);
+  EXPECT_EQ(why[0].threshold_mixed, 60);
 }
 
 TEST_F(PredicatesTest, FirstAndOtherGripperAreToldApartForAnEpisode) {

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <set>
 
-#include "base/errors.h"
 #include "policy_bridge/factory.h"
 #include "sim/world.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
@@ -170,27 +169,6 @@ TEST(NoisyExpert, DependsOnTheSeedAlone) {
   const Outcome other = Play(noisy.get(), "base", 4);
   EXPECT_NE(first.actions, other.actions);
   EXPECT_EQ(first.actions, Play(noisy.get(), "base", 2).actions);
-}
-
-TEST(Factory, UnknownNameAndTaskAreExplained) {
-  try {
-    Make("exprt");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("expert, noisy_expert, random, hold, replay"), std::string::npos)
-        << error.what();
-  }
-  model_info_t info = GetPolicyScene().info();
-  info.task = "fold_towel";
-  for (const char* name : {"expert", "noisy_expert"}) {
-    try {
-      MakePolicy(name, GetPolicyScene().model(), info);
-      FAIL();
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find("lift_pot"), std::string::npos) << error.what();
-    }
-  }
-  EXPECT_NO_THROW(MakePolicy("hold", GetPolicyScene().model(), info));
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ TEST(HingeExperts, OneArmIsTooFew) {
 // Angle of a body's hinge after 10 s with the robot at home, from `start`.
 double AngleAtRest(const Scene& scene, const std::string& joint, double start) {
   const mjModel& model = *scene.physics;
-  const sim::DataPtr data(mj_makeData(&model));
+  const DataPtr data(mj_makeData(&model));
   for (const arm_info_t& arm : scene.info.arm) {
     for (int j = 0; j < arm.num_joints; ++j) {
       data->qpos[arm.joint_qpos_index[j]] = arm.joint_home_rad[j];

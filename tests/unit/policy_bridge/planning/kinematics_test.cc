@@ -12,10 +12,6 @@
 namespace evalbus::policy {
 namespace {
 
-struct DataDeleter {
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-
 JointVector RandomJoints(const ArmChain& chain, Random* random) {
   JointVector q(chain.num_joints());
   for (int i = 0; i < q.size(); ++i) q[i] = random->Uniform(chain.lower()[i], chain.upper()[i]);
@@ -30,7 +26,7 @@ JointVector Near(const ArmChain& chain, const JointVector& q, double distance, R
 
 TEST(Kinematics, ForwardEqualsMujoco) {
   const PolicyScene& scene = GetPolicyScene();
-  const std::unique_ptr<mjData, DataDeleter> data(mj_makeData(&scene.model()));
+  const DataPtr data(mj_makeData(&scene.model()));
   Random random(1, 0);
   for (const arm_info_t& arm : scene.info().arm) {
     const ArmChain chain(scene.model(), arm);

@@ -1,0 +1,11 @@
+// Angles are radians everywhere inside; degrees are for people and files.
+#pragma once
+
+#include <numbers>
+
+namespace evalbus {
+
+// rad
+inline constexpr double kDegree = std::numbers::pi / 180;
+
+}  // namespace evalbus

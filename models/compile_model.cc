@@ -1,0 +1,56 @@
+#include "models/compile_model.h"
+
+#include <memory>
+#include <regex>
+
+#include "base/errors.h"
+#include "models/mujoco_errors.h"
+
+namespace evalbus {
+namespace {
+
+struct VfsDeleter {
+  void operator()(mjVFS* vfs) const {
+    mj_deleteVFS(vfs);
+    delete vfs;
+  }
+};
+
+// MuJoCo's message in one line, with our file and line in place of those of the composed document.
+std::string Translate(std::string message, const SceneComposer& composer) {
+  std::string source;
+  std::smatch match;
+  if (std::regex_search(message, match, std::regex(R"(line =? ?(\d+))")))
+    source = composer.Locate(std::stoi(match[1]));
+  // "Object name = pot/pot, id = 3, line = 40, column = -1", "Element 'geom', line 40"
+  message = std::regex_replace(message, std::regex(R"(\s*Object name = (\S*), id = (-?\d+).*)"), " ('$1')");
+  message = std::regex_replace(message, std::regex(R"(\s*Element '(\w+)', line.*)"), " (<$1>)");
+  message = std::regex_replace(message, std::regex(R"(^(XML )?Error: )"), "");
+  message = std::regex_replace(message, std::regex(R"(( in object '' \(id = \d+\))?( \(''\))?$)"), "");
+  message = std::regex_replace(message, std::regex(R"(('[^']+')(.*) \(\1\)$)"), "$1$2");
+  message = std::regex_replace(message, std::regex(R"(\s+)"), " ");
+  while (!message.empty() && message.back() == ' ') message.pop_back();
+  return (source.empty() ? "scene" : source) + ": MuJoCo: " + message;
+}
+
+}  // namespace
+
+ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual,
+                      std::vector<std::string>* warnings) {
+  constexpr const char* kFile = "scene.xml";
+  const std::string xml = composer.ToXml(discard_visual);
+  auto* raw_vfs = new mjVFS;
+  mj_defaultVFS(raw_vfs);
+  const std::unique_ptr<mjVFS, VfsDeleter> vfs(raw_vfs);
+  mj_makeEmptyFileVFS(vfs.get(), kFile, static_cast<int>(xml.size()));
+  xml.copy(static_cast<char*>(vfs->filedata[mj_findFileVFS(vfs.get(), kFile)]), xml.size());
+
+  const MujocoCompileGuard guard(warnings);
+  char message[2000] = "";
+  ModelPtr model(mj_loadXML(kFile, vfs.get(), message, sizeof(message)));
+  if (!model) throw InputError(Translate(message, composer));
+  if (*message) warnings->push_back(Translate(message, composer));
+  return model;
+}
+
+}  // namespace evalbus

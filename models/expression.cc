@@ -1,0 +1,63 @@
+#include "models/expression.h"
+
+#include <algorithm>
+
+namespace evalbus {
+namespace {
+
+// An expression is a map with one entry, {name: body}. What the body is decides its kind:
+//
+//   {touching: {a: pot, b: floor}}    a map of values       named arguments
+//   {height: 1.2}                     a value or a list     one argument without a name
+//   {not: {touching: {...}}}          an expression         operand
+//   {all: [{...}, {...}]}             a list of these       operands
+//
+// An expression is told from a map of arguments by its one entry, which is a map or a list of maps.
+bool IsExpression(const YamlValue& value) {
+  if (!value.is_map()) return false;
+  const std::vector<YamlValue> entries = value.Entries();
+  if (entries.size() != 1) return false;
+  if (entries[0].is_map()) return true;
+  if (!entries[0].is_list()) return false;
+  const std::vector<YamlValue> elements = entries[0].List();
+  return std::any_of(elements.begin(), elements.end(), [](const YamlValue& e) { return !e.is_scalar(); });
+}
+
+void CheckArgument(const YamlValue& value) {
+  if (value.is_list()) {
+    value.Texts();
+  } else {
+    value.Text();
+  }
+}
+
+}  // namespace
+
+Expression ReadExpression(const YamlValue& value) {
+  const std::vector<YamlValue> entries = value.is_map() ? value.Entries() : std::vector<YamlValue>();
+  if (entries.size() != 1) {
+    value.Fail("expected one expression such as {holding: {gripper: left, object: pot}}");
+  }
+  const YamlValue& body = entries[0];
+  Expression expression{.name = body.key(), .arguments = body, .operands = {}};
+  if (IsExpression(body)) {
+    expression.operands.push_back(ReadExpression(body));
+  } else if (body.is_map()) {
+    for (const YamlValue& entry : body.Entries()) CheckArgument(entry);
+  } else if (body.is_list() && !body.List().empty() && !body.List()[0].is_scalar()) {
+    for (const YamlValue& element : body.List()) expression.operands.push_back(ReadExpression(element));
+  } else {
+    CheckArgument(body);
+  }
+  return expression;
+}
+
+std::vector<NamedExpression> ReadNamedExpressions(const YamlValue& value) {
+  const std::vector<YamlValue> entries = value.Entries();
+  if (entries.size() == 1 && !IsExpression(entries[0])) return {{"", ReadExpression(value)}};
+  std::vector<NamedExpression> result;
+  for (const YamlValue& entry : entries) result.push_back({entry.key(), ReadExpression(entry)});
+  return result;
+}
+
+}  // namespace evalbus

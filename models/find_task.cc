@@ -1,0 +1,89 @@
+// Finding tasks, as task_description.h says.
+#include <algorithm>
+#include <cstdlib>
+
+#include "base/errors.h"
+#include "models/task_description.h"
+#include "models/yaml_reader.h"
+
+namespace evalbus {
+namespace {
+
+// Where the path of a YAML file ends in `name`, with or without "/VARIATION" after it; npos: it names none.
+size_t EndOfFile(const std::string& name) {
+  for (const std::string extension : {".yaml", ".yml"}) {
+    const size_t dot = name.rfind(extension);
+    if (dot == std::string::npos) continue;
+    const size_t end = dot + extension.size();
+    if (end == name.size() || name[end] == '/') return end;
+  }
+  return std::string::npos;
+}
+
+}  // namespace
+
+bool IsTaskFile(const std::string& name) { return EndOfFile(name) != std::string::npos; }
+
+TaskSelection FindTask(const std::string& name) {
+  if (const size_t end = EndOfFile(name); end != std::string::npos) {
+    TaskDescription task = LoadTask(name.substr(0, end));
+    const std::string variation = end == name.size() ? task.variations[0].name : name.substr(end + 1);
+    task.Apply(variation);
+    return {std::move(task), variation};
+  }
+
+  const size_t slash = name.find('/');
+  const std::string task_name = name.substr(0, slash);
+  std::vector<std::string> known;
+  for (TaskDescription& task : AllTasks()) {
+    if (task.name == task_name) {
+      const std::string variation =
+          slash == std::string::npos ? task.variations[0].name : name.substr(slash + 1);
+      task.Apply(variation);
+      return {std::move(task), variation};
+    }
+    for (const Variation& variation : task.variations) {
+      if (variation.alias == name) {
+        const std::string found = variation.name;
+        task.Apply(found);
+        return {std::move(task), found};
+      }
+      known.push_back(task.name + "/" + variation.name);
+      if (!variation.alias.empty()) known.push_back(variation.alias);
+    }
+    known.push_back(task.name);
+  }
+
+  const std::string nearest = NearestName(name, known);
+  std::string message = "unknown task '" + name + "'";
+  if (!nearest.empty()) {
+    message += "; did you mean '" + nearest + "'?";
+  } else {
+    message += "; there are ";
+    std::string list;
+    for (const TaskDescription& task : AllTasks()) list += (list.empty() ? "" : ", ") + task.name;
+    message += list.empty() ? "none in " + (ModelsFolder() / "tasks").string() : list;
+  }
+  throw InputError(message);
+}
+
+std::vector<TaskDescription> AllTasks() {
+  const std::filesystem::path folder = ModelsFolder() / "tasks";
+  if (!std::filesystem::is_directory(folder)) {
+    throw InputError("no folder " + folder.string() +
+                     "; EVALBUS_MODELS must name a folder with tasks/, robots/, props/");
+  }
+  std::vector<TaskDescription> tasks;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".yaml") tasks.push_back(LoadTask(entry.path()));
+  }
+  std::sort(tasks.begin(), tasks.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return tasks;
+}
+
+std::filesystem::path ModelsFolder() {
+  const char* folder = std::getenv("EVALBUS_MODELS");
+  return folder && *folder ? std::filesystem::path(folder) : std::filesystem::path(EVALBUS_MODELS_FOLDER);
+}
+
+}  // namespace evalbus

@@ -1,0 +1,160 @@
+#include "models/model_info.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "base/errors.h"
+
+namespace evalbus {
+namespace {
+
+std::string NameOf(const mjModel& model, mjtObj type, int id) {
+  const char* name = mj_id2name(&model, type, id);
+  return name ? name : "";
+}
+
+void FillBodies(const TaskDescription& task, const RobotDescription& robot, const mjModel& model,
+                model_info_t* info) {
+  info->entity_name = {"world"};
+  info->entity_kind = {model_info_t::WORLD};
+  std::map<std::string, int> entity_of;
+  const auto add_entity = [&](const std::string& name, int8_t kind) {
+    entity_of[name] = static_cast<int>(info->entity_name.size());
+    info->entity_name.push_back(name);
+    info->entity_kind.push_back(kind);
+  };
+  for (const ArmDescription& arm : robot.arms) add_entity(arm.name, model_info_t::ROBOT);
+  for (const ScenePart& part : task.parts) {
+    const bool is_object =
+        std::find(task.objects.begin(), task.objects.end(), part.name) != task.objects.end();
+    add_entity(part.name, is_object ? model_info_t::OBJECT : model_info_t::FIXTURE);
+  }
+  info->num_entities = static_cast<int>(info->entity_name.size());
+
+  info->num_bodies = model.nbody;
+  for (int i = 0; i < model.nbody; ++i) {
+    info->body_name.push_back(NameOf(model, mjOBJ_BODY, i));
+    // What stands on the world belongs to the entity of its name; the rest to its parent's.
+    const int parent = model.body_parentid[i];
+    const auto entity = entity_of.find(info->body_name[i]);
+    if (i == 0) {
+      info->body_entity.push_back(0);
+    } else if (parent == 0) {
+      info->body_entity.push_back(entity == entity_of.end() ? 0 : entity->second);
+    } else {
+      info->body_entity.push_back(info->body_entity[parent]);
+    }
+  }
+  for (const std::string& object : task.objects) {
+    info->object_name.push_back(object);
+    info->object_entity.push_back(entity_of.at(object));
+  }
+  info->num_objects = static_cast<int>(task.objects.size());
+}
+
+void FillGeomsAndJoints(const mjModel& model, model_info_t* info) {
+  info->num_geoms = model.ngeom;
+  for (int i = 0; i < model.ngeom; ++i) {
+    const int body = model.geom_bodyid[i];
+    std::string name = NameOf(model, mjOBJ_GEOM, i);
+    if (name.empty()) name = info->body_name[body] + "/geom" + std::to_string(i - model.body_geomadr[body]);
+    info->geom_name.push_back(name);
+    info->geom_body.push_back(body);
+  }
+  info->num_joints = model.njnt;
+  for (int i = 0; i < model.njnt; ++i) {
+    const int body = model.jnt_bodyid[i];
+    std::string name = NameOf(model, mjOBJ_JOINT, i);
+    if (name.empty()) name = info->body_name[body] + "/joint" + std::to_string(i - model.body_jntadr[body]);
+    info->joint_name.push_back(name);
+    info->joint_qpos_index.push_back(model.jnt_qposadr[i]);
+    const bool limited =
+        model.jnt_limited[i] && model.jnt_type[i] != mjJNT_FREE && model.jnt_type[i] != mjJNT_BALL;
+    info->joint_lower_mixed.push_back(limited ? model.jnt_range[2 * i] : 0);
+    info->joint_upper_mixed.push_back(limited ? model.jnt_range[2 * i + 1] : 0);
+  }
+}
+
+arm_info_t FillArm(const ArmDescription& arm, const mjModel& model, const model_info_t& info) {
+  const std::string prefix = arm.prefix();
+  const auto fail = [&](const std::string& message) {
+    throw InputError(arm.location.ToString() + ": arm '" + arm.name + "': " + message);
+  };
+  arm_info_t result{};
+  result.name = arm.name;
+  result.entity = info.body_entity[mj_name2id(&model, mjOBJ_BODY, arm.name.c_str())];
+  result.num_joints = static_cast<int>(arm.joints.size());
+  for (size_t i = 0; i < arm.joints.size(); ++i) {
+    const int joint = mj_name2id(&model, mjOBJ_JOINT, (prefix + arm.joints[i]).c_str());
+    const int actuator = mj_name2id(&model, mjOBJ_ACTUATOR, (prefix + arm.actuators[i]).c_str());
+    if (model.jnt_type[joint] != mjJNT_HINGE) fail("joint '" + arm.joints[i] + "' is not a hinge");
+    if (model.actuator_trntype[actuator] != mjTRN_JOINT || model.actuator_trnid[2 * actuator] != joint) {
+      fail("actuator '" + arm.actuators[i] + "' does not drive joint '" + arm.joints[i] + "'");
+    }
+    const double lower = model.jnt_range[2 * joint], upper = model.jnt_range[2 * joint + 1];
+    if (model.jnt_limited[joint] && (arm.home[i] < lower || arm.home[i] > upper)) {
+      fail("home position of joint '" + arm.joints[i] + "' is outside its range [" + std::to_string(lower) +
+           ", " + std::to_string(upper) + "] rad");
+    }
+    result.joint_name.push_back(prefix + arm.joints[i]);
+    result.joint_qpos_index.push_back(model.jnt_qposadr[joint]);
+    result.joint_lower_rad.push_back(model.jnt_limited[joint] ? lower : 0);
+    result.joint_upper_rad.push_back(model.jnt_limited[joint] ? upper : 0);
+    result.joint_home_rad.push_back(arm.home[i]);
+  }
+  result.wrist_site = prefix + arm.wrist_site;
+  return result;
+}
+
+gripper_info_t FillGripper(const GripperDescription& gripper, int arm, const mjModel& model) {
+  const std::string prefix = gripper.prefix();
+  const auto fail = [&](const std::string& message) {
+    throw InputError(gripper.location.ToString() + ": gripper of arm '" + gripper.arm + "': " + message);
+  };
+  gripper_info_t result{};
+  result.name = gripper.arm;
+  result.arm = arm;
+  for (const std::string& name : gripper.pad_bodies) {
+    const int body = mj_name2id(&model, mjOBJ_BODY, (prefix + name).c_str());
+    const size_t before = result.pad_geom.size();
+    for (int i = 0; i < model.body_geomnum[body]; ++i) {
+      const int geom = model.body_geomadr[body] + i;
+      if (model.geom_contype[geom] | model.geom_conaffinity[geom]) result.pad_geom.push_back(geom);
+    }
+    if (result.pad_geom.size() == before) fail("pad body '" + name + "' has no geom that collides");
+  }
+  result.num_pad_geoms = static_cast<int>(result.pad_geom.size());
+  for (const std::string& name : gripper.joints) {
+    const int joint = mj_name2id(&model, mjOBJ_JOINT, (prefix + name).c_str());
+    if (model.jnt_type[joint] != mjJNT_HINGE && model.jnt_type[joint] != mjJNT_SLIDE) {
+      fail("joint '" + name + "' neither slides nor hinges");
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& robot, const mjModel& model) {
+  model_info_t info{};
+  info.message_version = model_info_t::VERSION;
+  info.task = task.name;
+  info.task_yaml = task.text;
+  info.task_file = task.file.string();
+  info.robot = robot.name;
+  info.timestep_us = std::llround(model.opt.timestep * 1e6);
+  info.time_limit_us = std::llround(task.time_limit * 1e6);
+  FillBodies(task, robot, model, &info);
+  FillGeomsAndJoints(model, &info);
+  for (size_t i = 0; i < robot.arms.size(); ++i) {
+    info.arm.push_back(FillArm(robot.arms[i], model, info));
+    info.gripper.push_back(FillGripper(robot.grippers[i], static_cast<int>(i), model));
+  }
+  info.num_arms = static_cast<int>(info.arm.size());
+  info.num_grippers = static_cast<int>(info.gripper.size());
+  return info;
+}
+
+}  // namespace evalbus

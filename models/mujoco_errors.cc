@@ -1,0 +1,66 @@
+#include "models/mujoco_errors.h"
+
+#include <mujoco/mujoco.h>
+
+#include <iostream>
+#include <utility>
+
+#include "base/errors.h"
+
+namespace evalbus {
+namespace {
+
+std::mutex compile_mutex;
+// Where this thread's warnings go while it compiles, else null.
+thread_local std::vector<std::string>* compile_warnings = nullptr;
+
+std::mutex sink_mutex;
+MujocoWarningSink warning_sink;
+
+void OnError(const char* message) {
+  const std::string text = std::string("MuJoCo: ") + message;
+  if (compile_warnings) throw InputError(text);
+  throw EnvironmentError(text);
+}
+
+void OnWarning(const char* message) {
+  if (compile_warnings) {
+    compile_warnings->push_back(std::string("MuJoCo: ") + message);
+    return;
+  }
+  // A copy, for a sink may set another one.
+  const MujocoWarningSink sink = [] {
+    const std::lock_guard lock(sink_mutex);
+    return warning_sink;
+  }();
+  if (sink) {
+    sink(message);
+  } else {
+    std::cerr << "MuJoCo warning: " << message << std::endl;
+  }
+}
+
+}  // namespace
+
+void InstallMujocoHandlers() {
+  // Written once: MuJoCo reads them without a lock.
+  static std::once_flag once;
+  std::call_once(once, [] {
+    mju_user_error = OnError;
+    mju_user_warning = OnWarning;
+  });
+}
+
+void SetMujocoWarningSink(MujocoWarningSink sink) {
+  const std::lock_guard lock(sink_mutex);
+  warning_sink = std::move(sink);
+}
+
+MujocoCompileGuard::MujocoCompileGuard(std::vector<std::string>* warnings) : lock_(compile_mutex) {
+  InstallMujocoHandlers();
+  compile_warnings = warnings;
+}
+
+MujocoCompileGuard::~MujocoCompileGuard() { compile_warnings = nullptr; }
+
+}  // namespace evalbus

@@ -1,0 +1,99 @@
+#include "models/mujoco_errors.h"
+
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "base/errors.h"
+
+namespace evalbus {
+namespace {
+
+template <class Error>
+std::string Thrown(const char* message) {
+  try {
+    mju_error(message);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+// Warnings as the sink hears them.
+class MujocoErrors : public testing::Test {
+ protected:
+  MujocoErrors() {
+    InstallMujocoHandlers();
+    SetMujocoWarningSink([this](const std::string& warning) { heard_.push_back(warning); });
+  }
+  ~MujocoErrors() override { SetMujocoWarningSink({}); }
+
+  std::vector<std::string> heard_;
+};
+
+TEST_F(MujocoErrors, ErrorsOfARunAreOfTheEnvironmentAndWarningsGoToTheSink) {
+  EXPECT_EQ(Thrown<EnvironmentError>("stack overflow"), "MuJoCo: stack overflow");
+  mju_warning("unstable");
+  EXPECT_EQ(heard_, std::vector<std::string>{"unstable"});
+}
+
+TEST_F(MujocoErrors, WithoutASinkWarningsAreLinesOnStderr) {
+  SetMujocoWarningSink({});
+  testing::internal::CaptureStderr();
+  mju_warning("unstable");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "MuJoCo warning: unstable\n");
+  EXPECT_TRUE(heard_.empty());
+}
+
+TEST_F(MujocoErrors, ASinkMaySetAnother) {
+  SetMujocoWarningSink([this](const std::string&) {
+    SetMujocoWarningSink([this](const std::string& warning) { heard_.push_back("later " + warning); });
+  });
+  mju_warning("one");
+  mju_warning("two");
+  EXPECT_EQ(heard_, std::vector<std::string>{"later two"});
+}
+
+TEST_F(MujocoErrors, WhatACompilerSaysIsTheInputs) {
+  std::vector<std::string> warnings;
+  {
+    const MujocoCompileGuard guard(&warnings);
+    mju_warning("two hulls");
+    EXPECT_EQ(Thrown<InputError>("bad mesh"), "MuJoCo: bad mesh");
+    // Another thread is at a run.
+    std::thread([] {
+      mju_warning("unstable");
+      EXPECT_EQ(Thrown<EnvironmentError>("stack overflow"), "MuJoCo: stack overflow");
+    }).join();
+  }
+  EXPECT_EQ(warnings, std::vector<std::string>{"MuJoCo: two hulls"});
+  EXPECT_EQ(heard_, std::vector<std::string>{"unstable"});
+  EXPECT_EQ(Thrown<EnvironmentError>("stack overflow"), "MuJoCo: stack overflow");
+}
+
+TEST_F(MujocoErrors, OneCompilerAtATime) {
+  std::atomic<int> compiling = 0, most = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&] {
+      for (int k = 0; k < 200; ++k) {
+        std::vector<std::string> warnings;
+        const MujocoCompileGuard guard(&warnings);
+        most = std::max(most.load(), ++compiling);
+        std::this_thread::yield();
+        mju_warning("mine");
+        EXPECT_EQ(warnings.size(), 1u);
+        --compiling;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(most, 1);
+  EXPECT_TRUE(heard_.empty());
+}
+
+}  // namespace
+}  // namespace evalbus
