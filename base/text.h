@@ -13,6 +13,16 @@ std::string Cut(const std::string& text, int width);
 // Filled up with spaces to a width: text to the right, or, where the width is negative, to the left.
 std::string Pad(const std::string& text, int width);
 
+// Control characters become '?': names may come from anywhere, and a terminal obeys them.
+std::string Printable(std::string text);
+
+// "left_gripper" -> "left gripper".
+std::string Words(std::string name);
+
+// Five characters, so that columns stay: four significant digits and no more than three decimals, three
+// digits behind a minus; thousands ("123k") from 100000 on. "-" for what is not finite.
+std::string Number(double value);
+
 // How many decimals show four significant digits of a number of this magnitude; three at most.
 int Decimals(double magnitude);
 

@@ -13,7 +13,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/extended_value.h"
-#include "metrics/statistics/metric_info.h"
+#include "lcmtypes/metric_catalogue.h"
 
 namespace evalbus::launch {
 namespace {
@@ -38,13 +38,6 @@ std::string Bar(double fraction, int width) {
   std::string bar;
   for (int i = 0; i < width; ++i) bar += i < full ? "━" : "─";
   return bar;
-}
-
-// Four significant digits, never in exponential form for the sizes met here.
-std::string Number(double value, bool is_count = false) {
-  if (!std::isfinite(value)) return "-";
-  if (is_count && value == std::floor(value)) return fmt::format("{:.0f}", value);
-  return fmt::format("{:.{}f}", value, Decimals(std::abs(value)));
 }
 
 // One line per finished episode: columns from the left as far as the terminal is wide.
@@ -174,14 +167,15 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   text += "\n" + std::string(kLabelWidth, ' ');
   for (size_t s = 0; s < shown; ++s) text += Pad(statistics[s].title, statistics[s].width);
   text += "\n";
-  for (const metrics::MetricInfo& info : metrics::MainMetrics()) {
-    const metrics::MetricSummary* metric = summary.Find(std::string(info.name));
-    if (metric == nullptr) continue;
-    const bool is_count = info.unit.empty() || info.unit == "%";
-    const auto number = [&](double value) { return Number(value * info.scale, is_count); };
-    text += Pad(std::string(info.label), -kLabelWidth);
-    for (size_t s = 0; s < shown; ++s) text += Pad(statistics[s].text(*metric, number), statistics[s].width);
-    text += info.unit.empty() ? "\n" : fmt::format("  {}\n", info.unit);
+  std::vector<std::string> names;
+  for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
+  for (const MetricNumber& main : MainMetrics(names)) {
+    const auto number = [&](double value) { return ShownValue(*main.metric, value); };
+    text += Pad(main.label(), -kLabelWidth);
+    for (size_t s = 0; s < shown; ++s) {
+      text += Pad(statistics[s].text(*summary.Find(main.name), number), statistics[s].width);
+    }
+    text += main.shown_unit().empty() ? "\n" : fmt::format("  {}\n", main.shown_unit());
   }
   return text;
 }

@@ -12,7 +12,7 @@
 #include "bus/channels.h"
 #include "cli/results/episode_json.h"
 #include "cli/results/pacing.h"
-#include "metrics/episode/result_json.h"
+#include "lcmtypes/end_reason.h"
 
 namespace evalbus::launch {
 namespace {
@@ -181,12 +181,12 @@ void RunController::OnEnd(const episode_end_t& end) {
   end_ = end;
   ended_ = std::chrono::steady_clock::now();
   // Metrics may not be able to say so, if it was led into another episode.
-  if (end.end_reason == "aborted") BeginAgain(end.detail);
+  if (end.end_reason == end_reason::kAborted) BeginAgain(end.detail);
 }
 
 void RunController::OnSummary(const episode_summary_t& summary) {
   if (done() || summary.header.episode != episode_index() || summary.attempt != attempt_ || !begun_) return;
-  if (summary.end_reason == "aborted") return BeginAgain(summary.end_detail);
+  if (summary.end_reason == end_reason::kAborted) return BeginAgain(summary.end_detail);
   if (summary.seed != seed())
     return BeginAgain("begun with a seed that is not ours: is a second run on this bus?");
   if (!foreign_model_.empty())

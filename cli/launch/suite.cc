@@ -44,15 +44,11 @@ class Tally {
   nlohmann::ordered_json Json() const {
     const metrics::RunSummary summary = statistics_.Summary(false);
     const metrics::MetricSummary* time = summary.Find("completion_time");
-    nlohmann::ordered_json reasons = nlohmann::ordered_json::object();
+    nlohmann::ordered_json json = metrics::RatesJson(summary);
+    json["mean_completion_time_s"] = time ? nlohmann::ordered_json(time->mean) : nullptr;
+    nlohmann::ordered_json& reasons = json["failure_reasons"] = nlohmann::ordered_json::object();
     for (const auto& [reason, count] : FailuresOf(summary)) reasons[reason] = count;
-    return {{"episodes", summary.episodes},
-            {"complete", summary.complete},
-            {"successes", summary.successes},
-            {"success_rate", summary.complete > 0 ? nlohmann::ordered_json(summary.success_rate) : nullptr},
-            {"success_rate_wilson_95", {summary.wilson.lower, summary.wilson.upper}},
-            {"mean_completion_time_s", time ? nlohmann::ordered_json(time->mean) : nullptr},
-            {"failure_reasons", reasons}};
+    return json;
   }
   std::string Line(const std::string& name, size_t width) const {
     const metrics::RunSummary summary = statistics_.Summary(false);

@@ -9,8 +9,8 @@
 #include "base/json_file.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "cli/launch/run_controller.h"
 #include "cli/results/episode_json.h"
+#include "lcmtypes/end_reason.h"
 #include "lcmtypes/plausible.h"
 
 namespace evalbus::results {
@@ -27,10 +27,6 @@ bool IsOtherType(std::span<const uint8_t> data, int64_t fingerprint) {
   int64_t found = 0;
   return __int64_t_decode_array(data.data(), 0, static_cast<int>(data.size()), &found, 1) > 0 &&
          found != fingerprint;
-}
-
-const char* EndReason(int8_t verdict) {
-  return verdict == partial_metrics_t::SUCCESS ? "success" : "failure";
 }
 
 }  // namespace
@@ -150,9 +146,9 @@ void Rescorer::ScoreTicks() {
     if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
       // A realtime episode runs on until the sim hears the verdict.
       if (model_->clock != "lockstep") continue;
-      end.end_reason = EndReason(scorer_->verdict());
+      end.end_reason = ReasonOf(scorer_->verdict());
     } else if (end.header.sim_time_us >= std::llround(task_->time_limit * 1e6)) {
-      end.end_reason = "time_limit";
+      end.end_reason = end_reason::kTimeLimit;
     } else {
       continue;
     }
@@ -170,7 +166,7 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   if (!end_) {
     end_.emplace();
     end_->header = recorded ? recorded->header : last_;
-    end_->end_reason = recorded ? recorded->end_reason : "aborted";
+    end_->end_reason = recorded ? recorded->end_reason : end_reason::kAborted;
     end_->detail = recorded ? recorded->end_detail : "the log ends before the episode";
   }
   merger_.EndAt(end_->header.tick);
@@ -179,13 +175,13 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   if (own_end_) {
     end_ = own_end_;
   } else if (task_ && scorer_->verdict() != partial_metrics_t::UNDECIDED) {
-    end_->end_reason = EndReason(scorer_->verdict());
-  } else if (task_ && end_->end_reason == "time_limit") {
-    end_->end_reason = "aborted";
+    end_->end_reason = ReasonOf(scorer_->verdict());
+  } else if (task_ && end_->end_reason == end_reason::kTimeLimit) {
+    end_->end_reason = end_reason::kAborted;
     end_->detail = "the log ends before this description's time limit";
   }
   if (!conflicts_.conflict().empty()) {
-    end_->end_reason = "aborted";
+    end_->end_reason = end_reason::kAborted;
     end_->detail = conflicts_.conflict();
   }
   scorer_->EndAt(end_->header.tick);

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "metrics/sample.h"
-#include "metrics/task/model_names.h"
 #include "metrics/task/predicate.h"
+#include "models/model_names.h"
 #include "models/task_description.h"
 
 namespace evalbus::metrics {

@@ -8,7 +8,8 @@
 #include <limits>
 #include <set>
 
-#include "viz/report/metric_name.h"
+#include "base/text.h"
+#include "lcmtypes/metric_catalogue.h"
 #include "viz/report/page.h"
 #include "viz/report/scale.h"
 
@@ -164,15 +165,18 @@ class RunSections {
                                "self_collision_count", "extended.min_clearance_m"}) {
         const ReportMetric* metric = Find(run_, name);
         if (!metric) continue;
-        const MetricName words = NameForPeople(name);
-        const double mean = Statistic(metric, "mean"), median = Statistic(metric, "median");
+        const MetricNumber number = FindMetric(name);
+        const std::string unit(number.shown_unit());
+        const auto shown = [&](const char* statistic) {
+          return Statistic(metric, statistic) * number.scale();
+        };
         Tile(
-            "mean " + words.label,
+            "mean " + number.label(),
             [&] {
-              Data(mean, &html_);
-              if (!words.unit.empty()) html_.Element("span", {{"class", "unit"}}, " " + words.unit);
+              Data(Statistic(metric, "mean"), Number(shown("mean")), &html_);
+              if (!unit.empty()) html_.Element("span", {{"class", "unit"}}, " " + unit);
             },
-            "median " + Number(median, 3) + ", max " + Number(Statistic(metric, "max"), 3));
+            "median " + Number(shown("median"), 3) + ", max " + Number(shown("max"), 3));
       }
     });
   }
@@ -255,9 +259,9 @@ class RunSections {
         for (const ReportStage& stage : run_.stages) {
           const double share = run_.complete > 0 ? static_cast<double>(stage.reached) / run_.complete : kNaN;
           html_.Element("tr", {}, [&] {
-            html_.Element("th", {{"scope", "row"}},
-                          stage.name.empty() ? "stage " + stage.index
-                                             : stage.index + " " + NameForPeople(stage.name).label);
+            html_.Element(
+                "th", {{"scope", "row"}},
+                stage.name.empty() ? "stage " + stage.index : stage.index + " " + Words(stage.name));
             html_.Element("td", {{"class", "bar"}}, [&] {
               if (std::isfinite(share)) DrawBar(share, "good", &html_);
             });
@@ -269,38 +273,52 @@ class RunSections {
     });
   }
 
-  // Metrics that have their own figure: no stages, no parts by arm where there is a total.
-  bool HasFigure(const std::string& name) const {
-    if (name == "success" || name.starts_with("task_stage_reached") ||
-        name.starts_with("extended.stage_time_s")) {
-      return false;
+  // No stages, no parts by arm where there is a number for both.
+  bool HasFigure(const MetricNumber& number) const {
+    if (!number.metric) return true;
+    const std::string name(number.metric->name);
+    const auto stands_alone = [&](const char* prefix) { return !Find(run_, prefix + name); };
+    switch (number.metric->kind) {
+      case MetricKind::kSuccess:
+      case MetricKind::kByStage:
+      case MetricKind::kByObject:
+        return false;
+      default:
+        break;
     }
-    const std::string base = name.starts_with("extended.") ? name.substr(9) : name;
-    const size_t dot = base.find('.');
-    if (dot == std::string::npos) return !(base.starts_with("avg_") && Find(run_, "total_" + base.substr(4)));
-    const std::string whole = base.substr(0, dot);
-    return !Find(run_, "total_" + whole) && !Find(run_, "overall_" + whole) &&
-           whole != "slip_count_per_object";
+    switch (number.part) {
+      case MetricPart::kAverage:
+        return stands_alone("total_");
+      case MetricPart::kItself:
+        return number.of.empty() || stands_alone("total_");
+      case MetricPart::kMean:
+        return number.of.empty() || stands_alone("overall_avg_");
+      case MetricPart::kRms:
+        return number.of.empty() || stands_alone("overall_rms_");
+      default:
+        return true;
+    }
   }
 
   void Distributions() {
     std::vector<std::function<void()>> figures;
     std::vector<std::pair<std::string, double>> constant;
     for (const ReportMetric& metric : run_.metrics) {
-      if (!HasFigure(metric.name)) continue;
-      const MetricName words = NameForPeople(metric.name);
-      HistogramFigure figure{.name = words.label,
-                             .unit = words.unit,
+      const MetricNumber number = FindMetric(metric.name);
+      if (!HasFigure(number)) continue;
+      const double scale = number.scale();
+      HistogramFigure figure{.name = number.label(),
+                             .unit = std::string(number.shown_unit()),
                              .succeeded = {},
                              .failed = {},
-                             .p5 = Statistic(&metric, "p5"),
-                             .median = Statistic(&metric, "median"),
-                             .p95 = Statistic(&metric, "p95")};
+                             .p5 = Statistic(&metric, "p5") * scale,
+                             .median = Statistic(&metric, "median") * scale,
+                             .p95 = Statistic(&metric, "p95") * scale};
       double low = std::numeric_limits<double>::infinity(), high = -low;
       for (const ReportEpisode& episode : run_.episode) {
         const double value = ValueOf(episode, metric.name);
         if (!episode.complete || !std::isfinite(value)) continue;
-        (episode.success ? figure.succeeded : figure.failed).push_back(value);
+        (episode.success ? figure.succeeded : figure.failed).push_back(value * scale);
         low = std::min(low, value);
         high = std::max(high, value);
       }
@@ -309,7 +327,8 @@ class RunSections {
         constant.emplace_back(metric.name, low);
         continue;
       }
-      figures.push_back([this, figure = std::move(figure), &metric] { HistogramCard(figure, metric); });
+      figures.push_back(
+          [this, figure = std::move(figure), &metric, scale] { HistogramCard(figure, metric, scale); });
     }
     html_.Element("section", {}, [&] {
       Heading("Distributions", "distributions");
@@ -324,9 +343,10 @@ class RunSections {
         html_.Element("p", {{"class", "note"}}, [&] {
           html_.Text("The same in every episode: ");
           for (size_t i = 0; i < constant.size(); ++i) {
-            const MetricName words = NameForPeople(constant[i].first);
-            html_.Text((i == 0 ? "" : ", ") + words.label + " ");
-            html_.Text(Number(constant[i].second) + (words.unit.empty() ? "" : " " + words.unit));
+            const MetricNumber number = FindMetric(constant[i].first);
+            const std::string unit(number.shown_unit());
+            html_.Text((i == 0 ? "" : ", ") + number.label() + " ");
+            html_.Text(Number(constant[i].second * number.scale()) + (unit.empty() ? "" : " " + unit));
           }
           html_.Text(".");
         });
@@ -352,7 +372,7 @@ class RunSections {
     });
   }
 
-  void HistogramCard(const HistogramFigure& figure, const ReportMetric& metric) {
+  void HistogramCard(const HistogramFigure& figure, const ReportMetric& metric, double scale) {
     html_.Element("figure", {{"class", "card"}}, [&] {
       html_.Element("figcaption", {{"title", metric.name}}, [&] {
         html_.Text(figure.name);
@@ -361,7 +381,8 @@ class RunSections {
       DrawHistogram(figure, &html_);
       html_.Element("div", {{"class", "note"}},
                     fmt::format("median {}, mean {}, max {}", Number(figure.median, 3),
-                                Number(Statistic(&metric, "mean"), 3), Number(Statistic(&metric, "max"), 3)));
+                                Number(Statistic(&metric, "mean") * scale, 3),
+                                Number(Statistic(&metric, "max") * scale, 3)));
     });
   }
 
@@ -384,7 +405,7 @@ class RunSections {
               html_.Element("th", {}, "metric");
               html_.Element("th", {}, "unit");
               for (const std::string& column : columns) {
-                html_.Element("th", {{"class", "number"}}, NameForPeople("extended." + column).label);
+                html_.Element("th", {{"class", "number"}}, Words(column));
               }
             });
           });
@@ -396,10 +417,13 @@ class RunSections {
     });
   }
 
+  // The numbers of summary.json by their names there, and in their units.
   void StatisticsRow(const ReportMetric& metric, const std::vector<std::string>& columns) {
+    const MetricInfo* info = FindMetric(metric.name).metric;
+    const bool has_unit = info && info->unit != "count" && info->unit != "1";
     html_.Element("tr", {{"data-metric", metric.name}}, [&] {
       html_.Element("th", {{"scope", "row"}}, [&] { html_.Element("code", {}, metric.name); });
-      html_.Element("td", {}, NameForPeople(metric.name).unit);
+      html_.Element("td", {}, has_unit ? std::string(info->unit) : "");
       for (const std::string& column : columns) {
         html_.Element("td", {{"class", "number"}, {"data-statistic", column}}, [&] {
           const auto found = std::find_if(metric.statistics.begin(), metric.statistics.end(),

@@ -107,7 +107,7 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "                              mean   its 95 % interval      std   median\n"
             "slips                        1.500        1 to       2    0.500        1\n"
             "smallest clearance           163.5                   -        -    200.0  mm\n"
-            "gripper height difference    0.123    0.100 to   12.50    12346  1234568  mm\n");
+            "gripper height difference    0.123    0.100 to   12.50    12346    1235k  mm\n");
 }
 
 TEST(SummaryTable, FitsEveryWidth) {
