@@ -21,6 +21,7 @@
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
 #include "cli/results/run_folder.h"
+#include "cli/results/summary_table.h"
 #include "cli/version.h"
 #include "metrics/statistics/run_statistics.h"
 #include "policy_bridge/factory.h"
@@ -28,6 +29,7 @@
 #include "sim/sim_options.h"
 #include "viz/pictures/film.h"
 #include "viz/pictures/renderer.h"
+#include "viz/terminal/terminal.h"
 
 namespace evalbus::commands {
 namespace {
@@ -249,7 +251,7 @@ int RunOne(launch::RunOptions options) {
   auto summary_json = metrics::SummaryJson(selection.task.name, selection.variation, summary);
   if (options.sim.realtime) summary_json["pacing"] = results::RunPacing(episodes);
   folder.WriteJson(kSummaryJson, summary_json);
-  fmt::print("\n{}", launch::SummaryTable(summary));
+  fmt::print("\n{}", results::SummaryTable(summary, viz::TerminalWidth(stdout)));
   if (options.sim.realtime && !episodes.empty())
     fmt::print("\n{}", results::PacingText(summary_json["pacing"]));
   const size_t added = static_cast<size_t>(summary.episodes) - finished.size();

@@ -11,10 +11,10 @@
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "cli/launch/job_pool.h"
-#include "cli/launch/live_view.h"
 #include "cli/launch/workers.h"
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
+#include "cli/results/summary_table.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/task_description.h"
 
@@ -138,9 +138,9 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
   int done = 0;
   const auto progress = [&] {
     if (!is_terminal) return;
-    fmt::print(
-        "\x1b[K{} of {} runs, {}\r", done, tasks.size(),
-        FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()));
+    fmt::print("\x1b[K{} of {} runs, {}\r", done, tasks.size(),
+               results::FormatDuration(
+                   std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()));
     std::fflush(stdout);
   };
   while (!pool.done() && !stop_requested()) {
@@ -170,10 +170,10 @@ int RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
   if (families.size() > 1) fmt::print("{}", all.Line("all", width));
   auto shown = std::filesystem::proximate(suite.path());
   if (shown.string().starts_with("..")) shown = suite.path();
-  fmt::print(
-      "\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(),
-      FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()),
-      (shown / "*" / kEpisodesJsonl).string());
+  fmt::print("\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(),
+             results::FormatDuration(
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()),
+             (shown / "*" / kEpisodesJsonl).string());
   if (done < static_cast<int>(tasks.size())) {
     throw EnvironmentError(
         fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on", done,
