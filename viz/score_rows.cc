@@ -21,26 +21,33 @@ constexpr std::string_view kFirst[] = {"slip_count",
 double Sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
 ScoreRow One(const MetricInfo& metric, double value) {
-  ScoreRow row{.metric = &metric, .label = std::string(metric.label), .of = {}, .each = {}};
+  ScoreRow row;
+  row.metric = &metric;
+  row.label = metric.label;
   row.whole = value;
   return row;
 }
 
 ScoreRow Each(const MetricInfo& metric, std::vector<std::string> of, std::vector<double> values) {
-  ScoreRow row{.metric = &metric, .label = std::string(metric.label), .of = std::move(of), .each = {}};
-  if (metric.kind == MetricKind::kSumByArm && values.size() > 1) row.whole = Sum(values);
+  const bool adds_up = metric.kind == MetricKind::kSumByArm && values.size() > 1;
+  ScoreRow row = One(metric, adds_up ? Sum(values) : std::numeric_limits<double>::quiet_NaN());
+  row.of = std::move(of);
   row.each = std::move(values);
   return row;
 }
 
 void AddJerk(const MetricInfo& metric, const metric_values_t& v, std::vector<ScoreRow>* rows) {
-  const auto add = [&](const char* what, const std::vector<double>& arms, double overall) {
+  const auto add = [&](MetricPart part, const std::vector<double>& arms, double overall) {
+    MetricNumber number;
+    number.metric = &metric;
+    number.part = part;
     ScoreRow& row = rows->emplace_back(Each(metric, v.arm_name, arms));
-    row.label += what;
+    row.part = part;
+    row.label = number.label();
     if (arms.size() > 1) row.whole = overall;
   };
-  add(", rms", v.*metric.jerk->rms, v.*metric.jerk->overall_rms);
-  add(", mean", v.*metric.jerk->avg, v.*metric.jerk->overall_avg);
+  add(MetricPart::kRms, v.*metric.jerk->rms, v.*metric.jerk->overall_rms);
+  add(MetricPart::kMean, v.*metric.jerk->avg, v.*metric.jerk->overall_avg);
 }
 
 void AddRoboEval(const MetricInfo& metric, const metric_values_t& v, std::vector<ScoreRow>* rows) {

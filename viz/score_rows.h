@@ -14,7 +14,8 @@
 namespace evalbus::viz {
 
 struct ScoreRow {
-  const MetricInfo* metric;
+  const MetricInfo* metric = nullptr;
+  MetricPart part = MetricPart::kItself;
   std::string label;  // "wrist jerk, rms", "left_gripper_to_pot"
   // In SI units. By arm or gripper, whose names `of` has; both are empty for a metric that is one number.
   std::vector<std::string> of;

@@ -31,7 +31,7 @@ int RankOf(const ScoreRow& row) {
   constexpr int kHowFarAndClean = 10;  // main metrics up to the joint path
   const MetricInfo& metric = *row.metric;
   if (metric.kind == MetricKind::kByName || (metric.kind == MetricKind::kCount && metric.main > 0)) return 3;
-  if (metric.kind == MetricKind::kJerk && row.label.ends_with("mean")) return 7;
+  if (row.part == MetricPart::kMean) return 7;
   return metric.main == 0 ? 9 : metric.main <= kHowFarAndClean ? 4 : 5;
 }
 

@@ -288,8 +288,10 @@ TEST_F(RolloutMetricsTest, MeasuresEffortAndSafety) {
   EXPECT_EQ(Extended("min_clearance_m"), 0.1);
   EXPECT_EQ(Extended("min_clearance_time_s"), 1);
   EXPECT_EQ(Extended("peak_penetration_m"), 0.01);
-  EXPECT_EQ(ExtendedValues(Extended(), "mechanical_work_J"), (std::vector<double>{0, 2}));
-  EXPECT_EQ(ExtendedValues(Extended(), "peak_wrist_speed_mps"), (std::vector<double>{10, 0}));
+  EXPECT_EQ(Extended("mechanical_work_J.left"), 0);
+  EXPECT_EQ(Extended("mechanical_work_J.right"), 2);
+  EXPECT_EQ(Extended("peak_wrist_speed_mps.left"), 10);
+  EXPECT_EQ(Extended("peak_wrist_speed_mps.right"), 0);
   EXPECT_EQ(Extended("min_joint_limit_margin_rad"), 0.5);
 }
 
