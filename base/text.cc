@@ -1,6 +1,9 @@
 #include "base/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 namespace evalbus {
@@ -32,6 +35,21 @@ std::string Printable(const std::string& text) {
     i += is_c1;
   }
   return printable;
+}
+
+std::string Words(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+std::string Number(double value) {
+  if (!std::isfinite(value)) return "-";
+  const double magnitude = std::abs(value);
+  if (magnitude < 0.0005) return "0.000";  // without a sign that comes and goes
+  if (magnitude >= 99999.5) return fmt::format("{:.0f}k", value * 1e-3);
+  // A minus takes the place of a digit, unless none would be left.
+  const bool shorter = value < -0.005;
+  return fmt::format("{:.{}f}", value, shorter ? std::min(2, Decimals(magnitude * 10)) : Decimals(magnitude));
 }
 
 int Decimals(double magnitude) {

@@ -17,6 +17,13 @@ std::string Pad(const std::string& text, int width);
 // each becomes a question mark.
 std::string Printable(const std::string& text);
 
+// "left_gripper" -> "left gripper".
+std::string Words(std::string name);
+
+// Five characters, so that columns stay: four significant digits and no more than three decimals, three
+// digits behind a minus; thousands ("123k") from 100000 on. "-" for what is not finite.
+std::string Number(double value);
+
 // How many decimals show four significant digits of a number of this magnitude; three at most.
 int Decimals(double magnitude);
 

@@ -19,7 +19,11 @@ inline constexpr char kUnstable[] = "unstable";
 // Its result would say nothing of the policy: begun again, and in no rate.
 inline constexpr char kAborted[] = "aborted";
 
-// Of an episode that ends on its verdict, which is decided.
-inline const char* Of(int8_t verdict) { return verdict == partial_metrics_t::SUCCESS ? kSuccess : kFailure; }
+// What a verdict (partial_metrics_t) ends an episode with; empty while it is undecided.
+inline const char* Of(int8_t verdict) {
+  return verdict == partial_metrics_t::SUCCESS   ? kSuccess
+         : verdict == partial_metrics_t::FAILURE ? kFailure
+                                                 : "";
+}
 
 }  // namespace evalbus::end_reason

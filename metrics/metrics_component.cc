@@ -1,6 +1,7 @@
 #include "metrics/metrics_component.h"
 
 #include "bus/channels.h"
+#include "lcmtypes/end_reason.h"
 #include "metrics/episode/result_json.h"
 #include "models/task_description.h"
 
@@ -13,14 +14,14 @@ constexpr auto kRepeatSummary = std::chrono::seconds(1);
 // In lockstep the sim ends an episode on the verdict of its last tick and on nothing else where there is one.
 // Empty if it did, else what that verdict was: the sim went by another score than ours.
 std::string Conflict(const std::string& end_reason, const episode_summary_t& summary) {
-  if (end_reason == "aborted" || summary.extended.missing_ticks + summary.extended.refused_samples > 0)
+  if (end_reason == end_reason::kAborted ||
+      summary.extended.missing_ticks + summary.extended.refused_samples > 0) {
     return "";
-  const char* verdict = summary.verdict == partial_metrics_t::SUCCESS   ? "success"
-                        : summary.verdict == partial_metrics_t::FAILURE ? "failure"
-                                                                        : "undecided";
-  const bool ended_on_verdict = end_reason == "success" || end_reason == "failure";
-  const bool is_decided = summary.verdict != partial_metrics_t::UNDECIDED;
-  return (is_decided || ended_on_verdict) && end_reason != verdict ? verdict : "";
+  }
+  const std::string verdict = end_reason::Of(summary.verdict);
+  const bool ended_on_verdict = end_reason == end_reason::kSuccess || end_reason == end_reason::kFailure;
+  if (end_reason == verdict || (verdict.empty() && !ended_on_verdict)) return "";
+  return verdict.empty() ? "undecided" : verdict;
 }
 
 }  // namespace
@@ -146,14 +147,14 @@ void MetricsComponent::FinishEpisode() {
 
   // Which of two messages was the sim's, nobody can tell.
   if (!conflicts_.conflict().empty()) {
-    end_.end_reason = "aborted";
+    end_.end_reason = end_reason::kAborted;
     end_.detail = conflicts_.conflict();
   }
   episode_summary_t& summary = summary_.emplace(scorer_->Summary(begin_, end_));
   if (const std::string verdict = Conflict(end_.end_reason, summary); is_lockstep_ && !verdict.empty()) {
     end_.detail = "the sim ended the episode with " + end_.end_reason + " where the verdict was " + verdict +
                   ": is a second metrics on this bus?";
-    end_.end_reason = "aborted";
+    end_.end_reason = end_reason::kAborted;
     log().Warn("{}", end_.detail);
     summary = scorer_->Summary(begin_, end_);
   }
@@ -161,13 +162,7 @@ void MetricsComponent::FinishEpisode() {
     log().Warn("{} ticks held numbers that are not finite, or fit no model: refused",
                summary.extended.refused_samples);
   }
-  EpisodeResult result{.complete = summary.complete != 0,
-                       .success = summary.verdict == partial_metrics_t::SUCCESS,
-                       .failure_reason = summary.failure_reason,
-                       .metrics = ResultJson(summary.metrics),
-                       .collisions = {}};
-  result.metrics["extended"] = ExtendedJson(summary.extended, summary.metrics);
-  statistics_.Add(end_.header.episode, result);
+  statistics_.Add(end_.header.episode, ResultOf(summary));
   run_summary_ = SummaryMessage(statistics_.Summary(false));
 
   bus().Publish(channels::kEpisodeSummary, summary);

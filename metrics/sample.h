@@ -39,6 +39,12 @@ struct GeomContact {
   double distance;
 };
 
+// Tick 0, which is no sample. `holding` as in Sample.
+struct ResetState {
+  std::span<const double> gripper_opening;
+  std::span<const uint8_t> holding;
+};
+
 struct ArmSample {
   std::span<const double> joint_position;  // rad
   std::span<const double> joint_velocity;  // rad/s, measured

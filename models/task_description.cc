@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "base/errors.h"
+#include "lcmtypes/metric_catalogue.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {
@@ -81,29 +82,20 @@ Randomisation ReadRandomisation(const YamlValue& value, const TaskDescription& t
 }
 
 MetricsOptions ReadMetrics(const YamlValue& value) {
-  const YamlMap map(
-      value, {},
-      {"track_vel_sync", "track_vertical_sync", "track_slippage", "track_collisions", "track_cartesian_jerk",
-       "track_joint_jerk", "track_cartesian_path_length", "track_joint_path_length",
-       "track_orientation_path_length", "slip_sample_window_ticks", "collision_sample_window_ticks"});
   MetricsOptions options;
-  const auto read_bool = [&map](const char* key, bool* target) {
-    if (const YamlValue* found = map.Find(key)) *target = found->Bool();
-  };
-  read_bool("track_vel_sync", &options.track_vel_sync);
-  read_bool("track_vertical_sync", &options.track_vertical_sync);
-  read_bool("track_slippage", &options.track_slippage);
-  read_bool("track_collisions", &options.track_collisions);
-  read_bool("track_cartesian_jerk", &options.track_cartesian_jerk);
-  read_bool("track_joint_jerk", &options.track_joint_jerk);
-  read_bool("track_cartesian_path_length", &options.track_cartesian_path_length);
-  read_bool("track_joint_path_length", &options.track_joint_path_length);
-  read_bool("track_orientation_path_length", &options.track_orientation_path_length);
-  if (const YamlValue* found = map.Find("slip_sample_window_ticks")) {
-    options.slip_sample_window = found->Integer(1);
-  }
-  if (const YamlValue* found = map.Find("collision_sample_window_ticks")) {
-    options.collision_sample_window = found->Integer(1);
+  std::vector<std::string> known = {"slip_sample_window_ticks", "collision_sample_window_ticks"};
+  for (const TrackOption& option : TrackOptions()) known.emplace_back(option.key);
+  for (const YamlValue& entry : value.Entries()) {
+    const auto option = std::ranges::find(TrackOptions(), entry.key(), &TrackOption::key);
+    if (option != TrackOptions().end()) {
+      if (!entry.Bool()) options.untracked.push_back(option->member);
+    } else if (entry.key() == known[0]) {
+      options.slip_sample_window = entry.Integer(1);
+    } else if (entry.key() == known[1]) {
+      options.collision_sample_window = entry.Integer(1);
+    } else {
+      entry.Fail("not a key here" + Suggestion(entry.key(), known));
+    }
   }
   return options;
 }

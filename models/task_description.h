@@ -1,6 +1,7 @@
 // A task as its YAML file describes it: scene, randomisation per variation, metrics, stages and verdict.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "evalbus/metric_values_t.hpp"
 #include "models/expression.h"
 #include "models/pose.h"
 #include "models/source_location.h"
@@ -81,15 +83,11 @@ struct OtherRobot {
 };
 
 struct MetricsOptions {
-  bool track_vel_sync = true;
-  bool track_vertical_sync = true;
-  bool track_slippage = true;
-  bool track_collisions = true;
-  bool track_cartesian_jerk = true;
-  bool track_joint_jerk = true;
-  bool track_cartesian_path_length = true;
-  bool track_joint_path_length = true;
-  bool track_orientation_path_length = true;
+  // What is switched off, as the member of TrackOption (lcmtypes/metric_catalogue.h).
+  std::vector<int8_t metric_values_t::*> untracked;
+  bool Tracks(int8_t metric_values_t::*member) const {
+    return std::find(untracked.begin(), untracked.end(), member) == untracked.end();
+  }
   int slip_sample_window = 20;      // ticks
   int collision_sample_window = 1;  // ticks
 };

@@ -25,6 +25,7 @@
 #include "cli/results/episode_json.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
+#include "lcmtypes/control_period.h"
 
 namespace evalbus::commands {
 namespace {
@@ -96,7 +97,7 @@ launch::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& f
   header.variation = model.variation;
   header.policy = "recorded";
   header.clock = model.clock;
-  header.control_hz = 1e6 / static_cast<double>(model.timestep_us * model.substeps);
+  header.control_hz = 1 / ControlPeriod(model);
   header.seed = first.summary.seed;
   header.episodes = episodes;
   // The run's own page knows more than its logs.

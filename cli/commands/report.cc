@@ -124,8 +124,9 @@ viz::ReportEpisode Episode(const results::RecordedEpisode& recorded) {
 std::vector<viz::ReportStage> Stages(const metrics::RunSummary& summary) {
   std::vector<viz::ReportStage> stages;
   for (const metrics::StageSummary& stage : summary.stages) {
-    const metrics::MetricSummary* time = summary.Find("extended.stage_time_s." + stage.index);
-    stages.push_back({stage.index, "", stage.reached, time ? time->median : std::nan("")});
+    const std::string index = std::to_string(stage.index);
+    const metrics::MetricSummary* time = summary.Find("extended.stage_time_s." + index);
+    stages.push_back({index, "", stage.reached, time ? time->median : std::nan("")});
   }
   return stages;
 }

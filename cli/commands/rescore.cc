@@ -18,6 +18,7 @@
 #include "cli/results/episode_json.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
+#include "lcmtypes/end_reason.h"
 
 namespace evalbus::commands {
 namespace {
@@ -77,7 +78,7 @@ std::string Stages(const metric_values_t& metrics) {
 }
 
 std::string Outcome(const episode_summary_t& summary) {
-  return summary.failure_reason.empty() ? "success" : summary.failure_reason;
+  return summary.failure_reason.empty() ? end_reason::kSuccess : summary.failure_reason;
 }
 
 std::string Arrow(const std::string& before, const std::string& after) {

@@ -196,7 +196,7 @@ int Show(const TasksOptions& options) {
   }
   PrintSection("At each reset", randomised.empty() ? Lines{"nothing is random"} : randomised);
 
-  const metrics::ModelNames names(composed.scene.info);
+  const ModelNames names(composed.scene.info);
   const metrics::CompileContext context{names, task};
   const auto describe = [&](const Expression& expression) {
     return metrics::CompilePredicate(expression, context)->Describe(true);
@@ -227,7 +227,7 @@ int Check(const std::filesystem::path& file) {
     if (names.empty()) {
       for (const std::string& warning : composed.scene.warnings) fmt::print(stderr, "warning: {}\n", warning);
     }
-    const metrics::ModelNames model_names(composed.scene.info);
+    const ModelNames model_names(composed.scene.info);
     const metrics::TaskEvaluator evaluator(composed.task, model_names);
     sim::World world = composed.MakeWorld();
     for (int seed = 0; seed < kCheckedSeeds; ++seed) world.Reset(seed, variation);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cli/launch/run_controller.h"
-#include "metrics/statistics/run_statistics.h"
+#include "viz/run_watch.h"
 
 namespace evalbus::launch {
 
@@ -16,16 +16,6 @@ struct LiveHeader {
   int64_t seed = 0;
   int episodes = 0;
 };
-
-// "1:05", "12 s"; for people.
-std::string FormatDuration(double seconds);
-
-// Columns of the terminal; without limit where there is none.
-int TerminalWidth(FILE* out);
-
-// The table at the end: rate with its interval, then the metrics people look at first, with units. As many
-// columns as the width has room for.
-std::string SummaryTable(const metrics::RunSummary& summary, int width = TerminalWidth(stdout));
 
 class LiveView : public RunListener {
  public:
@@ -44,11 +34,12 @@ class LiveView : public RunListener {
   void Finish();
 
   // The live lines for a terminal of this width; without colour codes.
-  std::vector<std::string> Lines(int width, SteadyTime now) const;
+  std::vector<std::string> Lines(int width, SteadyTime now);
 
  private:
+  bool has_scores() const { return is_running_ && watch_.has_scores(); }
   double Progress() const;
-  std::vector<std::string> LinesThatFit(SteadyTime now) const;
+  std::vector<std::string> LinesThatFit(SteadyTime now);
   // Puts a line, if any, above the live lines, and these in place of those drawn before.
   void Draw(const std::string& above, const std::vector<std::string>& live);
   void Print(const std::string& line);
@@ -59,10 +50,9 @@ class LiveView : public RunListener {
   SteadyTime started_;
   SteadyTime drawn_{};
   int drawn_lines_ = 0;
-  bool has_partial_ = false;
-  int episode_ = 0;
-  SteadyTime episode_started_{};
-  partial_metrics_t partial_{};
+  // The episode under way, where it is ours and not a worker's.
+  viz::RunWatch watch_;
+  bool is_running_ = false;
   int num_episodes_ = 0;
   int num_complete_ = 0;
   int num_success_ = 0;

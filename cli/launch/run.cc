@@ -16,8 +16,10 @@
 #include "cli/launch/suite.h"
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
+#include "cli/results/summary_table.h"
 #include "metrics/statistics/run_statistics.h"
 #include "viz/pictures/film.h"
+#include "viz/terminal/terminal.h"
 
 namespace evalbus::launch {
 namespace {
@@ -71,7 +73,7 @@ Summary WriteSummary(const PreparedRun& run) {
 }
 
 void PrintSummary(const PreparedRun& run, const Summary& summary, double wall_s) {
-  fmt::print("\n{}", SummaryTable(summary.statistics));
+  fmt::print("\n{}", results::SummaryTable(summary.statistics, viz::TerminalWidth(stdout)));
   if (run.options.sim.realtime && summary.statistics.episodes > 0) {
     fmt::print("\n{}", results::PacingText(summary.pacing));
   }

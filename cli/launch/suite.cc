@@ -13,11 +13,11 @@
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/launch/job_pool.h"
-#include "cli/launch/live_view.h"
 #include "cli/launch/prepared_run.h"
 #include "cli/launch/workers.h"
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
+#include "cli/results/summary_table.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/task_description.h"
 
@@ -47,15 +47,11 @@ class Tally {
   nlohmann::ordered_json Json() const {
     const metrics::RunSummary summary = statistics_.Summary(false);
     const metrics::MetricSummary* time = summary.Find("completion_time");
-    nlohmann::ordered_json reasons = nlohmann::ordered_json::object();
+    nlohmann::ordered_json json = metrics::RatesJson(summary);
+    json["mean_completion_time_s"] = time ? nlohmann::ordered_json(time->mean) : nullptr;
+    nlohmann::ordered_json& reasons = json["failure_reasons"] = nlohmann::ordered_json::object();
     for (const auto& [reason, count] : FailuresOf(summary)) reasons[reason] = count;
-    return {{"episodes", summary.episodes},
-            {"complete", summary.complete},
-            {"successes", summary.successes},
-            {"success_rate", summary.complete > 0 ? nlohmann::ordered_json(summary.success_rate) : nullptr},
-            {"success_rate_wilson_95", {summary.wilson.lower, summary.wilson.upper}},
-            {"mean_completion_time_s", time ? nlohmann::ordered_json(time->mean) : nullptr},
-            {"failure_reasons", reasons}};
+    return json;
   }
   std::string Line(const std::string& name, size_t width) const {
     const metrics::RunSummary summary = statistics_.Summary(false);
@@ -144,9 +140,9 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
   int done = 0;
   const auto progress = [&] {
     if (!is_terminal) return;
-    fmt::print(
-        "\x1b[K{} of {} runs, {}\r", done, tasks.size(),
-        FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()));
+    fmt::print("\x1b[K{} of {} runs, {}\r", done, tasks.size(),
+               results::FormatDuration(
+                   std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()));
     std::fflush(stdout);
   };
   while (!pool.done() && !stop_requested()) {
@@ -176,10 +172,10 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
   if (families.size() > 1) fmt::print("{}", all.Line("all", width));
   auto shown = std::filesystem::proximate(suite.path());
   if (shown.string().starts_with("..")) shown = suite.path();
-  fmt::print(
-      "\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(),
-      FormatDuration(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()),
-      (shown / "*" / kEpisodesJsonl).string());
+  fmt::print("\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(),
+             results::FormatDuration(
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()),
+             (shown / "*" / kEpisodesJsonl).string());
   if (done < static_cast<int>(tasks.size())) {
     throw EnvironmentError(
         fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on", done,

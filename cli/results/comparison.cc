@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
@@ -63,7 +64,7 @@ void CheckComparable(const RecordedRun& run, const RecordedRun& baseline) {
   }
 }
 
-// p and interval of a metric from its values; `better` in metrics where both are sorted out by the caller.
+// p and interval of a metric from its values.
 void TestPaired(const std::vector<double>& values, const std::vector<double>& baseline,
                 MetricComparison* metric) {
   std::vector<double> differences;
@@ -73,7 +74,7 @@ void TestPaired(const std::vector<double>& values, const std::vector<double>& ba
   if (std::any_of(differences.begin(), differences.end(), [](double d) { return d != 0; })) {
     metric->p = metrics::WilcoxonSignedRankTest(differences).p;
   }
-  if (metric->info.effort && metric->baseline_mean > 0) {
+  if (metric->number.metric->effort && metric->baseline_mean > 0) {
     metric->ratio = metric->mean / metric->baseline_mean;
     metric->ratio_95 = metrics::BootstrapRatioOfMeans(values, baseline);
   }
@@ -90,32 +91,44 @@ void TestUnpaired(const std::vector<double>& values, const std::vector<double>& 
   }
 }
 
+// The main metrics that any of the episodes has.
+std::vector<MetricNumber> MainMetricsOf(const std::map<int64_t, Scored>& run,
+                                        const std::map<int64_t, Scored>& baseline) {
+  std::set<std::string> names;
+  for (const auto* episodes : {&run, &baseline}) {
+    for (const auto& [seed, scored] : *episodes) {
+      for (const auto& [name, value] : scored.values) names.insert(name);
+    }
+  }
+  return MainMetrics({names.begin(), names.end()});
+}
+
 std::vector<MetricComparison> CompareMetrics(const std::map<int64_t, Scored>& run,
                                              const std::map<int64_t, Scored>& baseline, bool paired) {
   std::vector<MetricComparison> metrics;
-  const auto value = [](const Scored& scored, const metrics::MetricInfo& info) -> std::optional<double> {
-    const auto found = scored.values.find(std::string(info.name));
-    if (found == scored.values.end() || (info.effort && !scored.episode->success)) return std::nullopt;
-    return found->second;
-  };
-  for (const metrics::MetricInfo& info : metrics::MainMetrics()) {
+  for (const MetricNumber& number : MainMetricsOf(run, baseline)) {
+    const auto value = [&](const Scored& scored) -> std::optional<double> {
+      const auto found = scored.values.find(number.name);
+      const bool counts = !number.metric->effort || scored.episode->success;
+      return found == scored.values.end() || !counts ? std::nullopt : std::optional(found->second);
+    };
     std::vector<double> values, baseline_values;
     for (const auto& [seed, scored] : run) {
-      const auto own = value(scored, info);
+      const auto own = value(scored);
       if (!own) continue;
       if (paired) {
-        const auto other = value(baseline.at(seed), info);
+        const auto other = value(baseline.at(seed));
         if (!other) continue;
         baseline_values.push_back(*other);
       }
       values.push_back(*own);
     }
     for (const auto& [seed, scored] : baseline) {
-      const auto own = paired ? std::nullopt : value(scored, info);
+      const auto own = paired ? std::nullopt : value(scored);
       if (own) baseline_values.push_back(*own);
     }
     if (values.empty() || baseline_values.empty()) continue;
-    MetricComparison metric{.info = info,
+    MetricComparison metric{.number = number,
                             .count = static_cast<int>(values.size()),
                             .baseline_count = static_cast<int>(baseline_values.size()),
                             .mean = metrics::Mean(values),
@@ -220,21 +233,24 @@ ordered_json Json(const SuccessComparison& success) {
   return json;
 }
 
+const char* BetterWord(Better better) {
+  return better == Better::kLower ? "lower" : better == Better::kHigher ? "higher" : "neither";
+}
+
 ordered_json Json(const MetricComparison& metric, bool paired) {
-  ordered_json json = {{"over", metric.info.effort ? (paired ? "pairs that both succeeded" : "successes")
-                                                   : (paired ? "all pairs" : "all episodes")},
-                       {"count", metric.count},
-                       {"baseline_count", metric.baseline_count},
-                       {"mean", metric.mean},
-                       {"baseline_mean", metric.baseline_mean},
-                       {"difference", metric.difference},
-                       {"difference_95", Json(metric.difference_95)},
-                       {"test", paired ? "Wilcoxon signed-rank" : "Mann-Whitney"},
-                       {"p", Json(metric.p)},
-                       {"p_holm", metric.p ? ordered_json(metric.p_holm) : ordered_json()},
-                       {"better", metric.info.better == metrics::Better::kLower    ? "lower"
-                                  : metric.info.better == metrics::Better::kHigher ? "higher"
-                                                                                   : "neither"}};
+  ordered_json json = {
+      {"over", metric.number.metric->effort ? (paired ? "pairs that both succeeded" : "successes")
+                                            : (paired ? "all pairs" : "all episodes")},
+      {"count", metric.count},
+      {"baseline_count", metric.baseline_count},
+      {"mean", metric.mean},
+      {"baseline_mean", metric.baseline_mean},
+      {"difference", metric.difference},
+      {"difference_95", Json(metric.difference_95)},
+      {"test", paired ? "Wilcoxon signed-rank" : "Mann-Whitney"},
+      {"p", Json(metric.p)},
+      {"p_holm", metric.p ? ordered_json(metric.p_holm) : ordered_json()},
+      {"better", BetterWord(metric.number.metric->better)}};
   if (metric.ratio) {
     json["ratio"] = *metric.ratio;
     json["ratio_95"] = Json(metric.ratio_95);
@@ -248,6 +264,20 @@ ordered_json Json(const ComparedRuns& runs) {
 
 }  // namespace
 
+const char* Word(Judgement judgement) {
+  switch (judgement) {
+    case Judgement::kBetter:
+      return "better";
+    case Judgement::kWorse:
+      return "worse";
+    case Judgement::kDiffers:
+      return "differs";
+    case Judgement::kNone:
+      break;
+  }
+  return "";
+}
+
 void SuccessComparison::Add(const SuccessComparison& other) {
   successes += other.successes;
   trials += other.trials;
@@ -259,17 +289,17 @@ void SuccessComparison::Add(const SuccessComparison& other) {
   pairs.neither += other.pairs.neither;
 }
 
-viz::Judgement SuccessComparison::judgement() const {
-  if (p_holm >= metrics::kAlpha) return viz::Judgement::kNone;
-  return difference > 0 ? viz::Judgement::kBetter : viz::Judgement::kWorse;
+Judgement SuccessComparison::judgement() const {
+  if (p_holm >= metrics::kAlpha) return Judgement::kNone;
+  return difference > 0 ? Judgement::kBetter : Judgement::kWorse;
 }
 
-viz::Judgement MetricComparison::judgement() const {
-  if (!differs()) return viz::Judgement::kNone;
+Judgement MetricComparison::judgement() const {
+  if (!differs()) return Judgement::kNone;
   const bool is_up = difference_95.lower > 0, is_down = difference_95.upper < 0;
-  if (info.better == metrics::Better::kNeither || !(is_up || is_down)) return viz::Judgement::kDiffers;
-  return is_up == (info.better == metrics::Better::kHigher) ? viz::Judgement::kBetter
-                                                            : viz::Judgement::kWorse;
+  const Better better = number.metric->better;
+  if (better == Better::kNeither || !(is_up || is_down)) return Judgement::kDiffers;
+  return is_up == (better == Better::kHigher) ? Judgement::kBetter : Judgement::kWorse;
 }
 
 void SuccessComparison::Test() {
@@ -417,7 +447,7 @@ ordered_json ComparisonJson(const std::vector<Comparison>& comparisons) {
                             {"success", Json(task.success)}};
       entry["metrics"] = ordered_json::object();
       for (const MetricComparison& metric : task.metrics)
-        entry["metrics"][std::string(metric.info.name)] = Json(metric, task.paired);
+        entry["metrics"][metric.number.name] = Json(metric, task.paired);
       one["tasks"].push_back(std::move(entry));
     }
     json["comparisons"].push_back(std::move(one));

@@ -8,12 +8,18 @@
 #include <vector>
 
 #include "cli/results/run_reader.h"
+#include "lcmtypes/metric_catalogue.h"
 #include "metrics/statistics/interval.h"
-#include "metrics/statistics/metric_info.h"
 #include "metrics/statistics/newcombe.h"
-#include "viz/report/judgement.h"
 
 namespace evalbus::results {
+
+// What a difference between a run and its baseline comes to. kDiffers: there is one, and nothing says which
+// side is the better one.
+enum class Judgement { kNone, kBetter, kWorse, kDiffers };
+
+// For people; empty for none.
+const char* Word(Judgement judgement);
 
 // Two success rates. Paired: both over the episodes that both have; exact McNemar test, Newcombe's interval
 // for pairs. Otherwise: Fisher's test, Newcombe's interval for independent samples.
@@ -34,14 +40,14 @@ struct SuccessComparison {
 
   void Add(const SuccessComparison& other);  // of another task; then Test()
   void Test();
-  viz::Judgement judgement() const;
+  Judgement judgement() const;
 };
 
 // A metric over the complete episodes that have it; metrics of effort only over those that succeeded. Paired:
 // bootstrap interval of the mean difference, Wilcoxon's signed-rank test. Otherwise: of the difference of
 // means, Mann-Whitney's test.
 struct MetricComparison {
-  metrics::MetricInfo info;
+  MetricNumber number;
   // Values on each side; equal where paired.
   int count = 0, baseline_count = 0;
   double mean = 0, baseline_mean = 0;
@@ -56,7 +62,7 @@ struct MetricComparison {
   metrics::Interval ratio_95{};
 
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  viz::Judgement judgement() const;
+  Judgement judgement() const;
 };
 
 struct TaskComparison {

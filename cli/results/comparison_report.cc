@@ -23,14 +23,14 @@ viz::ReportDifference Success(const std::string& name, const SuccessComparison& 
           .upper = success.difference_95.upper,
           .p = success.p,
           .p_holm = success.p_holm,
-          .judgement = success.judgement()};
+          .judgement = Word(success.judgement())};
 }
 
 viz::ReportDifference Metric(const MetricComparison& metric) {
-  const double scale = metric.info.scale;
+  const double scale = metric.number.scale();
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  return {.name = std::string(metric.info.label) + (metric.info.effort ? " *" : ""),
-          .unit = std::string(metric.info.unit),
+  return {.name = metric.number.label() + (metric.number.metric->effort ? " *" : ""),
+          .unit = std::string(metric.number.shown_unit()),
           .baseline = metric.baseline_mean * scale,
           .run = metric.mean * scale,
           .difference = metric.difference * scale,
@@ -38,7 +38,7 @@ viz::ReportDifference Metric(const MetricComparison& metric) {
           .upper = metric.difference_95.upper * scale,
           .p = metric.p.value_or(kNaN),
           .p_holm = metric.p ? metric.p_holm : kNaN,
-          .judgement = metric.judgement()};
+          .judgement = Word(metric.judgement())};
 }
 
 viz::ReportTaskComparison Task(const TaskComparison& task) {

@@ -36,7 +36,7 @@ std::string Row(int label_width, const std::string& label, const std::string& ba
 
 // Those of the larger mean, for all numbers of a row.
 int RowDecimals(const MetricComparison& metric) {
-  return Decimals(metric.info.scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)));
+  return Decimals(metric.number.scale() * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)));
 }
 
 std::string Short(const std::string& name) {
@@ -48,7 +48,7 @@ std::string SuccessRow(const std::string& label, int width, const SuccessCompari
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
              rate(success.successes, success.trials), Fixed(success.difference * 100, 0),
              Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
-             holm ? P(success.p_holm) : "", "%", viz::Word(success.judgement()));
+             holm ? P(success.p_holm) : "", "%", Word(success.judgement()));
 }
 
 std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
@@ -58,15 +58,15 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
   text += SuccessRow("success", kLabel, comparison.success, false);
   int efforts = 0, tested = 0;
   for (const MetricComparison& metric : task.metrics) {
-    const metrics::MetricInfo& info = metric.info;
+    const MetricInfo& info = *metric.number.metric;
     const auto scaled = [&](double value) { return value * info.scale; };
     const int decimals = RowDecimals(metric);
-    text += Row(kLabel, std::string(info.label) + (info.effort ? " *" : ""),
+    text += Row(kLabel, metric.number.label() + (info.effort ? " *" : ""),
                 Fixed(scaled(metric.baseline_mean), decimals), Fixed(scaled(metric.mean), decimals),
                 Fixed(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
-                metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-", std::string(info.unit),
-                metric.p ? viz::Word(metric.judgement()) : "equal");
+                metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-",
+                std::string(info.shown_unit), metric.p ? Word(metric.judgement()) : "equal");
     if (info.effort) efforts = std::max(efforts, metric.count);
     tested += metric.p.has_value();
   }
@@ -85,7 +85,7 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison)
   std::string text;
   for (const MetricComparison& metric : task.metrics) {
     if (!metric.ratio) continue;
-    text += fmt::format("{}  {:>6}  {}\n", Pad(std::string(metric.info.label), -27), Fixed(*metric.ratio, 2),
+    text += fmt::format("{}  {:>6}  {}\n", Pad(metric.number.label(), -27), Fixed(*metric.ratio, 2),
                         Range(metric.ratio_95, 2));
   }
   if (text.empty()) {
@@ -110,9 +110,9 @@ std::string SuiteTable(const Comparison& comparison) {
       const int decimals = RowDecimals(metric);
       metrics +=
           fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
-                      metric.info.label, Fixed(metric.mean * metric.info.scale, decimals),
-                      Fixed(metric.baseline_mean * metric.info.scale, decimals), metric.info.unit,
-                      P(metric.p_holm), viz::Word(metric.judgement()));
+                      metric.number.label(), Fixed(metric.mean * metric.number.scale(), decimals),
+                      Fixed(metric.baseline_mean * metric.number.scale(), decimals),
+                      metric.number.shown_unit(), P(metric.p_holm), Word(metric.judgement()));
     }
   }
   text += SuccessRow("all", width, comparison.success, false);

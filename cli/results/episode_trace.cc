@@ -10,10 +10,12 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/text.h"
 #include "cli/results/rescorer.h"
+#include "lcmtypes/metric_catalogue.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/statistics/run_statistics.h"
-#include "viz/report/metric_name.h"
+#include "models/model_names.h"
 
 namespace evalbus::results {
 namespace {
@@ -57,36 +59,39 @@ class Collector {
   }
 
   std::vector<viz::CurveFigure> Figures(const model_info_t& model) const {
-    // By the name of the metric, in order of appearance.
-    std::vector<std::pair<std::string, viz::CurveFigure>> figures;
-    const auto figure = [&](const std::string& name) -> viz::CurveFigure& {
-      const auto found = std::find_if(figures.begin(), figures.end(),
-                                      [&](const auto& entry) { return entry.first == name; });
-      if (found != figures.end()) return found->second;
-      const viz::MetricName words = viz::NameForPeople(name);
-      return figures
-          .emplace_back(
-              name,
-              viz::CurveFigure{
-                  .name = words.label, .unit = words.unit, .time = time_, .lines = {}, .events = {}})
-          .second;
+    // By the name of the metric, in order of appearance; values in SI units until they are drawn.
+    struct Named {
+      std::string name;
+      viz::CurveFigure curves;
+      double scale;
+    };
+    std::vector<Named> figures;
+    const auto figure = [&](const std::string& name, const std::string& label, std::string_view unit,
+                            double scale) -> viz::CurveFigure& {
+      const auto found = std::ranges::find(figures, name, &Named::name);
+      if (found != figures.end()) return found->curves;
+      viz::CurveFigure curves{
+          .name = label, .unit = std::string(unit), .time = time_, .lines = {}, .events = {}};
+      return figures.emplace_back(Named{name, std::move(curves), scale}).curves;
     };
     for (const auto& [name, values] : values_) {
-      if (!IsDrawn(name)) continue;
-      // "extended.mechanical_work_J.left": the part is what follows the metric's own name.
-      const size_t dot = name.find('.', name.starts_with("extended.") ? 9 : 0);
-      const std::string part = dot == std::string::npos ? "" : viz::NameForPeople(name.substr(dot + 1)).label;
+      MetricNumber number = FindMetric(name);
+      if (!IsDrawn(number)) continue;
       std::vector<double> padded = values;
       padded.resize(time_.size(), kNaN);
-      figure(name.substr(0, dot)).lines.push_back({part, std::move(padded)});
+      // "extended.mechanical_work_J.left" is a line of the metric's figure.
+      const std::string part = number.metric ? std::exchange(number.of, "") : "";
+      const std::string whole = part.empty() ? name : name.substr(0, name.size() - part.size() - 1);
+      figure(whole, number.label(), number.shown_unit(), number.scale())
+          .lines.push_back({Words(part), std::move(padded)});
     }
     for (int gripper = 0; gripper < model.num_grippers; ++gripper) {
       viz::CurveFigure::Line line{model.gripper[gripper].name, {}};
       for (const std::vector<double>& opening : opening_) line.value.push_back(opening[gripper]);
-      figure("gripper_opening").lines.push_back(std::move(line));
+      figure("gripper_opening", "gripper opening", "", 1).lines.push_back(std::move(line));
     }
     if (clearance_.size() > 1) {
-      viz::CurveFigure& clearance = figure("clearance_m");
+      viz::CurveFigure& clearance = figure("clearance_m", "clearance", "mm", 1e3);
       clearance.time.clear();
       viz::CurveFigure::Line& line = clearance.lines.emplace_back();
       for (const auto& [time, value] : clearance_) {
@@ -96,31 +101,35 @@ class Collector {
     }
 
     std::vector<viz::CurveFigure> drawn;
-    const auto draw = [&](const viz::CurveFigure& curves) {
-      if (std::any_of(curves.lines.begin(), curves.lines.end(), Changes)) drawn.push_back(curves);
+    const auto draw = [&](const Named& named) {
+      if (std::ranges::none_of(named.curves.lines, Changes)) return;
+      for (viz::CurveFigure::Line& line : drawn.emplace_back(named.curves).lines) {
+        for (double& value : line.value) value *= named.scale;
+      }
     };
     const auto is_first = [](const std::string& name) {
       return std::find(std::begin(kFirst), std::end(kFirst), name) != std::end(kFirst);
     };
     for (const char* first : kFirst) {
-      for (const auto& [name, curves] : figures) {
-        if (name == first) draw(curves);
+      for (const Named& named : figures) {
+        if (named.name == first) draw(named);
       }
     }
-    for (const auto& [name, curves] : figures) {
-      if (!is_first(name)) draw(curves);
+    for (const Named& named : figures) {
+      if (!is_first(named.name)) draw(named);
     }
     return drawn;
   }
 
   std::vector<viz::EpisodeEvent> Touches(const model_info_t& model) const {
+    const ModelNames names(model);
     std::vector<viz::EpisodeEvent> events;
     for (const auto& [time, pair] : touches_) {
-      const bool robot_a = IsRobot(model, pair.first), robot_b = IsRobot(model, pair.second);
-      if (robot_a == robot_b ? !robot_a : IsObject(model, robot_a ? pair.second : pair.first)) continue;
+      const bool robot_a = names.IsRobot(pair.first), robot_b = names.IsRobot(pair.second);
+      if (robot_a == robot_b ? !robot_a : names.IsObject(robot_a ? pair.second : pair.first)) continue;
       const auto [robot, other] = robot_a ? pair : std::pair(pair.second, pair.first);
       events.push_back({viz::EpisodeEvent::Kind::kCollision, time,
-                        fmt::format("{} touches {}", NameOf(model, robot), NameOf(model, other))});
+                        fmt::format("{} touches {}", names.GeomName(robot), names.GeomName(other))});
     }
     return events;
   }
@@ -135,16 +144,18 @@ class Collector {
   }
 
   // Sums and means over arms say nothing that the arms' own lines do not; stages are events.
-  bool IsDrawn(const std::string& name) const {
-    for (const char* prefix : {"success", "completion_time", "task_stage_reached", "extended.stage_time_s",
-                               "total_", "overall_", "slip_count_per_object"}) {
-      if (name.starts_with(prefix)) return false;
+  static bool IsDrawn(const MetricNumber& number) {
+    if (!number.metric) return true;
+    switch (number.metric->kind) {
+      case MetricKind::kSuccess:
+      case MetricKind::kByStage:
+      case MetricKind::kByObject:
+        return false;
+      default:
+        return number.name != "completion_time" &&
+               (number.part == MetricPart::kItself || number.part == MetricPart::kMean ||
+                number.part == MetricPart::kRms);
     }
-    if (!name.starts_with("avg_")) return true;
-    const std::string metric = name.substr(4);
-    return std::none_of(values_.begin(), values_.end(), [&](const auto& entry) {
-      return entry.first == metric || entry.first.starts_with(metric + ".");
-    });
   }
 
   static bool Changes(const viz::CurveFigure::Line& line) {
@@ -155,21 +166,6 @@ class Collector {
       if (std::abs(value - first) > kChange) return true;
     }
     return false;
-  }
-
-  static int EntityOf(const model_info_t& model, int geom) {
-    return model.body_entity[model.geom_body[geom]];
-  }
-  static bool IsRobot(const model_info_t& model, int geom) {
-    return model.entity_kind[EntityOf(model, geom)] == model_info_t::ROBOT;
-  }
-  static bool IsObject(const model_info_t& model, int geom) {
-    const auto& objects = model.object_entity;
-    return std::find(objects.begin(), objects.end(), EntityOf(model, geom)) != objects.end();
-  }
-  static std::string NameOf(const model_info_t& model, int geom) {
-    const std::string& name = model.geom_name[geom];
-    return name.empty() ? model.body_name[model.geom_body[geom]] : name;
   }
 
   std::vector<double> time_;

@@ -10,17 +10,10 @@
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/message.h"
-#include "cli/launch/run_controller.h"
 #include "cli/results/episode_json.h"
+#include "lcmtypes/end_reason.h"
 
 namespace evalbus::results {
-namespace {
-
-const char* EndReason(int8_t verdict) {
-  return verdict == partial_metrics_t::SUCCESS ? "success" : "failure";
-}
-
-}  // namespace
 
 bool RescoredEpisode::equal() const { return recorded && SameBits(*recorded, summary); }
 
@@ -137,9 +130,9 @@ void Rescorer::ScoreTicks() {
     if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
       // A realtime episode runs on until the sim hears the verdict.
       if (model_->clock != "lockstep") continue;
-      end.end_reason = EndReason(scorer_->verdict());
+      end.end_reason = end_reason::Of(scorer_->verdict());
     } else if (end.header.sim_time_us >= std::llround(task_->time_limit * 1e6)) {
-      end.end_reason = "time_limit";
+      end.end_reason = end_reason::kTimeLimit;
     } else {
       continue;
     }
@@ -157,7 +150,7 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   if (!end_) {
     end_.emplace();
     end_->header = recorded ? recorded->header : last_;
-    end_->end_reason = recorded ? recorded->end_reason : "aborted";
+    end_->end_reason = recorded ? recorded->end_reason : end_reason::kAborted;
     end_->detail = recorded ? recorded->end_detail : "the log ends before the episode";
   }
   merger_.EndAt(end_->header.tick);
@@ -166,13 +159,13 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   if (own_end_) {
     end_ = own_end_;
   } else if (task_ && scorer_->verdict() != partial_metrics_t::UNDECIDED) {
-    end_->end_reason = EndReason(scorer_->verdict());
-  } else if (task_ && end_->end_reason == "time_limit") {
-    end_->end_reason = "aborted";
+    end_->end_reason = end_reason::Of(scorer_->verdict());
+  } else if (task_ && end_->end_reason == end_reason::kTimeLimit) {
+    end_->end_reason = end_reason::kAborted;
     end_->detail = "the log ends before this description's time limit";
   }
   if (!conflicts_.conflict().empty()) {
-    end_->end_reason = "aborted";
+    end_->end_reason = end_reason::kAborted;
     end_->detail = conflicts_.conflict();
   }
   scorer_->EndAt(end_->header.tick);

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <map>
 
+#include "lcmtypes/control_period.h"
+#include "lcmtypes/end_reason.h"
+
 namespace evalbus::metrics {
 namespace {
 
@@ -24,19 +27,12 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
   }
   for (const gripper_info_t& gripper : model.gripper) config.grippers.push_back(gripper.name);
   config.objects = model.object_name;
-  config.control_dt = static_cast<double>(model.timestep_us * model.substeps) / 1e6;
+  config.control_dt = ControlPeriod(model);
 
   config.geom_owner.resize(model.num_geoms, GeomOwner::kScene);
   for (int geom = 0; geom < model.num_geoms; ++geom) {
-    if (model.entity_kind[model.body_entity[model.geom_body[geom]]] == model_info_t::ROBOT) {
-      config.geom_owner[geom] = GeomOwner::kRobot;
-    }
-  }
-  for (int object = 0; object < model.num_objects; ++object) {
-    const std::vector<uint8_t> geoms = names.ObjectGeoms(object);
-    for (int geom = 0; geom < model.num_geoms; ++geom) {
-      if (geoms[geom]) config.geom_owner[geom] = GeomOwner::kObject;
-    }
+    if (names.IsRobot(geom)) config.geom_owner[geom] = GeomOwner::kRobot;
+    if (names.IsObject(geom)) config.geom_owner[geom] = GeomOwner::kObject;
   }
 
   static_cast<MetricsOptions&>(config) = task.metrics;
@@ -109,6 +105,7 @@ bool EpisodeScorer::Fits(const state_t& state) const {
   for (const std::vector<double>& quat : state.body_quat_wxyz) {
     for (double x : quat) sum += 0 * x;
   }
+  for (double x : state.qpos_mixed) sum += 0 * x;
   return sum == 0;
 }
 
@@ -208,19 +205,28 @@ int8_t EpisodeScorer::verdict() const {
   return partial_metrics_t::UNDECIDED;
 }
 
-void EpisodeScorer::FillCounters(extended_metrics_t* extended) const {
-  extended->refused_samples = refused_samples();
-  extended->missing_ticks = missing_ticks_;
-  extended->action_clips = action_clips_;
-  extended->deadline_misses = deadline_misses_;
+void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) const {
+  extended_metrics_t& e = *extended;
+  e.missing_ticks = missing_ticks_;
+  e.refused_samples = refused_samples();
+  e.action_clips = action_clips_;
+  e.deadline_misses = deadline_misses_;
+  const std::vector<StageState>& stages = metrics_.stages().stages();
+  e.num_stages = static_cast<int32_t>(stages.size());
+  e.stage_time_s.resize(stages.size());
+  for (size_t k = 0; k < stages.size(); ++k) e.stage_time_s[k] = stages[k].reached_time;
+  const ExtendedMetrics& metrics = metrics_.extended();
+  e.num_values = static_cast<int32_t>(metrics.names().size());
+  e.name = metrics.names();
+  e.unit = metrics.units();
+  is_over ? metrics.FinalValues(&e.value_mixed) : metrics.Values(&e.value_mixed);
 }
 
 void EpisodeScorer::Partial(partial_metrics_t* partial) const {
   partial->header = header_;
   partial->verdict = verdict();
   metrics_.Values(&partial->metrics);
-  metrics_.Extended(&partial->extended);
-  FillCounters(&partial->extended);
+  FillExtended(false, &partial->extended);
 }
 
 episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const episode_end_t& end) const {
@@ -230,7 +236,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
   summary.verdict = verdict();
   summary.end_reason = end.end_reason;
   summary.end_detail = end.detail;
-  const EpisodeOutcome outcome{.model = model_,
+  const EpisodeOutcome outcome{.names = names_,
                                .history = history_,
                                .slips = metrics_.slips(),
                                .verdict = evaluator_.verdict(),
@@ -240,11 +246,10 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                                .conditions = evaluator_.ExplainVerdict(),
                                .unmet = evaluator_.ExplainUnmet()};
   summary.failure_reason = FailureReason(outcome);
-  summary.complete = missing_ticks_ == 0 && refused_samples() == 0 && end.end_reason != "aborted" &&
-                     summary.failure_reason != "unconfirmed";
+  summary.complete = missing_ticks_ == 0 && refused_samples() == 0 &&
+                     end.end_reason != end_reason::kAborted && summary.failure_reason != kUnconfirmed;
   metrics_.Values(&summary.metrics);
-  metrics_.FinalExtended(&summary.extended);
-  FillCounters(&summary.extended);
+  FillExtended(true, &summary.extended);
   summary.explanation =
       Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());
   return summary;

@@ -54,7 +54,8 @@ class EpisodeScorer {
   bool Fits(const state_t& state) const;
   // Sets holding_ and pinched_.
   void FindHolds(std::span<const contact_t> contacts);
-  void FillCounters(extended_metrics_t* extended) const;
+  // Fills in every member; with what is too dear to be evaluated at every tick where the episode is over.
+  void FillExtended(bool is_over, extended_metrics_t* extended) const;
 
   model_info_t model_;
   ModelNames names_;

@@ -6,26 +6,23 @@
 #include <map>
 #include <set>
 
+#include "lcmtypes/end_reason.h"
+
 namespace evalbus::metrics {
 namespace {
 
 // More slips are summed up in words; the data have them all.
 constexpr size_t kSlipsInText = 2;
 
-std::string GeomName(const model_info_t& model, int geom) {
-  const std::string& name = model.geom_name[geom];
-  return name.empty() ? model.body_name[model.geom_body[geom]] : name;
-}
-
 // Geoms without a name of their own share their body's.
-std::map<std::string, int64_t> CollisionsByName(const model_info_t& model, const RolloutMetrics& metrics) {
+std::map<std::string, int64_t> CollisionsByName(const ModelNames& names, const RolloutMetrics& metrics) {
   std::map<std::string, int64_t> collisions;
   for (const auto& [geom, count] : metrics.env_collisions().counts()) {
-    collisions[GeomName(model, static_cast<int>(geom))] += count;
+    collisions[names.GeomName(static_cast<int>(geom))] += count;
   }
   for (const auto& [pair, count] : metrics.self_collisions().counts()) {
     const int a = static_cast<int>(pair >> 32), b = static_cast<int>(pair & 0xffffffff);
-    collisions[GeomName(model, a) + " + " + GeomName(model, b)] += count;
+    collisions[names.GeomName(a) + " + " + names.GeomName(b)] += count;
   }
   return collisions;
 }
@@ -40,7 +37,7 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
 }
 
 std::string Text(const explanation_t& e, const std::string& reason, double time, bool has_stages) {
-  std::string text = fmt::format("{} at {:.2f} s", reason.empty() ? "success" : reason, time);
+  std::string text = fmt::format("{} at {:.2f} s", reason.empty() ? end_reason::kSuccess : reason, time);
   // Of an `any`, several operands may wait for the same.
   std::set<std::string> said;
   for (const condition_t& condition : e.condition) {
@@ -69,7 +66,8 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
 
 explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, const RolloutMetrics& metrics,
                       const FirstCollision& collision, const std::vector<GraspInterval>& grasps) {
-  const model_info_t& model = outcome.model;
+  const ModelNames& names = outcome.names;
+  const model_info_t& model = names.model();
   const double dt = metrics.config().control_dt;
   explanation_t e{};
   for (const StageState& stage : metrics.stages().stages()) {
@@ -82,12 +80,12 @@ explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, 
   e.num_conditions = static_cast<int32_t>(e.condition.size());
   if (collision.tick > 0) {
     e.has_first_collision = true;
-    e.first_collision_robot_geom = GeomName(model, collision.contact.robot_geom);
-    e.first_collision_scene_geom = GeomName(model, collision.contact.scene_geom);
+    e.first_collision_robot_geom = names.GeomName(collision.contact.robot_geom);
+    e.first_collision_scene_geom = names.GeomName(collision.contact.scene_geom);
     e.first_collision_tick = collision.tick;
     e.first_collision_time_s = static_cast<double>(collision.tick) * dt;
   }
-  for (const auto& [name, count] : CollisionsByName(model, metrics)) {
+  for (const auto& [name, count] : CollisionsByName(names, metrics)) {
     e.collision_name.push_back(name);
     e.collision_count.push_back(count);
   }

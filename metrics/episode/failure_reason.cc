@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "lcmtypes/control_period.h"
+#include "lcmtypes/end_reason.h"
+
 namespace evalbus::metrics {
 namespace {
 
@@ -32,7 +35,7 @@ bool IsOfRobot(const std::string& operand, const model_info_t& model) {
 // An object of the condition that a gripper has held, if there is one.
 bool IsAboutAHeldObject(const condition_t& condition, const EpisodeOutcome& outcome, bool still_held) {
   for (const std::string* operand : {&condition.subject, &condition.other}) {
-    const int object = ObjectOf(*operand, outcome.model);
+    const int object = ObjectOf(*operand, outcome.names.model());
     if (object < 0 || !outcome.history.WasHeld(object)) continue;
     if (still_held || !outcome.history.IsHeld(object)) return true;
   }
@@ -46,7 +49,8 @@ std::string ReasonOfFailureCondition(const EpisodeOutcome& outcome) {
   }
   for (const condition_t& condition : outcome.conditions) {
     if (condition.kind == condition_t::CONTACT && condition.holds &&
-        (IsOfRobot(condition.subject, outcome.model) || IsOfRobot(condition.other, outcome.model))) {
+        (IsOfRobot(condition.subject, outcome.names.model()) ||
+         IsOfRobot(condition.other, outcome.names.model()))) {
       return "collision";
     }
   }
@@ -54,7 +58,7 @@ std::string ReasonOfFailureCondition(const EpisodeOutcome& outcome) {
 }
 
 bool Dropped(const EpisodeOutcome& outcome) {
-  for (int object = 0; object < outcome.model.num_objects; ++object) {
+  for (int object = 0; object < outcome.names.model().num_objects; ++object) {
     if (outcome.history.Fell(object)) return true;
   }
   return false;
@@ -67,15 +71,15 @@ bool Slipped(const EpisodeOutcome& outcome) {
     if (!outcome.history.IsHeld(slip.object)) return true;
     return std::any_of(outcome.unmet.begin(), outcome.unmet.end(), [&](const condition_t& condition) {
       return condition.kind == condition_t::HOLDING && !condition.holds &&
-             ObjectOf(condition.subject, outcome.model) == slip.object &&
-             condition.other == outcome.model.gripper[slip.gripper].name;
+             ObjectOf(condition.subject, outcome.names.model()) == slip.object &&
+             condition.other == outcome.names.model().gripper[slip.gripper].name;
     });
   });
 }
 
 bool Stuck(const EpisodeOutcome& outcome) {
   const int64_t since = outcome.history.touching_since();
-  const double dt = static_cast<double>(outcome.model.timestep_us * outcome.model.substeps) / 1e6;
+  const double dt = ControlPeriod(outcome.names.model());
   return since >= 0 && static_cast<double>(outcome.last_tick - since) * dt >= kStuck;
 }
 
@@ -83,13 +87,13 @@ bool Stuck(const EpisodeOutcome& outcome) {
 bool Missed(const EpisodeOutcome& outcome) {
   return std::any_of(outcome.unmet.begin(), outcome.unmet.end(), [&](const condition_t& condition) {
     if (condition.kind != condition_t::HOLDING || condition.holds) return false;
-    const int object = ObjectOf(condition.subject, outcome.model);
+    const int object = ObjectOf(condition.subject, outcome.names.model());
     if (object < 0) return false;
     // Of "any" and "first" one would do; of "other" one that has not held it yet.
     if ((condition.other == "any" || condition.other == "first") && outcome.history.WasHeld(object))
       return false;
-    for (int k = 0; k < outcome.model.num_grippers; ++k) {
-      const std::string& name = outcome.model.gripper[k].name;
+    for (int k = 0; k < outcome.names.model().num_grippers; ++k) {
+      const std::string& name = outcome.names.model().gripper[k].name;
       const bool is_asked = condition.other == name || condition.other == "any" ||
                             condition.other == "first" || condition.other == "other";
       if (is_asked && outcome.history.ClosedOnNothing(k) && outcome.history.LastHeldTick(object, k) < 0)
@@ -110,9 +114,10 @@ bool IsInWrongPose(const EpisodeOutcome& outcome) {
 std::string FailureReason(const EpisodeOutcome& outcome) {
   if (outcome.verdict == Verdict::kSuccess) return "";
   if (outcome.verdict == Verdict::kFailure) return ReasonOfFailureCondition(outcome);
-  // The sim ended on a verdict that the ticks at hand do not give.
-  if (outcome.end_reason == "success" || outcome.end_reason == "failure") return "unconfirmed";
-  if (outcome.end_reason != "time_limit") return outcome.end_reason;
+  if (outcome.end_reason == end_reason::kSuccess || outcome.end_reason == end_reason::kFailure) {
+    return kUnconfirmed;
+  }
+  if (outcome.end_reason != end_reason::kTimeLimit) return outcome.end_reason;
   if (Dropped(outcome)) return "dropped";
   if (Slipped(outcome)) return "grasp_slip";
   if (Stuck(outcome)) return "collision";

@@ -6,16 +6,19 @@
 #include <vector>
 
 #include "evalbus/condition_t.hpp"
-#include "evalbus/model_info_t.hpp"
 #include "metrics/episode/episode_history.h"
 #include "metrics/roboeval/slips.h"
 #include "metrics/task/task_evaluator.h"
+#include "models/model_names.h"
 
 namespace evalbus::metrics {
 
+// The sim ended the episode on a verdict that the ticks at hand do not give.
+inline constexpr char kUnconfirmed[] = "unconfirmed";
+
 // How an episode ended, and what is known of it.
 struct EpisodeOutcome {
-  const model_info_t& model;
+  const ModelNames& names;
   const EpisodeHistory& history;
   const std::vector<Slip>& slips;
   Verdict verdict = Verdict::kUndecided;

@@ -5,88 +5,104 @@
 #include <string>
 #include <vector>
 
+#include "lcmtypes/metric_catalogue.h"
+
 namespace evalbus::metrics {
 namespace {
 
 using nlohmann::ordered_json;
 
-// One entry without a name is a plain number.
-ordered_json Named(const std::vector<std::string>& names, const std::vector<double>& values) {
-  if (names.size() == 1 && names[0].empty()) return values[0];
+ordered_json ByName(const std::vector<std::string>& names, const std::vector<double>& values) {
   ordered_json result = ordered_json::object();
   for (size_t k = 0; k < names.size(); ++k) result[names[k]] = values[k];
   return result;
 }
 
 ordered_json ByArm(const metric_values_t& v, const std::vector<double>& values) {
-  if (values.size() == 1) return values[0];
-  ordered_json result = ordered_json::object();
-  for (size_t k = 0; k < values.size(); ++k) result[v.arm_name[k]] = values[k];
-  return result;
+  return values.size() == 1 ? ordered_json(values[0]) : ByName(v.arm_name, values);
 }
 
-void AddPath(const metric_values_t& v, const std::string& name, const std::vector<double>& lengths,
-             ordered_json* result) {
-  (*result)[name] = ByArm(v, lengths);
-  if (lengths.size() < 2) return;
-  const double total = std::accumulate(lengths.begin(), lengths.end(), 0.0);
+// Whether the dictionary has it; the kind says the rest.
+bool IsThere(const MetricInfo& metric, const metric_values_t& v) {
+  switch (metric.kind) {
+    case MetricKind::kByStage:
+    case MetricKind::kOfStages:
+      return v.num_stages > 0;
+    case MetricKind::kOfTwoArms:
+      return IsTracked(metric, v) && v.num_arms == 2 && v.num_samples > 0;
+    case MetricKind::kByName:
+      return !(v.*metric.names).empty();
+    default:
+      // RoboEval's two slip counts are always there.
+      return IsTracked(metric, v) || metric.track->member == &metric_values_t::tracks_slippage;
+  }
+}
+
+void AddSums(const std::string& name, const std::vector<double>& values, ordered_json* result) {
+  if (values.size() < 2) return;
+  const double total = std::accumulate(values.begin(), values.end(), 0.0);
   (*result)["total_" + name] = total;
-  (*result)["avg_" + name] = total / lengths.size();
+  (*result)["avg_" + name] = total / values.size();
 }
 
-void AddJerk(const metric_values_t& v, const std::string& name, const std::vector<double>& mean,
-             const std::vector<double>& rms, double overall_mean, double overall_rms, ordered_json* result) {
-  (*result)["avg_" + name] = ByArm(v, mean);
-  (*result)["rms_" + name] = ByArm(v, rms);
-  if (mean.size() < 2 || v.num_jerk_samples == 0) return;
-  (*result)["overall_avg_" + name] = overall_mean;
-  (*result)["overall_rms_" + name] = overall_rms;
+void AddJerk(const std::string& name, const JerkMembers& jerk, const metric_values_t& v,
+             ordered_json* result) {
+  (*result)["avg_" + name] = ByArm(v, v.*jerk.avg);
+  (*result)["rms_" + name] = ByArm(v, v.*jerk.rms);
+  if ((v.*jerk.avg).size() < 2 || v.num_jerk_samples == 0) return;
+  (*result)["overall_avg_" + name] = v.*jerk.overall_avg;
+  (*result)["overall_rms_" + name] = v.*jerk.overall_rms;
+}
+
+void Add(const MetricInfo& metric, const metric_values_t& v, ordered_json* result) {
+  const std::string name(metric.name);
+  switch (metric.kind) {
+    case MetricKind::kSuccess:
+      (*result)[name] = v.success ? 1.0 : 0.0;
+      break;
+    case MetricKind::kNumber:
+    case MetricKind::kOfStages:
+    case MetricKind::kOfTwoArms:
+      (*result)[name] = v.*metric.number;
+      break;
+    case MetricKind::kCount:
+      (*result)[name] = v.*metric.count;
+      break;
+    case MetricKind::kByStage:
+      for (int k = 0; k < v.num_stages; ++k) {
+        (*result)[name][std::to_string(v.stage_index[k])] = v.stage_reached[k] != 0;
+      }
+      break;
+    case MetricKind::kByObject:
+      (*result)[name] = ordered_json::object();
+      for (int k = 0; k < v.num_objects; ++k) {
+        (*result)[name]["object_" + std::to_string(k + 1)] = v.slip_count_per_object[k];
+      }
+      break;
+    case MetricKind::kByName: {
+      const std::vector<std::string>& names = v.*metric.names;
+      const bool is_plain = names.size() == 1 && names[0].empty();
+      (*result)[name] = is_plain ? ordered_json((v.*metric.values)[0]) : ByName(names, v.*metric.values);
+      break;
+    }
+    case MetricKind::kByArm:
+    case MetricKind::kSumByArm:
+    case MetricKind::kByGripper:
+      (*result)[name] = ByArm(v, v.*metric.values);
+      if (metric.kind == MetricKind::kSumByArm) AddSums(name, v.*metric.values, result);
+      break;
+    case MetricKind::kJerk:
+      AddJerk(name, *metric.jerk, v, result);
+      break;
+  }
 }
 
 }  // namespace
 
 ordered_json ResultJson(const metric_values_t& v) {
   ordered_json result;
-  result["success"] = v.success ? 1.0 : 0.0;
-  result["completion_time"] = v.completion_time_s;
-  if (v.num_stages > 0) {
-    ordered_json& reached = result["task_stage_reached"];
-    for (int k = 0; k < v.num_stages; ++k)
-      reached[std::to_string(v.stage_index[k])] = v.stage_reached[k] != 0;
-    result["subtask_progress"] = v.subtask_progress;
-  }
-  if (v.num_target_distances > 0) {
-    result["target_distance"] = Named(v.target_distance_name, v.target_distance_m);
-  }
-  if (v.num_pose_errors > 0) result["object_pose_error"] = Named(v.pose_error_name, v.object_pose_error_rad);
-
-  result["slip_count"] = v.slip_count;
-  ordered_json& slips = result["slip_count_per_object"] = ordered_json::object();
-  for (int k = 0; k < v.num_objects; ++k)
-    slips["object_" + std::to_string(k + 1)] = v.slip_count_per_object[k];
-  if (v.tracks_collisions) {
-    result["env_collision_count"] = v.env_collision_count;
-    result["self_collision_count"] = v.self_collision_count;
-  }
-  if (v.num_arms == 2 && v.num_samples > 0) {
-    if (v.tracks_vel_sync)
-      result["bimanual_arm_velocity_difference"] = v.bimanual_arm_velocity_difference_radps;
-    if (v.tracks_vertical_sync) {
-      result["bimanual_gripper_vertical_difference"] = v.bimanual_gripper_vertical_difference_m;
-    }
-  }
-  if (v.tracks_cartesian_path_length) AddPath(v, "cartesian_path_length", v.cartesian_path_length_m, &result);
-  if (v.tracks_joint_path_length) AddPath(v, "joint_path_length", v.joint_path_length_rad, &result);
-  if (v.tracks_orientation_path_length) {
-    AddPath(v, "orientation_path_length", v.orientation_path_length_rad, &result);
-  }
-  if (v.tracks_cartesian_jerk) {
-    AddJerk(v, "cartesian_jerk", v.avg_cartesian_jerk_mps3, v.rms_cartesian_jerk_mps3,
-            v.overall_avg_cartesian_jerk_mps3, v.overall_rms_cartesian_jerk_mps3, &result);
-  }
-  if (v.tracks_joint_jerk) {
-    AddJerk(v, "joint_jerk", v.avg_joint_jerk_radps3, v.rms_joint_jerk_radps3,
-            v.overall_avg_joint_jerk_radps3, v.overall_rms_joint_jerk_radps3, &result);
+  for (const MetricInfo& metric : Metrics()) {
+    if (!metric.is_extended() && IsThere(metric, v)) Add(metric, v, &result);
   }
   return result;
 }
@@ -114,10 +130,9 @@ ordered_json ExtendedJson(const extended_metrics_t& e, const metric_values_t& v)
           e.stage_time_s[k] < 0 ? ordered_json() : ordered_json(e.stage_time_s[k]);
     }
   }
-  result["missing_ticks"] = e.missing_ticks;
-  result["refused_samples"] = e.refused_samples;
-  result["action_clips"] = e.action_clips;
-  result["deadline_misses"] = e.deadline_misses;
+  for (const MetricInfo& metric : Metrics()) {
+    if (metric.counter) result[std::string(metric.wire_name())] = e.*metric.counter;
+  }
   return result;
 }
 
@@ -182,6 +197,25 @@ ordered_json ExplanationJson(const explanation_t& e) {
   for (const object_event_t& grasp : e.grasp) {
     result["grasps"].push_back(EventJson(grasp));
     result["grasps"].back()["duration_s"] = grasp.duration_s;
+  }
+  return result;
+}
+
+EpisodeResult ResultOf(const episode_summary_t& summary) {
+  EpisodeResult result{
+      .complete = summary.complete != 0,
+      .success = summary.metrics.success != 0,
+      .failure_reason = summary.failure_reason,
+      .values = NumbersOf(ResultJson(summary.metrics), ExtendedJson(summary.extended, summary.metrics)),
+      .stages = {},
+      .slips = summary.metrics.slip_count_per_object,
+      .collisions = {}};
+  const metric_values_t& v = summary.metrics;
+  for (int k = 0; k < v.num_stages; ++k)
+    result.stages.emplace_back(v.stage_index[k], v.stage_reached[k] != 0);
+  const explanation_t& e = summary.explanation;
+  for (size_t k = 0; k < e.collision_name.size(); ++k) {
+    result.collisions[e.collision_name[k]] = e.collision_count[k];
   }
   return result;
 }

@@ -1,12 +1,14 @@
-// Metric values as JSON with the names, nesting and value types of RoboEval's result dictionary. The only
-// place that knows these names.
+// Metric values as JSON with the names, nesting and value types of RoboEval's result dictionary, as
+// lcmtypes/metric_catalogue.h has them.
 #pragma once
 
 #include <nlohmann/json.hpp>
 
+#include "evalbus/episode_summary_t.hpp"
 #include "evalbus/explanation_t.hpp"
 #include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/metric_values_t.hpp"
+#include "metrics/statistics/run_statistics.h"
 
 namespace evalbus::metrics {
 
@@ -20,5 +22,8 @@ nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const me
 
 // For the key "explanation" (docs/run_folder.md).
 nlohmann::ordered_json ExplanationJson(const explanation_t& explanation);
+
+// The numbers that statistics are made of: the same as of the line of episodes.jsonl.
+EpisodeResult ResultOf(const episode_summary_t& summary);
 
 }  // namespace evalbus::metrics

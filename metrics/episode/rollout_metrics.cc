@@ -3,6 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "lcmtypes/metric_catalogue.h"
+
 namespace evalbus::metrics {
 namespace {
 
@@ -13,58 +15,31 @@ bool AllFinite(std::span<const double> x) {
   return sum == 0;
 }
 
-double Norm(const std::array<double, 4>& q) {
-  return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-}
-
-template <typename Accumulators>
-void StartAll(Accumulators& accumulators) {
-  for (auto& accumulator : accumulators) accumulator.Start();
-}
-
 }  // namespace
 
 RolloutMetrics::RolloutMetrics(MetricsConfig config)
     : config_(std::move(config)),
-      owners_(config_.geom_owner),
+      deriver_(config_),
       target_distance_(config_.target_distances.size()),
       pose_error_(config_.pose_errors.size()),
       stages_(config_.stages),
-      slips_(config_.objects.size(), config_.grippers.size(), config_.slip_sample_window),
-      env_collisions_(config_.collision_sample_window),
-      self_collisions_(config_.collision_sample_window),
+      roboeval_(config_),
       extended_(config_) {
   if (!(config_.control_dt > 0) || config_.slip_sample_window < 1 || config_.collision_sample_window < 1) {
     throw std::invalid_argument("RolloutMetrics: control_dt and the sample windows must be positive");
-  }
-  for (const ArmConfig& arm : config_.arms) {
-    cartesian_path_.emplace_back(3);
-    joint_path_.emplace_back(arm.num_joints);
-    orientation_path_.emplace_back();
-    cartesian_jerk_.emplace_back(3, config_.control_dt);
-    joint_jerk_.emplace_back(arm.num_joints, config_.control_dt);
   }
 }
 
 void RolloutMetrics::Start(std::span<const double> gripper_opening, std::span<const uint8_t> holding) {
   num_samples_ = 0;
   refused_samples_ = AllFinite(gripper_opening) ? 0 : 1;
-  last_tick_ = 0;
   time_ = 0;
   success_ = false;
   target_distance_.assign(target_distance_.size(), 0);
   pose_error_.assign(pose_error_.size(), 0);
   stages_.Start();
-  slips_.Start(gripper_opening, holding);
-  env_collisions_.Start();
-  self_collisions_.Start();
-  speed_difference_.Start();
-  height_difference_.Start();
-  StartAll(cartesian_path_);
-  StartAll(joint_path_);
-  StartAll(orientation_path_);
-  StartAll(cartesian_jerk_);
-  StartAll(joint_jerk_);
+  deriver_.Start();
+  roboeval_.ForEach([&](auto& metric) { metric.Start({gripper_opening, holding}); });
   extended_.Start();
 }
 
@@ -81,7 +56,7 @@ bool RolloutMetrics::Acceptable(const Sample& sample) const {
         (!arm.joint_torque.empty() && arm.joint_torque.size() != joints)) {
       return false;
     }
-    const double norm = Norm(arm.wrist_quat);
+    const double norm = SampleDeriver::Norm(arm.wrist_quat);
     if (!AllFinite(arm.joint_position) || !AllFinite(arm.joint_velocity) || !AllFinite(arm.joint_torque) ||
         !AllFinite(arm.wrist_position) || !(norm > 0) || !std::isfinite(norm)) {
       return false;
@@ -98,53 +73,19 @@ bool RolloutMetrics::Step(const Sample& sample) {
     ++refused_samples_;
     return false;
   }
-  const bool in_a_row = num_samples_ > 0 && sample.tick == last_tick_ + 1;
-  last_tick_ = sample.tick;
   time_ = sample.time;
   ++num_samples_;
-
-  for (size_t k = 0; k < sample.arm.size(); ++k) {
-    const ArmSample& arm = sample.arm[k];
-    if (!in_a_row) {
-      cartesian_jerk_[k].RestartHistory();
-      joint_jerk_[k].RestartHistory();
-    }
-    std::array<double, 4> quat = arm.wrist_quat;
-    const double norm = Norm(quat);
-    for (double& component : quat) component /= norm;
-
-    if (config_.track_cartesian_path_length) cartesian_path_[k].Add(arm.wrist_position);
-    if (config_.track_joint_path_length) joint_path_[k].Add(arm.joint_position);
-    if (config_.track_orientation_path_length) orientation_path_[k].Add(quat);
-    if (config_.track_cartesian_jerk) cartesian_jerk_[k].Add(arm.wrist_position);
-    if (config_.track_joint_jerk) joint_jerk_[k].Add(arm.joint_position);
-  }
-  if (sample.arm.size() == 2) {
-    const ArmSample &left = sample.arm[0], &right = sample.arm[1];
-    if (config_.track_vel_sync) speed_difference_.Add(left.joint_velocity, right.joint_velocity);
-    if (config_.track_vertical_sync) height_difference_.Add(left.wrist_position[2], right.wrist_position[2]);
-  }
-  if (config_.track_slippage) slips_.Add(sample.tick, sample.gripper_opening, sample.holding);
-  contacts_.Sort(sample.contacts, owners_);
-  if (config_.track_collisions) {
-    env_collisions_.Add(contacts_.scene());
-    self_collisions_.Add(contacts_.self());
-  }
-  extended_.Add(sample, contacts_, in_a_row);
+  const DerivedSample derived = deriver_.Derive(sample);
+  roboeval_.ForEach([&](auto& metric) {
+    if (config_.Tracks(metric.kTracked)) metric.Add(derived);
+  });
+  extended_.Add(derived);
   return true;
 }
 
 void RolloutMetrics::Values(metric_values_t* values) const {
   metric_values_t& v = *values;
-  v.tracks_vel_sync = config_.track_vel_sync;
-  v.tracks_vertical_sync = config_.track_vertical_sync;
-  v.tracks_slippage = config_.track_slippage;
-  v.tracks_collisions = config_.track_collisions;
-  v.tracks_cartesian_jerk = config_.track_cartesian_jerk;
-  v.tracks_joint_jerk = config_.track_joint_jerk;
-  v.tracks_cartesian_path_length = config_.track_cartesian_path_length;
-  v.tracks_joint_path_length = config_.track_joint_path_length;
-  v.tracks_orientation_path_length = config_.track_orientation_path_length;
+  for (const TrackOption& option : TrackOptions()) v.*option.member = config_.Tracks(option.member);
   v.num_samples = num_samples_;
   v.success = success_;
   v.completion_time_s = time_;
@@ -168,57 +109,14 @@ void RolloutMetrics::Values(metric_values_t* values) const {
   v.pose_error_name = config_.pose_errors;
   v.object_pose_error_rad = pose_error_;
 
-  v.slip_count = slips_.total();
   v.num_objects = config_.objects.size();
   v.object_name = config_.objects;
-  v.slip_count_per_object = slips_.per_object();
-  v.env_collision_count = env_collisions_.count();
-  v.self_collision_count = self_collisions_.count();
-  v.bimanual_arm_velocity_difference_radps = speed_difference_.mean();
-  v.bimanual_gripper_vertical_difference_m = height_difference_.mean();
+  v.num_arms = config_.arms.size();
+  v.arm_name.resize(config_.arms.size());
+  for (size_t k = 0; k < config_.arms.size(); ++k) v.arm_name[k] = config_.arms[k].name;
 
-  const size_t arms = config_.arms.size();
-  v.num_arms = arms;
-  v.arm_name.resize(arms);
-  for (auto* member : {&v.cartesian_path_length_m, &v.joint_path_length_rad, &v.orientation_path_length_rad,
-                       &v.avg_cartesian_jerk_mps3, &v.rms_cartesian_jerk_mps3, &v.avg_joint_jerk_radps3,
-                       &v.rms_joint_jerk_radps3}) {
-    member->resize(arms);
-  }
   v.num_jerk_samples = 0;
-  for (size_t k = 0; k < arms; ++k) {
-    v.arm_name[k] = config_.arms[k].name;
-    v.cartesian_path_length_m[k] = cartesian_path_[k].length();
-    v.joint_path_length_rad[k] = joint_path_[k].length();
-    v.orientation_path_length_rad[k] = orientation_path_[k].length();
-    v.num_jerk_samples = std::max(cartesian_jerk_[k].count(), joint_jerk_[k].count());
-    v.avg_cartesian_jerk_mps3[k] = cartesian_jerk_[k].mean();
-    v.rms_cartesian_jerk_mps3[k] = cartesian_jerk_[k].rms();
-    v.avg_joint_jerk_radps3[k] = joint_jerk_[k].mean();
-    v.rms_joint_jerk_radps3[k] = joint_jerk_[k].rms();
-  }
-  v.overall_avg_cartesian_jerk_mps3 = PooledMean(cartesian_jerk_);
-  v.overall_rms_cartesian_jerk_mps3 = PooledRms(cartesian_jerk_);
-  v.overall_avg_joint_jerk_radps3 = PooledMean(joint_jerk_);
-  v.overall_rms_joint_jerk_radps3 = PooledRms(joint_jerk_);
-}
-
-void RolloutMetrics::FillBookkeeping(extended_metrics_t* extended) const {
-  const std::vector<StageState>& stages = stages_.stages();
-  extended->num_stages = stages.size();
-  extended->stage_time_s.resize(stages.size());
-  for (size_t k = 0; k < stages.size(); ++k) extended->stage_time_s[k] = stages[k].reached_time;
-  extended->refused_samples = refused_samples_;
-}
-
-void RolloutMetrics::Extended(extended_metrics_t* extended) const {
-  FillBookkeeping(extended);
-  extended_.Values(extended);
-}
-
-void RolloutMetrics::FinalExtended(extended_metrics_t* extended) const {
-  FillBookkeeping(extended);
-  extended_.FinalValues(extended);
+  roboeval_.ForEach([&](const auto& metric) { metric.Values(&v); });
 }
 
 }  // namespace evalbus::metrics

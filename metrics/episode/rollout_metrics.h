@@ -1,15 +1,15 @@
 // All metrics of one episode, fed tick by tick and readable at any tick. Pure: no bus, no clock, no file.
-// Definitions: docs/metrics.md. Each formula is an accumulator in a header of its own; a new metric is one in
-// extended/ (see extended_metric.h).
+// Definitions: docs/metrics.md. Each formula is an accumulator in a header of its own, RoboEval's in
+// roboeval/, ours in extended/ (see extended_metric.h).
 #pragma once
 
 #include <cstdint>
 #include <span>
-#include <string>
+#include <tuple>
 #include <vector>
 
-#include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/metric_values_t.hpp"
+#include "metrics/derived_sample.h"
 #include "metrics/extended/extended_metrics.h"
 #include "metrics/metrics_config.h"
 #include "metrics/roboeval/arm_speed_difference.h"
@@ -50,49 +50,45 @@ class RolloutMetrics {
   // Simulated seconds of the last sample since the episode began.
   double time() const { return time_; }
 
-  // Fill in every member; no allocation when *values was filled by the same object before.
+  // Fills in every member; no allocation when *values was filled by the same object before.
   void Values(metric_values_t* values) const;
-  // missing_ticks, action_clips and deadline_misses are left alone: they are not known here. The final values
-  // are those at the end of the episode: they include what is too dear to be evaluated at every tick.
-  void Extended(extended_metrics_t* extended) const;
-  void FinalExtended(extended_metrics_t* extended) const;
+  const ExtendedMetrics& extended() const { return extended_; }
 
   const Stages& stages() const { return stages_; }
-  const EnvCollisions& env_collisions() const { return env_collisions_; }
-  const SelfCollisions& self_collisions() const { return self_collisions_; }
-  const std::vector<Slip>& slips() const { return slips_.slips(); }
+  const EnvCollisions& env_collisions() const { return std::get<EnvCollisions>(roboeval_); }
+  const SelfCollisions& self_collisions() const { return std::get<SelfCollisions>(roboeval_); }
+  const std::vector<Slip>& slips() const { return std::get<SlipCounter>(roboeval_).slips(); }
   // Of the robot with the scene, at the last sample; valid until the next Step() or Start().
-  std::span<const SceneContact> scene_contacts() const { return contacts_.scene(); }
+  std::span<const SceneContact> scene_contacts() const { return deriver_.contacts().scene(); }
 
  private:
+  // One of each type.
+  template <class... Metric>
+  struct All : std::tuple<Metric...> {
+    explicit All(const MetricsConfig& config) : std::tuple<Metric...>(Metric(config)...) {}
+    void ForEach(auto f) { (f(std::get<Metric>(*this)), ...); }
+    void ForEach(auto f) const { (f(std::get<Metric>(*this)), ...); }
+  };
+
   bool Acceptable(const Sample& sample) const;
-  void FillBookkeeping(extended_metrics_t* extended) const;
 
   MetricsConfig config_;
-  GeomOwners owners_;
+  SampleDeriver deriver_;
 
   int64_t num_samples_ = 0;
   int64_t refused_samples_ = 0;
-  int64_t last_tick_ = 0;
   double time_ = 0;
   bool success_ = false;
   std::vector<double> target_distance_;
   std::vector<double> pose_error_;
 
   Stages stages_;
-  SlipCounter slips_;
-  EnvCollisions env_collisions_;
-  SelfCollisions self_collisions_;
-  ArmSpeedDifference speed_difference_;
-  GripperHeightDifference height_difference_;
-  // By arm.
-  std::vector<PathLength> cartesian_path_;
-  std::vector<PathLength> joint_path_;
-  std::vector<OrientationPathLength> orientation_path_;
-  std::vector<Jerk> cartesian_jerk_;
-  std::vector<Jerk> joint_jerk_;
-
-  RobotContacts contacts_;
+  // RoboEval's: each has a constructor from MetricsConfig, kTracked, the flag that switches it, Start, Add
+  // and Values, which fills its members of the message. A new one is a line here, and a row in
+  // lcmtypes/metric_catalogue.cc.
+  All<SlipCounter, EnvCollisions, SelfCollisions, ArmSpeedDifference, GripperHeightDifference, CartesianPath,
+      JointPath, OrientationPath, CartesianJerk, JointJerk>
+      roboeval_;
   ExtendedMetrics extended_;
 };
 

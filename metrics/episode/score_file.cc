@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "lcmtypes/metric_catalogue.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/episode/rollout_metrics.h"
 #include "metrics/statistics/run_statistics.h"
@@ -156,21 +157,12 @@ MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
   episode["control_frequency"].PositiveNumber();
 
   const Node node = episode["config"];
-  const std::pair<const char*, bool*> flags[] = {
-      {"track_vel_sync", &config.track_vel_sync},
-      {"track_vertical_sync", &config.track_vertical_sync},
-      {"track_slippage", &config.track_slippage},
-      {"track_collisions", &config.track_collisions},
-      {"track_cartesian_jerk", &config.track_cartesian_jerk},
-      {"track_joint_jerk", &config.track_joint_jerk},
-      {"track_cartesian_path_length", &config.track_cartesian_path_length},
-      {"track_joint_path_length", &config.track_joint_path_length},
-      {"track_orientation_path_length", &config.track_orientation_path_length},
-  };
   std::vector<std::string> keys = {"slip_sample_window", "slip_objects"};
-  for (const auto& [key, flag] : flags) keys.push_back(key);
+  for (const TrackOption& option : TrackOptions()) keys.emplace_back(option.key);
   node.CheckKeys(keys);
-  for (const auto& [key, flag] : flags) *flag = node[key].Bool();
+  for (const TrackOption& option : TrackOptions()) {
+    if (!node[std::string(option.key)].Bool()) config.untracked.push_back(option.member);
+  }
   config.slip_sample_window = node["slip_sample_window"].Integer(1, 1'000'000'000);
   config.collision_sample_window =
       options.collision_sample_window == 0 ? config.slip_sample_window : options.collision_sample_window;

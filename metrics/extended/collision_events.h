@@ -14,9 +14,7 @@ namespace evalbus::metrics {
 // again once it was apart for kSeparationTime. A pair that touches in the first sample begins there.
 class CollisionEvents : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig&) {
-    return {{"env_collision_events", "count"}, {"self_collision_events", "count"}};
-  }
+  static constexpr const char* kNames[] = {"env_collision_events", "self_collision_events"};
   explicit CollisionEvents(const MetricsConfig& config) : dt_(config.control_dt) { pairs_.reserve(256); }
 
   void Start() override {
@@ -57,7 +55,5 @@ class CollisionEvents : public ExtendedMetric {
   int64_t environment_ = 0;
   int64_t self_ = 0;
 };
-
-inline const bool kCollisionEventsRegistered = RegisterExtendedMetric<CollisionEvents>();
 
 }  // namespace evalbus::metrics

@@ -8,7 +8,7 @@ namespace evalbus::metrics {
 // Simulated time (s): dt for every sample in which a robot geom touches a scene geom.
 class ContactTime : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig&) { return {{"contact_time_s", "s"}}; }
+  static constexpr const char* kNames[] = {"contact_time_s"};
   explicit ContactTime(const MetricsConfig& config) : dt_(config.control_dt) {}
 
   void Start() override { samples_ = 0; }
@@ -19,7 +19,5 @@ class ContactTime : public ExtendedMetric {
   double dt_;
   int64_t samples_ = 0;
 };
-
-inline const bool kContactTimeRegistered = RegisterExtendedMetric<ContactTime>();
 
 }  // namespace evalbus::metrics

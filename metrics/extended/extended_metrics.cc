@@ -1,9 +1,9 @@
 #include "metrics/extended/extended_metrics.h"
 
-#include <algorithm>
-#include <cmath>
+#include <span>
+#include <stdexcept>
 
-// Every extended metric: the one line that adds it.
+#include "lcmtypes/metric_catalogue.h"
 #include "metrics/extended/collision_events.h"
 #include "metrics/extended/contact_time.h"
 #include "metrics/extended/grasp_statistics.h"
@@ -17,24 +17,57 @@
 #include "metrics/extended/spectral_arc_length.h"
 
 namespace evalbus::metrics {
+namespace {
 
-std::vector<ExtendedMetricType>& ExtendedMetricTypes() {
-  static std::vector<ExtendedMetricType> types;
-  return types;
+struct Type {
+  std::span<const char* const> names;
+  std::unique_ptr<ExtendedMetric> (*make)(const MetricsConfig& config);
+};
+
+template <class Metric>
+constexpr Type Of() {
+  return {Metric::kNames, [](const MetricsConfig& config) -> std::unique_ptr<ExtendedMetric> {
+            return std::make_unique<Metric>(config);
+          }};
 }
 
-ExtendedMetrics::ExtendedMetrics(const MetricsConfig& config)
-    : dt_(config.control_dt), last_wrist_(config.arms.size()), wrist_speed_(config.arms.size()) {
-  for (const ExtendedMetricType& type : ExtendedMetricTypes()) {
-    entries_.push_back({type.names(config), type.make(config)});
+// In the order of their names, which is that of the message.
+constexpr Type kTypes[] = {
+    Of<ContactTime>(),          Of<CollisionEvents>(),        Of<GraspStatistics>(),
+    Of<LogDimensionlessJerk>(), Of<MechanicalWork>(),         Of<MinClearance>(),
+    Of<JointLimitMargin>(),     Of<PeakPenetration>(),        Of<PeakWristAcceleration>(),
+    Of<PeakWristSpeed>(),       Of<WristSpectralArcLength>(),
+};
+
+// Whose values a metric has; nobody's where it is one number.
+std::vector<std::string> Owners(MetricKind kind, const MetricsConfig& config) {
+  if (kind == MetricKind::kByGripper) return config.grippers;
+  std::vector<std::string> arms;
+  if (kind == MetricKind::kByArm || kind == MetricKind::kSumByArm) {
+    for (const ArmConfig& arm : config.arms) arms.push_back(arm.name);
   }
-  std::sort(entries_.begin(), entries_.end(),
-            [](const Entry& a, const Entry& b) { return a.names[0].name < b.names[0].name; });
-  for (const Entry& entry : entries_) {
-    for (const ValueName& value : entry.names) {
-      names_.push_back(value.name);
-      units_.push_back(value.unit);
+  return arms;
+}
+
+bool IsOneNumber(MetricKind kind) { return kind == MetricKind::kNumber || kind == MetricKind::kCount; }
+
+}  // namespace
+
+ExtendedMetrics::ExtendedMetrics(const MetricsConfig& config) {
+  for (const Type& type : kTypes) {
+    const size_t first = names_.size();
+    for (const std::string name : type.names) {
+      const MetricInfo* metric = FindMetric("extended." + name).metric;
+      if (!metric) throw std::logic_error(name + " is not in lcmtypes/metric_catalogue.cc");
+      const std::vector<std::string> owners = Owners(metric->kind, config);
+      if (IsOneNumber(metric->kind) || owners.size() == 1) {
+        names_.push_back(name);
+      } else {
+        for (const std::string& owner : owners) names_.push_back(name + "." + owner);
+      }
+      units_.resize(names_.size(), std::string(metric->unit));
     }
+    entries_.push_back({type.make(config), first, names_.size() - first});
   }
   Start();
 }
@@ -43,41 +76,18 @@ void ExtendedMetrics::Start() {
   for (const Entry& entry : entries_) entry.metric->Start();
 }
 
-void ExtendedMetrics::Add(const Sample& sample, const RobotContacts& contacts, bool in_a_row) {
-  for (size_t k = 0; k < last_wrist_.size(); ++k) {
-    const std::array<double, 3>& p = sample.arm[k].wrist_position;
-    double sum = 0;
-    for (int i = 0; i < 3; ++i) sum += (p[i] - last_wrist_[k][i]) * (p[i] - last_wrist_[k][i]);
-    wrist_speed_[k] = in_a_row ? std::sqrt(sum) / dt_ : 0;
-    last_wrist_[k] = p;
-  }
-  const DerivedSample derived{sample, in_a_row, wrist_speed_, contacts};
-  for (const Entry& entry : entries_) entry.metric->Add(derived);
+void ExtendedMetrics::Add(const DerivedSample& sample) {
+  for (const Entry& entry : entries_) entry.metric->Add(sample);
 }
 
-void ExtendedMetrics::SetNames(extended_metrics_t* extended) const {
-  extended->num_values = static_cast<int32_t>(names_.size());
-  extended->name = names_;
-  extended->unit = units_;
-  extended->value_mixed.resize(names_.size());
+void ExtendedMetrics::Values(std::vector<double>* values) const {
+  values->resize(names_.size());
+  for (const Entry& e : entries_) e.metric->Values(std::span(*values).subspan(e.first, e.count));
 }
 
-void ExtendedMetrics::Values(extended_metrics_t* extended) const {
-  SetNames(extended);
-  std::span<double> rest = extended->value_mixed;
-  for (const Entry& entry : entries_) {
-    entry.metric->Values(rest.first(entry.names.size()));
-    rest = rest.subspan(entry.names.size());
-  }
-}
-
-void ExtendedMetrics::FinalValues(extended_metrics_t* extended) const {
-  SetNames(extended);
-  std::span<double> rest = extended->value_mixed;
-  for (const Entry& entry : entries_) {
-    entry.metric->FinalValues(rest.first(entry.names.size()));
-    rest = rest.subspan(entry.names.size());
-  }
+void ExtendedMetrics::FinalValues(std::vector<double>* values) const {
+  values->resize(names_.size());
+  for (const Entry& e : entries_) e.metric->FinalValues(std::span(*values).subspan(e.first, e.count));
 }
 
 }  // namespace evalbus::metrics

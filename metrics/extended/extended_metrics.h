@@ -1,43 +1,37 @@
 // All extended metrics of one episode. Pure.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "evalbus/extended_metrics_t.hpp"
 #include "metrics/extended/extended_metric.h"
 
 namespace evalbus::metrics {
 
 class ExtendedMetrics {
  public:
-  // Every registered metric, sorted by name.
   explicit ExtendedMetrics(const MetricsConfig& config);
 
   void Start();
-  // `in_a_row` as in DerivedSample.
-  void Add(const Sample& sample, const RobotContacts& contacts, bool in_a_row);
+  void Add(const DerivedSample& sample);
 
-  // Fill in name, unit and value_mixed; no allocation when *extended was filled by the same object before.
-  void Values(extended_metrics_t* extended) const;
-  void FinalValues(extended_metrics_t* extended) const;
+  // As in extended_metrics_t: name, unit and value of each, in one order.
+  const std::vector<std::string>& names() const { return names_; }
+  const std::vector<std::string>& units() const { return units_; }
+  // No allocation where *values was filled before. The final ones include what is too dear to be evaluated at
+  // every tick.
+  void Values(std::vector<double>* values) const;
+  void FinalValues(std::vector<double>* values) const;
 
  private:
-  void SetNames(extended_metrics_t* extended) const;
-
   struct Entry {
-    std::vector<ValueName> names;
     std::unique_ptr<ExtendedMetric> metric;
+    size_t first, count;  // its values among all
   };
-  double dt_;
   std::vector<Entry> entries_;
-  // Of all values, in their order.
   std::vector<std::string> names_;
   std::vector<std::string> units_;
-  std::vector<std::array<double, 3>> last_wrist_;
-  std::vector<double> wrist_speed_;
 };
 
 }  // namespace evalbus::metrics

@@ -12,13 +12,7 @@ namespace evalbus::metrics {
 // (s).
 class GraspStatistics : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig& config) {
-    std::vector<ValueName> names = NameEach({"grasp_count", "count"}, config.grippers);
-    for (const ValueName& value : {ValueName{"grasp_time_s", "s"}, ValueName{"longest_grasp_s", "s"}}) {
-      for (const ValueName& name : NameEach(value, config.grippers)) names.push_back(name);
-    }
-    return names;
-  }
+  static constexpr const char* kNames[] = {"grasp_count", "grasp_time_s", "longest_grasp_s"};
   explicit GraspStatistics(const MetricsConfig& config)
       : grippers_(config.grippers.size()), dt_(config.control_dt), grasps_(config) {}
 
@@ -42,7 +36,5 @@ class GraspStatistics : public ExtendedMetric {
   double dt_;
   Grasps grasps_;
 };
-
-inline const bool kGraspStatisticsRegistered = RegisterExtendedMetric<GraspStatistics>();
 
 }  // namespace evalbus::metrics

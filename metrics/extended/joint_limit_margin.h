@@ -12,9 +12,7 @@ namespace evalbus::metrics {
 // upper has none; no value before the first sample and where no joint has limits.
 class JointLimitMargin : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig&) {
-    return {{"min_joint_limit_margin_rad", "rad"}};
-  }
+  static constexpr const char* kNames[] = {"min_joint_limit_margin_rad"};
   explicit JointLimitMargin(const MetricsConfig& config) : arms_(config.arms) {}
 
   void Start() override { margin_ = kNone; }
@@ -36,7 +34,5 @@ class JointLimitMargin : public ExtendedMetric {
   std::vector<ArmConfig> arms_;
   double margin_ = kNone;
 };
-
-inline const bool kJointLimitMarginRegistered = RegisterExtendedMetric<JointLimitMargin>();
 
 }  // namespace evalbus::metrics

@@ -17,9 +17,7 @@ namespace evalbus::metrics {
 // without movement, for a constant speed, and after a missing sample.
 class LogDimensionlessJerk : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig& config) {
-    return NameEachArm({"log_dimensionless_jerk", "1"}, config);
-  }
+  static constexpr const char* kNames[] = {"log_dimensionless_jerk"};
   explicit LogDimensionlessJerk(const MetricsConfig& config) : arms_(config.arms.size()) {}
 
   void Start() override {
@@ -65,7 +63,5 @@ class LogDimensionlessJerk : public ExtendedMetric {
   int64_t speeds_ = 0;
   bool has_hole_ = false;
 };
-
-inline const bool kLogDimensionlessJerkRegistered = RegisterExtendedMetric<LogDimensionlessJerk>();
 
 }  // namespace evalbus::metrics

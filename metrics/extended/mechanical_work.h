@@ -11,9 +11,7 @@ namespace evalbus::metrics {
 // costs too.
 class MechanicalWork : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig& config) {
-    return NameEachArm({"mechanical_work_J", "J"}, config);
-  }
+  static constexpr const char* kNames[] = {"mechanical_work_J"};
   explicit MechanicalWork(const MetricsConfig& config) : dt_(config.control_dt), sum_(config.arms.size()) {}
 
   void Start() override { sum_.assign(sum_.size(), 0); }
@@ -34,7 +32,5 @@ class MechanicalWork : public ExtendedMetric {
   double dt_;
   std::vector<double> sum_;  // W
 };
-
-inline const bool kMechanicalWorkRegistered = RegisterExtendedMetric<MechanicalWork>();
 
 }  // namespace evalbus::metrics

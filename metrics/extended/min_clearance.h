@@ -11,9 +11,7 @@ namespace evalbus::metrics {
 // it was first seen. No value before the first.
 class MinClearance : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig&) {
-    return {{"min_clearance_m", "m"}, {"min_clearance_time_s", "s"}};
-  }
+  static constexpr const char* kNames[] = {"min_clearance_m", "min_clearance_time_s"};
   explicit MinClearance(const MetricsConfig&) {}
 
   void Start() override { clearance_ = time_ = std::numeric_limits<double>::quiet_NaN(); }
@@ -32,7 +30,5 @@ class MinClearance : public ExtendedMetric {
   double clearance_ = 0;
   double time_ = 0;
 };
-
-inline const bool kMinClearanceRegistered = RegisterExtendedMetric<MinClearance>();
 
 }  // namespace evalbus::metrics

@@ -10,7 +10,7 @@ namespace evalbus::metrics {
 // Largest penetration (m, >= 0) of any contact with a robot geom in it, manipulated objects included.
 class PeakPenetration : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig&) { return {{"peak_penetration_m", "m"}}; }
+  static constexpr const char* kNames[] = {"peak_penetration_m"};
   explicit PeakPenetration(const MetricsConfig&) {}
 
   void Start() override { depth_ = 0; }
@@ -22,7 +22,5 @@ class PeakPenetration : public ExtendedMetric {
  private:
   double depth_ = 0;
 };
-
-inline const bool kPeakPenetrationRegistered = RegisterExtendedMetric<PeakPenetration>();
 
 }  // namespace evalbus::metrics

@@ -11,9 +11,7 @@ namespace evalbus::metrics {
 // Largest norm(p_i - 2 p_(i-1) + p_(i-2)) / dt^2 over three samples in a row, m/s^2; 0 without.
 class PeakWristAcceleration : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig& config) {
-    return NameEachArm({"peak_wrist_acceleration_mps2", "m/s^2"}, config);
-  }
+  static constexpr const char* kNames[] = {"peak_wrist_acceleration_mps2"};
   explicit PeakWristAcceleration(const MetricsConfig& config)
       : dt_(config.control_dt), arms_(config.arms.size()) {}
 
@@ -53,7 +51,5 @@ class PeakWristAcceleration : public ExtendedMetric {
   // How many of p1 and p2 are from samples in a row.
   int filled_ = 0;
 };
-
-inline const bool kPeakWristAccelerationRegistered = RegisterExtendedMetric<PeakWristAcceleration>();
 
 }  // namespace evalbus::metrics

@@ -10,9 +10,7 @@ namespace evalbus::metrics {
 // Largest norm(p_i - p_(i-1)) / dt over consecutive samples, m/s; 0 without.
 class PeakWristSpeed : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig& config) {
-    return NameEachArm({"peak_wrist_speed_mps", "m/s"}, config);
-  }
+  static constexpr const char* kNames[] = {"peak_wrist_speed_mps"};
   explicit PeakWristSpeed(const MetricsConfig& config) : peak_(config.arms.size()) {}
 
   void Start() override { peak_.assign(peak_.size(), 0); }
@@ -26,7 +24,5 @@ class PeakWristSpeed : public ExtendedMetric {
  private:
   std::vector<double> peak_;
 };
-
-inline const bool kPeakWristSpeedRegistered = RegisterExtendedMetric<PeakWristSpeed>();
 
 }  // namespace evalbus::metrics

@@ -59,9 +59,7 @@ inline double SpectralArcLength(std::span<const double> speed, double dt) {
 // value after a missing sample.
 class WristSpectralArcLength : public ExtendedMetric {
  public:
-  static std::vector<ValueName> Names(const MetricsConfig& config) {
-    return NameEachArm({"spectral_arc_length", "1"}, config);
-  }
+  static constexpr const char* kNames[] = {"spectral_arc_length"};
   explicit WristSpectralArcLength(const MetricsConfig& config)
       : dt_(config.control_dt), speed_(config.arms.size()) {
     // Five minutes at 50 Hz; longer episodes make it grow.
@@ -93,7 +91,5 @@ class WristSpectralArcLength : public ExtendedMetric {
   int64_t samples_ = 0;
   bool has_hole_ = false;
 };
-
-inline const bool kSpectralArcLengthRegistered = RegisterExtendedMetric<WristSpectralArcLength>();
 
 }  // namespace evalbus::metrics

@@ -5,20 +5,28 @@
 #include <cstdint>
 #include <span>
 
+#include "evalbus/metric_values_t.hpp"
+#include "metrics/derived_sample.h"
+
 namespace evalbus::metrics {
 
 // Mean over samples of |norm(w left) - norm(w right)|, rad/s, with w the measured joint velocities: a
-// difference of speeds, not of velocities.
+// difference of speeds, not of velocities. Of two arms.
 class ArmSpeedDifference {
  public:
-  void Start() { *this = {}; }
+  static constexpr auto kTracked = &metric_values_t::tracks_vel_sync;
+  explicit ArmSpeedDifference(const MetricsConfig&) {}
 
-  void Add(std::span<const double> left, std::span<const double> right) {
-    sum_ += std::abs(Norm(left) - Norm(right));
+  void Start(const ResetState&) { sum_ = count_ = 0; }
+  void Add(const DerivedSample& derived) {
+    const std::span<const ArmSample> arm = derived.sample.arm;
+    if (arm.size() != 2) return;
+    sum_ += std::abs(Norm(arm[0].joint_velocity) - Norm(arm[1].joint_velocity));
     ++count_;
   }
-
-  double mean() const { return count_ > 0 ? sum_ / count_ : 0; }
+  void Values(metric_values_t* values) const {
+    values->bimanual_arm_velocity_difference_radps = count_ > 0 ? sum_ / count_ : 0;
+  }
 
  private:
   static double Norm(std::span<const double> x) {

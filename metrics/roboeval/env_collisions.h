@@ -1,10 +1,9 @@
 // New collisions with the scene. Source: RoboEval's metrics page (env_collision_count).
 #pragma once
 
-#include <span>
-
+#include "evalbus/metric_values_t.hpp"
+#include "metrics/derived_sample.h"
 #include "metrics/roboeval/new_members.h"
-#include "metrics/robot_contacts.h"
 
 namespace evalbus::metrics {
 
@@ -13,20 +12,21 @@ namespace evalbus::metrics {
 // objects are no scene.
 class EnvCollisions {
  public:
-  explicit EnvCollisions(int window) : window_(window) {}
+  static constexpr auto kTracked = &metric_values_t::tracks_collisions;
+  explicit EnvCollisions(const MetricsConfig& config) : window_(config.collision_sample_window) {}
 
-  void Start() {
+  void Start(const ResetState&) {
     samples_ = 0;
     touched_.Start();
   }
 
-  void Add(std::span<const SceneContact> contacts) {
+  void Add(const DerivedSample& derived) {
     if (samples_++ % window_ != 0) return;
-    for (const SceneContact& contact : contacts) touched_.Insert(contact.scene_geom);
+    for (const SceneContact& contact : derived.contacts.scene()) touched_.Insert(contact.scene_geom);
     touched_.Commit();
   }
 
-  int64_t count() const { return touched_.count(); }
+  void Values(metric_values_t* values) const { values->env_collision_count = touched_.count(); }
   // By scene geom.
   const std::vector<std::pair<int64_t, int64_t>>& counts() const { return touched_.counts(); }
 

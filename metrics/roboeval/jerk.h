@@ -1,10 +1,13 @@
 // Jerk by third differences. Source: RoboEval's metrics page (avg_/rms_cartesian_jerk, avg_/rms_joint_jerk).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "metrics/roboeval/by_arm.h"
 
 namespace evalbus::metrics {
 
@@ -78,5 +81,58 @@ inline double PooledRms(std::span<const Jerk> arms) {
   for (const Jerk& arm : arms) sum += arm.sum_of_squares(), count += arm.count();
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
+
+// Of each wrist's position, m/s^3.
+class CartesianJerk {
+ public:
+  static constexpr auto kTracked = &metric_values_t::tracks_cartesian_jerk;
+  explicit CartesianJerk(const MetricsConfig& config)
+      : arms_(config.arms.size(), Jerk(3, config.control_dt)) {}
+
+  void Start(const ResetState&) { StartEach(&arms_); }
+  void Add(const DerivedSample& derived) {
+    for (size_t k = 0; k < arms_.size(); ++k) {
+      if (!derived.in_a_row) arms_[k].RestartHistory();
+      arms_[k].Add(derived.sample.arm[k].wrist_position);
+    }
+  }
+  void Values(metric_values_t* values) const {
+    for (const Jerk& arm : arms_) values->num_jerk_samples = std::max(values->num_jerk_samples, arm.count());
+    FillEach(arms_, &Jerk::mean, &values->avg_cartesian_jerk_mps3);
+    FillEach(arms_, &Jerk::rms, &values->rms_cartesian_jerk_mps3);
+    values->overall_avg_cartesian_jerk_mps3 = PooledMean(arms_);
+    values->overall_rms_cartesian_jerk_mps3 = PooledRms(arms_);
+  }
+
+ private:
+  std::vector<Jerk> arms_;
+};
+
+// Of each arm's joint positions, rad/s^3.
+class JointJerk {
+ public:
+  static constexpr auto kTracked = &metric_values_t::tracks_joint_jerk;
+  explicit JointJerk(const MetricsConfig& config) {
+    for (const ArmConfig& arm : config.arms) arms_.emplace_back(arm.num_joints, config.control_dt);
+  }
+
+  void Start(const ResetState&) { StartEach(&arms_); }
+  void Add(const DerivedSample& derived) {
+    for (size_t k = 0; k < arms_.size(); ++k) {
+      if (!derived.in_a_row) arms_[k].RestartHistory();
+      arms_[k].Add(derived.sample.arm[k].joint_position);
+    }
+  }
+  void Values(metric_values_t* values) const {
+    for (const Jerk& arm : arms_) values->num_jerk_samples = std::max(values->num_jerk_samples, arm.count());
+    FillEach(arms_, &Jerk::mean, &values->avg_joint_jerk_radps3);
+    FillEach(arms_, &Jerk::rms, &values->rms_joint_jerk_radps3);
+    values->overall_avg_joint_jerk_radps3 = PooledMean(arms_);
+    values->overall_rms_joint_jerk_radps3 = PooledRms(arms_);
+  }
+
+ private:
+  std::vector<Jerk> arms_;
+};
 
 }  // namespace evalbus::metrics

@@ -3,6 +3,9 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
+
+#include "metrics/roboeval/by_arm.h"
 
 namespace evalbus::metrics {
 
@@ -40,6 +43,24 @@ class OrientationPathLength {
   std::array<double, 4> last_{};
   bool has_last_ = false;
   double length_ = 0;
+};
+
+// Of each wrist, rad.
+class OrientationPath {
+ public:
+  static constexpr auto kTracked = &metric_values_t::tracks_orientation_path_length;
+  explicit OrientationPath(const MetricsConfig& config) : arms_(config.arms.size()) {}
+
+  void Start(const ResetState&) { StartEach(&arms_); }
+  void Add(const DerivedSample& derived) {
+    for (size_t k = 0; k < arms_.size(); ++k) arms_[k].Add(derived.wrist_quat[k]);
+  }
+  void Values(metric_values_t* values) const {
+    FillEach(arms_, &OrientationPathLength::length, &values->orientation_path_length_rad);
+  }
+
+ private:
+  std::vector<OrientationPathLength> arms_;
 };
 
 }  // namespace evalbus::metrics

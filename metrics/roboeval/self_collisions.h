@@ -1,10 +1,9 @@
 // New collisions of the robot with itself. Source: RoboEval's metrics page (self_collision_count).
 #pragma once
 
-#include <span>
-
+#include "evalbus/metric_values_t.hpp"
+#include "metrics/derived_sample.h"
 #include "metrics/roboeval/new_members.h"
-#include "metrics/robot_contacts.h"
 
 namespace evalbus::metrics {
 
@@ -12,20 +11,22 @@ namespace evalbus::metrics {
 // geoms that touch now and did not at the previous look; those of the first look are new.
 class SelfCollisions {
  public:
-  explicit SelfCollisions(int window) : window_(window) {}
+  static constexpr auto kTracked = &metric_values_t::tracks_collisions;
+  explicit SelfCollisions(const MetricsConfig& config) : window_(config.collision_sample_window) {}
 
-  void Start() {
+  void Start(const ResetState&) {
     samples_ = 0;
     touching_.Start();
   }
 
-  void Add(std::span<const SelfContact> contacts) {
+  void Add(const DerivedSample& derived) {
     if (samples_++ % window_ != 0) return;
-    for (const SelfContact& contact : contacts) touching_.Insert(int64_t{contact.a} << 32 | contact.b);
+    for (const SelfContact& contact : derived.contacts.self())
+      touching_.Insert(int64_t{contact.a} << 32 | contact.b);
     touching_.Commit();
   }
 
-  int64_t count() const { return touching_.count(); }
+  void Values(metric_values_t* values) const { values->self_collision_count = touching_.count(); }
   // By pair: the lower geom id in the upper half of the key.
   const std::vector<std::pair<int64_t, int64_t>>& counts() const { return touching_.counts(); }
 

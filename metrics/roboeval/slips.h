@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
+
+#include "evalbus/metric_values_t.hpp"
+#include "metrics/derived_sample.h"
 
 namespace evalbus::metrics {
 
@@ -18,35 +20,42 @@ struct Slip {
 // Two grippers that lose one object are two slips.
 class SlipCounter {
  public:
-  SlipCounter(int objects, int grippers, int window)
-      : window_(window), held_(objects * grippers), opening_(grippers), count_(objects) {
+  static constexpr auto kTracked = &metric_values_t::tracks_slippage;
+  explicit SlipCounter(const MetricsConfig& config)
+      : window_(config.slip_sample_window),
+        held_(config.objects.size() * config.grippers.size()),
+        opening_(config.grippers.size()),
+        count_(config.objects.size()) {
     slips_.reserve(256);
   }
 
-  // The reset state. `holding` is [object * grippers + gripper].
-  void Start(std::span<const double> opening, std::span<const uint8_t> holding) {
+  void Start(const ResetState& reset) {
     samples_ = 0;
     count_.assign(count_.size(), 0);
     slips_.clear();
-    Remember(opening, holding);
+    Remember(reset.gripper_opening, reset.holding);
   }
 
-  void Add(int64_t tick, std::span<const double> opening, std::span<const uint8_t> holding) {
+  void Add(const DerivedSample& derived) {
     if (samples_++ % window_ != 0) return;
+    const std::span<const double> opening = derived.sample.gripper_opening;
+    const std::span<const uint8_t> holding = derived.sample.holding;
     const size_t grippers = opening_.size();
     for (size_t object = 0; object < count_.size(); ++object) {
       for (size_t gripper = 0; gripper < grippers; ++gripper) {
         const size_t pair = object * grippers + gripper;
         if (!held_[pair] || holding[pair] || !(opening[gripper] <= opening_[gripper])) continue;
         ++count_[object];
-        slips_.push_back({static_cast<int>(object), static_cast<int>(gripper), tick});
+        slips_.push_back({static_cast<int>(object), static_cast<int>(gripper), derived.sample.tick});
       }
     }
     Remember(opening, holding);
   }
 
-  const std::vector<int64_t>& per_object() const { return count_; }
-  int64_t total() const { return static_cast<int64_t>(slips_.size()); }
+  void Values(metric_values_t* values) const {
+    values->slip_count = static_cast<int64_t>(slips_.size());
+    values->slip_count_per_object = count_;
+  }
   // In order of time.
   const std::vector<Slip>& slips() const { return slips_; }
 

@@ -1,10 +1,11 @@
 #include "metrics/statistics/run_statistics.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
-#include <string_view>
 
+#include "base/errors.h"
 #include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/describe.h"
@@ -15,7 +16,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr std::string_view kStage = "task_stage_reached.", kSlips = "slip_count_per_object.";
+constexpr char kSuccess[] = "success", kStages[] = "task_stage_reached", kSlips[] = "slip_count_per_object";
 
 void Flatten(const ordered_json& value, const std::string& name,
              std::vector<std::pair<std::string, double>>* out) {
@@ -28,9 +29,9 @@ void Flatten(const ordered_json& value, const std::string& name,
   }
 }
 
-// Adds to the count of this name, which is appended if it is not there.
-template <class Number>
-void Count(const std::string& name, Number count, std::vector<std::pair<std::string, Number>>* counts) {
+// Adds to the count of this key, which is appended if it is not there.
+template <class Key, class Number>
+void Count(const Key& name, Number count, std::vector<std::pair<Key, Number>>* counts) {
   for (auto& [other, sum] : *counts) {
     if (other != name) continue;
     sum += count;
@@ -59,6 +60,18 @@ MetricSummary Describe(const std::string& name, const std::vector<double>& sorte
           .mean_95 = with_bootstrap ? BootstrapMean(sorted) : Interval{kNaN, kNaN}};
 }
 
+// An empty object where there is none.
+ordered_json Member(const ordered_json& json, const char* key) {
+  return json.value(key, ordered_json::object());
+}
+
+int StageIndex(const std::string& text) {
+  int index = 0;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), index);
+  if (parsed.ec == std::errc() && parsed.ptr == text.data() + text.size()) return index;
+  throw InputError(std::string(kStages) + ": expected a whole number, got '" + text + "'");
+}
+
 ordered_json Json(const Interval& interval) { return {interval.lower, interval.upper}; }
 
 template <class Number>
@@ -71,17 +84,31 @@ ordered_json Json(const std::vector<std::pair<std::string, Number>>& counts) {
 }  // namespace
 
 EpisodeResult ResultOf(const ordered_json& episode) {
+  const ordered_json& metrics = episode.at("metrics");
   EpisodeResult result{.complete = episode.at("complete").get<bool>(),
-                       .success = episode.at("metrics").at("success") == 1,
+                       .success = metrics.at(kSuccess) == 1,
                        .failure_reason = episode.at("failure_reason").get<std::string>(),
-                       .metrics = episode.at("metrics"),
+                       .values = NumbersOf(metrics, episode.at("extended")),
+                       .stages = {},
+                       .slips = {},
                        .collisions = {}};
-  result.metrics["extended"] = episode.at("extended");
-  if (const auto explanation = episode.find("explanation"); explanation != episode.end()) {
-    const auto collisions = explanation->find("collisions_per_geom");
-    if (collisions != explanation->end()) collisions->get_to(result.collisions);
+  const ordered_json stages = Member(metrics, kStages);
+  for (const auto& [index, reached] : stages.items()) {
+    result.stages.emplace_back(StageIndex(index), reached.get<bool>());
   }
+  for (const ordered_json& count : Member(metrics, kSlips)) result.slips.push_back(count.get<int64_t>());
+  Member(Member(episode, "explanation"), "collisions_per_geom").get_to(result.collisions);
   return result;
+}
+
+std::vector<std::pair<std::string, double>> NumbersOf(const ordered_json& metrics,
+                                                      const ordered_json& extended) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const auto& [key, value] : metrics.items()) {
+    if (key != kSuccess && key != kStages) Flatten(value, key, &values);
+  }
+  Flatten(extended, "extended", &values);
+  return values;
 }
 
 std::vector<std::pair<std::string, double>> FlattenedValues(const ordered_json& metrics) {
@@ -118,13 +145,9 @@ void RunStatistics::Add(int episode, const EpisodeResult& result) {
   entry.success = result.success;
   entry.failure_reason = result.failure_reason;
   entry.collisions = result.collisions;
-  for (const auto& [name, value] : FlattenedValues(result.metrics)) {
-    if (name == "success") continue;
-    if (name.starts_with(kStage)) {
-      entry.stages.emplace_back(name.substr(kStage.size()), value != 0);
-      continue;
-    }
-    if (name.starts_with(kSlips)) entry.slips.emplace_back(name.substr(kSlips.size()), std::llround(value));
+  entry.stages = result.stages;
+  entry.slips = result.slips;
+  for (const auto& [name, value] : result.values) {
     const size_t index = Index(name);
     entry.values.emplace_back(index, value);
     sorted_[index].insert(std::upper_bound(sorted_[index].begin(), sorted_[index].end(), value), value);
@@ -133,15 +156,17 @@ void RunStatistics::Add(int episode, const EpisodeResult& result) {
 
 RunSummary RunStatistics::Summary(bool with_bootstrap) const {
   RunSummary summary;
-  std::vector<std::pair<std::string, int>> stages;
+  std::vector<std::pair<int, int>> stages;
   for (const auto& [number, episode] : episodes_) {
     ++summary.episodes;
     if (!episode.complete) continue;
     ++summary.complete;
     summary.successes += episode.success;
     if (!episode.success) Count(episode.failure_reason, 1, &summary.failure_reasons);
-    for (const auto& [index, reached] : episode.stages) Count(index, reached, &stages);
-    for (const auto& [object, count] : episode.slips) Count(object, count, &summary.slips_per_object);
+    for (const auto& [index, reached] : episode.stages) Count(index, int{reached}, &stages);
+    std::vector<int64_t>& slips = summary.slips_per_object;
+    slips.resize(std::max(slips.size(), episode.slips.size()));
+    for (size_t k = 0; k < episode.slips.size(); ++k) slips[k] += episode.slips[k];
     for (const auto& [geom, count] : episode.collisions) Count(geom, count, &summary.collisions_per_geom);
   }
   for (const auto& [index, reached] : stages) summary.stages.push_back({index, reached});
@@ -169,7 +194,7 @@ run_summary_t SummaryMessage(const RunSummary& summary) {
   message.success_rate_exact_upper = summary.clopper_pearson.upper;
   message.num_stages = static_cast<int32_t>(summary.stages.size());
   for (const StageSummary& stage : summary.stages) {
-    message.stage_index.push_back(std::stoi(stage.index));
+    message.stage_index.push_back(stage.index);
     message.stage_episodes.push_back(stage.reached);
   }
   message.num_failure_reasons = static_cast<int32_t>(summary.failure_reasons.size());
@@ -191,23 +216,30 @@ run_summary_t SummaryMessage(const RunSummary& summary) {
   return message;
 }
 
+ordered_json RatesJson(const RunSummary& summary) {
+  return {{"episodes", summary.episodes},
+          {"complete", summary.complete},
+          {"successes", summary.successes},
+          {"success_rate", summary.success_rate},
+          {"success_rate_wilson_95", Json(summary.wilson)}};
+}
+
 ordered_json SummaryJson(const std::string& task, const std::string& variation, const RunSummary& summary) {
-  ordered_json json = {{"task", task},
-                       {"variation", variation},
-                       {"episodes", summary.episodes},
-                       {"complete", summary.complete},
-                       {"successes", summary.successes},
-                       {"success_rate", summary.success_rate},
-                       {"success_rate_wilson_95", Json(summary.wilson)},
-                       {"success_rate_clopper_pearson_95", Json(summary.clopper_pearson)}};
+  ordered_json json = {{"task", task}, {"variation", variation}};
+  json.update(RatesJson(summary));
+  json["success_rate_clopper_pearson_95"] = Json(summary.clopper_pearson);
   ordered_json& stages = json["stages"] = ordered_json::object();
   for (const StageSummary& stage : summary.stages) {
-    stages[stage.index] = {{"reached", stage.reached},
-                           {"share", static_cast<double>(stage.reached) / summary.complete},
-                           {"share_wilson_95", Json(WilsonInterval(stage.reached, summary.complete))}};
+    stages[std::to_string(stage.index)] = {
+        {"reached", stage.reached},
+        {"share", static_cast<double>(stage.reached) / summary.complete},
+        {"share_wilson_95", Json(WilsonInterval(stage.reached, summary.complete))}};
   }
   json["failure_reasons"] = Json(summary.failure_reasons);
-  json["slips_per_object"] = Json(summary.slips_per_object);
+  ordered_json& slips = json["slips_per_object"] = ordered_json::object();
+  for (size_t k = 0; k < summary.slips_per_object.size(); ++k) {
+    slips["object_" + std::to_string(k + 1)] = summary.slips_per_object[k];
+  }
   json["collisions_per_geom"] = Json(summary.collisions_per_geom);
   ordered_json& metrics = json["metrics"] = ordered_json::object();
   for (const MetricSummary& metric : summary.metrics) {

@@ -21,14 +21,23 @@ struct EpisodeResult {
   bool success = false;
   // Empty on success.
   std::string failure_reason;
-  // The result dictionary; whoever wants our own metrics in the statistics adds them under "extended".
-  nlohmann::ordered_json metrics;
+  // Every number of the result by its name as in summary.json, but for success and reached stages.
+  std::vector<std::pair<std::string, double>> values;
+  // Index, and whether it was reached.
+  std::vector<std::pair<int, bool>> stages;
+  // By object.
+  std::vector<int64_t> slips;
   // New collisions by geom of the scene, or by pair of the robot's ("left/hand + right/hand").
   std::map<std::string, int64_t> collisions;
 };
 
-// From a line of episodes.jsonl.
+// From a line of episodes.jsonl; from a message: metrics/episode/result_json.h. Throws InputError where a
+// stage is no number, nlohmann's exceptions where a key is missing or of another type.
 EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
+
+// For EpisodeResult::values: of `metrics` and `extended` of an episode's line.
+std::vector<std::pair<std::string, double>> NumbersOf(const nlohmann::ordered_json& metrics,
+                                                      const nlohmann::ordered_json& extended);
 
 // Numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
 // ("cartesian_path_length.left"), in the dictionary's order.
@@ -51,7 +60,7 @@ struct MetricSummary {
 };
 
 struct StageSummary {
-  std::string index;
+  int index = 0;
   // Complete episodes that reached it.
   int reached = 0;
 };
@@ -67,8 +76,8 @@ struct RunSummary {
   std::vector<StageSummary> stages;
   // Of the complete episodes that did not succeed; most frequent first.
   std::vector<std::pair<std::string, int>> failure_reasons;
-  // Totals; "object_1" and so on as in slip_count_per_object.
-  std::vector<std::pair<std::string, int64_t>> slips_per_object;
+  // Totals by object, in the order of slip_count_per_object.
+  std::vector<int64_t> slips_per_object;
   // Totals; most frequent first.
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;
   // By first appearance. Success and reached stages are no metrics here: they have their own members.
@@ -92,8 +101,8 @@ class RunStatistics {
     bool complete = false, success = false;
     std::string failure_reason;
     std::vector<std::pair<size_t, double>> values;  // index in names_
-    std::vector<std::pair<std::string, int>> stages;
-    std::vector<std::pair<std::string, int64_t>> slips;
+    std::vector<std::pair<int, bool>> stages;
+    std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;
   };
   size_t Index(const std::string& name);
@@ -106,6 +115,8 @@ class RunStatistics {
 
 // RUN_SUMMARY: what of it is known while the run goes on.
 run_summary_t SummaryMessage(const RunSummary& summary);
+// Counts and success rate, with which summaries of runs and of suites begin.
+nlohmann::ordered_json RatesJson(const RunSummary& summary);
 // summary.json.
 nlohmann::ordered_json SummaryJson(const std::string& task, const std::string& variation,
                                    const RunSummary& summary);

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "metrics/sample.h"
-#include "metrics/task/model_names.h"
 #include "metrics/task/predicate.h"
 #include "models/expression.h"
+#include "models/model_names.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "metrics/task/expressions.h"
-#include "metrics/task/model_names.h"
+#include "models/model_names.h"
 #include "models/task_description.h"
 
 namespace evalbus::metrics {

@@ -125,7 +125,7 @@ void MetricStepAndLiveValues(benchmark::State& state) {
   const Episode episode;
   metrics::RolloutMetrics metrics(Config());
   metric_values_t values{};
-  extended_metrics_t extended{};
+  std::vector<double> extended;
   std::vector<double> times;
   for (auto _ : state) {
     metrics.Start(episode.opening, episode.held);
@@ -133,7 +133,7 @@ void MetricStepAndLiveValues(benchmark::State& state) {
     for (const metrics::Sample& sample : episode.samples) {
       metrics.Step(sample);
       metrics.Values(&values);
-      metrics.Extended(&extended);
+      metrics.extended().Values(&extended);
     }
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
     times.push_back(time.count() / kSteps);

@@ -33,7 +33,7 @@ viz::OverlayText Text() {
   text.title = "lift_pot/position";
   text.subtitle = "episode 3, seed 1234567890";
   text.stages = {{"left_gripper_holds_pot", true}, {"right_gripper_holds_pot", true}, {"pot_lifted", false}};
-  text.has_slips = text.has_collisions = true;
+  text.counts = {{"slips", 2}, {"collisions with the scene", 0}, {"self collisions", 0}};
   return text;
 }
 

@@ -17,7 +17,7 @@
 #include "sim/sim_component.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
-#include "viz/terminal/monitor_model.h"
+#include "viz/terminal/monitor_screen.h"
 #include "viz/viz_component.h"
 
 namespace evalbus {
@@ -28,22 +28,25 @@ using std::chrono::steady_clock;
 // A terminal that shows what is said.
 class Monitor : public Component {
  public:
-  explicit Monitor(Bus* bus) : Component(bus, "monitor"), model_("memq://", 2) {
+  explicit Monitor(Bus* bus) : Component(bus, "monitor") {
     bus->SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t) {
-      model_.Hear(channel, data, steady_clock::now());
+      watch_.Hear(channel, data, steady_clock::now());
     });
   }
   void Poll(SteadyTime now) override {
+    watch_.Update(now);
     for (const auto& [width, height] : {std::pair(200, 60), {80, 24}, {10, 3}}) {
-      for (const viz::Line& line : model_.Lines(width, height, now)) viz::LineText(line);
+      for (const viz::Line& line : viz::MonitorScreen(watch_, "memq://", width, height, now)) {
+        viz::LineText(line);
+      }
     }
-    model_.ProgressLine(now);
-    model_.TakeEvents(now);
-    model_.SilentFor(now);
+    viz::ProgressLine(watch_);
+    watch_.TakeEvents();
+    watch_.SilentFor(now);
   }
 
  private:
-  viz::MonitorModel model_;
+  viz::RunWatch watch_{2};
 };
 
 // What `evalbus run` does besides starting the others.

@@ -7,6 +7,9 @@
 #include <numbers>
 
 #include "base/errors.h"
+#include "base/text.h"
+#include "lcmtypes/end_reason.h"
+#include "lcmtypes/metric_catalogue.h"
 
 namespace evalbus::viz {
 namespace {
@@ -21,13 +24,8 @@ constexpr Color kPanel{0.07, 0.08, 0.10, 0.66}, kText{0.97, 0.97, 0.97}, kDim{0.
 // Blue and vermilion of Okabe and Ito's palette, which colour-blind people tell apart; a word says it, too.
 constexpr Color kGood{0, 0.447, 0.698, 0.94}, kBad{0.835, 0.369, 0, 0.94}, kReached{0.337, 0.706, 0.914};
 
-std::string Spaced(std::string name) {
-  std::replace(name.begin(), name.end(), '_', ' ');
-  return name;
-}
-
 std::string EndLabel(const std::string& end_reason) {
-  std::string text = Spaced(end_reason);
+  std::string text = Words(end_reason);
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return text;
 }
@@ -138,10 +136,11 @@ void AddScores(const metric_values_t& metrics, OverlayText* text) {
   for (size_t i = 0; i < metrics.stage_name.size(); ++i) {
     text->stages.push_back({metrics.stage_name[i], metrics.stage_reached[i] != 0});
   }
-  text->has_slips = metrics.tracks_slippage;
-  text->slips = metrics.slip_count;
-  text->has_collisions = metrics.tracks_collisions;
-  text->collisions = metrics.env_collision_count + metrics.self_collision_count;
+  text->counts.clear();
+  for (const MetricInfo& metric : Metrics()) {
+    if (!metric.count || !IsTracked(metric, metrics)) continue;
+    text->counts.emplace_back(metric.label, metrics.*metric.count);
+  }
 }
 
 Overlay::Overlay(FrameSize size) : scale_(std::max(0.5, size.height / 480.0)) { LoadedFonts(); }
@@ -168,7 +167,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   if (!verdict.empty()) {
     right -= time_width + 2 * kPadding + 6;
     const double width = canvas.TextWidth(verdict, fonts.bold, kBold) + 2 * kPadding;
-    canvas.Panel(right - width, kMargin, width, 26, text.end_reason == "success" ? kGood : kBad);
+    canvas.Panel(right - width, kMargin, width, 26, text.end_reason == end_reason::kSuccess ? kGood : kBad);
     canvas.Text(right - width + kPadding, kMargin + 18, verdict, fonts.bold, kBold, kText);
   }
 
@@ -176,7 +175,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   if (!text.stages.empty()) {
     double width = 0;
     for (const OverlayText::Stage& stage : text.stages) {
-      width = std::max(width, canvas.TextWidth(Spaced(stage.name), fonts.normal, kSmall));
+      width = std::max(width, canvas.TextWidth(Words(stage.name), fonts.normal, kSmall));
     }
     const double height = kLine * static_cast<double>(text.stages.size()) + 8;
     double y = canvas.height - kMargin - height;
@@ -184,22 +183,27 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
     y += kLine;
     for (const OverlayText::Stage& stage : text.stages) {
       canvas.Dot(kMargin + kPadding + kDot, y - 4, stage.reached, stage.reached ? kReached : kDim);
-      canvas.Text(kMargin + kPadding + 15, y, Spaced(stage.name), fonts.normal, kSmall,
+      canvas.Text(kMargin + kPadding + 15, y, Words(stage.name), fonts.normal, kSmall,
                   stage.reached ? kText : kDim);
       y += kLine;
     }
   }
 
   // Bottom right: what went wrong on the way.
-  std::string counts;
-  if (text.has_slips) counts = fmt::format("slips {}", text.slips);
-  if (text.has_collisions)
-    counts += (counts.empty() ? "" : "   ") + fmt::format("collisions {}", text.collisions);
-  if (!counts.empty()) {
-    const double width = canvas.TextWidth(counts, fonts.normal, kSmall) + 2 * kPadding;
-    canvas.Panel(canvas.width - kMargin - width, canvas.height - kMargin - 25, width, 25, kPanel);
-    canvas.Text(canvas.width - kMargin - width + kPadding, canvas.height - kMargin - 8, counts, fonts.normal,
-                kSmall, kText);
+  if (!text.counts.empty()) {
+    std::vector<std::string> lines;
+    double width = 0;
+    for (const auto& [label, count] : text.counts) {
+      lines.push_back(fmt::format("{} {}", label, count));
+      width = std::max(width, canvas.TextWidth(lines.back(), fonts.normal, kSmall));
+    }
+    const double height = kLine * static_cast<double>(lines.size()) + 8;
+    const double left = canvas.width - kMargin - width - 2 * kPadding;
+    double y = canvas.height - kMargin - height;
+    canvas.Panel(left, y, width + 2 * kPadding, height, kPanel);
+    for (const std::string& line : lines) {
+      canvas.Text(left + kPadding, y += kLine, line, fonts.normal, kSmall, kText);
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "evalbus/metric_values_t.hpp"
@@ -20,9 +21,8 @@ struct OverlayText {
     bool reached = false;
   };
   std::vector<Stage> stages;
-  // Left out where a run does not count them.
-  bool has_slips = false, has_collisions = false;
-  int64_t slips = 0, collisions = 0;
+  // What went wrong on the way, as far as the run counts it: "slips" and how many.
+  std::vector<std::pair<std::string, int64_t>> counts;
   // episode_end_t.end_reason; empty while the episode runs.
   std::string end_reason;
 };

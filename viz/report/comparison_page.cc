@@ -13,7 +13,7 @@
 namespace evalbus::viz {
 namespace {
 
-const char* ClassOf(Judgement judgement) { return judgement == Judgement::kNone ? "none" : Word(judgement); }
+std::string ClassOf(const std::string& judgement) { return judgement.empty() ? "none" : judgement; }
 
 std::string P(double p) {
   return !std::isfinite(p) ? "-" : p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p);
@@ -49,7 +49,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     });
     NumberCell(row.p, P(row.p), html);
     NumberCell(row.p_holm, P(row.p_holm), html);
-    html->Element("td", {{"class", ClassOf(row.judgement)}}, Word(row.judgement));
+    html->Element("td", {{"class", ClassOf(row.judgement)}}, row.judgement);
   });
 }
 

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "viz/report/judgement.h"
-
 namespace evalbus::viz {
 
 // A value of a run and of the baseline; NaN where there is none.
@@ -18,7 +16,8 @@ struct ReportDifference {
   double difference = 0, lower = 0, upper = 0;
   double p = 0;
   double p_holm = 0;
-  Judgement judgement = Judgement::kNone;
+  // What it comes to: "better", "worse", "differs"; empty: nothing.
+  std::string judgement;
 };
 
 struct ReportTaskComparison {

@@ -9,7 +9,8 @@
 
 #include "bus/bus.h"
 #include "bus/host.h"
-#include "viz/terminal/monitor_model.h"
+#include "viz/run_watch.h"
+#include "viz/terminal/monitor_screen.h"
 #include "viz/terminal/terminal.h"
 
 namespace evalbus::viz {
@@ -39,9 +40,9 @@ int Monitor(const Address& address) {
   InstallStopSignals();
   signal(SIGPIPE, SIG_IGN);
   Bus bus(url);
-  MonitorModel model(url, planned_episodes);
+  RunWatch watch(planned_episodes);
   bus.SubscribeRaw("EVALBUS_.*", [&](const std::string& channel, std::span<const uint8_t> data, int64_t) {
-    model.Hear(channel, data, steady_clock::now());
+    watch.Hear(channel, data, steady_clock::now());
   });
 
   std::optional<Terminal> terminal;
@@ -57,25 +58,26 @@ int Monitor(const Address& address) {
   auto size = std::pair(0, 0);
   while (!stop_requested()) {
     const auto now = steady_clock::now();
+    watch.Update(now);
     if (terminal) {
       const char key = terminal->ReadKey();
       if (key == 'q' || key == 'Q' || key == '\x03') break;
       if (now >= next || terminal->size() != size) {
         size = terminal->size();
-        terminal->Draw(model.Lines(size.first, size.second, now));
-        model.TakeEvents(now);
+        terminal->Draw(MonitorScreen(watch, url, size.first, size.second, now));
+        watch.TakeEvents();
         next = now + kRedrawPeriod;
       }
     } else {
       bool good = true;
-      for (const std::string& event : model.TakeEvents(now)) good = good && PrintLine(event);
+      for (const std::string& event : watch.TakeEvents()) good = good && PrintLine(event);
       if (now >= next) {
-        const std::string line = model.ProgressLine(now);
+        const std::string line = ProgressLine(watch);
         if (!line.empty()) good = good && PrintLine(line);
         next = now + kLinePeriod;
       }
       if (!good) break;
-      if (model.heard_anything() && model.SilentFor(now) > kOver) {
+      if (watch.heard_at() && watch.SilentFor(now) > kOver) {
         PrintLine("no message for 5 s: the run is over");
         break;
       }

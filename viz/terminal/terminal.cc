@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <limits>
 
 namespace evalbus::viz {
 namespace {
@@ -83,6 +84,17 @@ const char* Code(Style style) {
 
 }  // namespace
 
+std::pair<int, int> TerminalSize(int fd) {
+  winsize size{};
+  if (ioctl(fd, TIOCGWINSZ, &size) != 0 || size.ws_col == 0 || size.ws_row == 0) return {80, 24};
+  return {size.ws_col, size.ws_row};
+}
+
+int TerminalWidth(std::FILE* out) {
+  const int fd = fileno(out);
+  return isatty(fd) != 0 ? TerminalSize(fd).first : std::numeric_limits<int>::max();
+}
+
 Terminal::Terminal(int fd, bool colours) : colours_(colours) {
   // Opened anew, so that "do not block" is our own setting and not that of the shell.
   const char* name = ttyname(fd);
@@ -101,11 +113,7 @@ Terminal::~Terminal() {
   close(g_fd);
 }
 
-std::pair<int, int> Terminal::size() const {
-  winsize size{};
-  if (ioctl(g_fd, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return {80, 24};
-  return {size.ws_col, size.ws_row};
-}
+std::pair<int, int> Terminal::size() const { return TerminalSize(g_fd); }
 
 void Terminal::Draw(const std::vector<Line>& lines) {
   const auto [columns, rows] = size();

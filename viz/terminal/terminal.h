@@ -4,12 +4,19 @@
 
 #include <termios.h>
 
-#include <string>
+#include <cstdio>
+#include <utility>
 #include <vector>
 
-#include "viz/terminal/monitor_model.h"
+#include "viz/terminal/line.h"
 
 namespace evalbus::viz {
+
+// Columns and rows of the terminal that fd is; 80 and 24 where it does not say.
+std::pair<int, int> TerminalSize(int fd);
+
+// Columns of the terminal that a stream goes to; without limit where it is none.
+int TerminalWidth(std::FILE* out);
 
 class Terminal {
  public:

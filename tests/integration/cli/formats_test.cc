@@ -1,6 +1,10 @@
 // What a run writes, against the published schemas and by the commands and the snippet of the documentation.
 #include <gtest/gtest.h>
 
+#include <set>
+
+#include "lcmtypes/metric_catalogue.h"
+#include "metrics/statistics/run_statistics.h"
 #include "tests/integration/harness.h"
 
 namespace evalbus {
@@ -50,6 +54,21 @@ TEST_F(FormatsTest, SchemasHold) {
   broken["end_reason"] = "boredom";
   WriteText(folder_->path() / "broken.json", broken.dump());
   EXPECT_NE(Validate(kDocs / "schema/episode.json", folder_->path() / "broken.json").code, 0);
+}
+
+// What a run writes has a label, a unit and a row in docs/metrics.md.
+TEST_F(FormatsTest, CatalogueKnowsEveryNumber) {
+  for (const nlohmann::ordered_json& episode : Episodes(A())) {
+    std::set<std::string> numbers;
+    for (const auto& [name, value] : metrics::FlattenedValues({{"extended", episode["extended"]}})) {
+      numbers.insert(name);
+    }
+    for (const auto& [name, value] : metrics::FlattenedValues(episode["metrics"])) numbers.insert(name);
+    EXPECT_GT(numbers.size(), 60u);
+    for (const std::string& name : numbers) {
+      EXPECT_NE(FindMetric(name).metric, nullptr) << name << " is not in lcmtypes/metric_catalogue.cc";
+    }
+  }
 }
 
 TEST_F(FormatsTest, PythonOfTheDocumentationRuns) {

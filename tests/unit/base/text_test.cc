@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 namespace evalbus {
 namespace {
 
@@ -21,6 +24,34 @@ TEST(Text, IsMeasuredInCharacters) {
   EXPECT_EQ(Pad("é", 3), "  é");
   EXPECT_EQ(Pad("é", -3), "é  ");
 }
+
+TEST(Number, HasFourDigitsInFiveCharacters) {
+  for (const auto& [value, text] : {std::pair(0.0, "0.000"),
+                                    {0.00049, "0.000"},
+                                    {-0.00049, "0.000"},
+                                    {0.0005, "0.001"},
+                                    {1.25, "1.250"},
+                                    {9.9994, "9.999"},
+                                    {9.9995, "10.00"},
+                                    {99.995, "100.0"},
+                                    {999.95, "1000"},
+                                    {12345.0, "12345"},
+                                    {99999.4, "99999"},
+                                    {99999.5, "100k"},
+                                    {123456.0, "123k"},
+                                    {-0.004, "-0.004"},
+                                    {-0.25, "-0.25"},
+                                    {-5.25, "-5.25"},
+                                    {-12.25, "-12.2"},
+                                    {-123.0, "-123"},
+                                    {-1234.0, "-1234"}}) {
+    EXPECT_EQ(Number(value), text);
+  }
+  EXPECT_EQ(Number(std::nan("")), "-");
+  EXPECT_EQ(Number(std::numeric_limits<double>::infinity()), "-");
+}
+
+TEST(Words, HaveSpaces) { EXPECT_EQ(Words("left_gripper_to_pot"), "left gripper to pot"); }
 
 }  // namespace
 }  // namespace evalbus

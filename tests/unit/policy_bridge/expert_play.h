@@ -131,7 +131,7 @@ class ExpertStage {
   TaskSelection selection_;
   RobotDescription robot_;
   Scene scene_;
-  metrics::ModelNames names_;
+  ModelNames names_;
   metrics::TaskEvaluator evaluator_;
   std::unique_ptr<Policy> policy_;
 };

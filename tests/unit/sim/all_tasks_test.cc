@@ -68,7 +68,7 @@ class AllTasksTest : public testing::TestWithParam<std::filesystem::path> {
 TEST_P(AllTasksTest, ComposesWithoutWarningAndCanBeJudged) {
   ForEachVariation([](const TaskDescription& task, const Variation&, const Scene& scene, World*) {
     EXPECT_TRUE(scene.warnings.empty()) << scene.warnings.front();
-    const metrics::ModelNames names(scene.info);
+    const ModelNames names(scene.info);
     EXPECT_NO_THROW(metrics::TaskEvaluator(task, names));
     // Slow scenes are those with many geoms that collide.
     EXPECT_LT(scene.physics->ngeom, 100);
@@ -201,7 +201,7 @@ TEST(AllTasks, ANinthTaskIsJudgedWithoutCode) {
   const RobotDescription robot = LoadRobot(task.robot_file);
   Scene scene = BuildScene(task, robot);
   scene.info.substeps = kSubsteps;
-  const metrics::ModelNames names(scene.info);
+  const ModelNames names(scene.info);
   metrics::TaskEvaluator evaluator(task, names);
   evaluator.Start();
   const auto geom = [&](const std::string& part) {

@@ -86,14 +86,14 @@ TEST_F(CompareTest, PairsBySeed) {
   const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
   ASSERT_EQ(metrics.size(), 3u);
   // Effort counts where both succeeded; everywhere one second more.
-  EXPECT_EQ(metrics[0].info.name, "completion_time");
+  EXPECT_EQ(metrics[0].number.name, "completion_time");
   EXPECT_EQ(metrics[0].count, 28);
   EXPECT_NEAR(metrics[0].difference, 1, 1e-12);
   EXPECT_LT(*metrics[0].p, 1e-7);
   EXPECT_EQ(metrics[0].p_holm, *metrics[0].p);  // the only one with a p
   EXPECT_NEAR(*metrics[0].ratio, metrics[0].mean / (metrics[0].mean - 1), 1e-12);
   // The same everywhere: nothing to test.
-  EXPECT_EQ(metrics[2].info.name, "slip_count");
+  EXPECT_EQ(metrics[2].number.name, "slip_count");
   EXPECT_EQ(metrics[2].count, 50);
   EXPECT_FALSE(metrics[2].p);
 

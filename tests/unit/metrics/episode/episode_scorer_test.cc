@@ -105,6 +105,10 @@ TEST_F(EpisodeScorerTest, RefusesWhatIsNotFiniteOrDoesNotFit) {
       [&](state_t* s) { s->body_quat_wxyz[kPot][1] = 1 / 0.; },
       [&](state_t* s) { s->arm[1].joint_position_rad[0] = kNaN; },
       [&](state_t* s) {
+        s->qpos_mixed = {0, kNaN};
+        s->num_qpos = 2;
+      },
+      [&](state_t* s) {
         s->num_bodies = 1;
         s->body_position_m.resize(1);
         s->body_quat_wxyz.resize(1);
@@ -131,6 +135,58 @@ TEST_F(EpisodeScorerTest, RefusesWhatIsNotFiniteOrDoesNotFit) {
     EXPECT_FALSE(summary.complete);
     EXPECT_EQ(summary.verdict, partial_metrics_t::UNDECIDED) << "a refused tick is not judged";
   }
+}
+
+// NaN is in no range, and so "not" of any range would be true of it.
+TEST(EpisodeScorer, ACoordinateThatIsNoNumberDecidesNothing) {
+  model_info_t model = Model();
+  model.joint_name = {"pot/lid_hinge"};
+  model.joint_qpos_index = {0};
+  model.joint_lower_mixed = {0};
+  model.joint_upper_mixed = {1};
+  model.num_joints = 1;
+  std::string text = kTask;
+  const size_t begin = text.find("success:"), end = text.find("failure:");
+  text.replace(begin, end - begin, "success: {not: {joint_fraction: {joint: pot/lid_hinge, max: 0.9}}}\n");
+  EpisodeScorer dut(model, ParseTask(text, "t.yaml", false));
+  state_t state = State(0);
+  state.qpos_mixed = {0.5};
+  state.num_qpos = 1;
+  dut.Tick(state, Contacts(0));
+  state.header = Header(1);
+  state.qpos_mixed = {std::numeric_limits<double>::quiet_NaN()};
+  dut.Tick(state, Contacts(1));
+  EXPECT_EQ(dut.verdict(), partial_metrics_t::UNDECIDED);
+  EXPECT_EQ(dut.refused_samples(), 1);
+  state.header = Header(2);
+  state.qpos_mixed = {0.95};
+  dut.Tick(state, Contacts(2));
+  EXPECT_EQ(dut.verdict(), partial_metrics_t::SUCCESS);
+}
+
+// The summary itself and its line of episodes.jsonl say the same to statistics.
+TEST_F(EpisodeScorerTest, MessageAndJsonGiveOneResult) {
+  dut_.Start();
+  dut_.Tick(State(0), Contacts(0, {{kLeftPad, kWall}}));
+  dut_.Tick(State(1), Contacts(1, {{kLeftLink, kTop}, {kLeftLink, kRightLink}}));
+  const episode_summary_t summary = Summary("time_limit", 1);
+  const EpisodeResult a = ResultOf(summary);
+  const EpisodeResult b = ResultOf({{"complete", true},
+                                    {"failure_reason", summary.failure_reason},
+                                    {"metrics", ResultJson(summary.metrics)},
+                                    {"extended", ExtendedJson(summary.extended, summary.metrics)},
+                                    {"explanation", ExplanationJson(summary.explanation)}});
+  EXPECT_EQ(a.complete, b.complete);
+  EXPECT_EQ(a.success, b.success);
+  EXPECT_EQ(a.failure_reason, b.failure_reason);
+  EXPECT_EQ(a.values, b.values);
+  EXPECT_EQ(a.stages, b.stages);
+  EXPECT_EQ(a.slips, b.slips);
+  EXPECT_EQ(a.collisions, b.collisions);
+  EXPECT_GT(a.values.size(), 20u);
+  EXPECT_EQ(a.slips, (std::vector<int64_t>{1}));
+  EXPECT_EQ(a.collisions.size(), 2u);
+  EXPECT_EQ(a.stages.size(), 2u);
 }
 
 TEST_F(EpisodeScorerTest, DoesNotAllocateAfterTheFirstEpisode) {

@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "lcmtypes/extended_value.h"
+#include "lcmtypes/metric_catalogue.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/statistics/run_statistics.h"
 #include "tests/unit/allocation_count.h"
@@ -72,11 +74,14 @@ class RolloutMetricsTest : public testing::Test {
     dut_.Values(&values);
     return values;
   }
-  extended_metrics_t Extended() const {
+  static extended_metrics_t ExtendedOf(const RolloutMetrics& metrics) {
     extended_metrics_t extended{};
-    dut_.Extended(&extended);
+    extended.name = metrics.extended().names();
+    extended.unit = metrics.extended().units();
+    metrics.extended().Values(&extended.value_mixed);
     return extended;
   }
+  extended_metrics_t Extended() const { return ExtendedOf(dut_); }
   double Extended(const std::string& name) const { return ExtendedValue(Extended(), name); }
   void SetHolding(int object, int gripper, bool held) { sample_.holding[object * 2 + gripper] = held; }
 
@@ -257,7 +262,9 @@ TEST_F(RolloutMetricsTest, StagesCanBeWithdrawnAndGapsCountAsNotReached) {
   EXPECT_EQ(Values().stage_name, (std::vector<std::string>{"grasp", "lift", ""}));
   EXPECT_EQ(Values().stage_reached, (std::vector<int8_t>{0, 0, 1}));
   EXPECT_EQ(Values().subtask_progress, 0.25);
-  EXPECT_EQ(Extended().stage_time_s, (std::vector<double>{-1, 0.5, 1}));
+  std::vector<double> times;
+  for (const StageState& stage : dut_.stages().stages()) times.push_back(stage.reached_time);
+  EXPECT_EQ(times, (std::vector<double>{-1, 0.5, 1}));
 }
 
 TEST_F(RolloutMetricsTest, MeasuresEffortAndSafety) {
@@ -281,8 +288,10 @@ TEST_F(RolloutMetricsTest, MeasuresEffortAndSafety) {
   EXPECT_EQ(Extended("min_clearance_m"), 0.1);
   EXPECT_EQ(Extended("min_clearance_time_s"), 1);
   EXPECT_EQ(Extended("peak_penetration_m"), 0.01);
-  EXPECT_EQ(ExtendedValues(Extended(), "mechanical_work_J"), (std::vector<double>{0, 2}));
-  EXPECT_EQ(ExtendedValues(Extended(), "peak_wrist_speed_mps"), (std::vector<double>{10, 0}));
+  EXPECT_EQ(Extended("mechanical_work_J.left"), 0);
+  EXPECT_EQ(Extended("mechanical_work_J.right"), 2);
+  EXPECT_EQ(Extended("peak_wrist_speed_mps.left"), 10);
+  EXPECT_EQ(Extended("peak_wrist_speed_mps.right"), 0);
   EXPECT_EQ(Extended("min_joint_limit_margin_rad"), 0.5);
 }
 
@@ -329,7 +338,7 @@ TEST_F(RolloutMetricsTest, RefusesWhatIsNotFinite) {
   expect_refused("number of pinched pairs");
 
   EXPECT_EQ(ResultJson(Values()).dump(), before);
-  EXPECT_EQ(Extended().refused_samples, refused);
+  EXPECT_EQ(dut_.refused_samples(), refused);
   EXPECT_TRUE(dut_.Step(sample_.At(2)));
 }
 
@@ -376,10 +385,9 @@ TEST_F(RolloutMetricsTest, NothingSurvivesStart) {
   dut_.Start(sample_.opening, sample_.holding);
   fresh.Start(sample_.opening, sample_.holding);
   metric_values_t fresh_values{};
-  extended_metrics_t fresh_extended{};
   for (int tick = 1; tick < 10; ++tick) {
     fresh.Values(&fresh_values);
-    fresh.Extended(&fresh_extended);
+    const extended_metrics_t fresh_extended = ExtendedOf(fresh);
     EXPECT_EQ(ResultJson(Values()).dump(), ResultJson(fresh_values).dump());
     EXPECT_EQ(ExtendedJson(Extended(), Values()).dump(), ExtendedJson(fresh_extended, fresh_values).dump());
     ASSERT_TRUE(dut_.Step(sample_.At(tick)));
@@ -394,9 +402,9 @@ TEST_F(RolloutMetricsTest, NothingSurvivesStart) {
 TEST_F(RolloutMetricsTest, DoesNotAllocateAfterTheFirstEpisode) {
   Stir(&dut_);
   metric_values_t values{};
-  extended_metrics_t extended{};
+  std::vector<double> extended;
   dut_.Values(&values);
-  dut_.Extended(&extended);
+  dut_.extended().Values(&extended);
   sample_.contacts.assign(40, {1, 2, -0.001});
   sample_.contacts[3] = {2, 3, -0.001};
   sample_.holding = {1, 0, 1, 0};
@@ -408,10 +416,37 @@ TEST_F(RolloutMetricsTest, DoesNotAllocateAfterTheFirstEpisode) {
     dut_.Step(sample_.At(tick));
     dut_.SetStage(1, true);
     dut_.Values(&values);
-    dut_.Extended(&extended);
+    dut_.extended().Values(&extended);
   }
   EXPECT_EQ(AllocationCount() - before, 0);
   EXPECT_GT(values.slip_count, 0);
+}
+
+// Each option switches off what it says, and nothing else.
+TEST_F(RolloutMetricsTest, WhatIsNotTrackedStaysZero) {
+  Stir(&dut_);
+  const auto all = FlattenedValues(ResultJson(Values()));
+  for (const TrackOption& option : TrackOptions()) {
+    MetricsConfig config = TwoArms();
+    config.untracked = {option.member};
+    RolloutMetrics metrics(config);
+    Stir(&metrics);
+    metric_values_t values{};
+    metrics.Values(&values);
+    EXPECT_EQ(values.*option.member, 0) << option.key;
+    std::map<std::string, double> left;
+    for (const auto& [name, value] : FlattenedValues(ResultJson(values))) left[name] = value;
+    for (const auto& [name, value] : all) {
+      if (FindMetric(name).metric->track != &option) {
+        ASSERT_TRUE(left.contains(name)) << option.key << " " << name;
+        EXPECT_EQ(left[name], value) << option.key << " " << name;
+      } else if (option.key == "track_slippage") {
+        EXPECT_EQ(left.at(name), 0) << name;
+      } else {
+        EXPECT_FALSE(left.contains(name)) << option.key << " " << name;
+      }
+    }
+  }
 }
 
 TEST_F(RolloutMetricsTest, RefusesASenselessConfig) {

@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
-#include "lcmtypes/extended_value.h"
 #include "metrics/extended/spectral_arc_length.h"
 
 namespace evalbus::metrics {
@@ -31,7 +31,7 @@ MetricsConfig Config(double dt) {
 // One arm; what a test does not set rests.
 class Episode {
  public:
-  explicit Episode(double dt) : dt_(dt), owners_(Config(dt).geom_owner), dut_(Config(dt)) { dut_.Start(); }
+  explicit Episode(double dt) : dt_(dt), deriver_(Config(dt)), dut_(Config(dt)) { dut_.Start(); }
 
   std::array<double, 3> p{0, 0, 0};
   double q = 0;
@@ -39,59 +39,56 @@ class Episode {
   std::vector<uint8_t> pinched{0, 0, 0, 0};
 
   void Step(int64_t ticks = 1) {
-    const bool in_a_row = tick_ > 0 && ticks == 1;
     tick_ += ticks;
     const std::vector<double> joint = {q}, zero = {0}, opening = {1, 1};
     const std::vector<uint8_t> holding(4, 0);
     const std::vector<ArmSample> arm = {{joint, zero, zero, p, {1, 0, 0, 0}}};
-    contacts_.Sort(contacts, owners_);
-    dut_.Add({.tick = tick_,
-              .time = static_cast<double>(tick_) * dt_,
-              .arm = arm,
-              .gripper_opening = opening,
-              .holding = holding,
-              .pinched = pinched,
-              .contacts = contacts,
-              .clearance = {}},
-             contacts_, in_a_row);
+    const Sample sample{.tick = tick_,
+                        .time = static_cast<double>(tick_) * dt_,
+                        .arm = arm,
+                        .gripper_opening = opening,
+                        .holding = holding,
+                        .pinched = pinched,
+                        .contacts = contacts,
+                        .clearance = {}};
+    dut_.Add(deriver_.Derive(sample));
   }
   void Steps(int count) {
     for (int k = 0; k < count; ++k) Step();
   }
   double Final(const std::string& name) const {
-    extended_metrics_t extended{};
-    dut_.FinalValues(&extended);
-    return ExtendedValue(extended, name);
+    std::vector<double> values;
+    dut_.FinalValues(&values);
+    return Find(name, values);
   }
   double Live(const std::string& name) const {
-    extended_metrics_t extended{};
-    dut_.Values(&extended);
-    return ExtendedValue(extended, name);
+    std::vector<double> values;
+    dut_.Values(&values);
+    return Find(name, values);
   }
 
  private:
+  double Find(const std::string& name, const std::vector<double>& values) const {
+    return values.at(std::ranges::find(dut_.names(), name) - dut_.names().begin());
+  }
+
   double dt_;
-  GeomOwners owners_;
-  RobotContacts contacts_;
+  SampleDeriver deriver_;
   ExtendedMetrics dut_;
   int64_t tick_ = 0;
 };
 
-TEST(ExtendedMetrics, AreSortedByNameWithUnits) {
-  ExtendedMetrics dut(Config(0.02));
-  extended_metrics_t extended{};
-  dut.Start();
-  dut.Values(&extended);
-  EXPECT_EQ(extended.name,
+TEST(ExtendedMetrics, AreSortedByNameWithTheCataloguesUnits) {
+  const ExtendedMetrics dut(Config(0.02));
+  EXPECT_EQ(dut.names(),
             (std::vector<std::string>{
                 "contact_time_s", "env_collision_events", "self_collision_events", "grasp_count.left",
                 "grasp_count.right", "grasp_time_s.left", "grasp_time_s.right", "longest_grasp_s.left",
                 "longest_grasp_s.right", "log_dimensionless_jerk", "mechanical_work_J", "min_clearance_m",
                 "min_clearance_time_s", "min_joint_limit_margin_rad", "peak_penetration_m",
                 "peak_wrist_acceleration_mps2", "peak_wrist_speed_mps", "spectral_arc_length"}));
-  EXPECT_EQ(extended.unit,
-            (std::vector<std::string>{"s", "count", "count", "count", "count", "s", "s", "s", "s", "1", "J",
-                                      "m", "s", "rad", "m", "m/s^2", "m/s", "1"}));
+  EXPECT_EQ(dut.units(), (std::vector<std::string>{"s", "count", "count", "count", "count", "s", "s", "s",
+                                                   "s", "1", "J", "m", "s", "rad", "m", "m/s²", "m/s", "1"}));
 }
 
 TEST(CollisionEvents, APairCountsAgainAfterATenthOfASecondApart) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/errors.h"
 #include "metrics/statistics/bootstrap.h"
 
 namespace evalbus::metrics {
@@ -11,11 +12,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-EpisodeResult Episode(bool complete, bool success, ordered_json metrics) {
+EpisodeResult Episode(bool complete, bool success, const ordered_json& metrics) {
   return {.complete = complete,
           .success = success,
           .failure_reason = success ? "" : "timeout",
-          .metrics = std::move(metrics),
+          .values = FlattenedValues(metrics),
+          .stages = {},
+          .slips = {},
           .collisions = {}};
 }
 
@@ -65,10 +68,10 @@ TEST(RunStatistics, CountOnlyCompleteEpisodes) {
 
 TEST(RunStatistics, CountStagesReasonsSlipsAndCollisions) {
   const auto episode = [](bool success, bool second, int slips, const std::string& reason) {
-    EpisodeResult result = Episode(true, success,
-                                   {{"success", success ? 1.0 : 0.0},
-                                    {"task_stage_reached", {{"1", true}, {"2", second}}},
-                                    {"slip_count_per_object", {{"object_1", slips}, {"object_2", 0}}}});
+    EpisodeResult result =
+        Episode(true, success, {{"slip_count_per_object", {{"object_1", slips}, {"object_2", 0}}}});
+    result.stages = {{1, true}, {2, second}};
+    result.slips = {slips, 0};
     result.failure_reason = reason;
     return result;
   };
@@ -83,14 +86,13 @@ TEST(RunStatistics, CountStagesReasonsSlipsAndCollisions) {
 
   using Counts = std::vector<std::pair<std::string, int64_t>>;
   ASSERT_EQ(summary.stages.size(), 2u);
-  EXPECT_EQ(summary.stages[0].index, "1");
+  EXPECT_EQ(summary.stages[0].index, 1);
   EXPECT_EQ(summary.stages[0].reached, 4);
   EXPECT_EQ(summary.stages[1].reached, 2);
   EXPECT_EQ(summary.failure_reasons,
             (std::vector<std::pair<std::string, int>>{{"timeout", 2}, {"dropped", 1}}));
-  EXPECT_EQ(summary.slips_per_object, (Counts{{"object_1", 3}, {"object_2", 0}}));
+  EXPECT_EQ(summary.slips_per_object, (std::vector<int64_t>{3, 0}));
   EXPECT_EQ(summary.collisions_per_geom, (Counts{{"left/hand + right/hand", 4}, {"counter", 3}}));
-  // Success and stages are rates, not metrics with a mean.
   EXPECT_EQ(summary.metrics.size(), 2u);
 
   const run_summary_t message = SummaryMessage(summary);
@@ -108,6 +110,7 @@ TEST(RunStatistics, CountStagesReasonsSlipsAndCollisions) {
   EXPECT_EQ(json["stages"]["2"]["reached"], 2);
   EXPECT_EQ(json["stages"]["2"]["share"], 0.5);
   EXPECT_EQ(json["collisions_per_geom"]["counter"], 3);
+  EXPECT_EQ(json["slips_per_object"].dump(), R"({"object_1":3,"object_2":0})");
   EXPECT_EQ(json["failure_reasons"].dump(), R"({"timeout":2,"dropped":1})");
 }
 
@@ -161,14 +164,25 @@ TEST(RunStatistics, OfNothingHaveNoRate) {
 }
 
 TEST(ResultOf, TakesALineOfEpisodes) {
-  const EpisodeResult result = ResultOf(ordered_json::parse(R"({"episode": 3, "complete": true,
-      "failure_reason": "dropped", "metrics": {"success": 0.0, "x": 2}, "extended": {"y": 3},
-      "explanation": {"text": "", "collisions_per_geom": {"counter": 2}}})"));
+  ordered_json line = ordered_json::parse(R"({"episode": 3, "complete": true,
+      "failure_reason": "dropped", "metrics": {"success": 0.0, "task_stage_reached": {"1": true, "12": false},
+      "slip_count_per_object": {"object_1": 2, "object_2": 0}, "path": {"left": 2}}, "extended": {"y": 3},
+      "explanation": {"text": "", "collisions_per_geom": {"counter": 2}}})");
+  const EpisodeResult result = ResultOf(line);
   EXPECT_TRUE(result.complete);
   EXPECT_FALSE(result.success);
   EXPECT_EQ(result.failure_reason, "dropped");
-  EXPECT_EQ(result.metrics.dump(), R"({"success":0.0,"x":2,"extended":{"y":3}})");
-  EXPECT_EQ(result.collisions.at("counter"), 2);
+  // Success and stages are rates, not metrics with a mean.
+  EXPECT_EQ(result.values, (std::vector<std::pair<std::string, double>>{{"slip_count_per_object.object_1", 2},
+                                                                        {"slip_count_per_object.object_2", 0},
+                                                                        {"path.left", 2},
+                                                                        {"extended.y", 3}}));
+  EXPECT_EQ(result.stages, (std::vector<std::pair<int, bool>>{{1, true}, {12, false}}));
+  EXPECT_EQ(result.slips, (std::vector<int64_t>{2, 0}));
+  EXPECT_EQ(result.collisions, (std::map<std::string, int64_t>{{"counter", 2}}));
+
+  line["metrics"]["task_stage_reached"] = {{"first", true}};
+  EXPECT_THROW(ResultOf(line), InputError);
 }
 
 }  // namespace

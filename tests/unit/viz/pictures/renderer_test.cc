@@ -122,9 +122,13 @@ TEST_F(RendererTest, GoldenOverlay) {
   text.title = "lift_pot/position";
   text.subtitle = "episode 3, seed 7956156453446585";
   text.time_s = 12.3;
-  text.stages = {{"left_gripper_holds_pot", true}, {"right_gripper_holds_pot", true}, {"pot_lifted", false}};
-  text.has_slips = text.has_collisions = true;
-  text.slips = 2;
+  metric_values_t scores{};
+  scores.stage_name = {"left_gripper_holds_pot", "right_gripper_holds_pot", "pot_lifted"};
+  scores.stage_reached = {1, 1, 0};
+  scores.tracks_slippage = scores.tracks_collisions = 1;
+  scores.slip_count = 2;
+  scores.env_collision_count = 10;
+  AddScores(scores, &text);
   const Overlay overlay(frame.size);
   Frame running = frame;
   overlay.Draw(text, &running);

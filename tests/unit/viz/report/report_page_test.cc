@@ -129,6 +129,28 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
   EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
 }
 
+// To people in millimetres, to programs in metres.
+TEST(ReportPage, TilesAndFiguresHaveTheCataloguesWordsAndUnits) {
+  ReportRun run = SomeRun();
+  for (int i = 0; i < 4; ++i) run.episode[i].values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
+  const Page page(PageOf({run}));
+  const auto tiles = page.All("div", [](const XMLElement& div) {
+    return TextOf(&div).starts_with("mean smallest clearance") && div.Attribute("class", "tile");
+  });
+  ASSERT_EQ(tiles.size(), 1u);
+  EXPECT_THAT(TextOf(tiles[0]), HasSubstr("125 mm"));
+  const auto* value =
+      tiles[0]->FirstChildElement("div")->NextSiblingElement("div")->FirstChildElement("data");
+  ASSERT_TRUE(value);
+  EXPECT_EQ(value->DoubleAttribute("value"), 0.125);
+  const auto figures = page.All("svg", [](const XMLElement& svg) {
+    const char* label = svg.Attribute("aria-label");
+    return label && std::string(label).starts_with("histogram of smallest clearance");
+  });
+  ASSERT_EQ(figures.size(), 1u);
+  EXPECT_THAT(TextOf(figures[0]), HasSubstr("110 to 112 mm: 1 of 3 episodes"));
+}
+
 TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   const Page page(PageOf({SomeRun()}));
   const XMLElement* row = page.ById("episode-2");

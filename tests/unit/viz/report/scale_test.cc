@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "viz/report/figures.h"
-#include "viz/report/metric_name.h"
 
 namespace evalbus::viz {
 namespace {
@@ -125,23 +124,6 @@ TEST(Path, StaysWithinAQuarterOfAPixel) {
     const double length = std::hypot(bx - ax, by - ay);
     EXPECT_LT(std::abs((bx - ax) * (py - ay) - (by - ay) * (px - ax)) / length, 0.25 + 0.15) << i;
   }
-}
-
-TEST(MetricName, TakesTheUnitFromTheName) {
-  const auto expect = [](const char* metric, const char* label, const char* unit) {
-    const MetricName name = NameForPeople(metric);
-    EXPECT_EQ(name.label, label);
-    EXPECT_EQ(name.unit, unit) << metric;
-  };
-  expect("extended.peak_wrist_speed_mps.left", "peak wrist speed, left", "m/s");
-  expect("extended.min_clearance_m", "min clearance", "m");
-  expect("extended.mechanical_work_J.right", "mechanical work, right", "J");
-  expect("extended.missing_ticks", "missing ticks", "");
-  expect("overall_rms_joint_jerk", "overall rms joint jerk", "rad/s³");
-  expect("total_cartesian_path_length", "total cartesian path length", "m");
-  expect("bimanual_arm_velocity_difference", "bimanual arm velocity difference", "rad/s");
-  expect("target_distance.lift_distance", "target distance, lift distance", "m");
-  expect("slip_count", "slip count", "");
 }
 
 }  // namespace

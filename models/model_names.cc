@@ -1,4 +1,4 @@
-#include "metrics/task/model_names.h"
+#include "models/model_names.h"
 
 #include <algorithm>
 
@@ -6,7 +6,7 @@
 #include "models/model_consistency.h"
 #include "models/physics_model.h"
 
-namespace evalbus::metrics {
+namespace evalbus {
 namespace {
 
 constexpr char kGripperSuffix[] = "_gripper";
@@ -40,11 +40,21 @@ ModelNames::ModelNames(const model_info_t& model) : model_(model) {
   CheckConsistency(model);
 }
 
+const std::string& ModelNames::GeomName(int geom) const {
+  const std::string& name = model_.geom_name[geom];
+  return name.empty() ? model_.body_name[model_.geom_body[geom]] : name;
+}
+
+bool ModelNames::IsRobot(int geom) const { return model_.entity_kind[EntityOf(geom)] == model_info_t::ROBOT; }
+
+bool ModelNames::IsObject(int geom) const {
+  const std::vector<int32_t>& objects = model_.object_entity;
+  return std::find(objects.begin(), objects.end(), EntityOf(geom)) != objects.end();
+}
+
 std::vector<uint8_t> ModelNames::GeomsOfEntity(int entity) const {
   std::vector<uint8_t> geoms(model_.num_geoms);
-  for (int geom = 0; geom < model_.num_geoms; ++geom) {
-    geoms[geom] = model_.body_entity[model_.geom_body[geom]] == entity;
-  }
+  for (int geom = 0; geom < model_.num_geoms; ++geom) geoms[geom] = EntityOf(geom) == entity;
   return geoms;
 }
 
@@ -105,4 +115,4 @@ std::vector<uint8_t> ModelNames::ObjectGeoms(int object) const {
   return GeomsOfEntity(model_.object_entity[object]);
 }
 
-}  // namespace evalbus::metrics
+}  // namespace evalbus

@@ -1,6 +1,6 @@
-// What the names in a task description refer to in the model of a run. An operand is the name of an entity
-// (an arm, an object, a fixture, "world"), else "<gripper>_gripper" for the pads of a gripper, else the name
-// of a body, else of a geom.
+// The names of a run's model: what those in a task description refer to, and what its geoms are called. An
+// operand is the name of an entity (an arm, an object, a fixture, "world"), else "<gripper>_gripper" for the
+// pads of a gripper, else the name of a body, else of a geom.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "models/source_location.h"
 
-namespace evalbus::metrics {
+namespace evalbus {
 
 class ModelNames {
  public:
@@ -18,6 +18,14 @@ class ModelNames {
   explicit ModelNames(const model_info_t& model);
 
   const model_info_t& model() const { return model_; }
+
+  // These take ids of geoms that the model has.
+
+  // Its own name, or its body's where it has none.
+  const std::string& GeomName(int geom) const;
+  bool IsRobot(int geom) const;
+  // Of a manipulated object.
+  bool IsObject(int geom) const;
 
   // These throw InputError at `where`, with the names there are.
 
@@ -37,9 +45,10 @@ class ModelNames {
   std::vector<uint8_t> ObjectGeoms(int object) const;
 
  private:
+  int EntityOf(int geom) const { return model_.body_entity[model_.geom_body[geom]]; }
   std::vector<uint8_t> GeomsOfEntity(int entity) const;
 
   const model_info_t& model_;
 };
 
-}  // namespace evalbus::metrics
+}  // namespace evalbus

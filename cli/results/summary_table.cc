@@ -1,0 +1,153 @@
+#include "cli/results/summary_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "base/text.h"
+#include "lcmtypes/end_reason.h"
+#include "lcmtypes/metric_catalogue.h"
+
+namespace evalbus::results {
+namespace {
+
+// One line per finished episode: columns from the left as far as the terminal is wide.
+struct Column {
+  const char* title;
+  // In characters; negative: text to the left.
+  int width;
+};
+constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -14}, Column{"time", 7},
+                                 Column{"stages", 6},    Column{"slips", 5}, Column{"collisions", 10},
+                                 Column{"clearance", 9}, Column{"path", 7}};
+
+std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width) {
+  std::string line;
+  for (size_t i = 0; i < kColumns.size(); ++i) {
+    const std::string cell = (i > 0 ? "  " : "") + Pad(cells[i], kColumns[i].width);
+    if (static_cast<int>(Width(line + cell)) > width) break;
+    line += cell;
+  }
+  return line.substr(0, line.find_last_not_of(' ') + 1);
+}
+
+// A number of the dictionary with its format; "-" where it is not tracked.
+std::string Value(const nlohmann::ordered_json& values, const char* key, fmt::format_string<double> format,
+                  double scale = 1) {
+  const auto found = values.find(key);
+  if (found == values.end() || !found->is_number()) return "-";
+  return fmt::format(format, found->get<double>() * scale);
+}
+
+// A statistic of a metric, as one column; the interval is wider than the others.
+struct Statistic {
+  const char* title;
+  int width;
+  std::function<std::string(const metrics::MetricSummary&, const std::function<std::string(double)>&)> text;
+};
+
+std::vector<Statistic> Statistics() {
+  using metrics::MetricSummary;
+  constexpr int kWidth = 9, kIntervalWidth = 20;
+  const auto plain = [](double MetricSummary::*member) {
+    return [member](const MetricSummary& metric, const auto& number) { return number(metric.*member); };
+  };
+  const auto interval = [](const MetricSummary& metric, const auto& number) {
+    if (!std::isfinite(metric.mean_95.lower)) return std::string("-");
+    return number(metric.mean_95.lower) + " to" + Pad(number(metric.mean_95.upper), 8);
+  };
+  return {{"mean", kWidth, plain(&MetricSummary::mean)}, {"its 95 % interval", kIntervalWidth, interval},
+          {"std", kWidth, plain(&MetricSummary::std)},   {"median", kWidth, plain(&MetricSummary::median)},
+          {"p5", kWidth, plain(&MetricSummary::p5)},     {"p95", kWidth, plain(&MetricSummary::p95)},
+          {"max", kWidth, plain(&MetricSummary::max)}};
+}
+
+std::string RateText(const metrics::RunSummary& summary, int width) {
+  const std::string rate = fmt::format("Success in {} of {} episodes: {:.0f} %", summary.successes,
+                                       summary.complete, summary.success_rate * 100);
+  const std::string interval = fmt::format("(95 % interval {:.0f} to {:.0f} %, Wilson)",
+                                           summary.wilson.lower * 100, summary.wilson.upper * 100);
+  const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
+  return rate + (one_line ? " " : "\n") + interval + "\n";
+}
+
+}  // namespace
+
+std::string FormatDuration(double seconds) {
+  const auto whole = static_cast<int64_t>(std::llround(std::max(0.0, seconds)));
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string EpisodeHeader(int width) {
+  std::array<std::string, kColumns.size()> titles;
+  for (size_t i = 0; i < titles.size(); ++i) titles[i] = kColumns[i].title;
+  return ColumnLine(titles, width);
+}
+
+std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
+  const auto &m = episode["metrics"], &extended = episode["extended"];
+  const auto stages = m.value("task_stage_reached", nlohmann::ordered_json::object());
+  const auto reached = std::count_if(stages.begin(), stages.end(),
+                                     [](const auto& stage) { return stage.template get<bool>(); });
+  const char* path =
+      m.contains("total_cartesian_path_length") ? "total_cartesian_path_length" : "cartesian_path_length";
+  const auto reason = episode["failure_reason"].get<std::string>();
+  std::string line = ColumnLine(
+      {std::to_string(episode["episode"].get<int>()), reason.empty() ? end_reason::kSuccess : reason,
+       Value(m, "completion_time", "{:.2f} s"), fmt::format("{}/{}", reached, stages.size()),
+       Value(m, "slip_count", "{:.0f}"),
+       Value(m, "env_collision_count", "{:.0f}") + " + " + Value(m, "self_collision_count", "{:.0f}"),
+       Value(extended, "min_clearance_m", "{:.0f} mm", 1e3), Value(m, path, "{:.2f} m")},
+      width);
+  if (!episode["complete"].get<bool>()) line += "  incomplete";
+  const auto detail = episode["end_detail"].get<std::string>();
+  if (!detail.empty()) line += "  " + detail;
+  return line;
+}
+
+std::string SummaryTable(const metrics::RunSummary& summary, int width) {
+  std::string text;
+  if (summary.complete > 0) text += RateText(summary, width);
+  if (summary.complete < summary.episodes) {
+    text += fmt::format("{} of {} episodes incomplete: left out of all this\n",
+                        summary.episodes - summary.complete, summary.episodes);
+  }
+  if (summary.complete == 0) return text;
+  if (!summary.failure_reasons.empty()) {
+    text += "Failures:";
+    for (const auto& [reason, count] : summary.failure_reasons) {
+      text += fmt::format("{} {} {}", text.ends_with(':') ? "" : ",", count, reason);
+    }
+    text += "\n";
+  }
+
+  constexpr int kLabelWidth = 25, kUnitWidth = 8;
+  std::vector<Statistic> statistics = Statistics();
+  size_t shown = 0;
+  for (int used = kLabelWidth + kUnitWidth; shown < statistics.size(); ++shown) {
+    used += statistics[shown].width;
+    if (used > width && shown > 0) break;
+  }
+  statistics.resize(shown);
+  text += "\n" + std::string(kLabelWidth, ' ');
+  for (const Statistic& statistic : statistics) text += Pad(statistic.title, statistic.width);
+  text += "\n";
+  std::vector<std::string> names;
+  for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
+  for (const MetricNumber& main : MainMetrics(names)) {
+    const auto number = [&](double value) { return ShownValue(*main.metric, value); };
+    text += Pad(main.label(), -kLabelWidth);
+    for (const Statistic& statistic : statistics) {
+      text += Pad(statistic.text(*summary.Find(main.name), number), statistic.width);
+    }
+    text += main.shown_unit().empty() ? "\n" : fmt::format("  {}\n", main.shown_unit());
+  }
+  return text;
+}
+
+}  // namespace evalbus::results

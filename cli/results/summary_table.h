@@ -1,0 +1,23 @@
+// Finished episodes and runs as text for a terminal.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "metrics/statistics/run_statistics.h"
+
+namespace evalbus::results {
+
+// "1:05 min", "12 s"; for people.
+std::string FormatDuration(double seconds);
+
+// A line per finished episode, from its line of episodes.jsonl, and the titles above: columns from the left
+// as far as the width goes.
+std::string EpisodeHeader(int width);
+std::string EpisodeLine(const nlohmann::ordered_json& episode, int width);
+
+// The table at the end: rate with its interval, then the main metrics, with units. As many columns as the
+// width has room for.
+std::string SummaryTable(const metrics::RunSummary& summary, int width);
+
+}  // namespace evalbus::results

@@ -1,0 +1,96 @@
+#include "cli/results/summary_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "base/text.h"
+
+namespace evalbus::results {
+namespace {
+
+// Characters of the longest line; UTF-8 continuation bytes do not count.
+int LongestLine(const std::string& text) {
+  std::istringstream lines(text);
+  int longest = 0;
+  for (std::string line; std::getline(lines, line);) {
+    longest = std::max(longest, static_cast<int>(std::count_if(line.begin(), line.end(),
+                                                               [](char c) { return (c & 0xC0) != 0x80; })));
+  }
+  return longest;
+}
+
+bool Has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+metrics::RunSummary Summary(int complete, int success) {
+  metrics::RunSummary s;
+  s.episodes = s.complete = complete;
+  s.successes = success;
+  s.success_rate = complete > 0 ? static_cast<double>(success) / complete : 0;
+  s.wilson = {0.0945, 0.9055};
+  s.failure_reasons = {{"timeout", 3}, {"dropped", 1}};
+  const double nan = std::nan("");
+  s.metrics = {
+      {"slip_count", 2, 1.5, 0.5, 1, 1, 2, 1, 2, {1, 2}},
+      {"extended.min_clearance_m", 2, 0.16345, nan, 0.2, 0.1, 0.3, 0.1, 0.3, {nan, nan}},
+      {"bimanual_gripper_vertical_difference",
+       2,
+       0.0001234,
+       12.3456,
+       1234.5678,
+       0,
+       1,
+       0,
+       1,
+       {0.0001, 0.0125}},
+  };
+  return s;
+}
+
+TEST(FormatDuration, HasTheUnitThatFits) {
+  EXPECT_EQ(FormatDuration(-3), "0 s");
+  EXPECT_EQ(FormatDuration(0.4), "0 s");
+  EXPECT_EQ(FormatDuration(59.4), "59 s");
+  EXPECT_EQ(FormatDuration(59.5), "1:00 min");
+  EXPECT_EQ(FormatDuration(65), "1:05 min");
+  EXPECT_EQ(FormatDuration(3599), "59:59 min");
+  EXPECT_EQ(FormatDuration(3600), "1:00:00 h");
+  EXPECT_EQ(FormatDuration(90061), "25:01:01 h");
+}
+
+TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
+  EXPECT_EQ(SummaryTable(Summary(5, 1), 80),
+            "Success in 1 of 5 episodes: 20 % (95 % interval 9 to 91 %, Wilson)\n"
+            "Failures: 3 timeout, 1 dropped\n"
+            "\n"
+            "                              mean   its 95 % interval      std   median\n"
+            "slips                        1.500        1 to       2    0.500        1\n"
+            "smallest clearance           163.5                   -        -    200.0  mm\n"
+            "gripper height difference    0.123    0.100 to   12.50    12346    1235k  mm\n");
+}
+
+TEST(SummaryTable, FitsEveryWidth) {
+  for (const int width : {50, 60, 70, 80, 100}) {
+    const std::string table = SummaryTable(Summary(2, 1), width);
+    EXPECT_LE(LongestLine(table), width) << table;
+    EXPECT_TRUE(Has(table, "mean")) << width;
+    EXPECT_EQ(Has(table, "interval"), true) << table;
+    EXPECT_EQ(Has(table, "median"), width >= 80) << table;
+    EXPECT_FALSE(Has(table, " \n")) << table;
+  }
+}
+
+TEST(SummaryTable, SaysWhatIsLeftOut) {
+  metrics::RunSummary summary = Summary(2, 1);
+  summary.episodes = 5;
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "3 of 5 episodes incomplete"));
+  const std::string none = SummaryTable(Summary(0, 0), 80);
+  EXPECT_EQ(none, "");
+  summary.complete = 0;
+  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: left out of all this\n");
+}
+
+}  // namespace
+}  // namespace evalbus::results

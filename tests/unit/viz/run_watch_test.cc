@@ -1,0 +1,171 @@
+// What a listener knows, from scripted messages; no screen.
+#include "viz/run_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/unit/viz/scripted_run.h"
+#include "viz/score_rows.h"
+
+namespace evalbus::viz {
+namespace {
+
+using std::chrono::milliseconds;
+
+class RunWatchTest : public testing::Test, protected ScriptedRun {};
+
+TEST_F(RunWatchTest, KnowsNothingBeforeTheFirstMessage) {
+  EXPECT_FALSE(watch_.heard_at());
+  EXPECT_EQ(watch_.episode(), -1);
+  EXPECT_EQ(watch_.Phase(), "");
+  EXPECT_EQ(watch_.scores(), nullptr);
+  watch_.Update(now_);
+  now_ += milliseconds(2500);
+  EXPECT_EQ(watch_.SilentFor(now_), 2.5);
+  EXPECT_TRUE(watch_.TakeEvents().empty());
+}
+
+TEST_F(RunWatchTest, FollowsAnEpisode) {
+  SayModel();
+  SayBegin(0);
+  EXPECT_EQ(watch_.Phase(), "waiting for components");
+  SayStatus("sim", 0, -1);
+  EXPECT_EQ(watch_.Phase(), "waiting for the next tick");
+  SayTick(0, 0, true);
+  SayTick(0, 1);
+  EXPECT_EQ(watch_.Phase(), "running");
+  EXPECT_EQ(watch_.state()->tick, 1);
+  ASSERT_TRUE(watch_.has_scores());
+  EXPECT_EQ(watch_.scores()->metrics.slip_count, 3);
+  EXPECT_EQ(watch_.contacts()->header.tick, 1);
+  EXPECT_EQ(watch_.clearance()->header.tick, 0) << "the last that has one";
+  EXPECT_EQ(watch_.GeomName(kLeftPad), "left/pad");
+  EXPECT_EQ(watch_.GeomName(kLidGeom), "pot/lid") << "its body's name";
+  EXPECT_EQ(watch_.GeomName(1000), "geom 1000");
+  SaySummary(0, "success");
+  EXPECT_EQ(watch_.Phase(), "success");
+  ASSERT_EQ(watch_.done().size(), 1u);
+  EXPECT_EQ(watch_.run()->num_episodes, 1);
+
+  SayBegin(1);
+  EXPECT_EQ(watch_.end_reason(), "");
+  EXPECT_EQ(watch_.state(), nullptr);
+  EXPECT_FALSE(watch_.has_scores());
+  EXPECT_NE(watch_.scores(), nullptr) << "they keep their place";
+  SayTick(1, 0);
+  EXPECT_TRUE(watch_.has_scores());
+  SayBegin(1, 2);
+  EXPECT_EQ(watch_.attempt(), 2);
+  EXPECT_FALSE(watch_.has_scores()) << "those of the try before";
+}
+
+TEST_F(RunWatchTest, MeasuresOverTheLastSecond) {
+  Play();
+  watch_.Update(now_);
+  EXPECT_TRUE(watch_.has_rates());
+  EXPECT_NEAR(watch_.speed(), 1, 1e-9);
+  EXPECT_NEAR(watch_.channels().at(channels::kState.name).rate, 50, 1e-9);
+  now_ += milliseconds(10000);
+  watch_.Update(now_);
+  EXPECT_LT(watch_.speed(), 0.1);
+}
+
+TEST_F(RunWatchTest, TimeIsTakenFromScoresWhereNoStateIsHeard) {
+  episode_begin_t begin{};
+  watch_.Hear(begin, now_);
+  partial_metrics_t partial{};
+  for (int64_t tick = 1; tick <= 101; ++tick) {
+    partial.header = Header(tick);
+    watch_.Hear(partial, now_);
+    now_ += milliseconds(10);
+  }
+  watch_.Update(now_);
+  EXPECT_NEAR(watch_.speed(), 2, 0.1);
+  EXPECT_TRUE(watch_.has_scores());
+  partial.header = Header(102, 7);
+  watch_.Hear(partial, now_);
+  EXPECT_EQ(watch_.scores()->header.tick, 101) << "of another episode";
+}
+
+TEST_F(RunWatchTest, NoticesWhoFallsSilentAndComesBack) {
+  Play();
+  for (int i = 0; i < 5; ++i) {
+    now_ += milliseconds(500);
+    for (const char* name : {"metrics", "sim"}) SayStatus(name, 2, 75);
+  }
+  watch_.Update(now_);
+  EXPECT_TRUE(watch_.health().at("policy").silent);
+  EXPECT_FALSE(watch_.health().at("metrics").silent);
+  SayStatus("policy", 2, 75);
+  EXPECT_FALSE(watch_.health().at("policy").silent);
+  const std::vector<std::string> events = watch_.TakeEvents();
+  EXPECT_EQ(events.back(), "policy is back");
+  EXPECT_TRUE(watch_.TakeEvents().empty());
+  // Who has said good-bye is not missed.
+  SayStatus("policy", 2, 75, component_status_t::STOPPED);
+  now_ += milliseconds(5000);
+  watch_.Update(now_);
+  EXPECT_FALSE(watch_.health().at("policy").silent);
+}
+
+TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
+  SayModel();
+  SayBegin(0);
+  SayStatus("recorder", 0, 37);
+  EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "no STATE yet";
+  Say(channels::kState, State(49, 0));
+  SayStatus("recorder", 0, 37);
+  EXPECT_EQ(watch_.health().at("recorder").lag, 12);
+  SayStatus("recorder", 5, 37);
+  EXPECT_EQ(watch_.health().at("recorder").lag, -1) << "of another episode";
+}
+
+// Its indices would lead beyond its lists.
+TEST_F(RunWatchTest, AModelThatContradictsItselfIsNone) {
+  model_info_t model = small_world::Model();
+  model.geom_body[3] = 1000;
+  Say(channels::kModel, model);
+  EXPECT_EQ(watch_.model(), nullptr);
+  EXPECT_EQ(watch_.garbled(), 1);
+  EXPECT_EQ(watch_.GeomName(3), "geom 3");
+  SayModel();
+  EXPECT_NE(watch_.model(), nullptr);
+}
+
+TEST(ScoreRows, HaveTheCataloguesWordsAndNumbers) {
+  const auto rows = ScoreRows(ScriptedRun::Metrics(), ScriptedRun::Extended());
+  const auto find = [&](const std::string& label) {
+    const auto row = std::ranges::find(rows, label, &ScoreRow::label);
+    EXPECT_NE(row, rows.end()) << label;
+    return *row;
+  };
+  EXPECT_EQ(find("wrist path").each, (std::vector<double>{1.25, 0.75}));
+  EXPECT_EQ(find("wrist path").whole, 2);
+  EXPECT_EQ(find("wrist jerk, rms").whole, 125);
+  EXPECT_EQ(find("wrist jerk, mean").each, (std::vector<double>{100.5, 80}));
+  EXPECT_EQ(find("mechanical work").whole, 7.5);
+  EXPECT_EQ(find("mechanical work").of, (std::vector<std::string>{"left", "right"}));
+  EXPECT_TRUE(std::isnan(find("peak wrist speed").whole)) << "speeds do not add up";
+  EXPECT_EQ(find("left_gripper_to_pot").whole, 0.25);
+  EXPECT_EQ(find("pose error").whole, 0.031);
+  EXPECT_EQ(find("late actions").whole, 4);
+  EXPECT_EQ(
+      ScoreLine(ScriptedRun::Metrics(), ScriptedRun::Extended()),
+      "stages 1/2  slips 3  collisions with the scene 2  self collisions 0  smallest clearance 12.00 mm  "
+      "wrist path 2.000 m  wrist jerk, rms 125.0 m/s³");
+}
+
+TEST(ScoreRows, OfWhatIsNotTrackedThereAreNone) {
+  metric_values_t values = ScriptedRun::Metrics();
+  values.tracks_slippage = values.tracks_joint_jerk = 0;
+  for (const ScoreRow& row : ScoreRows(values, {})) {
+    EXPECT_NE(row.label, "slips");
+    EXPECT_FALSE(row.label.starts_with("joint jerk")) << row.label;
+    EXPECT_FALSE(row.metric->is_extended() && !row.metric->counter) << row.label;
+  }
+}
+
+}  // namespace
+}  // namespace evalbus::viz

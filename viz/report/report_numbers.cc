@@ -1,0 +1,60 @@
+#include "viz/report/report_numbers.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+namespace evalbus::viz {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+double ValueOf(const ReportEpisode& episode, const std::string& metric) {
+  for (const auto& [name, value] : episode.values) {
+    if (name == metric) return value;
+  }
+  return kNaN;
+}
+
+double FirstOf(const ReportEpisode& episode, std::initializer_list<const char*> metrics) {
+  for (const char* metric : metrics) {
+    if (const double value = ValueOf(episode, metric); std::isfinite(value)) return value;
+  }
+  return kNaN;
+}
+
+const ReportMetric* FindIn(const ReportRun& run, const std::string& metric) {
+  for (const ReportMetric& candidate : run.metrics) {
+    if (candidate.name == metric) return &candidate;
+  }
+  return nullptr;
+}
+
+double Statistic(const ReportMetric* metric, const std::string& name) {
+  if (!metric) return kNaN;
+  for (const ReportStatistic& statistic : metric->statistics) {
+    if (statistic.name == name && !statistic.value.empty()) return statistic.value[0];
+  }
+  return kNaN;
+}
+
+double SuccessRate(const ReportRun& run) {
+  return run.complete > 0 ? static_cast<double>(run.successes) / run.complete : kNaN;
+}
+
+ReportInterval FirstInterval(const ReportRun& run) {
+  return run.intervals.empty() ? ReportInterval{"", 0, 1} : run.intervals[0];
+}
+
+std::string Plural(int count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+const char* Outcome(const ReportEpisode& episode) {
+  return !episode.complete ? "incomplete" : episode.success ? "good" : "bad";
+}
+
+}  // namespace evalbus::viz

@@ -1,0 +1,140 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "lcmtypes/metric_catalogue.h"
+#include "viz/report/page.h"
+#include "viz/report/report_numbers.h"
+#include "viz/report/report_sections.h"
+#include "viz/report/scale.h"
+
+namespace evalbus::viz {
+namespace {
+
+// "19 of 20 episodes succeeded: 95 % (95 % interval 76 to 99 %, Wilson)."
+std::string RateSentence(const ReportRun& run) {
+  if (run.complete == 0) return "No episode is complete, so there is no success rate.";
+  std::string text =
+      fmt::format("{} of {} succeeded: {}", run.successes,
+                  Plural(run.complete, run.complete < run.episodes ? "complete episode" : "episode"),
+                  Percent(SuccessRate(run)));
+  if (!run.intervals.empty()) {
+    const ReportInterval& interval = run.intervals[0];
+    text += fmt::format(" (95 % interval {:.0f} to {:.0f} %, {})", interval.lower * 100, interval.upper * 100,
+                        interval.method);
+  }
+  return text + ".";
+}
+
+std::string FailureSentence(const ReportRun& run) {
+  const ReportCounts& reasons = run.failure_reasons;
+  if (reasons.empty()) return "";
+  std::string text = "Why the others did not: ";
+  for (size_t i = 0; i < reasons.size(); ++i) {
+    text += fmt::format("{}{} ({})", i == 0 ? "" : ", ", reasons[i].first, reasons[i].second);
+  }
+  return text + ".";
+}
+
+std::string IncompleteSentence(const ReportRun& run) {
+  std::string numbers;
+  int count = 0;
+  for (const ReportEpisode& episode : run.episode) {
+    if (episode.complete) continue;
+    numbers += fmt::format("{}{}", count++ == 0 ? "" : ", ", episode.episode);
+  }
+  if (count == 0) return "";
+  return fmt::format("{} not complete, and left out of every rate and statistic: {}.",
+                     count == 1 ? "1 episode is" : fmt::format("{} episodes are", count), numbers);
+}
+
+void IntervalNote(const ReportInterval& interval, Markup* html) {
+  html->Element("div", {{"class", "note"}}, [&] {
+    html->Text("95 % interval ");
+    Data(interval.lower, fmt::format("{:.1f}", interval.lower * 100), html);
+    html->Text(" to ");
+    Data(interval.upper, fmt::format("{:.1f} %", interval.upper * 100), html);
+    html->Text(", " + interval.method);
+  });
+}
+
+void RateTile(const RunSection& section) {
+  Markup* html = section.html;
+  const double rate = SuccessRate(section.run);
+  const ReportInterval interval = FirstInterval(section.run);
+  html->Element("div", {{"class", "tile wide"}}, [&] {
+    html->Element("div", {{"class", "label"}}, "success rate");
+    html->Element("div", {{"class", "value"}, {"id", section.id + "success-rate"}},
+                  [&] { Data(rate, Percent(rate), html); });
+    if (std::isfinite(rate)) DrawShare(rate, interval.lower, interval.upper, true, html);
+    for (const ReportInterval& other : section.run.intervals) IntervalNote(other, html);
+  });
+}
+
+void MetricTile(const ReportMetric& metric, Markup* html) {
+  const MetricNumber number = FindMetric(metric.name);
+  const std::string unit(number.shown_unit());
+  const auto shown = [&](const char* statistic) { return Statistic(&metric, statistic) * number.scale(); };
+  html->Element("div", {{"class", "tile"}}, [&] {
+    html->Element("div", {{"class", "label"}}, "mean " + number.label());
+    html->Element("div", {{"class", "value"}}, [&] {
+      Data(Statistic(&metric, "mean"), Number(shown("mean")), html);
+      if (!unit.empty()) html->Element("span", {{"class", "unit"}}, " " + unit);
+    });
+    html->Element("div", {{"class", "note"}},
+                  "median " + Number(shown("median"), 3) + ", max " + Number(shown("max"), 3));
+  });
+}
+
+void Tiles(const RunSection& section) {
+  section.html->Element("div", {{"class", "tiles"}}, [&] {
+    RateTile(section);
+    for (const char* name : {"completion_time", "subtask_progress", "slip_count", "env_collision_count",
+                             "self_collision_count", "extended.min_clearance_m"}) {
+      if (const ReportMetric* metric = FindIn(section.run, name)) MetricTile(*metric, section.html);
+    }
+  });
+}
+
+// One square per episode, in order.
+void Strip(const ReportRun& run, Markup* html) {
+  html->Element("div", {{"class", "strip"}, {"aria-hidden", "true"}}, [&] {
+    for (const ReportEpisode& episode : run.episode) {
+      const std::string& reason =
+          episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
+      html->Element("i",
+                    {{"class", Outcome(episode)},
+                     {"title", fmt::format("episode {}: {}{}", episode.episode, reason,
+                                           episode.complete ? "" : ", not complete")}},
+                    "");
+    }
+  });
+  const auto key = [&](const char* css_class, const std::string& text) {
+    html->Element("span", {{"class", "key"}}, [&] {
+      html->Element("i", {{"class", css_class}}, "");
+      html->Text(text);
+    });
+  };
+  html->Element("p", {{"class", "legend"}}, [&] {
+    key("good", "success");
+    key("bad", "no success");
+    if (run.complete < run.episodes) key("incomplete", "not complete");
+  });
+}
+
+}  // namespace
+
+void WriteSummary(const RunSection& section) {
+  const ReportRun& run = section.run;
+  Markup* html = section.html;
+  html->Element("p", {{"class", "verdict"}}, RateSentence(run));
+  if (const std::string text = FailureSentence(run); !text.empty()) html->Element("p", {}, text);
+  if (const std::string text = IncompleteSentence(run); !text.empty()) {
+    html->Element("p", {{"class", "warning"}}, text);
+  }
+  for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
+  Tiles(section);
+  Strip(run, html);
+}
+
+}  // namespace evalbus::viz

@@ -1,0 +1,246 @@
+#include "viz/run_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "bus/channels.h"
+#include "bus/log.h"
+#include "bus/message.h"
+#include "evalbus/episode_end_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "viz/score_rows.h"
+
+namespace evalbus::viz {
+namespace {
+
+constexpr size_t kKeptEpisodes = 20, kKeptLines = 20;
+// Channels and components beyond these many are not kept; whoever invents names cannot fill the memory.
+constexpr size_t kMaxNames = 100;
+
+double Seconds(SteadyTime::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+}  // namespace
+
+void RunWatch::Hear(const std::string& channel, std::span<const uint8_t> data, SteadyTime now) {
+  RollWindow(now);
+  heard_at_ = now;
+  if (channels_.size() < kMaxNames || channels_.contains(channel)) ++channels_[channel].count;
+  const auto decode = [&](auto* message) {
+    const bool good = Decode(data, message);
+    garbled_ += !good;
+    return good;
+  };
+  if (channel == channels::kState) {
+    OnState(data);
+  } else if (channel == channels::kPartial) {
+    partial_metrics_t partial{};
+    if (decode(&partial)) Hear(partial, now);
+  } else if (channel == channels::kContacts) {
+    contacts_t contacts{};
+    if (!decode(&contacts) || contacts.header.episode != episode_) return;
+    if (contacts.has_clearance) clearance_ = contacts;
+    contacts_ = std::move(contacts);
+  } else if (channel == channels::kStatus) {
+    component_status_t status{};
+    if (decode(&status)) OnStatus(status, now);
+  } else if (channel == channels::kModel) {
+    OnModel(data);
+  } else if (channel == channels::kEpisodeBegin) {
+    episode_begin_t begin{};
+    if (decode(&begin)) Hear(begin, now);
+  } else if (channel == channels::kEpisodeEnd) {
+    episode_end_t end{};
+    if (decode(&end) && end.header.episode == episode_) end_reason_ = Printable(end.end_reason);
+  } else if (channel == channels::kEpisodeSummary) {
+    episode_summary_t summary{};
+    if (decode(&summary)) OnEpisodeDone(summary);
+  } else if (channel == channels::kRunSummary) {
+    run_summary_t run{};
+    if (decode(&run)) OnRun(run);
+  } else if (channel == channels::kLog) {
+    log_t line{};
+    if (decode(&line)) OnLog(std::move(line));
+  }
+}
+
+void RunWatch::Hear(const episode_begin_t& begin, SteadyTime now) {
+  RollWindow(now);
+  heard_at_ = now;
+  // Repeated, but only before the first STATE; after it the same episode begins anew (a replay).
+  if (begin.header.episode == episode_ && begin.header.attempt == attempt_ && !simulated_us_) return;
+  EnterEpisode(begin.header.episode, begin.header.attempt);
+  events_.push_back(fmt::format("episode {} begins, seed {}{}", episode_, begin.seed,
+                                attempt_ > 0 ? fmt::format(", try {}", int64_t{attempt_} + 1) : ""));
+}
+
+void RunWatch::Hear(const partial_metrics_t& partial, SteadyTime now) {
+  RollWindow(now);
+  heard_at_ = now;
+  if (partial.header.episode != episode_) return;
+  if (IsPlausible(partial.header)) Simulated(partial.header);
+  partial_ = partial;
+  partial_is_old_ = false;
+}
+
+void RunWatch::EnterEpisode(int32_t episode, int32_t attempt) {
+  episode_ = episode;
+  attempt_ = attempt;
+  summed_up_.reset();
+  state_.reset();
+  simulated_us_.reset();
+  end_reason_.clear();
+  partial_is_old_ = true;
+  contacts_.reset();
+  clearance_.reset();
+}
+
+// Only the header: STATE is long and nothing else of it is shown.
+void RunWatch::OnState(std::span<const uint8_t> data) {
+  header_t header{};
+  if (!DecodeHeader<state_t>(data, &header) || !IsPlausible(header)) {
+    ++garbled_;
+    return;
+  }
+  // Of an episode whose begin we have not heard: we came in its middle.
+  if (header.episode != episode_) EnterEpisode(header.episode, header.attempt);
+  Simulated(header);
+  state_ = header;
+}
+
+void RunWatch::Simulated(const header_t& header) {
+  const int64_t before = simulated_us_.value_or(header.sim_time_us);
+  window_simulated_us_ += std::max<int64_t>(0, header.sim_time_us - before);
+  simulated_us_ = std::max(before, header.sim_time_us);
+}
+
+void RunWatch::OnModel(std::span<const uint8_t> data) {
+  // Repeated, and the largest of all messages.
+  if (std::equal(data.begin(), data.end(), model_bytes_.begin(), model_bytes_.end())) return;
+  model_info_t model{};
+  if (!Decode(data, &model)) {
+    ++garbled_;
+    return;
+  }
+  model_bytes_.assign(data.begin(), data.end());
+  names_.reset();
+  model_.reset();
+  other_version_.clear();
+  if (model.message_version != model_info_t::VERSION) {
+    // Nothing of it is shown as if we knew what it means.
+    other_version_ = fmt::format("made by message version {}, this evalbus reads {}", model.message_version,
+                                 int{model_info_t::VERSION});
+    events_.push_back("MODEL " + other_version_);
+    return;
+  }
+  try {
+    model_ = std::move(model);
+    names_.emplace(*model_);
+  } catch (const InputError& error) {
+    model_.reset();
+    ++garbled_;
+    events_.push_back(Printable(std::string("MODEL ") + error.what()));
+  }
+}
+
+void RunWatch::OnStatus(const component_status_t& status, SteadyTime now) {
+  const std::string component = Printable(status.component);
+  if (health_.size() >= kMaxNames && !health_.contains(component)) return;
+  Health& health = health_[component];
+  if (status.state == component_status_t::FAILED && health.status.state != component_status_t::FAILED) {
+    events_.push_back(fmt::format("{} failed: {}", component, Printable(status.error)));
+  }
+  if (health.silent) events_.push_back(fmt::format("{} is back", component));
+  health.silent = false;
+  health.status = status;
+  health.heard = now;
+  // Now: what it says is of now, and so is the STATE heard last.
+  health.lag = state_ && end_reason_.empty() && status.episode == episode_ && status.last_tick >= 0
+                   ? std::max<int64_t>(0, state_->tick - status.last_tick)
+                   : -1;
+  if (status.component == "sim") {
+    // Says where we are when we come while the policy thinks.
+    if (episode_ < 0 && status.episode >= 0) EnterEpisode(status.episode, status.attempt);
+    if (status.episode == episode_) attempt_ = status.attempt;
+  }
+}
+
+void RunWatch::OnEpisodeDone(const episode_summary_t& summary) {
+  const std::pair<int32_t, int32_t> key(summary.header.episode, summary.header.attempt);
+  if (summed_up_ == key) return;  // said again
+  summed_up_ = key;
+  done_.push_back(summary);
+  if (done_.size() > kKeptEpisodes) done_.pop_front();
+  events_.push_back(fmt::format("episode {} {} after {:.2f} s  {}{}{}", summary.header.episode,
+                                Printable(summary.end_reason), summary.metrics.completion_time_s,
+                                ScoreLine(summary.metrics, summary.extended),
+                                summary.complete ? "" : "  incomplete",
+                                summary.end_detail.empty() ? "" : ": " + Printable(summary.end_detail)));
+}
+
+void RunWatch::OnRun(const run_summary_t& run) {
+  // Repeated once a second; news only when it counts more.
+  const bool news = run.num_episodes > 0 && (!run_ || run.num_episodes != run_->num_episodes);
+  run_ = run;
+  if (news) events_.push_back(DoneText(run, planned_episodes_));
+}
+
+void RunWatch::OnLog(log_t line) {
+  line.component = Printable(line.component);
+  line.text = Printable(line.text);
+  if (line.level >= log_t::WARN_LEVEL) {
+    events_.push_back(fmt::format("{}  {}: {}", line.component, PlaceText(line.header), line.text));
+  }
+  log_.push_back(std::move(line));
+  if (log_.size() > kKeptLines) log_.pop_front();
+}
+
+void RunWatch::RollWindow(SteadyTime now) {
+  if (!started_) started_ = window_began_ = now;
+  const double elapsed = Seconds(now - window_began_);
+  if (elapsed < 1) return;
+  for (auto& [name, channel] : channels_) {
+    channel.rate = static_cast<double>(channel.count) / elapsed;
+    channel.count = 0;
+  }
+  speed_ = static_cast<double>(window_simulated_us_) * 1e-6 / elapsed;
+  window_simulated_us_ = 0;
+  window_began_ = now;
+  has_rates_ = true;
+}
+
+void RunWatch::Update(SteadyTime now) {
+  RollWindow(now);
+  for (auto& [name, health] : health_) {
+    if (health.is_bad() || now - health.heard <= kSilent ||
+        health.status.state == component_status_t::STOPPED) {
+      continue;
+    }
+    health.silent = true;
+    events_.push_back(fmt::format("{} is silent since {:.1f} s", name, Seconds(now - health.heard)));
+  }
+}
+
+double RunWatch::SilentFor(SteadyTime now) const {
+  return Seconds(now - heard_at_.value_or(started_.value_or(now)));
+}
+
+std::string RunWatch::GeomName(int32_t geom) const {
+  if (names_ && geom >= 0 && geom < model_->num_geoms) return Printable(names_->GeomName(geom));
+  return fmt::format("geom {}", geom);
+}
+
+std::string RunWatch::Phase() const {
+  if (!end_reason_.empty()) return end_reason_;
+  if (episode_ < 0) return "";
+  if (state_) return "running";
+  const auto sim = health_.find("sim");
+  // In the middle of an episode whose STATE we have not heard yet.
+  const bool mid_episode = sim != health_.end() && sim->second.status.state == component_status_t::READY &&
+                           sim->second.status.episode == episode_ && sim->second.status.attempt == attempt_;
+  return mid_episode ? "waiting for the next tick" : "waiting for components";
+}
+
+}  // namespace evalbus::viz
