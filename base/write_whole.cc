@@ -79,23 +79,28 @@ class Removed {
   bool kept_ = false;
 };
 
-// Where a link leads, so that the link stays one.
+// Where a link leads, though nothing may be there yet; so that the link stays one.
 fs::path Target(const fs::path& file) {
+  fs::path target = file;
   std::error_code error;
-  if (!fs::is_symlink(fs::symlink_status(file, error))) return file;
-  const fs::path target = fs::weakly_canonical(file, error);
-  if (error) Throw(file, error.value());
+  for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)); ++links) {
+    constexpr int kMostLinks = 40;  // as Linux follows
+    if (links == kMostLinks) Throw(file, ELOOP);
+    const fs::path next = fs::read_symlink(target, error);
+    if (error) Throw(file, error.value());
+    target = target.parent_path() / next;
+  }
   return target;
 }
 
 }  // namespace
 
 void WriteWhole(const fs::path& file, const std::string& text) {
-  const fs::path target = Target(file);
   struct stat before {};
-  const bool exists = stat(target.c_str(), &before) == 0;
+  const bool exists = stat(file.c_str(), &before) == 0;
   if (exists && S_ISDIR(before.st_mode)) Throw(file, EISDIR);
-  if (exists && !S_ISREG(before.st_mode)) return File(file, target, O_WRONLY).Write(text);
+  if (exists && !S_ISREG(before.st_mode)) return File(file, file, O_WRONLY).Write(text);
+  const fs::path target = Target(file);
   const fs::path temporary = target.string() + "." + std::to_string(getpid()) + kTemporaryEnding;
   Removed removed(temporary);
   {

@@ -27,9 +27,10 @@ Component::Component(Bus* bus, std::string name, int64_t lag_window_ticks) : bus
 }
 
 void Component::Poll(SteadyTime now) {
-  if (now - last_published_ >= kHeartbeat) {
-    PublishStatus();
+  if (now - last_published_ >= kHeartbeat) PublishStatus();
+  if (now - losses_told_ >= kHeartbeat) {
     TellLosses();
+    losses_told_ = now;
   }
   log_.Poll(now);
 }
@@ -63,6 +64,7 @@ void Component::Fail(const std::string& error) {
 void Component::Stop() {
   if (status_.state != component_status_t::FAILED) status_.state = component_status_t::STOPPED;
   PublishStatus();
+  TellLosses();
 }
 
 bool Component::EnterEpisode(const episode_begin_t& begin) {

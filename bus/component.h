@@ -61,7 +61,7 @@ class Component {
   int64_t decode_errors_told_ = 0, foreign_messages_told_ = 0, missing_ticks_told_ = 0;
   // Of the episode entered.
   int64_t seed_ = 0;
-  SteadyTime last_published_{};
+  SteadyTime last_published_{}, losses_told_{};
   int64_t last_published_tick_ = -1;
 };
 

@@ -81,10 +81,8 @@ void LiveView::OnEpisodeBegin(const episode_begin_t& begin) {
 void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Hear(partial, steady_clock::now()); }
 
 void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
-  const metrics::EpisodeResult result = metrics::ResultOf(episode);
-  ++num_episodes_;
-  num_complete_ += result.complete;
-  num_success_ += result.complete && result.success;
+  statistics_.Add(num_episodes_++, metrics::ResultOf(episode));
+  summary_ = statistics_.Summary(false);
   simulated_s_ += episode["metrics"]["completion_time"].get<double>();
   is_running_ = false;
   Print(results::EpisodeLine(episode, TerminalWidth(out_)));
@@ -109,11 +107,10 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
     first += fmt::format("  {} left", results::FormatDuration(elapsed * (1 / progress - 1)));
   }
   std::vector<std::string> lines = {"", first};
-  if (num_complete_ > 0) {
-    const metrics::Interval interval = metrics::WilsonInterval(num_success_, num_complete_);
-    const double rate = static_cast<double>(num_success_) / num_complete_;
-    lines.push_back(fmt::format("  success  {} of {}, {}", num_success_, num_complete_,
-                                viz::RateText(rate, interval.lower, interval.upper)));
+  if (summary_.complete > 0) {
+    lines.push_back(
+        fmt::format("  success  {} of {}, {}", summary_.successes, summary_.complete,
+                    viz::RateText(summary_.success_rate, summary_.wilson.lower, summary_.wilson.upper)));
   }
   if (has_scores()) AddScores(watch_, &lines);
   for (std::string& line : lines) line = Cut(line, width);

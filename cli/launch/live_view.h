@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/launch/run_controller.h"
+#include "metrics/statistics/run_statistics.h"
 #include "viz/run_watch.h"
 
 namespace evalbus::launch {
@@ -53,9 +54,9 @@ class LiveView : public RunListener {
   // The episode under way, where it is ours and not a worker's.
   viz::RunWatch watch_;
   bool is_running_ = false;
+  metrics::RunStatistics statistics_;
+  metrics::RunSummary summary_;
   int num_episodes_ = 0;
-  int num_complete_ = 0;
-  int num_success_ = 0;
   // Simulated length of finished episodes, for the time left.
   double simulated_s_ = 0;
 };

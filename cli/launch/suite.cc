@@ -18,7 +18,7 @@
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
-#include "metrics/statistics/run_statistics.h"
+#include "cli/results/tally.h"
 #include "models/task_description.h"
 
 namespace evalbus::launch {
@@ -30,53 +30,6 @@ std::string FolderName(std::string task) {
   std::replace(task.begin(), task.end(), '/', '-');
   return task;
 }
-
-std::string Row(const std::string& name, size_t width, const std::string& success, const std::string& rate,
-                const std::string& time, const std::string& why) {
-  std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>9}  {}", name, width, success, rate, time, why);
-  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-}
-
-// Statistics over the episodes of one or several runs: the same bits in whatever order the runs finish.
-class Tally {
- public:
-  void Add(const results::RecordedRun& run) {
-    for (const results::RecordedEpisode& episode : run.episodes)
-      statistics_.Add(episodes_++, metrics::ResultOf(episode.json));
-  }
-  nlohmann::ordered_json Json() const {
-    const metrics::RunSummary summary = statistics_.Summary(false);
-    const metrics::MetricSummary* time = summary.Find("completion_time");
-    nlohmann::ordered_json json = metrics::RatesJson(summary);
-    json["mean_completion_time_s"] = time ? nlohmann::ordered_json(time->mean) : nullptr;
-    nlohmann::ordered_json& reasons = json["failure_reasons"] = nlohmann::ordered_json::object();
-    for (const auto& [reason, count] : FailuresOf(summary)) reasons[reason] = count;
-    return json;
-  }
-  std::string Line(const std::string& name, size_t width) const {
-    const metrics::RunSummary summary = statistics_.Summary(false);
-    const metrics::MetricSummary* time = summary.Find("completion_time");
-    std::string why;
-    for (const auto& [reason, count] : FailuresOf(summary)) {
-      why += fmt::format("{}{} {}", why.empty() ? "" : ", ", count, reason);
-    }
-    return Row(name, width, fmt::format("{} of {}", summary.successes, summary.complete),
-               fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100),
-               time ? fmt::format("{:.2f} s", time->mean) : "-", why);
-  }
-
- private:
-  static std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& summary) {
-    auto failures = summary.failure_reasons;
-    if (summary.complete < summary.episodes) {
-      failures.emplace_back("incomplete", summary.episodes - summary.complete);
-    }
-    return failures;
-  }
-
-  metrics::RunStatistics statistics_;
-  int episodes_ = 0;
-};
 
 }  // namespace
 
@@ -128,15 +81,14 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
   const auto started = std::chrono::steady_clock::now();
   fmt::print("{} runs of {} episode{}  policy {}  seed {}  {} at a time\n", tasks.size(), options.episodes,
              options.episodes == 1 ? "" : "s", options.policy.policy, options.seed, options.workers);
-  const std::string title = Row("task", width, "success", "95 % interval", "mean time", "failures");
-  fmt::print("{}", title);
+  fmt::print("{}", results::Tally::Title("task", width));
   std::fflush(stdout);
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   JobPool pool(std::move(jobs), options.workers, [&](const std::string& why) {
     fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", why);
   });
-  std::map<std::string, Tally> variations, families;
-  Tally all;
+  std::map<std::string, results::Tally> variations, families;
+  results::Tally all;
   int done = 0;
   const auto progress = [&] {
     if (!is_terminal) return;
@@ -148,7 +100,7 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
   while (!pool.done() && !stop_requested()) {
     if (const auto ended = pool.Poll()) {
       const results::RecordedRun run = results::ReadRun(suite.path() / FolderName(*ended));
-      Tally& tally = variations[*ended];
+      results::Tally& tally = variations[*ended];
       tally.Add(run);
       families[run.task].Add(run);
       all.Add(run);
@@ -167,7 +119,7 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
     if (variations.contains(task)) summary["by_variation"][task] = variations[task].Json();
   }
   suite.WriteJson(kSummaryJson, summary);
-  fmt::print("\n{}", Row("family", width, "success", "95 % interval", "mean time", "failures"));
+  fmt::print("\n{}", results::Tally::Title("family", width));
   for (const auto& [name, tally] : families) fmt::print("{}", tally.Line(name, width));
   if (families.size() > 1) fmt::print("{}", all.Line("all", width));
   auto shown = std::filesystem::proximate(suite.path());

@@ -6,7 +6,6 @@
 
 #include "base/run_layout.h"
 #include "bus/host.h"
-#include "cli/launch/job_pool.h"
 
 namespace evalbus::launch {
 namespace {
@@ -36,19 +35,25 @@ std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, 
 
 void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                      RunListener* listener) {
-  results::EpisodeLines lines(folder.path() / kEpisodesJsonl);
-  lines.Next();  // those that were there before
   std::vector<Job> jobs;
-  std::vector<results::NewLines> logs;
   for (int worker = 0; worker < options.workers; ++worker) {
     if (EpisodesOfWorker(plan.episodes, worker, options.workers).empty()) continue;
     const std::string name = fmt::format("worker-{}", worker);
-    logs.emplace_back(folder.log_file(name)).Next();
     Job job{name, RunCommand(folder.path() / kRunJson), folder.log_file(name)};
     job.command.insert(job.command.end(), {"--worker", std::to_string(worker)});
     jobs.push_back(std::move(job));
   }
-  JobPool pool(std::move(jobs), options.workers,
+  EvaluateJobs(std::move(jobs), options.workers, folder, listener);
+}
+
+void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& folder,
+                  RunListener* listener) {
+  // What was there before is known.
+  results::EpisodeLines lines(folder.path() / kEpisodesJsonl);
+  lines.Next();
+  std::vector<results::NewLines> logs;
+  for (const Job& job : jobs) logs.emplace_back(job.log_file).Next();
+  JobPool pool(std::move(jobs), at_once,
                [&](const std::string& why) { listener->OnRemark("begun again: " + why); });
   while (!pool.done() && !stop_requested()) {
     if (!pool.Poll()) std::this_thread::sleep_for(kPoll);

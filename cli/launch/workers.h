@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/launch/job_pool.h"
 #include "cli/launch/launch.h"
 
 namespace evalbus::launch {
@@ -23,6 +24,11 @@ class WorkerLog : public RunListener {
 // takes every so manieth episode. A worker that dies goes on where it was. run.json must have been written.
 void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                      RunListener* listener);
+
+// Runs jobs, so many at a time, that write episodes into the folder; tells the listener of these and of what
+// the jobs' logs remark.
+void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& folder,
+                  RunListener* listener);
 
 // Of these episodes the ones of one of so many workers, counted from 0.
 std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, int workers);

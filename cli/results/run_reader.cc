@@ -206,6 +206,12 @@ std::vector<std::string> RecordedRun::Remarks() const {
         fmt::format("left out of all rates, since ticks are missing or samples were refused: {} {}",
                     Plural(numbers.size()), List(numbers)));
   }
+  metrics::RunStatistics statistics;
+  for (const RecordedEpisode& episode : episodes) {
+    statistics.Add(episode.episode, metrics::ResultOf(episode.json));
+  }
+  const std::string samples = statistics.Summary(false).SamplesText();
+  if (!samples.empty()) remarks.push_back(samples);
   return remarks;
 }
 

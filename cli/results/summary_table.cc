@@ -113,6 +113,9 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
 std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   std::string text;
   if (summary.complete > 0) text += RateText(summary, width);
+  if (const std::string samples = summary.SamplesText(); !samples.empty()) {
+    text += fmt::format("Note: {}\n", samples);
+  }
   if (summary.complete < summary.episodes) {
     text += fmt::format("{} of {} episodes incomplete: left out of all this\n",
                         summary.episodes - summary.complete, summary.episodes);

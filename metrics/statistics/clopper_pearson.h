@@ -10,7 +10,7 @@
 namespace evalbus::metrics {
 
 // [0, 1] without trials.
-inline Interval ClopperPearsonInterval(int successes, int trials) {
+inline Interval ClopperPearsonInterval(double successes, double trials) {
   if (trials == 0) return {0, 1};
   using Binomial = boost::math::binomial_distribution<>;
   return {successes == 0 ? 0 : Binomial::find_lower_bound_on_p(trials, successes, kAlpha / 2),

@@ -47,17 +47,19 @@ void MostFrequentFirst(std::vector<std::pair<std::string, Number>>* counts) {
   });
 }
 
-MetricSummary Describe(const std::string& name, const std::vector<double>& sorted, bool with_bootstrap) {
+// is_one_sample: the values are one that was found again and again.
+MetricSummary Describe(const std::string& name, const std::vector<double>& sorted, bool is_one_sample,
+                       bool with_bootstrap) {
   return {.name = name,
           .episodes = static_cast<int>(sorted.size()),
           .mean = Mean(sorted),
-          .std = StandardDeviation(sorted),
+          .std = is_one_sample ? kNaN : StandardDeviation(sorted),
           .median = Quantile(sorted, 0.5),
           .p5 = Quantile(sorted, 0.05),
           .p95 = Quantile(sorted, 0.95),
           .min = sorted.front(),
           .max = sorted.back(),
-          .mean_95 = with_bootstrap ? BootstrapMean(sorted) : Interval{kNaN, kNaN}};
+          .mean_95 = with_bootstrap && !is_one_sample ? BootstrapMean(sorted) : Interval{kNaN, kNaN}};
 }
 
 // An empty object where there is none.
@@ -117,6 +119,21 @@ std::vector<std::pair<std::string, double>> FlattenedValues(const ordered_json& 
   return values;
 }
 
+double RunSummary::InSamples(int count) const {
+  return samples == complete ? count : static_cast<double>(count) * samples / complete;
+}
+
+std::string RunSummary::SamplesText() const {
+  if (samples == complete) return "";
+  if (samples == 1) {
+    return "all " + std::to_string(complete) +
+           " episodes are equal in every number, so they are one sample: "
+           "nothing that was randomised made a difference";
+  }
+  return "among " + std::to_string(complete) + " episodes are " + std::to_string(samples) +
+         " different ones: those that are equal in every number are one sample";
+}
+
 const MetricSummary* RunSummary::Find(const std::string& metric) const {
   for (const MetricSummary& summary : metrics) {
     if (summary.name == metric) return &summary;
@@ -157,10 +174,12 @@ void RunStatistics::Add(int episode, const EpisodeResult& result) {
 RunSummary RunStatistics::Summary(bool with_bootstrap) const {
   RunSummary summary;
   std::vector<std::pair<int, int>> stages;
+  std::vector<const Entry*> results;
   for (const auto& [number, episode] : episodes_) {
     ++summary.episodes;
     if (!episode.complete) continue;
     ++summary.complete;
+    results.push_back(&episode);
     summary.successes += episode.success;
     if (!episode.success) Count(episode.failure_reason, 1, &summary.failure_reasons);
     for (const auto& [index, reached] : episode.stages) Count(index, int{reached}, &stages);
@@ -169,15 +188,20 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     for (size_t k = 0; k < episode.slips.size(); ++k) slips[k] += episode.slips[k];
     for (const auto& [geom, count] : episode.collisions) Count(geom, count, &summary.collisions_per_geom);
   }
+  std::ranges::sort(results, [](const Entry* a, const Entry* b) { return *a < *b; });
+  summary.samples = static_cast<int>(
+      std::ranges::unique(results, [](const Entry* a, const Entry* b) { return *a == *b; }).begin() -
+      results.begin());
   for (const auto& [index, reached] : stages) summary.stages.push_back({index, reached});
   MostFrequentFirst(&summary.failure_reasons);
   MostFrequentFirst(&summary.collisions_per_geom);
   summary.success_rate =
       summary.complete > 0 ? static_cast<double>(summary.successes) / summary.complete : kNaN;
-  summary.wilson = WilsonInterval(summary.successes, summary.complete);
-  summary.clopper_pearson = ClopperPearsonInterval(summary.successes, summary.complete);
+  summary.wilson = WilsonInterval(summary.InSamples(summary.successes), summary.samples);
+  summary.clopper_pearson = ClopperPearsonInterval(summary.InSamples(summary.successes), summary.samples);
   for (size_t i = 0; i < names_.size(); ++i) {
-    if (!sorted_[i].empty()) summary.metrics.push_back(Describe(names_[i], sorted_[i], with_bootstrap));
+    if (!sorted_[i].empty())
+      summary.metrics.push_back(Describe(names_[i], sorted_[i], summary.samples == 1, with_bootstrap));
   }
   return summary;
 }
@@ -217,11 +241,12 @@ run_summary_t SummaryMessage(const RunSummary& summary) {
 }
 
 ordered_json RatesJson(const RunSummary& summary) {
-  return {{"episodes", summary.episodes},
-          {"complete", summary.complete},
-          {"successes", summary.successes},
-          {"success_rate", summary.success_rate},
-          {"success_rate_wilson_95", Json(summary.wilson)}};
+  ordered_json json = {{"episodes", summary.episodes}, {"complete", summary.complete}};
+  if (summary.samples < summary.complete) json["samples"] = summary.samples;
+  json["successes"] = summary.successes;
+  json["success_rate"] = summary.success_rate;
+  json["success_rate_wilson_95"] = Json(summary.wilson);
+  return json;
 }
 
 ordered_json SummaryJson(const std::string& task, const std::string& variation, const RunSummary& summary) {
@@ -233,7 +258,7 @@ ordered_json SummaryJson(const std::string& task, const std::string& variation, 
     stages[std::to_string(stage.index)] = {
         {"reached", stage.reached},
         {"share", static_cast<double>(stage.reached) / summary.complete},
-        {"share_wilson_95", Json(WilsonInterval(stage.reached, summary.complete))}};
+        {"share_wilson_95", Json(WilsonInterval(summary.InSamples(stage.reached), summary.samples))}};
   }
   json["failure_reasons"] = Json(summary.failure_reasons);
   ordered_json& slips = json["slips_per_object"] = ordered_json::object();

@@ -48,14 +48,14 @@ struct MetricSummary {
   std::string name;  // flattened
   int episodes = 0;
   double mean = 0;
-  // Of the sample (n - 1); NaN for one episode.
+  // Of the sample (n - 1); NaN for one episode, or where all are equal.
   double std = 0;
   double median = 0;
   // Percentiles.
   double p5 = 0, p95 = 0;
   double min = 0, max = 0;
-  // Bootstrap interval of the mean (statistics/bootstrap.h); NaN for one episode, or where it was not asked
-  // for.
+  // Bootstrap interval of the mean (statistics/bootstrap.h); NaN for one episode, where all are equal, or
+  // where it was not asked for.
   Interval mean_95{};
 };
 
@@ -68,10 +68,15 @@ struct StageSummary {
 struct RunSummary {
   int episodes = 0;
   int complete = 0;
+  // Different results among the complete ones. Episodes that are equal in every number are one sample,
+  // however often they are run: a variation that randomises nothing, and a policy that does the same each
+  // time.
+  int samples = 0;
   // Of the complete ones.
   int successes = 0;
   // NaN without complete episodes.
   double success_rate = 0;
+  // Of that rate among as many trials as there are samples.
   Interval wilson{}, clopper_pearson{};
   std::vector<StageSummary> stages;
   // Of the complete episodes that did not succeed; most frequent first.
@@ -84,6 +89,10 @@ struct RunSummary {
   std::vector<MetricSummary> metrics;
 
   const MetricSummary* Find(const std::string& metric) const;
+  // A number of complete episodes, scaled to samples.
+  double InSamples(int count) const;
+  // What a reader of the intervals has to know; empty where every episode is a sample of its own.
+  std::string SamplesText() const;
 };
 
 // Kept up to date episode by episode. A summary goes over all values so far: 0.1 to 0.3 ms per 1,000
@@ -104,6 +113,7 @@ class RunStatistics {
     std::vector<std::pair<int, bool>> stages;
     std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;
+    auto operator<=>(const Entry&) const = default;
   };
   size_t Index(const std::string& name);
 

@@ -10,7 +10,7 @@
 namespace evalbus::metrics {
 
 // (p + z^2/2n +- z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n) with p = successes / n. [0, 1] without trials.
-inline Interval WilsonInterval(int successes, int trials) {
+inline Interval WilsonInterval(double successes, double trials) {
   if (trials == 0) return {0, 1};
   const double z = kNormal975, n = trials, p = successes / n;
   const double center = p + z * z / (2 * n);

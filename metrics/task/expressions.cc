@@ -9,7 +9,7 @@
 namespace evalbus::metrics {
 
 YamlMap ArgumentsOf(const Expression& expression, std::initializer_list<const char*> required,
-                  std::initializer_list<const char*> optional) {
+                    std::initializer_list<const char*> optional) {
   if (!expression.operands.empty()) {
     throw InputError(expression.location().ToString() + ": '" + expression.name +
                      "' takes arguments, not other expressions");

@@ -38,7 +38,7 @@ std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const Co
 
 // The arguments of an expression, each of which must be known. Throws InputError with file and line.
 YamlMap ArgumentsOf(const Expression& expression, std::initializer_list<const char*> required,
-                  std::initializer_list<const char*> optional = {});
+                    std::initializer_list<const char*> optional = {});
 
 // A lower and an upper limit, at least one of which must be given; both keys must be among the optional ones.
 // Infinite where not given. Throws InputError.

@@ -251,9 +251,8 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
 void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   Line line = Heading("per second");
   // In the order of an episode's tick, then the rest.
-  std::vector<std::string> names = {channels::kState.name,   channels::kContacts.name,
-                                    channels::kAction.name,  channels::kPartial.name,
-                                    channels::kStatus.name,  channels::kModel.name};
+  std::vector<std::string> names = {channels::kState.name,   channels::kContacts.name, channels::kAction.name,
+                                    channels::kPartial.name, channels::kStatus.name,   channels::kModel.name};
   for (const auto& [name, channel] : watch.channels()) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }

@@ -61,7 +61,7 @@ TEST(Bus, RefusesNegativeCountsInAMessage) {
   std::vector<uint8_t> bytes(static_cast<size_t>(state.getEncodedSize()));
   state.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   // num_qpos follows fingerprint and header.
-  bytes[28] = 0xFF;
+  bytes[8 + static_cast<size_t>(header_t{}._getEncodedSizeNoHash())] = 0xFF;
   EXPECT_FALSE(Decode(bytes, &state));
 }
 

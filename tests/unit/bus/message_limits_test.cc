@@ -64,9 +64,10 @@ TEST(MessageLimits, NoiseBehindTheFingerprintIsHarmless) {
 TEST(MessageLimits, ARefusedCountAllocatesNothing) {
   std::vector<uint8_t> bytes = Encode(state_t{});
   // num_qpos follows fingerprint and header: one more than the bytes left.
-  const auto left = static_cast<uint8_t>(bytes.size() - 32);
+  const size_t count_at = 8 + static_cast<size_t>(header_t{}._getEncodedSizeNoHash());
+  const auto left = static_cast<uint8_t>(bytes.size() - count_at - 4);
   bool decoded = true;
-  bytes[31] = static_cast<uint8_t>(left + 1);
+  bytes[count_at + 3] = static_cast<uint8_t>(left + 1);
   EXPECT_EQ(BytesToDecode<state_t>(bytes, &decoded), 0);
   EXPECT_FALSE(decoded);
 }

@@ -27,22 +27,21 @@ class RecorderTest : public testing::Test {
     bus_.Publish(channels::kModel, model);
     episode_begin_t begin{};
     begin.header.episode = episode;
-    begin.header.attempt = attempt;
+    begin.header.attempt = attempt_ = attempt;
     bus_.Publish(channels::kEpisodeBegin, begin);
   }
   void Tick(int episode, int64_t tick) {
     state_t state{};
-    state.header.episode = episode;
-    state.header.tick = tick;
-    state.header.sim_time_us = 20000 * tick;
+    state.header = {episode, attempt_, tick, 20000 * tick};
     bus_.Publish(channels::kState, state);
   }
   void End(int episode) {
     episode_end_t end{};
     end.header.episode = episode;
+    end.header.attempt = attempt_;
     bus_.Publish(channels::kEpisodeEnd, end);
     episode_summary_t summary{};
-    summary.header.episode = episode;
+    summary.header = end.header;
     bus_.Publish(channels::kEpisodeSummary, summary);
     bus_.Publish(channels::kRunSummary, run_summary_t{});
   }
@@ -58,6 +57,8 @@ class RecorderTest : public testing::Test {
     return events;
   }
 
+  // Of the episode begun last.
+  int attempt_ = 0;
   TemporaryFolder folder_;
   Bus bus_{"memq://"};
   Recorder dut_{&bus_, folder_.path()};

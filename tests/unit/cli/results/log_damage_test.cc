@@ -131,10 +131,10 @@ TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
     Rescore(bytes);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_NE(
-        std::string(error.what()).find("events.lcmlog: made by message version 0, this evalbus reads " +
-                                      std::to_string(model_info_t::VERSION)),
-        std::string::npos)
+    EXPECT_NE(std::string(error.what())
+                  .find("events.lcmlog: made by message version 0, this evalbus reads " +
+                        std::to_string(model_info_t::VERSION)),
+              std::string::npos)
         << error.what();
   }
   // Types of another version: no message decodes.

@@ -66,6 +66,46 @@ TEST(RunStatistics, CountOnlyCompleteEpisodes) {
   EXPECT_EQ(summary.Find("nothing"), nullptr);
 }
 
+TEST(RunStatistics, EqualEpisodesAreOneSample) {
+  const auto same = Episode(true, true, {{"path", 1.5}});
+  const RunSummary summary = StatisticsOf({same, same, same}).Summary(true);
+  EXPECT_EQ(summary.complete, 3);
+  EXPECT_EQ(summary.successes, 3);
+  EXPECT_EQ(summary.success_rate, 1);
+  EXPECT_EQ(summary.samples, 1);
+  EXPECT_EQ(summary.wilson.lower, WilsonInterval(1, 1).lower);
+  EXPECT_DOUBLE_EQ(summary.clopper_pearson.lower, 0.025);
+  EXPECT_TRUE(std::isnan(summary.metrics[0].std));
+  EXPECT_TRUE(std::isnan(summary.metrics[0].mean_95.lower));
+  EXPECT_EQ(
+      summary.SamplesText(),
+      "all 3 episodes are equal in every number, so they are one sample: nothing that was randomised made a "
+      "difference");
+  EXPECT_EQ(SummaryJson("a", "b", summary)["samples"], 1);
+}
+
+TEST(RunStatistics, SomeEqualEpisodesNarrowNoInterval) {
+  const auto same = Episode(true, true, {{"path", 1.5}});
+  // One that is not complete is no sample at all.
+  const RunSummary summary =
+      StatisticsOf({same, Episode(true, false, {{"path", 1.5}}), same, Episode(true, true, {{"path", 2}}),
+                    Episode(false, true, {{"path", 3}})})
+          .Summary(true);
+  EXPECT_EQ(summary.samples, 3);
+  EXPECT_EQ(summary.success_rate, 0.75);
+  EXPECT_EQ(summary.wilson.lower, WilsonInterval(2.25, 3).lower);
+  EXPECT_FALSE(std::isnan(summary.metrics[0].mean_95.lower));
+}
+
+TEST(RunStatistics, EpisodesThatDifferAreAsManySamples) {
+  const RunSummary summary =
+      StatisticsOf({Episode(true, true, {{"path", 1.5}}), Episode(true, true, {{"path", 1.6}})})
+          .Summary(true);
+  EXPECT_EQ(summary.samples, 2);
+  EXPECT_EQ(summary.SamplesText(), "");
+  EXPECT_FALSE(SummaryJson("a", "b", summary).contains("samples"));
+}
+
 TEST(RunStatistics, CountStagesReasonsSlipsAndCollisions) {
   const auto episode = [](bool success, bool second, int slips, const std::string& reason) {
     EpisodeResult result =

@@ -1,0 +1,58 @@
+#include "cli/results/tally.h"
+
+#include <fmt/format.h>
+
+namespace evalbus::results {
+namespace {
+
+std::string Row(const std::string& name, size_t width, const std::string& success, const std::string& rate,
+                const std::string& time, const std::string& why) {
+  std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>9}  {}", name, width, success, rate, time, why);
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& summary) {
+  auto failures = summary.failure_reasons;
+  if (summary.complete < summary.episodes) {
+    failures.emplace_back("incomplete", summary.episodes - summary.complete);
+  }
+  return failures;
+}
+
+}  // namespace
+
+void Tally::Add(const RecordedRun& run) {
+  for (const RecordedEpisode& episode : run.episodes) {
+    statistics_.Add(episodes_++, metrics::ResultOf(episode.json));
+  }
+}
+
+nlohmann::ordered_json Tally::Json() const {
+  const metrics::RunSummary summary = statistics_.Summary(false);
+  const metrics::MetricSummary* time = summary.Find("completion_time");
+  nlohmann::ordered_json json = metrics::RatesJson(summary);
+  json["mean_completion_time_s"] = time ? nlohmann::ordered_json(time->mean) : nullptr;
+  nlohmann::ordered_json& reasons = json["failure_reasons"] = nlohmann::ordered_json::object();
+  for (const auto& [reason, count] : FailuresOf(summary)) reasons[reason] = count;
+  return json;
+}
+
+std::string Tally::Title(const std::string& what, size_t width) {
+  return Row(what, width, "success", "95 % interval", "mean time", "failures");
+}
+
+std::string Tally::Line(const std::string& name, size_t width) const {
+  const metrics::RunSummary summary = statistics_.Summary(false);
+  const metrics::MetricSummary* time = summary.Find("completion_time");
+  std::string notes;
+  const auto add = [&notes](const std::string& note) { notes += (notes.empty() ? "" : ", ") + note; };
+  for (const auto& [reason, count] : FailuresOf(summary)) add(fmt::format("{} {}", count, reason));
+  if (summary.samples < summary.complete) {
+    add(fmt::format("{} sample{}", summary.samples, summary.samples == 1 ? "" : "s"));
+  }
+  return Row(name, width, fmt::format("{} of {}", summary.successes, summary.complete),
+             fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100),
+             time ? fmt::format("{:.2f} s", time->mean) : "-", notes);
+}
+
+}  // namespace evalbus::results

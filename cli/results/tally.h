@@ -1,0 +1,28 @@
+// What one or several runs of a suite come to, as a row of its table and as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cli/results/run_reader.h"
+#include "metrics/statistics/run_statistics.h"
+
+namespace evalbus::results {
+
+class Tally {
+ public:
+  // The same bits in whatever order runs finish.
+  void Add(const RecordedRun& run);
+
+  // As in a suite's summary.json (docs/run_folder.md).
+  nlohmann::ordered_json Json() const;
+  // width: of the name, in characters. The title has the words of what the names are.
+  static std::string Title(const std::string& what, size_t width);
+  std::string Line(const std::string& name, size_t width) const;
+
+ private:
+  metrics::RunStatistics statistics_;
+  int episodes_ = 0;
+};
+
+}  // namespace evalbus::results

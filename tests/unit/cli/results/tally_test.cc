@@ -1,0 +1,60 @@
+#include "cli/results/tally.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/cli/results/run_folders.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::results {
+namespace {
+
+class TallyTest : public testing::Test {
+ protected:
+  RecordedRun Run(const std::string& name, const std::vector<nlohmann::ordered_json>& episodes) {
+    WriteRun(folder_.path() / name, RunInfo(static_cast<int>(episodes.size())), episodes);
+    return ReadRun(folder_.path() / name);
+  }
+  static nlohmann::ordered_json Took(int episode, double time, bool success = true) {
+    return EpisodeLine(episode, success, {{"completion_time", time}});
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(TallyTest, PoolsRunsInWhateverOrder) {
+  const RecordedRun a = Run("a", {Took(0, 1), Took(1, 2, false)}), b = Run("b", {Took(0, 3), Took(1, 4)});
+  Tally ab, ba;
+  ab.Add(a);
+  ab.Add(b);
+  ba.Add(b);
+  ba.Add(a);
+  EXPECT_EQ(ab.Json().dump(), ba.Json().dump());
+  EXPECT_EQ(ab.Json()["complete"], 4);
+  EXPECT_EQ(ab.Json()["successes"], 3);
+  EXPECT_EQ(ab.Json()["mean_completion_time_s"], 2.5);
+  EXPECT_EQ(ab.Json()["failure_reasons"].dump(), R"({"timeout":1})");
+  EXPECT_EQ(Tally::Title("task", 6), "task      success   95 % interval  mean time  failures\n");
+  EXPECT_EQ(ab.Line("all", 6), "all        3 of 4      30 to 95 %     2.50 s  1 timeout\n");
+}
+
+TEST_F(TallyTest, WhatIsNotCompleteIsNoFailure) {
+  auto incomplete = Took(1, 2, false);
+  incomplete["complete"] = false;
+  Tally tally;
+  tally.Add(Run("a", {Took(0, 1), incomplete}));
+  EXPECT_EQ(tally.Line("a", 1), "a     1 of 1     21 to 100 %     1.00 s  1 incomplete\n");
+}
+
+TEST_F(TallyTest, EqualEpisodesAreOneSample) {
+  Tally tally;
+  tally.Add(Run("a", {Took(0, 1), Took(1, 1), Took(2, 1)}));
+  EXPECT_EQ(tally.Line("a", 1), "a     3 of 3     21 to 100 %     1.00 s  1 sample\n");
+}
+
+TEST_F(TallyTest, WithoutEpisodesNothingIsClaimed) {
+  EXPECT_EQ(Tally().Line("a", 1), "a     0 of 0      0 to 100 %          -\n");
+  EXPECT_TRUE(Tally().Json()["mean_completion_time_s"].is_null());
+}
+
+}  // namespace
+}  // namespace evalbus::results
