@@ -5,7 +5,7 @@
 
 #include "base/errors.h"
 #include "cli/commands/commands.h"
-#include "cli/version.h"
+#include "cli/launch/version.h"
 
 namespace {
 

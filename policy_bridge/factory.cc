@@ -5,9 +5,9 @@
 
 #include "base/errors.h"
 #include "policy_bridge/experts/expert.h"
-#include "policy_bridge/flawed_policy.h"
-#include "policy_bridge/replay_policy.h"
-#include "policy_bridge/simple_policies.h"
+#include "policy_bridge/policies/flawed_policy.h"
+#include "policy_bridge/policies/replay_policy.h"
+#include "policy_bridge/policies/simple_policies.h"
 
 namespace evalbus::policy {
 namespace {

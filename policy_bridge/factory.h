@@ -8,7 +8,7 @@
 #include <string>
 
 #include "evalbus/model_info_t.hpp"
-#include "policy_bridge/policy.h"
+#include "policy_bridge/interface/policy.h"
 
 namespace evalbus::policy {
 

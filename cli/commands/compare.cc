@@ -15,11 +15,11 @@
 #include "base/sha256.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "cli/launch/version.h"
 #include "cli/results/comparison.h"
 #include "cli/results/comparison_report.h"
 #include "cli/results/comparison_text.h"
 #include "cli/results/run_reader.h"
-#include "cli/version.h"
 #include "models/scene.h"
 
 namespace evalbus::commands {

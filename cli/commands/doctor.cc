@@ -13,7 +13,7 @@
 #include "cli/commands/commands.h"
 #include "cli/launch/components.h"
 #include "cli/launch/processes.h"
-#include "cli/version.h"
+#include "cli/launch/version.h"
 #include "models/task_description.h"
 
 namespace evalbus::commands {

@@ -14,10 +14,10 @@
 #include "base/write_whole.h"
 #include "bus/recorder/recorder.h"
 #include "cli/commands/commands.h"
+#include "cli/launch/version.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
 #include "cli/results/run_reader.h"
-#include "cli/version.h"
 #include "metrics/statistics/run_statistics.h"
 #include "viz/report/report_page.h"
 

@@ -8,8 +8,8 @@
 
 #include "base/text.h"
 #include "cli/results/summary_table.h"
-#include "viz/score_rows.h"
 #include "viz/terminal/terminal.h"
+#include "viz/watch/score_rows.h"
 
 namespace evalbus::launch {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "cli/launch/run_controller.h"
 #include "metrics/statistics/run_statistics.h"
-#include "viz/run_watch.h"
+#include "viz/watch/run_watch.h"
 
 namespace evalbus::launch {
 

@@ -13,8 +13,8 @@
 #include "base/sha256.h"
 #include "bus/private_network.h"
 #include "cli/launch/components.h"
+#include "cli/launch/version.h"
 #include "cli/launch/workers.h"
-#include "cli/version.h"
 #include "models/scene.h"
 #include "viz/pictures/renderer.h"
 

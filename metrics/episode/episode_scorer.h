@@ -17,7 +17,7 @@
 #include "metrics/episode/episode_history.h"
 #include "metrics/episode/explanation.h"
 #include "metrics/episode/rollout_metrics.h"
-#include "metrics/grasps.h"
+#include "metrics/sample/grasps.h"
 #include "metrics/task/task_evaluator.h"
 
 namespace evalbus::metrics {

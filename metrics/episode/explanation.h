@@ -6,7 +6,7 @@
 #include "evalbus/explanation_t.hpp"
 #include "metrics/episode/failure_reason.h"
 #include "metrics/episode/rollout_metrics.h"
-#include "metrics/grasps.h"
+#include "metrics/sample/grasps.h"
 
 namespace evalbus::metrics {
 

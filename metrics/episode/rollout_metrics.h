@@ -9,9 +9,7 @@
 #include <vector>
 
 #include "evalbus/metric_values_t.hpp"
-#include "metrics/derived_sample.h"
 #include "metrics/extended/extended_metrics.h"
-#include "metrics/metrics_config.h"
 #include "metrics/roboeval/arm_speed_difference.h"
 #include "metrics/roboeval/env_collisions.h"
 #include "metrics/roboeval/gripper_height_difference.h"
@@ -21,7 +19,9 @@
 #include "metrics/roboeval/self_collisions.h"
 #include "metrics/roboeval/slips.h"
 #include "metrics/roboeval/stages.h"
-#include "metrics/sample.h"
+#include "metrics/sample/derived_sample.h"
+#include "metrics/sample/metrics_config.h"
+#include "metrics/sample/sample.h"
 
 namespace evalbus::metrics {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "metrics/extended/extended_metric.h"
-#include "metrics/separation.h"
+#include "metrics/sample/separation.h"
 
 namespace evalbus::metrics {
 

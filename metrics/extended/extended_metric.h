@@ -7,8 +7,8 @@
 
 #include <span>
 
-#include "metrics/derived_sample.h"
-#include "metrics/metrics_config.h"
+#include "metrics/sample/derived_sample.h"
+#include "metrics/sample/metrics_config.h"
 
 namespace evalbus::metrics {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "metrics/extended/extended_metric.h"
-#include "metrics/grasps.h"
+#include "metrics/sample/grasps.h"
 
 namespace evalbus::metrics {
 

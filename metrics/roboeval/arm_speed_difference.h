@@ -6,7 +6,7 @@
 #include <span>
 
 #include "evalbus/metric_values_t.hpp"
-#include "metrics/derived_sample.h"
+#include "metrics/sample/derived_sample.h"
 
 namespace evalbus::metrics {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "evalbus/metric_values_t.hpp"
-#include "metrics/derived_sample.h"
 #include "metrics/roboeval/new_members.h"
+#include "metrics/sample/derived_sample.h"
 
 namespace evalbus::metrics {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "evalbus/metric_values_t.hpp"
-#include "metrics/derived_sample.h"
+#include "metrics/sample/derived_sample.h"
 
 namespace evalbus::metrics {
 

@@ -2,17 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <string>
+#include <utility>
 #include <vector>
 
-namespace evalbus::metrics {
+#include "metrics/sample/metrics_config.h"
 
-struct StageState {
-  int index = 0;  // >= 1
-  std::string name;
-  bool reached = false;
-  double reached_time = -1;  // simulated seconds, first time; -1: never
-};
+namespace evalbus::metrics {
 
 // A stage exists from its declaration or its first Set() on. The last Set() counts: a stage can be withdrawn,
 // and stages may be reached in any order. Progress is the number of stages reached / the highest index that

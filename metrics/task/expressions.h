@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "metrics/sample.h"
+#include "metrics/sample/sample.h"
 #include "metrics/task/predicate.h"
 #include "models/expression.h"
 #include "models/model_names.h"

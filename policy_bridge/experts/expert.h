@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "policy_bridge/interface/policy.h"
 #include "policy_bridge/planning/plan.h"
-#include "policy_bridge/policy.h"
 
 namespace evalbus::policy {
 

@@ -5,7 +5,7 @@
 #include "base/errors.h"
 #include "bus/event_log.h"
 #include "cli/results/rescorer.h"
-#include "policy_bridge/replay_policy.h"
+#include "policy_bridge/policies/replay_policy.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/small_world.h"

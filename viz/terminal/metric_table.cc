@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
-#include "viz/score_rows.h"
+#include "viz/watch/score_rows.h"
 
 namespace evalbus::viz {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "bus/bus.h"
 #include "bus/host.h"
-#include "viz/run_watch.h"
 #include "viz/terminal/monitor_screen.h"
 #include "viz/terminal/terminal.h"
+#include "viz/watch/run_watch.h"
 
 namespace evalbus::viz {
 namespace {

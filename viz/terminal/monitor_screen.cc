@@ -11,8 +11,8 @@
 #include "bus/log.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/extended_value.h"
-#include "viz/score_rows.h"
 #include "viz/terminal/metric_table.h"
+#include "viz/watch/score_rows.h"
 
 namespace evalbus::viz {
 namespace {

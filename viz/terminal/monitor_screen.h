@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "viz/run_watch.h"
 #include "viz/terminal/line.h"
+#include "viz/watch/run_watch.h"
 
 namespace evalbus::viz {
 

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "base/errors.h"
-#include "policy_bridge/flawed_policy.h"
+#include "policy_bridge/policies/flawed_policy.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
 namespace evalbus::policy {

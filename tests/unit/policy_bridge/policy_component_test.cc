@@ -9,7 +9,7 @@
 #include "base/sha256.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
-#include "policy_bridge/replay_policy.h"
+#include "policy_bridge/policies/replay_policy.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
 namespace evalbus::policy {

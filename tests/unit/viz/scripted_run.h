@@ -10,7 +10,7 @@
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "tests/unit/small_world.h"
-#include "viz/run_watch.h"
+#include "viz/watch/run_watch.h"
 
 namespace evalbus::viz {
 

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "metrics/metrics_config.h"
-#include "metrics/robot_contacts.h"
-#include "metrics/sample.h"
+#include "metrics/sample/metrics_config.h"
+#include "metrics/sample/robot_contacts.h"
+#include "metrics/sample/sample.h"
 
 namespace evalbus::metrics {
 

@@ -1,4 +1,4 @@
-#include "policy_bridge/simple_policies.h"
+#include "policy_bridge/policies/simple_policies.h"
 
 #include <algorithm>
 #include <cmath>

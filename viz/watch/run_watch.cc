@@ -1,4 +1,4 @@
-#include "viz/run_watch.h"
+#include "viz/watch/run_watch.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "bus/message.h"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/state_t.hpp"
-#include "viz/score_rows.h"
+#include "viz/watch/score_rows.h"
 
 namespace evalbus::viz {
 namespace {

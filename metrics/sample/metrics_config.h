@@ -4,11 +4,17 @@
 #include <string>
 #include <vector>
 
-#include "metrics/roboeval/stages.h"
-#include "metrics/sample.h"
+#include "metrics/sample/sample.h"
 #include "models/task_description.h"
 
 namespace evalbus::metrics {
+
+struct StageState {
+  int index = 0;  // >= 1
+  std::string name;
+  bool reached = false;
+  double reached_time = -1;  // simulated seconds, first time; -1: never
+};
 
 struct ArmConfig {
   std::string name;

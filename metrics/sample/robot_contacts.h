@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "evalbus/contact_t.hpp"
-#include "metrics/sample.h"
+#include "metrics/sample/sample.h"
 
 namespace evalbus::metrics {
 

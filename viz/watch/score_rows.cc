@@ -1,4 +1,4 @@
-#include "viz/score_rows.h"
+#include "viz/watch/score_rows.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // What a listener knows, from scripted messages; no screen.
-#include "viz/run_watch.h"
+#include "viz/watch/run_watch.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tests/unit/viz/scripted_run.h"
-#include "viz/score_rows.h"
+#include "viz/watch/score_rows.h"
 
 namespace evalbus::viz {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "base/random.h"
 #include "evalbus/model_info_t.hpp"
+#include "policy_bridge/interface/policy.h"
 #include "policy_bridge/planning/robot.h"
-#include "policy_bridge/policy.h"
 
 namespace evalbus::policy {
 

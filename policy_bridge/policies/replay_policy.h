@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "evalbus/model_info_t.hpp"
-#include "policy_bridge/policy.h"
+#include "policy_bridge/interface/policy.h"
 
 namespace evalbus::policy {
 

@@ -1,5 +1,5 @@
 // What each flaw does to the targets of a policy that closes its grippers and rests.
-#include "policy_bridge/flawed_policy.h"
+#include "policy_bridge/policies/flawed_policy.h"
 
 #include <gtest/gtest.h>
 

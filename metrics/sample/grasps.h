@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "metrics/metrics_config.h"
-#include "metrics/separation.h"
+#include "metrics/sample/metrics_config.h"
+#include "metrics/sample/separation.h"
 
 namespace evalbus::metrics {
 

@@ -1,4 +1,4 @@
-#include "policy_bridge/replay_policy.h"
+#include "policy_bridge/policies/replay_policy.h"
 
 #include <filesystem>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "policy_bridge/flawed_policy.h"
+#include "policy_bridge/policies/flawed_policy.h"
 
 #include <algorithm>
 #include <array>
