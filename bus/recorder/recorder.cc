@@ -70,7 +70,7 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   events_.emplace(folder / kEventLog);
-  log().Debug("opens {}", (folder / kEventLog).string());
+  log().Info("opens {}", (folder / kEventLog).string());
   time_us_ = 0;
   has_end_ = has_summary_ = false;
   last_said_.clear();

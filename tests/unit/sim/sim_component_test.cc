@@ -1,8 +1,11 @@
 #include "sim/sim_component.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "base/errors.h"
 #include "base/sha256.h"
@@ -16,6 +19,11 @@ namespace {
 // Plays policy and metrics against a sim on an in-process bus, one message at a time.
 class SimComponentTest : public testing::Test {
  protected:
+  SimComponentTest() {
+    Log::SetFiles([this](const std::string& name) { return folder_.path() / (name + ".log"); });
+  }
+  ~SimComponentTest() override { Log::SetFiles({}); }
+
   void MakeSim(SimOptions options = {}) {
     if (options.task.empty()) options.task = "lift_pot";
     options.out = folder_.path();
@@ -85,6 +93,12 @@ class SimComponentTest : public testing::Test {
     partial.verdict = verdict;
     bus_->Publish(channels::kPartial, partial);
     HandleAll();
+  }
+  // What the sim's log says so far.
+  std::string Logged() const {
+    std::ostringstream text;
+    text << std::ifstream(folder_.path() / "sim.log").rdbuf();
+    return text.str();
   }
   int64_t tick() const { return states_.back().header.tick; }
 
@@ -382,6 +396,7 @@ TEST_F(SimComponentTest, RealtimeHoldsTheLastActionAndCountsTheMiss) {
   Score(1, partial_metrics_t::SUCCESS);  // a late verdict is a verdict
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "success");
+  EXPECT_THAT(Logged(), testing::ContainsRegex("warning. sim  e0 t2  1 ticks without an ACTION in time, "));
 }
 
 TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
@@ -397,6 +412,7 @@ TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
   Score(19, partial_metrics_t::SUCCESS);
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].late_ticks, 20);
+  EXPECT_THAT(Logged(), testing::HasSubstr(" 20 a whole tick late\n"));
   EXPECT_GT(ends_[0].pacing_error_p50_s, 20e-9);
   EXPECT_LE(ends_[0].pacing_error_p50_s, ends_[0].pacing_error_p99_s);
   EXPECT_EQ(ends_[0].pacing_error_p99_s, ends_[0].pacing_error_max_s);  // of 20, the largest
@@ -470,6 +486,15 @@ TEST_F(SimComponentTest, TwoActionsForATickEndTheEpisode) {
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "aborted");
   EXPECT_EQ(ends_[0].detail, "two different actions for tick 0: is a second policy on this bus?");
+  EXPECT_THAT(Logged(),
+              testing::HasSubstr("[warning] sim  e0 t2  ends, aborted: two different actions for tick 0"));
+}
+
+TEST_F(SimComponentTest, WarningsOfMuJoCoStandInItsLog) {
+  MakeSim();
+  Start();
+  mju_warning("joint %d went astray", 3);
+  EXPECT_THAT(Logged(), testing::HasSubstr("[warning] sim  e0 t0  MuJoCo: joint 3 went astray\n"));
 }
 
 TEST_F(SimComponentTest, TwoScoresForATickEndTheEpisode) {
