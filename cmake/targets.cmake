@@ -40,3 +40,15 @@ function(evalbus_program name)
   target_link_libraries(evalbus-${name} PRIVATE ${ARGN})
   set_property(GLOBAL APPEND PROPERTY EVALBUS_PROGRAMS evalbus-${name})
 endfunction()
+
+# evalbus_component(NAME [LIBRARY...]): a process that takes part in runs: NAME_component from NAME_component.cc (or, where
+# the whole folder knows the bus, from all of it), and the program evalbus-NAME. `evalbus run` links them all.
+function(evalbus_component name)
+  set(own ${name}_component.cc)
+  if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${own})
+    evalbus_sources(own .)
+  endif()
+  evalbus_library(${name}_component SOURCES ${own} PUBLIC bus ${ARGN})
+  evalbus_program(${name} ${name}_component CLI11::CLI11)
+  set_property(GLOBAL APPEND PROPERTY EVALBUS_COMPONENTS ${name}_component)
+endfunction()

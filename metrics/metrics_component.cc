@@ -1,6 +1,7 @@
 #include "metrics/metrics_component.h"
 
 #include "bus/channels.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "metrics/episode/result_json.h"
 #include "models/task_description.h"
@@ -59,7 +60,7 @@ void MetricsComponent::Prepare() {
     task.ApplyRobot(model_.robot);
     scorer_ = std::make_unique<EpisodeScorer>(model_, task);
     log().Debug("scores {}/{}", model_.task, model_.variation);
-    is_lockstep_ = model_.clock == "lockstep";
+    is_lockstep_ = model_.clock == clock_name::kLockstep;
     model_is_new_ = false;
   }
   scorer_->Start();

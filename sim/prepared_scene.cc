@@ -13,6 +13,7 @@
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/write_whole.h"
+#include "lcmtypes/clock.h"
 
 namespace evalbus::sim {
 namespace {
@@ -52,7 +53,7 @@ PreparedScene PrepareScene(const SimOptions& options) {
   info.message_version = model_info_t::VERSION;
   info.run_id = options.run_id;
   info.variation = prepared.variation;
-  info.clock = options.realtime ? "realtime" : "lockstep";
+  info.clock = options.realtime ? clock_name::kRealtime : clock_name::kLockstep;
   info.substeps =
       static_cast<int>(std::lround(1 / (options.control_hz * prepared.scene.physics->opt.timestep)));
   const auto tick_us = static_cast<double>(info.timestep_us * info.substeps);

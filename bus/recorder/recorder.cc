@@ -9,6 +9,7 @@
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "lcmtypes/clock.h"
 
 namespace evalbus {
 namespace {
@@ -84,7 +85,7 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   if (recorded == Recorded::kNo) return;
   if (channel == channels::kModel) {
     model_info_t model{};
-    if (Decode(data, &model)) simulated_time_ = model.clock == "lockstep";
+    if (Decode(data, &model)) simulated_time_ = model.clock == clock_name::kLockstep;
     model_.assign(data.begin(), data.end());
     model_time_us_ = receive_time_us;
   }

@@ -25,7 +25,7 @@
 #include "cli/results/episode_json.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
-#include "lcmtypes/control_period.h"
+#include "lcmtypes/clock.h"
 
 namespace evalbus::commands {
 namespace {

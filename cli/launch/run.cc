@@ -17,6 +17,7 @@
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
 #include "cli/results/summary_table.h"
+#include "lcmtypes/clock.h"
 #include "metrics/statistics/run_statistics.h"
 #include "viz/pictures/film.h"
 #include "viz/terminal/terminal.h"
@@ -33,7 +34,7 @@ double SecondsSince(steady_clock::time_point start) {
 LiveHeader HeaderOf(const PreparedRun& run) {
   const RunOptions& options = run.options;
   return {run.plan.task,          run.plan.variation,
-          options.policy.policy,  options.sim.realtime ? "realtime" : "lockstep",
+          options.policy.policy,  options.sim.realtime ? clock_name::kRealtime : clock_name::kLockstep,
           options.sim.control_hz, options.seed,
           run.num_wanted()};
 }

@@ -11,6 +11,7 @@
 #include "bus/channels.h"
 #include "bus/message.h"
 #include "cli/results/episode_json.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 
 namespace evalbus::results {
@@ -129,7 +130,7 @@ void Rescorer::ScoreTicks() {
     end.header = pair.state->header;
     if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
       // A realtime episode runs on until the sim hears the verdict.
-      if (model_->clock != "lockstep") continue;
+      if (model_->clock != clock_name::kLockstep) continue;
       end.end_reason = end_reason::Of(scorer_->verdict());
     } else if (end.header.sim_time_us >= std::llround(task_->time_limit * 1e6)) {
       end.end_reason = end_reason::kTimeLimit;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "lcmtypes/control_period.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 
 namespace evalbus::metrics {

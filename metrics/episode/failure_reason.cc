@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "lcmtypes/control_period.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 
 namespace evalbus::metrics {

@@ -217,6 +217,7 @@ TEST_F(RecorderTest, AnOldLogNeverReplacesAFinishedEpisode) {
   HandleAll();
   EXPECT_EQ(Log(0), before);
   EXPECT_EQ(dut_.status().foreign_messages, 2);
+  attempt_ = 0;  // of episode 1, which goes on
   End(1);
   HandleAll();
   EXPECT_EQ(dut_.status().last_finished_episode, 1);

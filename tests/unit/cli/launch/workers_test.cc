@@ -38,6 +38,7 @@ class Listener : public RunListener {
 
 class EvaluateJobsTest : public testing::Test {
  protected:
+  EvaluateJobsTest() { std::filesystem::create_directories(folder_.path() / kLogsFolder); }
   Job Shell(const std::string& name, const std::string& words) {
     return {name, {"/bin/sh", "-c", "cd " + folder_.path().string() + "; " + words}, run_.log_file(name)};
   }

@@ -65,10 +65,17 @@ TEST_F(RunReaderTest, FinishedRun) {
   EXPECT_TRUE(run.Remarks().empty());
 }
 
+TEST_F(RunReaderTest, EqualEpisodesAreRemarked) {
+  WriteRun(run_, RunInfo(2), {EpisodeLine(0), EpisodeLine(1)});
+  const std::vector<std::string> remarks = ReadRun(run_).Remarks();
+  ASSERT_EQ(remarks.size(), 1u);
+  EXPECT_TRUE(remarks[0].starts_with("all 2 episodes are equal in every number, so they are one sample"));
+}
+
 TEST_F(RunReaderTest, InterruptedRunSaysSo) {
   ordered_json incomplete = EpisodeLine(1);
   incomplete["complete"] = false;
-  WriteRun(run_, RunInfo(20), {EpisodeLine(0), incomplete, EpisodeLine(2)});
+  WriteRun(run_, RunInfo(20), {EpisodeLine(0), incomplete, EpisodeLine(2, false)});
   fs::create_directories(run_ / "episodes/0003.partial");
   fs::create_directories(run_ / "episodes/0002");
   const RecordedRun run = ReadRun(run_);

@@ -82,13 +82,21 @@ TEST(SummaryTable, FitsEveryWidth) {
   }
 }
 
+TEST(SummaryTable, SaysThatEqualEpisodesAreOneSample) {
+  metrics::RunSummary summary = Summary(3, 3);
+  EXPECT_FALSE(Has(SummaryTable(summary, 80), "sample"));
+  summary.samples = 1;
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "Note: all 3 episodes are equal in every number"))
+      << SummaryTable(summary, 80);
+}
+
 TEST(SummaryTable, SaysWhatIsLeftOut) {
   metrics::RunSummary summary = Summary(2, 1);
   summary.episodes = 5;
   EXPECT_TRUE(Has(SummaryTable(summary, 80), "3 of 5 episodes incomplete"));
   const std::string none = SummaryTable(Summary(0, 0), 80);
   EXPECT_EQ(none, "");
-  summary.complete = 0;
+  summary.complete = summary.samples = 0;
   EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: left out of all this\n");
 }
 
