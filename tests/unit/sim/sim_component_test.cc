@@ -493,7 +493,7 @@ TEST_F(SimComponentTest, TwoActionsForATickEndTheEpisode) {
 TEST_F(SimComponentTest, WarningsOfMuJoCoStandInItsLog) {
   MakeSim();
   Start();
-  mju_warning("joint %d went astray", 3);
+  mju_warning("joint 3 went astray");
   EXPECT_THAT(Logged(), testing::HasSubstr("[warning] sim  e0 t0  MuJoCo: joint 3 went astray\n"));
 }
 
