@@ -16,17 +16,9 @@ constexpr struct {
   const char* description;
   AddCommand* add;
 } kCommands[] = {
-    {"run", "evaluate a policy on a task, with live scores", AddRun},
-    {"render", "film episodes of a run, from their logs", AddRender},
-    {"replay", "play recorded episodes into fresh metrics; compare with what was recorded", AddReplay},
-    {"rescore", "score recorded episodes again, offline; compare with what was recorded", AddRescore},
-    {"compare", "say whether runs, or suites, really differ", AddCompare},
-    {"export", "write the episodes of a run, or of a suite, as a table", AddExport},
-    {"report", "write a run, or a suite of runs, as one HTML page", AddReport},
-    {"tasks", "what there is to run; check a task file", AddTasks},
-    {"monitor", "watch a run or a replay while it goes on", AddMonitor},
-    {"score", "score one recorded trajectory (JSON), print the result dictionary", AddScore},
-    {"doctor", "check what this machine offers and how to mend it", AddDoctor},
+#define EVALBUS_ROW(function, name, description) {name, description, function},
+    EVALBUS_COMMANDS(EVALBUS_ROW)
+#undef EVALBUS_ROW
 };
 
 }  // namespace

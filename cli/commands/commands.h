@@ -1,4 +1,4 @@
-// The commands that users type: a file each. cli/main.cc lists them.
+// The commands that users type: a file each, and a line each in the list below.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,7 +13,22 @@ using Action = std::function<int()>;
 // Adds a command's arguments to its part of the command line.
 using AddCommand = Action(CLI::App* app);
 
-AddCommand AddCompare, AddDoctor, AddExport, AddMonitor, AddRender, AddReplay, AddReport, AddRescore, AddRun,
-    AddScore, AddTasks;
+// COMMAND(function, name, what it does), in the order of --help.
+#define EVALBUS_COMMANDS(COMMAND)                                                                           \
+  COMMAND(AddRun, "run", "evaluate a policy on a task, with live scores")                                   \
+  COMMAND(AddRender, "render", "film episodes of a run, from their logs")                                   \
+  COMMAND(AddReplay, "replay", "play recorded episodes into fresh metrics; compare with what was recorded") \
+  COMMAND(AddRescore, "rescore", "score recorded episodes again, offline; compare with what was recorded")  \
+  COMMAND(AddCompare, "compare", "say whether runs, or suites, really differ")                              \
+  COMMAND(AddExport, "export", "write the episodes of a run, or of a suite, as a table")                    \
+  COMMAND(AddReport, "report", "write a run, or a suite of runs, as one HTML page")                         \
+  COMMAND(AddTasks, "tasks", "what there is to run; check a task file")                                     \
+  COMMAND(AddMonitor, "monitor", "watch a run or a replay while it goes on")                                \
+  COMMAND(AddScore, "score", "score one recorded trajectory (JSON), print the result dictionary")           \
+  COMMAND(AddDoctor, "doctor", "check what this machine offers and how to mend it")
+
+#define EVALBUS_DECLARE(function, name, description) AddCommand function;
+EVALBUS_COMMANDS(EVALBUS_DECLARE)
+#undef EVALBUS_DECLARE
 
 }  // namespace evalbus::commands
