@@ -38,7 +38,7 @@ nlohmann::ordered_json Tally::Json() const {
 }
 
 std::string Tally::Title(const std::string& what, size_t width) {
-  return Row(what, width, "success", "95 % interval", "mean time", "failures");
+  return Row(what, width, "success", "95 % interval", "mean time", "remarks");
 }
 
 std::string Tally::Line(const std::string& name, size_t width) const {

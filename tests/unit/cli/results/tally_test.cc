@@ -33,7 +33,7 @@ TEST_F(TallyTest, PoolsRunsInWhateverOrder) {
   EXPECT_EQ(ab.Json()["successes"], 3);
   EXPECT_EQ(ab.Json()["mean_completion_time_s"], 2.5);
   EXPECT_EQ(ab.Json()["failure_reasons"].dump(), R"({"timeout":1})");
-  EXPECT_EQ(Tally::Title("task", 6), "task      success   95 % interval  mean time  failures\n");
+  EXPECT_EQ(Tally::Title("task", 6), "task      success   95 % interval  mean time  remarks\n");
   EXPECT_EQ(ab.Line("all", 6), "all        3 of 4      30 to 95 %     2.50 s  1 timeout\n");
 }
 

@@ -1,0 +1,103 @@
+// Which folder may include which: docs/contributing.md has the map.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Each folder includes only those before it.
+constexpr std::array<std::string_view, 29> kOrder = {"base",
+                                                     "lcmtypes",
+                                                     "bus",
+                                                     "bus/recorder",
+                                                     "models",
+                                                     "sim",
+                                                     "collision",
+                                                     "metrics/sample",
+                                                     "metrics/roboeval",
+                                                     "metrics/extended",
+                                                     "metrics/task",
+                                                     "metrics/statistics",
+                                                     "metrics/episode",
+                                                     "metrics",
+                                                     "policy_bridge/interface",
+                                                     "policy_bridge/planning",
+                                                     "policy_bridge/experts",
+                                                     "policy_bridge/policies",
+                                                     "policy_bridge",
+                                                     "viz/watch",
+                                                     "viz/pictures",
+                                                     "viz/terminal",
+                                                     "viz/report",
+                                                     "viz",
+                                                     "cli/results",
+                                                     "cli/launch",
+                                                     "cli/commands",
+                                                     "cli",
+                                                     "tests"};
+// Processes know each other by messages alone.
+constexpr std::array<std::string_view, 5> kProcesses = {"sim", "collision", "metrics", "policy_bridge",
+                                                        "viz"};
+
+size_t Place(const std::string& folder) {
+  return static_cast<size_t>(std::ranges::find(kOrder, folder) - kOrder.begin());
+}
+
+std::string TopOf(const std::string& folder) { return folder.substr(0, folder.find('/')); }
+
+bool IsProcess(const std::string& folder) {
+  return std::ranges::find(kProcesses, TopOf(folder)) != kProcesses.end();
+}
+
+// What is wrong with an include; empty if nothing is.
+std::string Wrong(const std::string& folder, const std::string& included) {
+  if (folder == included) return "";
+  if (Place(folder) == kOrder.size()) return "a folder without a place in the order";
+  if (Place(included) >= Place(folder)) return "includes back";
+  if (IsProcess(folder) && IsProcess(included) && TopOf(folder) != TopOf(included)) {
+    return "a process that knows another";
+  }
+  return "";
+}
+
+TEST(Layers, NothingIncludesBack) {
+  const fs::path root = EVALBUS_SOURCE_DIR;
+  int includes = 0;
+  for (const std::string_view top : kOrder) {
+    if (top == "tests" || top.find('/') != std::string_view::npos) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+      if (entry.path().extension() != ".h" && entry.path().extension() != ".cc") continue;
+      const fs::path file = entry.path().lexically_relative(root);
+      std::ifstream lines(entry.path());
+      constexpr std::string_view kInclude = "#include \"";
+      for (std::string line; std::getline(lines, line);) {
+        if (!line.starts_with(kInclude)) continue;
+        std::string included = fs::path(line.substr(kInclude.size())).parent_path().string();
+        if (included == "evalbus") included = "lcmtypes";  // generated
+        EXPECT_EQ(Wrong(file.parent_path().string(), included), "") << file << ": " << line;
+        ++includes;
+      }
+    }
+  }
+  EXPECT_GT(includes, 500);
+}
+
+TEST(Layers, WhatIsWrongIsSeen) {
+  EXPECT_EQ(Wrong("sim", "bus"), "");
+  EXPECT_EQ(Wrong("bus", "sim"), "includes back");
+  EXPECT_EQ(Wrong("cli/results", "cli/launch"), "includes back");
+  EXPECT_EQ(Wrong("metrics/episode", "sim"), "a process that knows another");
+  EXPECT_EQ(Wrong("new", "bus"), "a folder without a place in the order");
+}
+
+}  // namespace
+}  // namespace evalbus
