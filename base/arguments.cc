@@ -20,8 +20,8 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
   }
 }
 
-void AddOptionsFile(CLI::App* app, std::function<void(const std::string&)> read) {
-  app->add_option_function<std::string>("--options", std::move(read))->group("");
+void AddOptionsFile(CLI::App* app, const std::function<void(const std::string&)>& read) {
+  app->add_option_function<std::string>("--options", read)->group("");
 }
 
 }  // namespace evalbus

@@ -19,7 +19,7 @@ namespace evalbus {
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
 // --options FILE, for programs that others start.
-void AddOptionsFile(CLI::App* app, std::function<void(const std::string& file)> read);
+void AddOptionsFile(CLI::App* app, const std::function<void(const std::string& file)>& read);
 
 // Adds the options of a table, and --options FILE, which takes all of them from a JSON file, a run's
 // run.json, and `out`, where there is one, from the folder it is in; what the command line names besides goes

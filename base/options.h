@@ -31,7 +31,7 @@ struct Option {
   // In JSON, "control_hz"; on the command line it is --control-hz.
   const char* key;
   // For --help; empty: not shown there, and not meant for people.
-  std::string help = "";
+  std::string help{};
   // Of a number, or of each in a list.
   Range range{};
   // A run that is gone on with must have been made with the same.

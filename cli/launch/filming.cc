@@ -35,7 +35,7 @@ Filming::Render Niced(const std::filesystem::path& run, const std::vector<std::s
 
 }  // namespace
 
-Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next)
+Filming::Filming(const results::RunFolder& folder, const std::vector<std::string>& cameras, RunListener* next)
     : Filming(folder, cameras, next, Niced(folder.path(), cameras)) {}
 
 Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,

@@ -20,7 +20,7 @@ class Filming : public RunListener {
   using Render = std::function<std::vector<std::string>(int episode)>;
 
   // Passes everything on to `next`. Without cameras it does only that.
-  Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next);
+  Filming(const results::RunFolder& folder, const std::vector<std::string>& cameras, RunListener* next);
   Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
           Render render);
   // A film that is not finished leaves no file.

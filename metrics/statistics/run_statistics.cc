@@ -188,10 +188,10 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     for (size_t k = 0; k < episode.slips.size(); ++k) slips[k] += episode.slips[k];
     for (const auto& [geom, count] : episode.collisions) Count(geom, count, &summary.collisions_per_geom);
   }
-  std::ranges::sort(results, [](const Entry* a, const Entry* b) { return *a < *b; });
-  summary.samples = static_cast<int>(
-      std::ranges::unique(results, [](const Entry* a, const Entry* b) { return *a == *b; }).begin() -
-      results.begin());
+  const auto is_before = [](const Entry* a, const Entry* b) { return *a < *b; };
+  std::sort(results.begin(), results.end(), is_before);
+  summary.samples = summary.complete;
+  for (size_t i = 1; i < results.size(); ++i) summary.samples -= !is_before(results[i - 1], results[i]);
   for (const auto& [index, reached] : stages) summary.stages.push_back({index, reached});
   MostFrequentFirst(&summary.failure_reasons);
   MostFrequentFirst(&summary.collisions_per_geom);

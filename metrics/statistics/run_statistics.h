@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -113,7 +114,12 @@ class RunStatistics {
     std::vector<std::pair<int, bool>> stages;
     std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;
-    auto operator<=>(const Entry&) const = default;
+    bool operator<(const Entry& other) const {
+      const auto all = [](const Entry& e) {
+        return std::tie(e.complete, e.success, e.failure_reason, e.values, e.stages, e.slips, e.collisions);
+      };
+      return all(*this) < all(other);
+    }
   };
   size_t Index(const std::string& name);
 

@@ -280,9 +280,9 @@ void AddLog(const RunWatch& watch, bool spacious, std::vector<RankedLine>* scree
     for (size_t i = first; i < watch.log().size(); ++i) add(watch.log()[i], 9);
     return;
   }
-  for (auto line = watch.log().rbegin(); line != watch.log().rend(); ++line) {
-    if (line->level >= log_t::WARN_LEVEL) return add(*line, 6);
-  }
+  const auto warning = std::find_if(watch.log().rbegin(), watch.log().rend(),
+                                    [](const log_t& line) { return line.level >= log_t::WARN_LEVEL; });
+  if (warning != watch.log().rend()) add(*warning, 6);
 }
 
 // spacious: one line for each component, episode and so on.

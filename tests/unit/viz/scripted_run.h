@@ -22,6 +22,14 @@ class ScriptedRun {
   void Say(const Channel<Message>& channel, const Message& message) {
     watch_.Hear(channel.name, Encode(message), now_);
   }
+  void SayLog(int8_t level, const std::string& text) {
+    log_t line{};
+    line.header = Header(127, 2);
+    line.component = "sim";
+    line.level = level;
+    line.text = text;
+    Say(channels::kLog, line);
+  }
   void SayModel() {
     model_info_t model = small_world::Model();
     model.variation = "position";

@@ -362,6 +362,24 @@ TEST_F(MonitorScreenTest, AScoreThatIsSaidAgainIsShownOnce) {
   EXPECT_EQ(scores(), 1);
 }
 
+TEST_F(MonitorScreenTest, ShowsWhatComponentsLogAndOfManyLinesTheLast) {
+  Play();
+  for (int i = 0; i < 30; ++i) SayLog(log_t::INFO_LEVEL, "line " + std::to_string(i));
+  const std::string spacious = All(120, 80);
+  EXPECT_NE(spacious.find("sim  e2 t127     line 29"), std::string::npos) << spacious;
+  EXPECT_NE(spacious.find("line 25"), std::string::npos) << spacious;
+  EXPECT_EQ(spacious.find("line 24"), std::string::npos) << spacious;
+}
+
+TEST_F(MonitorScreenTest, KeepsTheLastWarningWhereThereIsLittleRoom) {
+  Play();
+  SayLog(log_t::WARN_LEVEL, "no PARTIAL from \x1b[31mmetrics");
+  SayLog(log_t::INFO_LEVEL, "goes on");
+  const std::string screen = All(100, 30);
+  EXPECT_NE(screen.find("no PARTIAL from ?[31mmetrics"), std::string::npos) << screen;
+  EXPECT_EQ(screen.find("goes on"), std::string::npos) << screen;
+}
+
 TEST_F(MonitorScreenTest, InventedNamesFillNeitherMemoryNorScreen) {
   for (int i = 0; i < 1000; ++i) {
     SayStatus("component_" + std::to_string(i), 0, 0);

@@ -61,6 +61,14 @@ TEST_F(RunWatchTest, FollowsAnEpisode) {
   EXPECT_FALSE(watch_.has_scores()) << "those of the try before";
 }
 
+TEST_F(RunWatchTest, WarningsOfComponentsAreEvents) {
+  SayLog(log_t::INFO_LEVEL, "all is well");
+  SayLog(log_t::WARN_LEVEL, "no PARTIAL\nfrom metrics");
+  EXPECT_EQ(watch_.TakeEvents(), std::vector<std::string>{"sim  e2 t127: no PARTIAL?from metrics"});
+  for (int i = 0; i < 100; ++i) SayLog(log_t::INFO_LEVEL, "again");
+  EXPECT_EQ(watch_.log().size(), 20u);
+}
+
 TEST_F(RunWatchTest, MeasuresOverTheLastSecond) {
   Play();
   watch_.Update(now_);
