@@ -48,10 +48,15 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
       add(IsTaskFile(name) ? name : selection.task.name + "/" + selection.variation);
       continue;
     }
-    const std::string family = is_family ? FindTask(name.substr(0, name.size() - 4)).task.name : "";
-    for (const TaskDescription& task : AllTasks()) {
-      if (is_family && task.name != family) continue;
-      for (const Variation& variation : task.variations) add(task.name + "/" + variation.name);
+    const auto add_family = [&](const std::string& family, const TaskDescription& task) {
+      for (const Variation& variation : task.variations) add(family + "/" + variation.name);
+    };
+    if (is_family) {
+      const std::string family = name.substr(0, name.size() - 4);
+      const TaskDescription task = FindTask(family).task;
+      add_family(IsTaskFile(family) ? family : task.name, task);
+    } else {
+      for (const TaskDescription& task : AllTasks()) add_family(task.name, task);
     }
   }
   return tasks;

@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <set>
 
 #include "base/errors.h"
+#include "models/task_description.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus::launch {
 namespace {
@@ -19,6 +23,24 @@ TEST(ExpandTasks, NamesStandForVariationsInTheirOrder) {
   const auto family = ExpandTasks({"lift_pot/all"});
   EXPECT_GT(family.size(), 2u);
   for (const std::string& task : family) EXPECT_TRUE(task.starts_with("lift_pot/")) << task;
+}
+
+// A changed copy of a shipped task has its name.
+TEST(ExpandTasks, TheFileThatWasNamedIsWhatRuns) {
+  TemporaryFolder folder;
+  for (const TaskDescription& task : AllTasks()) {
+    std::ifstream stream(task.file);
+    std::string text(std::istreambuf_iterator<char>(stream), {});
+    for (size_t at = 0; (at = text.find("../", at)) != std::string::npos;) {
+      text.replace(at, 3, ModelsFolder().string() + "/");
+    }
+    const std::string file = folder.path() / (task.name + ".yaml");
+    std::ofstream(file) << text;
+    const auto tasks = ExpandTasks({file + "/all"});
+    ASSERT_EQ(tasks.size(), task.variations.size());
+    for (size_t i = 0; i < tasks.size(); ++i) EXPECT_EQ(tasks[i], file + "/" + task.variations[i].name);
+    EXPECT_EQ(FindTask(tasks[0]).task.file, file);
+  }
 }
 
 TEST(ExpandTasks, AllIsEveryFamilyWhole) {
