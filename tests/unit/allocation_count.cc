@@ -14,10 +14,13 @@ int64_t AllocatedBytes() { return bytes; }
 }  // namespace evalbus
 
 // A file of its own, so that the compiler does not inline one of the pair and complain about the other.
-void* operator new(size_t size) {
+void* operator new(size_t size, const std::nothrow_t&) noexcept {
   ++count;
   bytes += static_cast<int64_t>(size);
-  if (void* memory = std::malloc(size)) return memory;
+  return std::malloc(size);
+}
+void* operator new(size_t size) {
+  if (void* memory = operator new(size, std::nothrow)) return memory;
   throw std::bad_alloc();
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
