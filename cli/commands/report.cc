@@ -161,10 +161,7 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
 
 viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>& episodes, bool in_suite,
                    const Links& links) {
-  metrics::RunStatistics statistics;
-  for (const results::RecordedEpisode& episode : recorded.episodes)
-    statistics.Add(episode.episode, metrics::ResultOf(episode.json));
-  const metrics::RunSummary summary = statistics.Summary(true);
+  const metrics::RunSummary summary = recorded.Statistics().Summary(true);
   viz::ReportRun run;
   run.name = recorded.name;
   run.task = recorded.task;

@@ -82,7 +82,7 @@ void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Hear(partial
 
 void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   statistics_.Add(num_episodes_++, metrics::ResultOf(episode));
-  summary_ = statistics_.Summary(false);
+  summary_.reset();
   simulated_s_ += episode["metrics"]["completion_time"].get<double>();
   is_running_ = false;
   Print(results::EpisodeLine(episode, TerminalWidth(out_)));
@@ -107,10 +107,12 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
     first += fmt::format("  {} left", results::FormatDuration(elapsed * (1 / progress - 1)));
   }
   std::vector<std::string> lines = {"", first};
-  if (summary_.complete > 0) {
+  // It goes over all episodes, so not where nothing is drawn.
+  if (!summary_) summary_ = statistics_.Summary(false);
+  if (summary_->complete > 0) {
     lines.push_back(
-        fmt::format("  success  {} of {}, {}", summary_.successes, summary_.complete,
-                    viz::RateText(summary_.success_rate, summary_.wilson.lower, summary_.wilson.upper)));
+        fmt::format("  success  {} of {}, {}", summary_->successes, summary_->complete,
+                    viz::RateText(summary_->success_rate, summary_->wilson.lower, summary_->wilson.upper)));
   }
   if (has_scores()) AddScores(watch_, &lines);
   for (std::string& line : lines) line = Cut(line, width);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,7 +56,8 @@ class LiveView : public RunListener {
   viz::RunWatch watch_;
   bool is_running_ = false;
   metrics::RunStatistics statistics_;
-  metrics::RunSummary summary_;
+  // Of them; empty until it is drawn again.
+  std::optional<metrics::RunSummary> summary_;
   int num_episodes_ = 0;
   // Simulated length of finished episodes, for the time left.
   double simulated_s_ = 0;

@@ -146,11 +146,6 @@ void Announce(PreparedRun* run) {
   run->folder.WriteJson(kRunJson, RunJson(run->options));
 }
 
-fs::path PreparedRun::shown() const {
-  const fs::path near = fs::proximate(folder.path());
-  return near.string().starts_with("..") ? folder.path() : near;
-}
-
 void PreparedRun::Undo() const {
   if (fs::exists(folder.path() / kEpisodesJsonl)) return;
   std::error_code ignored;

@@ -23,8 +23,6 @@ struct PreparedRun {
 
   // How many episodes there are to be.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }
-  // The folder for people: relative where it is below the current one.
-  std::filesystem::path shown() const;
   // Takes the folder away again, unless an episode was finished: what has none is not a run.
   void Undo() const;
 };

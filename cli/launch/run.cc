@@ -81,7 +81,7 @@ void PrintSummary(const PreparedRun& run, const Summary& summary, double wall_s)
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
   fmt::print("\n{} episode{} in {:.1f} s{}\n", added, added == 1 ? "" : "s", wall_s,
              run.finished.empty() ? "" : fmt::format(", {} there before", run.finished.size()));
-  const auto shown = run.shown();
+  const auto shown = run.folder.shown();
   fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
   fmt::print("summary  {}\n", (shown / kSummaryJson).string());
   fmt::print("logs     {}\n", (shown / kEpisodesFolder / "*" / kEventLog).string());
@@ -108,7 +108,7 @@ void RunOne(RunOptions options) {
   PrintSummary(run, summary, wall_s);
 
   const size_t unfilmed = filming->Finish();
-  const auto shown = run.shown();
+  const auto shown = run.folder.shown();
   for (const std::string& camera : run.options.video) {
     if (unfilmed > 0) break;
     fmt::print("films    {}  (done after {:.1f} s)\n",

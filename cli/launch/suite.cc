@@ -84,6 +84,10 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
 
   InstallStopSignals();
   const auto started = std::chrono::steady_clock::now();
+  const auto elapsed = [started] {
+    return results::FormatDuration(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count());
+  };
   fmt::print("{} runs of {} episode{}  policy {}  seed {}  {} at a time\n", tasks.size(), options.episodes,
              options.episodes == 1 ? "" : "s", options.policy.policy, options.seed, options.workers);
   fmt::print("{}", results::Tally::Title("task", width));
@@ -97,9 +101,7 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
   int done = 0;
   const auto progress = [&] {
     if (!is_terminal) return;
-    fmt::print("\x1b[K{} of {} runs, {}\r", done, tasks.size(),
-               results::FormatDuration(
-                   std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()));
+    fmt::print("\x1b[K{} of {} runs, {}\r", done, tasks.size(), elapsed());
     std::fflush(stdout);
   };
   while (!pool.done() && !stop_requested()) {
@@ -127,11 +129,8 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
   fmt::print("\n{}", results::Tally::Title("family", width));
   for (const auto& [name, tally] : families) fmt::print("{}", tally.Line(name, width));
   if (families.size() > 1) fmt::print("{}", all.Line("all", width));
-  auto shown = std::filesystem::proximate(suite.path());
-  if (shown.string().starts_with("..")) shown = suite.path();
-  fmt::print("\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(),
-             results::FormatDuration(
-                 std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count()),
+  const auto shown = suite.shown();
+  fmt::print("\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(), elapsed(),
              (shown / "*" / kEpisodesJsonl).string());
   if (done < static_cast<int>(tasks.size())) {
     throw EnvironmentError(

@@ -112,6 +112,11 @@ RunFolder::RunFolder(const fs::path& folder, bool resume, const std::string& mar
   if (!fresh && mark == kRunJson) Clean();
 }
 
+fs::path RunFolder::shown() const {
+  const fs::path near = fs::proximate(path_);
+  return near.string().starts_with("..") ? path_ : near;
+}
+
 RunFolder RunFolder::OfWorker(const fs::path& folder) {
   RunFolder run;
   run.path_ = fs::absolute(folder).lexically_normal();

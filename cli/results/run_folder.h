@@ -56,6 +56,8 @@ class RunFolder {
   ~RunFolder();
 
   const std::filesystem::path& path() const { return path_; }
+  // For people: relative where it is below the current folder.
+  std::filesystem::path shown() const;
   std::filesystem::path log_file(const std::string& component) const { return LogFile(path_, component); }
 
   // The functions below throw EnvironmentError where the disk refuses.

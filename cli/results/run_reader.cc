@@ -12,7 +12,6 @@
 #include "base/json_file.h"
 #include "base/random.h"
 #include "base/run_layout.h"
-#include "metrics/statistics/run_statistics.h"
 
 namespace evalbus::results {
 namespace {
@@ -191,6 +190,14 @@ std::vector<int> RecordedRun::incomplete() const {
   return numbers;
 }
 
+metrics::RunStatistics RecordedRun::Statistics() const {
+  metrics::RunStatistics statistics;
+  for (const RecordedEpisode& recorded : episodes) {
+    statistics.Add(recorded.episode, metrics::ResultOf(recorded.json));
+  }
+  return statistics;
+}
+
 std::vector<std::string> RecordedRun::Remarks() const {
   std::vector<std::string> remarks;
   const size_t finished = episodes.size();
@@ -206,11 +213,7 @@ std::vector<std::string> RecordedRun::Remarks() const {
         fmt::format("left out of all rates, since ticks are missing or samples were refused: {} {}",
                     Plural(numbers.size()), List(numbers)));
   }
-  metrics::RunStatistics statistics;
-  for (const RecordedEpisode& episode : episodes) {
-    statistics.Add(episode.episode, metrics::ResultOf(episode.json));
-  }
-  const std::string samples = statistics.Summary(false).SamplesText();
+  const std::string samples = Statistics().Summary(false).SamplesText();
   if (!samples.empty()) remarks.push_back(samples);
   return remarks;
 }

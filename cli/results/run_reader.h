@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "metrics/statistics/run_statistics.h"
+
 namespace evalbus::results {
 
 // A line of episodes.jsonl.
@@ -50,7 +52,9 @@ struct RecordedRun {
   // "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
   std::vector<int> incomplete() const;
-  // What a reader of its rates has to know, one sentence each: stopped early, incomplete episodes.
+  metrics::RunStatistics Statistics() const;
+  // What a reader of its rates has to know, one sentence each: stopped early, incomplete episodes, equal
+  // ones.
   std::vector<std::string> Remarks() const;
 };
 

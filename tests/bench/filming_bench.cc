@@ -12,16 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "base/arguments.h"
 #include "base/errors.h"
 #include "cli/launch/processes.h"
+#include "tests/bench/rounds.h"
 
 namespace evalbus {
 namespace {
-
-struct Amount {
-  int episodes = 10, rounds = 5;
-};
 
 struct Times {
   double evaluated = 0, filmed = 0;  // s
@@ -55,11 +51,6 @@ Times Run(int episodes, const std::filesystem::path& folder, const std::string& 
   return times;
 }
 
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 void Measure(const std::string& title, const std::string& options, const Amount& amount,
              const std::filesystem::path& folder) {
   std::vector<double> plain, beside, ratio, filmed;
@@ -83,11 +74,10 @@ void Measure(const std::string& title, const std::string& options, const Amount&
 }  // namespace evalbus
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times runs with films made beside them against the same without."};
-  evalbus::Amount amount;
-  app.add_option("--episodes", amount.episodes, "episodes of a run")->capture_default_str();
-  app.add_option("--rounds", amount.rounds, "rounds, whose median counts")->capture_default_str();
-  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
+  evalbus::Amount amount{.episodes = 10, .rounds = 5};
+  if (const auto code = evalbus::ParseAmount(
+          argc, argv, "Times runs with films made beside them against the same without.", &amount))
+    return *code;
   std::string folder = (std::filesystem::temp_directory_path() / "evalbus_filming_XXXXXX").string();
   if (!mkdtemp(folder.data())) return 2;
   int code = 0;

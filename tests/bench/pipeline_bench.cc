@@ -12,7 +12,6 @@
 #include <iostream>
 #include <lcm/lcm-cpp.hpp>
 
-#include "base/arguments.h"
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "bus/bus.h"
@@ -24,15 +23,13 @@
 #include "evalbus/state_t.hpp"
 #include "models/scene.h"
 #include "sim/world.h"
+#include "tests/bench/rounds.h"
 
 namespace evalbus {
 namespace {
 
 using std::chrono::steady_clock;
 
-struct Amount {
-  int episodes = 4, rounds = 5;
-};
 constexpr double kTimestep = 0.002;  // s
 
 double SecondsSince(SteadyTime start) {
@@ -134,11 +131,6 @@ class BareStepping {
   std::vector<int> arm_dofs_;
 };
 
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 // Round trip of a message of STATE's size between two processes over bare LCM, nothing else going on: what
 // separate processes pay at least once per tick, for STATE to the policy and ACTION back.
 double PingPong() {
@@ -225,11 +217,10 @@ void Measure(double control_hz, const Amount& amount, const std::filesystem::pat
 }  // namespace evalbus
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times the whole pipeline against bare mj_step at 50 and 500 Hz control."};
-  evalbus::Amount amount;
-  app.add_option("--episodes", amount.episodes, "episodes of a round")->capture_default_str();
-  app.add_option("--rounds", amount.rounds, "rounds, whose median counts")->capture_default_str();
-  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
+  evalbus::Amount amount{.episodes = 4, .rounds = 5};
+  if (const auto code = evalbus::ParseAmount(
+          argc, argv, "Times the whole pipeline against bare mj_step at 50 and 500 Hz control.", &amount))
+    return *code;
   const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
   try {
     evalbus::EnterPrivateNetwork();

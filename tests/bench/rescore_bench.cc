@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <iostream>
 
-#include "base/arguments.h"
 #include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
@@ -17,23 +16,15 @@
 #include "cli/launch/prepared_run.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
+#include "tests/bench/rounds.h"
 
 namespace evalbus {
 namespace {
 
 using std::chrono::steady_clock;
 
-struct Amount {
-  int episodes = 20, rounds = 15;
-};
-
 double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(steady_clock::now() - start).count();
-}
-
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 // Walks through a log as rescoring does, without scoring.
@@ -102,11 +93,10 @@ void Measure(const Amount& amount, const std::filesystem::path& folder) {
 }  // namespace evalbus
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times offline scoring of recorded episodes against real time."};
-  evalbus::Amount amount;
-  app.add_option("--episodes", amount.episodes, "episodes that are scored")->capture_default_str();
-  app.add_option("--rounds", amount.rounds, "rounds, whose median counts")->capture_default_str();
-  if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
+  evalbus::Amount amount{.episodes = 20, .rounds = 15};
+  if (const auto code = evalbus::ParseAmount(
+          argc, argv, "Times offline scoring of recorded episodes against real time.", &amount))
+    return *code;
   const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
   int code = 0;
   try {
