@@ -96,7 +96,7 @@ struct RunSummary {
   std::string SamplesText() const;
 };
 
-// Kept up to date episode by episode. A summary goes over all values so far: 0.1 to 0.3 ms per 1,000
+// Kept up to date episode by episode. A summary goes over all values so far: 0.1 to 0.6 ms per 1,000
 // episodes.
 class RunStatistics {
  public:
