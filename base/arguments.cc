@@ -1,16 +1,24 @@
 #include "base/arguments.h"
 
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <utility>
 
 namespace evalbus {
 
+void SayFilesThatMayNotGrow() { std::signal(SIGXFSZ, SIG_IGN); }
+
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
+  SayFilesThatMayNotGrow();
+  app->set_version_flag("--version",
+                        std::filesystem::path(argv[0]).filename().string() + " " EVALBUS_VERSION);
   try {
     app->parse(argc, argv);
     return std::nullopt;
-  } catch (const CLI::CallForHelp& help) {
-    return app->exit(help);
+  } catch (const CLI::Success& asked) {
+    return app->exit(asked);
   } catch (const CLI::ParseError& error) {
     std::cerr << "error: " << error.what() << " (--help lists the options)\n";
     return 1;
@@ -20,8 +28,21 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
   }
 }
 
+CLI::Validator FitsInt64() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        char* end = nullptr;
+        errno = 0;
+        std::strtoll(text.c_str(), &end, 0);
+        if (!text.empty() && *end == '\0' && errno == 0) return std::string();
+        return "expected a whole number of at most 64 bits, not '" + text + "'";
+      },
+      "");
+}
+
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string&)>& read) {
-  app->add_option_function<std::string>("--options", read)->group("");
+  app->add_option_function<std::string>(
+      "--options", read, "run.json of a run, to take its options from; the command line goes before");
 }
 
 }  // namespace evalbus

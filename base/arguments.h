@@ -14,11 +14,17 @@
 
 namespace evalbus {
 
-// Parses the arguments of a program. Returns its exit code where it ends with that: 0 after --help, 1 after
-// one line on stderr about what is wrong.
+// A file beyond `ulimit -f` is then an error of who writes it, and not a death without a word.
+void SayFilesThatMayNotGrow();
+
+// Parses the arguments of a program. Returns its exit code where it ends with that: 0 after --help or
+// --version, 1 after one line on stderr about what is wrong.
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
-// --options FILE, for programs that others start.
+// Of a whole number: the library makes 0 of nothing, and the largest there is of a larger one.
+CLI::Validator FitsInt64();
+
+// --options FILE, for programs that a run consists of.
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string& file)>& read);
 
 // Adds the options of a table, and --options FILE, which takes all of them from a JSON file, a run's
@@ -45,6 +51,10 @@ void AddOptions(CLI::App* app, Options* options) {
       } else {
         option->capture_default_str();
       }
+    }
+    if constexpr (std::is_same_v<Value, std::vector<int>> ||
+                  (std::is_integral_v<Value> && !std::is_same_v<Value, bool>)) {
+      option->check(FitsInt64());
     }
     if (row.help.empty()) option->group("");
   });

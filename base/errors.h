@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/text.h"
+
 namespace evalbus {
 
 // The user's input is wrong: a file, a key, an option, a name. what() is one line that says what, where and
@@ -20,7 +22,7 @@ struct EnvironmentError : std::runtime_error {
 
 // Says on stderr what a program ends with; returns its exit code.
 inline int ReportError(const std::exception& error) {
-  std::cerr << "error: " << error.what() << std::endl;
+  std::cerr << "error: " << Printable(error.what()) << std::endl;
   return dynamic_cast<const InputError*>(&error) ? 1 : 2;
 }
 

@@ -2,52 +2,143 @@
 
 #include <algorithm>
 #include <fstream>
+#include <optional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "base/errors.h"
 
 namespace evalbus {
+namespace {
 
-using nlohmann::json;
+// Ours are below ten; a hundred thousand would be more than the stack of who goes through them.
+constexpr size_t kDeepest = 64;
 
-nlohmann::json ReadJsonFile(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw InputError(file.string() + ": expected a JSON file, it cannot be read");
+// Builds the value, and notices what the library lets pass.
+template <class Json>
+class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
+  using Base = nlohmann::detail::json_sax_dom_parser<Json>;
+
+ public:
+  explicit Builder(Json* json) : Base(*json, false), root_(json) {}
+  Builder(Json* json, const std::string& key, const TakeElement& take) : Builder(json) {
+    taken_key_ = key;
+    take_ = take;
   }
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  const auto fail = [&](size_t position, const std::string& reason) {
-    const auto line = 1 + std::count(text.begin(), text.begin() + std::min(position, text.size()), '\n');
-    throw InputError(file.string() + ":" + std::to_string(line) + ": expected JSON, " + reason);
-  };
-  // A repeated key would silently replace the first.
-  std::vector<std::set<std::string>> open_objects;
-  const auto check_keys = [&](int, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) open_objects.emplace_back();
-    if (event == json::parse_event_t::object_end) open_objects.pop_back();
-    if (event == json::parse_event_t::key && !open_objects.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(file.string() + ": " + parsed.get<std::string>() +
-                       ": expected each key once, it is repeated");
+
+  bool start_object(size_t size) { return Open() && Base::start_object(size); }
+  bool start_array(size_t size) { return Open() && Base::start_array(size); }
+  bool end_object() { return Close() && Base::end_object() && Offer(); }
+  bool end_array() { return Close() && Base::end_array(); }
+  bool key(std::string& name) {
+    // It would silently replace the first.
+    if (!keys_.back().insert(name).second) {
+      what_ = name + ": expected each key once, it is repeated";
+      return false;
+    }
+    if (keys_.size() == 1) outermost_key_ = name;
+    return Base::key(name);
+  }
+  bool parse_error(size_t position, const std::string& token, const nlohmann::json::exception& error) {
+    position_ = position > 0 ? position - 1 : 0;
+    // "[json.exception.parse_error.101] parse error at line 1, column 2: REASON"
+    const std::string text = error.what();
+    const size_t colon = text.find(": ");
+    what_ = dynamic_cast<const nlohmann::json::out_of_range*>(&error)
+                ? "expected JSON, the number " + token + " does not fit a double"
+                : "expected JSON, " + (colon == std::string::npos ? text : text.substr(colon + 2));
+    return false;
+  }
+
+  const std::string& what() const { return what_; }
+  // Of a syntax error; of others none is known.
+  std::optional<size_t> position() const { return position_; }
+
+ private:
+  bool Open() {
+    keys_.emplace_back();
+    if (keys_.size() > kDeepest) what_ = "expected JSON nested " + std::to_string(kDeepest) + " deep at most";
+    return keys_.size() <= kDeepest;
+  }
+  bool Close() {
+    keys_.pop_back();
+    return true;
+  }
+
+  // An object is read: it may be an element that somebody takes. Those that come after one that nobody took
+  // stay, too.
+  bool Offer() {
+    if constexpr (std::is_same_v<Json, nlohmann::json>) {
+      if (!take_ || keys_.size() != 2 || outermost_key_ != taken_key_) return true;
+      auto* elements = (*root_)[taken_key_].template get_ptr<typename Json::array_t*>();
+      if (elements && elements->size() == 1 && take_(*root_, elements->back())) elements->pop_back();
     }
     return true;
-  };
-  try {
-    return json::parse(text, check_keys);
-  } catch (const json::parse_error& error) {
-    // "[json.exception.parse_error.101] parse error at line 1, column 2: REASON"
-    const std::string what = error.what();
-    const size_t colon = what.find(": ");
-    fail(error.byte > 0 ? error.byte - 1 : 0, colon == std::string::npos ? what : what.substr(colon + 2));
-  } catch (const json::out_of_range& error) {
-    // "number overflow parsing '1e999'"
-    const std::string what = error.what();
-    const size_t open = what.find('\''), close = what.rfind('\'');
-    const std::string number = open < close ? what.substr(open + 1, close - open - 1) : "";
-    fail(text.find(number), "the number " + number + " does not fit a double");
   }
-  return {};
+
+  Json* root_;
+  std::string taken_key_;
+  TakeElement take_;
+  std::string outermost_key_;
+  // Of each array or object that is open.
+  std::vector<std::set<std::string>> keys_;
+  std::string what_;
+  std::optional<size_t> position_;
+};
+
+std::ifstream Open(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::error_code error;
+  if (!stream || std::filesystem::is_directory(file, error)) {
+    throw InputError(file.string() + ": expected a JSON file, it cannot be read");
+  }
+  return stream;
 }
+
+int LineOf(std::istream& text, size_t position) {
+  int line = 1;
+  for (char c; position > 0 && text.get(c); --position) line += c == '\n';
+  return line;
+}
+
+}  // namespace
+
+template <class Json>
+Json ParseJson(const std::string& text, const std::string& file, int line) {
+  Json json;
+  Builder<Json> builder(&json);
+  if (Json::sax_parse(text, &builder)) return json;
+  if (const auto position = builder.position(); position && line == 0) {
+    std::istringstream stream(text);
+    line = LineOf(stream, *position);
+  }
+  const std::string where = line > 0 ? file + ":" + std::to_string(line) : file;
+  throw InputError(where + ": " + builder.what());
+}
+
+template <class Json>
+Json ReadJsonFile(const std::filesystem::path& file) {
+  std::ifstream stream = Open(file);
+  return ParseJson<Json>({std::istreambuf_iterator<char>(stream), {}}, file.string());
+}
+
+nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
+                            const TakeElement& take) {
+  std::ifstream stream = Open(file);
+  nlohmann::json json;
+  Builder<nlohmann::json> builder(&json, key, take);
+  if (nlohmann::json::sax_parse(stream, &builder)) return json;
+  const auto position = builder.position();
+  std::ifstream again = Open(file);
+  const std::string line = position ? ":" + std::to_string(LineOf(again, *position)) : "";
+  throw InputError(file.string() + line + ": " + builder.what());
+}
+
+template nlohmann::json ParseJson(const std::string&, const std::string&, int);
+template nlohmann::ordered_json ParseJson(const std::string&, const std::string&, int);
+template nlohmann::json ReadJsonFile(const std::filesystem::path&);
+template nlohmann::ordered_json ReadJsonFile(const std::filesystem::path&);
 
 }  // namespace evalbus

@@ -2,13 +2,25 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
 namespace evalbus {
 
-// Reads a JSON file. Throws InputError: file, line and reason. NaN, infinities and repeated keys are refused.
-nlohmann::json ReadJsonFile(const std::filesystem::path& file);
+// The only ways in for JSON; Json is nlohmann::json or nlohmann::ordered_json. Throw InputError: file, line
+// and reason. NaN, infinities, numbers that no double holds, repeated keys and what is nested deeper than any
+// of ours are refused.
+template <class Json = nlohmann::json>
+Json ReadJsonFile(const std::filesystem::path& file);
+// Of the array at `key` of the outermost object each element for which take(what was read before it, it) is
+// true is not kept: files of any length.
+using TakeElement = std::function<bool(const nlohmann::json& so_far, const nlohmann::json& element)>;
+nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
+                            const TakeElement& take);
+// `line`: the text is this one of the file; 0: it is the whole file.
+template <class Json = nlohmann::json>
+Json ParseJson(const std::string& text, const std::string& file, int line = 0);
 
 // JSON as text, in lines where indent is not negative. Words of another process, or names in a file, may be
 // any bytes: what is no UTF-8 becomes U+FFFD.

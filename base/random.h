@@ -7,6 +7,11 @@
 
 namespace evalbus {
 
+// Streams of Random: the reset is 0, policies count from 1, these are far from both.
+inline constexpr uint32_t kPhysicsStream = 0x10000;
+inline constexpr uint32_t kAppearanceStream = 0x10001;
+inline constexpr uint32_t kDistractorStream = 0x10002;
+
 // Mersenne twister, whose output the C++ standard fixes; distributions written out here.
 class Random {
  public:

@@ -1,9 +1,13 @@
 // Names in the folder of a run (docs/run_folder.md), which several processes write and read.
 #pragma once
 
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace evalbus {
 
@@ -26,10 +30,14 @@ inline constexpr char kEpisodesFolder[] = "episodes";
 inline constexpr char kEventLog[] = "events.lcmlog";
 // Behind the name of an episode's folder while its log is being written.
 inline constexpr char kUnfinishedEnding[] = ".partial";
-// Behind a film's name while it is being written.
-inline constexpr char kUnfinishedFilmEnding[] = ".partial.mp4";
 
 inline constexpr char kLogsFolder[] = "logs";
+
+// What a run or a suite is called: by its folder, also as "x/" or ".".
+inline std::string NameOfRun(const std::filesystem::path& folder) {
+  const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
 
 // RUN/episodes/0007
 inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episode) {
@@ -42,6 +50,19 @@ inline std::filesystem::path UnfinishedEpisodeFolder(const std::filesystem::path
 }
 inline std::filesystem::path EpisodeLog(const std::filesystem::path& run, int episode) {
   return EpisodeFolder(run, episode) / kEventLog;
+}
+// The other way round, of a folder in episodes/, finished or not; nothing where it is no episode's.
+inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
+  const std::string name = folder.filename().string();
+  unsigned episode = 0;
+  const auto parsed = std::from_chars(name.data(), name.data() + name.size(), episode);
+  const std::string_view rest(parsed.ptr, name.data() + name.size());
+  if (parsed.ec != std::errc() || episode > std::numeric_limits<int>::max()) return std::nullopt;
+  if (!rest.empty() && rest != kUnfinishedEnding) return std::nullopt;
+  return static_cast<int>(episode);
+}
+inline bool IsUnfinished(const std::filesystem::path& episode_folder) {
+  return episode_folder.extension() == kUnfinishedEnding;
 }
 // RUN/logs/sim.log
 inline std::filesystem::path LogFile(const std::filesystem::path& run, const std::string& component) {

@@ -9,27 +9,47 @@
 #include "base/errors.h"
 
 namespace evalbus {
+namespace {
+
+class Sha256 {
+ public:
+  Sha256() { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+  void Add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
+  std::string Text() {
+    std::array<unsigned char, 32> digest{};
+    EVP_DigestFinal_ex(context_.get(), digest.data(), nullptr);
+    std::string text;
+    for (unsigned char byte : digest) {
+      constexpr const char* kDigits = "0123456789abcdef";
+      text += {kDigits[byte >> 4], kDigits[byte & 15]};
+    }
+    return text;
+  }
+
+ private:
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_{EVP_MD_CTX_new(), &EVP_MD_CTX_free};
+};
+
+}  // namespace
 
 std::string Sha256File(const std::filesystem::path& file) {
   // The name may come from a message: a device or a pipe might never end.
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": cannot be read");
   std::ifstream stream(file, std::ios::binary);
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), &EVP_MD_CTX_free);
-  EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
+  Sha256 sha256;
   std::array<char, 65536> block{};
   while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
-    EVP_DigestUpdate(context.get(), block.data(), static_cast<size_t>(stream.gcount()));
+    sha256.Add({block.data(), static_cast<size_t>(stream.gcount())});
   }
   if (!stream.eof()) throw InputError(file.string() + ": cannot be read");
-  std::array<unsigned char, 32> digest{};
-  EVP_DigestFinal_ex(context.get(), digest.data(), nullptr);
-  std::string text;
-  for (unsigned char byte : digest) {
-    constexpr const char* kDigits = "0123456789abcdef";
-    text += {kDigits[byte >> 4], kDigits[byte & 15]};
-  }
-  return text;
+  return sha256.Text();
+}
+
+std::string Sha256Text(std::string_view text) {
+  Sha256 sha256;
+  sha256.Add(text);
+  return sha256.Text();
 }
 
 }  // namespace evalbus

@@ -1,12 +1,14 @@
-// SHA-256 of files.
+// SHA-256 of files and texts: 64 lower-case hexadecimal digits.
 #pragma once
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace evalbus {
 
-// 64 lower-case hexadecimal digits. Throws InputError if the file cannot be read.
+// Throws InputError if the file cannot be read.
 std::string Sha256File(const std::filesystem::path& file);
+std::string Sha256Text(std::string_view text);
 
 }  // namespace evalbus

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
+#include <string_view>
 
 namespace evalbus {
 
@@ -25,16 +28,64 @@ std::string Pad(const std::string& text, int width) {
   return width < 0 ? text + space : space + text;
 }
 
+namespace {
+
+struct Character {
+  size_t bytes;
+  char32_t code;
+};
+
+// The first one of a text that is not empty; nothing where its bytes are no UTF-8.
+std::optional<Character> FirstCharacter(std::string_view text) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char lead = byte(0);
+  if (lead < 0x80) return Character{1, lead};
+  const size_t bytes = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+  if (lead < 0xC0 || lead >= 0xF8 || text.size() < bytes) return std::nullopt;
+  char32_t code = lead & (0x7F >> bytes);
+  for (size_t i = 1; i < bytes; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return std::nullopt;
+    code = code << 6 | (byte(i) & 0x3F);
+  }
+  constexpr char32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // with fewer bytes it would be shorter
+  const bool is_surrogate = code >= 0xD800 && code < 0xE000;
+  if (code < kLeast[bytes] || is_surrogate || code > 0x10FFFF) return std::nullopt;
+  return Character{bytes, code};
+}
+
+}  // namespace
+
 std::string Printable(const std::string& text) {
   std::string printable;
-  for (size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    // U+0080 to U+009F are control characters, too.
-    const bool is_c1 = c == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0;
-    printable += c < 0x20 || c == 0x7F || is_c1 ? '?' : text[i];
-    i += is_c1;
+  for (std::string_view rest = text; !rest.empty();) {
+    const auto character = FirstCharacter(rest);
+    const size_t bytes = character ? character->bytes : 1;
+    // U+0080 to U+009F are control characters, too; the last two of a plane's 65536 are none at all.
+    const bool is_shown = character && character->code >= 0x20 &&
+                          !(character->code >= 0x7F && character->code < 0xA0) &&
+                          (character->code & 0xFFFE) != 0xFFFE;
+    printable += is_shown ? rest.substr(0, bytes) : "?";
+    rest.remove_prefix(bytes);
   }
   return printable;
+}
+
+std::string ShellWords(const std::vector<std::string>& command) {
+  std::string text;
+  for (const std::string& word : command) {
+    const bool is_plain = !word.empty() && std::ranges::all_of(word, [](unsigned char c) {
+      return std::isalnum(c) || std::string_view("-_./:=,+@").find(static_cast<char>(c)) != std::string::npos;
+    });
+    text += text.empty() ? "" : " ";
+    if (is_plain) {
+      text += word;
+      continue;
+    }
+    text += '\'';
+    for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+    text += '\'';
+  }
+  return text;
 }
 
 std::string Words(std::string name) {
@@ -42,14 +93,19 @@ std::string Words(std::string name) {
   return name;
 }
 
+std::string Fixed(double value, int decimals) {
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  const bool is_nothing = text.find_first_not_of("-0.") == std::string::npos;
+  return is_nothing && text[0] == '-' ? text.substr(1) : text;
+}
+
 std::string Number(double value) {
   if (!std::isfinite(value)) return "-";
   const double magnitude = std::abs(value);
-  if (magnitude < 0.0005) return "0.000";  // without a sign that comes and goes
   if (magnitude >= 99999.5) return fmt::format("{:.0f}k", value * 1e-3);
   // A minus takes the place of a digit, unless none would be left.
   const bool shorter = value < -0.005;
-  return fmt::format("{:.{}f}", value, shorter ? std::min(2, Decimals(magnitude * 10)) : Decimals(magnitude));
+  return Fixed(value, shorter ? std::min(2, Decimals(magnitude * 10)) : Decimals(magnitude));
 }
 
 int Decimals(double magnitude) {

@@ -5,38 +5,30 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
+#include <charconv>
+#include <cstdlib>
 
 #include "base/errors.h"
+#include "base/file_errors.h"
 
 namespace evalbus {
 namespace {
 
 namespace fs = std::filesystem;
 
+// Of the temporary name, "FILE.PID.tmp".
+constexpr char kEnding[] = ".tmp";
+
 [[noreturn]] void Throw(const fs::path& file, int error) {
-  const std::string what = "cannot write " + file.string() + ": " + std::strerror(error);
-  switch (error) {
-    case ENOENT:
-    case ENOTDIR:
-    case EISDIR:
-    case EACCES:
-    case EPERM:
-    case ENAMETOOLONG:
-    case ELOOP:
-      throw InputError(what);
-    default:
-      throw EnvironmentError(what);
-  }
+  ThrowFileError("cannot write " + (file.empty() ? "a file without a name" : file.string()), error);
 }
 
 // An open file; every failure throws, in the name of `shown`.
 class File {
  public:
   File(const fs::path& shown, const fs::path& file, int flags)
-      : shown_(shown), fd_(open(file.c_str(), O_CLOEXEC | flags, 0666)) {
-    Check(fd_ >= 0);
-  }
+      : File(shown, open(file.c_str(), O_CLOEXEC | flags, 0666)) {}
+  File(const fs::path& shown, int fd) : shown_(shown), fd_(fd) { Check(fd_ >= 0); }
   ~File() {
     if (fd_ >= 0) close(fd_);
   }
@@ -50,7 +42,11 @@ class File {
       if (n > 0) done += static_cast<size_t>(n);
     }
   }
-  void TakePermissionsOf(const struct stat& other) { Check(fchmod(fd_, other.st_mode & 07777) == 0); }
+  // The owner where we may give files away; others' permissions would be taken from them by that, so first.
+  void TakePermissionsOf(const struct stat& other) {
+    Check(fchown(fd_, other.st_uid, other.st_gid) == 0 || errno == EPERM);
+    Check(fchmod(fd_, other.st_mode & 07777) == 0);
+  }
   void Sync() { Check(fsync(fd_) == 0); }
 
  private:
@@ -79,11 +75,18 @@ class Removed {
   bool kept_ = false;
 };
 
+// A file that is open in this process by the name that it has as such: "/proc/self/fd/1".
+bool IsOpenHere(const fs::path& file) {
+  std::error_code error;
+  const fs::path folder = fs::canonical(file.parent_path(), error);
+  return !error && folder == fs::canonical("/proc/self/fd", error) && !error;
+}
+
 // Where a link leads, though nothing may be there yet; so that the link stays one.
 fs::path Target(const fs::path& file) {
   fs::path target = file;
   std::error_code error;
-  for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)); ++links) {
+  for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)) && !IsOpenHere(target); ++links) {
     constexpr int kMostLinks = 40;  // as Linux follows
     if (links == kMostLinks) Throw(file, ELOOP);
     const fs::path next = fs::read_symlink(target, error);
@@ -95,13 +98,27 @@ fs::path Target(const fs::path& file) {
 
 }  // namespace
 
+std::optional<TemporaryName> ParseTemporaryName(const std::string& name) {
+  if (!name.ends_with(kEnding)) return std::nullopt;
+  const std::string rest = name.substr(0, name.size() - (sizeof kEnding - 1));
+  const size_t dot = rest.rfind('.');
+  if (dot == std::string::npos) return std::nullopt;
+  TemporaryName parsed{rest.substr(0, dot)};
+  const char* const end = rest.data() + rest.size();
+  const auto number = std::from_chars(rest.data() + dot + 1, end, parsed.process);
+  if (number.ec != std::errc() || number.ptr != end || parsed.process <= 0) return std::nullopt;
+  return parsed;
+}
+
 void WriteWhole(const fs::path& file, const std::string& text) {
+  const fs::path target = Target(file);
+  // Whoever opened it may have written before us, and will behind us.
+  if (IsOpenHere(target)) return File(file, dup(std::atoi(target.filename().c_str()))).Write(text);
   struct stat before {};
   const bool exists = stat(file.c_str(), &before) == 0;
   if (exists && S_ISDIR(before.st_mode)) Throw(file, EISDIR);
   if (exists && !S_ISREG(before.st_mode)) return File(file, file, O_WRONLY).Write(text);
-  const fs::path target = Target(file);
-  const fs::path temporary = target.string() + "." + std::to_string(getpid()) + kTemporaryEnding;
+  const fs::path temporary = target.string() + "." + std::to_string(getpid()) + kEnding;
   Removed removed(temporary);
   {
     File written(file, temporary, O_WRONLY | O_CREAT | O_TRUNC);

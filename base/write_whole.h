@@ -1,17 +1,26 @@
 // Files that are there are whole: written under a temporary name of this process's own, synced, renamed.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace evalbus {
 
-// Ending of the temporary name, "FILE.PID.tmp": what a killed process leaves behind ends so.
-inline constexpr char kTemporaryEnding[] = ".tmp";
-
-// Writes a file. One that exists is replaced and keeps its permissions; a link is followed; a pipe or a
-// device is written to as it is. On failure nothing is left behind and what was there stays. Throws
-// InputError where the name is wrong (no such folder, no permission, a folder), else EnvironmentError.
+// Writes a file. One that exists is replaced and keeps its permissions, and its owner where we may give files
+// away; a link is followed; a pipe, a device, or what is open in this process (/dev/stdout) is written to as
+// it is. On failure nothing is left behind and what was there stays. Throws InputError where the name is
+// wrong (no such folder, no permission, a folder), else EnvironmentError.
 void WriteWhole(const std::filesystem::path& file, const std::string& text);
+
+// The name under which a process writes a file, and under which it leaves it half-written where it is killed.
+struct TemporaryName {
+  std::string file;
+  pid_t process = 0;
+};
+// Nothing for other names.
+std::optional<TemporaryName> ParseTemporaryName(const std::string& name);
 
 }  // namespace evalbus

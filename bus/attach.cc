@@ -1,56 +1,97 @@
 #include "bus/attach.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "bus/live_runs.h"
+#include "bus/private_network.h"
 
 namespace evalbus {
 namespace {
 
-nlohmann::json RunJson(const std::filesystem::path& folder) {
+namespace fs = std::filesystem;
+
+// Not an object where there is none.
+nlohmann::json RunJson(const fs::path& folder) {
   std::ifstream stream(folder / kRunJson);
   return nlohmann::json::parse(stream, nullptr, false);
+}
+
+template <class T>
+T Get(const nlohmann::json& json, const char* key, T otherwise) {
+  const auto found = json.is_object() ? json.find(key) : json.end();
+  if (found == json.end()) return otherwise;
+  if constexpr (std::is_same_v<T, std::string>) return found->is_string() ? found->get<T>() : otherwise;
+  return found->is_number_integer() || found->is_boolean() ? found->get<T>() : otherwise;
+}
+
+int64_t FinishedEpisodes(const fs::path& run) {
+  std::ifstream stream(run / kEpisodesJsonl);
+  return std::count(std::istreambuf_iterator<char>(stream), {}, '\n');
+}
+
+// Why nothing is heard of this run folder, suite or log.
+[[noreturn]] void NothingOf(const fs::path& folder) {
+  if (!fs::exists(folder)) throw InputError(folder.string() + ": there is no such run");
+  const auto run = RunJson(folder);
+  if (!run.is_object()) {
+    if (fs::exists(folder / kSuiteJson) || fs::is_regular_file(folder)) {
+      throw InputError(folder.string() + ": no run or replay of it goes on on this machine");
+    }
+    throw InputError((folder / kRunJson).string() + ": not a run folder");
+  }
+  const int64_t finished = FinishedEpisodes(folder), planned = Get<int64_t>(run, "episodes", 0);
+  if (finished < planned && Get(run, "in_process", false)) {
+    throw InputError(folder.string() +
+                     ": this run is in one process (--in-process), nobody can listen; 'evalbus replay' and "
+                     "'evalbus render' show its finished episodes");
+  }
+  throw InputError(fmt::format(
+      "{}: {}; 'evalbus replay {}' plays what there is", folder.string(),
+      finished < planned
+          ? fmt::format("none of its processes is there, {} of {} episodes have finished", finished, planned)
+          : "this run is over",
+      folder.string()));
 }
 
 }  // namespace
 
 void AddAddressOptions(CLI::App* app, Address* address) {
-  app->add_option("run", address->run,
-                  "folder of a run that goes on; default: the one run or replay on this machine");
-  app->add_option("--url", address->url, "bus to listen to, udpm://ADDRESS:PORT?ttl=0")
-      ->envname("EVALBUS_URL");
+  app->add_option(
+      "run", address->run,
+      "folder of a run that goes on or is replayed; default: the bus of EVALBUS_URL, or the one run "
+      "or replay on this machine");
+  app->add_option("--url", address->url, "bus to listen to, udpm://ADDRESS:PORT?ttl=0");
 }
 
 Attached Attach(const Address& address) {
-  std::string url = address.url;
-  nlohmann::json run_json;
+  if (!address.run.empty() && !address.url.empty()) {
+    throw InputError("a run folder and --url exclude each other");
+  }
+  std::vector<LiveRun> runs = FindLiveRuns();
+  LiveRun run;
   if (!address.run.empty()) {
-    if (!url.empty()) throw InputError("a run folder and --url exclude each other");
-    run_json = RunJson(address.run);
-    if (!run_json.is_object() || !run_json.contains("url") || !run_json.contains("in_process"))
-      throw InputError((address.run / kRunJson).string() + ": not a run folder");
-    url = run_json["url"].get<std::string>();
-    if (run_json["in_process"] == true)
-      throw InputError(address.run.string() +
-                       ": this run is in one process (--in-process), nobody can listen");
+    runs = LiveRunsOf(runs, address.run);
+    if (runs.empty()) NothingOf(address.run);
+    run = ChooseLiveRun(runs);
+  } else if (const std::string url = address.url.empty() ? UrlOfEnvironment() : address.url; url.empty()) {
+    run = ChooseLiveRun(runs);
+  } else {
+    // One that was named may be of components yet to be started, or of another machine.
+    run.url = url;
+    if (std::ranges::count(runs, url, &LiveRun::url) == 1) run = ChooseLiveRun(runs, url);
   }
-  const std::vector<LiveRun> runs = FindLiveRuns();
-  std::optional<LiveRun> run;
-  try {
-    run = ChooseLiveRun(runs, url);
-  } catch (const InputError&) {
-    // An URL that was named may be one of components yet to be started, or of another machine.
-    if (address.url.empty()) throw;
-  }
-  if (!run) return {url, 0};
-  if (run->other_network) JoinNetwork(*run);
-  if (run_json.is_null() && !run->folder.empty()) run_json = RunJson(run->folder);
-  return {run->url, run_json.is_object() ? run_json.value("episodes", 0) : 0};
+  if (run.other_network) JoinNetwork(run);
+  const auto json = RunJson(run.folder);
+  const auto named = Get<std::string>(json, "policy_name", "");
+  return {run.url, Get(json, "episodes", 0), named.empty() ? Get<std::string>(json, "policy", "") : named};
 }
 
 }  // namespace evalbus

@@ -11,7 +11,8 @@ class App;
 namespace evalbus {
 
 struct Address {
-  // Run folder and bus: at most one of them; neither: the one run or replay on this machine.
+  // Run folder (or a log that is played) and bus: at most one of them; neither: the bus that the environment
+  // names, or the one run or replay on this machine.
   std::filesystem::path run;
   std::string url;
 };
@@ -22,6 +23,8 @@ struct Attached {
   std::string url;
   // Number of episodes planned; 0 where that is not known.
   int planned_episodes = 0;
+  // Name of the policy; empty where that is not known.
+  std::string policy;
 };
 
 // Decides what to listen to and goes where it can be heard: into the private network of a run that has one,

@@ -1,12 +1,16 @@
 #include "bus/bus.h"
 
 #include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
+#include <system_error>
+#include <thread>
 #include <utility>
 
 #include "base/errors.h"
@@ -42,12 +46,34 @@ std::string WithReceiveBuffer(const std::string& url) {
          "recv_buf_size=" + std::to_string(kReceiveBufferBytes);
 }
 
+// liblcm crashes where it gets no file or thread more.
+void CheckLimits(const std::string& url) {
+  constexpr size_t kFiles = 12;  // as many as it opens, and some
+  std::vector<int> files;
+  while (files.size() < kFiles) {
+    const int fd = eventfd(0, EFD_CLOEXEC);
+    if (fd < 0) break;
+    files.push_back(fd);
+  }
+  for (const int fd : files) close(fd);
+  if (files.size() < kFiles) {
+    throw EnvironmentError("cannot open bus " + url +
+                           ": no more files may be open at once; 'ulimit -n 256' is enough");
+  }
+  try {
+    std::thread([] {}).join();
+  } catch (const std::system_error&) {
+    throw EnvironmentError("cannot open bus " + url + ": no more processes may be started (see 'ulimit -u')");
+  }
+}
+
 }  // namespace
 
-Bus::Bus(const std::string& url) : url_(url) {
+Bus::Bus(const std::string& url, int64_t session) : url_(url), session_(session) {
   if (url != "memq://" && !IsMulticast(url)) {
     throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
   }
+  if (IsMulticast(url)) CheckLimits(url);
   lcm_ = std::make_unique<lcm::LCM>(WithReceiveBuffer(url));
   if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);
 }
@@ -121,6 +147,11 @@ bool Bus::Handle(SteadyTime deadline) {
   if (lcm_->handle() != 0) throw EnvironmentError("bus " + url_ + " failed while receiving");
   if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
   return true;
+}
+
+int64_t DrawSession() {
+  std::random_device random;
+  return static_cast<int64_t>(uint64_t{random()} << 32 | random() | 1);
 }
 
 std::string LocalMulticastUrl(uint32_t salt) {

@@ -32,14 +32,15 @@ inline constexpr int kReceiveBufferBytes = 4 << 20;
 class Bus {
  public:
   // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of
-  // kReceiveBufferBytes is asked for unless the URL names one. Throws EnvironmentError, with the fix, if the
-  // bus cannot be had.
-  explicit Bus(const std::string& url);
+  // kReceiveBufferBytes is asked for unless the URL names one. session: as in MODEL. Throws EnvironmentError,
+  // with the fix, if the bus cannot be had.
+  explicit Bus(const std::string& url, int64_t session = 0);
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
   const std::string& url() const { return url_; }
+  int64_t session() const { return session_; }
 
   // Sends a message to ourselves and waits for it. Throws EnvironmentError if it does not arrive within a
   // second.
@@ -85,6 +86,8 @@ class Bus {
   std::span<const uint8_t> handled() const { return handled_; }
 
   int64_t decode_errors() const { return decode_errors_; }
+  // For who decodes by itself.
+  void CountDecodeError() { ++decode_errors_; }
 
  private:
   struct Subscription {
@@ -95,6 +98,7 @@ class Bus {
   };
 
   std::string url_;
+  int64_t session_;
   std::unique_ptr<lcm::LCM> lcm_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   // Subscribed channels, for the filter in the kernel; a regular expression switches that off.
@@ -105,6 +109,9 @@ class Bus {
   std::exception_ptr thrown_;
   int64_t decode_errors_ = 0;
 };
+
+// A new session, not 0.
+int64_t DrawSession();
 
 // A multicast URL of this machine on a port derived from `salt` (a process id, say).
 std::string LocalMulticastUrl(uint32_t salt);

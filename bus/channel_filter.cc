@@ -28,6 +28,9 @@ constexpr uint32_t kChannelOffset = kUdpHeader + 8;
 constexpr uint32_t kMessageSizeOffset = kUdpHeader + 8;
 constexpr uint32_t kFragmentOffset = kUdpHeader + 12;
 constexpr uint32_t kFragmentNumberOffset = kUdpHeader + 16;
+constexpr uint32_t kFragmentCountOffset = kUdpHeader + 18;
+constexpr uint32_t kFragmentDataOffset = kUdpHeader + 20;
+constexpr uint32_t kMaxFragmentData = 65507 - 20;  // of the largest datagram
 constexpr uint32_t kShortMessageMagic = 0x4c433032;
 constexpr uint32_t kFragmentMagic = 0x4c433033;
 // Offset and length of a fragment, added, stay below 2^32.
@@ -49,16 +52,34 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> cha
   }
   const sock_filter head[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kUdpHeader),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kShortMessageMagic, 10, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kFragmentMagic, 0, 8),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kShortMessageMagic, 26, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kFragmentMagic, 0, 24),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMessageSizeOffset),
-      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 6, 0),
+      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 22, 0),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kFragmentOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 3, 0),
-      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 3, 0),
+      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 19, 0),
       // The first one begins at 0: liblcm takes the channel's name off its length.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 17, 0),
+      // All carry equal parts but the last of several, which may be short.
+      BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 4, 0),
+      BPF_STMT(BPF_ALU | BPF_ADD | BPF_K, 1),
+      BPF_STMT(BPF_MISC | BPF_TAX, 0),
+      BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentCountOffset),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_X, 0, 3, 0),
+      BPF_STMT(BPF_LD | BPF_W | BPF_LEN, 0),
+      BPF_STMT(BPF_ALU | BPF_SUB | BPF_K, kFragmentDataOffset),
+      BPF_STMT(BPF_JMP | BPF_JA, 1),
+      BPF_STMT(BPF_LD | BPF_IMM, kMaxFragmentData),
+      // So many of them, which stays below 2^32, hold what the message claims to be.
+      BPF_STMT(BPF_MISC | BPF_TAX, 0),
+      BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentCountOffset),
+      BPF_STMT(BPF_ALU | BPF_MUL | BPF_X, 0),
+      BPF_STMT(BPF_MISC | BPF_TAX, 0),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMessageSizeOffset),
+      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 1, 0),
       BPF_STMT(BPF_RET | BPF_K, kAccept),
       BPF_STMT(BPF_RET | BPF_K, 0),
   };

@@ -11,9 +11,10 @@
 namespace evalbus {
 
 // Attaches to each UDP socket of this process that is bound to the port a socket filter that drops what is no
-// LCM message, what comes from another machine if `is_local`, fragments beyond the end of their message, and
-// messages on other channels than these; no channels at all stands for every channel. Fragments of large
-// messages pass whatever their channel. Sockets of a kernel that has no such filters stay as they are.
+// LCM message, what comes from another machine if `is_local`, fragments beyond the end of their message or of
+// one larger than so many can hold, and messages on other channels than these; no channels at all stands for
+// every channel. Fragments of large messages pass whatever their channel. Sockets of a kernel that has no
+// such filters stay as they are.
 void FilterChannels(int port, bool is_local, std::span<const std::string> channels);
 
 }  // namespace evalbus

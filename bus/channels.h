@@ -3,10 +3,13 @@
 // each other.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
 
+#include "bus/message.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/command_t.hpp"
 #include "evalbus/component_status_t.hpp"
@@ -81,6 +84,33 @@ inline Recorded RecordedOf(std::string_view name) {
     if (channel == name) recorded = channel.recorded;
   });
   return name.starts_with(kImage.name) ? kImage.recorded : recorded;
+}
+
+// False for bytes on one of our channels that are not the message it carries.
+inline bool IsWhatItCarries(std::string_view name, std::span<const uint8_t> data) {
+  bool good = true;
+  ForEach([&]<class Message>(const Channel<Message>& channel) {
+    if (channel == name) {
+      Message message{};
+      good = Decode(data, &message);
+    }
+  });
+  return good;
+}
+
+// Where a tick's message belongs; nothing for all others.
+inline std::optional<header_t> TickOf(std::string_view name, std::span<const uint8_t> data) {
+  std::optional<header_t> found;
+  ForEach([&]<class Message>(const Channel<Message>& channel) {
+    header_t header{};
+    if constexpr (requires(Message message) { message.header; }) {
+      if (channel.recorded == Recorded::kOncePerTick && channel == name &&
+          DecodeHeader<Message>(data, &header) && IsPlausible(header)) {
+        found = header;
+      }
+    }
+  });
+  return found;
 }
 
 }  // namespace channels

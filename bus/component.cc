@@ -1,5 +1,6 @@
 #include "bus/component.h"
 
+#include <algorithm>
 #include <random>
 #include <utility>
 
@@ -50,6 +51,9 @@ void Component::TellLosses() {
   if (const int64_t n = grown(status_.foreign_messages, &foreign_messages_told_); n > 0) {
     log_.Info("dropped {} that were repeated or of another episode", Messages(n));
   }
+  if (const int64_t n = grown(of_other_runs_, &of_other_runs_told_); n > 0) {
+    log_.Info("{} of them: MODEL or EPISODE_BEGIN of another run", n);
+  }
   if (const int64_t n = grown(status_.missing_ticks, &missing_ticks_told_); n > 0) {
     log_.Warn("{} tick{} never arrived", n, n == 1 ? "" : "s");
   }
@@ -67,9 +71,30 @@ void Component::Stop() {
   TellLosses();
 }
 
+bool Component::IsNewModel(const model_info_t& model) {
+  if (!IsOfOurRun(model.session)) return false;
+  if (bus_->session() == 0 || model_bytes_.empty()) return IsNews(bus_->handled(), &model_bytes_);
+  if (!std::ranges::equal(bus_->handled(), model_bytes_)) {
+    ++status_.foreign_messages;
+    ++of_other_runs_;
+  }
+  return false;
+}
+
+bool Component::IsOfOurRun(int64_t session) {
+  if (bus_->session() == 0 || session == bus_->session()) return true;
+  ++status_.foreign_messages;
+  ++of_other_runs_;
+  return false;
+}
+
+bool Component::HasEntered(const episode_begin_t& begin) const {
+  return begin.header.episode == status_.episode && begin.header.attempt == status_.attempt &&
+         begin.seed == seed_;
+}
+
 bool Component::EnterEpisode(const episode_begin_t& begin) {
-  if (begin.header.episode == status_.episode && begin.header.attempt == status_.attempt &&
-      begin.seed == seed_) {
+  if (HasEntered(begin)) {
     PublishStatus();
     return false;
   }

@@ -10,6 +10,7 @@
 #include "evalbus/component_status_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/header_t.hpp"
+#include "evalbus/model_info_t.hpp"
 
 namespace evalbus {
 
@@ -37,6 +38,13 @@ class Component {
  protected:
   Bus& bus() { return *bus_; }
 
+  // True for a MODEL to work by from the next episode on: one that differs from the last, or, where our
+  // launcher drew a session, the first of that session, whose sim says no other.
+  bool IsNewModel(const model_info_t& model);
+  // False for what says a session that is not ours, if we have one; counted as foreign.
+  bool IsOfOurRun(int64_t session);
+  // True while in the episode, attempt and seed that it begins.
+  bool HasEntered(const episode_begin_t& begin) const;
   // Enters the episode unless it is the one we are in (EPISODE_BEGIN is repeated until everybody is ready):
   // true when it is new and the component must prepare before it calls SayReady.
   bool EnterEpisode(const episode_begin_t& begin);
@@ -57,8 +65,12 @@ class Component {
 
   Bus* bus_;
   Log log_;
+  // MODEL and EPISODE_BEGIN of other runs.
+  int64_t of_other_runs_ = 0;
   // What of it the log has said.
-  int64_t decode_errors_told_ = 0, foreign_messages_told_ = 0, missing_ticks_told_ = 0;
+  int64_t decode_errors_told_ = 0, foreign_messages_told_ = 0, missing_ticks_told_ = 0,
+          of_other_runs_told_ = 0;
+  std::vector<uint8_t> model_bytes_;
   // Of the episode entered.
   int64_t seed_ = 0;
   SteadyTime last_published_{}, losses_told_{};

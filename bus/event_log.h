@@ -1,4 +1,4 @@
-// Standard LCM event logs: written so that lcm-logplayer and lcm-spy read them, read so that damage costs
+// Standard LCM event logs: written so that lcm-logplayer reads them, read so that damage costs
 // only the damaged events. Record format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time
 // i64 [us], channel length u32, data length u32, channel, data; all big-endian.
 #pragma once

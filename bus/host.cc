@@ -7,6 +7,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "bus/private_network.h"
 
 namespace evalbus {
 namespace {
@@ -26,14 +27,14 @@ void InstallStopSignals() {
 
 bool stop_requested() { return g_stop != 0; }
 
-int Host(const std::string& url, const ComponentFactory& make) {
+int Host(const std::string& url, const ComponentFactory& make, int64_t session) {
   InstallStopSignals();
   std::unique_ptr<Bus> bus;
   std::unique_ptr<Component> component;
   try {
-    bus = std::make_unique<Bus>(url);
+    bus = std::make_unique<Bus>(url, session);
     component = make(bus.get());
-    std::cout << "ready" << std::endl;
+    std::cout << component->status().component << " ready" << std::endl;
     while (!stop_requested() && !component->done()) {
       const auto now = std::chrono::steady_clock::now();
       component->Poll(now);
@@ -65,16 +66,19 @@ int HostMain(int argc, char** argv, const std::string& description,
              const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
   CLI::App app{description};
   std::string url;
+  int64_t session = 0;
   add_options(&app);
   // A launcher starts all alike; one without options of its own takes none from the file.
   if (app.get_option_no_throw("--options") == nullptr) AddOptionsFile(&app, [](const std::string&) {});
   app.add_option("--url", url,
                  "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
-      ->envname("EVALBUS_URL")
+      ->envname(kUrlVariable)
       ->required();
+  // For launchers.
+  app.add_option("--session", session)->group("");
   AddLogLevel(&app);
   if (const auto code = ParseArguments(&app, argc, argv)) return *code;
-  return Host(url, make);
+  return Host(url, make, session);
 }
 
 }  // namespace evalbus

@@ -13,17 +13,19 @@
 #include <iterator>
 
 #include "base/errors.h"
+#include "bus/private_network.h"
 
 namespace evalbus {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> CommandLine(const fs::path& process) {
-  std::ifstream stream(process / "cmdline", std::ios::binary);
-  std::vector<std::string> arguments;
-  for (std::string argument; std::getline(stream, argument, '\0');) arguments.push_back(argument);
-  return arguments;
+// Of a file in which each ends with a NUL.
+std::vector<std::string> Strings(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<std::string> strings;
+  for (std::string string; std::getline(stream, string, '\0');) strings.push_back(string);
+  return strings;
 }
 
 // Value of "--name VALUE" or "--name=VALUE".
@@ -33,6 +35,28 @@ std::string Option(const std::vector<std::string>& arguments, const std::string&
     if (arguments[i].starts_with(name + "=")) return arguments[i].substr(name.size() + 1);
   }
   return "";
+}
+
+// The bus of a process, by its command line or its environment.
+std::string UrlOf(const fs::path& process, const std::vector<std::string>& arguments) {
+  std::string url = Option(arguments, "--url");
+  if (!url.empty()) return url;
+  const std::string variable = std::string(kUrlVariable) + "=";
+  for (const std::string& entry : Strings(process / "environ")) {
+    if (entry.starts_with(variable)) return entry.substr(variable.size());
+  }
+  return "";
+}
+
+// What its run or replay is about: the folder of the options file that a launcher names, or what a person
+// did.
+fs::path FolderOf(const fs::path& process, const std::vector<std::string>& arguments) {
+  fs::path folder = Option(arguments, kReplayOption);
+  if (folder.empty()) folder = fs::path(Option(arguments, "--options")).parent_path();
+  if (folder.empty()) folder = Option(arguments, "--out");
+  if (folder.empty() || folder.is_absolute()) return folder;
+  std::error_code error;
+  return fs::read_symlink(process / "cwd", error) / folder;
 }
 
 bool Enter(const fs::path& name, int kind) {
@@ -56,14 +80,15 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
     LiveRun run;
     const auto parsed = std::from_chars(name.data(), name.data() + name.size(), run.pid);
     if (parsed.ptr != name.data() + name.size() || run.pid == getpid()) continue;
-    const auto arguments = CommandLine(entry.path());
+    const auto arguments = Strings(entry.path() / "cmdline");
     if (arguments.empty()) continue;
     const std::string program = fs::path(arguments[0]).filename();
     if (!program.starts_with("evalbus-") || program == "evalbus-monitor" || program == "evalbus-viz")
       continue;
-    run.url = Option(arguments, "--url");
+    run.url = UrlOf(entry.path(), arguments);
     if (run.url.empty()) continue;
-    if (program == "evalbus-recorder" || program == "evalbus-sim") run.folder = Option(arguments, "--out");
+    run.folder = FolderOf(entry.path(), arguments);
+    run.is_replay = !Option(arguments, kReplayOption).empty();
     const fs::path network = fs::read_symlink(entry.path() / "ns/net", error);
     run.other_network = !network.empty() && network != our_network;
     const auto known = std::find_if(runs.begin(), runs.end(), [&](const LiveRun& other) {
@@ -73,9 +98,27 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
       runs.push_back(run);
     } else if (known->folder.empty()) {
       known->folder = run.folder;
+      known->is_replay = run.is_replay;
     }
   }
   return runs;
+}
+
+std::vector<LiveRun> LiveRunsOf(const std::vector<LiveRun>& runs, const fs::path& folder) {
+  // However it is written: "runs/a/" is "runs/a".
+  const auto canonical = [](const fs::path& path) {
+    std::error_code error;
+    const fs::path plain = fs::weakly_canonical(path, error);
+    return plain.has_filename() ? plain : plain.parent_path();
+  };
+  const auto is_it = [&, wanted = canonical(folder)](const fs::path& path) {
+    return !path.empty() && canonical(path) == wanted;
+  };
+  std::vector<LiveRun> fitting;
+  std::ranges::copy_if(runs, std::back_inserter(fitting), [&](const LiveRun& run) {
+    return is_it(run.folder) || (!run.is_replay && is_it(run.folder.parent_path()));
+  });
+  return fitting;
 }
 
 LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url) {
@@ -84,7 +127,10 @@ LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url) 
   for (const LiveRun& run : runs) {
     if (!url.empty() && run.url != url) continue;
     fitting.push_back(run);
-    urls += (urls.empty() ? "" : ", ") + (run.folder.empty() ? run.url : run.folder.string());
+    urls += (urls.empty() ? "" : ", ") + (run.folder.empty()
+                                              ? run.url
+                                              : fmt::format("{}{} on {}", run.is_replay ? "replay of " : "",
+                                                            fs::proximate(run.folder).string(), run.url));
   }
   if (fitting.size() == 1) return fitting[0];
   if (fitting.empty()) {

@@ -13,11 +13,13 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iostream>
 
 #include "base/errors.h"
+#include "base/find_program.h"
 #include "bus/bus.h"
 
 namespace evalbus {
@@ -26,6 +28,11 @@ namespace {
 void WriteProc(const char* file, const std::string& text) { std::ofstream(file) << text; }
 
 }  // namespace
+
+std::string UrlOfEnvironment() {
+  const char* url = std::getenv(kUrlVariable);
+  return url ? url : "";
+}
 
 std::string WhyNoMulticast(const std::string& url) {
   // In a child: LCM explains itself on stderr at length, and its threads would forbid a new user namespace
@@ -103,7 +110,8 @@ std::string ChooseBus(const std::string& asked) {
   }
   std::string url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
   if (WhyNoMulticast(url).empty()) {
-    fmt::print("bus {} (listen with lcm-spy or lcm-logger)\n", url);
+    fmt::print("bus {} (watch with 'evalbus monitor'{})\n", url,
+               FindProgram("lcm-logger").empty() ? "" : ", listen with lcm-logger");
     std::fflush(stdout);
     return url;
   }

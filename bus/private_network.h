@@ -5,6 +5,11 @@
 
 namespace evalbus {
 
+// Names the bus for every program that is not told another one by its command line.
+inline constexpr char kUrlVariable[] = "EVALBUS_URL";
+// Its value; empty without one.
+std::string UrlOfEnvironment();
+
 // Empty if multicast works at this URL, else one line that says why not.
 std::string WhyNoMulticast(const std::string& url);
 

@@ -1,9 +1,12 @@
 // evalbus: the command that users type.
 #include <iostream>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "base/arguments.h"
 #include "base/errors.h"
+#include "base/file_errors.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/version.h"
 
@@ -24,6 +27,7 @@ constexpr struct {
 }  // namespace
 
 int main(int argc, char** argv) {
+  evalbus::SayFilesThatMayNotGrow();
   CLI::App app{"evalbus scores robot-manipulation rollouts while they run, over an LCM message bus.",
                "evalbus"};
   app.set_version_flag("--version", std::string("evalbus ") + evalbus::kVersion + " " + evalbus::kGitCommit);
@@ -36,15 +40,22 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     for (const auto& [part, action] : actions) {
-      if (part->parsed()) return action();
+      if (part->parsed()) return evalbus::WithClearFileErrors(action);
     }
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
+    std::string typed = "evalbus";
+    const CLI::App* part = &app;
+    while (!part->get_subcommands().empty()) {
+      part = part->get_subcommands()[0];
+      typed += " " + part->get_name();
+    }
     // CLI11 misses the command before it minds what stands in its place.
-    const bool unknown = app.get_subcommands().empty() && !app.remaining().empty();
+    const bool unknown = part == &app && !app.remaining().empty();
     std::cerr << "error: " << (unknown ? "there is no command '" + app.remaining()[0] + "'" : error.what())
-              << " ('evalbus --help' lists the commands)\n";
+              << " ('" << typed << " --help' " << (part == &app ? "lists the commands" : "says more")
+              << ")\n";
     return 1;
   } catch (const std::exception& error) {
     return evalbus::ReportError(error);

@@ -3,13 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "base/errors.h"
 #include "collision/closed_forms.h"
+#include "collision/nearest_pair.h"
 #include "collision/pair_filter.h"
 #include "collision/penetration.h"
 
@@ -51,6 +52,10 @@ struct Geom {
   int id = -1;
   int body = -1;
   Shape shape;
+  double radius = 0;
+  // Which side of a clearance it can be.
+  bool is_moving_robot = false;
+  bool is_scene = false;
   // Pose in the body frame.
   Vector3d local_position;
   Matrix3d local_rotation;
@@ -137,8 +142,12 @@ Pair MakePair(int a, int b, const Shape& shape_a, const Shape& shape_b) {
 struct CollisionChecker::Impl {
   // Geoms that take part in a pair; a pair's a and b index this list, which is in the order of geom ids.
   std::vector<Geom> geoms;
+  // By id, index into geoms; -1 where no pair has it.
+  std::vector<int> geom_of;
   // Geoms of body i: geoms[first_geom[i]] up to geoms[first_geom[i + 1]]; geom ids are grouped by body.
   std::vector<int> first_geom;
+  // By body, as it was set: position, then quaternion; NaN before.
+  std::vector<std::array<double, 7>> body_pose;
   std::vector<Pair> pairs;
   // Index into pairs for two geoms (a * geoms.size() + b, a < b), -1 where they are not checked.
   std::vector<int> pair_of;
@@ -150,9 +159,9 @@ struct CollisionChecker::Impl {
   std::vector<int> plane_pairs;
   std::vector<int> candidates;
   bool is_set_up = false;
-  // Pairs (a the robot's geom) of the clearance, and scratch for ordering them.
+  // Pairs (a the robot's geom) of the clearance, and who finds the nearest of them.
   std::vector<Pair> clearance_pairs;
-  std::vector<std::pair<double, int>> queue;
+  std::optional<NearestPair> nearest;
   std::vector<contact_t> contacts;
   fcl::CollisionRequestd overlap_request;
   fcl::CollisionRequestd contact_request;
@@ -162,6 +171,7 @@ struct CollisionChecker::Impl {
 
   Geom MakeGeom(const mjModel& m, int id) const;
   void UpdateBounds(Geom* geom) const;
+  void Place(int index, const Vector3d& position, const Matrix3d& rotation);
   // Fills candidates: pairs whose bounding boxes overlap.
   void FindCandidates();
   // Contact of a pair, or nothing; `true_distance` asks for the distance of separated shapes too (normal and
@@ -215,6 +225,7 @@ Geom CollisionChecker::Impl::MakeGeom(const mjModel& m, int id) const {
       break;
     }
   }
+  geom.radius = Radius(shape);
   return geom;
 }
 
@@ -251,6 +262,23 @@ void CollisionChecker::Impl::UpdateBounds(Geom* geom) const {
   half.array() += contact_t::TOUCH_DISTANCE_M;
   geom->lower = centre - half;
   geom->upper = centre + half;
+}
+
+void CollisionChecker::Impl::Place(int index, const Vector3d& position, const Matrix3d& rotation) {
+  Geom& geom = geoms[index];
+  if (geom.shape.kind == Shape::Kind::kPlane) {
+    nearest->Forget();
+  } else {
+    // Norms: that of a difference of rotations is at most its Frobenius norm / sqrt(2).
+    nearest->Moved(index, (position - geom.shape.position).norm() +
+                              geom.radius * (rotation - geom.shape.rotation).norm() / std::numbers::sqrt2);
+  }
+  geom.shape.position = position;
+  geom.shape.rotation = rotation;
+  geom.fcl_pose.linear() = rotation;
+  geom.fcl_pose.translation() = position;
+  UpdateBounds(&geom);
+  if (objects[index]) objects[index]->SetBounds(geom.lower, geom.upper);
 }
 
 void CollisionChecker::Impl::FindCandidates() {
@@ -336,24 +364,25 @@ CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& inf
   }
 
   const std::vector<std::pair<int, int>> checked = CheckedPairs(m, info);
-  std::vector<int> index(m.ngeom, -1);
+  const auto kind_of = [&](const Geom& geom) -> int8_t {
+    const bool is_barred = std::ranges::find(info.barred_geom, geom.id) != info.barred_geom.end();
+    return is_barred ? model_info_t::FIXTURE : info.entity_kind[info.body_entity[geom.body]];
+  };
+  std::vector<int>& index = impl_->geom_of;
+  index.assign(m.ngeom, -1);
   for (const auto& [a, b] : checked) index[a] = index[b] = 0;
   impl_->first_geom.assign(m.nbody + 1, 0);
   for (int id = 0; id < m.ngeom; ++id) {
     if (index[id] < 0) continue;
     index[id] = static_cast<int>(impl_->geoms.size());
-    impl_->geoms.push_back(impl_->MakeGeom(m, id));
+    Geom& geom = impl_->geoms.emplace_back(impl_->MakeGeom(m, id));
+    geom.is_moving_robot = kind_of(geom) == model_info_t::ROBOT && m.body_weldid[geom.body] != 0;
+    geom.is_scene = kind_of(geom) == model_info_t::WORLD || kind_of(geom) == model_info_t::FIXTURE;
     ++impl_->first_geom[m.geom_bodyid[id] + 1];
   }
   for (int body = 0; body < m.nbody; ++body) impl_->first_geom[body + 1] += impl_->first_geom[body];
-
-  const auto kind_of = [&](const Geom& geom) { return info.entity_kind[info.body_entity[geom.body]]; };
-  const auto is_moving_robot = [&](const Geom& geom) {
-    return kind_of(geom) == model_info_t::ROBOT && m.body_weldid[geom.body] != 0;
-  };
-  const auto is_scene = [&](const Geom& geom) {
-    return kind_of(geom) == model_info_t::WORLD || kind_of(geom) == model_info_t::FIXTURE;
-  };
+  impl_->body_pose.resize(m.nbody);
+  for (auto& pose : impl_->body_pose) pose.fill(std::numeric_limits<double>::quiet_NaN());
   impl_->pair_of.assign(impl_->geoms.size() * impl_->geoms.size(), -1);
   for (size_t i = 0; i < impl_->geoms.size(); ++i) {
     const Geom& geom = impl_->geoms[i];
@@ -369,12 +398,14 @@ CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& inf
     if (pair.method == Method::kPlaneShape)
       impl_->plane_pairs.push_back(static_cast<int>(impl_->pairs.size()));
     impl_->pairs.push_back(pair);
-    if (is_moving_robot(geom_a) && is_scene(geom_b)) impl_->clearance_pairs.push_back(pair);
-    if (is_moving_robot(geom_b) && is_scene(geom_a)) {
+    if (geom_a.is_moving_robot && geom_b.is_scene) impl_->clearance_pairs.push_back(pair);
+    if (geom_b.is_moving_robot && geom_a.is_scene) {
       impl_->clearance_pairs.push_back({pair.b, pair.a, pair.method, !pair.swapped});
     }
   }
-  impl_->queue.reserve(impl_->clearance_pairs.size());
+  std::vector<std::pair<int, int>> clearance_pairs;
+  for (const Pair& pair : impl_->clearance_pairs) clearance_pairs.emplace_back(pair.a, pair.b);
+  impl_->nearest.emplace(std::move(clearance_pairs), static_cast<int>(impl_->geoms.size()));
   impl_->contacts.reserve(64);
   impl_->contact_request.enable_contact = true;
   impl_->contact_request.num_max_contacts = 1;  // the deepest
@@ -394,20 +425,17 @@ void CollisionChecker::SetBodyPose(int body, const double position[3], const dou
   if (body < 0 || body + 1 >= static_cast<int>(impl_->first_geom.size())) {
     throw InputError("there is no body " + std::to_string(body));
   }
-  const Eigen::Quaterniond q(quat_wxyz[0], quat_wxyz[1], quat_wxyz[2], quat_wxyz[3]);
-  const Vector3d p(position[0], position[1], position[2]);
   if (!IsPose(position, quat_wxyz)) {
     throw InputError("the pose of body " + std::to_string(body) + " is not finite");
   }
+  const Vector3d p(position[0], position[1], position[2]);
+  const Eigen::Quaterniond q(quat_wxyz[0], quat_wxyz[1], quat_wxyz[2], quat_wxyz[3]);
+  const std::array<double, 7> pose = {p[0], p[1], p[2], q.w(), q.x(), q.y(), q.z()};
+  if (pose == impl_->body_pose[body]) return;
+  impl_->body_pose[body] = pose;
   const Matrix3d rotation = q.normalized().toRotationMatrix();
   for (int i = impl_->first_geom[body]; i < impl_->first_geom[body + 1]; ++i) {
-    Geom& geom = impl_->geoms[i];
-    geom.shape.position = p + rotation * geom.local_position;
-    geom.shape.rotation = rotation * geom.local_rotation;
-    geom.fcl_pose.linear() = geom.shape.rotation;
-    geom.fcl_pose.translation() = geom.shape.position;
-    impl_->UpdateBounds(&geom);
-    if (impl_->objects[i]) impl_->objects[i]->SetBounds(geom.lower, geom.upper);
+    impl_->Place(i, p + rotation * impl_->geoms[i].local_position, rotation * impl_->geoms[i].local_rotation);
   }
 }
 
@@ -432,29 +460,30 @@ const std::vector<contact_t>& CollisionChecker::FindContacts() {
   return impl_->contacts;
 }
 
-std::optional<Clearance> CollisionChecker::FindClearance() {
-  // Pairs in the order of the distance between their bounding boxes; the rest cannot be nearer once that
-  // exceeds the best true distance.
-  auto& queue = impl_->queue;
-  queue.clear();
-  for (int i = 0; i < static_cast<int>(impl_->clearance_pairs.size()); ++i) {
-    const Geom& a = impl_->geoms[impl_->clearance_pairs[i].a];
-    const Geom& b = impl_->geoms[impl_->clearance_pairs[i].b];
-    const Vector3d gap = (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0);
-    queue.emplace_back(gap.squaredNorm(), i);
-  }
-  std::sort(queue.begin(), queue.end());
-  std::optional<Clearance> best;
-  Proximity nearest;
-  for (const auto& [bound, i] : queue) {
-    if (best && (best->distance <= 0 ? bound > 0 : bound > best->distance * best->distance)) break;
-    const Pair& pair = impl_->clearance_pairs[i];
-    impl_->Evaluate(pair, true, &nearest);
-    if (!best || nearest.distance < best->distance) {
-      best = Clearance{nearest.distance, impl_->geoms[pair.a].id, impl_->geoms[pair.b].id};
-    }
-  }
-  return best;
+std::optional<Clearance> CollisionChecker::FindClearance(double below) {
+  const auto& pairs = impl_->clearance_pairs;
+  const auto gap = [&](int pair) {
+    const Geom& a = impl_->geoms[pairs[pair].a];
+    const Geom& b = impl_->geoms[pairs[pair].b];
+    return (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0).norm();
+  };
+  const auto measure = [&](int pair) {
+    Proximity proximity;
+    impl_->Evaluate(pairs[pair], true, &proximity);
+    return proximity.distance;
+  };
+  const auto nearest = impl_->nearest->Find(below, gap, measure);
+  if (!nearest) return std::nullopt;
+  const Pair& pair = pairs[nearest->pair];
+  return Clearance{nearest->distance, impl_->geoms[pair.a].id, impl_->geoms[pair.b].id};
+}
+
+std::optional<Clearance> CollisionChecker::AsClearance(const contact_t& contact) const {
+  const Geom& a = impl_->geoms[impl_->geom_of[contact.geom_a]];
+  const Geom& b = impl_->geoms[impl_->geom_of[contact.geom_b]];
+  if (a.is_moving_robot && b.is_scene) return Clearance{contact.distance_m, a.id, b.id};
+  if (b.is_moving_robot && a.is_scene) return Clearance{contact.distance_m, b.id, a.id};
+  return std::nullopt;
 }
 
 bool CollisionChecker::IsChecked(int geom_a, int geom_b) const {

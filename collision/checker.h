@@ -10,6 +10,7 @@
 
 #include <evalbus/contact_t.hpp>
 #include <evalbus/model_info_t.hpp>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -50,9 +51,12 @@ class CollisionChecker {
   const std::vector<contact_t>& FindContacts();
 
   // Smallest signed distance between the moving part of the robot and the world and fixtures. Manipulated
-  // objects and robot bodies welded to the world do not count. Empty when there is no such pair. Costs
-  // several FindContacts().
-  std::optional<Clearance> FindClearance();
+  // objects and robot bodies welded to the world do not count. Empty when there is no such pair, or none
+  // nearer than `below`; then it is much cheaper where the bodies have moved little since the last call.
+  std::optional<Clearance> FindClearance(double below = std::numeric_limits<double>::infinity());
+
+  // A contact of FindContacts() as such a distance, where its pair is one that counts.
+  std::optional<Clearance> AsClearance(const contact_t& contact) const;
 
   // Whether the pair is checked at all.
   bool IsChecked(int geom_a, int geom_b) const;

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "bus/channels.h"
+#include "lcmtypes/clock.h"
 #include "models/physics_model.h"
 
 namespace evalbus::collision {
@@ -25,12 +26,15 @@ std::unique_ptr<CollisionChecker> LoadChecker(const model_info_t& info) {
 }
 
 CollisionComponent::CollisionComponent(Bus* bus) : Component(bus, "collision") {
-  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { model_info_ = m; });
+  bus->Subscribe(channels::kModel, [this](const model_info_t& m) {
+    if (IsNewModel(m)) model_info_ = m;
+  });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
 }
 
 void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
+  if (!IsOfOurRun(begin.session)) return;
   // Both are repeated until we are ready: without MODEL, wait for the next.
   if (!model_info_ || !EnterEpisode(begin)) return;
   CheckMessageVersion(*model_info_);
@@ -40,6 +44,7 @@ void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
     log().Debug("checks {}", model_info_->physics_file);
   }
   loaded_ = *model_info_;
+  clearance_.emplace(checker_.get(), ControlPeriodUs(loaded_));
   SayReady();
 }
 
@@ -59,10 +64,7 @@ void CollisionComponent::OnState(const state_t& state) {
   contacts_.header = state.header;
   contacts_.contact = checker_->FindContacts();
   contacts_.num_contacts = static_cast<int32_t>(contacts_.contact.size());
-  std::optional<Clearance> clearance;
-  if (loaded_.clearance_every_ticks > 0 && tick % loaded_.clearance_every_ticks == 0) {
-    clearance = checker_->FindClearance();
-  }
+  const std::optional<Clearance> clearance = clearance_->At(tick, contacts_.contact);
   contacts_.has_clearance = clearance.has_value();
   contacts_.clearance_m = clearance ? clearance->distance : 0;
   contacts_.clearance_robot_geom = clearance ? clearance->robot_geom : -1;

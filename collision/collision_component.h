@@ -1,5 +1,5 @@
-// The collision checker as a component: answers every STATE of its episode with CONTACTS, with the clearance
-// every model_info_t.clearance_every_ticks ticks, tick 0 included. See docs/messages.md for the protocol.
+// The collision checker as a component: answers every STATE of its episode with CONTACTS. See
+// docs/messages.md for the protocol.
 #pragma once
 
 #include <memory>
@@ -7,6 +7,7 @@
 
 #include "bus/component.h"
 #include "collision/checker.h"
+#include "collision/clearance_watch.h"
 #include "evalbus/contacts_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
@@ -25,6 +26,8 @@ class CollisionComponent : public Component {
   std::optional<model_info_t> model_info_;
   model_info_t loaded_{};
   std::unique_ptr<CollisionChecker> checker_;
+  // Of the episode.
+  std::optional<ClearanceWatch> clearance_;
   contacts_t contacts_{};
 };
 

@@ -15,6 +15,30 @@ constexpr double kCornerNoise = 1e-7;
 
 }  // namespace
 
+double Radius(const Shape& shape) {
+  const Vector3d& s = shape.size;
+  switch (shape.kind) {
+    case Shape::Kind::kSphere:
+      return s[0];
+    case Shape::Kind::kCapsule:
+      return s[0] + s[1];
+    case Shape::Kind::kEllipsoid:
+      return s.maxCoeff();
+    case Shape::Kind::kCylinder:
+      return std::hypot(s[0], s[1]);
+    case Shape::Kind::kBox:
+      return s.norm();
+    case Shape::Kind::kMesh: {
+      double radius = 0;
+      for (const Vector3d& corner : shape.corners) radius = std::max(radius, corner.norm());
+      return radius;
+    }
+    case Shape::Kind::kPlane:
+      break;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
 Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
   const Vector3d& s = shape.size;
   switch (shape.kind) {

@@ -42,6 +42,9 @@ inline bool IsRound(const Shape& shape) {
   return shape.kind == Shape::Kind::kSphere || shape.kind == Shape::Kind::kCapsule;
 }
 
+// No point of the shape is further from its origin; infinite for a plane.
+double Radius(const Shape& shape);
+
 // Farthest point of the shape (not a plane) in direction `u`, a unit vector; point and direction in the local
 // frame. Where a whole face or edge is equally far, its centre.
 Eigen::Vector3d FarthestPoint(const Shape& shape, const Eigen::Vector3d& u);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "evalbus/partial_metrics_t.hpp"
 
@@ -24,6 +25,11 @@ inline const char* Of(int8_t verdict) {
   return verdict == partial_metrics_t::SUCCESS   ? kSuccess
          : verdict == partial_metrics_t::FAILURE ? kFailure
                                                  : "";
+}
+
+// How an episode came out, in the word that people read everywhere: why it did not succeed, or that it did.
+inline std::string Outcome(const std::string& failure_reason) {
+  return failure_reason.empty() ? kSuccess : failure_reason;
 }
 
 }  // namespace evalbus::end_reason

@@ -27,7 +27,7 @@ std::string Conflict(const std::string& end_reason, const episode_summary_t& sum
 
 }  // namespace
 
-MetricsComponent::MetricsComponent(Bus* bus) : Component(bus, "metrics") {
+MetricsComponent::MetricsComponent(Bus* bus, bool is_part) : Component(bus, "metrics"), is_part_(is_part) {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnTickMessage(channels::kState, m); });
@@ -36,31 +36,32 @@ MetricsComponent::MetricsComponent(Bus* bus) : Component(bus, "metrics") {
 }
 
 void MetricsComponent::OnModel(const model_info_t& model) {
-  if (!IsNews(bus().handled(), &model_bytes_)) return;
+  if (!IsNewModel(model)) return;
   model_ = model;
   model_is_new_ = true;
 }
 
 void MetricsComponent::OnEpisodeBegin(const episode_begin_t& begin) {
+  if (!IsOfOurRun(begin.session)) return;
   if (EnterEpisode(begin)) {
     begin_ = begin;
     running_ = false;
     summary_.reset();
-    deadline_ = SteadyTime::max();
+    last_ticks_.reset();
   }
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
   if (status_.state == component_status_t::IDLE) Prepare();
 }
 
 void MetricsComponent::Prepare() {
-  if (model_bytes_.empty()) return;
+  if (!model_) return;
   if (model_is_new_) {
-    TaskDescription task = ParseTask(model_.task_yaml, model_.task_file, false);
-    task.Apply(model_.variation);
-    task.ApplyRobot(model_.robot);
-    scorer_ = std::make_unique<EpisodeScorer>(model_, task);
-    log().Debug("scores {}/{}", model_.task, model_.variation);
-    is_lockstep_ = model_.clock == clock_name::kLockstep;
+    TaskDescription task = ParseTask(model_->task_yaml, model_->task_file, false);
+    task.Apply(model_->variation);
+    task.ApplyRobot(model_->robot, ArmNames(*model_));
+    scorer_ = std::make_unique<EpisodeScorer>(*model_, task);
+    log().Debug("scores {}/{}", model_->task, model_->variation);
+    is_lockstep_ = model_->clock == clock_name::kLockstep;
     model_is_new_ = false;
   }
   scorer_->Start();
@@ -112,7 +113,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
       return FinishEpisode();
     }
   }
-  if (!running_ || deadline_ != SteadyTime::max()) {
+  if (!running_ || last_ticks_) {
     ++status_.foreign_messages;
     // The sim repeats it, lest it or the score was lost.
     if (summary_) {
@@ -122,7 +123,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
     return;
   }
   end_ = end;
-  deadline_ = std::chrono::steady_clock::now() + kMaxWait;
+  last_ticks_.emplace(std::chrono::steady_clock::now());
   merger_.EndAt(end.header.tick);
   ScoreTicks();
 }
@@ -130,17 +131,15 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
 void MetricsComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (run_summary_.num_episodes > 0 && now - summary_published_ >= kRepeatSummary) PublishRunSummary();
-  if (now < deadline_) return;
+  if (!last_ticks_ || last_ticks_->Look(now) < kMaxWait) return;
   log().Warn("waited for ticks that did not come: the episode is scored without them");
   merger_.GiveUp();
   ScoreTicks();
 }
 
-SteadyTime MetricsComponent::next_poll() const { return deadline_; }
-
 void MetricsComponent::FinishEpisode() {
   running_ = false;
-  deadline_ = SteadyTime::max();
+  last_ticks_.reset();
   scorer_->EndAt(end_.header.tick);
   missing_here_ = scorer_->missing_ticks();
   status_.missing_ticks = missing_before_ + missing_here_;
@@ -165,6 +164,7 @@ void MetricsComponent::FinishEpisode() {
   }
   statistics_.Add(end_.header.episode, ResultOf(summary));
   run_summary_ = SummaryMessage(statistics_.Summary(false));
+  run_summary_.is_part = is_part_ || !statistics_.is_without_gap();
 
   bus().Publish(channels::kEpisodeSummary, summary);
   PublishRunSummary();

@@ -9,6 +9,7 @@
 
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
+#include "bus/wait.h"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
@@ -23,10 +24,10 @@ class MetricsComponent : public Component {
   // Wall-clock time after EPISODE_END for which ticks may still arrive.
   static constexpr std::chrono::milliseconds kMaxWait{1000};
 
-  explicit MetricsComponent(Bus* bus);
+  // is_part: the run has episodes that this component will not hear of.
+  explicit MetricsComponent(Bus* bus, bool is_part = false);
 
   void Poll(SteadyTime now) override;
-  SteadyTime next_poll() const override;
 
  private:
   void OnModel(const model_info_t& model);
@@ -40,9 +41,8 @@ class MetricsComponent : public Component {
   void FinishEpisode();
   void PublishRunSummary();
 
-  // The last MODEL and its encoding, by which a repetition is recognised.
-  model_info_t model_{};
-  std::vector<uint8_t> model_bytes_;
+  // The last MODEL.
+  std::optional<model_info_t> model_;
   bool model_is_new_ = false;
   // Of the model that scorer_ is for.
   bool is_lockstep_ = false;
@@ -57,11 +57,12 @@ class MetricsComponent : public Component {
   bool running_ = false;
   // From FinishEpisode() until the next episode begins.
   std::optional<episode_summary_t> summary_;
-  // Set while the episode's last ticks are awaited.
-  SteadyTime deadline_ = SteadyTime::max();
+  // Since EPISODE_END, while ticks before it are missing.
+  std::optional<Wait> last_ticks_;
   // Missing ticks of the episodes before this one.
   int64_t missing_before_ = 0;
   int64_t missing_here_ = 0;
+  const bool is_part_;
   RunStatistics statistics_;
   run_summary_t run_summary_{};
   SteadyTime summary_published_{};

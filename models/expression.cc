@@ -9,14 +9,17 @@ namespace {
 //
 //   {touching: {a: pot, b: floor}}    a map of values       named arguments
 //   {height: 1.2}                     a value or a list     one argument without a name
+//   {lasts: {min_s: 1, when: {...}}}  values and `when`     named arguments and an operand
 //   {not: {touching: {...}}}          an expression         operand
 //   {all: [{...}, {...}]}             a list of these       operands
 //
+constexpr char kOperandKey[] = "when";
+
 // An expression is told from a map of arguments by its one entry, which is a map or a list of maps.
 bool IsExpression(const YamlValue& value) {
   if (!value.is_map()) return false;
   const std::vector<YamlValue> entries = value.Entries();
-  if (entries.size() != 1) return false;
+  if (entries.size() != 1 || entries[0].key() == kOperandKey) return false;
   if (entries[0].is_map()) return true;
   if (!entries[0].is_list()) return false;
   const std::vector<YamlValue> elements = entries[0].List();
@@ -43,7 +46,13 @@ Expression ReadExpression(const YamlValue& value) {
   if (IsExpression(body)) {
     expression.operands.push_back(ReadExpression(body));
   } else if (body.is_map()) {
-    for (const YamlValue& entry : body.Entries()) CheckArgument(entry);
+    for (const YamlValue& entry : body.Entries()) {
+      if (entry.key() == kOperandKey) {
+        expression.operands.push_back(ReadExpression(entry));
+      } else {
+        CheckArgument(entry);
+      }
+    }
   } else if (body.is_list() && !body.List().empty() && !body.List()[0].is_scalar()) {
     for (const YamlValue& element : body.List()) expression.operands.push_back(ReadExpression(element));
   } else {

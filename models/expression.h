@@ -14,10 +14,10 @@ namespace evalbus {
 struct Expression {
   // Empty: there is no expression.
   std::string name;
-  // What stands under the name: a map of arguments, each text or a list of texts; a single such value; or
-  // what the operands were read from.
+  // What stands under the name: a map of arguments, each text or a list of texts, but the operand under
+  // `when`; a single such value; or what the operands were read from.
   YamlValue arguments;
-  // Of all, any, not, latched.
+  // Of all, any, not, latched, lasts.
   std::vector<Expression> operands;
 
   SourceLocation location() const { return arguments.location(); }

@@ -62,13 +62,13 @@ TaskSelection FindTask(const std::string& name) {
     message += "; there are ";
     std::string list;
     for (const TaskDescription& task : AllTasks()) list += (list.empty() ? "" : ", ") + task.name;
-    message += list.empty() ? "none in " + (ModelsFolder() / "tasks").string() : list;
+    message += list.empty() ? "none in " + TasksFolder().string() : list;
   }
   throw InputError(message);
 }
 
 std::vector<TaskDescription> AllTasks() {
-  const std::filesystem::path folder = ModelsFolder() / "tasks";
+  const std::filesystem::path folder = TasksFolder();
   if (!std::filesystem::is_directory(folder)) {
     throw InputError("no folder " + folder.string() +
                      "; EVALBUS_MODELS must name a folder with tasks/, robots/, props/");
@@ -85,5 +85,7 @@ std::filesystem::path ModelsFolder() {
   const char* folder = std::getenv("EVALBUS_MODELS");
   return folder && *folder ? std::filesystem::path(folder) : std::filesystem::path(EVALBUS_MODELS_FOLDER);
 }
+
+std::filesystem::path TasksFolder() { return ModelsFolder() / "tasks"; }
 
 }  // namespace evalbus

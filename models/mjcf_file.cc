@@ -1,8 +1,10 @@
 #include "models/mjcf_file.h"
 
+#include <cerrno>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/file_errors.h"
 #include "models/source_location.h"
 
 namespace evalbus {
@@ -25,7 +27,11 @@ std::unique_ptr<XMLDocument> Load(const std::filesystem::path& file, const std::
     throw InputError(OneLine(prefix + "model file " + file.string() + " does not exist"));
   }
   auto document = std::make_unique<XMLDocument>();
-  if (document->LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
+  const tinyxml2::XMLError error = document->LoadFile(file.c_str());
+  if (error == tinyxml2::XML_ERROR_FILE_NOT_FOUND || error == tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED) {
+    ThrowFileError(file.string() + ": cannot be read", errno);
+  }
+  if (error != tinyxml2::XML_SUCCESS) {
     throw InputError(file.string() + ":" + std::to_string(document->ErrorLineNum()) + ": not valid XML (" +
                      document->ErrorName() + ")");
   }

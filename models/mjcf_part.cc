@@ -79,6 +79,7 @@ const std::map<std::string, std::string>& GlobalSettings() {
 Part::Part(const std::filesystem::path& file, std::vector<std::string>* warnings)
     : mjcf_(ReadMjcf(file)), warnings_(warnings) {
   ReadCompiler();
+  CollectClasses(MainDefault());
 }
 
 std::string Part::compiler(const std::string& attribute, const std::string& otherwise) const {
@@ -143,7 +144,6 @@ void Part::CheckSchema() {
 }
 
 void Part::Normalise() {
-  CollectClasses(MainDefault());
   const bool degree = compiler("angle", "degree") == "degree";
   for (XMLElement* section : Sections("worldbody")) {
     const auto* attribute = section->FirstAttribute();
@@ -256,16 +256,25 @@ void Part::CollectClasses(XMLElement* definition) {
   }
 }
 
+std::vector<const XMLElement*> Part::ClassChain(const std::string& name) const {
+  std::vector<const XMLElement*> chain;
+  const auto found = classes_.find(name);
+  const XMLElement* definition = found == classes_.end() ? nullptr : found->second;
+  for (; definition && Is(definition, "default"); definition = definition->Parent()->ToElement()) {
+    chain.insert(chain.begin(), definition);
+  }
+  return chain;
+}
+
 std::optional<std::string> Part::Effective(const XMLElement* element, const std::string& childclass,
                                            const char* attribute) const {
   if (const char* own = element->Attribute(attribute)) return own;
-  const auto found = classes_.find(Get(element, "class", childclass));
-  const XMLElement* definition = found == classes_.end() ? nullptr : found->second;
-  for (; definition && Is(definition, "default"); definition = definition->Parent()->ToElement()) {
+  std::optional<std::string> value;
+  for (const XMLElement* definition : ClassChain(Get(element, "class", childclass))) {
     const XMLElement* defaults = definition->FirstChildElement(element->Name());
-    if (defaults && defaults->Attribute(attribute)) return defaults->Attribute(attribute);
+    if (defaults && defaults->Attribute(attribute)) value = defaults->Attribute(attribute);
   }
-  return std::nullopt;
+  return value;
 }
 
 void Part::ConvertJoints(XMLElement* body, const std::string& childclass) {

@@ -36,6 +36,10 @@ class Part {
   // The <default> sections, merged into one with the class name "main".
   tinyxml2::XMLElement* MainDefault();
 
+  // Writes what MuJoCo 2.2 does not know of position servos (kv, inheritrange) in its own words, and gives
+  // those that are named another stiffness (N m / rad, N / m) in place of theirs, without a velocity gain.
+  // Before CheckSchema().
+  void WriteServos(const std::map<std::string, double>& stiffness);
   // Checks every element and attribute against the installed MuJoCo.
   void CheckSchema();
   // Makes angles radians, files absolute and bodies' inertias what this file's compiler settings say.
@@ -47,6 +51,10 @@ class Part {
   void ReadCompiler();
   void CheckElement(tinyxml2::XMLElement* element, const SchemaNode& parent, const std::string& parent_name);
   void CollectClasses(tinyxml2::XMLElement* definition);
+  // The default classes that a class takes values over from, the outermost first, itself last.
+  std::vector<const tinyxml2::XMLElement*> ClassChain(const std::string& name) const;
+  // Makes a multiple of its joint's range the range of the actuator's commands.
+  void InheritRange(tinyxml2::XMLElement* actuator, double factor);
   // An attribute's value as the element or its default class says.
   std::optional<std::string> Effective(const tinyxml2::XMLElement* element, const std::string& childclass,
                                        const char* attribute) const;

@@ -37,7 +37,7 @@ std::vector<XMLElement*> Children(XMLElement* element) {
   return children;
 }
 
-std::string Number(double value) {
+std::string NumberText(double value) {
   std::array<char, 32> text{};
   const auto result = std::to_chars(text.data(), text.data() + text.size(), value);
   return std::string(text.data(), result.ptr);

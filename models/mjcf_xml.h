@@ -30,7 +30,7 @@ void ForEach(tinyxml2::XMLElement* element, const Visit& visit) {
 }
 
 // Shortest text that reads back as the same number.
-std::string Number(double value);
+std::string NumberText(double value);
 
 // Such texts, with spaces between them.
 template <typename Numbers>
@@ -38,7 +38,7 @@ std::string Join(const Numbers& numbers) {
   std::string text;
   for (double number : numbers) {
     if (!text.empty()) text += ' ';
-    text += Number(number);
+    text += NumberText(number);
   }
   return text;
 }

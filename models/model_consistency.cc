@@ -30,6 +30,7 @@ void CheckConsistency(const model_info_t& info) {
   CheckIndices(info.body_entity, info.num_entities, "body_entity");
   CheckIndices(info.geom_body, info.num_bodies, "geom_body");
   CheckIndices(info.object_entity, info.num_entities, "object_entity");
+  CheckIndices(info.barred_geom, info.num_geoms, "barred_geom");
   constexpr int kMany = 1 << 20;
   CheckCoordinates(info, kMany);
   for (const arm_info_t& arm : info.arm) {

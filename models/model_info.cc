@@ -3,12 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <string>
 
 #include "base/errors.h"
+#include "models/yaml_reader.h"
 
 namespace evalbus {
 namespace {
+
+// What stands for the range of an arm's joint that has none.
+constexpr double kWholeTurn = 2 * std::numbers::pi;  // rad
 
 std::string NameOf(const mjModel& model, mjtObj type, int id) {
   const char* name = mj_id2name(&model, type, id);
@@ -77,7 +82,78 @@ void FillGeomsAndJoints(const mjModel& model, model_info_t* info) {
   }
 }
 
-arm_info_t FillArm(const ArmDescription& arm, const mjModel& model, const model_info_t& info) {
+// Geoms of objects of which only other bodies and geoms may be touched.
+void FillBarredGeoms(const TaskDescription& task, model_info_t* info) {
+  for (const std::string& object : task.objects) {
+    std::vector<std::string> touchable;
+    std::vector<int> geoms;
+    std::vector<std::string> known;
+    for (int geom = 0; geom < info->num_geoms; ++geom) {
+      if (info->entity_name[info->body_entity[info->geom_body[geom]]] != object) continue;
+      geoms.push_back(geom);
+      known.push_back(info->geom_name[geom]);
+      known.push_back(info->body_name[info->geom_body[geom]]);
+    }
+    for (const Touchable& part : task.touchables) {
+      if (part.object != object) continue;
+      if (std::ranges::find(known, part.name) == known.end()) {
+        throw InputError(part.location.ToString() + ": object '" + object + "' has no body or geom '" +
+                         part.name + "' that can be touched" + Suggestion(part.name, known));
+      }
+      touchable.push_back(part.name);
+    }
+    for (const int geom : geoms) {
+      const auto may_touch = [&](const std::string& name) {
+        return std::ranges::find(touchable, name) != touchable.end();
+      };
+      if (!touchable.empty() && !may_touch(info->geom_name[geom]) &&
+          !may_touch(info->body_name[info->geom_body[geom]])) {
+        info->barred_geom.push_back(geom);
+      }
+    }
+  }
+  info->num_barred_geoms = static_cast<int>(info->barred_geom.size());
+}
+
+// The joint that a task starts, its range and what moves it fit the position.
+void CheckJoint(const mjModel& model, const std::string& name, bool is_angle, double position,
+                const SourceLocation& where, const model_info_t& info) {
+  const auto fail = [&](const std::string& message) {
+    throw InputError(where.ToString() + ": joint '" + name + "' " + message);
+  };
+  const auto found = std::ranges::find(info.joint_name, name);
+  if (found == info.joint_name.end()) fail("is not in the scene" + Suggestion(name, info.joint_name));
+  const auto joint = found - info.joint_name.begin();
+  const int type = model.jnt_type[joint];
+  if (type != mjJNT_HINGE && type != mjJNT_SLIDE) fail("neither hinges nor slides");
+  if ((type == mjJNT_HINGE) != is_angle) {
+    fail(is_angle ? "slides: its position is in m" : "hinges: its position is in deg or rad");
+  }
+  const double lower = model.jnt_range[2 * joint], upper = model.jnt_range[2 * joint + 1];
+  if (model.jnt_limited[joint] && (position < lower || position > upper)) {
+    fail("cannot start at " + std::to_string(position) + ": its range is [" + std::to_string(lower) + ", " +
+         std::to_string(upper) + (is_angle ? "] rad" : "] m"));
+  }
+}
+
+void CheckJoints(const TaskDescription& task, const mjModel& model, const model_info_t& info) {
+  for (const JointStart& start : task.joints)
+    CheckJoint(model, start.joint, start.is_angle, start.position, start.location, info);
+  for (const Variation& variation : task.variations) {
+    for (const Randomisation& randomisation : variation.randomisations) {
+      const auto* spawn = std::get_if<SpawnJoint>(&randomisation);
+      if (!spawn) continue;
+      // A variation's own parts are there in its own scene alone.
+      const bool is_here = std::ranges::find(info.joint_name, spawn->joint) != info.joint_name.end();
+      if (!is_here && !variation.parts.empty()) continue;
+      for (const double position : {spawn->min, spawn->max})
+        CheckJoint(model, spawn->joint, spawn->is_angle, position, spawn->location, info);
+    }
+  }
+}
+
+arm_info_t FillArm(const TaskDescription& task, const ArmDescription& arm, const mjModel& model,
+                   const model_info_t& info) {
   const std::string prefix = arm.prefix();
   const auto fail = [&](const std::string& message) {
     throw InputError(arm.location.ToString() + ": arm '" + arm.name + "': " + message);
@@ -100,9 +176,10 @@ arm_info_t FillArm(const ArmDescription& arm, const mjModel& model, const model_
     }
     result.joint_name.push_back(prefix + arm.joints[i]);
     result.joint_qpos_index.push_back(model.jnt_qposadr[joint]);
-    result.joint_lower_rad.push_back(model.jnt_limited[joint] ? lower : 0);
-    result.joint_upper_rad.push_back(model.jnt_limited[joint] ? upper : 0);
-    result.joint_home_rad.push_back(arm.home[i]);
+    result.joint_lower_rad.push_back(model.jnt_limited[joint] ? lower : -kWholeTurn);
+    result.joint_upper_rad.push_back(model.jnt_limited[joint] ? upper : kWholeTurn);
+    const auto start = std::ranges::find(task.joints, result.joint_name.back(), &JointStart::joint);
+    result.joint_home_rad.push_back(start == task.joints.end() ? arm.home[i] : start->position);
   }
   result.wrist_site = prefix + arm.wrist_site;
   return result;
@@ -143,13 +220,16 @@ model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& 
   info.task = task.name;
   info.task_yaml = task.text;
   info.task_file = task.file.string();
+  info.instruction = task.instruction;
   info.robot = robot.name;
   info.timestep_us = std::llround(model.opt.timestep * 1e6);
   info.time_limit_us = std::llround(task.time_limit * 1e6);
   FillBodies(task, robot, model, &info);
   FillGeomsAndJoints(model, &info);
+  FillBarredGeoms(task, &info);
+  CheckJoints(task, model, info);
   for (size_t i = 0; i < robot.arms.size(); ++i) {
-    info.arm.push_back(FillArm(robot.arms[i], model, info));
+    info.arm.push_back(FillArm(task, robot.arms[i], model, info));
     info.gripper.push_back(FillGripper(robot.grippers[i], static_cast<int>(i), model));
   }
   info.num_arms = static_cast<int>(info.arm.size());

@@ -11,8 +11,8 @@ namespace evalbus {
 
 // model: the physics model composed of task and robot. Fills names, entities, arms, grippers, objects,
 // timestep, time limit, task and robot; the run's own fields (run_id, variation, files, hashes, clock,
-// substeps, clearance_every_ticks) are left for the sim. What has no name is called "<body>/geom<N>" or
-// "<body>/joint<N>", N counting within the body. Throws InputError where the model does not fit the robot.
+// substeps) are left for the sim. What has no name is called "<body>/geom<N>" or "<body>/joint<N>", N
+// counting within the body. Throws InputError where the model does not fit the robot.
 model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& robot, const mjModel& model);
 
 }  // namespace evalbus

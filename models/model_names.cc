@@ -1,10 +1,12 @@
 #include "models/model_names.h"
 
 #include <algorithm>
+#include <initializer_list>
 
 #include "base/errors.h"
 #include "models/model_consistency.h"
 #include "models/physics_model.h"
+#include "models/yaml_reader.h"
 
 namespace evalbus {
 namespace {
@@ -24,6 +26,20 @@ std::string List(const std::vector<std::string>& names, const std::string& suffi
   return text.empty() ? "(none)" : text;
 }
 
+std::vector<std::string> Joined(std::initializer_list<const std::vector<std::string>*> lists) {
+  std::vector<std::string> all;
+  for (const auto* list : lists) all.insert(all.end(), list->begin(), list->end());
+  return all;
+}
+
+// `expected` is said where the name is no misspelling of a known one.
+[[noreturn]] void Fail(const SourceLocation& where, const std::string& what, const std::string& name,
+                       const std::vector<std::string>& known, const std::string& expected) {
+  const std::string nearest = NearestName(name, known);
+  throw InputError(where.ToString() + ": " + what + " is called '" + name + "'; " +
+                   (nearest.empty() ? "expected " + expected : "did you mean '" + nearest + "'?"));
+}
+
 std::vector<std::string> GripperNames(const model_info_t& model) {
   std::vector<std::string> names;
   for (const gripper_info_t& gripper : model.gripper) names.push_back(gripper.name);
@@ -31,6 +47,12 @@ std::vector<std::string> GripperNames(const model_info_t& model) {
 }
 
 }  // namespace
+
+std::vector<std::string> ArmNames(const model_info_t& model) {
+  std::vector<std::string> names;
+  for (const arm_info_t& arm : model.arm) names.push_back(arm.name);
+  return names;
+}
 
 ModelNames::ModelNames(const model_info_t& model) : model_(model) {
   CheckMessageVersion(model);
@@ -48,6 +70,7 @@ const std::string& ModelNames::GeomName(int geom) const {
 bool ModelNames::IsRobot(int geom) const { return model_.entity_kind[EntityOf(geom)] == model_info_t::ROBOT; }
 
 bool ModelNames::IsObject(int geom) const {
+  if (std::ranges::find(model_.barred_geom, geom) != model_.barred_geom.end()) return false;
   const std::vector<int32_t>& objects = model_.object_entity;
   return std::find(objects.begin(), objects.end(), EntityOf(geom)) != objects.end();
 }
@@ -72,9 +95,12 @@ std::vector<uint8_t> ModelNames::Geoms(const std::string& operand, const SourceL
     geoms[geom] = 1;
     return geoms;
   }
-  throw InputError(where.ToString() + ": nothing is called '" + operand + "'; expected an entity (" +
-                   List(model_.entity_name) + "), a gripper (" + List(GripperNames(model_), kGripperSuffix) +
-                   "), a body (" + List(model_.body_name) + ") or a geom (" + List(model_.geom_name) + ")");
+  std::vector<std::string> known = Joined({&model_.entity_name, &model_.body_name, &model_.geom_name});
+  for (const std::string& gripper : GripperNames(model_)) known.push_back(gripper + kGripperSuffix);
+  Fail(where, "nothing", operand, known,
+       "an entity (" + List(model_.entity_name) + "), a gripper (" +
+           List(GripperNames(model_), kGripperSuffix) + "), a body (" + List(model_.body_name) +
+           ") or a geom (" + List(model_.geom_name) + ")");
 }
 
 int ModelNames::Body(const std::string& operand, const SourceLocation& where) const {
@@ -85,15 +111,13 @@ int ModelNames::Body(const std::string& operand, const SourceLocation& where) co
     throw InputError(where.ToString() + ": '" + operand + "' has no body");
   }
   if (const int body = Find(model_.body_name, operand); body >= 0) return body;
-  throw InputError(where.ToString() + ": no entity or body is called '" + operand +
-                   "'; expected an entity (" + List(model_.entity_name) + ") or a body (" +
-                   List(model_.body_name) + ")");
+  Fail(where, "no entity or body", operand, Joined({&model_.entity_name, &model_.body_name}),
+       "an entity (" + List(model_.entity_name) + ") or a body (" + List(model_.body_name) + ")");
 }
 
 int ModelNames::Joint(const std::string& name, const SourceLocation& where) const {
   if (const int joint = Find(model_.joint_name, name); joint >= 0) return joint;
-  throw InputError(where.ToString() + ": no joint is called '" + name + "'; expected " +
-                   List(model_.joint_name));
+  Fail(where, "no joint", name, model_.joint_name, List(model_.joint_name));
 }
 
 int ModelNames::FindGripper(const std::string& name) const { return Find(GripperNames(model_), name); }
@@ -101,8 +125,7 @@ int ModelNames::FindGripper(const std::string& name) const { return Find(Gripper
 int ModelNames::Gripper(const std::string& name, const SourceLocation& where) const {
   const int gripper = FindGripper(name);
   if (gripper >= 0) return gripper;
-  throw InputError(where.ToString() + ": no gripper is called '" + name + "'; expected " +
-                   List(GripperNames(model_)) + " or any");
+  Fail(where, "no gripper", name, GripperNames(model_), List(GripperNames(model_)) + " or any");
 }
 
 std::vector<uint8_t> ModelNames::Pads(int gripper) const {

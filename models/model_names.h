@@ -11,6 +11,8 @@
 
 namespace evalbus {
 
+std::vector<std::string> ArmNames(const model_info_t& model);
+
 class ModelNames {
  public:
   // Throws InputError where the message contradicts itself (an index out of range, another message version).
@@ -24,7 +26,7 @@ class ModelNames {
   // Its own name, or its body's where it has none.
   const std::string& GeomName(int geom) const;
   bool IsRobot(int geom) const;
-  // Of a manipulated object.
+  // Of a manipulated object, and not one of its geoms that must not be touched.
   bool IsObject(int geom) const;
 
   // These throw InputError at `where`, with the names there are.

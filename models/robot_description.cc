@@ -62,11 +62,62 @@ double TravelOf(const YamlMap& map, const std::string& stem) {
   return (metres ? metres : radians)->Number();
 }
 
+void ReadStand(const YamlValue& value, const std::vector<std::filesystem::path>& folders,
+               ArmDescription* arm) {
+  const YamlMap map(value, {"model"}, {"pose"});
+  arm->stand_file = FindModelFile(map["model"], folders);
+  if (const YamlValue* pose = map.Find("pose")) arm->stand_pose = ReadPose(*pose);
+}
+
+// The bodies of an arm and its hand, by their names after the arm's prefix.
+std::set<std::string> BodiesOf(const MjcfFile& arm_model, const GripperDescription& gripper) {
+  std::set<std::string> names = NamesIn(arm_model, "worldbody", "body");
+  if (gripper.model_file.empty()) return names;
+  names.insert("hand");
+  for (const std::string& name : NamesIn(ReadMjcf(gripper.model_file), "worldbody", "body")) {
+    names.insert("hand/" + name);
+  }
+  return names;
+}
+
+std::vector<std::array<std::string, 2>> ReadExcludes(const YamlValue& value,
+                                                     const std::set<std::string>& bodies,
+                                                     const std::filesystem::path& file) {
+  std::vector<std::array<std::string, 2>> excludes;
+  for (const YamlValue& pair : value.List()) {
+    const std::vector<std::string> names = NamesFrom(pair, bodies, "body", file);
+    if (names.size() != 2) pair.Fail("expected the names of two bodies, got " + std::to_string(names.size()));
+    excludes.push_back({names[0], names[1]});
+  }
+  return excludes;
+}
+
+std::vector<CameraDescription> ReadCameras(const YamlValue& value, const std::set<std::string>& bodies,
+                                           const std::filesystem::path& file) {
+  std::vector<CameraDescription> cameras;
+  for (const YamlValue& entry : value.List()) {
+    const YamlMap map(entry, {"name", "body", "pose"}, {"vertical_fov_deg"});
+    CameraDescription camera;
+    camera.name = map["name"].Name();
+    for (const CameraDescription& other : cameras) {
+      if (other.name == camera.name) map["name"].Fail("another camera is called '" + camera.name + "'");
+    }
+    camera.body = NameIn(map["body"], bodies, "body", file);
+    camera.pose = ReadPose(map["pose"]);
+    if (const YamlValue* fov = map.Find("vertical_fov_deg")) {
+      camera.vertical_fov = fov->Number({.min = 1, .max = 170});
+    }
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
 GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm, const MjcfFile& arm_model,
                                const std::vector<std::filesystem::path>& folders) {
-  const YamlMap map(value, {"joints", "actuator", "command_open", "command_closed", "pad_bodies"},
-                    {"model", "attach_body", "mount", "joint_open_m", "joint_open_rad", "joint_closed_m",
-                     "joint_closed_rad", "joint_damping_Ns_per_m"});
+  const YamlMap map(
+      value, {"joints", "actuator", "command_open", "command_closed", "pad_bodies"},
+      {"model", "attach_body", "mount", "joint_open_m", "joint_open_rad", "joint_closed_m",
+       "joint_closed_rad", "joint_damping_Ns_per_m", "position_gain_N_per_m", "position_gain_Nm_per_rad"});
   GripperDescription gripper;
   gripper.arm = arm.name;
   gripper.location = value.location();
@@ -95,6 +146,11 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
   if (const YamlValue* damping = map.Find("joint_damping_Ns_per_m")) {
     gripper.joint_damping = damping->Number(kNotNegative);
   }
+  for (const char* key : {"position_gain_N_per_m", "position_gain_Nm_per_rad"}) {
+    const YamlValue* gain = map.Find(key);
+    if (gain && gripper.position_gain > 0) gain->Fail("give either this or 'position_gain_N_per_m'");
+    if (gain) gripper.position_gain = gain->Number(kPositive);
+  }
   gripper.actuator = NameIn(map["actuator"], NamesIn(*model, "actuator", "*"), "actuator", model->file);
   gripper.command_open = map["command_open"].Number();
   gripper.command_closed = map["command_closed"].Number();
@@ -108,18 +164,30 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
 
 }  // namespace
 
+std::vector<std::string> RobotDescription::arm_names() const {
+  std::vector<std::string> names;
+  for (const ArmDescription& arm : arms) names.push_back(arm.name);
+  return names;
+}
+
+std::vector<std::filesystem::path> AllRobots() {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(ModelsFolder() / "robots", error)) {
+    if (entry.path().extension() == ".yaml") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 std::filesystem::path FindRobot(const std::string& name) {
   const std::filesystem::path file(name);
   if (file.extension() == ".yaml" || file.extension() == ".yml") return file;
   std::vector<std::string> known;
-  const std::filesystem::path folder = ModelsFolder() / "robots";
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (entry.path().extension() != ".yaml") continue;
-    if (entry.path().stem() == name) return entry.path();
-    known.push_back(entry.path().stem());
+  for (const std::filesystem::path& robot : AllRobots()) {
+    if (robot.stem() == name) return robot;
+    known.push_back(robot.stem());
   }
-  std::sort(known.begin(), known.end());
   throw InputError("unknown robot '" + name + "'" + Suggestion(name, known));
 }
 
@@ -137,11 +205,13 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
   std::vector<std::filesystem::path> folders{robot.file.parent_path()};
   for (const auto& folder : model_path)
     folders.push_back(std::filesystem::absolute(folder).lexically_normal());
+  folders.push_back(ModelsFolder() / "robots");
 
   for (const YamlValue& entry : map["arms"].List()) {
     const YamlMap arm_map(entry,
                           {"name", "model", "joints", "actuators", "wrist_site", "home_rad", "gripper"},
-                          {"base", "position_gain_Nm_per_rad", "joint_damping_Nms_per_rad", "armature_kgm2"});
+                          {"base", "position_gain_Nm_per_rad", "joint_damping_Nms_per_rad", "armature_kgm2",
+                           "stand", "excludes", "cameras"});
     ArmDescription arm;
     arm.location = entry.location();
     arm.name = arm_map["name"].Name();
@@ -165,6 +235,14 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
     arm.joint_damping = OptionalNumbers(arm_map, "joint_damping_Nms_per_rad", n, kNotNegative);
     arm.armature = OptionalNumbers(arm_map, "armature_kgm2", n, kNotNegative);
     robot.grippers.push_back(ReadGripper(arm_map["gripper"], arm, model, folders));
+    const std::set<std::string> bodies = BodiesOf(model, robot.grippers.back());
+    if (const YamlValue* stand = arm_map.Find("stand")) ReadStand(*stand, folders, &arm);
+    if (const YamlValue* excludes = arm_map.Find("excludes")) {
+      arm.excludes = ReadExcludes(*excludes, bodies, model.file);
+    }
+    if (const YamlValue* cameras = arm_map.Find("cameras")) {
+      arm.cameras = ReadCameras(*cameras, bodies, model.file);
+    }
     robot.arms.push_back(std::move(arm));
   }
   if (robot.arms.empty()) map["arms"].Fail("expected at least one arm");

@@ -3,6 +3,7 @@
 // model file, without the prefix that the scene composer adds.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -11,6 +12,14 @@
 #include "models/source_location.h"
 
 namespace evalbus {
+
+// A camera on a body of an arm or its hand. It looks along its -z axis, y is up in the picture.
+struct CameraDescription {
+  std::string name;
+  std::string body;
+  Pose pose;                 // in the body's frame
+  double vertical_fov = 45;  // degrees, as MuJoCo has it
+};
 
 struct ArmDescription {
   // "left", "right", ...
@@ -31,6 +40,13 @@ struct ArmDescription {
   std::vector<double> position_gain;  // N m / rad; also removes the actuator's velocity gain
   std::vector<double> joint_damping;  // N m s / rad
   std::vector<double> armature;       // kg m^2
+  // What the arm stands on, an MJCF file at a pose in the base's frame; empty: nothing.
+  std::filesystem::path stand_file;
+  Pose stand_pose;
+  // Pairs of bodies that never touch one another. Names of the arm's model; those of a hand with a model of
+  // its own begin with "hand/".
+  std::vector<std::array<std::string, 2>> excludes;
+  std::vector<CameraDescription> cameras;
   // Where the file describes it.
   SourceLocation location;
 
@@ -52,6 +68,9 @@ struct GripperDescription {
   double joint_closed = 0;  // m (or rad)
   // Replacement for the finger joints' damping; negative = as in the file.
   double joint_damping = -1;
+  // Replacement for the actuator's stiffness, N / m or N m / rad, without a velocity gain; 0 = as in the
+  // file.
+  double position_gain = 0;
   std::string actuator;
   // Actuator command for fully open and fully closed, in the actuator's own unit.
   double command_open = 0;
@@ -71,14 +90,19 @@ struct RobotDescription {
   std::vector<ArmDescription> arms;
   // One per arm, in the order of the arms.
   std::vector<GripperDescription> grippers;
+
+  std::vector<std::string> arm_names() const;
 };
+
+// The descriptions in models/robots, sorted.
+std::vector<std::filesystem::path> AllRobots();
 
 // The file of a robot that is named: the path of a YAML file as it is, else one of models/robots
 // ("single_panda"). Throws InputError that lists those there are.
 std::filesystem::path FindRobot(const std::string& name);
 
 // Reads and checks a robot YAML. model_path: folders in which model files are looked for after the YAML's own
-// folder (a checkout of MuJoCo Menagerie, for instance). Throws InputError.
+// folder and before models/robots (a checkout of MuJoCo Menagerie, for instance). Throws InputError.
 RobotDescription LoadRobot(const std::filesystem::path& file,
                            const std::vector<std::filesystem::path>& model_path = {});
 

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include "base/errors.h"
 #include "models/compile_model.h"
 #include "models/mjcf_xml.h"
 #include "models/model_info.h"
 #include "models/scene_composer.h"
+#include "models/vibration.h"
 
 namespace evalbus {
 namespace {
@@ -23,31 +25,55 @@ Pose Compose(const Pose& a, const Pose& b) {
   return result;
 }
 
-void AttachRobot(const TaskDescription& task, const RobotDescription& robot, SceneComposer* composer) {
-  for (size_t i = 0; i < robot.arms.size(); ++i) {
-    const ArmDescription& arm = robot.arms[i];
-    const GripperDescription& gripper = robot.grippers[i];
-    const std::string prefix = arm.prefix();
-    composer->Attach(arm.model_file, prefix, Compose(task.robot_base, arm.base));
-    if (!gripper.model_file.empty()) {
-      composer->Attach(gripper.model_file, gripper.prefix(), gripper.mount, Mount::kFixed,
-                       prefix + gripper.attach_body);
+void AttachArm(const ArmDescription& arm, const GripperDescription& gripper, const Pose& robot_base,
+               SceneComposer* composer) {
+  const std::string prefix = arm.prefix();
+  std::map<std::string, double> arm_stiffness, gripper_stiffness;
+  for (size_t j = 0; j < arm.position_gain.size(); ++j)
+    arm_stiffness[arm.actuators[j]] = arm.position_gain[j];
+  if (gripper.position_gain > 0) {
+    (gripper.model_file.empty() ? arm_stiffness : gripper_stiffness)[gripper.actuator] =
+        gripper.position_gain;
+  }
+  composer->Attach(arm.model_file, prefix, Compose(robot_base, arm.base), Mount::kFixed, "", arm_stiffness);
+  if (!gripper.model_file.empty()) {
+    composer->Attach(gripper.model_file, gripper.prefix(), gripper.mount, Mount::kFixed,
+                     prefix + gripper.attach_body, gripper_stiffness);
+  }
+  if (!arm.stand_file.empty()) {
+    composer->Attach(arm.stand_file, prefix + "stand/", arm.stand_pose, Mount::kFixed, arm.name);
+  }
+  for (size_t j = 0; j < arm.joints.size(); ++j) {
+    if (!arm.joint_damping.empty()) {
+      composer->SetJointAttribute(prefix + arm.joints[j], "damping", arm.joint_damping[j]);
     }
-    for (size_t j = 0; j < arm.joints.size(); ++j) {
-      if (!arm.position_gain.empty())
-        composer->SetPositionGain(prefix + arm.actuators[j], arm.position_gain[j]);
-      if (!arm.joint_damping.empty()) {
-        composer->SetJointAttribute(prefix + arm.joints[j], "damping", arm.joint_damping[j]);
-      }
-      if (!arm.armature.empty())
-        composer->SetJointAttribute(prefix + arm.joints[j], "armature", arm.armature[j]);
-    }
-    if (gripper.joint_damping >= 0) {
-      for (const std::string& joint : gripper.joints) {
-        composer->SetJointAttribute(gripper.prefix() + joint, "damping", gripper.joint_damping);
-      }
+    if (!arm.armature.empty())
+      composer->SetJointAttribute(prefix + arm.joints[j], "armature", arm.armature[j]);
+  }
+  if (gripper.joint_damping >= 0) {
+    for (const std::string& joint : gripper.joints) {
+      composer->SetJointAttribute(gripper.prefix() + joint, "damping", gripper.joint_damping);
     }
   }
+  for (const auto& [body, other] : arm.excludes) composer->Exclude(prefix + body, prefix + other);
+  for (const CameraDescription& camera : arm.cameras) {
+    composer->SetCamera(prefix + camera.name, camera.pose, camera.vertical_fov, prefix + camera.body);
+  }
+}
+
+// MuJoCo's cameras look along -z, with x to the right and y up.
+Pose PoseOf(const Camera& camera) {
+  double back[3], right[3], up[3];
+  mju_sub3(back, camera.position.data(), camera.look_at.data());
+  mju_normalize3(back);
+  const double vertical[3] = {0, 0, 1};
+  mju_cross(right, vertical, back);
+  mju_normalize3(right);
+  mju_cross(up, back, right);
+  const double axes[9] = {right[0], up[0], back[0], right[1], up[1], back[1], right[2], up[2], back[2]};
+  Pose pose{.position = camera.position, .quaternion = {}};
+  mju_mat2Quat(pose.quaternion.data(), axes);
+  return pose;
 }
 
 bool InertiasAgree(const mjModel& a, const mjModel& b) {
@@ -80,14 +106,16 @@ void CheckTimestep(double timestep, const SceneComposer& composer) {
       composer.OptionSource() +
       ": <option>: attribute 'timestep': expected a whole number of microseconds from 1 us to 1 s, "
       "got " +
-      mjcf::Number(timestep) + " s");
+      mjcf::NumberText(timestep) + " s");
 }
 
 }  // namespace
 
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   SceneComposer composer(task.scene_file);
-  AttachRobot(task, robot, &composer);
+  for (size_t i = 0; i < robot.arms.size(); ++i) {
+    AttachArm(robot.arms[i], robot.grippers[i], task.robot_base, &composer);
+  }
   for (const ScenePart& part : task.parts) {
     for (const ArmDescription& arm : robot.arms) {
       if (part.name == arm.name) {
@@ -99,11 +127,19 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
     composer.Attach(part.model_file, part.name + "/", part.pose, mount);
   }
 
+  // The first of a name counts, a variation's before the task's.
+  for (auto camera = task.cameras.rbegin(); camera != task.cameras.rend(); ++camera)
+    composer.SetCamera(camera->name, PoseOf(*camera), camera->vertical_fov);
+
   Scene scene;
   scene.warnings = composer.warnings();
   scene.visual = CompileModel(composer, false, &scene.warnings);
-  scene.physics = CompileModel(composer, true, &scene.warnings);
-  if (!InertiasAgree(*scene.physics, *scene.visual)) {
+  try {
+    scene.physics = CompileModel(composer, true, &scene.warnings);
+  } catch (const InputError&) {
+    // Said below, unless it was that the mass is all in visual geoms.
+  }
+  if (!scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
     // MuJoCo drops visual geoms before it infers inertias from geoms.
     composer.SetInertials(*scene.visual);
     scene.visual = CompileModel(composer, false, &scene.warnings);
@@ -120,6 +156,9 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   scene.warnings = unique;
 
   scene.info = DescribeModel(task, robot, *scene.physics);
+  for (const std::string& warning : FindVibration(robot, scene.info, *scene.physics)) {
+    scene.warnings.push_back(warning);
+  }
   return scene;
 }
 

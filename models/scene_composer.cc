@@ -18,7 +18,7 @@ using mjcf::ForEach;
 using mjcf::Get;
 using mjcf::Is;
 using mjcf::Join;
-using mjcf::Number;
+using mjcf::NumberText;
 using mjcf::Set;
 using mjcf::Tag;
 using tinyxml2::XMLDocument;
@@ -96,7 +96,8 @@ struct SceneComposer::Impl {
   std::map<std::string, std::string> settings;
 
   // Reads an attached file and takes out of it what only the base file may say.
-  mjcf::Part Load(const std::filesystem::path& file, bool free);
+  mjcf::Part Load(const std::filesystem::path& file, bool free,
+                  const std::map<std::string, double>& stiffness);
   // Makes the part, which has its prefix, the body `name` of the document.
   void Place(mjcf::Part* part, const std::string& name, const Pose& pose, Mount mount,
              const std::string& parent_body);
@@ -160,7 +161,8 @@ void SceneComposer::Impl::AddContent(mjcf::Part* part, const std::string& main_c
   CopySections(part, {"asset", "contact", "equality", "tendon", "actuator", "sensor", "custom"});
 }
 
-mjcf::Part SceneComposer::Impl::Load(const std::filesystem::path& file, bool free) {
+mjcf::Part SceneComposer::Impl::Load(const std::filesystem::path& file, bool free,
+                                     const std::map<std::string, double>& stiffness) {
   mjcf::Part part(file, &warnings);
   CheckSettings(&part);
   XMLDocument scratch;
@@ -170,6 +172,7 @@ mjcf::Part SceneComposer::Impl::Load(const std::filesystem::path& file, bool fre
   for (const char* name : {"compiler", "option", "size", "visual", "statistic", "keyframe"}) {
     part.DeleteSections(name);
   }
+  part.WriteServos(stiffness);
   part.CheckSchema();
   part.Normalise();
   RemoveFreeJoint(&part, free);
@@ -251,32 +254,39 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
 SceneComposer::~SceneComposer() = default;
 
 void SceneComposer::Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
-                           Mount mount, const std::string& parent_body) {
+                           Mount mount, const std::string& parent_body,
+                           const std::map<std::string, double>& stiffness) {
   const std::string name = prefix.substr(0, prefix.size() - 1);
-  mjcf::Part part = impl_->Load(file, mount == Mount::kFree);
+  mjcf::Part part = impl_->Load(file, mount == Mount::kFree, stiffness);
   part.Prefix(prefix, name);
   impl_->Place(&part, name, pose, mount, parent_body);
+}
+
+void SceneComposer::SetCamera(const std::string& name, const Pose& pose, double fov_deg,
+                              const std::string& body) {
+  XMLElement* parent = impl_->sections["worldbody"];
+  if (!body.empty()) parent = Find(parent, "body", body);
+  if (!parent) throw InputError("the scene has no body '" + body + "'");
+  for (XMLElement* child : Children(parent)) {
+    if (Is(child, "camera") && Get(child, "name") == name) parent->DeleteChild(child);
+  }
+  XMLElement* camera = parent->InsertNewChildElement("camera");
+  Set(camera, "name", name);
+  Set(camera, "pos", Join(pose.position));
+  Set(camera, "quat", Join(pose.quaternion));
+  Set(camera, "fovy", NumberText(fov_deg));
 }
 
 void SceneComposer::SetJointAttribute(const std::string& joint, const std::string& attribute, double value) {
   XMLElement* element = Find(impl_->sections["worldbody"], "joint", joint);
   if (!element) throw InputError("the scene has no joint '" + joint + "'");
-  Set(element, attribute.c_str(), Number(value));
+  Set(element, attribute.c_str(), NumberText(value));
 }
 
-void SceneComposer::SetPositionGain(const std::string& actuator, double gain) {
-  XMLElement* element = Find(impl_->sections["actuator"], nullptr, actuator);
-  if (!element) throw InputError("the scene has no actuator '" + actuator + "'");
-  if (!Is(element, "general") && !Is(element, "position")) {
-    Fail(element, "actuator '" + actuator + "' is a " + element->Name() + ", which has no position gain");
-  }
-  element->SetName("general");
-  element->DeleteAttribute("kp");
-  Set(element, "dyntype", "none");
-  Set(element, "gaintype", "fixed");
-  Set(element, "biastype", "affine");
-  Set(element, "gainprm", Number(gain) + " 0 0");
-  Set(element, "biasprm", "0 " + Number(-gain) + " 0");
+void SceneComposer::Exclude(const std::string& body, const std::string& other) {
+  XMLElement* exclude = impl_->sections["contact"]->InsertNewChildElement("exclude");
+  Set(exclude, "body1", body);
+  Set(exclude, "body2", other);
 }
 
 void SceneComposer::SetInertials(const mjModel& model) {
@@ -292,7 +302,7 @@ void SceneComposer::SetInertials(const mjModel& model) {
     XMLElement* inertial = impl_->document.NewElement("inertial");
     element->InsertFirstChild(inertial);
     Set(inertial, kSourceAttribute, SourceOf(element));
-    Set(inertial, "mass", Number(model.body_mass[id]));
+    Set(inertial, "mass", NumberText(model.body_mass[id]));
     Set(inertial, "pos", numbers(model.body_ipos, 3));
     Set(inertial, "quat", numbers(model.body_iquat, 4));
     Set(inertial, "diaginertia", numbers(model.body_inertia, 3));

@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -36,14 +37,20 @@ class SceneComposer {
   ~SceneComposer();
 
   // Attaches an MJCF file under a prefix that ends in "/", to the world or to a body attached before
-  // ("left/link7").
+  // ("left/link7"). stiffness: of position servos, by their names in the file, in place of the file's, N m /
+  // rad or N / m; these servos lose their velocity gain.
   void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
-              Mount mount = Mount::kFixed, const std::string& parent_body = "");
+              Mount mount = Mount::kFixed, const std::string& parent_body = "",
+              const std::map<std::string, double>& stiffness = {});
 
-  // Replaces a joint's attribute ("damping", "armature"); the joint's full name.
+  // A camera of the world or of a body, in place of the one there of this name; it looks along its -z axis, y
+  // is up in the picture, the field of view is the vertical one. Full names, as for all below.
+  void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
+
+  // Replaces a joint's attribute ("damping", "armature").
   void SetJointAttribute(const std::string& joint, const std::string& attribute, double value);
-  // Makes the actuator a position servo of this stiffness, N m / rad, without velocity gain.
-  void SetPositionGain(const std::string& actuator, double gain);
+  // Bodies that never touch one another.
+  void Exclude(const std::string& body, const std::string& other);
 
   // Gives every body without an <inertial> the inertia it has in `model`, which must be this document
   // compiled.

@@ -12,73 +12,45 @@
 namespace evalbus {
 namespace {
 
+// Beside the task's file, else where the shipped tasks have it: a copy of one of these works anywhere.
 std::filesystem::path FileIn(const YamlValue& value, const std::filesystem::path& folder, bool check_files) {
   const std::filesystem::path file = (folder / value.Text()).lexically_normal();
-  if (check_files && !std::filesystem::is_regular_file(file))
-    value.Fail("file " + file.string() + " does not exist");
-  return file;
+  if (!check_files || std::filesystem::is_regular_file(file)) return file;
+  const std::filesystem::path shipped = (TasksFolder() / value.Text()).lexically_normal();
+  if (!std::filesystem::is_regular_file(shipped)) {
+    value.Fail("file " + file.string() + " does not exist" +
+               (shipped == file ? "" : ", nor does " + shipped.string()));
+  }
+  return shipped;
 }
 
-// The name, which `value` contains, if it is that of a part.
-std::string PartName(const std::string& name, const YamlValue& value, const TaskDescription& task) {
+std::vector<std::string> PartNamesOf(const TaskDescription& task) {
   std::vector<std::string> names;
   for (const ScenePart& part : task.parts) names.push_back(part.name);
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
-    value.Fail("no part of the scene is called '" + name + "'" + Suggestion(name, names));
-  }
-  return name;
-}
-
-std::string PartName(const YamlValue& value, const TaskDescription& task) {
-  return PartName(value.Text(), value, task);
-}
-
-std::vector<std::string> PartNames(const YamlValue& value, const TaskDescription& task) {
-  std::vector<std::string> names;
-  for (const YamlValue& element : value.List()) {
-    const std::string name = PartName(element, task);
-    if (std::find(names.begin(), names.end(), name) != names.end())
-      element.Fail("'" + name + "' given twice");
-    names.push_back(name);
-  }
   return names;
 }
 
-Randomisation ReadRandomisation(const YamlValue& value, const TaskDescription& task) {
-  const YamlMap kind(value, {}, {"spawn_box", "spawn_plane", "spawn_yaw"});
-  if (value.Entries().size() != 1) value.Fail("expected one of spawn_box, spawn_plane, spawn_yaw");
-  if (const YamlValue* box = kind.Find("spawn_box")) {
-    const YamlMap map(*box, {"object", "center_m", "half_extents_m"}, {"min_distance_m"});
-    SpawnBox spawn;
-    spawn.object = PartName(map["object"], task);
-    spawn.center = map["center_m"].Vector<2>();
-    spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
-    if (const YamlValue* distance = map.Find("min_distance_m"))
-      spawn.min_distance = distance->Number(kNotNegative);
-    return spawn;
+void ReadJoints(const YamlValue& value, std::vector<JointStart>* joints) {
+  for (const YamlValue& entry : value.Entries()) {
+    const auto [position, is_angle] =
+        ReadJointPosition(YamlMap(entry, {}, {"position_deg", "position_rad", "position_m"}), "position");
+    joints->push_back({entry.key(), is_angle, position, entry.location()});
   }
-  if (const YamlValue* plane = kind.Find("spawn_plane")) {
-    const YamlMap map(*plane, {"objects", "origin_m", "half_extents_m", "spacing_m"}, {"jitter_m"});
-    SpawnPlane spawn;
-    spawn.objects = PartNames(map["objects"], task);
-    spawn.origin = map["origin_m"].Vector<3>();
-    spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
-    spawn.spacing = map["spacing_m"].Number(kPositive);
-    constexpr double kMaxPoints = 1000;  // along each side
-    if (2 * std::max(spawn.half_extents[0], spawn.half_extents[1]) > kMaxPoints * spawn.spacing) {
-      map["spacing_m"].Fail("expected a grid of at most 1000 by 1000 points");
+}
+
+void ReadCameras(const YamlValue& value, std::vector<Camera>* cameras) {
+  for (const YamlValue& entry : value.Entries()) {
+    const YamlMap map(entry, {"position_m", "look_at_m", "vertical_fov_deg"});
+    Camera camera;
+    camera.name = entry.key();
+    camera.position = map["position_m"].Vector<3>();
+    camera.look_at = map["look_at_m"].Vector<3>();
+    camera.vertical_fov = map["vertical_fov_deg"].Number({.min = 1, .max = 170});
+    if (camera.position[0] == camera.look_at[0] && camera.position[1] == camera.look_at[1]) {
+      map["look_at_m"].Fail("a camera cannot look straight up or down, or at itself");
     }
-    if (const YamlValue* jitter = map.Find("jitter_m")) spawn.jitter = jitter->Vector<3>(kNotNegative);
-    return spawn;
+    cameras->push_back(std::move(camera));
   }
-  const YamlValue& yaw = *kind.Find("spawn_yaw");
-  const YamlMap map(yaw, {"object"}, {"bound_deg", "bound_rad"});
-  SpawnYaw spawn;
-  spawn.object = PartName(map["object"], task);
-  const std::optional<double> bound = map.Angle("bound", {.min = 0, .max = 180});
-  if (!bound) yaw.Fail("expected 'bound_deg' or 'bound_rad'");
-  spawn.bound = *bound;
-  return spawn;
 }
 
 MetricsOptions ReadMetrics(const YamlValue& value) {
@@ -121,9 +93,29 @@ void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool
 
 void ReadScene(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
                TaskDescription* task) {
-  const YamlMap map(value, {"base", "parts"});
+  const YamlMap map(value, {"base", "parts"}, {"cameras"});
   task->scene_file = FileIn(map["base"], folder, check_files);
   ReadParts(map["parts"], folder, check_files, &task->parts);
+  if (const YamlValue* cameras = map.Find("cameras")) ReadCameras(*cameras, &task->cameras);
+}
+
+// A list of parts, each its name or {name, may_touch}.
+void ReadObjects(const YamlValue& value, TaskDescription* task) {
+  const std::vector<std::string> parts = PartNamesOf(*task);
+  for (const YamlValue& entry : value.List()) {
+    std::string name;
+    if (entry.is_map()) {
+      const YamlMap map(entry, {"name", "may_touch"});
+      name = PartName(map["name"], parts);
+      for (const YamlValue& touchable : map["may_touch"].List())
+        task->touchables.push_back({name, touchable.Text(), touchable.location()});
+    } else {
+      name = PartName(entry, parts);
+    }
+    if (std::ranges::find(task->objects, name) != task->objects.end())
+      entry.Fail("'" + name + "' given twice");
+    task->objects.push_back(name);
+  }
 }
 
 std::vector<Stage> ReadStages(const YamlValue& value) {
@@ -152,29 +144,44 @@ void MarkPlaced(const Randomisation& randomisation, std::vector<ScenePart>* part
   }
 }
 
+void CheckFree(const Distractors& distractors, const std::vector<ScenePart>& parts) {
+  for (const std::string& object : distractors.objects) {
+    const auto part = std::ranges::find(parts, object, &ScenePart::name);
+    if (part->free) continue;
+    throw InputError(part->location.ToString() + ": part '" + object +
+                     "' is a distractor of a variation, and must be 'free: true'");
+  }
+}
+
 void ReadVariations(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
                     TaskDescription* task) {
   const auto num_common_parts = static_cast<std::ptrdiff_t>(task->parts.size());
   for (const YamlValue& entry : value.Entries()) {
     const YamlMap map(entry, {},
-                      {"alias", "randomise", "robot_base", "parts", "poses", "stages", "success", "failure"});
+                      {"alias", "randomise", "robot_base", "parts", "poses", "joints", "cameras",
+                       "instruction", "stages", "success", "failure"});
     Variation variation;
     variation.name = entry.key();
+    variation.location = entry.location();
     if (const YamlValue* alias = map.Find("alias")) variation.alias = alias->Name();
     // The variation's own parts are the task's while its keys are read, for these name parts.
-    if (const YamlValue* parts = map.Find("parts")) ReadParts(*parts, folder, check_files, &task->parts);
+    if (const YamlValue* own = map.Find("parts")) ReadParts(*own, folder, check_files, &task->parts);
+    const std::vector<std::string> parts = PartNamesOf(*task);
     if (const YamlValue* randomise = map.Find("randomise")) {
-      for (const YamlValue& element : randomise->List()) {
-        variation.randomisations.push_back(ReadRandomisation(element, *task));
-        MarkPlaced(variation.randomisations.back(), &task->parts);
-      }
+      static_cast<Randomised&>(variation) = ReadRandomised(*randomise, parts);
+      for (const Randomisation& randomisation : variation.randomisations)
+        MarkPlaced(randomisation, &task->parts);
+      for (const Distractors& distractors : variation.distractors) CheckFree(distractors, task->parts);
     }
     if (const YamlValue* base = map.Find("robot_base")) variation.robot_base = ReadPose(*base);
     if (const YamlValue* poses = map.Find("poses")) {
       for (const YamlValue& pose : poses->Entries()) {
-        variation.poses[PartName(pose.key(), pose, *task)] = ReadPose(pose);
+        variation.poses[PartName(pose.key(), pose, parts)] = ReadPose(pose);
       }
     }
+    if (const YamlValue* joints = map.Find("joints")) ReadJoints(*joints, &variation.joints);
+    if (const YamlValue* cameras = map.Find("cameras")) ReadCameras(*cameras, &variation.cameras);
+    if (const YamlValue* text = map.Find("instruction")) variation.instruction = text->Text();
     if (const YamlValue* stages = map.Find("stages")) variation.stages = ReadStages(*stages);
     if (const YamlValue* success = map.Find("success")) variation.success = ReadExpression(*success);
     if (const YamlValue* failure = map.Find("failure")) variation.failure = ReadExpression(*failure);
@@ -209,22 +216,30 @@ void TaskDescription::Apply(const std::string& wanted) {
     const auto pose = chosen.poses.find(part.name);
     if (pose != chosen.poses.end()) part.pose = pose->second;
   }
+  // The first of a name counts.
+  joints.insert(joints.begin(), chosen.joints.begin(), chosen.joints.end());
+  cameras.insert(cameras.begin(), chosen.cameras.begin(), chosen.cameras.end());
+  if (!chosen.instruction.empty()) instruction = chosen.instruction;
   if (!chosen.stages.empty()) stages = chosen.stages;
   if (!chosen.success.name.empty()) success = chosen.success;
   if (!chosen.failure.name.empty()) failure = chosen.failure;
 }
 
-void TaskDescription::ApplyRobot(const std::string& robot) {
-  for (const OtherRobot& other : other_robots) {
-    if (other.name == robot) target_distance = other.target_distance;
+void TaskDescription::ApplyRobot(const std::string& robot, const std::vector<std::string>& arms) {
+  const auto found = std::ranges::find(other_robots, robot, &OtherRobot::name);
+  const auto alike = std::ranges::find(other_robots, arms, &OtherRobot::arms);
+  if (found != other_robots.end()) {
+    target_distance = found->target_distance;
+  } else if (alike != other_robots.end()) {
+    target_distance = alike->target_distance;
   }
 }
 
 TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files) {
-  const YamlMap map(
-      ParseYaml(text, file.string()),
-      {"name", "title", "robot", "time_limit_s", "scene", "objects", "variations", "stages", "success"},
-      {"metrics", "failure", "target_distance", "pose_error", "other_robots"});
+  const YamlMap map(ParseYaml(text, file.string()),
+                    {"name", "title", "robot", "time_limit_s", "scene", "objects", "variations", "success"},
+                    {"instruction", "joints", "stages", "metrics", "failure", "target_distance", "pose_error",
+                     "other_robots"});
   TaskDescription task;
   // Of a message it may be empty, which has no absolute path.
   if (!file.empty()) task.file = std::filesystem::absolute(file).lexically_normal();
@@ -238,11 +253,13 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
   if (const YamlValue* base = robot.Find("base")) task.robot_base = ReadPose(*base);
   task.time_limit = map["time_limit_s"].Number(kPositive);
   ReadScene(map["scene"], folder, check_files, &task);
-  task.objects = PartNames(map["objects"], task);
+  ReadObjects(map["objects"], &task);
+  if (const YamlValue* joints = map.Find("joints")) ReadJoints(*joints, &task.joints);
+  if (const YamlValue* words = map.Find("instruction")) task.instruction = words->Text();
   ReadVariations(map["variations"], folder, check_files, &task);
 
   if (const YamlValue* metrics = map.Find("metrics")) task.metrics = ReadMetrics(*metrics);
-  task.stages = ReadStages(map["stages"]);
+  if (const YamlValue* stages = map.Find("stages")) task.stages = ReadStages(*stages);
   task.success = ReadExpression(map["success"]);
   if (const YamlValue* failure = map.Find("failure")) task.failure = ReadExpression(*failure);
   if (const YamlValue* distance = map.Find("target_distance"))
@@ -250,8 +267,10 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
   if (const YamlValue* error = map.Find("pose_error")) task.pose_error = ReadNamedExpressions(*error);
   if (const YamlValue* others = map.Find("other_robots")) {
     for (const YamlValue& entry : others->Entries()) {
-      const YamlMap other(entry, {"target_distance"});
-      task.other_robots.push_back({entry.key(), ReadNamedExpressions(other["target_distance"])});
+      const YamlMap other(entry, {"target_distance"}, {"arms"});
+      task.other_robots.push_back({entry.key(),
+                                   other.Find("arms") ? other["arms"].Texts() : std::vector<std::string>(),
+                                   ReadNamedExpressions(other["target_distance"])});
     }
   }
   return task;

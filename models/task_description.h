@@ -6,12 +6,12 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "evalbus/metric_values_t.hpp"
 #include "models/expression.h"
 #include "models/pose.h"
+#include "models/randomisation.h"
 #include "models/source_location.h"
 
 namespace evalbus {
@@ -35,50 +35,51 @@ struct ScenePart {
   SourceLocation location;
 };
 
-// Uniform position in a box around `center`, not nearer than min_distance to any other free or placed part.
-// Height stays the part's own.
-struct SpawnBox {
-  std::string object;
-  std::array<double, 2> center{};        // x, y, m
-  std::array<double, 2> half_extents{};  // x, y, m
-  double min_distance = 0;               // m
+// Where a joint, of a part or of the robot, is at the start, rad or m.
+struct JointStart {
+  std::string joint;
+  bool is_angle = false;
+  double position = 0;
+  SourceLocation location;
 };
 
-// Grid of floor(2 ex / s) by floor(2 ey / s) points of pitch s around `origin`; as many distinct points as
-// there are objects, plus a uniform jitter of +-j per axis.
-struct SpawnPlane {
-  std::vector<std::string> objects;
-  std::array<double, 3> origin{};        // m
-  std::array<double, 2> half_extents{};  // m
-  double spacing = 0;                    // m
-  std::array<double, 3> jitter{};        // m
+// A camera that stands in the world, with its up as near to the vertical as it can be.
+struct Camera {
+  std::string name;
+  std::array<double, 3> position{};  // m
+  std::array<double, 3> look_at{};   // m
+  double vertical_fov = 0;           // degrees, as MuJoCo has it
 };
 
-// Uniform rotation in +-bound about world z, on top of the part's base orientation.
-struct SpawnYaw {
-  std::string object;
-  double bound = 0;  // rad
-};
-
-using Randomisation = std::variant<SpawnBox, SpawnPlane, SpawnYaw>;
-
-struct Variation {
+struct Variation : Randomised {
   std::string name;  // "base", "position", "orientation", "position_and_orientation", ...
+  // Where the task describes it.
+  SourceLocation location;
   // RoboEval's class name ("LiftPotPosition").
   std::string alias;
-  // Applied in order at each reset.
-  std::vector<Randomisation> randomisations;
   // What it has besides the task's own, and instead; see TaskDescription::Apply.
   std::vector<ScenePart> parts;
   std::optional<Pose> robot_base;
   std::map<std::string, Pose> poses;  // of parts, by name
+  std::vector<JointStart> joints;     // before the task's
+  std::vector<Camera> cameras;        // likewise
+  std::string instruction;            // empty: the task's
   std::vector<Stage> stages;          // empty: the task's
   Expression success, failure;        // name empty: the task's
+};
+
+// A body or geom of an object of which only some may be touched.
+struct Touchable {
+  std::string object;
+  std::string name;
+  SourceLocation location;
 };
 
 // What a task has instead of its own with another robot than its own.
 struct OtherRobot {
   std::string name;
+  // Also for any robot with just these arms that has no entry of its name; empty: for none.
+  std::vector<std::string> arms;
   std::vector<NamedExpression> target_distance;
 };
 
@@ -95,6 +96,8 @@ struct MetricsOptions {
 struct TaskDescription {
   std::string name;   // "lift_pot"
   std::string title;  // one line for people
+  // What a policy that takes language is told; may be empty.
+  std::string instruction;
   std::filesystem::path file;
   // The file's whole text, as it travels in MODEL.
   std::string text;
@@ -107,6 +110,12 @@ struct TaskDescription {
   std::vector<ScenePart> parts;
   // Manipulated objects (names of parts), in the order of slip_count_per_object.
   std::vector<std::string> objects;
+  // Of an object that has any, the rest counts as fixture in collisions and clearance.
+  std::vector<Touchable> touchables;
+  // Where they are not at the robot's home or where their file has them.
+  std::vector<JointStart> joints;
+  // Besides those of the scene, or instead.
+  std::vector<Camera> cameras;
   std::vector<Variation> variations;
 
   MetricsOptions metrics;
@@ -122,12 +131,12 @@ struct TaskDescription {
   const Variation& variation(const std::string& name) const;
 
   // Makes this the task as the variation has it: with its parts besides the task's own, and its robot base,
-  // poses, stages and verdict in their place. For one variation of a task as it was read. Throws as
-  // variation() does.
+  // poses, joints, cameras, instruction, stages and verdict in their place. For one variation of a task as it
+  // was read. Throws as variation() does.
   void Apply(const std::string& variation);
-  // The same for a robot by name, in place of the task's own; one that the task does not speak of changes
-  // nothing.
-  void ApplyRobot(const std::string& robot);
+  // The same for a robot by its name and those of its arms, in place of the task's own; one that the task
+  // does not speak of changes nothing.
+  void ApplyRobot(const std::string& robot, const std::vector<std::string>& arms);
 };
 
 // Reads and checks a task YAML from a file, or from text whose relative paths are resolved against `file`.
@@ -154,5 +163,6 @@ std::vector<TaskDescription> AllTasks();
 
 // Folder with robots/, props/ and tasks/: the source tree's, or $EVALBUS_MODELS.
 std::filesystem::path ModelsFolder();
+std::filesystem::path TasksFolder();
 
 }  // namespace evalbus

@@ -43,18 +43,30 @@ std::optional<T> Parse(const std::string& text) {
   return value;
 }
 
-// Aliases can make a document endless or huge: `&a [*a]`.
-void CheckSize(const YAML::Node& node, const std::string& file, int depth, int* count) {
-  if (depth > 50 || ++*count > 100000) {
-    throw InputError(file + ":" + std::to_string(std::max(node.Mark().line, 0) + 1) +
-                     ": too deeply nested or too long");
+// yaml-cpp reads other encodings, too, but messages carry the text as it is, and theirs ends with a NUL.
+void CheckEncoding(const std::string& text, const std::string& file) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    throw InputError(file + ":1: this is UTF-16; expected UTF-8 (iconv -f UTF-16 -t UTF-8)");
   }
+  if (const size_t nul = text.find('\0'); nul != std::string::npos) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(nul), '\n');
+    throw InputError(file + ":" + std::to_string(line) + ": a NUL byte; expected text in UTF-8");
+  }
+}
+
+// Aliases can make a document endless or huge: `&a [*a]`; an escape can make a NUL: "a\0b".
+void CheckNode(const YAML::Node& node, const std::string& file, int depth, int* count) {
+  const auto fail = [&](const char* what) {
+    throw InputError(file + ":" + std::to_string(std::max(node.Mark().line, 0) + 1) + ": " + what);
+  };
+  if (depth > 50 || ++*count > 100000) fail("too deeply nested or too long");
+  if (node.IsScalar() && node.Scalar().find('\0') != std::string::npos) fail("a text with a NUL in it");
   for (const auto& entry : node) {
     if (node.IsMap()) {
-      CheckSize(entry.first, file, depth + 1, count);
-      CheckSize(entry.second, file, depth + 1, count);
+      CheckNode(entry.first, file, depth + 1, count);
+      CheckNode(entry.second, file, depth + 1, count);
     } else {
-      CheckSize(entry, file, depth + 1, count);
+      CheckNode(entry, file, depth + 1, count);
     }
   }
 }
@@ -226,8 +238,8 @@ std::vector<YamlValue> YamlValue::Entries() const {
   return result;
 }
 
-YamlMap::YamlMap(const YamlValue& value, std::initializer_list<const char*> required,
-                 std::initializer_list<const char*> optional)
+YamlMap::YamlMap(const YamlValue& value, const std::vector<const char*>& required,
+                 const std::vector<const char*>& optional)
     : value_(value) {
   std::vector<std::string> known(required.begin(), required.end());
   known.insert(known.end(), optional.begin(), optional.end());
@@ -265,13 +277,14 @@ std::optional<double> YamlMap::Angle(const std::string& stem, NumberRange range_
 }
 
 YamlValue ParseYaml(const std::string& text, const std::string& file) {
+  CheckEncoding(text, file);
   try {
     if (const int documents = CountDocuments(text); documents != 1) {
       throw InputError(file + ":1: expected one YAML document, got " + std::to_string(documents));
     }
     const YAML::Node document = YAML::Load(text);
     int count = 0;
-    CheckSize(document, file, 0, &count);
+    CheckNode(document, file, 0, &count);
     return YamlValue(document, file, "");
   } catch (const YAML::Exception& error) {
     throw InputError(
@@ -291,9 +304,16 @@ Pose ReadPose(const YamlValue& value) {
     double norm = 0;
     for (double x : pose.quaternion) norm += x * x;
     norm = std::sqrt(norm);
-    // Four written digits are enough; more is a typing error.
-    if (std::abs(norm - 1) > 1e-3) quaternion->Fail("expected a unit quaternion, got norm " + Format(norm));
-    for (double& x : pose.quaternion) x /= norm;
+    std::string unit;
+    for (double& x : pose.quaternion) {
+      x /= norm;
+      unit += (unit.empty() ? "" : ", ") + Format(x);
+    }
+    // Four written digits are enough; more is a typing error, or meant as MJCF takes it.
+    if (!(std::abs(norm - 1) <= 1e-3)) {
+      quaternion->Fail("expected a unit quaternion, got norm " + Format(norm) +
+                       (norm > 0 ? "; of norm 1 it is [" + unit + "]" : ""));
+    }
   }
   return pose;
 }

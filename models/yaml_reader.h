@@ -5,7 +5,6 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <initializer_list>
 #include <limits>
 #include <map>
 #include <optional>
@@ -82,8 +81,8 @@ class YamlValue {
 // A map whose keys are all known.
 class YamlMap {
  public:
-  YamlMap(const YamlValue& value, std::initializer_list<const char*> required,
-          std::initializer_list<const char*> optional = {});
+  YamlMap(const YamlValue& value, const std::vector<const char*>& required,
+          const std::vector<const char*>& optional = {});
 
   // A required key.
   const YamlValue& operator[](const std::string& key) const;

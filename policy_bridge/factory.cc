@@ -14,14 +14,17 @@ namespace {
 
 struct Row {
   std::string name;
-  // What follows the colon; empty: no colon.
+  // ":WHAT", "[:WHAT]" where it may be left out, or nothing.
   std::string argument;
   // One line.
   std::string help;
   // Throws InputError for a wrong argument; it is empty where the row takes none or none was given.
   std::function<PolicyMaker(const std::string& argument)> open;
 
-  std::string usage() const { return argument.empty() ? name : name + ":" + argument; }
+  std::string usage() const { return name + argument; }
+  bool takes(const std::string& text) const {
+    return argument.starts_with(':') || (argument.starts_with('[') && !text.empty());
+  }
 };
 
 template <class P>
@@ -29,33 +32,44 @@ PolicyMaker Make(const std::string&) {
   return [](const mjModel&, const model_info_t& info) { return std::make_unique<P>(info); };
 }
 
-PolicyMaker MakeNoisy(const std::string&) {
-  return [](const mjModel& model, const model_info_t& info) {
-    return std::make_unique<NoisyPolicy>(MakeExpert(model, info), info);
+PolicyMaker MakeScripted(const std::string& task) {
+  if (!task.empty()) CheckExpert(task);
+  return [task](const mjModel& model, const model_info_t& info) {
+    return MakeExpert(task.empty() ? info.task : task, model, info);
   };
 }
 
+PolicyMaker MakeNoisy(const std::string&) {
+  return [](const mjModel& model, const model_info_t& info) {
+    return std::make_unique<NoisyPolicy>(MakeExpert(info.task, model, info), info);
+  };
+}
+
+template <bool anyway>
 PolicyMaker MakeReplay(const std::string& path) {
   return [recording = OpenRecording(path)](const mjModel&, const model_info_t& info) {
-    return std::make_unique<ReplayPolicy>(recording, info);
+    return std::make_unique<ReplayPolicy>(recording, info, anyway);
   };
 }
 
 PolicyMaker MakeFlawed(const std::string& flaw_name) {
   return [flaw = FindFlaw(flaw_name)](const mjModel& model, const model_info_t& info) {
-    return std::make_unique<FlawedPolicy>(MakeExpert(model, info), flaw, model, info);
+    return std::make_unique<FlawedPolicy>(MakeExpert(info.task, model, info), flaw, model, info);
   };
 }
 
 // The one table of policies. To add one: a class, and a row here.
 const std::vector<Row>& Policies() {
   static const std::vector<Row> rows = {
-      {"expert", "", "scripted, one for each task", [](const std::string&) { return MakeExpert; }},
+      {"expert", "[:TASK]", "scripted, one for each task; TASK: that of another task, for a copy of it",
+       MakeScripted},
       {"noisy_expert", "", "the expert with noisy joints, which now and then misses", MakeNoisy},
       {"random", "", "moves smoothly about home", Make<RandomPolicy>},
       {"hold", "", "rests at home", Make<HoldPolicy>},
-      {"replay", "RUN_OR_LOG", "the actions of a recorded run again", MakeReplay},
-      {"flawed_expert", "FLAW", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
+      {"replay", ":RUN_OR_LOG", "the actions of a recorded run again", MakeReplay<false>},
+      {"replay_anyway", ":RUN_OR_LOG",
+       "the same in another task, variation, robot, control rate or with another seed", MakeReplay<true>},
+      {"flawed_expert", ":FLAW", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
   };
   return rows;
 }
@@ -67,9 +81,9 @@ PolicyMaker FindPolicy(const std::string& name) {
   const bool has_argument = colon != std::string::npos;
   std::string list;
   for (const Row& row : Policies()) {
-    if (name.substr(0, colon) == row.name && !(has_argument && row.argument.empty())) {
-      return row.open(has_argument ? name.substr(colon + 1) : "");
-    }
+    const std::string argument = has_argument ? name.substr(colon + 1) : "";
+    if (name.substr(0, colon) == row.name && (!has_argument || row.takes(argument)))
+      return row.open(argument);
     list += (list.empty() ? "" : ", ") + row.usage();
   }
   throw InputError("there is no policy \"" + name + "\"; there are: " + list);

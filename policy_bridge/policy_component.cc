@@ -16,17 +16,18 @@ PolicyComponent::PolicyComponent(Bus* bus, const std::string& policy)
 }
 
 void PolicyComponent::OnModel(const model_info_t& model) {
-  if (!IsNews(bus().handled(), &model_bytes_)) return;
+  if (!IsNewModel(model)) return;
   model_ = model;
   model_is_new_ = true;  // for the next episode; this one goes on as it began
 }
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
+  if (!IsOfOurRun(begin.session)) return;
   EnterEpisode(begin);
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
-  if (status_.state != component_status_t::IDLE || model_bytes_.empty()) return;
+  if (status_.state != component_status_t::IDLE || !model_) return;
   if (std::exchange(model_is_new_, false)) {
-    policy_ = make_policy_(*LoadPhysicsModel(model_), model_);
+    policy_ = make_policy_(*LoadPhysicsModel(*model_), *model_);
   }
   log().Debug("plays {}", name_);
   policy_->Begin(begin);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,7 @@ class PolicyComponent : public Component {
 
   std::string name_;
   PolicyMaker make_policy_;
-  model_info_t model_{};
-  std::vector<uint8_t> model_bytes_;
+  std::optional<model_info_t> model_;
   bool model_is_new_ = false;
   // Made for model_ when the next episode begins.
   std::unique_ptr<Policy> policy_;

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
             ->check(CLI::NonNegativeNumber);
         app->add_option("--seed", options.seed,
                         "seed of the run; episode seeds derive from it and the episode's index")
+            ->check(evalbus::FitsInt64())
             ->capture_default_str();
         app->add_option("--require", options.required,
                         "components that must be ready before an episode starts")

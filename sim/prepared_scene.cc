@@ -3,17 +3,17 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 
 #include "base/errors.h"
+#include "base/file_errors.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/write_whole.h"
 #include "lcmtypes/clock.h"
+#include "models/randomised_model.h"
 
 namespace evalbus::sim {
 namespace {
@@ -26,20 +26,36 @@ std::string CompiledModel(const mjModel* model) {
   mj_saveModel(model, name.c_str(), nullptr, 0);
   std::ifstream stream(name, std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  // Where that took not all (ulimit -f), it takes no more. (mj_sizeModel says more than there is.)
+  const bool is_whole = pwrite(memory, "", 1, static_cast<off_t>(bytes.size())) == 1;
+  const int error = errno;
   close(memory);
+  if (!is_whole)
+    throw EnvironmentError(std::string("cannot write the compiled model: ") + std::strerror(error));
   return bytes;
 }
 
-void WriteModel(const mjModel* model, const std::filesystem::path& file, std::string* name,
-                std::string* sha256) {
-  WriteWhole(file, CompiledModel(model));
-  *name = std::filesystem::absolute(file).lexically_normal().string();
-  *sha256 = Sha256File(*name);
+std::string WriteModel(const std::string& bytes, const std::filesystem::path& file) {
+  WriteWhole(file, bytes);
+  return std::filesystem::absolute(file).lexically_normal().string();
 }
 
-}  // namespace
+// Names that the models do not have are found before anything starts.
+void CheckDraws(const Variation& variation, const Scene& scene) {
+  if (!variation.physics.empty()) {
+    RandomisePhysics(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.physics.get())).get());
+  }
+  if (!variation.appearance.empty()) {
+    RandomiseAppearance(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.visual.get())).get());
+  }
+}
 
-PreparedScene PrepareScene(const SimOptions& options) {
+// The two models as files.
+struct CompiledModels {
+  std::string physics, visual;
+};
+
+PreparedScene Compose(const SimOptions& options, CompiledModels* compiled) {
   CheckSimOptions(options);
   PreparedScene prepared;
   TaskSelection selection = FindTask(options.task);
@@ -49,26 +65,40 @@ PreparedScene PrepareScene(const SimOptions& options) {
                              options.model_path);
   prepared.scene = BuildScene(prepared.task, prepared.robot);
 
+  CheckDraws(prepared.task.variation(prepared.variation), prepared.scene);
+
   model_info_t& info = prepared.info = prepared.scene.info;
   info.message_version = model_info_t::VERSION;
   info.run_id = options.run_id;
   info.variation = prepared.variation;
   info.clock = options.realtime ? clock_name::kRealtime : clock_name::kLockstep;
-  info.substeps =
-      static_cast<int>(std::lround(1 / (options.control_hz * prepared.scene.physics->opt.timestep)));
-  const auto tick_us = static_cast<double>(info.timestep_us * info.substeps);
-  info.clearance_every_ticks =
-      options.clearance_hz > 0
-          ? std::max(1, static_cast<int>(std::lround(1e6 / (options.clearance_hz * tick_us))))
-          : 0;
+  SimOptions real = options;
+  const std::string rate = MakeControlRateReal(info.timestep_us, &real);
+  if (!rate.empty()) prepared.scene.warnings.push_back(rate);
+  info.substeps = Substeps(real.control_hz, info.timestep_us);
+  *compiled = {CompiledModel(prepared.scene.physics.get()), CompiledModel(prepared.scene.visual.get())};
+  info.physics_sha256 = Sha256Text(compiled->physics);
+  info.visual_sha256 = Sha256Text(compiled->visual);
+  return prepared;
+}
 
+}  // namespace
+
+PreparedScene ComposeScene(const SimOptions& options) {
+  CompiledModels compiled;
+  return Compose(options, &compiled);
+}
+
+PreparedScene PrepareScene(const SimOptions& options) {
+  CompiledModels compiled;
+  PreparedScene prepared = Compose(options, &compiled);
   const auto folder = options.out / kModelFolder;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) throw InputError("cannot create " + folder.string() + ": " + error.message());
+  if (error) ThrowFileError("cannot create " + folder.string(), error.value());
   WriteWhole(folder / kSceneXml, prepared.scene.xml);
-  WriteModel(prepared.scene.physics.get(), folder / kPhysicsModel, &info.physics_file, &info.physics_sha256);
-  WriteModel(prepared.scene.visual.get(), folder / kVisualModel, &info.visual_file, &info.visual_sha256);
+  prepared.info.physics_file = WriteModel(compiled.physics, folder / kPhysicsModel);
+  prepared.info.visual_file = WriteModel(compiled.visual, folder / kVisualModel);
   return prepared;
 }
 

@@ -12,12 +12,14 @@ struct PreparedScene {
   std::string variation;
   RobotDescription robot;
   Scene scene;
-  // MODEL, whole.
+  // MODEL, whole; without names of files where none were written.
   model_info_t info{};
 };
 
-// Writes OUT/model/. Throws InputError for the task, the robot or their models, EnvironmentError for the
-// disk.
+// Throws InputError for the task, the robot or their models.
+PreparedScene ComposeScene(const SimOptions& options);
+
+// The same, and writes OUT/model/. Throws EnvironmentError for the disk.
 PreparedScene PrepareScene(const SimOptions& options);
 
 }  // namespace evalbus::sim

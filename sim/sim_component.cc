@@ -32,12 +32,13 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
     : Component(bus, "sim"),
       options_(options),
       scene_(PrepareScene(options)),
-      model_bytes_(Encode(scene_.info)),
       world_(scene_.scene.physics.get(), scene_.info, scene_.robot, scene_.task, scene_.info.substeps),
       announcement_(kAnnouncePeriod),
       model_(kRepeatModel),
       unheard_state_(kRepeatUnheard),
       unheard_end_(kRepeatUnheard) {
+  scene_.info.session = bus->session();
+  model_bytes_ = Encode(scene_.info);
   for (const std::string& warning : scene_.scene.warnings) log().Warn("{}", warning);
   SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
   for (int i = 0; i < options.episodes; ++i) {
@@ -54,9 +55,11 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   bus->Subscribe(channels::kAction, [this](const action_t& m) { OnAction(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
   bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& m) { OnSummary(m.header); });
-  bus->Subscribe(channels::kModel, [this](const model_info_t&) { OnOwnModel(); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnOwnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnOwnEnd(m); });
+  bus->SubscribeRaw(channels::kState.name,
+                    [this](const std::string&, std::span<const uint8_t> data, int64_t) { OnOwnState(data); });
   if (!queue_.empty()) BeginNext();
 }
 
@@ -93,22 +96,36 @@ void SimComponent::OnSummary(const header_t& header) {
   }
 }
 
-void SimComponent::OnOwnModel() {
+void SimComponent::OnOwnModel(const model_info_t& model) {
   if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
+  if (!IsOfOurRun(model.session)) return OnOtherRun("a MODEL");
   OnConflict("a MODEL that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
 void SimComponent::OnOwnBegin(const episode_begin_t& begin) {
-  if (phase_ == Phase::kIdle || (begin.header.episode == status_.episode &&
-                                 begin.header.attempt == status_.attempt && begin.seed == begin_.seed)) {
-    return;
-  }
+  if (phase_ == Phase::kIdle) return;
+  if (!IsOfOurRun(begin.session)) return OnOtherRun("an EPISODE_BEGIN");
+  if (HasEntered(begin)) return;
   OnConflict("an EPISODE_BEGIN that is not this sim's: is a second sim on this bus, or a log being played?");
+}
+
+void SimComponent::OnOwnState(std::span<const uint8_t> data) {
+  header_t header{};
+  if (phase_ == Phase::kIdle || !DecodeHeader<state_t>(data, &header)) return;
+  if (header.episode != status_.episode || header.attempt != status_.attempt) return;
+  // Who answered a tick that is to come does not answer it again. Two for one tick metrics notices.
+  if (phase_ == Phase::kRunning && header.tick <= state_.header.tick) return;
+  OnConflict("a STATE that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
 void SimComponent::OnOwnEnd(const episode_end_t& end) {
   if (phase_ == Phase::kIdle || !IsOurs(end.header)) return;
   OnConflict("an EPISODE_END that is not this sim's: is a second sim on this bus, or a log being played?");
+}
+
+void SimComponent::OnOtherRun(const char* what) {
+  if (std::exchange(other_run_heard_, true)) return;
+  log().Warn("{} of another run is on this bus: is a second sim there, or is a log being played?", what);
 }
 
 void SimComponent::OnConflict(const std::string& what) {
@@ -126,11 +143,21 @@ void SimComponent::BeginNext() {
   begin_.header.episode = command_.episode;
   begin_.header.attempt = command_.attempt;
   begin_.seed = command_.seed;
+  begin_.session = bus().session();
   EnterEpisode(begin_);
   roster_.Begin(command_.episode, command_.attempt, command_.required_component, status_.instance);
   detector_.Start();
   conflict_.clear();
-  for (const Parameter& parameter : world_.Reset(command_.seed, scene_.task.variation(scene_.variation))) {
+  other_run_heard_ = false;
+  const Variation& variation = scene_.task.variation(scene_.variation);
+  std::vector<Parameter> parameters = world_.Reset(command_.seed, variation);
+  if (!variation.appearance.empty()) {
+    // Those who draw do it again, from the seed; here for the record.
+    const ModelPtr drawn(mj_copyModel(nullptr, scene_.scene.visual.get()));
+    const std::vector<Parameter> seen = RandomiseAppearance(variation, command_.seed, drawn.get());
+    parameters.insert(parameters.end(), seen.begin(), seen.end());
+  }
+  for (const Parameter& parameter : parameters) {
     begin_.parameter_name.push_back(parameter.name);
     begin_.parameter_value_mixed.push_back(parameter.value);
   }
@@ -186,6 +213,7 @@ void SimComponent::PublishState() {
   const auto now = steady_clock::now();
   tick_ = {};
   tick_.published = now;
+  tick_.wait = Wait(now);
   unheard_state_.Said(now);
   Progress(state_.header);
   bus().Publish(channels::kState, state_);
@@ -313,7 +341,7 @@ void SimComponent::Poll(SteadyTime now) {
 
 void SimComponent::MindSilence(SteadyTime now) {
   const int64_t tick = state_.header.tick;
-  const auto waited = now - tick_.published;
+  const auto waited = tick_.wait.Look(now);
   // Scores need contacts: whose lack it is, STATUS tells.
   const auto& [lacking, from] = roster_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
                                                                      : std::pair("PARTIAL", "metrics");

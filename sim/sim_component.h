@@ -16,6 +16,7 @@
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
 #include "bus/repeater.h"
+#include "bus/wait.h"
 #include "sim/pacer.h"
 #include "sim/prepared_scene.h"
 #include "sim/roster.h"
@@ -47,6 +48,8 @@ class SimComponent : public Component {
     // The episode must end after this tick's score: reason and detail.
     std::optional<std::pair<std::string, std::string>> end;
     SteadyTime published{};
+    // For answers, since then.
+    Wait wait{SteadyTime{}};
   };
 
   void OnCommand(const command_t& command);
@@ -55,9 +58,12 @@ class SimComponent : public Component {
   void OnPartial(const partial_metrics_t& partial);
   void OnSummary(const header_t& header);
   // Messages that only the sim publishes come back to it, as those of anybody else would come.
-  void OnOwnModel();
+  void OnOwnModel(const model_info_t& model);
   void OnOwnBegin(const episode_begin_t& begin);
+  void OnOwnState(std::span<const uint8_t> data);
   void OnOwnEnd(const episode_end_t& end);
+  // Nobody of our run takes it for ours.
+  void OnOtherRun(const char* what);
   // What this episode's result would be cannot be told any more: it ends as aborted.
   void OnConflict(const std::string& what);
 
@@ -93,6 +99,8 @@ class SimComponent : public Component {
   ConflictDetector detector_;
   // The first line about a conflict of this episode; empty without one.
   std::string conflict_;
+  // In this episode.
+  bool other_run_heard_ = false;
   Pacer pacer_;
 
   Repeater announcement_, model_, unheard_state_, unheard_end_;

@@ -1,6 +1,9 @@
 // What a sim is told: the part of a run's options that `evalbus run` and `evalbus-sim` share.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -8,6 +11,7 @@
 #include <vector>
 
 #include "base/options.h"
+#include "lcmtypes/clock.h"
 
 namespace evalbus::sim {
 
@@ -17,7 +21,6 @@ struct SimOptions {
   std::string robot;
   std::vector<std::filesystem::path> model_path;
   double control_hz = 50;
-  double clearance_hz = 10;
   bool realtime = false;
   double rtf = 1;
   double policy_timeout_s = 60;
@@ -50,10 +53,9 @@ void ForEachOption(Options& options, const F& f) {
                  kFixed},
           Option{&SimOptions::model_path, "model_path",
                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie"},
-          Option{&SimOptions::control_hz, "control_hz", "control ticks per simulated second, 20 to 500",
+          Option{&SimOptions::control_hz, "control_hz",
+                 "control ticks per simulated second, 20 to 500; a tick is whole physics steps",
                  Range{20, 500}, kFixed},
-          Option{&SimOptions::clearance_hz, "clearance_hz", "clearance checks per simulated second, 0 = none",
-                 Range{0, 500}, kFixed},
           Option{&SimOptions::realtime, "realtime", "pace by the wall clock; default: lockstep", Range{},
                  kFixed},
           Option{&SimOptions::rtf, "rtf", "simulated seconds per second, with --realtime", Range{0.001, 1e6},
@@ -63,6 +65,17 @@ void ForEachOption(Options& options, const F& f) {
           Option{&SimOptions::run_id, "run_id"},
       },
       options, f);
+}
+
+// Throws InputError. Of the rate that was asked for makes the one that physics steps of this length allow;
+// where that is another, returns a line that says so, else an empty string.
+inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options) {
+  const double asked = options->control_hz, real = RealControlHz(asked, timestep_us);
+  options->control_hz = real;
+  CheckRanges(*options);
+  if (std::abs(real - asked) <= 1e-9 * asked) return {};
+  return fmt::format("--control-hz {:g}: {:.5g} Hz, {} physics steps of {:g} ms per tick", asked, real,
+                     Substeps(real, timestep_us), static_cast<double>(timestep_us) / 1e3);
 }
 
 // Throws InputError.

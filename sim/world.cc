@@ -2,18 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <map>
-#include <variant>
 
 #include "base/errors.h"
 
 namespace evalbus::sim {
 namespace {
-
-// A spawned object may touch what it stands on, but not sink into anything.
-constexpr double kMaxSpawnPenetration = 1e-3;  // m
-constexpr int kMaxDraws = 1000;
 
 int Id(const mjModel* model, mjtObj type, const std::string& name, const char* kind) {
   const int id = mj_name2id(model, type, name.c_str());
@@ -21,17 +14,12 @@ int Id(const mjModel* model, mjtObj type, const std::string& name, const char* k
   return id;
 }
 
-std::array<double, 4> Product(const std::array<double, 4>& a, const std::array<double, 4>& b) {
-  std::array<double, 4> product;
-  mju_mulQuat(product.data(), a.data(), b.data());
-  return product;
-}
-
 }  // namespace
 
 World::World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
              const TaskDescription& task, int substeps)
-    : model_(model),
+    : compiled_(model),
+      model_(model),
       spawn_model_(mj_copyModel(nullptr, model)),
       info_(info),
       substeps_(substeps),
@@ -40,13 +28,14 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
   for (const ArmDescription& description : robot.arms) {
     const std::string prefix = description.prefix();
     Arm arm;
-    arm.home = description.home;
+    const arm_info_t& told = info.arm[arms_.size()];
+    arm.home = told.joint_home_rad;
+    arm.lower = told.joint_lower_rad;
+    arm.upper = told.joint_upper_rad;
     for (const std::string& joint : description.joints) {
       const int id = Id(model, mjOBJ_JOINT, prefix + joint, "joint");
       arm.qpos.push_back(model->jnt_qposadr[id]);
       arm.dof.push_back(model->jnt_dofadr[id]);
-      arm.lower.push_back(model->jnt_range[2 * id]);
-      arm.upper.push_back(model->jnt_range[2 * id + 1]);
     }
     for (const std::string& actuator : description.actuators) {
       arm.actuator.push_back(Id(model, mjOBJ_ACTUATOR, prefix + actuator, "actuator"));
@@ -83,13 +72,14 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     }
     parts_.push_back(std::move(part));
   }
-}
-
-const World::Part& World::MovablePart(const std::string& name) const {
-  for (const Part& part : parts_) {
-    if (part.name == name && part.is_movable()) return part;
+  for (const JointStart& start : task.joints) {
+    const int qpos = model->jnt_qposadr[Id(model, mjOBJ_JOINT, start.joint, "joint")];
+    const auto has = [qpos](const Arm& arm) { return std::ranges::find(arm.qpos, qpos) != arm.qpos.end(); };
+    const auto is_known = [qpos](const Start& known) { return known.qpos == qpos; };
+    // The first of a name counts.
+    if (!std::ranges::any_of(arms_, has) && !std::ranges::any_of(starts_, is_known))
+      starts_.push_back({qpos, start.position});
   }
-  throw InputError("randomisation of '" + name + "': the model has no movable part of this name");
 }
 
 double* World::Position(const Part& part) const {
@@ -112,121 +102,12 @@ void World::SetHome() {
     for (const int qpos : gripper.qpos) data_->qpos[qpos] = gripper.joint_open;
     data_->ctrl[gripper.actuator] = gripper.command_open;
   }
+  for (const Start& start : starts_) data_->qpos[start.qpos] = start.position;
   for (const Part& part : parts_) {
     if (!part.is_movable()) continue;
     std::copy(part.pose.position.begin(), part.pose.position.end(), Position(part));
     std::copy(part.pose.quaternion.begin(), part.pose.quaternion.end(), Quaternion(part));
   }
-}
-
-std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
-  action_clips_ = 0;
-  instability_.clear();
-  Random random(seed, 0);
-  std::vector<Parameter> parameters;
-  for (int i = 0;; ++i) {
-    if (i == kMaxDraws) {
-      throw InputError("variation '" + variation.name + "': no draw in " + std::to_string(kMaxDraws) +
-                       " leaves every part clear of the others");
-    }
-    SetHome();
-    parameters.clear();
-    for (const Randomisation& randomisation : variation.randomisations) {
-      std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomisation);
-    }
-    if (variation.randomisations.empty() || !IsBlocked(variation)) break;
-  }
-  // Collision tests ran on the way; only positions may survive them.
-  const std::vector<double> qpos(data_->qpos, data_->qpos + model_->nq);
-  const std::vector<double> mocap_pos(data_->mocap_pos, data_->mocap_pos + 3 * model_->nmocap);
-  const std::vector<double> mocap_quat(data_->mocap_quat, data_->mocap_quat + 4 * model_->nmocap);
-  SetHome();
-  std::copy(qpos.begin(), qpos.end(), data_->qpos);
-  std::copy(mocap_pos.begin(), mocap_pos.end(), data_->mocap_pos);
-  std::copy(mocap_quat.begin(), mocap_quat.end(), data_->mocap_quat);
-  Prepare();
-  return parameters;
-}
-
-void World::Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters) {
-  const Part& part = MovablePart(box.object);
-  double* position = Position(part);
-  for (size_t axis = 0; axis < 2; ++axis) {
-    position[axis] =
-        random->Uniform(box.center[axis] - box.half_extents[axis], box.center[axis] + box.half_extents[axis]);
-  }
-  parameters->push_back({part.name + "_x_m", position[0]});
-  parameters->push_back({part.name + "_y_m", position[1]});
-}
-
-void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters) {
-  // 1e-9: an extent that is a whole number of pitches stays one.
-  const int nx = static_cast<int>(std::floor(2 * plane.half_extents[0] / plane.spacing + 1e-9));
-  const int ny = static_cast<int>(std::floor(2 * plane.half_extents[1] / plane.spacing + 1e-9));
-  std::vector<int> points(static_cast<size_t>(std::max(0, nx * ny)));
-  for (size_t i = 0; i < points.size(); ++i) points[i] = static_cast<int>(i);
-  if (points.size() < plane.objects.size()) {
-    throw InputError("spawn plane: " + std::to_string(points.size()) + " grid points for " +
-                     std::to_string(plane.objects.size()) + " objects");
-  }
-  for (const std::string& object : plane.objects) {
-    const Part& part = MovablePart(object);
-    const auto drawn = points.begin() + random->Index(static_cast<int>(points.size()));
-    const int row = *drawn / ny, column = *drawn % ny;
-    const std::array<double, 3> offset = {(row - (nx - 1) / 2.0) * plane.spacing,
-                                          (column - (ny - 1) / 2.0) * plane.spacing, 0};
-    points.erase(drawn);
-    static constexpr const char* kAxis[] = {"_x_m", "_y_m", "_z_m"};
-    for (size_t axis = 0; axis < 3; ++axis) {
-      const double jitter = random->Uniform(-plane.jitter[axis], plane.jitter[axis]);
-      const double value = plane.origin[axis] + offset[axis] + jitter;
-      Position(part)[axis] = value;
-      parameters->push_back({part.name + kAxis[axis], value});
-    }
-  }
-}
-
-void World::Spawn(const SpawnYaw& spawn, Random* random, std::vector<Parameter>* parameters) {
-  const Part& part = MovablePart(spawn.object);
-  const double yaw = random->Uniform(-spawn.bound, spawn.bound);
-  const auto turned = Product({std::cos(yaw / 2), 0, 0, std::sin(yaw / 2)}, part.pose.quaternion);
-  std::copy(turned.begin(), turned.end(), Quaternion(part));
-  parameters->push_back({part.name + "_yaw_rad", yaw});
-}
-
-bool World::IsBlocked(const Variation& variation) {
-  mj_kinematics(model_, data_.get());
-  mj_comPos(model_, data_.get());
-  mj_collision(spawn_model_.get(), data_.get());
-  const auto entity = [&](int geom) {
-    return info_.body_entity[static_cast<size_t>(model_->geom_bodyid[geom])];
-  };
-  const auto is_movable = [&](int which) {
-    return std::any_of(parts_.begin(), parts_.end(),
-                       [&](const Part& part) { return part.entity == which && part.is_movable(); });
-  };
-  const auto is_still = [&](int geom) { return model_->body_weldid[model_->geom_bodyid[geom]] == 0; };
-  for (int i = 0; i < data_->ncon; ++i) {
-    const mjContact& contact = data_->contact[i];
-    const int a = entity(contact.geom1), b = entity(contact.geom2);
-    // A placed part may be sunk into a fixed one.
-    const bool is_judged = is_still(contact.geom1) && is_still(contact.geom2)
-                               ? is_movable(a) && is_movable(b)
-                               : is_movable(a) || is_movable(b);
-    if (a != b && is_judged && contact.dist < -kMaxSpawnPenetration) return true;
-  }
-  for (const Randomisation& randomisation : variation.randomisations) {
-    const auto* box = std::get_if<SpawnBox>(&randomisation);
-    if (!box) continue;
-    const Part& part = MovablePart(box->object);
-    for (const Part& other : parts_) {
-      if (other.is_movable() && &other != &part &&
-          mju_dist3(Position(part), Position(other)) < box->min_distance) {
-        return true;
-      }
-    }
-  }
-  return false;
 }
 
 std::string World::Apply(const action_t& action) {
@@ -268,11 +149,21 @@ void World::Prepare() {
   for (const Arm& arm : arms_) {
     for (const int dof : arm.dof) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];
   }
+  for (const int dof : parked_dofs_) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];
+}
+
+void World::AddWork() {
+  for (Arm& arm : arms_) {
+    double power = 0;
+    for (const int dof : arm.dof) power += data_->qfrc_actuator[dof] * data_->qvel[dof];
+    arm.work += std::abs(power) * model_->opt.timestep;
+  }
 }
 
 bool World::Step() {
   for (int i = 0; i < substeps_; ++i) {
     mj_step2(model_, data_.get());
+    AddWork();
     Prepare();
     if (!IsStable()) return false;
   }
@@ -320,6 +211,7 @@ void World::Fill(state_t* state) const {
       out.joint_velocity_radps[j] = d.qvel[arm.dof[j]];
       out.joint_torque_Nm[j] = d.qfrc_actuator[arm.dof[j]];
     }
+    out.mechanical_work_J = arm.work;
     std::copy_n(d.site_xpos + 3 * arm.wrist_site, 3, out.wrist_position_m);
     mju_mat2Quat(out.wrist_quat_wxyz, d.site_xmat + 9 * arm.wrist_site);
   }

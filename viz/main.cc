@@ -32,9 +32,11 @@ int main(int argc, char** argv) {
     // Drawing takes all the time there is; the run goes first. Before any thread begins, so that all inherit
     // it.
     setpriority(PRIO_PROCESS, 0, 19);
-    const std::string url = evalbus::Attach(address).url;
-    return evalbus::Host(
-        url, [&](evalbus::Bus* bus) { return std::make_unique<evalbus::viz::VizComponent>(bus, options); });
+    const evalbus::Attached attached = evalbus::Attach(address);
+    options.policy = attached.policy;
+    return evalbus::Host(attached.url, [&](evalbus::Bus* bus) {
+      return std::make_unique<evalbus::viz::VizComponent>(bus, options);
+    });
   } catch (const std::exception& error) {
     return evalbus::ReportError(error);
   }

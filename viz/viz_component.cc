@@ -28,21 +28,37 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
 }
 
 void VizComponent::OnModel(const model_info_t& model) {
+  try {
+    Show(model);
+  } catch (const InputError& error) {
+    // Anybody can say MODEL: one that cannot be shown does not end what is.
+    if (!renderer_) throw;
+    ++status_.foreign_messages;
+    log().Warn("passes over a MODEL: {}", error.what());
+  }
+}
+
+void VizComponent::Show(const model_info_t& model) {
   CheckMessageVersion(model);
   if (!model_ || model.visual_sha256 != model_->visual_sha256) {
-    renderer_ = std::make_unique<Renderer>(LoadVisualModel(model), options_.size);
-    views_.clear();
+    auto renderer = std::make_unique<Renderer>(LoadVisualModel(model), options_.size);
+    std::vector<View> views;
     for (const std::string& camera : options_.cameras) {
-      View view{FindCamera(renderer_->model(), camera), ImageChannel(camera), {}};
+      View view{FindCamera(renderer->model(), camera), ImageChannel(camera), {}};
       view.image.camera = camera;
       view.image.width_px = options_.size.width;
       view.image.height_px = options_.size.height;
       view.image.encoding = "jpeg";
-      views_.push_back(std::move(view));
+      views.push_back(std::move(view));
     }
+    renderer->SetAppearance(model, seed_);
+    renderer_ = std::move(renderer);
+    views_ = std::move(views);
+  } else if (model.task_yaml != model_->task_yaml || model.variation != model_->variation) {
+    renderer_->SetAppearance(model, seed_);
   }
   model_ = model;
-  text_.title = model.task + "/" + model.variation;
+  Describe();
 }
 
 void VizComponent::OnEpisodeBegin(const episode_begin_t& begin) {
@@ -52,14 +68,22 @@ void VizComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   Enter(begin, begin.seed);
 }
 
+void VizComponent::Describe() {
+  if (!model_) return;
+  text_.title = model_->task + "/" + model_->variation;
+  text_.maker = MakerText(options_.policy, model_->robot);
+}
+
 void VizComponent::Enter(const episode_begin_t& begin, std::optional<int64_t> seed) {
   if (!EnterEpisode(begin)) return;
   status_.skipped_ticks += passing_;
   newest_tick_ = -1;
   undrawn_ = passing_ = false;
   text_ = {};
-  if (model_) text_.title = model_->task + "/" + model_->variation;
-  text_.subtitle = EpisodeSubtitle(begin.header.episode, seed);
+  Describe();
+  text_.subtitle = EpisodeSubtitle(begin.header.episode);
+  seed_ = seed;
+  if (renderer_) renderer_->SetAppearance(*model_, seed);
   SayReady();
 }
 
@@ -92,6 +116,7 @@ void VizComponent::OnPartial(const partial_metrics_t& partial) {
 
 void VizComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (end.header.episode != status_.episode || newest_tick_ < 0) return;
+  if (text_.end_reason == end.end_reason) return;  // said again
   text_.end_reason = end.end_reason;
   undrawn_ = true;
 }

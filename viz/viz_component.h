@@ -24,10 +24,12 @@
 namespace evalbus::viz {
 
 struct VizOptions {
-  std::vector<std::string> cameras = {"overview"};
+  std::vector<std::string> cameras = {kDefaultCamera};
   FrameSize size;
   // At most so many frames per second of wall time, from each camera.
   double fps = 15;
+  // Whose run it is, written into the picture; empty where that is not known.
+  std::string policy{};
 };
 
 // "EVALBUS_IMAGE_left_hand_wrist" for the camera "left/hand/wrist".
@@ -36,7 +38,7 @@ std::string ImageChannel(std::string camera);
 class VizComponent : public Component {
  public:
   // Throws InputError for options that cannot be, EnvironmentError if OSMesa is missing. A camera that the
-  // scene has not is an InputError of Bus::Handle when MODEL comes.
+  // scene has not is an InputError of Bus::Handle when the first MODEL comes.
   VizComponent(Bus* bus, const VizOptions& options);
 
   void Poll(SteadyTime now) override;
@@ -50,12 +52,15 @@ class VizComponent : public Component {
   };
 
   void OnModel(const model_info_t& model);
+  void Show(const model_info_t& model);
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnState(const state_t& state);
   void OnPartial(const partial_metrics_t& partial);
   void OnEpisodeEnd(const episode_end_t& end);
   // Enters the episode; seed: where it is known.
   void Enter(const episode_begin_t& begin, std::optional<int64_t> seed);
+  // Writes into the pictures what MODEL says.
+  void Describe();
   void Draw();
 
   VizOptions options_;
@@ -64,6 +69,8 @@ class VizComponent : public Component {
   JpegEncoder jpeg_;
 
   std::optional<model_info_t> model_;
+  // Of the episode, where its begin was heard.
+  std::optional<int64_t> seed_;
   // Of the model's scene; empty before MODEL.
   std::unique_ptr<Renderer> renderer_;
   std::vector<View> views_;

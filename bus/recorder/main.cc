@@ -9,7 +9,7 @@ int main(int argc, char** argv) {
       argc, argv,
       "Writes everything on the bus into one standard LCM event log per episode: "
       "OUT/episodes/0000/events.lcmlog.\n"
-      "Works with any publisher of evalbus messages; lcm-logplayer and lcm-spy read what it writes.",
+      "Works with any publisher of evalbus messages; lcm-logplayer reads what it writes.",
       [&](CLI::App* app) {
         evalbus::AddOptionsFile(
             app, [&](const std::string& file) { out = std::filesystem::path(file).parent_path(); });

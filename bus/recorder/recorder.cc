@@ -10,12 +10,26 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
 #include "lcmtypes/clock.h"
+#include "lcmtypes/end_reason.h"
 
 namespace evalbus {
 namespace {
 
+namespace fs = std::filesystem;
+
 // The sim runs at most this far ahead of the disk.
 constexpr int64_t kLagWindowTicks = 256;
+constexpr auto kRunSummaryWait = std::chrono::seconds(1);
+
+// Does something to a file or folder. Throws EnvironmentError.
+template <class F>
+void OnDisk(const fs::path& path, const F& f) {
+  try {
+    f();
+  } catch (const fs::filesystem_error& error) {
+    throw EnvironmentError("cannot write " + path.string() + ": " + error.code().message());
+  }
+}
 
 }  // namespace
 
@@ -31,50 +45,72 @@ Recorder::Recorder(Bus* bus, std::filesystem::path run)
 
 void Recorder::Poll(SteadyTime now) {
   Component::Poll(now);
-  if (close_at_ && now >= *close_at_) CloseEpisode();
+  if (closing_ && closing_->Look(now) >= kRunSummaryWait) CloseEpisode();
 }
 
-void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
+bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
+  model_info_t model{};
+  Decode(data, &model);
+  if (!IsNewModel(model)) return std::ranges::equal(data, model_);
+  simulated_time_ = model.clock == clock_name::kLockstep;
+  model_.assign(data.begin(), data.end());
+  model_time_us_ = receive_time_us;
+  return true;
+}
+
+bool Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
-  if (!Decode(data, &begin)) return;  // the sim's and everybody else's counters show it
+  Decode(data, &begin);
+  if (!IsOfOurRun(begin.session)) return false;
   // Like everybody else: what begins before the sim has said what it is, is not the sim's.
-  if (model_.empty()) return;
-  const bool same_episode = begin.header.episode == status_.episode;
-  const bool is_new = !same_episode || begin.header.attempt != status_.attempt;
-  if (is_new && close_at_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
-  const auto finished = EpisodeFolder(run_, begin.header.episode);
-  const bool is_first = status_.episode < 0;
-  if (is_new && std::filesystem::exists(finished)) {
-    // An aborted attempt was closed like any other; its successor takes its place. Once the launcher has
-    // counted an episode, which is when it writes the summary, nothing does.
-    if (begin.header.attempt > 0 && !std::filesystem::exists(finished / kSummaryJson)) {
-      std::filesystem::remove_all(finished);
-    } else if (is_first) {
-      throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
-    } else {
-      // Not of this run, which has gone past that episode: an old log is being played.
-      ++status_.foreign_messages;
-      log().Warn("an EPISODE_BEGIN of episode {}, which is recorded already: is an old log being played?",
-                 begin.header.episode);
-      return;
-    }
-  }
+  if (model_.empty()) return true;
+  if (!HasEntered(begin) && closing_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
+  if (!HasEntered(begin) && !MayBegin(begin)) return true;
   const auto left = UnfinishedEpisodeFolder(run_, status_.episode);
-  if (!EnterEpisode(begin)) return;
+  if (!EnterEpisode(begin)) return true;
   if (events_) {
     log().Warn("drops the unfinished log {}", left.string());
     events_.reset();
-    std::filesystem::remove_all(left);
+    OnDisk(left, [&] { fs::remove_all(left); });
   }
+  Open(begin);
+  return true;
+}
+
+bool Recorder::MayBegin(const episode_begin_t& begin) {
+  const auto finished = EpisodeFolder(run_, begin.header.episode);
+  if (!fs::exists(finished)) return true;
+  // An aborted attempt was closed like any other; its successor takes its place. Once the launcher has
+  // counted an episode, which is when it writes the summary, nothing does.
+  if (begin.header.attempt > 0 && !fs::exists(finished / kSummaryJson)) {
+    OnDisk(finished, [&] { fs::remove_all(finished); });
+    return true;
+  }
+  // A launcher begins no episode that is there; who starts us by hand may.
+  if (status_.episode < 0 && bus().session() == 0) {
+    throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
+  }
+  // Not of this run, which has gone past that episode: an old log is being played.
+  ++status_.foreign_messages;
+  log().Warn("an EPISODE_BEGIN of episode {}, which is recorded already: is an old log being played?",
+             begin.header.episode);
+  return false;
+}
+
+void Recorder::Open(const episode_begin_t& begin) {
   const auto folder = UnfinishedEpisodeFolder(run_, begin.header.episode);
-  // What an earlier attempt left is not evidence of anything.
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
+  OnDisk(folder, [&] {
+    // What an earlier attempt left is not evidence of anything.
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+  });
   events_.emplace(folder / kEventLog);
   log().Info("opens {}", (folder / kEventLog).string());
   time_us_ = 0;
-  has_end_ = has_summary_ = false;
+  end_.reset();
+  has_summary_ = false;
   last_said_.clear();
+  ticks_.clear();
   events_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
@@ -83,13 +119,9 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   // Pictures can be drawn again from the log, and who looks on does not change what a run leaves behind.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
-  if (channel == channels::kModel) {
-    model_info_t model{};
-    if (Decode(data, &model)) simulated_time_ = model.clock == clock_name::kLockstep;
-    model_.assign(data.begin(), data.end());
-    model_time_us_ = receive_time_us;
-  }
-  if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
+  if (!channels::IsWhatItCarries(channel, data)) return bus().CountDecodeError();
+  if (channel == channels::kModel && !OnModel(data, receive_time_us)) return;
+  if (channel == channels::kEpisodeBegin && !OnEpisodeBegin(data)) return;
   if (!events_) return;
   if (recorded == Recorded::kOncePerTick) {
     // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
@@ -100,30 +132,51 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
                              IsOurs(header) && header.tick > status_.last_tick;
   if (is_next_state) time_us_ = header.sim_time_us;
   events_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
+  if (const auto tick = channels::TickOf(channel, data);
+      tick && tick->episode == status_.episode && tick->attempt == status_.attempt) {
+    ticks_[channel].Add(tick->tick);
+  }
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
     Progress(header);
   } else if (channel == channels::kEpisodeEnd) {
-    has_end_ = has_end_ || (DecodeHeader<episode_end_t>(data, &header) && IsOurs(header));
+    episode_end_t end{};
+    if (!end_ && Decode(data, &end) && IsOurs(end.header)) end_ = end;
   } else if (channel == channels::kEpisodeSummary) {
     has_summary_ = has_summary_ || (DecodeHeader<episode_summary_t>(data, &header) && IsOurs(header));
-  } else if (channel == channels::kRunSummary && close_at_) {
+  } else if (channel == channels::kRunSummary && closing_) {
     return CloseEpisode();
   }
-  if (has_end_ && has_summary_ && !close_at_) {
-    close_at_ = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-  }
+  if (end_ && has_summary_ && !closing_) closing_.emplace(std::chrono::steady_clock::now());
+}
+
+int64_t Recorder::MissingTicks() const {
+  // An aborted episode is worth nothing.
+  if (end_->end_reason == end_reason::kAborted) return 0;
+  const int64_t last = end_->header.tick;
+  const auto missing = [&](const char* channel, int64_t end) {
+    const auto found = ticks_.find(channel);
+    return found == ticks_.end() ? end : found->second.MissingBefore(end);
+  };
+  const int64_t states = missing(channels::kState.name, last + 1);
+  // In realtime nobody waits for answers: which were sent is not known.
+  if (!simulated_time_) return states;
+  return std::max({states, missing(channels::kContacts.name, last + 1),
+                   missing(channels::kPartial.name, last + 1), missing(channels::kAction.name, last)});
 }
 
 void Recorder::CloseEpisode() {
   const int64_t num_events = events_->num_events();
   events_->Close();
   events_.reset();
-  close_at_.reset();
-  std::filesystem::rename(UnfinishedEpisodeFolder(run_, status_.episode),
-                          EpisodeFolder(run_, status_.episode));
+  closing_.reset();
+  const auto finished = EpisodeFolder(run_, status_.episode);
+  OnDisk(finished, [&] { fs::rename(UnfinishedEpisodeFolder(run_, status_.episode), finished); });
   log().Info("closed and synced {}, {} events", EpisodeLog(run_, status_.episode).string(), num_events);
   status_.last_finished_episode = status_.episode;
+  const int64_t missing = status_.last_finished_missing_ticks = MissingTicks();
+  if (missing > 0)
+    log().Warn("the log lacks {} tick{}: lost on the way to it", missing, missing == 1 ? "" : "s");
   PublishStatus();
 }
 

@@ -12,6 +12,8 @@
 
 #include "bus/component.h"
 #include "bus/event_log.h"
+#include "bus/recorder/tick_set.h"
+#include "bus/wait.h"
 
 namespace evalbus {
 
@@ -26,8 +28,15 @@ class Recorder : public Component {
 
  private:
   void Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us);
-  void OnEpisodeBegin(std::span<const uint8_t> data);
+  // False: not of our run.
+  bool OnModel(std::span<const uint8_t> data, int64_t receive_time_us);
+  bool OnEpisodeBegin(std::span<const uint8_t> data);
+  // True if the log of the episode that begins is to be opened.
+  bool MayBegin(const episode_begin_t& begin);
+  void Open(const episode_begin_t& begin);
   void CloseEpisode();
+  // Ticks before EPISODE_END of which the log lacks a message that was sent, as far as that is known.
+  int64_t MissingTicks() const;
 
   std::filesystem::path run_;
   // Last MODEL, which comes before the episode that it belongs to.
@@ -39,10 +48,13 @@ class Recorder : public Component {
   std::optional<EventLogWriter> events_;
   // The last message of each channel of the ticks since the episode began.
   std::map<std::string, std::vector<uint8_t>> last_said_;
+  // By channel, of this episode.
+  std::map<std::string, TickSet> ticks_;
   // EPISODE_END is the sim's, so a summary without it is not of this episode.
-  bool has_end_ = false, has_summary_ = false;
-  // Set by both: RUN_SUMMARY follows, and is the last message recorded; waited for until then.
-  std::optional<SteadyTime> close_at_;
+  std::optional<episode_end_t> end_;
+  bool has_summary_ = false;
+  // Since both: RUN_SUMMARY follows, and is the last message recorded.
+  std::optional<Wait> closing_;
 };
 
 }  // namespace evalbus

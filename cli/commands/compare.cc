@@ -17,6 +17,7 @@
 #include "cli/commands/commands.h"
 #include "cli/launch/version.h"
 #include "cli/results/comparison.h"
+#include "cli/results/comparison_json.h"
 #include "cli/results/comparison_report.h"
 #include "cli/results/comparison_text.h"
 #include "cli/results/run_reader.h"
@@ -108,8 +109,8 @@ int Compare(const CompareOptions& options) {
     fmt::print("\njson     {}\n", options.json.string());
   }
   if (!options.report.empty()) {
-    WriteWhole(options.report,
-               results::ComparisonReport(comparisons, fmt::format("{} ({})", kVersion, kGitCommit)));
+    WriteWhole(options.report, results::ComparisonReport(comparisons, options.report,
+                                                         fmt::format("{} ({})", kVersion, kGitCommit)));
     fmt::print("\nreport   {}\n", options.report.string());
   }
   return 0;

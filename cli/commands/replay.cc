@@ -1,24 +1,34 @@
 // evalbus replay: plays recorded episodes into fresh metrics.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/errors.h"
-#include "base/json_file.h"
+#include "base/find_program.h"
+#include "base/options.h"
 #include "base/run_layout.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
+#include "bus/event_log.h"
 #include "bus/host.h"
+#include "bus/live_runs.h"
 #include "bus/private_network.h"
+#include "bus/wait.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/live_view.h"
 #include "cli/launch/processes.h"
@@ -34,15 +44,18 @@ namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
 struct ReplayOptions {
-  std::filesystem::path run_or_log;
-  // Of a run: this episode only.
-  std::optional<int> episode;
+  std::filesystem::path recording;
+  // Of a run: these episodes only; empty: all.
+  std::vector<int> episodes;
   // Simulated seconds per second.
   double speed = 1;
   // Empty: as for `evalbus run`.
   std::string url;
 };
 
+// Between two events.
+constexpr double kLongestWait = 60;  // s
+constexpr Range kSpeeds{0.001, 1e6};
 constexpr auto kTick = std::chrono::milliseconds(20);
 // Components say STATUS more often than this.
 constexpr auto kListen = std::chrono::milliseconds(700);
@@ -52,42 +65,49 @@ constexpr auto kSettle = std::chrono::milliseconds(1500);
 constexpr auto kOverdue = std::chrono::seconds(10);
 
 fs::path FindPlayer() {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    fs::path program = fs::path(folder) / "lcm-logplayer";
-    if (access(program.c_str(), X_OK) == 0) return program;
-  }
+  if (fs::path program = FindProgram("lcm-logplayer"); !program.empty()) return program;
   throw EnvironmentError("lcm-logplayer is not in PATH; fix: apt-get install liblcm-bin");
 }
 
 // What metrics, viz and monitors listen to. Not what the recorded metrics said, since fresh ones say it
 // again; nor COMMAND, since a replay commands nobody.
-std::string PlayedChannels() {
-  std::string regex;
-  for (const std::string_view channel :
-       {std::string_view(channels::kModel), std::string_view(channels::kEpisodeBegin),
-        std::string_view(channels::kState), std::string_view(channels::kContacts),
-        std::string_view(channels::kEpisodeEnd)}) {
-    (regex += regex.empty() ? "(" : "|") += channel;
+constexpr std::array<std::string_view, 5> kPlayedChannels = {
+    channels::kModel.name, channels::kEpisodeBegin.name, channels::kState.name, channels::kContacts.name,
+    channels::kEpisodeEnd.name};
+
+std::string PlayedChannels() { return fmt::format("({})", fmt::join(kPlayedChannels, "|")); }
+
+// LCM's player waits from event to event as long as the clock of a realtime run did, which somebody may have
+// set, or which went on while the machine was suspended.
+void CheckWaits(const fs::path& log, double speed) {
+  EventLogReader reader(log);
+  std::optional<int64_t> last_us;
+  for (LogEvent event; reader.Next(&event);) {
+    if (std::ranges::find(kPlayedChannels, event.channel) == kPlayedChannels.end()) continue;
+    const double wait = last_us ? static_cast<double>(event.time_us - *last_us) * 1e-6 / speed : 0;
+    last_us = event.time_us;
+    if (wait <= kLongestWait) continue;
+    throw InputError(
+        fmt::format("{}: its clock jumps ahead, by {:.0f} s at --speed {:g}, and LCM's player would wait so "
+                    "long; a higher --speed "
+                    "waits less, 'evalbus rescore' not at all",
+                    log.string(), wait, speed));
   }
-  return regex + ")";
 }
 
-// For what the programs print; gone in the end.
-class ScratchFolder {
+// For what a program prints: a file in memory, which nobody who kills us leaves behind.
+class MemoryFile {
  public:
-  ScratchFolder() : path_((fs::temp_directory_path() / "evalbus_replay_XXXXXX").string()) {
-    if (!mkdtemp(path_.data())) throw EnvironmentError("cannot create " + path_);
+  MemoryFile() : fd_(memfd_create("log", MFD_CLOEXEC)) {
+    if (fd_ < 0) throw EnvironmentError(std::string("memfd_create: ") + std::strerror(errno));
   }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  fs::path operator/(const std::string& name) const { return fs::path(path_) / name; }
+  ~MemoryFile() { close(fd_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  fs::path path() const { return "/proc/self/fd/" + std::to_string(fd_); }
 
  private:
-  std::string path_;
+  int fd_;
 };
 
 launch::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& first, int episodes) {
@@ -101,17 +121,10 @@ launch::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& f
   header.seed = first.summary.seed;
   header.episodes = episodes;
   // The run's own page knows more than its logs.
-  const fs::path parent = fs::absolute(log).parent_path().parent_path();
-  const fs::path file = parent.parent_path() / kRunJson;
-  if (parent.filename() != kEpisodesFolder || !fs::exists(file)) return header;
-  const nlohmann::ordered_json run = ReadJsonFile(file);
-  if (!run.is_object() || !run.value("policy", run).is_string() ||
-      !run.value("seed", run).is_number_integer()) {
-    throw InputError(file.string() +
-                     ": expected an object with the text \"policy\" and the whole number \"seed\"");
+  if (const auto run = results::RunOf(log)) {
+    header.policy = run->policy;
+    header.seed = run->seed;
   }
-  header.policy = run["policy"];
-  header.seed = run["seed"];
   return header;
 }
 
@@ -138,14 +151,14 @@ class Player : public Component {
   }
 
   // Starts metrics; throws if a run is on this bus already.
-  void Start() {
-    if (!options_.url.empty() && HandleUntil([this] { return metrics_heard_ || sim_heard_; }, kListen)) {
-      throw InputError("--url " + options_.url +
-                       ": a run or another replay is on this bus; choose another port");
+  void Start(bool url_was_named) {
+    if (url_was_named && HandleUntil([this] { return metrics_heard_ || sim_heard_; }, kListen)) {
+      throw InputError(bus().url() + ": a run or another replay is on this bus; choose another with --url");
     }
     processes_.Start("metrics",
-                     {(launch::Processes::BinaryFolder() / "evalbus-metrics").string(), "--url", bus().url()},
-                     scratch_ / "metrics.log");
+                     {(launch::Processes::BinaryFolder() / "evalbus-metrics").string(), "--url", bus().url(),
+                      kReplayOption, fs::absolute(options_.recording).lexically_normal().string()},
+                     metrics_log_.path());
     if (!HandleUntil([this] { return metrics_heard_; }, kMetricsStart)) Overdue("metrics did not start");
   }
 
@@ -157,7 +170,7 @@ class Player : public Component {
     processes_.Start("player",
                      {program_.string(), "--speed", fmt::format("{}", options_.speed), "--lcm-url",
                       bus().url(), "--regexp", PlayedChannels(), file.string()},
-                     scratch_ / "player.log");
+                     player_log_.path());
     HandleUntil([this] { return !playing_; }, std::nullopt);
     const auto done = [this] { return scored_.back(); };
     if (!HandleUntil(done, kSettle)) {
@@ -197,11 +210,12 @@ class Player : public Component {
   // True once the condition is, false when the time is over or the user wants to stop.
   template <class Condition>
   bool HandleUntil(Condition condition, std::optional<steady_clock::duration> time) {
-    const auto started = steady_clock::now();
-    auto poll_at = started;
+    auto poll_at = steady_clock::now();
+    Wait wait(poll_at);
     while (!condition()) {
       const auto now = steady_clock::now();
-      if (stop_requested() || (time && now - started > *time)) return false;
+      const auto waited = wait.Look(now);
+      if (stop_requested() || (time && waited > *time)) return false;
       if (now >= poll_at) {
         Poll(now);
         view_->Poll(now);
@@ -252,8 +266,9 @@ class Player : public Component {
   }
 
   const ReplayOptions& options_;
-  ScratchFolder scratch_;
-  launch::Processes processes_;
+  MemoryFile metrics_log_, player_log_;
+  // A player sleeps from one event to the next, however far that is.
+  launch::Processes processes_{std::chrono::hours(24 * 365)};
   launch::LiveView* view_;
   fs::path program_;
 
@@ -270,57 +285,92 @@ class Player : public Component {
 };
 
 void AddOptions(CLI::App* app, ReplayOptions* options) {
-  app->add_option("run_or_log", options->run_or_log, "run folder or event log")->required();
-  app->add_option("--episode", options->episode, "of a run: this episode only");
+  app->add_option("recording", options->recording, "folder of a run, of a suite or of an episode, or a log")
+      ->required();
+  app->add_option("--episode", options->episodes, "numbers of a run's episodes, with commas; default: all")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app->add_option("--speed", options->speed, "1 = as fast as the robot moved")->capture_default_str();
-  app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default as for run");
+  app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default: as for 'evalbus run'");
+}
+
+// A log, and what is to be expected of it.
+struct Recording {
+  fs::path file;
+  results::RescoredLog log;
+};
+// Those of one run, or a log alone.
+using Recordings = std::vector<Recording>;
+
+std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
+  std::vector<Recordings> runs;
+  const std::vector<fs::path> files = results::EpisodeLogs(options.recording, options.episodes);
+  if (!options.episodes.empty() && !fs::is_directory(options.recording / kEpisodesFolder) &&
+      !fs::exists(options.recording / kSuiteJson)) {
+    throw InputError("--episode: " + options.recording.string() + " is no run folder; a log is played whole");
+  }
+  results::Rescorer rescorer;
+  for (const fs::path& file : files) {
+    results::RescoredLog log = rescorer.Rescore(file);
+    if (log.episodes.empty()) {
+      throw InputError(file.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)");
+    }
+    CheckWaits(file, options.speed);
+    if (runs.empty() || results::RunFolderOf(runs.back().back().file) != results::RunFolderOf(file)) {
+      runs.emplace_back();
+    }
+    runs.back().push_back({file, std::move(log)});
+  }
+  return runs;
 }
 
 // Returns 0 if every score equals the recorded one and nothing was lost, else 2. Throws InputError,
 // EnvironmentError.
 int Replay(const ReplayOptions& options) {
-  if (!(options.speed > 0) || std::isinf(options.speed)) {
-    throw InputError(fmt::format("--speed {}: expected a number above 0", options.speed));
+  if (!(options.speed >= kSpeeds.least && options.speed <= kSpeeds.most)) {
+    throw InputError(
+        fmt::format("--speed: expected {} to {}, not {}", kSpeeds.least, kSpeeds.most, options.speed));
   }
-  // The logs say what is to be expected.
-  results::Rescorer rescorer;
-  std::vector<std::pair<fs::path, results::RescoredLog>> logs;
-  int episodes = 0, damaged = 0;
-  int64_t ticks = 0;
-  double simulated = 0;  // s
-  for (const fs::path& file : results::EpisodeLogs(options.run_or_log, options.episode)) {
-    results::RescoredLog log = rescorer.Rescore(file);
-    if (log.episodes.empty()) {
-      throw InputError(file.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)");
-    }
-    damaged += log.damaged_places > 0;
-    episodes += static_cast<int>(log.episodes.size());
-    for (const results::RescoredEpisode& episode : log.episodes) {
-      ticks += Player::Ticks(episode.summary);
-      simulated += static_cast<double>(episode.summary.header.sim_time_us) * 1e-6;
-    }
-    logs.emplace_back(file, std::move(log));
-  }
+  const std::vector<Recordings> runs = ReadRecordings(options);
   FindPlayer();
-  const std::string url = ChooseBus(options.url);
+  const std::string asked = options.url.empty() ? UrlOfEnvironment() : options.url;
+  const std::string url = ChooseBus(asked);
   if (url.empty()) {
     throw EnvironmentError(
         "this machine has no multicast, which lcm-logplayer needs ('evalbus doctor' says why); "
         "'evalbus rescore' works without");
   }
   InstallStopSignals();
-  launch::LiveView view(stdout, Header(logs[0].first, logs[0].second.episodes[0], episodes));
-  Bus bus(url);
-  Player player(options, &bus, &view);
-  player.Start();
+  int episodes = 0, equal = 0, damaged = 0;
+  int64_t ticks = 0, lost = 0;
+  double simulated = 0;  // s
   const auto started = steady_clock::now();
-  for (const auto& [file, log] : logs) {
-    if (!stop_requested()) player.Play(file, log);
+  for (const Recordings& run : runs) {
+    int of_run = 0;
+    for (const Recording& recording : run) {
+      damaged += recording.log.damaged_places > 0;
+      of_run += static_cast<int>(recording.log.episodes.size());
+      for (const results::RescoredEpisode& episode : recording.log.episodes) {
+        ticks += Player::Ticks(episode.summary);
+        simulated += static_cast<double>(episode.summary.header.sim_time_us) * 1e-6;
+      }
+    }
+    episodes += of_run;
+    if (runs.size() > 1 && &run != &runs.front()) fmt::print("\n");
+    launch::LiveView view(stdout, Header(run[0].file, run[0].log.episodes[0], of_run));
+    Bus bus(url);
+    Player player(options, &bus, &view);
+    player.Start(!asked.empty() && &run == &runs.front());
+    for (const Recording& recording : run) {
+      if (!stop_requested()) player.Play(recording.file, recording.log);
+    }
+    view.Finish();
+    player.StopAll();
+    if (stop_requested()) throw EnvironmentError("stopped before the end");
+    equal += player.equal();
+    lost += player.lost();
   }
   const double wall = std::chrono::duration<double>(steady_clock::now() - started).count();
-  view.Finish();
-  player.StopAll();
-  if (stop_requested()) throw EnvironmentError("stopped before the end");
   if (damaged > 0) {
     fmt::print(
         "\n{} damaged: LCM's player stops at the first damaged event; 'evalbus rescore' goes on behind it\n",
@@ -329,8 +379,8 @@ int Replay(const ReplayOptions& options) {
   fmt::print(
       "\n{} of {} episodes equal the recorded scores in every bit; {} of {} ticks lost; {:.1f} s simulated "
       "in {:.1f} s\n",
-      player.equal(), episodes, player.lost(), ticks, simulated, wall);
-  return player.equal() == episodes && player.lost() == 0 ? 0 : 2;
+      equal, episodes, lost, ticks, simulated, wall);
+  return equal == episodes && lost == 0 ? 0 : 2;
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "cli/launch/version.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
+#include "cli/results/page_links.h"
 #include "cli/results/run_reader.h"
 #include "metrics/statistics/run_statistics.h"
 #include "viz/report/report_page.h"
@@ -66,30 +67,6 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   return chosen;
 }
 
-// Links of a page in `folder`.
-class Links {
- public:
-  explicit Links(const fs::path& folder) : folder_(fs::weakly_canonical(folder)) {}
-
-  viz::ReportLink To(const fs::path& file, const std::string& text) const {
-    return {text, viz::Url(fs::weakly_canonical(file).lexically_relative(folder_))};
-  }
-  void Add(const fs::path& episode_folder, viz::ReportEpisode* episode) const {
-    if (!fs::is_directory(episode_folder)) return;
-    std::vector<fs::path> films;
-    for (const auto& entry : fs::directory_iterator(episode_folder)) {
-      if (entry.path().extension() == ".mp4") films.push_back(entry.path());
-    }
-    std::sort(films.begin(), films.end());
-    for (const fs::path& film : films) episode->films.push_back(To(film, film.stem().string()));
-    const fs::path log = episode_folder / kEventLog;
-    if (fs::exists(log)) episode->logs.push_back(To(log, "log"));
-  }
-
- private:
-  fs::path folder_;
-};
-
 std::vector<viz::ReportMetric> Metrics(const metrics::RunSummary& summary) {
   std::vector<viz::ReportMetric> metrics;
   for (const metrics::MetricSummary& metric : summary.metrics) {
@@ -136,7 +113,7 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
   for (const Choice& choice : choices) {
     try {
       results::EpisodeTrace trace =
-          results::TraceEpisode(results::EpisodeLogs(recorded.folder, choice.episode).front());
+          results::TraceEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front());
       // What only the logs know.
       if (run->curves.empty()) {
         const metric_values_t& metrics = trace.summary.metrics;
@@ -160,7 +137,7 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
 }
 
 viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>& episodes, bool in_suite,
-                   const Links& links) {
+                   const results::PageLinks& links) {
   const metrics::RunSummary summary = recorded.Statistics().Summary(true);
   viz::ReportRun run;
   run.name = recorded.name;
@@ -169,7 +146,12 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   run.policy = recorded.policy;
   for (const results::RecordedEpisode& episode : recorded.episodes) {
     run.episode.push_back(Episode(episode));
-    links.Add(EpisodeFolder(recorded.folder, episode.episode), &run.episode.back());
+    run.episode.back().films = links.Films(recorded.folder, episode.episode);
+    run.episode.back().logs = links.Log(recorded.folder, episode.episode);
+  }
+  if (std::ranges::all_of(run.episode, [](const auto& episode) { return episode.films.empty(); })) {
+    run.film_hint = "There are no films of this run: evalbus render " + recorded.name +
+                    " makes them, and evalbus report once more links them here.";
   }
   run.episodes = summary.episodes;
   run.complete = summary.complete;
@@ -199,7 +181,8 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
 
 void AddOptions(CLI::App* app, ReportOptions* options) {
   app->add_option("run", options->run, "folder of a run or of a suite")->required();
-  app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder");
+  app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder")
+      ->type_name("FILE");
   app->add_option(
          "--episode", options->episodes,
          "numbers of episodes whose curves are drawn, with commas; default: the first failures and the "
@@ -214,14 +197,16 @@ int WriteReport(const ReportOptions& options) {
     throw InputError("--episode: " + options.run.string() + " is a suite; name one of its runs");
   }
   const fs::path out = options.out.empty() ? options.run / "report.html" : options.out;
-  const Links links(fs::absolute(out).parent_path());
+  const results::PageLinks links(out);
   viz::Report report;
   report.made_by = fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
   for (const results::RecordedRun& run : runs.runs) {
     report.runs.push_back(Run(run, options.episodes, runs.is_suite, links));
   }
   for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
-  report.title = runs.is_suite ? "Suite " + runs.name : runs.runs[0].task_name();
+  report.title = runs.is_suite ? fmt::format("{} run{} in {}", runs.runs.size(),
+                                             runs.runs.size() == 1 ? "" : "s", runs.name)
+                               : runs.runs[0].task_name();
   WriteWhole(out, viz::ReportPage(report));
   fmt::print("{}\n", fs::proximate(out).string());
   return 0;

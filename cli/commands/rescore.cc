@@ -17,6 +17,7 @@
 #include "cli/launch/run_controller.h"
 #include "cli/results/episode_json.h"
 #include "cli/results/episode_logs.h"
+#include "cli/results/kept_results.h"
 #include "cli/results/rescorer.h"
 #include "lcmtypes/end_reason.h"
 
@@ -26,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RescoreOptions {
-  std::filesystem::path run_or_log;
+  std::filesystem::path recording;
   // Another task description; empty: the one in each log.
   std::filesystem::path task;
   // Scores as in episodes.jsonl; empty: none are written.
@@ -77,9 +78,7 @@ std::string Stages(const metric_values_t& metrics) {
                      metrics.num_stages);
 }
 
-std::string Outcome(const episode_summary_t& summary) {
-  return summary.failure_reason.empty() ? end_reason::kSuccess : summary.failure_reason;
-}
+std::string Outcome(const episode_summary_t& summary) { return end_reason::Outcome(summary.failure_reason); }
 
 std::string Arrow(const std::string& before, const std::string& after) {
   return before == after ? after : before + " -> " + after;
@@ -104,7 +103,7 @@ std::string ChangedMetrics(const std::vector<results::Difference>& differences) 
 
 void PrintScore(const results::RescoredEpisode& episode) {
   const episode_summary_t& summary = episode.summary;
-  fmt::print("{:>7}  {:<14} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, summary.end_reason,
+  fmt::print("{:>7}  {:<14} {:>6.2f} s  {:>6}  {}\n", summary.header.episode, Outcome(summary),
              summary.metrics.completion_time_s, Stages(summary.metrics),
              results::DescribeDifference(episode.recorded, summary));
 }
@@ -134,10 +133,13 @@ std::string ChangedVerdicts(const std::map<std::string, int>& changes, int episo
 }
 
 void AddOptions(CLI::App* app, RescoreOptions* options) {
-  app->add_option("run_or_log", options->run_or_log, "run folder or event log")->required();
+  app->add_option("recording", options->recording, "folder of a run, of a suite or of an episode, or a log")
+      ->required();
   app->add_option("--task", options->task,
-                  "judge by this task description (YAML) instead of the recorded one");
-  app->add_option("--out", options->out, "write the scores to this file, in the format of episodes.jsonl");
+                  "judge by this task description, a changed copy of the recorded one's file")
+      ->type_name("YAML");
+  app->add_option("--out", options->out, "write the scores to this file, in the format of episodes.jsonl")
+      ->type_name("FILE");
 }
 
 // Returns 0 if every score equals the recorded one or a task is given, else 2. Throws InputError,
@@ -145,19 +147,21 @@ void AddOptions(CLI::App* app, RescoreOptions* options) {
 int Rescore(const RescoreOptions& options) {
   const bool new_rules = !options.task.empty();
   results::Rescorer rescorer(new_rules ? std::optional(ReadTask(options.task)) : std::nullopt);
-  const std::vector<fs::path> logs = results::EpisodeLogs(options.run_or_log);
+  const std::vector<fs::path> logs = results::EpisodeLogs(options.recording);
   if (!options.out.empty()) {
-    if (fs::exists(options.out))
+    if (fs::is_regular_file(options.out) || fs::is_directory(options.out))
       throw InputError("--out " + options.out.string() + ": exists; choose another name");
     if (!fs::is_directory(fs::absolute(options.out).parent_path())) {
       throw InputError("--out " + options.out.string() + ": there is no such folder");
     }
   }
   std::string lines;
+  results::KeptResults kept(options.recording);
 
-  int episodes = 0, equal = 0, complete = 0, logs_without = 0;
+  int episodes = 0, equal = 0, kept_otherwise = 0, complete = 0, logs_without = 0;
   int successes = 0, recorded_successes = 0;
   std::map<std::string, int> changes;
+  fs::path run;                    // of the log before
   double simulated = 0, wall = 0;  // s
   for (const fs::path& file : logs) {
     const auto started = std::chrono::steady_clock::now();
@@ -166,18 +170,24 @@ int Rescore(const RescoreOptions& options) {
     if (log.episodes.empty() && logs.size() == 1) {
       throw InputError(file.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)");
     }
-    if (episodes == 0 && !log.episodes.empty()) {
+    if (results::RunFolderOf(file) != run && !log.episodes.empty()) {
       const model_info_t& model = *log.episodes[0].model;
-      fmt::print("{}/{}  {}\n", model.task, model.variation,
+      fmt::print("{}{}/{}  {}\n", run.empty() ? "" : "\n", model.task, model.variation,
                  new_rules ? "rules of " + options.task.string() : "recorded rules");
       fmt::print("{}\n", new_rules
                              ? "episode  verdict                       time, s         stages      changed"
                              : "episode  end                time   stages  score");
+      run = results::RunFolderOf(file);
     }
     for (const results::RescoredEpisode& episode : log.episodes) {
       new_rules ? PrintChanges(episode) : PrintScore(episode);
       if (const std::string missing = Missing(episode); !missing.empty()) {
         fmt::print("         incomplete: {}\n", missing);
+      }
+      const std::string difference = kept.Difference(file, episode);
+      if (!new_rules && !difference.empty()) {
+        ++kept_otherwise;
+        fmt::print("         {}\n", difference);
       }
       if (!options.out.empty()) {
         const model_info_t& model = *episode.model;
@@ -202,6 +212,9 @@ int Rescore(const RescoreOptions& options) {
       fmt::print("         {}: {}\n", file.string(), damage);
     }
   }
+  const std::vector<fs::path> gone = kept.Missing();
+  for (const fs::path& log : gone)
+    fmt::print("      -  {}: this log is gone; episodes.jsonl has its score\n", log.string());
   if (!options.out.empty()) WriteWhole(options.out, lines);
   if (new_rules) {
     fmt::print("\n{}\n", ChangedVerdicts(changes, episodes));
@@ -211,7 +224,13 @@ int Rescore(const RescoreOptions& options) {
     fmt::print("\n{} of {} episodes equal the recorded scores in every bit", equal, episodes);
   }
   fmt::print("; {:.1f} s simulated in {:.3f} s, {:.0f} x real time\n", simulated, wall, simulated / wall);
-  return new_rules || (equal == episodes && logs_without == 0) ? 0 : 2;
+  if (kept_otherwise > 0) {
+    fmt::print("{} of {} episodes are other in episodes.jsonl than in their logs\n", kept_otherwise,
+               episodes);
+  }
+  if (!gone.empty()) fmt::print("{} of {} logs are gone\n", gone.size(), logs.size() + gone.size());
+  const bool as_kept = equal == episodes && logs_without == 0 && kept_otherwise == 0;
+  return gone.empty() && (new_rules || as_kept) ? 0 : 2;
 }
 
 }  // namespace

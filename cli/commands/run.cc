@@ -14,9 +14,13 @@ Action AddRun(CLI::App* app) {
   app->add_option(
       "task", options->tasks,
       "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition; several, TASK/all or all\n"
-      "make a suite: a folder of runs with one summary");
+      "make a suite: a folder of runs with one summary. Without VARIATION: the task's first one, which in\n"
+      "all of ours is base, where nothing is random: of a policy like expert all episodes are equal");
   AddOptions(app, options.get());
-  app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME");
+  // For those whom a run starts: a run that a person starts has a folder of its own.
+  app->get_option("--options")->group("");
+  app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME")
+      ->type_name("FOLDER");
   app->add_flag("--resume", options->resume, "go on with the interrupted run in --out");
   AddLogLevel(app);
   // For the workers themselves.

@@ -23,8 +23,7 @@ Action AddScore(CLI::App* app) {
                   "look at contacts every this many steps; 0 = the file's slip_sample_window")
       ->capture_default_str();
   return [options] {
-    fmt::print("{}\n",
-               metrics::ScoreEpisode(ReadJsonFile(options->file), options->file, options->score).dump(2));
+    fmt::print("{}\n", metrics::ScoreFile(options->file, options->score).dump(2));
     return 0;
   };
 }

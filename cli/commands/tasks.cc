@@ -12,12 +12,12 @@
 #include <string>
 
 #include "base/errors.h"
+#include "base/write_whole.h"
 #include "cli/commands/commands.h"
+#include "cli/commands/scene_words.h"
 #include "metrics/task/task_evaluator.h"
 #include "models/scene.h"
 #include "sim/world.h"
-#include "viz/pictures/png.h"
-#include "viz/pictures/renderer.h"
 
 namespace evalbus::commands {
 namespace {
@@ -25,28 +25,32 @@ namespace {
 struct TasksOptions {
   const CLI::App* list = nullptr;
   const CLI::App* show = nullptr;
+  const CLI::App* made = nullptr;
   const CLI::App* check = nullptr;
   // As FindTask takes it.
   std::string task;
-  // Where to draw the scene as PNG; empty: nowhere.
-  std::filesystem::path image;
-  std::string camera = "overview";
-  std::string size = "960x720";
+  // As --robot of 'evalbus run'; empty: the task's own.
+  std::string robot;
+  std::vector<std::filesystem::path> model_path;
+  PictureOptions picture;
   // Of the reset that is drawn.
   int64_t seed = 0;
   // To check.
   std::filesystem::path file;
+  std::string new_name;
 };
 
 // What `check` resets each variation from.
 constexpr int kCheckedSeeds = 10;
 
-using Lines = std::vector<std::string>;
-
 // A task as one of its variations has it, composed.
 struct Composed {
-  explicit Composed(const TaskDescription& described)
-      : task(described), robot(LoadRobot(task.robot_file)), scene(BuildScene(task, robot)) {
+  explicit Composed(const TaskDescription& described, const std::string& other_robot = "",
+                    const std::vector<std::filesystem::path>& model_path = {})
+      : task(described),
+        robot(LoadRobot(other_robot.empty() ? task.robot_file : FindRobot(other_robot), model_path)),
+        scene(BuildScene(task, robot)) {
+    task.ApplyRobot(robot.name, robot.arm_names());
     scene.info.substeps = 1;
   }
   sim::World MakeWorld() const {
@@ -57,27 +61,6 @@ struct Composed {
   RobotDescription robot;
   Scene scene;
 };
-
-std::string Vector(const double* values, size_t size) {
-  std::string text;
-  for (size_t i = 0; i < size; ++i) text += fmt::format("{}{:.6g}", i == 0 ? "" : ", ", values[i]);
-  return "(" + text + ")";
-}
-
-std::string InWords(const Pose& pose) {
-  std::string text = Vector(pose.position.data(), 3) + " m";
-  const auto& q = pose.quaternion;
-  const double degrees = 180 / std::numbers::pi;
-  if (q[1] != 0 || q[2] != 0) return text + ", quaternion " + Vector(q.data(), 4);
-  const double yaw = 2 * std::atan2(q[3], q[0]) * degrees;
-  return yaw == 0 ? text : text + fmt::format(", turned by {:.6g} degrees", yaw);
-}
-
-std::string Joined(const Lines& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
 
 std::string InWords(const SpawnBox& box) {
   std::string text = fmt::format("{} anywhere in x {:.6g} to {:.6g} m, y {:.6g} to {:.6g} m", box.object,
@@ -99,33 +82,59 @@ std::string InWords(const SpawnYaw& yaw) {
                      yaw.bound * 180 / std::numbers::pi);
 }
 
+std::string InWords(const SpawnJoint& spawn) {
+  const double scale = spawn.is_angle ? 180 / std::numbers::pi : 1;
+  return fmt::format("joint {} anywhere from {:.6g} to {:.6g} {}", spawn.joint, spawn.min * scale,
+                     spawn.max * scale, spawn.is_angle ? "degrees" : "m");
+}
+
+std::string InWords(const Distractors& distractors) {
+  return fmt::format("{} to {} of {} in x {:.6g} to {:.6g} m, y {:.6g} to {:.6g} m", distractors.min_count,
+                     distractors.max_count, Joined(distractors.objects),
+                     distractors.center[0] - distractors.half_extents[0],
+                     distractors.center[0] + distractors.half_extents[0],
+                     distractors.center[1] - distractors.half_extents[1],
+                     distractors.center[1] + distractors.half_extents[1]);
+}
+
+std::string JoinedNames(const std::vector<NameInFile>& names) {
+  Lines texts;
+  for (const NameInFile& name : names) texts.push_back(name.text);
+  return Joined(texts);
+}
+
+std::string InWords(const Span& factor) {
+  return fmt::format("times {:.6g} to {:.6g}", factor.min, factor.max);
+}
+
+std::string InWords(const RandomMass& mass) {
+  return "mass of " + JoinedNames(mass.of) + " " + InWords(mass.factor);
+}
+
+std::string InWords(const RandomFriction& friction) {
+  return "friction of " + JoinedNames(friction.of) + " " + InWords(friction.factor);
+}
+
+std::string InWords(const RandomColour& colour) {
+  return "colour of " + JoinedNames(colour.of) + " from " + Vector(colour.min.data(), 3) + " to " +
+         Vector(colour.max.data(), 3);
+}
+
+std::string InWords(const RandomLight& light) {
+  return "brightness of light " + light.name.text + " " + InWords(light.factor);
+}
+
+std::string InWords(const RandomCamera& camera) {
+  return fmt::format("camera {} shifted by up to {} m and turned by up to {:.6g} degrees either way",
+                     camera.name.text, Vector(camera.shift.data(), 3), camera.turn * 180 / std::numbers::pi);
+}
+
 std::string NamesOf(const std::vector<NamedExpression>& expressions) {
   Lines names;
   for (const NamedExpression& expression : expressions) {
     names.push_back(expression.name.empty() ? expression.expression.name : expression.name);
   }
   return Joined(names);
-}
-
-void PrintSection(const std::string& title, const Lines& lines) {
-  std::string head = title;
-  for (const std::string& line : lines) {
-    fmt::print("{:<14}{}\n", head, line);
-    head.clear();
-  }
-}
-
-// Rows under a heading, columns as wide as their widest cell.
-void PrintTable(const std::vector<Lines>& rows) {
-  std::vector<size_t> widths(rows[0].size());
-  for (const Lines& row : rows) {
-    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  for (const Lines& row : rows) {
-    std::string line;
-    for (size_t i = 0; i < row.size(); ++i) line += fmt::format("{:<{}}", row[i], widths[i] + 2);
-    fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
-  }
 }
 
 int List() {
@@ -151,32 +160,27 @@ int List() {
 }
 
 void Draw(Composed* composed, const Variation& variation, const TasksOptions& options) {
-  const viz::FrameSize size = viz::ParseFrameSize(options.size);
-  const int camera = viz::FindCamera(*composed->scene.visual, options.camera);
   sim::World world = composed->MakeWorld();
   world.Reset(options.seed, variation);
   state_t state{};
   world.Fill(&state);
-  viz::Renderer renderer(std::move(composed->scene.visual), size);
-  renderer.SetState(state);
-  viz::Frame frame(size);
-  renderer.Render(camera, &frame);
-  viz::WritePng(frame, options.image);
+  composed->scene.info.variation = variation.name;
+  DrawScene(std::move(composed->scene.visual), state, options.picture, &composed->scene.info, options.seed);
 }
 
 int Show(const TasksOptions& options) {
   const TaskSelection selection = FindTask(options.task);
-  Composed composed(selection.task);
+  Composed composed(selection.task, options.robot, options.model_path);
   const TaskDescription& task = composed.task;
   const Variation& variation = task.variation(selection.variation);
   // First, so that nothing is printed if the picture cannot be drawn.
-  if (!options.image.empty()) Draw(&composed, variation, options);
+  if (!options.picture.file.empty()) Draw(&composed, variation, options);
 
   fmt::print("{}/{}{}\n{}\n\n", task.name, variation.name,
              variation.alias.empty() ? "" : " (" + variation.alias + " in RoboEval)", task.title);
-  Lines arms;
-  for (const ArmDescription& arm : composed.robot.arms) arms.push_back(arm.name);
-  PrintSection("Robot", {composed.robot.name + " (" + Joined(arms) + ") at " + InWords(task.robot_base)});
+  PrintSection("Robot", {composed.robot.name + " (" + Joined(composed.robot.arm_names()) + ") at " +
+                         PoseInWords(task.robot_base)});
+  if (!task.instruction.empty()) PrintSection("Instruction", {"\"" + task.instruction + "\""});
   PrintSection("Time limit", {fmt::format("{:.6g} s", task.time_limit)});
 
   Lines parts;
@@ -185,15 +189,20 @@ int Show(const TasksOptions& options) {
   for (const ScenePart& part : task.parts) {
     const bool is_object =
         std::find(task.objects.begin(), task.objects.end(), part.name) != task.objects.end();
-    parts.push_back(fmt::format("{:<{}}  {}{}{}", part.name, width, InWords(part.pose),
+    parts.push_back(fmt::format("{:<{}}  {}{}{}", part.name, width, PoseInWords(part.pose),
                                 is_object ? ", object of the task" : "", part.free ? ", free" : ""));
   }
   PrintSection("Scene", parts);
 
   Lines randomised;
-  for (const Randomisation& randomisation : variation.randomisations) {
-    randomised.push_back(std::visit([](const auto& spawn) { return InWords(spawn); }, randomisation));
-  }
+  const auto say = [&](const auto& draws) {
+    for (const auto& draw : draws)
+      randomised.push_back(std::visit([](const auto& kind) { return InWords(kind); }, draw));
+  };
+  say(variation.randomisations);
+  for (const Distractors& distractors : variation.distractors) randomised.push_back(InWords(distractors));
+  say(variation.physics);
+  say(variation.appearance);
   PrintSection("At each reset", randomised.empty() ? Lines{"nothing is random"} : randomised);
 
   const ModelNames names(composed.scene.info);
@@ -213,7 +222,27 @@ int Show(const TasksOptions& options) {
   PrintSection("Failure", failure.empty() ? Lines{"only if the robot leaves the place"} : failure);
   if (!task.target_distance.empty()) PrintSection("Distances", {NamesOf(task.target_distance)});
   if (!task.pose_error.empty()) PrintSection("Pose errors", {NamesOf(task.pose_error)});
-  if (!options.image.empty()) PrintSection("Picture", {options.image.string()});
+  if (!options.picture.file.empty()) PrintSection("Picture", {options.picture.file.string()});
+  return 0;
+}
+
+// The other task's text with the new name, and nothing else changed.
+int New(const TasksOptions& options) {
+  const std::filesystem::path file = options.new_name + ".yaml";
+  if (std::filesystem::exists(file)) throw InputError(file.string() + " is there already");
+  const TaskDescription old = FindTask(options.task).task;
+  std::string text = old.text;
+  const std::string line = "\nname: " + old.name + "\n";
+  const size_t at = ("\n" + text).find(line);
+  if (at == std::string::npos) {
+    throw InputError(old.file.string() + ": expected the line 'name: " + old.name + "', to change it");
+  }
+  text.replace(at, line.size() - 1, "name: " + options.new_name + "\n");
+  // A mistake in the name, or paths that the copy does not find, are seen before anything is written.
+  ParseTask(text, file, true);
+  WriteWhole(file, text);
+  fmt::print("{0}: a copy of {1}\n\n  evalbus tasks check {0}\n  evalbus run {0} --policy expert:{1}\n",
+             file.string(), old.name);
   return 0;
 }
 
@@ -223,14 +252,21 @@ int Check(const std::filesystem::path& file) {
   for (const Variation& variation : described.variations) {
     TaskDescription task = described;
     task.Apply(variation.name);
-    const Composed composed(task);
+    Composed composed(task);
     if (names.empty()) {
       for (const std::string& warning : composed.scene.warnings) fmt::print(stderr, "warning: {}\n", warning);
     }
     const ModelNames model_names(composed.scene.info);
     const metrics::TaskEvaluator evaluator(composed.task, model_names);
     sim::World world = composed.MakeWorld();
-    for (int seed = 0; seed < kCheckedSeeds; ++seed) world.Reset(seed, variation);
+    RandomiseAppearance(variation, 0, composed.scene.visual.get());
+    for (int seed = 0; seed < kCheckedSeeds; ++seed) {
+      world.Reset(seed, variation);
+      if (const std::string overlap = world.Overlap(); !overlap.empty()) {
+        throw InputError(fmt::format("{}: variation '{}': at the start (seed {}) {}",
+                                     variation.location.ToString(), variation.name, seed, overlap));
+      }
+    }
     names.push_back(variation.name);
   }
   fmt::print("{}: task {} is right; variations {}\n", file.string(), described.name, Joined(names));
@@ -242,11 +278,15 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
   options->list = app->add_subcommand("list", "a table of all tasks and variations");
   CLI::App* show = app->add_subcommand("show", "scene, randomisation, stages and verdict in words");
   show->add_option("task", options->task, "TASK[/VARIATION], RoboEval's name, or a YAML file")->required();
-  show->add_option("--image", options->image, "draw the scene after a reset into this PNG file");
-  show->add_option("--camera", options->camera, "camera of the picture")->capture_default_str();
-  show->add_option("--size", options->size, "WIDTHxHEIGHT of the picture in pixels")->capture_default_str();
+  show->add_option("--robot", options->robot, "another robot than the task's own, by name or YAML file");
+  show->add_option("--model-path", options->model_path, "folder with the robot's models; may be repeated");
+  AddPictureOptions(show, &options->picture);
   show->add_option("--seed", options->seed, "seed of the reset")->capture_default_str();
   options->show = show;
+  CLI::App* made = app->add_subcommand("new", "a task file of your own, as a copy of another task's");
+  made->add_option("name", options->new_name, "name of the task; the file is NAME.yaml")->required();
+  made->add_option("--from", options->task, "task to copy, by name or YAML file")->required();
+  options->made = made;
   CLI::App* check = app->add_subcommand("check", "read a task file, compose and reset every variation");
   check->add_option("file", options->file, "YAML file of a task")->required();
   options->check = check;
@@ -256,6 +296,7 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
 int Tasks(const TasksOptions& options) {
   if (options.list->parsed()) return List();
   if (options.show->parsed()) return Show(options);
+  if (options.made->parsed()) return New(options);
   return Check(options.file);
 }
 

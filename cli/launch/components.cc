@@ -4,6 +4,7 @@
 
 #include "bus/recorder/recorder.h"
 #include "collision/collision_component.h"
+#include "metrics/episode/part_of_run.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
 #include "sim/sim_component.h"
@@ -16,6 +17,9 @@ constexpr bool kRequired = true;
 template <class Type>
 std::unique_ptr<Component> Make(Bus* bus, const RunOptions&) {
   return std::make_unique<Type>(bus);
+}
+std::unique_ptr<Component> MakeMetrics(Bus* bus, const RunOptions& options) {
+  return std::make_unique<metrics::MetricsComponent>(bus, metrics::IsPartOfRun(options.out));
 }
 std::unique_ptr<Component> MakeRecorder(Bus* bus, const RunOptions& options) {
   return std::make_unique<Recorder>(bus, options.out);
@@ -30,10 +34,8 @@ std::unique_ptr<Component> MakeSim(Bus* bus, const RunOptions& options) {
 }
 
 constexpr ComponentType kComponents[] = {
-    {"recorder", kRequired, MakeRecorder},
-    {"collision", kRequired, Make<collision::CollisionComponent>},
-    {"metrics", kRequired, Make<metrics::MetricsComponent>},
-    {"policy", kRequired, MakePolicy},
+    {"recorder", kRequired, MakeRecorder}, {"collision", kRequired, Make<collision::CollisionComponent>},
+    {"metrics", kRequired, MakeMetrics},   {"policy", kRequired, MakePolicy},
     {"sim", !kRequired, MakeSim},
 };
 

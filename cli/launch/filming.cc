@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <string_view>
 #include <thread>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
+#include "base/write_whole.h"
 #include "bus/host.h"
-#include "bus/recorder/recorder.h"
+#include "cli/launch/film_progress.h"
 #include "viz/pictures/film.h"
 
 namespace evalbus::launch {
@@ -29,7 +34,8 @@ Filming::Render Niced(const std::filesystem::path& run, const std::vector<std::s
             "--episode",
             std::to_string(episode),
             "--camera",
-            fmt::format("{}", fmt::join(cameras, ","))};
+            fmt::format("{}", fmt::join(cameras, ",")),
+            "--say-progress"};
   };
 }
 
@@ -40,11 +46,16 @@ Filming::Filming(const results::RunFolder& folder, const std::vector<std::string
 
 Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
                  Render render)
-    : folder_(folder), cameras_(std::move(cameras)), next_(next), render_(std::move(render)) {}
+    : folder_(folder),
+      cameras_(std::move(cameras)),
+      next_(next),
+      render_(std::move(render)),
+      log_(folder.log_file("film")) {
+  log_.Next();  // of an earlier run in this folder
+}
 
 Filming::~Filming() {
-  if (processes_.StopAll().empty()) return;
-  folder_.RemoveFiles(kUnfinishedFilmEnding);
+  for (const Processes::Exit& exit : processes_.StopAll()) RemoveUnfinished(exit.pid);
 }
 
 void Filming::OnEpisodeDone(const nlohmann::ordered_json& episode) {
@@ -52,7 +63,7 @@ void Filming::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   const bool is_missing = std::ranges::any_of(cameras_, [&](const std::string& camera) {
     return !std::filesystem::exists(EpisodeFolder(folder_.path(), index) / viz::FilmName(camera));
   });
-  if (is_missing && failure_.empty()) waiting_.push_back(index);
+  if (is_missing && !gave_up_) waiting_.push_back(index);
   next_->OnEpisodeDone(episode);
 }
 
@@ -61,33 +72,63 @@ void Filming::Poll(SteadyTime now) {
   next_->Poll(now);
 }
 
-size_t Filming::Finish() {
-  Advance();
-  if (Missing() > 0 && !stop_requested()) {
-    fmt::print("filming {} more episode{}\n", Missing(), Missing() == 1 ? "" : "s");
-    std::fflush(stdout);
+double Filming::Left() {
+  const std::string_view mark = kFilmShare;
+  for (const std::string& line : log_.Next()) {
+    if (line.starts_with(mark)) share_ = std::atof(line.c_str() + mark.size());
   }
-  while (filming_ && !stop_requested()) {
+  return static_cast<double>(Missing()) - (filming_ ? share_ : 0);
+}
+
+size_t Filming::Finish() {
+  using std::chrono::steady_clock;
+  constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
+  const bool is_terminal = isatty(STDOUT_FILENO) != 0;
+  Advance();
+  const size_t total = Missing();
+  const auto done = [&] { return static_cast<double>(total) - Left(); };
+  const FilmProgress progress(total, done(), steady_clock::now());
+  steady_clock::time_point drawn{};
+  // Where nothing can be redrawn, a line for each episode.
+  for (size_t shown = total + 1; filming_ && !stop_requested();) {
+    const auto now = steady_clock::now();
+    if (is_terminal && now - drawn > kRedrawPeriod) {
+      fmt::print("\x1b[K{}\r", progress.Text(done(), now));
+      drawn = now;
+    } else if (!is_terminal && Missing() < shown) {
+      fmt::print("{}\n", progress.Text(done(), now));
+      shown = Missing();
+    }
+    std::fflush(stdout);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     Advance();
   }
+  if (is_terminal) fmt::print("\x1b[K");
   if (!failure_.empty()) throw EnvironmentError("no film: " + failure_);
   return Missing();
 }
 
+// Only what is that process's own: somebody may be filming the same episode.
+void Filming::RemoveUnfinished(pid_t film) const { folder_.RemoveHalfWrittenFilms(film); }
+
 void Filming::Advance() {
   if (const auto exit = processes_.Poll()) {
     const int episode = *std::exchange(filming_, std::nullopt);
+    RemoveUnfinished(exit->pid);
     if (exit->code > 1 && tried_again_.insert(episode).second) {
       waiting_.push_front(episode);
     } else if (exit->code != 0) {
-      failure_ = exit->Error();
-      waiting_.clear();
+      if (failure_.empty()) failure_ = exit->Error();
+      // With 1 it is the episode's log that is wrong, and others may be good.
+      gave_up_ = exit->code != 1;
+      if (gave_up_) waiting_.clear();
     }
   }
   if (filming_ || waiting_.empty()) return;
   processes_.Start("film", render_(waiting_.front()), folder_.log_file("film"));
   filming_ = waiting_.front();
+  Left();  // what the film before said
+  share_ = 0;
   waiting_.pop_front();
 }
 

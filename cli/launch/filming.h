@@ -14,6 +14,9 @@
 
 namespace evalbus::launch {
 
+// How `evalbus render --say-progress` says how much of its films is there, 0 to 1.
+inline constexpr char kFilmShare[] = "render [info] films: ";
+
 class Filming : public RunListener {
  public:
   // The command that makes the films of an episode.
@@ -32,13 +35,17 @@ class Filming : public RunListener {
   void OnRemark(const std::string& text) override { next_->OnRemark(text); }
   void Poll(SteadyTime now) override;
 
-  // Waits for the films that are missing, or until a stop is requested. Returns how many episodes still lack
-  // theirs. Throws EnvironmentError if one could not be made; no further ones are then tried.
+  // Waits for the films that are missing, or until a stop is requested, and shows how long. Returns how many
+  // episodes still lack theirs. Throws EnvironmentError if one could not be made; after that, further ones
+  // are only tried where it was its log that is wrong.
   size_t Finish();
 
  private:
   void Advance();
+  void RemoveUnfinished(pid_t film) const;
   size_t Missing() const { return waiting_.size() + filming_.has_value(); }
+  // The same, less what is there of the film under way.
+  double Left();
 
   const results::RunFolder& folder_;
   std::vector<std::string> cameras_;
@@ -47,7 +54,12 @@ class Filming : public RunListener {
   std::deque<int> waiting_;
   std::optional<int> filming_;
   std::set<int> tried_again_;
+  // The first.
   std::string failure_;
+  bool gave_up_ = false;
+  // What `evalbus render` says, and how far it is by that.
+  results::NewLines log_;
+  double share_ = 0;
   Processes processes_;
 };
 

@@ -1,6 +1,7 @@
 #include "cli/launch/job_pool.h"
 
 #include "base/errors.h"
+#include "bus/host.h"
 
 namespace evalbus::launch {
 namespace {
@@ -9,10 +10,12 @@ constexpr int kMaxStarts = 3;
 
 }  // namespace
 
-JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart)
+JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart,
+                 std::chrono::milliseconds patience)
     : waiting_(std::make_move_iterator(jobs.begin()), std::make_move_iterator(jobs.end())),
       at_once_(static_cast<size_t>(at_once)),
-      on_restart_(std::move(on_restart)) {}
+      on_restart_(std::move(on_restart)),
+      processes_(patience) {}
 
 std::optional<std::string> JobPool::Poll() {
   std::optional<std::string> ended;
@@ -22,12 +25,13 @@ std::optional<std::string> JobPool::Poll() {
       on_restart_(exit->description);
       waiting_.push_front(std::move(job.mapped()));
     } else if (exit->code != 0) {
-      exit->Throw();
+      exit->Throw(exit->name);
     } else {
       ended = exit->name;
     }
   }
-  while (!waiting_.empty() && running_.size() < at_once_) {
+  // Starting many takes a while in which Ctrl-C is to be heard.
+  while (!waiting_.empty() && running_.size() < at_once_ && !stop_requested()) {
     Job job = std::move(waiting_.front());
     waiting_.pop_front();
     processes_.Start(job.name, job.command, job.log_file);

@@ -21,14 +21,15 @@ struct Job {
 
 class JobPool {
  public:
-  // `on_restart` gets one line about a job that is started again.
-  JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart);
+  // `on_restart` gets one line about a job that is started again. patience: as in Processes.
+  JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart,
+          std::chrono::milliseconds patience = std::chrono::seconds(60));
   // Stops who runs: jobs have processes of their own, and take them with them in order.
   ~JobPool() { processes_.StopAll(); }
 
   // Starts what may start. Returns the name of a job that has ended well since the last call, if any. One
-  // that was ended by a signal is started again, three times at most. Throws InputError or EnvironmentError,
-  // with the last line of its log, for one that failed.
+  // that was ended by a signal, or hangs, is started again, three times at most. Throws InputError or
+  // EnvironmentError, with its name and the last line of its log, for one that failed.
   std::optional<std::string> Poll();
   bool done() const { return waiting_.empty() && running_.empty(); }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "cli/launch/components.h"
 #include "cli/launch/processes.h"
@@ -20,6 +21,13 @@ constexpr auto kLastWords = std::chrono::milliseconds(20);
 std::filesystem::path LogOf(const RunOptions& options, const std::string& component) {
   return LogFile(options.out,
                  options.worker < 0 ? component : fmt::format("{}-{}", component, options.worker));
+}
+
+// What is executed for a component, and what a person may execute instead.
+std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& options,
+                                   const results::RunFolder& folder) {
+  return {(Processes::BinaryFolder() / type.program()).string(), "--options",
+          (folder.path() / kRunJson).string(), "--url", options.url};
 }
 
 void SayDropped(const RunController& controller, RunListener* listener) {
@@ -55,25 +63,34 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
 void EvaluateProcesses(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                        RunListener* listener) {
   Log::SetFiles([options](const std::string& component) { return LogOf(options, component); });
-  Bus bus(options.url);
+  // People who start processes are told none.
+  const int64_t session = options.by_hand ? 0 : DrawSession();
+  Bus bus(options.url, session);
   RunController controller(&bus, plan, folder, listener);
   Processes processes;
   const auto start = [&] {
     for (const ComponentType& type : ComponentsOf(options)) {
       const std::string name(type.name);
-      processes.Start(name,
-                      {(Processes::BinaryFolder() / type.program()).string(), "--options",
-                       (folder.path() / kRunJson).string(), "--url", options.url},
-                      LogOf(options, name));
+      std::vector<std::string> command = CommandOf(type, options, folder);
+      command.insert(command.end(), {"--session", std::to_string(session)});
+      processes.Start(name, command, LogOf(options, name));
     }
     controller.ExpectStart();
   };
+  if (options.by_hand) {
+    fmt::print("start these, in any order, each wherever you like:\n");
+    for (const ComponentType& type : ComponentsOf(options)) {
+      fmt::print("  {}\n", ShellWords(CommandOf(type, options, folder)));
+    }
+    std::fflush(stdout);
+  } else {
+    start();
+  }
   const auto start_again = [&](const std::string& why) {
     processes.KillAll();
     controller.Retry(why);
     start();
   };
-  start();
   SteadyTime poll_at{};
   while (!controller.done() && !stop_requested()) {
     const auto now = steady_clock::now();
@@ -98,6 +115,8 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
     while (steady_clock::now() < deadline) bus.Handle(deadline);
     SayDropped(controller, listener);
   }
+  // Last, so that who looks on knows that nobody is missing.
+  controller.Stop();
 }
 
 }  // namespace evalbus::launch

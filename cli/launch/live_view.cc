@@ -103,19 +103,21 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
   std::string first =
       fmt::format("episode {} of {}  {} {:.0f} %", std::min(num_episodes_ + 1, header_.episodes),
                   header_.episodes, Bar(progress, bar_width), progress * 100);
-  if (progress > 0.02) {
-    first += fmt::format("  {} left", results::FormatDuration(elapsed * (1 / progress - 1)));
+  // Since this process began, which knows no other times.
+  const double covered = progress - static_cast<double>(header_.there_before) / std::max(1, header_.episodes);
+  if (covered > 0.02) {
+    first += fmt::format("  {} left", results::FormatDuration(elapsed / covered * (1 - progress)));
   }
   std::vector<std::string> lines = {"", first};
   // It goes over all episodes, so not where nothing is drawn.
   if (!summary_) summary_ = statistics_.Summary(false);
   if (summary_->complete > 0) {
-    lines.push_back(
-        fmt::format("  success  {} of {}, {}", summary_->successes, summary_->complete,
-                    viz::RateText(summary_->success_rate, summary_->wilson.lower, summary_->wilson.upper)));
+    lines.push_back(fmt::format(
+        "  success  {} of {}, {}", summary_->successes, summary_->complete,
+        viz::AnytimeRateText(summary_->success_rate, summary_->anytime.lower, summary_->anytime.upper)));
   }
   if (has_scores()) AddScores(watch_, &lines);
-  for (std::string& line : lines) line = Cut(line, width);
+  for (std::string& line : lines) line = Cut(Printable(line), width);
   return lines;
 }
 
@@ -140,7 +142,7 @@ void LiveView::Draw(const std::string& above, const std::vector<std::string>& li
 }
 
 void LiveView::Print(const std::string& line) {
-  Draw(line, is_terminal_ ? LinesThatFit(steady_clock::now()) : std::vector<std::string>());
+  Draw(Printable(line), is_terminal_ ? LinesThatFit(steady_clock::now()) : std::vector<std::string>());
 }
 
 void LiveView::Poll(SteadyTime now) {

@@ -17,6 +17,8 @@ struct LiveHeader {
   double control_hz = 0;
   int64_t seed = 0;
   int episodes = 0;
+  // Of them, how many were finished when the run was gone on with; told like the others, at once.
+  int there_before = 0;
 };
 
 class LiveView : public RunListener {

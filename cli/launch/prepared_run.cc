@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "base/errors.h"
@@ -15,17 +16,33 @@
 #include "cli/launch/components.h"
 #include "cli/launch/version.h"
 #include "cli/launch/workers.h"
+#include "cli/results/run_reader.h"
 #include "models/scene.h"
-#include "viz/pictures/renderer.h"
+#include "sim/prepared_scene.h"
+#include "viz/pictures/film.h"
 
 namespace evalbus::launch {
 namespace {
 
 namespace fs = std::filesystem;
 
-// What must be the same in a run that is gone on with, besides its fixed options.
-constexpr std::array kFixedFacts = {"task",       "variation",     "task_sha256", "evalbus_version",
-                                    "git_commit", "mujoco_version"};
+// What must be the same in a run that is gone on with, besides its fixed options: keys of run.json, and in
+// words what it is whose digest differs.
+struct Fact {
+  const char* key;
+  const char* words = nullptr;
+};
+constexpr std::array kFixedFacts = {
+    Fact{"task"},
+    Fact{"variation"},
+    Fact{"evalbus_version"},
+    Fact{"git_commit"},
+    Fact{"mujoco_version"},
+    Fact{"task_sha256", "another task description"},
+    Fact{"robot_sha256", "another robot description"},
+    Fact{"physics_sha256", "another physics model"},
+    Fact{"visual_sha256", "another visual model"},
+};
 
 // Whatever was named is what runs: the file, the robot, whole.
 TaskSelection Resolve(RunOptions* options) {
@@ -36,42 +53,68 @@ TaskSelection Resolve(RunOptions* options) {
   return selection;
 }
 
-// Throws InputError if the folder's run was made differently or has more episodes than are wanted.
-void CheckResumable(const fs::path& folder, const RunOptions& options,
-                    const std::vector<nlohmann::ordered_json>& finished) {
-  const auto file = folder / kRunJson;
-  const nlohmann::ordered_json run = RunJson(options), before = ReadJsonFile(file);
-  if (!before.is_object()) throw InputError("--resume: " + file.string() + ": not a JSON object");
-  std::vector<std::string> keys(kFixedFacts.begin(), kFixedFacts.end());
-  for (const std::string& key : FixedKeys(options)) keys.push_back(key);
-  for (const std::string& key : keys) {
-    const auto was = before.value(key, nlohmann::ordered_json());
-    if (was == run[key]) continue;
-    throw InputError(fmt::format("--resume: {}: the run was made with {} {}, not {}", file.string(), key,
-                                 ToText(was), ToText(run[key])));
-  }
-  if (!finished.empty() && finished.back()["episode"] >= options.episodes) {
-    throw InputError(fmt::format("--resume: {} has episode {} already; --episodes {} is less",
-                                 folder.string(), finished.back()["episode"].dump(), options.episodes));
+// What the run is made of, as the files are now.
+nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared) {
+  const MadeOf made_of = MadeOf::Of(prepared.info);
+  return {{"task", prepared.task.name},
+          {"variation", prepared.variation},
+          {"task_sha256", made_of.task_sha256},
+          {"robot_sha256", Sha256File(prepared.robot.file)},
+          {"physics_sha256", made_of.physics_sha256},
+          {"visual_sha256", made_of.visual_sha256},
+          {"evalbus_version", kVersion},
+          {"git_commit", kGitCommit},
+          {"git_dirty", kGitDirty},
+          {"mujoco_version", mj_versionString()}};
+}
+
+[[noreturn]] void FailDiffers(const fs::path& file, const std::string& key,
+                              const nlohmann::ordered_json& before, const nlohmann::ordered_json& now) {
+  throw InputError(fmt::format("--resume: {}: the run was made with {} {}, not {}", file.string(), key,
+                               ToText(before), ToText(now)));
+}
+
+void CheckFacts(const fs::path& file, const nlohmann::ordered_json& before,
+                const nlohmann::ordered_json& now) {
+  for (const Fact& fact : kFixedFacts) {
+    const auto was = before.value(fact.key, nlohmann::ordered_json());
+    if (was == now[fact.key]) continue;
+    if (!fact.words) FailDiffers(file, fact.key, was, now[fact.key]);
+    throw InputError(fmt::format(
+        "--resume: {}: the run was made with {} ({}); put back what was changed, or begin another run",
+        file.string(), fact.words, fact.key));
   }
 }
 
-RunPlan PlanOf(const RunOptions& options, const TaskSelection& selection,
-               const std::vector<nlohmann::ordered_json>& finished) {
+// Throws InputError if the folder's run was made differently or has more episodes than are wanted.
+void CheckResumable(const results::RecordedRun& before, const RunOptions& options,
+                    const nlohmann::ordered_json& facts) {
+  const fs::path file = before.folder / kRunJson;
+  CheckFacts(file, before.info, facts);
+  CheckFixedOptions(file, before.info, options);
+  if (!before.episodes.empty() && before.episodes.back().episode >= options.episodes) {
+    throw InputError(fmt::format("--resume: {} has episode {} already; --episodes {} is less",
+                                 before.folder.string(), before.episodes.back().episode, options.episodes));
+  }
+}
+
+RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
+               const std::set<int>& finished) {
   RunPlan plan;
-  plan.task = selection.task.name;
-  plan.variation = selection.variation;
+  plan.task = facts["task"].get<std::string>();
+  plan.variation = facts["variation"].get<std::string>();
+  plan.made_of = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
+                  facts["visual_sha256"].get<std::string>()};
   plan.seed = options.seed;
   plan.required = RequiredComponents();
   plan.realtime = options.sim.realtime;
+  plan.is_by_hand = options.by_hand;
   plan.policy_is_external = options.policy.policy == kExternalPolicy;
   plan.policy_timeout_s = options.sim.policy_timeout_s;
-  std::set<int> there;
-  for (const auto& episode : finished) there.insert(episode["episode"].get<int>());
   for (int episode = 0; episode < options.episodes; ++episode) {
     const bool is_wanted =
         options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
-    if (is_wanted && !there.contains(episode)) plan.episodes.push_back(episode);
+    if (is_wanted && !finished.contains(episode)) plan.episodes.push_back(episode);
   }
   return plan;
 }
@@ -87,70 +130,78 @@ void DecideBus(RunOptions* options) {
 
 }  // namespace
 
-nlohmann::ordered_json RunJson(const RunOptions& options) {
-  const TaskSelection selection = FindTask(options.sim.task);
-  nlohmann::ordered_json json = {{"task", selection.task.name},
-                                 {"variation", selection.variation},
-                                 {"task_sha256", Sha256File(selection.task.file)}};
-  json.update(OptionsJson(options));
-  json.update({{"evalbus_version", kVersion},
-               {"git_commit", kGitCommit},
-               {"git_dirty", kGitDirty},
-               {"mujoco_version", mj_versionString()}});
-  return json;
+void CheckFixedOptions(const fs::path& file, const nlohmann::ordered_json& before,
+                       const RunOptions& options) {
+  const nlohmann::ordered_json now = OptionsJson(options);
+  for (const std::string& key : FixedKeys(options)) {
+    const auto was = before.value(key, nlohmann::ordered_json());
+    if (was != now[key]) FailDiffers(file, key, was, now[key]);
+  }
 }
 
 std::string ShortPolicyName(const RunOptions& options) {
-  return options.policy.policy.substr(0, options.policy.policy.find(':'));
+  std::string name = PolicyName(options);
+  if (options.policy_name.empty()) name = name.substr(0, name.find(':'));
+  std::replace(name.begin(), name.end(), '/', '-');
+  return name;
 }
 
 PreparedRun PrepareRun(RunOptions options) {
   const TaskSelection selection = Resolve(&options);
-  const RobotDescription robot = LoadRobot(options.sim.robot, options.sim.model_path);
-  if (!options.video.empty()) {
-    const Scene scene = BuildScene(selection.task, robot);
-    for (const std::string& camera : options.video) viz::FindCamera(*scene.visual, camera);
-  }
-  if (options.out.empty()) {
-    options.out = results::DefaultRunFolder(selection.task.name + "-" + selection.variation + "-" +
-                                            ShortPolicyName(options));
-  }
-  std::vector<fs::path> made;
-  for (auto path = fs::absolute(options.out); !fs::exists(path); path = path.parent_path())
-    made.push_back(path);
-  results::RunFolder folder(options.out, options.resume);
+  const sim::PreparedScene prepared = sim::ComposeScene(options.sim);
+  viz::CheckCameras(*prepared.scene.visual, options.video);
+  const std::string rate = sim::MakeControlRateReal(prepared.info.timestep_us, &options.sim);
+  if (!rate.empty()) fmt::print("{}\n", rate);
+  nlohmann::ordered_json facts = FactsOf(prepared);
+  results::RunFolder folder = results::RunFolder::OfRun(
+      options.out,
+      fmt::format("{}-{}-{}", selection.task.name, selection.variation, ShortPolicyName(options)),
+      options.resume);
   options.out = folder.path();
-  options.sim.run_id = folder.path().filename().string();
-  auto finished = folder.SortEpisodes();
-  if (fs::exists(folder.path() / kRunJson)) CheckResumable(folder.path(), options, finished);
-  RunPlan plan = PlanOf(options, selection, finished);
-  return {std::move(options), std::move(folder), std::move(plan), std::move(finished), std::move(made)};
+  options.sim.run_id = NameOfRun(folder.path());
+  std::vector<nlohmann::ordered_json> finished;
+  std::set<int> numbers;
+  if (fs::exists(folder.path() / kRunJson)) {
+    const results::RecordedRun before = results::ReadRunAsFarAsItGot(folder.path());
+    CheckResumable(before, options, facts);
+    for (const results::RecordedEpisode& episode : before.episodes) {
+      finished.push_back(episode.json);
+      numbers.insert(episode.episode);
+    }
+    // From here on the folder is changed.
+    folder.DiscardAllBut(numbers);
+    if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);
+  }
+  RunPlan plan = PlanOf(options, facts, numbers);
+  return {std::move(options), std::move(facts), std::move(folder), std::move(plan), std::move(finished)};
 }
 
 PreparedRun PrepareWorker(RunOptions options) {
   results::RunFolder folder = results::RunFolder::OfWorker(options.out);
   const int workers = options.workers;
   options.workers = 1;
-  auto finished = results::EpisodeLines(folder.path() / kEpisodesJsonl).Next();
-  RunPlan plan = PlanOf(options, FindTask(options.sim.task), finished);
+  const results::RecordedRun before = results::ReadRunAsFarAsItGot(folder.path());
+  std::set<int> finished;
+  for (const results::RecordedEpisode& episode : before.episodes) finished.insert(episode.episode);
+  RunPlan plan = PlanOf(options, before.info, finished);
   plan.episodes = EpisodesOfWorker(plan.episodes, options.worker, workers);
   // What this worker left where it was killed.
   for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
   DecideBus(&options);
-  return {std::move(options), std::move(folder), std::move(plan), std::move(finished), {}};
+  return {std::move(options), before.info, std::move(folder), std::move(plan), {}};
 }
 
 void Announce(PreparedRun* run) {
   // Each worker has a bus of its own.
   if (run->options.workers == 1) DecideBus(&run->options);
-  run->folder.WriteJson(kRunJson, RunJson(run->options));
+  if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
+  run->folder.WriteJson(kRunJson, run->Json());
 }
 
-void PreparedRun::Undo() const {
-  if (fs::exists(folder.path() / kEpisodesJsonl)) return;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder.path(), ignored)) fs::remove_all(entry, ignored);
-  for (const auto& path : made) fs::remove(path, ignored);
+nlohmann::ordered_json PreparedRun::Json() const {
+  nlohmann::ordered_json json = facts;
+  json.update(OptionsJson(options));
+  return json;
 }
 
 }  // namespace evalbus::launch

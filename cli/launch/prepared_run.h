@@ -14,33 +14,34 @@ namespace evalbus::launch {
 struct PreparedRun {
   // Resolved: task, robot, run id, folder.
   RunOptions options;
+  // What it is made of.
+  nlohmann::ordered_json facts;
   results::RunFolder folder;
   RunPlan plan;
   // Lines of episodes.jsonl that were there before, in order.
   std::vector<nlohmann::ordered_json> finished;
-  // The folders that were made for it.
-  std::vector<std::filesystem::path> made;
 
   // How many episodes there are to be.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }
-  // Takes the folder away again, unless an episode was finished: what has none is not a run.
-  void Undo() const;
+  // run.json.
+  nlohmann::ordered_json Json() const;
 };
 
 // Throws InputError: unknown names, cameras that are not there, a folder that is taken, or one of a run that
-// was made otherwise.
+// was made otherwise or that no reader takes; nothing in it has been changed then.
 PreparedRun PrepareRun(RunOptions options);
 
 // The same for a worker of a run that another process has prepared, with its share of the episodes.
 PreparedRun PrepareWorker(RunOptions options);
 
-// Chooses the run's bus, says so, and writes run.json.
+// Chooses the run's bus, says so, and writes run.json. What summary.json says ends here.
 void Announce(PreparedRun* run);
 
-// How the run is made: facts, and all its options.
-nlohmann::ordered_json RunJson(const RunOptions& options);
+// Throws InputError that names the option that is another one than in a file of before, which holds options.
+void CheckFixedOptions(const std::filesystem::path& file, const nlohmann::ordered_json& before,
+                       const RunOptions& options);
 
-// "expert" of "expert", "replay" of "replay:runs/a"; for names of folders.
+// "expert" of "expert", "replay" of "replay:runs/a", the name that was given; for names of folders.
 std::string ShortPolicyName(const RunOptions& options);
 
 }  // namespace evalbus::launch

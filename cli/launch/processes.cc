@@ -1,6 +1,7 @@
 #include "cli/launch/processes.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -11,8 +12,11 @@
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <thread>
+#include <utility>
 
+#include "base/disk.h"
 #include "base/errors.h"
 
 namespace evalbus::launch {
@@ -20,6 +24,8 @@ namespace {
 
 // So that Ctrl-C ends a run within two.
 constexpr std::chrono::seconds kStopping{1};
+// How often it is looked at what children do.
+constexpr std::chrono::milliseconds kBetweenLives{500};
 
 // The last line of a log that is not empty, looked for in its last few thousand bytes.
 std::string LastLine(const std::filesystem::path& file) {
@@ -33,15 +39,31 @@ std::string LastLine(const std::filesystem::path& file) {
   return last;
 }
 
-// What of it says why the process ended: nothing where it is about what a component always does.
-std::string LastWords(const std::string& line) {
-  if (line == "ready" || line.find(" [info] ") != std::string::npos ||
+// What of it says why the process ended: of one that ended by itself its error line, else whatever it said
+// last but for what it always says.
+std::string LastWords(const std::string& name, const std::string& line, bool by_itself) {
+  if (by_itself) return line.find("error: ") == std::string::npos ? "" : line;
+  if (line == name + " ready" || line.find(" [info] ") != std::string::npos ||
       line.find(" [debug] ") != std::string::npos) {
     return "";
   }
   const size_t level = line.find("] ");
   const bool is_logged = line.find(" [") < level && level != std::string::npos;
   return is_logged ? line.substr(level + 2) : line;
+}
+
+// Of a process's main thread: what it has run and how often it was scheduled; empty where the system does not
+// say.
+std::string Life(pid_t pid) {
+  const std::filesystem::path thread =
+      std::filesystem::path("/proc") / std::to_string(pid) / "task" / std::to_string(pid);
+  const auto read = [&](const char* name) {
+    std::ifstream stream(thread / name);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const std::string status = read("status");
+  const size_t switches = status.find("voluntary_ctxt_switches");
+  return switches == std::string::npos ? "" : read("stat") + status.substr(switches);
 }
 
 }  // namespace
@@ -77,19 +99,22 @@ void Processes::Start(const std::string& name, const std::vector<std::string>& c
   const int error = errno;
   close(log);
   if (pid < 0) throw EnvironmentError("cannot start " + name + ": " + std::strerror(error));
-  children_.push_back({name, pid, log_file});
+  children_.push_back({name, pid, log_file, "", Wait(std::chrono::steady_clock::now())});
 }
 
 Processes::Exit Processes::Describe(const Child& child, int status) const {
   Exit exit;
   exit.name = child.name;
+  exit.pid = child.pid;
   exit.code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
   exit.description =
       child.name + (WIFSIGNALED(status) ? std::string(" was ended by signal ") + strsignal(WTERMSIG(status))
                                         : " exited with code " + std::to_string(exit.code));
-  if (const std::string last = LastWords(LastLine(child.log_file)); !last.empty()) {
-    exit.description += ": " + last;
-  }
+  const std::string last = LastWords(child.name, LastLine(child.log_file), WIFEXITED(status));
+  // Whoever's log is on a full disk cannot say so there.
+  const std::string disk = last.empty() ? WhyNotWritable(child.log_file.parent_path()) : "";
+  if (!last.empty()) exit.description += ": " + last;
+  if (!disk.empty()) exit.description += "; " + disk;
   return exit;
 }
 
@@ -99,16 +124,34 @@ std::string Processes::Exit::Error() const {
   return mark == std::string::npos ? description : description.substr(mark + kMark.size());
 }
 
-void Processes::Exit::Throw() const {
-  if (code == 1) throw InputError(Error());
-  throw EnvironmentError(Error());
+void Processes::Exit::Throw(const std::string& who) const {
+  const std::string error = (who.empty() || Error() == description ? "" : who + ": ") + Error();
+  if (code == 1) throw InputError(error);
+  throw EnvironmentError(error);
+}
+
+bool Processes::Hangs(Child* child, SteadyTime now) const {
+  if (now == looked_at_lives_) {
+    std::string life = Life(child->pid);
+    if (life.empty() || life != child->life) child->idle = Wait(now);
+    child->life = std::move(life);
+  }
+  return child->idle.Look(now) > patience_;
 }
 
 std::optional<Processes::Exit> Processes::Poll() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - looked_at_lives_ >= kBetweenLives) looked_at_lives_ = now;
   for (auto child = children_.begin(); child != children_.end(); ++child) {
     int status = 0;
-    if (waitpid(child->pid, &status, WNOHANG) != child->pid) continue;
+    const bool hangs = Hangs(&*child, now);
+    if (hangs) kill(child->pid, SIGKILL);
+    if (waitpid(child->pid, &status, hangs ? 0 : WNOHANG) != child->pid) continue;
     Exit exit = Describe(*child, status);
+    if (hangs) {
+      exit.description = fmt::format("{} hangs: it did nothing for {:g} s", child->name,
+                                     std::chrono::duration<double>(patience_).count());
+    }
     children_.erase(child);
     return exit;
   }
@@ -127,7 +170,7 @@ std::vector<Processes::Exit> Processes::StopAll() {
     }
   }
   for (const Child& child : children_)
-    failed.push_back({child.name, 128 + SIGKILL, child.name + " did not stop"});
+    failed.push_back({child.name, child.pid, 128 + SIGKILL, child.name + " did not stop"});
   KillAll();
   return failed;
 }

@@ -4,16 +4,22 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "bus/bus.h"
+#include "bus/wait.h"
+
 namespace evalbus::launch {
 
 class Processes {
  public:
-  Processes() = default;
+  // A child that does nothing at all for longer than `patience` is ended: it was stopped, or waits for what
+  // does not come. (What is at work, or looks from time to time, does something.)
+  explicit Processes(std::chrono::milliseconds patience = std::chrono::seconds(60)) : patience_(patience) {}
   ~Processes() { KillAll(); }
   Processes(const Processes&) = delete;
   Processes& operator=(const Processes&) = delete;
@@ -24,16 +30,18 @@ class Processes {
 
   struct Exit {
     std::string name;
+    pid_t pid = -1;
     // Exit code, or 128 + signal.
     int code = 0;
     // "evalbus-sim exited with code 1: <last line of its log>"
     std::string description;
     // What it said was wrong, without who said it.
     std::string Error() const;
-    // As the error that it ended with: InputError for exit code 1, else EnvironmentError.
-    [[noreturn]] void Throw() const;
+    // As the error that it ended with: InputError for exit code 1, else EnvironmentError. `who`: in front of
+    // it.
+    [[noreturn]] void Throw(const std::string& who = "") const;
   };
-  // A process that ended since the last call, if any.
+  // A process that ended since the last call, if any; called at least every 100 ms while they are minded.
   std::optional<Exit> Poll();
 
   // SIGTERM, then SIGKILL for who is still there after a second. Returns those that did not end with code
@@ -49,9 +57,16 @@ class Processes {
     std::string name;
     pid_t pid;
     std::filesystem::path log_file;
+    // What the system counts of what it does, and since when that has not changed.
+    std::string life{};
+    Wait idle{SteadyTime{}};
   };
   Exit Describe(const Child& child, int status) const;
+  bool Hangs(Child* child, SteadyTime now) const;
 
+  std::chrono::milliseconds patience_;
+  // Looking at what they do takes time, and is worth it now and then.
+  SteadyTime looked_at_lives_{};
   std::vector<Child> children_;
 };
 

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <optional>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
-#include "base/write_whole.h"
 #include "bus/host.h"
+#include "bus/private_network.h"
 #include "cli/launch/filming.h"
 #include "cli/launch/launch.h"
 #include "cli/launch/live_view.h"
@@ -16,6 +17,7 @@
 #include "cli/launch/suite.h"
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
+#include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
 #include "lcmtypes/clock.h"
 #include "metrics/statistics/run_statistics.h"
@@ -34,15 +36,15 @@ double SecondsSince(steady_clock::time_point start) {
 LiveHeader HeaderOf(const PreparedRun& run) {
   const RunOptions& options = run.options;
   return {run.plan.task,          run.plan.variation,
-          options.policy.policy,  options.sim.realtime ? clock_name::kRealtime : clock_name::kLockstep,
+          PolicyName(options),    options.sim.realtime ? clock_name::kRealtime : clock_name::kLockstep,
           options.sim.control_hz, options.seed,
-          run.num_wanted()};
+          run.num_wanted(),       static_cast<int>(run.finished.size())};
 }
 
 // Runs the episodes that are missing, with films made beside them.
 void Evaluate(const PreparedRun& run, LiveView* view, Filming* filming) {
   for (const auto& episode : run.finished) filming->OnEpisodeDone(episode);
-  if (run.plan.policy_is_external) {
+  if (run.plan.policy_is_external && !run.plan.is_by_hand) {
     fmt::print("the policy is who says that it is on {}\n", run.options.url);
     std::fflush(stdout);
   }
@@ -61,12 +63,11 @@ struct Summary {
 
 // summary.json, from episodes.jsonl.
 Summary WriteSummary(const PreparedRun& run) {
-  metrics::RunStatistics statistics;
-  const auto episodes = run.folder.SortEpisodes();
-  for (const auto& episode : episodes) {
-    statistics.Add(episode["episode"].get<int>(), metrics::ResultOf(episode));
-  }
-  Summary summary{statistics.Summary(true), nullptr};
+  const results::RecordedRun recorded = results::ReadRunAsFarAsItGot(run.folder.path());
+  std::vector<nlohmann::ordered_json> episodes;
+  for (const results::RecordedEpisode& episode : recorded.episodes) episodes.push_back(episode.json);
+  if (!episodes.empty()) run.folder.WriteEpisodes(episodes);
+  Summary summary{recorded.Statistics().Summary(true), nullptr};
   auto json = metrics::SummaryJson(run.plan.task, run.plan.variation, summary.statistics);
   if (run.options.sim.realtime) summary.pacing = json["pacing"] = results::RunPacing(episodes);
   run.folder.WriteJson(kSummaryJson, json);
@@ -99,10 +100,10 @@ void RunOne(RunOptions options) {
     filming.emplace(run.folder, run.options.video, &*view);
     Evaluate(run, &*view, &*filming);
   } catch (...) {
-    run.Undo();
+    run.folder.TakeAway();
     throw;
   }
-  run.folder.RemoveFiles(kTemporaryEnding);
+  run.folder.RemoveHalfWritten();
   const double wall_s = SecondsSince(started);
   const Summary summary = WriteSummary(run);
   PrintSummary(run, summary, wall_s);
@@ -138,6 +139,11 @@ void RunWorker(RunOptions options) {
 void Run(RunOptions options) {
   if (options.video == std::vector<std::string>{"none"}) options.video.clear();
   const std::vector<std::string> tasks = ExpandTasks(options.tasks);
+  // What the command line says goes before the environment, and who works for this run is told its bus.
+  if (options.url.empty() && !options.in_process && options.workers == 1 && tasks.size() == 1) {
+    options.url = UrlOfEnvironment();
+  }
+  unsetenv(kUrlVariable);
   CheckRunOptions(options, tasks.size());
   if (tasks.size() > 1) return RunSuite(options, tasks);
   options.sim.task = tasks[0];

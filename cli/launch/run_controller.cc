@@ -6,9 +6,11 @@
 #include <cmath>
 #include <utility>
 
+#include "base/disk.h"
 #include "base/errors.h"
 #include "base/random.h"
 #include "base/run_layout.h"
+#include "base/sha256.h"
 #include "base/text.h"
 #include "cli/results/episode_json.h"
 #include "cli/results/pacing.h"
@@ -24,19 +26,20 @@ constexpr auto kSummaryTimeout = std::chrono::seconds(10);
 constexpr auto kSilence = std::chrono::seconds(10);
 // Loading models and programs takes longer, on a machine that has much else to do.
 constexpr auto kStartSilence = std::chrono::seconds(60);
-// If we ourselves were held up for longer, the others' messages wait unread.
-constexpr auto kOwnGap = std::chrono::seconds(1);
 
-// A component whose log is on a full disk cannot say so there.
-std::string WhyNoSpace(const std::filesystem::path& folder) {
-  constexpr uintmax_t kAlmostNone = 64 << 10;
-  std::error_code error;
-  const auto space = std::filesystem::space(folder, error);
-  if (error || space.available > kAlmostNone) return "";
-  return "; no space left on the disk of " + folder.string();
+// What a robot's description says and its compiled model does not.
+bool SameRobot(const model_info_t& a, const model_info_t& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return std::ranges::equal(x, y, [](const auto& m, const auto& n) { return Encode(m) == Encode(n); });
+  };
+  return a.robot == b.robot && same(a.arm, b.arm) && same(a.gripper, b.gripper);
 }
 
 }  // namespace
+
+MadeOf MadeOf::Of(const model_info_t& model) {
+  return {Sha256Text(model.task_yaml), model.physics_sha256, model.visual_sha256};
+}
 
 RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFolder& folder,
                              RunListener* listener)
@@ -70,17 +73,34 @@ void RunController::Command() {
 }
 
 void RunController::OnModel(const model_info_t& model) {
+  if (!IsOfOurRun(model.session)) return;
   if (model.physics_file != own_model_) {
     attempt_.foreign_model = model.physics_file;
     return;
   }
+  CheckUnchanged(model);
   attempt_.own_model_heard = true;
   if (attempt_.early_begin) OnBegin(*std::exchange(attempt_.early_begin, std::nullopt));
 }
 
+void RunController::CheckUnchanged(const model_info_t& model) {
+  if (!model_) model_ = model;
+  const MadeOf now = MadeOf::Of(model);
+  const std::string changed =
+      now.task_sha256 != plan_.made_of.task_sha256         ? model.task_file
+      : now.physics_sha256 != plan_.made_of.physics_sha256 ? "a file of the physics model"
+      : now.visual_sha256 != plan_.made_of.visual_sha256   ? "a file of the visual model"
+      : !SameRobot(model, *model_)                         ? "robot " + model.robot
+                                                           : "";
+  if (changed.empty()) return;
+  throw InputError(
+      changed +
+      " was changed while the run went on; put it back and go on with --resume, or begin another run");
+}
+
 void RunController::OnBegin(const episode_begin_t& begin) {
-  if (done() || begin.header.episode != episode_index() || begin.header.attempt != attempt_.number ||
-      begin.seed != seed()) {
+  if (!IsOfOurRun(begin.session) || done() || begin.header.episode != episode_index() ||
+      begin.header.attempt != attempt_.number || begin.seed != seed()) {
     return;
   }
   // Before our sim has said anything, this may be an old log of the same seed.
@@ -107,7 +127,7 @@ void RunController::OnEnd(const episode_end_t& end) {
     return BeginAgain(conflicts_.conflict());
   }
   attempt_.end = end;
-  attempt_.ended = std::chrono::steady_clock::now();
+  attempt_.ended.emplace(std::chrono::steady_clock::now());
   // Metrics may not be able to say so, if it was led into another episode.
   if (end.end_reason == end_reason::kAborted) BeginAgain(end.detail);
 }
@@ -128,14 +148,13 @@ void RunController::OnSummary(const episode_summary_t& summary) {
   }
   if (attempt_.summary) return;
   attempt_.summary = summary;
-  attempt_.summarised = std::chrono::steady_clock::now();
   FinishIfRecorded();
 }
 
 void RunController::OnStatus(const component_status_t& status) {
-  const bool is_guest = plan_.policy_is_external && status.component == "policy";
-  if (is_guest || silent_at_.contains(status.component)) {
-    silent_at_[status.component] = std::chrono::steady_clock::now() + kSilence;
+  const bool is_guest = plan_.policy_is_external && !plan_.is_by_hand && status.component == "policy";
+  if (is_guest || silence_.contains(status.component)) {
+    silence_.insert_or_assign(status.component, Silence{Wait(std::chrono::steady_clock::now()), kSilence});
   }
   if (is_guest && status.state == component_status_t::FAILED) attempt_.policy_error = status.error;
   if (status.component == "sim" ||
@@ -147,11 +166,18 @@ void RunController::OnStatus(const component_status_t& status) {
   if (done() || status.attempt != attempt_.number || status.last_finished_episode != episode_index()) return;
   // Its EPISODE_END may have been lost.
   if (status.component == "sim" && attempt_.begun && !attempt_.ended) {
-    attempt_.ended = std::chrono::steady_clock::now();
+    attempt_.ended.emplace(std::chrono::steady_clock::now());
   }
   if (status.component == "recorder") {
     if (!attempt_.ended) {
       return BeginAgain("its log was closed before its end: is an old log being played on this bus?");
+    }
+    // The scores are right: so one that lacks ticks is better than none.
+    const bool has_another_try = !plan_.realtime && attempt_.number + 1 < plan_.max_attempts;
+    if (status.last_finished_missing_ticks > 0 && has_another_try) {
+      const int64_t missing = status.last_finished_missing_ticks;
+      return BeginAgain(
+          fmt::format("the log lacks {} tick{}: lost on the way to it", missing, missing == 1 ? "" : "s"));
     }
     attempt_.recorded = true;
   }
@@ -183,54 +209,52 @@ void RunController::FinishIfRecorded() {
 void RunController::Poll(SteadyTime now) {
   Component::Poll(now);
   if (done()) return;
-  if (attempt_.waiting_since == SteadyTime{}) attempt_.waiting_since = now;
-  CheckPolicyComes(now);
+  if (!attempt_.waiting) attempt_.waiting.emplace(now);
+  const auto waited = attempt_.waiting->Look(now);
+  CheckPolicyComes(waited);
   if (!attempt_.begun && command_.Due(now)) Command();
-  const auto waited_s = std::chrono::duration<double>(now - attempt_.waiting_since).count();
   // All live, but the sim or somebody it waits for is in an episode that somebody else began.
   const double start_s =
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
-  if (!attempt_.started && waited_s > start_s) {
+  if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand) {
     BeginAgain(fmt::format(
         "not everybody was ready for it within {:g} s: does somebody else command on this bus?", start_s));
     return;
   }
   // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that somebody else began.
-  if (attempt_.ended && !attempt_.summary && now - *attempt_.ended > kSummaryTimeout) {
+  if (!attempt_.ended) return;
+  if (!attempt_.summary && attempt_.ended->Look(now) > kSummaryTimeout) {
     BeginAgain("no EPISODE_SUMMARY from metrics within 10 s after the episode's end");
     return;
   }
-  if (attempt_.summary && attempt_.ended &&
-      now - std::max(attempt_.summarised, *attempt_.ended) > kRecorderTimeout) {
+  if (!attempt_.summary) return;
+  if (!attempt_.unrecorded) attempt_.unrecorded.emplace(now);
+  if (attempt_.unrecorded->Look(now) > kRecorderTimeout) {
     BeginAgain("the recorder did not finish the episode's log within 10 s");
   }
 }
 
-void RunController::CheckPolicyComes(SteadyTime now) const {
-  if (!plan_.policy_is_external || attempt_.started) return;
-  if (std::chrono::duration<double>(now - attempt_.waiting_since).count() <= plan_.policy_timeout_s) return;
+void RunController::CheckPolicyComes(SteadyTime::duration waited) const {
+  if (!plan_.policy_is_external || plan_.is_by_hand || attempt_.started) return;
+  if (waited <= std::chrono::duration<double>(plan_.policy_timeout_s)) return;
   throw EnvironmentError(fmt::format(
       "no policy said that it is ready for episode {} within {:g} s (--policy-timeout-s){}", episode_index(),
       plan_.policy_timeout_s, attempt_.policy_error.empty() ? "" : ": " + attempt_.policy_error));
 }
 
 void RunController::ExpectStart() {
-  const auto now = std::chrono::steady_clock::now();
-  silent_at_["sim"] = now + kStartSilence;
-  for (const std::string& name : plan_.required) silent_at_[name] = now + kStartSilence;
-  if (plan_.policy_is_external) silent_at_.erase("policy");
+  const Silence start{Wait(std::chrono::steady_clock::now()), kStartSilence};
+  silence_.insert_or_assign("sim", start);
+  for (const std::string& name : plan_.required) silence_.insert_or_assign(name, start);
+  if (plan_.policy_is_external) silence_.erase("policy");
 }
 
 std::string RunController::Silent(SteadyTime now) {
-  const auto gap = now - listened_;
-  if (listened_ != SteadyTime{} && gap > kOwnGap) {
-    for (auto& [name, at] : silent_at_) at += gap;
+  std::string silent;
+  for (auto& [name, silence] : silence_) {
+    if (silence.wait.Look(now) >= silence.allowed && silent.empty()) silent = name;
   }
-  listened_ = now;
-  for (const auto& [name, at] : silent_at_) {
-    if (now >= at) return name;
-  }
-  return "";
+  return silent;
 }
 
 std::string RunController::DroppedMessages() const {
@@ -254,8 +278,10 @@ void RunController::Retry(const std::string& why) {
 // Leaves the folder to the recorder, which may be about to close the log of the attempt that was aborted.
 void RunController::BeginAgain(const std::string& why) {
   if (attempt_.number + 1 >= plan_.max_attempts) {
-    throw EnvironmentError(fmt::format("episode {} failed {} times, the last time: {}{}", episode_index(),
-                                       plan_.max_attempts, why, WhyNoSpace(folder_.path())));
+    // A component whose log is on a full disk cannot say so there.
+    const std::string disk = WhyNotWritable(folder_.path());
+    throw EnvironmentError(fmt::format("episode {} failed {} times, the last time: {}{}{}", episode_index(),
+                                       plan_.max_attempts, why, disk.empty() ? "" : "; ", disk));
   }
   log().Warn("begins again: {}", why);
   listener_->OnRemark(fmt::format("{:>7}  begun again: {}", episode_index(), why));

@@ -11,13 +11,22 @@
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
 #include "bus/repeater.h"
+#include "bus/wait.h"
 #include "cli/results/run_folder.h"
 
 namespace evalbus::launch {
 
+// What every episode of a run is made of, by SHA-256.
+struct MadeOf {
+  std::string task_sha256, physics_sha256, visual_sha256;
+
+  static MadeOf Of(const model_info_t& model);
+};
+
 struct RunPlan {
   std::string task;
   std::string variation;
+  MadeOf made_of;
   // Which episodes to run, in this order.
   std::vector<int> episodes;
   int64_t seed = 0;
@@ -30,6 +39,8 @@ struct RunPlan {
   // most this long.
   bool policy_is_external = false;
   double policy_timeout_s = 60;
+  // All of them are somebody else's, who may take as long as a person does; no pauses are judged.
+  bool is_by_hand = false;
 };
 
 // What the run wants shown; called from the controller's handlers.
@@ -76,18 +87,23 @@ class RunController : public Component {
     bool begun = false;
     // Its first score came.
     bool started = false;
-    // Since we look, wall time.
-    SteadyTime waiting_since{};
+    // Since we look.
+    std::optional<Wait> waiting;
     // Of an external policy that said it failed.
     std::string policy_error;
-    // When it was over, as the sim said or, where that was lost, as its STATUS showed.
-    std::optional<SteadyTime> ended;
+    // Since it was over, as the sim said or, where that was lost, as its STATUS showed.
+    std::optional<Wait> ended;
     std::optional<episode_end_t> end;
     std::optional<episode_summary_t> summary;
-    SteadyTime summarised{};
+    // Since nothing but its log is missing.
+    std::optional<Wait> unrecorded;
     bool recorded = false;
     // Physics model of another run that was heard; empty if there was none.
     std::string foreign_model;
+  };
+  struct Silence {
+    Wait wait;
+    SteadyTime::duration allowed;
   };
   struct Dropped {
     int64_t decode_errors = 0, foreign_messages = 0;
@@ -97,6 +113,8 @@ class RunController : public Component {
   int64_t seed() const;
   void Command();
   void OnModel(const model_info_t& model);
+  // A sim that was started again has read its files again. Throws InputError if they are others now.
+  void CheckUnchanged(const model_info_t& model);
   void OnBegin(const episode_begin_t& begin);
   void OnPartial(const partial_metrics_t& partial);
   void OnEnd(const episode_end_t& end);
@@ -104,7 +122,7 @@ class RunController : public Component {
   void OnStatus(const component_status_t& status);
   void OnLog(const log_t& line);
   void FinishIfRecorded();
-  void CheckPolicyComes(SteadyTime now) const;
+  void CheckPolicyComes(SteadyTime::duration waited) const;
   void BeginAgain(const std::string& why);
 
   RunPlan plan_;
@@ -112,14 +130,15 @@ class RunController : public Component {
   RunListener* listener_;
   // The models of our sim are in the run's folder; another one may have answered the COMMAND.
   std::string own_model_;
+  // Our sim's first MODEL.
+  std::optional<model_info_t> model_;
   // Index in plan_.episodes.
   size_t next_ = 0;
   Attempt attempt_;
   Repeater command_;
   ConflictDetector conflicts_;
-  // When each component is silent for too long.
-  std::map<std::string, SteadyTime> silent_at_;
-  SteadyTime listened_{};
+  // Of each component, since it last spoke, and for how long it may be so.
+  std::map<std::string, Silence> silence_;
   // By component: the highest counts it has said.
   std::map<std::string, Dropped> dropped_;
 };

@@ -21,12 +21,14 @@ struct RunOptions {
   // sim.task is the one of this run.
   sim::SimOptions sim;
   policy::PolicyOptions policy;
+  std::string policy_name;
   int episodes = 3;
   std::vector<int> only;
   int64_t seed = 0;
   int workers = 1;
   std::string url;
   bool in_process = false;
+  bool by_hand = false;
   std::vector<std::string> video;
 
   // Not kept: what to run (TASK[/VARIATION], TASK/all, all, RoboEval's names); where to, empty for
@@ -47,23 +49,34 @@ void ForEachOption(Options& options, const F& f) {
   ForEachOption(options.policy, f);
   ForEachRow(
       std::tuple{
+          Option{
+              &RunOptions::policy_name, "policy_name",
+              "what results, films and comparisons call the policy, say a checkpoint; default: as --policy",
+              Range{}, kFixed},
           Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMostEpisodes}},
           Option{&RunOptions::only, "only", "of the episodes, counted from 0, run these only, with commas",
                  Range{0, kMostEpisodes}},
           Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give equal bits", Range{}, kFixed},
           Option{&RunOptions::workers, "workers",
                  "episodes (of a suite: runs) at the same time; the same results", Range{1, 1024}},
-          Option{
-              &RunOptions::url, "url",
-              "bus, udpm://ADDRESS:PORT?ttl=0; default: the first that works of this machine's multicast, a\n"
-              "private network namespace, one process"},
+          Option{&RunOptions::url, "url",
+                 "bus, udpm://ADDRESS:PORT?ttl=0; default: that of EVALBUS_URL, else the first that works of "
+                 "this\n"
+                 "machine's multicast, a private network namespace, one process"},
           Option{&RunOptions::in_process, "in_process",
                  "all components in one process, without network; fastest"},
+          Option{&RunOptions::by_hand, "by_hand",
+                 "start no processes but say which: those that you start on --url are evaluated"},
           Option{&RunOptions::video, "video",
                  "cameras, with commas: film each episode while the next one runs ('evalbus render' does it\n"
                  "later); none: no films, the default"},
       },
       options, f);
+}
+
+// What people call the policy.
+inline const std::string& PolicyName(const RunOptions& options) {
+  return options.policy_name.empty() ? options.policy.policy : options.policy_name;
 }
 
 // Throws InputError for what is wrong whatever the task is; num_tasks: how many there are.

@@ -9,8 +9,10 @@
 #include <thread>
 
 #include "base/errors.h"
+#include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "cli/launch/job_pool.h"
 #include "cli/launch/prepared_run.h"
@@ -19,6 +21,7 @@
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
 #include "cli/results/tally.h"
+#include "models/robot_description.h"
 #include "models/task_description.h"
 
 namespace evalbus::launch {
@@ -31,13 +34,34 @@ std::string FolderName(std::string task) {
   return task;
 }
 
+// Throws InputError if the suite was made differently or has runs that would not be in it any more. Further
+// ones may come in.
+void CheckResumable(const std::filesystem::path& folder, const RunOptions& options,
+                    const std::vector<std::string>& tasks) {
+  const std::filesystem::path file = folder / kSuiteJson;
+  CheckFixedOptions(file, ReadJsonFile<nlohmann::ordered_json>(file), options);
+  std::set<std::string> wanted;
+  for (const std::string& task : tasks) wanted.insert(FolderName(task));
+  for (const std::string& run : results::RunsInSuite(folder)) {
+    if (wanted.contains(run)) continue;
+    throw InputError("--resume: " + file.string() + ": the suite has the run " + run +
+                     "; name its task, too, or begin another suite");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   std::vector<std::string> tasks;
   std::set<std::string> seen;
+  std::map<std::string, std::string> by_folder;
   const auto add = [&](const std::string& name) {
     if (!seen.insert(name).second) throw InputError("task '" + name + "' is there twice");
+    const auto [other, is_new] = by_folder.emplace(FolderName(name), name);
+    if (!is_new) {
+      throw InputError("tasks '" + other->second + "' and '" + name + "' would both be in the folder " +
+                       other->first + " of the suite: rename one of the files");
+    }
     tasks.push_back(name);
   };
   for (const std::string& name : names) {
@@ -62,10 +86,12 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   return tasks;
 }
 
-void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) {
-  const std::filesystem::path out =
-      options.out.empty() ? results::DefaultRunFolder("suite-" + ShortPolicyName(options)) : options.out;
-  const results::RunFolder suite = results::RunFolder::OfSuite(out, options.resume);
+void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
+  // As each of its runs will have it.
+  if (!options.sim.robot.empty()) options.sim.robot = std::filesystem::absolute(FindRobot(options.sim.robot));
+  const results::RunFolder suite =
+      results::RunFolder::OfSuite(options.out, "suite-" + ShortPolicyName(options), options.resume);
+  if (std::filesystem::exists(suite.path() / kSuiteJson)) CheckResumable(suite.path(), options, tasks);
 
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
   std::vector<Job> jobs;
@@ -80,6 +106,8 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
   }
   nlohmann::ordered_json json = {{"runs", runs}};
   json.update(OptionsJson(options));
+  // What it says ends here.
+  std::filesystem::remove(suite.path() / kSummaryJson);
   suite.WriteJson(kSuiteJson, json);
 
   InstallStopSignals();
@@ -89,12 +117,12 @@ void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks) 
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count());
   };
   fmt::print("{} runs of {} episode{}  policy {}  seed {}  {} at a time\n", tasks.size(), options.episodes,
-             options.episodes == 1 ? "" : "s", options.policy.policy, options.seed, options.workers);
+             options.episodes == 1 ? "" : "s", PolicyName(options), options.seed, options.workers);
   fmt::print("{}", results::Tally::Title("task", width));
   std::fflush(stdout);
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   JobPool pool(std::move(jobs), options.workers, [&](const std::string& why) {
-    fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", why);
+    fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
   });
   std::map<std::string, results::Tally> variations, families;
   results::Tally all;

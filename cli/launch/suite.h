@@ -13,6 +13,6 @@ namespace evalbus::launch {
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
 
 // Runs each of the tasks, options.workers at the same time. Throws InputError, EnvironmentError.
-void RunSuite(const RunOptions& options, const std::vector<std::string>& tasks);
+void RunSuite(RunOptions options, const std::vector<std::string>& tasks);
 
 }  // namespace evalbus::launch

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 
 namespace evalbus::launch {
@@ -17,7 +18,7 @@ constexpr std::string_view kRemark = "remark: ";
 }  // namespace
 
 void WorkerLog::OnRemark(const std::string& text) {
-  fmt::print("{}{}\n", kRemark, text);
+  fmt::print("{}{}\n", kRemark, Printable(text));
   std::fflush(stdout);
 }
 

@@ -8,67 +8,78 @@
 #include <set>
 
 #include "base/errors.h"
-#include "base/run_layout.h"
+#include "base/text.h"
+#include "cli/results/comparability.h"
 #include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/fisher.h"
 #include "metrics/statistics/holm.h"
 #include "metrics/statistics/mann_whitney.h"
 #include "metrics/statistics/mcnemar.h"
+#include "metrics/statistics/run_statistics.h"
+#include "metrics/statistics/ties.h"
 #include "metrics/statistics/wilcoxon.h"
 
 namespace evalbus::results {
 namespace {
 
-using nlohmann::ordered_json;
+constexpr char kWristPath[] = "cartesian_path_length";
 
 // Metrics of an episode by name.
 using Values = std::map<std::string, double>;
 
 struct Scored {
   const RecordedEpisode* episode;
+  metrics::EpisodeResult result;
   Values values;
 };
+using BySeed = std::map<int64_t, Scored>;
 
-std::map<int64_t, Scored> CompleteBySeed(const RecordedRun& run) {
-  std::map<int64_t, Scored> scored;
+BySeed CompleteBySeed(const RecordedRun& run) {
+  BySeed scored;
   for (const RecordedEpisode& episode : run.episodes) {
     if (!episode.complete) continue;
     const auto values = episode.Values();
-    scored[episode.seed] = {&episode, {values.begin(), values.end()}};
+    scored[episode.seed] = {&episode, metrics::ResultOf(episode.json), {values.begin(), values.end()}};
   }
   return scored;
 }
 
-// What makes values of two runs comparable.
-void CheckComparable(const RecordedRun& run, const RecordedRun& baseline) {
-  const auto value = [](const RecordedRun& of, const char* key) {
-    const auto found = of.info.find(key);
-    if (found == of.info.end()) {
-      throw InputError((of.folder / kRunJson).string() + ": no \"" + key +
-                       "\", without which this run cannot be compared");
+// Leave one of those that are equal in every number, and return how many they dropped.
+int DropRepeated(BySeed* episodes) {
+  std::set<metrics::EpisodeResult> seen;
+  return static_cast<int>(
+      std::erase_if(*episodes, [&](const auto& entry) { return !seen.insert(entry.second.result).second; }));
+}
+int DropRepeatedPairs(BySeed* run, BySeed* baseline) {
+  std::set<std::pair<metrics::EpisodeResult, metrics::EpisodeResult>> seen;
+  const size_t before = run->size();
+  std::erase_if(*run, [&](const auto& entry) {
+    const auto partner = baseline->find(entry.first);
+    if (seen.emplace(entry.second.result, partner->second.result).second) return false;
+    baseline->erase(partner);
+    return true;
+  });
+  return static_cast<int>(before - run->size());
+}
+
+// No wrist went further in any episode; unknown where a task does not track it.
+constexpr double kNoWay = 0.01;  // m
+bool NeverMoved(const BySeed& episodes) {
+  bool is_known = false;
+  for (const auto& [seed, scored] : episodes) {
+    for (const auto& [name, value] : scored.values) {
+      if (name != kWristPath && !name.starts_with(std::string(kWristPath) + ".")) continue;
+      if (value >= kNoWay) return false;
+      is_known = true;
     }
-    return *found;
-  };
-  const ordered_json rate = value(run, "control_hz"), baseline_rate = value(baseline, "control_hz");
-  if (rate != baseline_rate) {
-    throw InputError(
-        fmt::format("{} ran at {} Hz and {} at {} Hz: values depend on the control rate, so these runs "
-                    "cannot be compared",
-                    run.name, rate.dump(), baseline.name, baseline_rate.dump()));
   }
-  for (const auto& [key, what] : {std::pair("task_sha256", "descriptions of the task"),
-                                  {"physics_sha256", "physics models (scene, robot or physics step)"}}) {
-    if (value(run, key) == value(baseline, key)) continue;
-    throw InputError(fmt::format("{} and {} were made with different {}, so these runs cannot be compared",
-                                 run.name, baseline.name, what));
-  }
+  return is_known;
 }
 
 // p and interval of a metric from its values.
 void TestPaired(const std::vector<double>& values, const std::vector<double>& baseline,
                 MetricComparison* metric) {
-  std::vector<double> differences;
-  for (size_t i = 0; i < values.size(); ++i) differences.push_back(values[i] - baseline[i]);
+  const std::vector<double> differences = metrics::PairedDifferences(values, baseline);
   metric->difference = metrics::Mean(differences);
   metric->difference_95 = metrics::BootstrapMean(differences);
   if (std::any_of(differences.begin(), differences.end(), [](double d) { return d != 0; })) {
@@ -84,16 +95,16 @@ void TestUnpaired(const std::vector<double>& values, const std::vector<double>& 
                   MetricComparison* metric) {
   metric->difference = metric->mean - metric->baseline_mean;
   metric->difference_95 = metrics::BootstrapDifferenceOfMeans(values, baseline);
-  const auto differs = [&](double value) { return value != baseline[0]; };
-  if (std::any_of(values.begin(), values.end(), differs) ||
-      std::any_of(baseline.begin(), baseline.end(), differs)) {
+  std::vector<double> all = values;
+  all.insert(all.end(), baseline.begin(), baseline.end());
+  const auto [least, most] = std::minmax_element(all.begin(), all.end());
+  if (*most - *least > metrics::kTie * metrics::LargestMagnitude(all)) {
     metric->p = metrics::MannWhitneyTest(values, baseline).p;
   }
 }
 
 // The main metrics that any of the episodes has.
-std::vector<MetricNumber> MainMetricsOf(const std::map<int64_t, Scored>& run,
-                                        const std::map<int64_t, Scored>& baseline) {
+std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baseline) {
   std::set<std::string> names;
   for (const auto* episodes : {&run, &baseline}) {
     for (const auto& [seed, scored] : *episodes) {
@@ -103,9 +114,9 @@ std::vector<MetricNumber> MainMetricsOf(const std::map<int64_t, Scored>& run,
   return MainMetrics({names.begin(), names.end()});
 }
 
-std::vector<MetricComparison> CompareMetrics(const std::map<int64_t, Scored>& run,
-                                             const std::map<int64_t, Scored>& baseline, bool paired) {
+std::vector<MetricComparison> CompareMetrics(const BySeed& run, const BySeed& baseline, bool paired) {
   std::vector<MetricComparison> metrics;
+  const bool run_never_moved = NeverMoved(run), baseline_never_moved = NeverMoved(baseline);
   for (const MetricNumber& number : MainMetricsOf(run, baseline)) {
     const auto value = [&](const Scored& scored) -> std::optional<double> {
       const auto found = scored.values.find(number.name);
@@ -137,6 +148,8 @@ std::vector<MetricComparison> CompareMetrics(const std::map<int64_t, Scored>& ru
                             .difference_95 = {},
                             .p = std::nullopt,
                             .p_holm = 1,
+                            .run_never_moved = run_never_moved,
+                            .baseline_never_moved = baseline_never_moved,
                             .ratio = std::nullopt,
                             .ratio_95 = {}};
     (paired ? TestPaired : TestUnpaired)(values, baseline_values, &metric);
@@ -158,9 +171,14 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
   TaskComparison result{.task = run.task,
                         .variation = run.variation,
                         .baseline_variation = baseline.variation,
+                        .folder = run.folder,
+                        .baseline_folder = baseline.folder,
                         .paired = false,
                         .unmatched = 0,
                         .baseline_unmatched = 0,
+                        .repeated = 0,
+                        .baseline_repeated = 0,
+                        .flipped = {},
                         .success = {},
                         .metrics = {}};
   auto own = CompleteBySeed(run), other = CompleteBySeed(baseline);
@@ -174,6 +192,10 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
     };
     result.unmatched = drop(&own, other);
     result.baseline_unmatched = drop(&other, own);
+    result.repeated = result.baseline_repeated = DropRepeatedPairs(&own, &other);
+  } else {
+    result.repeated = DropRepeated(&own);
+    result.baseline_repeated = DropRepeated(&other);
   }
   SuccessComparison& success = result.success;
   success.paired = result.paired;
@@ -181,12 +203,21 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
     ++success.trials;
     success.successes += scored.episode->success;
     if (!result.paired) continue;
-    const bool a = scored.episode->success, b = other.at(seed).episode->success;
+    const RecordedEpisode& partner_of = *other.at(seed).episode;
+    const bool a = scored.episode->success, b = partner_of.success;
+    if (a != b) {
+      result.flipped.push_back({.seed = seed,
+                                .episode = scored.episode->episode,
+                                .baseline_episode = partner_of.episode,
+                                .success = a,
+                                .failure_reason = (a ? partner_of : *scored.episode).failure_reason});
+    }
     ++(a && b ? success.pairs.both
        : a    ? success.pairs.only_a
        : b    ? success.pairs.only_b
               : success.pairs.neither);
   }
+  std::ranges::sort(result.flipped, {}, &FlippedPair::episode);
   for (const auto& [seed, scored] : other) {
     ++success.baseline_trials;
     success.baseline_successes += scored.episode->success;
@@ -197,7 +228,7 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
 }
 
 ComparedRuns About(const RecordedRuns& runs) {
-  return {runs.name, runs.folder.string(), runs.runs.front().policy};
+  return {Printable(runs.name), runs.folder.string(), Printable(runs.runs.front().policy)};
 }
 
 void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
@@ -206,60 +237,39 @@ void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
   }
 }
 
-ordered_json Json(const metrics::Interval& interval) { return {interval.lower, interval.upper}; }
-
-ordered_json Json(const std::optional<double>& value) {
-  return value ? ordered_json(*value) : ordered_json();
+// "1 episode of b and 2 of a"
+std::string Counted(const std::string& what, int count, const std::string& run, int baseline_count,
+                    const std::string& baseline) {
+  return fmt::format("{} {}{} of {} and {} of {}", count, what, count == 1 ? "" : "s", run, baseline_count,
+                     baseline);
 }
 
-ordered_json Json(const SuccessComparison& success) {
-  ordered_json json = {{"successes", success.successes},
-                       {"episodes", success.trials},
-                       {"baseline_successes", success.baseline_successes},
-                       {"baseline_episodes", success.baseline_trials},
-                       {"difference", success.difference},
-                       {"difference_95", Json(success.difference_95)},
-                       {"interval", success.paired ? "Newcombe, paired" : "Newcombe"},
-                       {"test", success.paired ? "McNemar, exact" : "Fisher, exact"},
-                       {"p", success.p},
-                       {"p_holm", success.p_holm},
-                       {"detectable_difference", Json(success.detectable)}};
-  if (success.paired) {
-    json["pairs"] = {{"both", success.pairs.both},
-                     {"run_only", success.pairs.only_a},
-                     {"baseline_only", success.pairs.only_b},
-                     {"neither", success.pairs.neither}};
+void AddRemarks(const TaskComparison& task, const std::string& run, const std::string& baseline,
+                std::vector<std::string>* remarks) {
+  const std::string name = task.name();
+  if (task.unmatched + task.baseline_unmatched > 0) {
+    remarks->push_back(
+        fmt::format("{}: without a partner, and left out: {}", name,
+                    Counted("episode", task.unmatched, run, task.baseline_unmatched, baseline)));
   }
-  return json;
-}
-
-const char* BetterWord(Better better) {
-  return better == Better::kLower ? "lower" : better == Better::kHigher ? "higher" : "neither";
-}
-
-ordered_json Json(const MetricComparison& metric, bool paired) {
-  ordered_json json = {
-      {"over", metric.number.metric->effort ? (paired ? "pairs that both succeeded" : "successes")
-                                            : (paired ? "all pairs" : "all episodes")},
-      {"count", metric.count},
-      {"baseline_count", metric.baseline_count},
-      {"mean", metric.mean},
-      {"baseline_mean", metric.baseline_mean},
-      {"difference", metric.difference},
-      {"difference_95", Json(metric.difference_95)},
-      {"test", paired ? "Wilcoxon signed-rank" : "Mann-Whitney"},
-      {"p", Json(metric.p)},
-      {"p_holm", metric.p ? ordered_json(metric.p_holm) : ordered_json()},
-      {"better", BetterWord(metric.number.metric->better)}};
-  if (metric.ratio) {
-    json["ratio"] = *metric.ratio;
-    json["ratio_95"] = Json(metric.ratio_95);
+  if (task.repeated + task.baseline_repeated > 0) {
+    remarks->push_back(fmt::format(
+        "{}: equal to another in every number, so no sample of its own, and left out: {}", name,
+        task.paired ? fmt::format("{} of {} pairs", task.repeated, task.repeated + task.success.trials)
+                    : Counted("episode", task.repeated, run, task.baseline_repeated, baseline)));
   }
-  return json;
-}
-
-ordered_json Json(const ComparedRuns& runs) {
-  return {{"name", runs.name}, {"folder", runs.folder}, {"policy", runs.policy}};
+  if (!task.paired) {
+    remarks->push_back(name + (task.variation != task.baseline_variation ? "" : ": no seed in common") +
+                       ": compared as independent samples");
+  }
+  if (task.metrics.empty()) return;
+  for (const auto& [still, who] :
+       {std::pair(task.metrics[0].run_never_moved, run), {task.metrics[0].baseline_never_moved, baseline}}) {
+    if (!still) continue;
+    remarks->push_back(fmt::format(
+        "{}: {} never moved its arms (no wrist by {:.0f} mm), so in no metric is it called better", name, who,
+        kNoWay * 1e3));
+  }
 }
 
 }  // namespace
@@ -299,7 +309,9 @@ Judgement MetricComparison::judgement() const {
   const bool is_up = difference_95.lower > 0, is_down = difference_95.upper < 0;
   const Better better = number.metric->better;
   if (better == Better::kNeither || !(is_up || is_down)) return Judgement::kDiffers;
-  return is_up == (better == Better::kHigher) ? Judgement::kBetter : Judgement::kWorse;
+  const bool is_better = is_up == (better == Better::kHigher);
+  if (is_better ? run_never_moved : baseline_never_moved) return Judgement::kDiffers;
+  return is_better ? Judgement::kBetter : Judgement::kWorse;
 }
 
 void SuccessComparison::Test() {
@@ -329,10 +341,16 @@ void SuccessComparison::Test() {
   p_holm = p;
 }
 
+std::string TaskComparison::name() const {
+  const std::string own = task + "/" + variation;
+  return variation == baseline_variation ? own : own + " against " + task + "/" + baseline_variation;
+}
+
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {
   Comparison result{
       .run = About(run), .baseline = About(baseline), .tasks = {}, .success = {}, .remarks = {}};
   const bool single = run.runs.size() == 1 && baseline.runs.size() == 1;
+  std::set<std::string> made_differently;
   for (const RecordedRun& own : run.runs) {
     const auto other =
         std::find_if(baseline.runs.begin(), baseline.runs.end(), [&](const RecordedRun& candidate) {
@@ -343,6 +361,11 @@ Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {
       continue;
     }
     result.tasks.push_back(CompareTask(own, *other));
+    if (const std::string how = MadeDifferently(own, *other);
+        !how.empty() && made_differently.insert(how).second) {
+      result.remarks.push_back(fmt::format("{} and {} were made with {}: that alone may make them differ",
+                                           run.name, baseline.name, how));
+    }
   }
   if (result.tasks.empty()) {
     throw InputError(fmt::format("{} ({}) and {} ({}) have no task in common", run.name,
@@ -362,19 +385,7 @@ Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {
   for (const TaskComparison& task : result.tasks) {
     result.success.Add(task.success);
     p.push_back(task.success.p);
-    if (task.unmatched + task.baseline_unmatched > 0) {
-      result.remarks.push_back(fmt::format("{}/{}: {} episodes of {} and {} of {} have no partner: left out",
-                                           task.task, task.variation, task.unmatched, run.name,
-                                           task.baseline_unmatched, baseline.name));
-    }
-    if (!task.paired) {
-      result.remarks.push_back(
-          task.variation != task.baseline_variation
-              ? fmt::format("{}: {} has variation {}, {} has {}: compared as independent samples", task.task,
-                            run.name, task.variation, baseline.name, task.baseline_variation)
-              : fmt::format("{}/{}: no seed in common: compared as independent samples", task.task,
-                            task.variation));
-    }
+    AddRemarks(task, run.name, baseline.name, &result.remarks);
   }
   result.success.Test();
   const std::vector<double> adjusted = metrics::HolmAdjusted(p);
@@ -399,9 +410,16 @@ std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const 
 std::string Conclusion(const Comparison& comparison) {
   const SuccessComparison& success = comparison.success;
   const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
+  std::string variations;
+  if (const TaskComparison& task = comparison.tasks[0]; task.variation != task.baseline_variation) {
+    variations = fmt::format(
+        "These are two variations: {} ran {}/{} and {} ran {}/{}, so policy and task differ at the same "
+        "time. ",
+        run, task.task, task.variation, baseline, task.task, task.baseline_variation);
+  }
   if (success.trials == 0 || success.baseline_trials == 0) {
-    return fmt::format("Nothing can be said: {} has no complete episode.",
-                       success.trials == 0 ? run : baseline);
+    return variations + fmt::format("Nothing can be said: {} has no complete episode.",
+                                    success.trials == 0 ? run : baseline);
   }
   const bool shown = success.p_holm < metrics::kAlpha;
   const std::string counts = fmt::format("{} of {} against {} of {}{}", success.successes, success.trials,
@@ -411,48 +429,23 @@ std::string Conclusion(const Comparison& comparison) {
   if (success.p_holm != success.p) test += ", adjusted by Holm,";
   const std::string p =
       success.p_holm < 0.001 ? test + " p < 0.001" : fmt::format("{} p = {:.2g}", test, success.p_holm);
-  const std::string numbers = fmt::format("{}, difference {:.0f} points (95 % interval {:.0f} to {:.0f}), {}",
-                                          counts, success.difference * 100, success.difference_95.lower * 100,
-                                          success.difference_95.upper * 100, p);
+  const std::string numbers = fmt::format(
+      "{}, difference {} points (95 % interval {} to {}), {}", counts, Fixed(success.difference * 100, 0),
+      Fixed(success.difference_95.lower * 100, 0), Fixed(success.difference_95.upper * 100, 0), p);
   if (shown) {
-    return fmt::format("{} succeeds {} often than {}: {}.", run, success.difference > 0 ? "more" : "less",
-                       baseline, numbers);
+    return variations + fmt::format("{} succeeds {} often than {}: {}.", run,
+                                    success.difference > 0 ? "more" : "less", baseline, numbers);
   }
   const std::string what = success.paired
-                               ? fmt::format("{} pairs", success.trials)
+                               ? fmt::format("{} pair{}", success.trials, success.trials == 1 ? "" : "s")
                                : fmt::format("{} and {} episodes", success.trials, success.baseline_trials);
   const std::string limit =
       success.detectable ? fmt::format("{} like these can only show differences from about {:.0f} points on",
                                        what, *success.detectable * 100)
-                         : fmt::format("{} are too few to show any difference", what);
-  return fmt::format("No difference shown between {} and {}: {}; {}.", run, baseline, numbers, limit);
-}
-
-ordered_json ComparisonJson(const std::vector<Comparison>& comparisons) {
-  ordered_json json = {{"baseline", Json(comparisons.front().baseline)},
-                       {"comparisons", ordered_json::array()}};
-  for (const Comparison& comparison : comparisons) {
-    ordered_json one = Json(comparison.run);
-    one["verdict"] = Conclusion(comparison);
-    one["success"] = Json(comparison.success);
-    one["remarks"] = comparison.remarks;
-    one["tasks"] = ordered_json::array();
-    for (const TaskComparison& task : comparison.tasks) {
-      ordered_json entry = {{"task", task.task},
-                            {"variation", task.variation},
-                            {"baseline_variation", task.baseline_variation},
-                            {"paired", task.paired},
-                            {"unmatched", task.unmatched},
-                            {"baseline_unmatched", task.baseline_unmatched},
-                            {"success", Json(task.success)}};
-      entry["metrics"] = ordered_json::object();
-      for (const MetricComparison& metric : task.metrics)
-        entry["metrics"][metric.number.name] = Json(metric, task.paired);
-      one["tasks"].push_back(std::move(entry));
-    }
-    json["comparisons"].push_back(std::move(one));
-  }
-  return json;
+                         : fmt::format("{} {} too few to show any difference", what,
+                                       success.paired && success.trials == 1 ? "is" : "are");
+  return variations +
+         fmt::format("No difference shown between {} and {}: {}; {}.", run, baseline, numbers, limit);
 }
 
 }  // namespace evalbus::results

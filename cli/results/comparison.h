@@ -2,7 +2,7 @@
 // are made apart. Differences are always the run's value less the baseline's.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +57,8 @@ struct MetricComparison {
   std::optional<double> p;
   // By Holm, over the metrics with a p.
   double p_holm = 1;
+  // What one that never moved has touched least is no merit of it.
+  bool run_never_moved = false, baseline_never_moved = false;
   // mean / baseline_mean of a metric of effort, on pairs that both succeeded.
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
@@ -65,13 +67,31 @@ struct MetricComparison {
   Judgement judgement() const;
 };
 
+// A pair that one of the two succeeded in.
+struct FlippedPair {
+  int64_t seed = 0;
+  int episode = 0, baseline_episode = 0;
+  // Of the run; the baseline's is the other.
+  bool success = false;
+  // Why the other one did not succeed.
+  std::string failure_reason;
+};
+
 struct TaskComparison {
   std::string task, variation, baseline_variation;
+  std::filesystem::path folder, baseline_folder;
   bool paired = false;
   // Complete episodes without a partner, left out where paired.
   int unmatched = 0, baseline_unmatched = 0;
+  // Those equal to another in every number, of pairs both of them: left out, since that is one sample.
+  int repeated = 0, baseline_repeated = 0;
+  // By episode; none where not paired.
+  std::vector<FlippedPair> flipped;
   SuccessComparison success;
   std::vector<MetricComparison> metrics;
+
+  // "lift_pot/position"; of two variations "lift_pot/position against lift_pot/base".
+  std::string name() const;
 };
 
 struct ComparedRuns {
@@ -94,8 +114,8 @@ Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
 // Each against the baseline, with p values of success adjusted for all of them.
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);
 
-// "B succeeds more often than A: 43 of 50 against 31 of 50 on the same seeds, ..."
+// "B succeeds more often than A: 43 of 50 against 31 of 50 on the same seeds, ..."; that two variations are
+// compared comes first.
 std::string Conclusion(const Comparison& comparison);
-nlohmann::ordered_json ComparisonJson(const std::vector<Comparison>& comparisons);
 
 }  // namespace evalbus::results

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "cli/results/page_links.h"
 #include "viz/report/comparison_page.h"
 
 namespace evalbus::results {
@@ -41,35 +42,59 @@ viz::ReportDifference Metric(const MetricComparison& metric) {
           .judgement = Word(metric.judgement())};
 }
 
-viz::ReportTaskComparison Task(const TaskComparison& task) {
+viz::ReportFlip Flip(const TaskComparison& task, const FlippedPair& pair, const PageLinks& links) {
+  return {.seed = pair.seed,
+          .baseline = pair.success ? pair.failure_reason : "",
+          .run = pair.success ? "" : pair.failure_reason,
+          .baseline_episode = pair.baseline_episode,
+          .run_episode = pair.episode,
+          .baseline_films = links.Films(task.baseline_folder, pair.baseline_episode),
+          .run_films = links.Films(task.folder, pair.episode)};
+}
+
+viz::ReportTaskComparison Task(const TaskComparison& task, const PageLinks& links) {
   viz::ReportTaskComparison report;
-  report.task = task.task + "/" + task.variation;
+  report.task = task.name();
   report.success = Success(report.task, task.success);
   report.counts =
       task.paired
           ? fmt::format(
-                "{} pairs with the same seeds. Means over pairs; p: McNemar's exact test, and Wilcoxon's "
+                "{} with the same seeds. Means over pairs; p: McNemar's exact test, and Wilcoxon's "
                 "signed-rank test. * over the pairs in which both succeeded.",
-                task.success.trials)
+                viz::Plural(task.success.trials, "pair"))
           : fmt::format(
                 "Independent episodes, {} against {}. p: Fisher's exact test, and Mann-Whitney's test. * "
                 "over "
                 "successes only.",
                 task.success.trials, task.success.baseline_trials);
   for (const MetricComparison& metric : task.metrics) report.metrics.push_back(Metric(metric));
+  bool any_film = false;
+  for (const FlippedPair& pair : task.flipped) {
+    report.flips.push_back(Flip(task, pair, links));
+    any_film =
+        any_film || !report.flips.back().run_films.empty() || !report.flips.back().baseline_films.empty();
+  }
+  if (!task.flipped.empty() && !any_film) {
+    report.film_hint =
+        "There are no films of these: evalbus render RUN --episode N makes them, and evalbus compare "
+        "--report once "
+        "more links them here.";
+  }
   return report;
 }
 
 }  // namespace
 
-std::string ComparisonReport(const std::vector<Comparison>& comparisons, const std::string& made_by) {
+std::string ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,
+                             const std::string& made_by) {
+  const PageLinks links(file);
   std::vector<viz::ReportComparison> reports;
   for (const Comparison& comparison : comparisons) {
     viz::ReportComparison report;
     report.run = fmt::format("{} ({})", comparison.run.name, comparison.run.policy);
     report.baseline = fmt::format("{} ({})", comparison.baseline.name, comparison.baseline.policy);
     report.verdict = Conclusion(comparison);
-    for (const TaskComparison& task : comparison.tasks) report.tasks.push_back(Task(task));
+    for (const TaskComparison& task : comparison.tasks) report.tasks.push_back(Task(task, links));
     report.success = Success("all", comparison.success);
     report.notes = comparison.remarks;
     report.notes.push_back(

@@ -1,6 +1,7 @@
-// Comparisons as a page: from the structs of compare.h to those of viz/report.
+// Comparisons as a page: from the structs of comparison.h to those of viz/report.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,7 +9,8 @@
 
 namespace evalbus::results {
 
-// The HTML page. `made_by`: version and commit.
-std::string ComparisonReport(const std::vector<Comparison>& comparisons, const std::string& made_by);
+// The HTML page, to be written to this file, so that it links films. `made_by`: version and commit.
+std::string ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,
+                             const std::string& made_by);
 
 }  // namespace evalbus::results

@@ -10,18 +10,16 @@
 namespace evalbus::results {
 namespace {
 
-std::string Fixed(double value, int decimals) {
-  if (!std::isfinite(value)) return "-";
-  // No "-0.000".
-  const double shown = std::round(value * std::pow(10, decimals)) == 0 ? 0 : value;
-  return fmt::format("{:.{}f}", shown, decimals);
+std::string FixedOrDash(double value, int decimals) {
+  return std::isfinite(value) ? Fixed(value, decimals) : "-";
 }
 
 std::string P(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
 
 std::string Range(const metrics::Interval& interval, int decimals) {
   if (!std::isfinite(interval.lower)) return "-";
-  return fmt::format("{:>8} to {:>8}", Fixed(interval.lower, decimals), Fixed(interval.upper, decimals));
+  return fmt::format("{:>8} to {:>8}", FixedOrDash(interval.lower, decimals),
+                     FixedOrDash(interval.upper, decimals));
 }
 
 std::string Row(int label_width, const std::string& label, const std::string& baseline,
@@ -46,7 +44,7 @@ std::string Short(const std::string& name) {
 std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success, bool holm) {
   const auto rate = [](int k, int n) { return n > 0 ? fmt::format("{:.0f}", 100.0 * k / n) : "-"; };
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
-             rate(success.successes, success.trials), Fixed(success.difference * 100, 0),
+             rate(success.successes, success.trials), FixedOrDash(success.difference * 100, 0),
              Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
              holm ? P(success.p_holm) : "", "%", Word(success.judgement()));
 }
@@ -62,8 +60,8 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
     const auto scaled = [&](double value) { return value * info.scale; };
     const int decimals = RowDecimals(metric);
     text += Row(kLabel, metric.number.label() + (info.effort ? " *" : ""),
-                Fixed(scaled(metric.baseline_mean), decimals), Fixed(scaled(metric.mean), decimals),
-                Fixed(scaled(metric.difference), decimals),
+                FixedOrDash(scaled(metric.baseline_mean), decimals),
+                FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
                 metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-",
                 std::string(info.shown_unit), metric.p ? Word(metric.judgement()) : "equal");
@@ -85,7 +83,7 @@ std::string RatioTable(const TaskComparison& task, const Comparison& comparison)
   std::string text;
   for (const MetricComparison& metric : task.metrics) {
     if (!metric.ratio) continue;
-    text += fmt::format("{}  {:>6}  {}\n", Pad(metric.number.label(), -27), Fixed(*metric.ratio, 2),
+    text += fmt::format("{}  {:>6}  {}\n", Pad(metric.number.label(), -27), FixedOrDash(*metric.ratio, 2),
                         Range(metric.ratio_95, 2));
   }
   if (text.empty()) {
@@ -110,8 +108,8 @@ std::string SuiteTable(const Comparison& comparison) {
       const int decimals = RowDecimals(metric);
       metrics +=
           fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
-                      metric.number.label(), Fixed(metric.mean * metric.number.scale(), decimals),
-                      Fixed(metric.baseline_mean * metric.number.scale(), decimals),
+                      metric.number.label(), FixedOrDash(metric.mean * metric.number.scale(), decimals),
+                      FixedOrDash(metric.baseline_mean * metric.number.scale(), decimals),
                       metric.number.shown_unit(), P(metric.p_holm), Word(metric.judgement()));
     }
   }
@@ -127,7 +125,7 @@ std::string ComparisonText(const Comparison& comparison, bool ratios) {
   std::string text = fmt::format("{} ({}) against {} ({})", comparison.run.name, comparison.run.policy,
                                  comparison.baseline.name, comparison.baseline.policy);
   const bool one = comparison.tasks.size() == 1;
-  if (one) text += fmt::format(", {}/{}", comparison.tasks[0].task, comparison.tasks[0].variation);
+  if (one) text += ", " + comparison.tasks[0].name();
   text += "\n\n" + Conclusion(comparison) + "\n\n";
   text += one ? MetricTable(comparison.tasks[0], comparison) : SuiteTable(comparison);
   if (one && ratios) text += "\n" + RatioTable(comparison.tasks[0], comparison);

@@ -1,7 +1,9 @@
 #include "cli/results/episode_logs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <charconv>
+#include <iterator>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
@@ -15,41 +17,58 @@ namespace fs = std::filesystem;
 // Numbers of the episodes that are finished: 0007.partial is not.
 std::vector<int> FinishedEpisodes(const fs::path& run) {
   std::vector<int> episodes;
-  for (const auto& entry : fs::directory_iterator(run / kEpisodesFolder)) {
-    const std::string name = entry.path().filename().string();
-    int episode = -1;
-    const auto parsed = std::from_chars(name.data(), name.data() + name.size(), episode);
-    if (parsed.ptr == name.data() + name.size() && fs::exists(entry.path() / kEventLog))
-      episodes.push_back(episode);
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(run / kEpisodesFolder, none)) {
+    const auto episode = EpisodeOfFolder(entry.path());
+    if (episode && !IsUnfinished(entry.path()) && fs::exists(entry.path() / kEventLog)) {
+      episodes.push_back(*episode);
+    }
   }
-  if (episodes.empty()) throw InputError(run.string() + ": this run has no finished episode");
   std::sort(episodes.begin(), episodes.end());
   return episodes;
 }
 
+std::vector<fs::path> LogsOfRun(const fs::path& run, const std::vector<int>& wanted) {
+  const std::vector<int> finished = FinishedEpisodes(run);
+  if (finished.empty()) throw InputError(run.string() + ": this run has no finished episode");
+  for (const int episode : wanted) {
+    if (std::ranges::binary_search(finished, episode)) continue;
+    throw InputError(fmt::format("{} has no finished episode {}; it has {}, {} to {}", run.string(), episode,
+                                 finished.size(), finished.front(), finished.back()));
+  }
+  std::vector<fs::path> logs;
+  for (const int i : wanted.empty() ? finished : wanted) logs.push_back(EpisodeLog(run, i));
+  return logs;
+}
+
 }  // namespace
 
-std::vector<fs::path> EpisodeLogs(const fs::path& run_or_log, std::optional<int> episode) {
-  const bool is_run = fs::is_directory(run_or_log / kEpisodesFolder);
-  if (episode && !is_run) throw InputError("--episode: " + run_or_log.string() + " is no run folder");
-  if (is_run) {
-    std::vector<int> episodes = FinishedEpisodes(run_or_log);
-    if (episode) {
-      if (!std::binary_search(episodes.begin(), episodes.end(), *episode)) {
-        throw InputError(run_or_log.string() + " has no finished episode " + std::to_string(*episode) +
-                         "; it has " + std::to_string(episodes.size()) + ", " +
-                         std::to_string(episodes.front()) + " to " + std::to_string(episodes.back()));
-      }
-      episodes = {*episode};
-    }
+std::vector<fs::path> EpisodeLogs(const fs::path& recording, const std::vector<int>& episodes) {
+  if (fs::exists(recording / kSuiteJson)) {
     std::vector<fs::path> logs;
-    for (const int i : episodes) logs.push_back(EpisodeLog(run_or_log, i));
+    for (const std::string& name : RunsInSuite(recording)) {
+      if (FinishedEpisodes(recording / name).empty()) continue;
+      std::ranges::copy(LogsOfRun(recording / name, episodes), std::back_inserter(logs));
+    }
+    if (logs.empty()) throw InputError(recording.string() + ": this suite has no finished episode");
     return logs;
   }
-  if (fs::exists(run_or_log / kEventLog)) return {run_or_log / kEventLog};
-  if (fs::is_regular_file(run_or_log)) return {run_or_log};
-  throw InputError(run_or_log.string() + (fs::exists(run_or_log) ? ": neither a run folder nor a log"
-                                                                 : ": no such run folder or log"));
+  if (fs::is_directory(recording / kEpisodesFolder)) return LogsOfRun(recording, episodes);
+  if (fs::exists(recording / kEventLog)) return {recording / kEventLog};
+  if (fs::is_regular_file(recording)) return {recording};
+  throw InputError(recording.string() + (fs::exists(recording) ? ": neither a run, a suite nor a log"
+                                                               : ": no such run, suite or log"));
+}
+
+fs::path RunFolderOf(const fs::path& log) {
+  return fs::absolute(log).lexically_normal().parent_path().parent_path().parent_path();
+}
+
+std::optional<RecordedRun> RunOf(const fs::path& log) {
+  const fs::path run = RunFolderOf(log);
+  if (fs::absolute(log).lexically_normal().parent_path().parent_path() != run / kEpisodesFolder) return {};
+  if (!fs::exists(run / kRunJson)) return {};
+  return ReadRunInfo(run);
 }
 
 }  // namespace evalbus::results

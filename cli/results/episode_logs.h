@@ -5,12 +5,20 @@
 #include <optional>
 #include <vector>
 
+#include "cli/results/run_reader.h"
+
 namespace evalbus::results {
 
-// The log of an episode, or the logs of the finished episodes of a run, in order; of one of them with
-// `episode`. `run_or_log` is a run folder, an episode's folder or a log file. Throws InputError if there is
-// none.
-std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& run_or_log,
-                                               std::optional<int> episode = std::nullopt);
+// The log of an episode, or the logs of the finished episodes of a run or of the runs of a suite, in order;
+// with `episodes`, of these. `recording` is the folder of a suite, of a run or of an episode, or a log file,
+// of which `episodes` are not looked for. Throws InputError if there is none.
+std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
+                                               const std::vector<int>& episodes = {});
+
+// Run folder of an episode's log; of a log that lies elsewhere, where that would be.
+std::filesystem::path RunFolderOf(const std::filesystem::path& log);
+
+// What run.json says of the run that a log is of; nothing for a log that is in no run folder.
+std::optional<RecordedRun> RunOf(const std::filesystem::path& log);
 
 }  // namespace evalbus::results

@@ -12,6 +12,7 @@
 #include "base/errors.h"
 #include "base/text.h"
 #include "cli/results/rescorer.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/metric_catalogue.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/statistics/run_statistics.h"
@@ -24,8 +25,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int64_t kSameTouch_us = 100'000;
 // Of a value in SI units: what a resting object trembles in simulation is less.
 constexpr double kChange = 1e-5;
-
-double Seconds(int64_t microseconds) { return static_cast<double>(microseconds) * 1e-6; }
 
 // What is drawn first; then everything else in the order of episodes.jsonl.
 constexpr const char* kFirst[] = {"target_distance", "object_pose_error",     "gripper_opening",

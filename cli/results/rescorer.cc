@@ -91,7 +91,7 @@ void Rescorer::Begin(const episode_begin_t& begin) {
   if (!scorer_) {
     TaskDescription task = task_ ? *task_ : ParseTask(model_->task_yaml, model_->task_file, false);
     task.Apply(model_->variation);
-    task.ApplyRobot(model_->robot);
+    task.ApplyRobot(model_->robot, ArmNames(*model_));
     scorer_ = std::make_unique<metrics::EpisodeScorer>(*model_, task);
     scorer_bytes_ = model_bytes_;
   }
@@ -175,7 +175,12 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
 }
 
 std::vector<Difference> Differences(const episode_summary_t& before, const episode_summary_t& after) {
-  const auto a = EpisodeJson("", "", before).flatten(), b = EpisodeJson("", "", after).flatten();
+  return Differences(EpisodeJson("", "", before), EpisodeJson("", "", after));
+}
+
+std::vector<Difference> Differences(const nlohmann::ordered_json& before,
+                                    const nlohmann::ordered_json& after) {
+  const auto a = before.flatten(), b = after.flatten();
   std::vector<Difference> differences;
   const auto add = [&](const std::string& key, const std::string& x, const std::string& y) {
     std::string name = key.substr(1);
@@ -198,18 +203,22 @@ std::vector<Difference> Differences(const episode_summary_t& before, const episo
 
 bool SameBits(const episode_summary_t& a, const episode_summary_t& b) { return Encode(a) == Encode(b); }
 
-std::string DescribeDifference(const std::optional<episode_summary_t>& recorded,
-                               const episode_summary_t& score) {
-  if (!recorded) return "no score was recorded";
-  if (SameBits(*recorded, score)) return "equal to the recorded score";
+std::string DifferencesText(const std::vector<Difference>& differences) {
   constexpr size_t kShown = 3;
-  const std::vector<Difference> differences = Differences(*recorded, score);
   std::string text;
   for (size_t i = 0; i < std::min(differences.size(), kShown); ++i) {
     text += fmt::format("{}{} {} -> {}", i == 0 ? "" : ", ", differences[i].name, differences[i].before,
                         differences[i].after);
   }
   if (differences.size() > kShown) text += fmt::format(" and {} more", differences.size() - kShown);
+  return text;
+}
+
+std::string DescribeDifference(const std::optional<episode_summary_t>& recorded,
+                               const episode_summary_t& score) {
+  if (!recorded) return "no score was recorded";
+  if (SameBits(*recorded, score)) return "equal to the recorded score";
+  const std::string text = DifferencesText(Differences(*recorded, score));
   return "DIFFERS: " + (text.empty() ? "in a field that episodes.jsonl does not have" : text);
 }
 

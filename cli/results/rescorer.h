@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -104,6 +105,12 @@ struct Difference {
   std::string name, before, after;
 };
 std::vector<Difference> Differences(const episode_summary_t& before, const episode_summary_t& after);
+// The same of two lines.
+std::vector<Difference> Differences(const nlohmann::ordered_json& before,
+                                    const nlohmann::ordered_json& after);
+
+// The first of them: "metrics.slip_count 0 -> 1, metrics.success 1 -> 0 and 3 more".
+std::string DifferencesText(const std::vector<Difference>& differences);
 
 // Every field is equal, doubles by their bits.
 bool SameBits(const episode_summary_t& a, const episode_summary_t& b);

@@ -2,23 +2,23 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <ctime>
 #include <fstream>
-#include <set>
+#include <functional>
 #include <thread>
-#include <utility>
 
 #include "base/errors.h"
+#include "base/file_errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
-#include "bus/recorder/recorder.h"
 
 namespace evalbus::results {
 namespace {
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 // A killed run's processes hold its lock until the last of them is gone, moments after it.
 constexpr auto kLockWait = std::chrono::milliseconds(500);
 
-// An open file to write to; its failures throw EnvironmentError.
+// An open file to write to; its failures throw.
 class File {
  public:
   File(fs::path file, int flags)
@@ -41,10 +41,18 @@ class File {
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  void WriteSynced(const std::string& text) {
+  // All of it or, where the disk is full, nothing.
+  void AppendSynced(const std::string& text) {
+    const off_t before = lseek(fd_, 0, SEEK_END);
     for (size_t done = 0; done < text.size();) {
       const ssize_t n = write(fd_, text.data() + done, text.size() - done);
-      Check(n >= 0 || errno == EINTR);
+      if (n < 0 && errno != EINTR) {
+        const int error = errno;
+        // Where this fails, too, who appends next cuts the line off.
+        [[maybe_unused]] const int cut = ftruncate(fd_, before);
+        errno = error;
+        Check(false);
+      }
       if (n > 0) done += static_cast<size_t>(n);
     }
     Check(fsync(fd_) == 0);
@@ -64,39 +72,92 @@ class File {
 
  private:
   void Check(bool good) const {
-    if (!good) throw EnvironmentError("cannot write " + file_.string() + ": " + std::strerror(errno));
+    if (!good) ThrowFileError("cannot write " + file_.string(), errno);
   }
 
   fs::path file_;
   int fd_;
 };
 
+bool IsTemporary(const std::string& name, const std::string& file) {
+  const auto temporary = ParseTemporaryName(name);
+  return temporary && temporary->file == file;
+}
+
 // True if a run that was to be here has not got as far as its mark.
 bool HoldsNothing(const fs::path& folder, const std::string& mark) {
   return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
     return (entry.path().filename() == kLogsFolder && entry.is_directory() && fs::is_empty(entry)) ||
-           (entry.path().filename().string().starts_with(mark) &&
-            entry.path().filename().string().ends_with(kTemporaryEnding));
+           IsTemporary(entry.path().filename(), mark);
   });
+}
+
+bool IsHalfWritten(const std::string& name) {
+  return std::ranges::any_of(
+      std::array{kRunJson, kSuiteJson, kEpisodesJsonl, kSummaryJson, kPhysicsModel, kVisualModel, kSceneXml},
+      [&](const char* file) { return IsTemporary(name, file); });
+}
+
+// Removes files of a folder by their names. A killed worker's processes may be about to follow it: files can
+// go while we look.
+void RemoveFiles(const fs::path& folder, const std::function<bool(const std::string& name)>& is_one) {
+  std::error_code gone;
+  for (auto entry = fs::directory_iterator(folder, gone); entry != fs::directory_iterator();
+       entry.increment(gone)) {
+    if (is_one(entry->path().filename()) && entry->is_regular_file(gone)) fs::remove(entry->path(), gone);
+  }
+}
+
+void RemoveFilesOfEpisodes(const fs::path& run, const std::function<bool(const std::string& name)>& is_one) {
+  std::error_code gone;
+  for (auto entry = fs::directory_iterator(run / kEpisodesFolder, gone); entry != fs::directory_iterator();
+       entry.increment(gone)) {
+    if (EpisodeOfFolder(entry->path())) RemoveFiles(entry->path(), is_one);
+  }
+}
+
+// Creates a folder and those above it that are missing, and adds to `made` what was.
+void Make(const fs::path& folder, std::vector<fs::path>* made) {
+  std::vector<fs::path> missing;
+  for (fs::path path = folder; !fs::exists(path); path = path.parent_path()) missing.push_back(path);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) ThrowFileError("--out " + folder.string() + ": cannot create", error.value());
+  made->insert(made->end(), missing.rbegin(), missing.rend());
+}
+
+// runs/NAME-DATE-TIME, which nobody else has, however many begin in this second.
+fs::path MakeNew(const std::string& name, std::vector<fs::path>* made) {
+  char stamp[32];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
+  const fs::path wish = fs::absolute(fs::path("runs") / (name + "-" + stamp));
+  fs::path folder = wish;
+  for (int i = 2;; ++i) {
+    Make(wish.parent_path(), made);
+    if (mkdir(folder.c_str(), 0777) == 0) break;
+    // A run that failed may just have taken runs/ away.
+    if (errno != EEXIST && errno != ENOENT) ThrowFileError("cannot create " + folder.string(), errno);
+    folder = wish.string() + "-" + std::to_string(i);
+  }
+  made->push_back(folder);
+  return folder;
 }
 
 }  // namespace
 
-RunFolder::RunFolder(const fs::path& folder, bool resume, const std::string& mark)
-    : path_(fs::absolute(folder).lexically_normal()) {
-  std::error_code error;
-  const bool fresh =
-      !fs::exists(path_) ||
-      (fs::is_directory(path_) && (resume ? HoldsNothing(path_, mark) : fs::is_empty(path_, error)));
+RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, const std::string& mark) {
+  path_ = out.empty() ? MakeNew(name, &made_) : fs::absolute(out).lexically_normal();
+  if (!path_.has_filename()) path_ = path_.parent_path();
+  const std::string shown = "--out " + (out.empty() ? path_ : out).string();
+  const bool fresh = !fs::exists(path_) ||
+                     (fs::is_directory(path_) && (resume ? HoldsNothing(path_, mark) : fs::is_empty(path_)));
   if (!fresh && !(resume && fs::exists(path_ / mark))) {
-    throw InputError("--out " + folder.string() +
-                     (resume
-                          ? ": exists and holds nothing to resume; it has no " + mark
-                          : ": exists and is not an empty folder; choose another name, or add --resume to go "
-                            "on with what was interrupted"));
+    throw InputError(shown + (resume ? ": exists and holds nothing to resume; it has no " + mark
+                                     : ": exists and is not an empty folder; choose another name, or add "
+                                       "--resume to go on with what was interrupted"));
   }
-  fs::create_directories(path_ / kLogsFolder, error);
-  if (error) throw InputError("--out " + folder.string() + ": cannot create: " + error.message());
+  Make(path_, &made_);
   lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY);
   const auto deadline = std::chrono::steady_clock::now() + kLockWait;
   while (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0) {
@@ -106,10 +167,8 @@ RunFolder::RunFolder(const fs::path& folder, bool resume, const std::string& mar
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   }
-  if (lock_ < 0) {
-    throw InputError("--out " + folder.string() + ": another 'evalbus run' is at work in it");
-  }
-  if (!fresh && mark == kRunJson) Clean();
+  if (lock_ < 0) throw InputError(shown + ": another 'evalbus run' is at work in it");
+  Make(path_ / kLogsFolder, &made_);
 }
 
 fs::path RunFolder::shown() const {
@@ -127,26 +186,39 @@ RunFolder::~RunFolder() {
   if (lock_ >= 0) close(lock_);
 }
 
-void RunFolder::Clean() const {
-  std::set<fs::path> finished;
-  for (const auto& episode : SortEpisodes()) {  // which leaves out a last line that was cut
-    finished.insert(EpisodeFolder(path_, episode["episode"].get<int>()));
-  }
+void RunFolder::DiscardAllBut(const std::set<int>& finished) const {
   std::error_code none_there;
   for (const auto& entry : fs::directory_iterator(path_ / kEpisodesFolder, none_there)) {
-    if (!finished.contains(entry.path())) fs::remove_all(entry.path());
+    const auto episode = EpisodeOfFolder(entry.path());
+    if (episode && (!finished.contains(*episode) || IsUnfinished(entry.path()))) {
+      fs::remove_all(entry.path());
+    }
   }
-  RemoveFiles(kTemporaryEnding);
-  RemoveFiles(kUnfinishedFilmEnding);
+  RemoveHalfWritten();
+  RemoveHalfWrittenFilms();
 }
 
-void RunFolder::RemoveFiles(const std::string& ending) const {
-  // A killed worker's processes may be about to follow it: folders can go while we look.
-  std::error_code gone;
-  for (auto entry = fs::recursive_directory_iterator(path_, gone);
-       entry != fs::recursive_directory_iterator(); entry.increment(gone)) {
-    if (entry->path().filename().string().ends_with(ending)) fs::remove(entry->path(), gone);
+void RunFolder::RemoveHalfWritten() const {
+  RemoveFiles(path_, IsHalfWritten);
+  RemoveFiles(path_ / kModelFolder, IsHalfWritten);
+  RemoveFilesOfEpisodes(path_, IsHalfWritten);
+}
+
+void RunFolder::RemoveHalfWrittenFilms(std::optional<pid_t> by) const {
+  RemoveFilesOfEpisodes(path_, [by](const std::string& name) {
+    const auto temporary = ParseTemporaryName(name);
+    return temporary && temporary->file.ends_with(".mp4") && (!by || temporary->process == *by);
+  });
+}
+
+void RunFolder::TakeAway() const {
+  if (fs::exists(path_ / kEpisodesJsonl)) return;
+  RemoveHalfWritten();
+  std::error_code ignored;
+  for (const char* name : {kRunJson, kSuiteJson, kSummaryJson, kModelFolder, kEpisodesFolder, kLogsFolder}) {
+    fs::remove_all(path_ / name, ignored);
   }
+  for (auto path = made_.rbegin(); path != made_.rend(); ++path) fs::remove(*path, ignored);
 }
 
 std::vector<std::string> NewLines::Next() {
@@ -164,14 +236,9 @@ std::vector<std::string> NewLines::Next() {
 std::vector<nlohmann::ordered_json> EpisodeLines::Next() {
   std::vector<nlohmann::ordered_json> episodes;
   for (const std::string& text : lines_.Next()) {
-    ++line_;
-    bool has_number = false;
-    try {
-      episodes.push_back(nlohmann::ordered_json::parse(text));
-      has_number = episodes.back().at("episode").is_number_integer();
-    } catch (const nlohmann::json::exception&) {
-    }
-    if (!has_number) {
+    episodes.push_back(ParseJson<nlohmann::ordered_json>(text, lines_.file().string(), ++line_));
+    const auto& episode = episodes.back();
+    if (!episode.is_object() || !episode.contains("episode") || !episode["episode"].is_number_integer()) {
       throw InputError(lines_.file().string() + ":" + std::to_string(line_) +
                        ": expected the result of an episode as JSON");
     }
@@ -179,16 +246,10 @@ std::vector<nlohmann::ordered_json> EpisodeLines::Next() {
   return episodes;
 }
 
-std::vector<nlohmann::ordered_json> RunFolder::SortEpisodes() const {
-  const fs::path file = path_ / kEpisodesJsonl;
-  auto episodes = EpisodeLines(file).Next();
-  if (!fs::exists(file)) return episodes;
-  std::sort(episodes.begin(), episodes.end(),
-            [](const auto& a, const auto& b) { return a["episode"] < b["episode"]; });
+void RunFolder::WriteEpisodes(const std::vector<nlohmann::ordered_json>& results) const {
   std::string text;
-  for (const auto& episode : episodes) text += ToText(episode) + "\n";
-  WriteWhole(file, text);
-  return episodes;
+  for (const auto& result : results) text += ToText(result) + "\n";
+  WriteWhole(path_ / kEpisodesJsonl, text);
 }
 
 void RunFolder::WriteJson(const std::string& name, const nlohmann::ordered_json& json) const {
@@ -203,23 +264,12 @@ void RunFolder::AddEpisode(int episode, const nlohmann::ordered_json& result) co
   // Another worker may be at it; one that was killed or found the disk full has left a part of a line.
   lines.Lock();
   lines.CutUnfinishedLine();
-  lines.WriteSynced(ToText(result) + "\n");
+  lines.AppendSynced(ToText(result) + "\n");
 }
 
 void RunFolder::DiscardEpisode(int episode) const {
   fs::remove_all(EpisodeFolder(path_, episode));
   fs::remove_all(UnfinishedEpisodeFolder(path_, episode));
-}
-
-fs::path DefaultRunFolder(const std::string& name) {
-  char stamp[32];
-  const std::time_t now = std::time(nullptr);
-  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
-  const fs::path wish = fs::path("runs") / (name + "-" + stamp);
-  fs::path free = wish;
-  // Two runs in one second.
-  for (int i = 2; fs::exists(free); ++i) free = wish.string() + "-" + std::to_string(i);
-  return free;
 }
 
 }  // namespace evalbus::results

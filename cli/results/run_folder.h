@@ -2,9 +2,14 @@
 // appended and synced line by line, everything else is written under another name and renamed.
 #pragma once
 
+#include <sys/types.h>
+
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/run_layout.h"
@@ -39,20 +44,20 @@ class EpisodeLines {
 
 class RunFolder {
  public:
-  // Creates the folder; with `resume` one that exists is opened again: what an interrupted run left half-done
-  // is removed. Throws InputError if it exists and is neither empty nor to be resumed, if another `evalbus
-  // run` works in it, or if it cannot be made.
-  explicit RunFolder(const std::filesystem::path& folder, bool resume = false)
-      : RunFolder(folder, resume, kRunJson) {}
+  // The folder `out`, or where that is empty a new one, runs/NAME-DATE-TIME. Creates it; with `resume` one
+  // that exists is opened again, as it is. Throws InputError if it exists and is neither empty nor to be
+  // resumed, if another `evalbus run` works in it, or if it cannot be made.
+  static RunFolder OfRun(const std::filesystem::path& out, const std::string& name, bool resume) {
+    return RunFolder(out, name, resume, kRunJson);
+  }
   // The folder of a suite, likewise.
-  static RunFolder OfSuite(const std::filesystem::path& folder, bool resume) {
-    return RunFolder(folder, resume, kSuiteJson);
+  static RunFolder OfSuite(const std::filesystem::path& out, const std::string& name, bool resume) {
+    return RunFolder(out, name, resume, kSuiteJson);
   }
   // The same folder for a worker of the run that opened it.
   static RunFolder OfWorker(const std::filesystem::path& folder);
-  RunFolder(RunFolder&& other) noexcept : path_(std::move(other.path_)), lock_(other.lock_) {
-    other.lock_ = -1;
-  }
+  RunFolder(RunFolder&& other) noexcept
+      : path_(std::move(other.path_)), made_(std::move(other.made_)), lock_(std::exchange(other.lock_, -1)) {}
   ~RunFolder();
 
   const std::filesystem::path& path() const { return path_; }
@@ -60,31 +65,36 @@ class RunFolder {
   std::filesystem::path shown() const;
   std::filesystem::path log_file(const std::string& component) const { return LogFile(path_, component); }
 
-  // The functions below throw EnvironmentError where the disk refuses.
+  // The functions below throw EnvironmentError where the disk refuses. What they remove are files and folders
+  // of ours; what else somebody has put into the folder stays.
+
   void WriteJson(const std::string& name, const nlohmann::ordered_json& json) const;
   // Writes episodes/0007/summary.json and then appends the line to episodes.jsonl.
   void AddEpisode(int episode, const nlohmann::ordered_json& result) const;
+  // Writes episodes.jsonl anew, in this order: several workers finish episodes in another one.
+  void WriteEpisodes(const std::vector<nlohmann::ordered_json>& results) const;
   // Removes what an unfinished attempt of an episode left.
   void DiscardEpisode(int episode) const;
-  // Removes files, in all folders, whose names end so: what processes that are gone left half-written.
-  void RemoveFiles(const std::string& ending) const;
-  // The lines of episodes.jsonl in the order of episodes, and in that order in the file again (several
-  // workers finish them in another one).
-  std::vector<nlohmann::ordered_json> SortEpisodes() const;
+  // Removes what an interrupted run left half-done: all episodes but these, and what is half-written.
+  void DiscardAllBut(const std::set<int>& finished) const;
+  // Removes what processes that are gone left half-written; somebody may still be filming.
+  void RemoveHalfWritten() const;
+  // Films likewise, all or those of one process.
+  void RemoveHalfWrittenFilms(std::optional<pid_t> by = std::nullopt) const;
+  // Takes the run away, unless an episode was finished: what has none is not a run.
+  void TakeAway() const;
 
  private:
   RunFolder() = default;
   // `mark`: the file by which a folder of this kind is known.
-  RunFolder(const std::filesystem::path& folder, bool resume, const std::string& mark);
-  void Clean() const;
+  RunFolder(const std::filesystem::path& out, const std::string& name, bool resume, const std::string& mark);
 
   std::filesystem::path path_;
+  // Folders that were made for it, the deepest last.
+  std::vector<std::filesystem::path> made_;
   // Held while the folder is ours. Our child processes inherit it: it goes with the last of them, however
   // that ends, so that nobody goes on with a run whose recorder still writes.
   int lock_ = -1;
 };
-
-// runs/NAME-DATE-TIME under the current folder.
-std::filesystem::path DefaultRunFolder(const std::string& name);
 
 }  // namespace evalbus::results

@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <map>
-#include <optional>
 
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/random.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 
 namespace evalbus::results {
 namespace {
@@ -29,17 +28,6 @@ std::string ReadFile(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-ordered_json ParseObject(const std::string& text, const std::string& where) {
-  ordered_json json;
-  try {
-    json = ordered_json::parse(text);
-  } catch (const nlohmann::json::exception&) {  // of a number too large, too
-    Fail(where, "not JSON");
-  }
-  if (!json.is_object()) Fail(where, "not a JSON object");
-  return json;
-}
-
 // A member of a type; `expected` names it in the error.
 template <class T>
 T Get(const ordered_json& json, const char* key, const char* expected, const std::string& where) {
@@ -48,14 +36,28 @@ T Get(const ordered_json& json, const char* key, const char* expected, const std
   const bool good = std::is_same_v<T, std::string>    ? found->is_string()
                     : std::is_same_v<T, bool>         ? found->is_boolean()
                     : std::is_same_v<T, ordered_json> ? found->is_object()
+                    : std::is_same_v<T, double>       ? found->is_number()
                                                       : found->is_number_integer();
-  if (!good) Fail(where, fmt::format("\"{}\" is {}, expected {}", key, found->dump(), expected));
+  if (!good) Fail(where, fmt::format("\"{}\" is {}, expected {}", key, ToText(*found), expected));
   return found->get<T>();
 }
 
-RecordedEpisode ReadEpisode(const std::string& text, const std::string& where, const RecordedRun& run) {
+// What a realtime run says of an episode; null where it was lost.
+void CheckPacing(const ordered_json& json, const std::string& where) {
+  const auto pacing = json.find("pacing");
+  if (pacing == json.end() || pacing->is_null()) return;
+  if (!pacing->is_object()) Fail(where, fmt::format("\"pacing\" is {}, expected an object", ToText(*pacing)));
+  for (const char* count : {"ticks", "deadline_misses", "late_ticks"}) {
+    Get<int64_t>(*pacing, count, "a whole number", where);
+  }
+  for (const char* error : {"error_p50_s", "error_p99_s", "error_max_s"}) {
+    Get<double>(*pacing, error, "a number", where);
+  }
+}
+
+RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, const RecordedRun& run) {
   RecordedEpisode episode;
-  const ordered_json json = ParseObject(text, where);
+  if (!json.is_object()) Fail(where, "not a JSON object");
   const auto task = Get<std::string>(json, "task", "a name", where);
   const auto variation = Get<std::string>(json, "variation", "a name", where);
   if (task != run.task || variation != run.variation) {
@@ -82,44 +84,56 @@ RecordedEpisode ReadEpisode(const std::string& text, const std::string& where, c
     Fail(where, "\"metrics\" without a \"success\" of 0 or 1");
   }
   episode.success = *success == 1;
+  Get<std::string>(json, "end_detail", "a text", where);
+  Get<double>(metrics, "completion_time", "a number", where);
+  Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
+  CheckPacing(json, where);
+  try {
+    metrics::ResultOf(json);
+  } catch (const nlohmann::json::exception&) {
+    Fail(where, "stages, slips or collisions are no numbers");
+  } catch (const InputError& error) {
+    Fail(where, error.what());
+  }
   episode.json = json;
   return episode;
 }
 
-std::vector<RecordedEpisode> ReadEpisodes(const fs::path& file, const RecordedRun& run) {
-  std::vector<RecordedEpisode> episodes;
+void ReadEpisodes(RecordedRun* run) {
+  const fs::path file = run->folder / kEpisodesJsonl;
   const std::string text = ReadFile(file);
   std::map<int, int> line_of;
   int line = 0;
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());
     const std::string where = fmt::format("{}:{}", file.string(), ++line);
-    const std::string content = text.substr(begin, end - begin);
-    if (end == text.size() && !ordered_json::accept(content)) {
-      Fail(where, "cut off in mid-line: the run was stopped while this was written; remove the line");
+    ordered_json json;
+    try {
+      json = ParseJson<ordered_json>(text.substr(begin, end - begin), file.string(), line);
+    } catch (const InputError&) {
+      if (end < text.size()) throw;
+      // A run that was killed, or whose disk was full, while it wrote this.
+      run->cut_line = line;
+      break;
     }
-    RecordedEpisode episode = ReadEpisode(content, where, run);
+    RecordedEpisode episode = ReadEpisode(json, where, *run);
     const auto [first, is_new] = line_of.emplace(episode.episode, line);
     if (!is_new)
       Fail(where, fmt::format("episode {} again, first in line {}", episode.episode, first->second));
     episode.line = line;
-    episodes.push_back(std::move(episode));
+    run->episodes.push_back(std::move(episode));
     begin = end + 1;
   }
-  std::sort(episodes.begin(), episodes.end(),
+  std::sort(run->episodes.begin(), run->episodes.end(),
             [](const auto& a, const auto& b) { return a.episode < b.episode; });
-  return episodes;
 }
 
 std::vector<int> UnfinishedEpisodes(const fs::path& folder) {
   std::vector<int> unfinished;
   std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder / "episodes", none)) {
-    const std::string stem = entry.path().stem().string();
-    int episode = -1;
-    const auto parsed = std::from_chars(stem.data(), stem.data() + stem.size(), episode);
-    if (entry.path().extension() == kUnfinishedEnding && parsed.ptr == stem.data() + stem.size())
-      unfinished.push_back(episode);
+  for (const auto& entry : fs::directory_iterator(folder / kEpisodesFolder, none)) {
+    const auto episode = EpisodeOfFolder(entry.path());
+    if (episode && IsUnfinished(entry.path())) unfinished.push_back(*episode);
   }
   std::sort(unfinished.begin(), unfinished.end());
   return unfinished;
@@ -137,36 +151,6 @@ std::string List(const std::vector<int>& numbers) {
 }
 
 std::string Plural(size_t n) { return n == 1 ? "episode" : "episodes"; }
-
-std::string FolderName(const fs::path& folder) {
-  const fs::path path = fs::absolute(folder).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
-}
-
-// What run.json says, without the episodes.
-RecordedRun ReadInfo(const fs::path& folder) {
-  const fs::path file = folder / kRunJson;
-  RecordedRun run;
-  run.folder = folder;
-  run.name = FolderName(folder);
-  ReadJsonFile(file);  // says in which line it is no JSON
-  run.info = ParseObject(ReadFile(file), file.string());
-  run.task = Get<std::string>(run.info, "task", "a name", file.string());
-  run.variation = Get<std::string>(run.info, "variation", "a name", file.string());
-  run.policy = Get<std::string>(run.info, "policy", "a name", file.string());
-  run.seed = Get<int64_t>(run.info, "seed", "a whole number", file.string());
-  run.planned = static_cast<int>(Get<int64_t>(run.info, "episodes", "a number", file.string()));
-  return run;
-}
-
-// Nothing where no episode has finished yet.
-std::optional<RecordedRun> ReadIfBegun(const fs::path& folder) {
-  RecordedRun run = ReadInfo(folder);
-  if (fs::exists(folder / kEpisodesJsonl)) run.episodes = ReadEpisodes(folder / kEpisodesJsonl, run);
-  if (run.episodes.empty()) return std::nullopt;
-  run.unfinished = UnfinishedEpisodes(folder);
-  return run;
-}
 
 void CheckFolder(const fs::path& folder) {
   if (!fs::exists(folder)) Fail(folder.string(), "no such run folder");
@@ -213,9 +197,34 @@ std::vector<std::string> RecordedRun::Remarks() const {
         fmt::format("left out of all rates, since ticks are missing or samples were refused: {} {}",
                     Plural(numbers.size()), List(numbers)));
   }
+  if (cut_line > 0) {
+    remarks.push_back(
+        fmt::format("line {} of {} is cut off and left out: the run was stopped while it was written",
+                    cut_line, kEpisodesJsonl));
+  }
   const std::string samples = Statistics().Summary(false).SamplesText();
   if (!samples.empty()) remarks.push_back(samples);
   return remarks;
+}
+
+RecordedRun ReadRunInfo(const fs::path& folder) {
+  const fs::path file = folder / kRunJson;
+  RecordedRun run;
+  run.folder = folder;
+  run.name = Printable(NameOfRun(folder));
+  run.info = ReadJsonFile<ordered_json>(file);
+  if (!run.info.is_object()) Fail(file.string(), "not a JSON object");
+  run.task = Get<std::string>(run.info, "task", "a name", file.string());
+  run.variation = Get<std::string>(run.info, "variation", "a name", file.string());
+  run.policy = Get<std::string>(run.info, "policy", "a name", file.string());
+  // Runs of older versions have none.
+  if (run.info.contains("policy_name")) {
+    const auto name = Get<std::string>(run.info, "policy_name", "a name", file.string());
+    if (!name.empty()) run.policy = name;
+  }
+  run.seed = Get<int64_t>(run.info, "seed", "a whole number", file.string());
+  run.planned = static_cast<int>(Get<int64_t>(run.info, "episodes", "a number", file.string()));
+  return run;
 }
 
 RecordedRun ReadRun(const fs::path& folder) {
@@ -225,38 +234,56 @@ RecordedRun ReadRun(const fs::path& folder) {
                               ? "a suite; expected one of the runs in it"
                               : "not a run folder of evalbus, it has no run.json");
   }
-  std::optional<RecordedRun> run = ReadIfBegun(folder);
-  if (!run) Fail(folder.string(), "this run has no finished episode");
-  return *run;
+  RecordedRun run = ReadRunAsFarAsItGot(folder);
+  if (run.episodes.empty()) Fail(folder.string(), "this run has no finished episode");
+  return run;
+}
+
+RecordedRun ReadRunAsFarAsItGot(const fs::path& folder) {
+  RecordedRun run = ReadRunInfo(folder);
+  if (fs::exists(folder / kEpisodesJsonl)) ReadEpisodes(&run);
+  run.unfinished = UnfinishedEpisodes(folder);
+  return run;
+}
+
+std::vector<std::string> RunsInSuite(const fs::path& folder) {
+  const fs::path file = folder / kSuiteJson;
+  const auto json = ReadJsonFile(file);
+  if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
+    Fail(file.string(), "no \"runs\", expected a list of folders in this one");
+  }
+  std::vector<std::string> names;
+  for (const auto& entry : json["runs"]) {
+    const auto name = entry.is_string() ? entry.get<std::string>() : "";
+    if (name.empty() || name == "." || name == ".." || name.find_first_of("/\\") != std::string::npos) {
+      Fail(file.string(), ToText(entry) + " in \"runs\", expected the name of a folder in this one");
+    }
+    if (std::ranges::find(names, name) != names.end()) {
+      Fail(file.string(), ToText(entry) + " is in \"runs\" twice");
+    }
+    names.push_back(name);
+  }
+  return names;
 }
 
 RecordedRuns ReadRuns(const fs::path& folder) {
   CheckFolder(folder);
   RecordedRuns result{
-      .folder = folder, .name = FolderName(folder), .is_suite = false, .runs = {}, .missing = {}};
-  const fs::path suite = folder / kSuiteJson;
-  if (!fs::exists(suite)) {
+      .folder = folder, .name = Printable(NameOfRun(folder)), .is_suite = false, .runs = {}, .missing = {}};
+  if (!fs::exists(folder / kSuiteJson)) {
     result.runs.push_back(ReadRun(folder));
     return result;
   }
   result.is_suite = true;
-  const nlohmann::json json = ReadJsonFile(suite);
-  if (!json.is_object() || !json.contains("runs") || !json["runs"].is_array()) {
-    Fail(suite.string(), "no \"runs\", expected a list of folders in this one");
-  }
-  for (const nlohmann::json& entry : json["runs"]) {
-    const auto name = entry.is_string() ? entry.get<std::string>() : "";
-    if (name.empty() || name == "." || name == ".." || name.find_first_of("/\\") != std::string::npos) {
-      Fail(suite.string(), entry.dump() + " in \"runs\", expected the name of a folder in this one");
-    }
-    std::optional<RecordedRun> run;
-    if (fs::exists(folder / name / kRunJson)) run = ReadIfBegun(folder / name);
-    if (run) {
-      run->name = result.name + "/" + name;
-      result.runs.push_back(std::move(*run));
-    } else {
+  for (const std::string& name : RunsInSuite(folder)) {
+    RecordedRun run;
+    if (fs::exists(folder / name / kRunJson)) run = ReadRunAsFarAsItGot(folder / name);
+    if (run.episodes.empty()) {
       result.missing.push_back(name);
+      continue;
     }
+    run.name = result.name + "/" + name;
+    result.runs.push_back(std::move(run));
   }
   if (result.runs.empty()) Fail(folder.string(), "this suite has no finished episode");
   return result;

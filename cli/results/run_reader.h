@@ -34,12 +34,13 @@ struct RecordedEpisode {
 
 struct RecordedRun {
   std::filesystem::path folder;
-  // The folder's own name; of a run in a suite, SUITE/RUN.
+  // The folder's own name, as it can be shown; of a run in a suite, SUITE/RUN.
   std::string name;
   // run.json, and what everybody asks it for.
   nlohmann::ordered_json info;
   std::string task;
   std::string variation;
+  // Its name, as it was given, or what --policy said.
   std::string policy;
   int64_t seed = 0;
   // Episodes asked for.
@@ -48,6 +49,9 @@ struct RecordedRun {
   std::vector<RecordedEpisode> episodes;
   // Numbers of those begun and not finished (episodes/0007.partial).
   std::vector<int> unfinished;
+  // The last line of episodes.jsonl, from 1, where it was cut off and is therefore left out; 0 where it was
+  // not.
+  int cut_line = 0;
 
   // "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
@@ -68,9 +72,15 @@ struct RecordedRuns {
   std::vector<std::string> missing;
 };
 
-// Both throw InputError, one line: no such folder, no run folder, no finished episode; a line that is not
-// JSON, is cut off, lacks a key, repeats an episode, or belongs to another task, variation or seed.
+// These throw InputError, one line: no such folder, no run folder, no finished episode; a line that is not
+// JSON, lacks a key, repeats an episode, or belongs to another task, variation or seed.
 RecordedRun ReadRun(const std::filesystem::path& folder);
 RecordedRuns ReadRuns(const std::filesystem::path& folder);
+// Of a folder with run.json; there may be no finished episode yet.
+RecordedRun ReadRunAsFarAsItGot(const std::filesystem::path& folder);
+// What run.json alone says.
+RecordedRun ReadRunInfo(const std::filesystem::path& folder);
+// The folders in that of a suite, as suite.json names them.
+std::vector<std::string> RunsInSuite(const std::filesystem::path& folder);
 
 }  // namespace evalbus::results

@@ -34,12 +34,12 @@ std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, in
   return line.substr(0, line.find_last_not_of(' ') + 1);
 }
 
-// A number of the dictionary with its format; "-" where it is not tracked.
-std::string Value(const nlohmann::ordered_json& values, const char* key, fmt::format_string<double> format,
-                  double scale = 1) {
+// A number of the dictionary with so many decimals and its unit; "-" where it is not tracked.
+std::string Value(const nlohmann::ordered_json& values, const char* key, int decimals = 0,
+                  const std::string& unit = "", double scale = 1) {
   const auto found = values.find(key);
   if (found == values.end() || !found->is_number()) return "-";
-  return fmt::format(format, found->get<double>() * scale);
+  return Fixed(found->get<double>() * scale, decimals) + (unit.empty() ? "" : " ") + unit;
 }
 
 // A statistic of a metric, as one column; the interval is wider than the others.
@@ -98,11 +98,10 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
       m.contains("total_cartesian_path_length") ? "total_cartesian_path_length" : "cartesian_path_length";
   const auto reason = episode["failure_reason"].get<std::string>();
   std::string line = ColumnLine(
-      {std::to_string(episode["episode"].get<int>()), reason.empty() ? end_reason::kSuccess : reason,
-       Value(m, "completion_time", "{:.2f} s"), fmt::format("{}/{}", reached, stages.size()),
-       Value(m, "slip_count", "{:.0f}"),
-       Value(m, "env_collision_count", "{:.0f}") + " + " + Value(m, "self_collision_count", "{:.0f}"),
-       Value(extended, "min_clearance_m", "{:.0f} mm", 1e3), Value(m, path, "{:.2f} m")},
+      {std::to_string(episode["episode"].get<int>()), end_reason::Outcome(reason),
+       Value(m, "completion_time", 2, "s"), fmt::format("{}/{}", reached, stages.size()),
+       Value(m, "slip_count"), Value(m, "env_collision_count") + " + " + Value(m, "self_collision_count"),
+       Value(extended, "min_clearance_m", 0, "mm", 1e3), Value(m, path, 2, "m")},
       width);
   if (!episode["complete"].get<bool>()) line += "  incomplete";
   const auto detail = episode["end_detail"].get<std::string>();
@@ -124,7 +123,7 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   if (!summary.failure_reasons.empty()) {
     text += "Failures:";
     for (const auto& [reason, count] : summary.failure_reasons) {
-      text += fmt::format("{} {} {}", text.ends_with(':') ? "" : ",", count, reason);
+      text += fmt::format("{} {} {}", text.ends_with(':') ? "" : ",", count, Printable(reason));
     }
     text += "\n";
   }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "base/text.h"
+
 namespace evalbus::results {
 namespace {
 
@@ -46,7 +48,7 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   const metrics::MetricSummary* time = summary.Find("completion_time");
   std::string notes;
   const auto add = [&notes](const std::string& note) { notes += (notes.empty() ? "" : ", ") + note; };
-  for (const auto& [reason, count] : FailuresOf(summary)) add(fmt::format("{} {}", count, reason));
+  for (const auto& [reason, count] : FailuresOf(summary)) add(fmt::format("{} {}", count, Printable(reason)));
   if (summary.samples < summary.complete) {
     add(fmt::format("{} sample{}", summary.samples, summary.samples == 1 ? "" : "s"));
   }

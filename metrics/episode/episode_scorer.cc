@@ -139,9 +139,9 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
     const double *p = arm.wrist_position_m, *q = arm.wrist_quat_wxyz;
     arms_[k] = {.joint_position = arm.joint_position_rad,
                 .joint_velocity = arm.joint_velocity_radps,
-                .joint_torque = arm.joint_torque_Nm,
                 .wrist_position = {p[0], p[1], p[2]},
-                .wrist_quat = {q[0], q[1], q[2], q[3]}};
+                .wrist_quat = {q[0], q[1], q[2], q[3]},
+                .mechanical_work = arm.mechanical_work_J};
   }
   for (size_t k = 0; k < opening_.size(); ++k) opening_[k] = state.gripper[k].opening;
   for (size_t k = 0; k < height_.size(); ++k) height_[k] = state.body_position_m[object_body_[k]][2];
@@ -150,7 +150,7 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
   for (const contact_t& contact : contacts.contact) {
     contacts_.push_back({contact.geom_a, contact.geom_b, contact.distance_m});
   }
-  const double time = static_cast<double>(header_.sim_time_us) / 1e6;
+  const double time = Seconds(header_.sim_time_us);
   Sample sample{.tick = header_.tick,
                 .time = time,
                 .arm = arms_,
@@ -219,7 +219,7 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
   e.num_values = static_cast<int32_t>(metrics.names().size());
   e.name = metrics.names();
   e.unit = metrics.units();
-  is_over ? metrics.FinalValues(&e.value_mixed) : metrics.Values(&e.value_mixed);
+  is_over ? metrics.FinalValues(next_tick_ - 1, &e.value_mixed) : metrics.Values(&e.value_mixed);
 }
 
 void EpisodeScorer::Partial(partial_metrics_t* partial) const {

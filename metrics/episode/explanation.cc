@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 
 namespace evalbus::metrics {
@@ -32,7 +33,7 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
   event.object = model.object_name[object];
   event.gripper = model.gripper[gripper].name;
   event.tick = tick;
-  event.time_s = static_cast<double>(tick) * dt;
+  event.time_s = TickTime(tick, dt);
   return event;
 }
 
@@ -83,7 +84,7 @@ explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, 
     e.first_collision_robot_geom = names.GeomName(collision.contact.robot_geom);
     e.first_collision_scene_geom = names.GeomName(collision.contact.scene_geom);
     e.first_collision_tick = collision.tick;
-    e.first_collision_time_s = static_cast<double>(collision.tick) * dt;
+    e.first_collision_time_s = TickTime(collision.tick, dt);
   }
   for (const auto& [name, count] : CollisionsByName(names, metrics)) {
     e.collision_name.push_back(name);
@@ -96,7 +97,7 @@ explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, 
   e.num_slips = static_cast<int32_t>(e.slip.size());
   for (const GraspInterval& grasp : grasps) {
     e.grasp.push_back(Event(model, grasp.object, grasp.gripper, grasp.first_tick, dt));
-    e.grasp.back().duration_s = grasp.duration(dt);
+    e.grasp.back().duration_s = TickTime(grasp.ticks(), dt);
   }
   e.num_grasps = static_cast<int32_t>(e.grasp.size());
   e.text = Text(e, reason, metrics.time(), !metrics.stages().stages().empty());

@@ -80,7 +80,7 @@ bool Slipped(const EpisodeOutcome& outcome) {
 bool Stuck(const EpisodeOutcome& outcome) {
   const int64_t since = outcome.history.touching_since();
   const double dt = ControlPeriod(outcome.names.model());
-  return since >= 0 && static_cast<double>(outcome.last_tick - since) * dt >= kStuck;
+  return since >= 0 && TickTime(outcome.last_tick - since, dt) >= kStuck;
 }
 
 // A gripper that is asked to hold an object, and has never held it, closed on nothing.

@@ -52,13 +52,11 @@ bool RolloutMetrics::Acceptable(const Sample& sample) const {
   for (size_t k = 0; k < sample.arm.size(); ++k) {
     const ArmSample& arm = sample.arm[k];
     const size_t joints = config_.arms[k].num_joints;
-    if (arm.joint_position.size() != joints || arm.joint_velocity.size() != joints ||
-        (!arm.joint_torque.empty() && arm.joint_torque.size() != joints)) {
-      return false;
-    }
+    if (arm.joint_position.size() != joints || arm.joint_velocity.size() != joints) return false;
     const double norm = SampleDeriver::Norm(arm.wrist_quat);
-    if (!AllFinite(arm.joint_position) || !AllFinite(arm.joint_velocity) || !AllFinite(arm.joint_torque) ||
-        !AllFinite(arm.wrist_position) || !(norm > 0) || !std::isfinite(norm)) {
+    if (!AllFinite(arm.joint_position) || !AllFinite(arm.joint_velocity) ||
+        !std::isfinite(arm.mechanical_work.value_or(0)) || !AllFinite(arm.wrist_position) || !(norm > 0) ||
+        !std::isfinite(norm)) {
       return false;
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -17,16 +18,19 @@ namespace {
 
 using nlohmann::json;
 
-// A value inside the document, with its path for error messages ("steps[3].left.joint_position").
+// A value inside the document, which knows its path ("steps[3].left.joint_position") by the value that it is
+// in: that one must live as long.
 class Node {
  public:
-  Node(const json* value, std::string file, std::string path)
-      : value_(value), file_(std::move(file)), path_(std::move(path)) {}
+  // The document, or a value in it at a path that begins with a key of its own.
+  Node(const json* value, const std::string* file, std::string path = "")
+      : value_(value), file_(file), path_(std::move(path)) {}
 
   [[noreturn]] void Fail(const std::string& expected) const {
     std::string got = value_->dump(-1, ' ', false, json::error_handler_t::replace);
     if (got.size() > 40) got = got.substr(0, 37) + "...";
-    throw InputError(file_ + ": " + (path_.empty() ? "the document" : path_) + ": expected " + expected +
+    const std::string path = Path();
+    throw InputError(*file_ + ": " + (path.empty() ? "the document" : path) + ": expected " + expected +
                      ", got " + got);
   }
 
@@ -36,23 +40,24 @@ class Node {
     if (!value_->is_object()) Fail("an object");
     for (const std::string& key : required) {
       if (!value_->contains(key))
-        throw InputError(file_ + ": " + Child(key) + ": expected this key, it is missing");
+        throw InputError(*file_ + ": " + Child(key) + ": expected this key, it is missing");
     }
     for (const auto& item : value_->items()) {
       const std::string& key = item.key();
       const auto same = [&](std::string_view known) { return known == key; };
       if (std::none_of(required.begin(), required.end(), same) &&
           std::none_of(optional.begin(), optional.end(), same)) {
-        throw InputError(file_ + ": " + Child(key) + ": unknown key; expected only " +
+        throw InputError(*file_ + ": " + Child(key) + ": unknown key; expected only " +
                          Join(required, optional));
       }
     }
   }
 
-  Node operator[](const std::string& key) const { return Node(&value_->at(key), file_, Child(key)); }
-  Node operator[](size_t index) const {
-    return Node(&value_->at(index), file_, path_ + "[" + std::to_string(index) + "]");
+  Node operator[](const std::string& key) const {
+    const auto found = value_->find(key);
+    return {this, &*found, &found.key(), 0};
   }
+  Node operator[](size_t index) const { return {this, &(*value_)[index], nullptr, index}; }
 
   size_t ArraySize() const {
     if (!value_->is_array()) Fail("an array");
@@ -94,7 +99,16 @@ class Node {
   const json& value() const { return *value_; }
 
  private:
-  std::string Child(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+  Node(const Node* parent, const json* value, const std::string* key, size_t index)
+      : value_(value), file_(parent->file_), parent_(parent), key_(key), index_(index) {}
+  std::string Path() const {
+    if (!parent_) return path_;
+    return key_ ? parent_->Child(*key_) : parent_->Path() + "[" + std::to_string(index_) + "]";
+  }
+  std::string Child(const std::string& key) const {
+    const std::string path = Path();
+    return path.empty() ? key : path + "." + key;
+  }
   static std::string Join(const std::vector<std::string>& required,
                           std::initializer_list<const char*> optional) {
     std::string text;
@@ -103,8 +117,12 @@ class Node {
     return text.empty() ? "nothing" : text;
   }
   const json* value_;
-  std::string file_;
+  const std::string* file_;
   std::string path_;
+  const Node* parent_ = nullptr;
+  // In the parent: the key, or null and the index.
+  const std::string* key_ = nullptr;
+  size_t index_ = 0;
 };
 
 std::vector<ArmConfig> ReadArms(const Node& robot) {
@@ -174,25 +192,23 @@ MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
     }
   }
   config.geom_owner = ReadGeoms(episode["geoms"]);
-
-  const Node finalize = episode["finalize"];
-  finalize.CheckKeys({"success", "target_distance", "pose_error"});
-  const auto read_names = [&](const char* key, std::vector<std::string>* names) {
-    const Node value = finalize[key];
-    if (value.value().is_number()) {
-      names->push_back("");
-    } else if (value.value().is_object() && !value.value().empty()) {
-      for (const auto& [name, unused] : value.value().items()) {
-        if (name.empty()) value.Fail("names that are not empty");
-        names->push_back(name);
-      }
-    } else if (!value.value().is_null()) {
-      value.Fail("null, a number, or an object of names and numbers");
-    }
-  };
-  read_names("target_distance", &config.target_distances);
-  read_names("pose_error", &config.pose_errors);
   return config;
+}
+
+// Of a final value, which is null, a number, or an object of names and numbers.
+void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<double>* numbers) {
+  if (value.value().is_number()) {
+    names->emplace_back();
+    numbers->push_back(value.Number());
+  } else if (value.value().is_object()) {
+    for (const auto& [name, unused] : value.value().items()) {
+      if (name.empty()) value.Fail("names that are not empty");
+      names->push_back(name);
+      numbers->push_back(value[name].Number());
+    }
+  } else if (!value.value().is_null()) {
+    value.Fail("null, a number, or an object of names and numbers");
+  }
 }
 
 // Gripper opening and holding of each arm, at the start and in each step.
@@ -207,6 +223,7 @@ void ReadGripper(const Node& arm, size_t gripper, const MetricsConfig& config, s
 
 // Storage of one step that a Sample points into.
 struct Step {
+  std::vector<std::string> keys, arm_keys;
   std::vector<std::vector<double>> joints;  // position then velocity, by arm
   std::vector<ArmSample> arm;
   std::vector<double> opening;
@@ -214,13 +231,11 @@ struct Step {
   std::vector<GeomContact> contacts;
 };
 
-Sample ReadStep(const Node& node, size_t index, const MetricsConfig& config, Step* step) {
-  std::vector<std::string> keys = {"t", "contacts"};
-  for (const ArmConfig& arm : config.arms) keys.push_back(arm.name);
-  node.CheckKeys(keys);
+Sample ReadStep(const Node& node, int64_t index, const MetricsConfig& config, Step* step) {
+  node.CheckKeys(step->keys);
 
   const double time = node["t"].Number();
-  const double expected = (index + 1) * config.control_dt;
+  const double expected = static_cast<double>(index + 1) * config.control_dt;
   if (std::abs(time - expected) > 0.01 * config.control_dt) {
     node["t"].Fail("(index + 1) * control_dt = " + json(expected).dump());
   }
@@ -228,8 +243,7 @@ Sample ReadStep(const Node& node, size_t index, const MetricsConfig& config, Ste
   step->joints.resize(config.arms.size());
   for (size_t k = 0; k < config.arms.size(); ++k) {
     const Node arm = node[config.arms[k].name];
-    arm.CheckKeys({"joint_position", "joint_velocity", "wrist_position", "wrist_quaternion",
-                   "gripper_opening", "holding"});
+    arm.CheckKeys(step->arm_keys);
     const size_t dof = config.arms[k].num_joints;
     std::vector<double>& joints = step->joints[k];
     joints.clear();
@@ -243,9 +257,9 @@ Sample ReadStep(const Node& node, size_t index, const MetricsConfig& config, Ste
     if (!(std::abs(norm - 1) <= 0.01)) arm["wrist_quaternion"].Fail("[w, x, y, z] of norm 1");
     step->arm[k] = {.joint_position = {joints.data(), dof},
                     .joint_velocity = {joints.data() + dof, dof},
-                    .joint_torque = {},
                     .wrist_position = {pose[0], pose[1], pose[2]},
-                    .wrist_quat = {pose[3], pose[4], pose[5], pose[6]}};
+                    .wrist_quat = {pose[3], pose[4], pose[5], pose[6]},
+                    .mechanical_work = {}};
     ReadGripper(arm, k, config, &step->opening, &step->holding);
   }
   step->contacts.clear();
@@ -257,7 +271,7 @@ Sample ReadStep(const Node& node, size_t index, const MetricsConfig& config, Ste
     step->contacts.push_back(
         {contact[0].Integer(-kMax, kMax), contact[1].Integer(-kMax, kMax), contact[2].Number()});
   }
-  return {.tick = static_cast<int64_t>(index) + 1,
+  return {.tick = index + 1,
           .time = time,
           .arm = step->arm,
           .gripper_opening = step->opening,
@@ -267,82 +281,116 @@ Sample ReadStep(const Node& node, size_t index, const MetricsConfig& config, Ste
           .clearance = {}};
 }
 
-struct StageEvent {
-  int step;
-  int stage;
-  bool reached;
-};
+constexpr const char* kNeeded[] = {"robot", "control_frequency", "control_dt", "config", "geoms", "initial"};
 
-std::vector<StageEvent> ReadStageEvents(const Node& stages, int num_steps) {
-  std::vector<StageEvent> events;
-  for (size_t k = 0; k < stages.ArraySize(); ++k) {
-    const Node event = stages[k];
-    event.CheckKeys({"step", "stage", "reached"});
-    // The stages before are in order, so this one comes no earlier than the last.
-    events.push_back({event["step"].Integer(events.empty() ? -1 : events.back().step, num_steps - 1),
-                      event["stage"].Integer(1, 1'000'000), event["reached"].Bool()});
+// An episode whose steps come one after the other.
+class Trajectory {
+ public:
+  Trajectory(std::string file, const ScoreOptions& options) : file_(std::move(file)), options_(options) {
+    if (options.collision_sample_window < 0) {
+      throw InputError("collision_sample_window: expected 0 or more, got " +
+                       std::to_string(options.collision_sample_window));
+    }
   }
-  return events;
-}
+
+  // Takes the next step where the document so far says how steps are to be read.
+  bool Take(const json& document, const json& step) {
+    if (!metrics_) {
+      for (const char* key : kNeeded) {
+        if (!document.contains(key)) return false;
+      }
+      Begin(Node(&document, &file_));
+    }
+    Add(step);
+    return true;
+  }
+
+  // With the steps that are left in the document.
+  nlohmann::ordered_json Result(const json& document) {
+    const Node episode(&document, &file_);
+    episode.CheckKeys({"robot", "control_frequency", "control_dt", "config", "geoms", "initial", "steps",
+                       "stages", "finalize"},
+                      {"name", "description", "tags", "quirk", "expected", "expected_every_step",
+                       "expected_duration", "analytic", "tolerance"});
+    if (!metrics_) Begin(episode);
+    episode["steps"].ArraySize();
+    for (const json& step : document["steps"]) Add(step);
+    SetStages(episode["stages"]);
+
+    const Node finalize = episode["finalize"];
+    finalize.CheckKeys({"success", "target_distance", "pose_error"});
+    metrics_->SetSuccess(finalize["success"].Bool());
+    metric_values_t values{};
+    metrics_->Values(&values);
+    ReadFinal(finalize["target_distance"], &values.target_distance_name, &values.target_distance_m);
+    ReadFinal(finalize["pose_error"], &values.pose_error_name, &values.object_pose_error_rad);
+    nlohmann::ordered_json result = ResultJson(values);
+    for (const auto& [name, value] : FlattenedValues(result)) {
+      if (!std::isfinite(value)) {
+        throw InputError(file_ + ": steps: expected values of physical size, " + name + " overflows");
+      }
+    }
+    // An empty set is one, too.
+    if (finalize["target_distance"].value() == json::object()) result["target_distance"] = json::object();
+    if (finalize["pose_error"].value() == json::object()) result["object_pose_error"] = json::object();
+    return result;
+  }
+
+ private:
+  void Begin(const Node& episode) {
+    metrics_.emplace(ReadConfig(episode, options_));
+    const MetricsConfig& config = metrics_->config();
+    step_.opening.resize(config.grippers.size());
+    step_.holding.resize(config.objects.size() * config.grippers.size());
+    step_.keys = {"t", "contacts"};
+    step_.arm_keys = {"joint_position",   "joint_velocity",  "wrist_position",
+                      "wrist_quaternion", "gripper_opening", "holding"};
+    const Node initial = episode["initial"];
+    initial.CheckKeys(config.grippers);
+    for (size_t k = 0; k < config.grippers.size(); ++k) {
+      const std::string& name = config.grippers[k];
+      step_.keys.push_back(name);
+      initial[name].CheckKeys({"gripper_opening", "holding"});
+      ReadGripper(initial[name], k, config, &step_.opening, &step_.holding);
+    }
+    metrics_->Start(step_.opening, step_.holding);
+  }
+
+  void Add(const json& step) {
+    const Node node(&step, &file_, "steps[" + std::to_string(num_steps_) + "]");
+    metrics_->Step(ReadStep(node, num_steps_, metrics_->config(), &step_));
+    ++num_steps_;
+  }
+
+  void SetStages(const Node& stages) {
+    const int num_steps = static_cast<int>(num_steps_);
+    int last = -1;
+    for (size_t k = 0; k < stages.ArraySize(); ++k) {
+      const Node event = stages[k];
+      event.CheckKeys({"step", "stage", "reached"});
+      last = event["step"].Integer(last, num_steps - 1);
+      metrics_->SetStage(event["stage"].Integer(1, 1'000'000), event["reached"].Bool());
+    }
+  }
+
+  std::string file_;
+  ScoreOptions options_;
+  std::optional<RolloutMetrics> metrics_;
+  Step step_;
+  int64_t num_steps_ = 0;
+};
 
 }  // namespace
 
-nlohmann::ordered_json ScoreEpisode(const json& document, const std::string& file,
+nlohmann::ordered_json ScoreEpisode(const json& episode, const std::string& file,
                                     const ScoreOptions& options) {
-  if (options.collision_sample_window < 0) {
-    throw InputError("collision_sample_window: expected 0 or more, got " +
-                     std::to_string(options.collision_sample_window));
-  }
-  const Node episode(&document, file, "");
-  episode.CheckKeys({"robot", "control_frequency", "control_dt", "config", "geoms", "initial", "steps",
-                     "stages", "finalize"},
-                    {"name", "description", "tags", "quirk", "expected", "expected_every_step",
-                     "expected_duration", "analytic", "tolerance"});
-  const MetricsConfig config = ReadConfig(episode, options);
-  RolloutMetrics metrics(config);
+  return Trajectory(file, options).Result(episode);
+}
 
-  Step step;
-  step.opening.resize(config.grippers.size());
-  step.holding.resize(config.objects.size() * config.grippers.size());
-  const Node initial = episode["initial"];
-  std::vector<std::string> arm_names;
-  for (const ArmConfig& arm : config.arms) arm_names.push_back(arm.name);
-  initial.CheckKeys(arm_names);
-  for (size_t k = 0; k < arm_names.size(); ++k) {
-    initial[arm_names[k]].CheckKeys({"gripper_opening", "holding"});
-    ReadGripper(initial[arm_names[k]], k, config, &step.opening, &step.holding);
-  }
-  metrics.Start(step.opening, step.holding);
-
-  const Node steps = episode["steps"];
-  const int num_steps = static_cast<int>(steps.ArraySize());
-  const std::vector<StageEvent> events = ReadStageEvents(episode["stages"], num_steps);
-  auto event = events.begin();
-  for (int k = -1; k < num_steps; ++k) {
-    if (k >= 0) metrics.Step(ReadStep(steps[k], k, config, &step));
-    for (; event != events.end() && event->step == k; ++event) metrics.SetStage(event->stage, event->reached);
-  }
-
-  const Node finalize = episode["finalize"];
-  metrics.SetSuccess(finalize["success"].Bool());
-  for (size_t k = 0; k < config.target_distances.size(); ++k) {
-    const Node node = finalize["target_distance"];
-    metrics.SetTargetDistance(k,
-                              (node.value().is_object() ? node[config.target_distances[k]] : node).Number());
-  }
-  for (size_t k = 0; k < config.pose_errors.size(); ++k) {
-    const Node node = finalize["pose_error"];
-    metrics.SetPoseError(k, (node.value().is_object() ? node[config.pose_errors[k]] : node).Number());
-  }
-  metric_values_t values{};
-  metrics.Values(&values);
-  nlohmann::ordered_json result = ResultJson(values);
-  for (const auto& [name, value] : FlattenedValues(result)) {
-    if (!std::isfinite(value)) {
-      throw InputError(file + ": steps: expected values of physical size, " + name + " overflows");
-    }
-  }
-  return result;
+nlohmann::ordered_json ScoreFile(const std::filesystem::path& file, const ScoreOptions& options) {
+  Trajectory trajectory(file.string(), options);
+  return trajectory.Result(ReadJsonFile(
+      file, "steps", [&](const json& so_far, const json& step) { return trajectory.Take(so_far, step); }));
 }
 
 }  // namespace evalbus::metrics

@@ -1,6 +1,7 @@
 // A recorded trajectory as JSON (docs/metrics.md, "Scoring a recorded trajectory"), scored without any bus.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -18,5 +19,9 @@ struct ScoreOptions {
 // line with file, key and what was expected.
 nlohmann::ordered_json ScoreEpisode(const nlohmann::json& episode, const std::string& file,
                                     const ScoreOptions& options = {});
+
+// Likewise of a file, of any length: of its steps one at a time is in memory, where those come after what
+// they need (all but "stages" and "finalize").
+nlohmann::ordered_json ScoreFile(const std::filesystem::path& file, const ScoreOptions& options = {});
 
 }  // namespace evalbus::metrics

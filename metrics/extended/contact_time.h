@@ -1,6 +1,7 @@
 // Time in contact. Ours (docs/metrics.md).
 #pragma once
 
+#include "lcmtypes/clock.h"
 #include "metrics/extended/extended_metric.h"
 
 namespace evalbus::metrics {
@@ -13,7 +14,7 @@ class ContactTime : public ExtendedMetric {
 
   void Start() override { samples_ = 0; }
   void Add(const DerivedSample& derived) override { samples_ += !derived.contacts.scene().empty(); }
-  void Values(std::span<double> values) const override { values[0] = static_cast<double>(samples_) * dt_; }
+  void Values(std::span<double> values) const override { values[0] = TickTime(samples_, dt_); }
 
  private:
   double dt_;

@@ -5,6 +5,7 @@
 // by arm or gripper stands for a value for each of them. Definitions: docs/metrics.md.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "metrics/sample/derived_sample.h"
@@ -21,8 +22,8 @@ class ExtendedMetric {
   virtual void Add(const DerivedSample& sample) = 0;
   // The values so far, in the order of their names; NaN where there is none. No allocation.
   virtual void Values(std::span<double> values) const = 0;
-  // At the end of the episode: also what is too dear to be evaluated at every tick.
-  virtual void FinalValues(std::span<double> values) const { Values(values); }
+  // At the end of the episode, whose last tick this is: also what is too dear to be evaluated at every tick.
+  virtual void FinalValues(int64_t /*last_tick*/, std::span<double> values) const { Values(values); }
 };
 
 }  // namespace evalbus::metrics

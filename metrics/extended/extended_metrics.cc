@@ -85,9 +85,10 @@ void ExtendedMetrics::Values(std::vector<double>* values) const {
   for (const Entry& e : entries_) e.metric->Values(std::span(*values).subspan(e.first, e.count));
 }
 
-void ExtendedMetrics::FinalValues(std::vector<double>* values) const {
+void ExtendedMetrics::FinalValues(int64_t last_tick, std::vector<double>* values) const {
   values->resize(names_.size());
-  for (const Entry& e : entries_) e.metric->FinalValues(std::span(*values).subspan(e.first, e.count));
+  for (const Entry& e : entries_)
+    e.metric->FinalValues(last_tick, std::span(*values).subspan(e.first, e.count));
 }
 
 }  // namespace evalbus::metrics

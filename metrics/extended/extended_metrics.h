@@ -19,10 +19,10 @@ class ExtendedMetrics {
   // As in extended_metrics_t: name, unit and value of each, in one order.
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<std::string>& units() const { return units_; }
-  // No allocation where *values was filled before. The final ones include what is too dear to be evaluated at
-  // every tick.
+  // No allocation where *values was filled before. The final ones, of an episode with this last tick, include
+  // what is too dear to be evaluated at every tick.
   void Values(std::vector<double>* values) const;
-  void FinalValues(std::vector<double>* values) const;
+  void FinalValues(int64_t last_tick, std::vector<double>* values) const;
 
  private:
   struct Entry {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "lcmtypes/clock.h"
 #include "metrics/extended/extended_metric.h"
 #include "metrics/sample/grasps.h"
 
@@ -23,12 +24,13 @@ class GraspStatistics : public ExtendedMetric {
   void Values(std::span<double> values) const override {
     std::fill(values.begin(), values.end(), 0);
     for (const GraspInterval& grasp : grasps_.grasps()) {
-      const double duration = grasp.duration(dt_);
+      const double ticks = static_cast<double>(grasp.ticks());
       double& longest = values[2 * grippers_ + grasp.gripper];
       values[grasp.gripper] += 1;
-      values[grippers_ + grasp.gripper] += duration;
-      longest = std::max(longest, duration);
+      values[grippers_ + grasp.gripper] += ticks;
+      longest = std::max(longest, ticks);
     }
+    for (double& time : values.subspan(grippers_)) time = TickTime(static_cast<int64_t>(time), dt_);
   }
 
  private:

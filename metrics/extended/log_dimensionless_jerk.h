@@ -14,7 +14,8 @@ namespace evalbus::metrics {
 // -ln(T^3 / v_peak^2 . integral of (d^2 v / dt^2)^2 dt) of the speed v_i = norm(p_i - p_(i-1)) / dt, i = 1 to
 // M, with T = M dt and second differences for the derivative. The nearer to 0 the smoother; it depends
 // neither on how far nor on how fast a movement is, only on its shape. No value for less than three speeds,
-// without movement, for a constant speed, and after a missing sample.
+// without movement, for a constant speed, and where a sample is missing, the episode's first and last
+// included.
 class LogDimensionlessJerk : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"log_dimensionless_jerk"};
@@ -22,17 +23,15 @@ class LogDimensionlessJerk : public ExtendedMetric {
 
   void Start() override {
     arms_.assign(arms_.size(), {});
-    samples_ = speeds_ = 0;
-    has_hole_ = false;
+    samples_ = last_tick_ = 0;
   }
   void Add(const DerivedSample& derived) override {
-    has_hole_ |= samples_ > 0 && !derived.in_a_row;
-    if (samples_++ == 0 || has_hole_) return;
-    ++speeds_;
+    last_tick_ = derived.sample.tick;
+    if (++samples_ == 1) return;
     for (size_t k = 0; k < arms_.size(); ++k) {
       Arm& arm = arms_[k];
       const double v = derived.wrist_speed[k];
-      if (speeds_ >= 3) {
+      if (samples_ >= 4) {
         const double difference = v - 2 * arm.v1 + arm.v2;
         arm.sum_of_squares += difference * difference;
       }
@@ -41,13 +40,14 @@ class LogDimensionlessJerk : public ExtendedMetric {
       arm.v1 = v;
     }
   }
-  void Values(std::span<double> values) const override {
+  void Values(std::span<double> values) const override { FinalValues(last_tick_, values); }
+  void FinalValues(int64_t last_tick, std::span<double> values) const override {
     for (size_t k = 0; k < arms_.size(); ++k) {
       const Arm& arm = arms_[k];
       // T^3 = M^3 dt^3, the squared derivative has dt^-4 and the integral dt: no dt remains.
-      const double count = static_cast<double>(speeds_);
+      const double count = static_cast<double>(samples_ - 1);
       const double jerk = count * count * count * arm.sum_of_squares / (arm.peak * arm.peak);
-      const bool exists = !has_hole_ && jerk > 0 && std::isfinite(jerk);
+      const bool exists = samples_ == last_tick && jerk > 0 && std::isfinite(jerk);
       values[k] = exists ? -std::log(jerk) : std::numeric_limits<double>::quiet_NaN();
     }
   }
@@ -60,8 +60,7 @@ class LogDimensionlessJerk : public ExtendedMetric {
   };
   std::vector<Arm> arms_;
   int64_t samples_ = 0;
-  int64_t speeds_ = 0;
-  bool has_hole_ = false;
+  int64_t last_tick_ = 0;
 };
 
 }  // namespace evalbus::metrics

@@ -1,36 +1,34 @@
 // Mechanical work of each arm. Ours (docs/metrics.md).
 #pragma once
 
-#include <cmath>
+#include <algorithm>
+#include <limits>
+#include <vector>
 
 #include "metrics/extended/extended_metric.h"
 
 namespace evalbus::metrics {
 
-// Sum over samples of |torque . velocity| dt, J: the magnitude of the arm's mechanical power, so that braking
-// costs too.
+// |torque . velocity| summed up over time, J: the magnitude of the arm's mechanical power, so that braking
+// costs too. The sim adds it up at every physics step: at the end of a control tick, where samples are taken,
+// the servos have caught up with their commands, and power is at its least. No value where it is not known.
 class MechanicalWork : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"mechanical_work_J"};
-  explicit MechanicalWork(const MetricsConfig& config) : dt_(config.control_dt), sum_(config.arms.size()) {}
+  explicit MechanicalWork(const MetricsConfig& config) : work_(config.arms.size()) {}
 
-  void Start() override { sum_.assign(sum_.size(), 0); }
+  void Start() override { work_.assign(work_.size(), kNone); }
   void Add(const DerivedSample& derived) override {
-    for (size_t k = 0; k < sum_.size(); ++k) {
-      const ArmSample& arm = derived.sample.arm[k];
-      double power = 0;
-      for (size_t j = 0; j < arm.joint_torque.size(); ++j)
-        power += arm.joint_torque[j] * arm.joint_velocity[j];
-      sum_[k] += std::abs(power);
-    }
+    for (size_t k = 0; k < work_.size(); ++k)
+      work_[k] = derived.sample.arm[k].mechanical_work.value_or(kNone);
   }
   void Values(std::span<double> values) const override {
-    for (size_t k = 0; k < sum_.size(); ++k) values[k] = sum_[k] * dt_;
+    std::copy(work_.begin(), work_.end(), values.begin());
   }
 
  private:
-  double dt_;
-  std::vector<double> sum_;  // W
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> work_;
 };
 
 }  // namespace evalbus::metrics

@@ -55,8 +55,8 @@ inline double SpectralArcLength(std::span<const double> speed, double dt) {
   return -length;
 }
 
-// Of the speeds norm(p_i - p_(i-1)) / dt. It needs the whole profile: only at the end of the episode. No
-// value after a missing sample.
+// Of the speeds norm(p_i - p_(i-1)) / dt. It needs the whole profile: only at the end of the episode, and no
+// value where a sample is missing, the first and last included.
 class WristSpectralArcLength : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"spectral_arc_length"};
@@ -69,19 +69,17 @@ class WristSpectralArcLength : public ExtendedMetric {
   void Start() override {
     for (std::vector<double>& speed : speed_) speed.clear();
     samples_ = 0;
-    has_hole_ = false;
   }
   void Add(const DerivedSample& derived) override {
-    has_hole_ |= samples_ > 0 && !derived.in_a_row;
     if (samples_++ == 0) return;
     for (size_t k = 0; k < speed_.size(); ++k) speed_[k].push_back(derived.wrist_speed[k]);
   }
   void Values(std::span<double> values) const override {
     std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
   }
-  void FinalValues(std::span<double> values) const override {
+  void FinalValues(int64_t last_tick, std::span<double> values) const override {
     Values(values);
-    if (has_hole_) return;
+    if (samples_ != last_tick) return;
     for (size_t k = 0; k < speed_.size(); ++k) values[k] = SpectralArcLength(speed_[k], dt_);
   }
 
@@ -89,7 +87,6 @@ class WristSpectralArcLength : public ExtendedMetric {
   double dt_;
   std::vector<std::vector<double>> speed_;
   int64_t samples_ = 0;
-  bool has_hole_ = false;
 };
 
 }  // namespace evalbus::metrics

@@ -12,7 +12,8 @@
 namespace evalbus::metrics {
 
 // j_i = (x_i - 3 x_(i-1) + 3 x_(i-2) - x_(i-3)) / dt^3 for i >= 3; mean and root mean square of norm(j_i), in
-// the unit of x per s^3. dt is the simulated time between ticks (s).
+// the unit of x per s^3. dt is the simulated time between ticks (s). The differences are taken pair by pair,
+// which of an arm at rest leaves exactly nothing.
 class Jerk {
  public:
   Jerk(int dimension, double dt)
@@ -35,7 +36,7 @@ class Jerk {
     if (filled_ == 3) {
       double sum = 0;
       for (int k = 0; k < dimension_; ++k) {
-        const double difference = x[k] - 3 * x1[k] + 3 * x2[k] - x3[k];
+        const double difference = (x[k] - x3[k]) - 3 * (x1[k] - x2[k]);
         sum += difference * difference;
       }
       const double jerk = std::sqrt(sum) * inverse_dt3_;

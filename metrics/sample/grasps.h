@@ -18,8 +18,8 @@ struct GraspInterval {
   int64_t first_tick;
   int64_t last_tick;
 
-  // s; dt for each sample from the first to the last.
-  double duration(double dt) const { return static_cast<double>(last_tick - first_tick + 1) * dt; }
+  // One for each sample from the first to the last.
+  int64_t ticks() const { return last_tick - first_tick + 1; }
 };
 
 class Grasps {

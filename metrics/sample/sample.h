@@ -48,9 +48,9 @@ struct ResetState {
 struct ArmSample {
   std::span<const double> joint_position;  // rad
   std::span<const double> joint_velocity;  // rad/s, measured
-  std::span<const double> joint_torque;    // N m; empty where not known
   std::array<double, 3> wrist_position;    // m
   std::array<double, 4> wrist_quat;        // (w, x, y, z), any positive norm
+  std::optional<double> mechanical_work;   // J, since tick 0; where known
 };
 
 struct Sample {

@@ -14,6 +14,7 @@
 
 #include "metrics/statistics/describe.h"
 #include "metrics/statistics/interval.h"
+#include "metrics/statistics/ties.h"
 
 namespace evalbus::metrics {
 
@@ -48,9 +49,11 @@ inline Interval PercentileInterval(std::vector<double> resamples) {
 }
 
 // estimate: of the sample itself. acceleration: a sixth of the skewness of the influence of single values.
-inline Interval BcaInterval(std::vector<double> resamples, double estimate, double acceleration) {
+// tie: a resample no further from the estimate equals it, whatever order it was summed up in.
+inline Interval BcaInterval(std::vector<double> resamples, double estimate, double acceleration, double tie) {
   std::sort(resamples.begin(), resamples.end());
-  const auto [below, above] = std::equal_range(resamples.begin(), resamples.end(), estimate);
+  const auto below = std::lower_bound(resamples.begin(), resamples.end(), estimate - tie);
+  const auto above = std::upper_bound(resamples.begin(), resamples.end(), estimate + tie);
   // Of the resamples that equal the estimate, half count as smaller.
   const double smaller =
       static_cast<double>((below - resamples.begin()) + (above - resamples.begin())) / 2 / resamples.size();
@@ -83,14 +86,16 @@ struct Moments {
 inline Interval BootstrapMean(std::span<const double> x) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   if (x.size() < 2) return {kNaN, kNaN};
-  if (std::equal(x.begin() + 1, x.end(), x.begin())) return {x[0], x[0]};
+  const double tie = kTie * LargestMagnitude(x);
+  const auto [least, most] = std::minmax_element(x.begin(), x.end());
+  if (*most - *least <= tie) return {x[0], x[0]};
   Resampler resampler;
   std::vector<double> means(kResamples);
   for (double& mean : means) mean = resampler.Mean(x);
   if (x.size() < kFewestForBca) return PercentileInterval(std::move(means));
   Moments moments;
   moments.Add(x, 1);
-  return BcaInterval(std::move(means), Mean(x), moments.acceleration());
+  return BcaInterval(std::move(means), Mean(x), moments.acceleration(), tie);
 }
 
 // Of mean(a) - mean(b), independent samples; likewise.
@@ -109,7 +114,8 @@ inline Interval BootstrapDifferenceOfMeans(std::span<const double> a, std::span<
   if (std::min(a.size(), b.size()) < kFewestForBca || moments.squares == 0) {
     return PercentileInterval(std::move(differences));
   }
-  return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration());
+  const double tie = kTie * std::max(LargestMagnitude(a), LargestMagnitude(b));
+  return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration(), tie);
 }
 
 // Of mean(a) / mean(b), pairs (equal sizes), values not negative; percentile. NaN below two pairs, or where b

@@ -7,17 +7,18 @@
 #include <vector>
 
 #include "metrics/statistics/ranks.h"
+#include "metrics/statistics/ties.h"
 
 namespace evalbus::metrics {
 
-// statistic: U, number of pairs (a, b) with a > b, half of one for a = b. Up to 50 values in all the
-// distribution is exact, also with ties: over all ways to choose the sample, given the ranks. Beyond, normal
-// with the variance corrected for ties. p = 1 where a sample is empty.
+// statistic: U, number of pairs (a, b) with a > b, half of one for a = b, which ties.h decides. Up to 50
+// values in all the distribution is exact, also with ties: over all ways to choose the sample, given the
+// ranks. Beyond, normal with the variance corrected for ties. p = 1 where a sample is empty.
 inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const double> b) {
   if (a.empty() || b.empty()) return {};
   std::vector<double> all(a.begin(), a.end());
   all.insert(all.end(), b.begin(), b.end());
-  const Ranks ranks = RankValues(all);
+  const Ranks ranks = RankValues(WithTies(all));
   int twice = 0, twice_all = 0;
   for (size_t i = 0; i < all.size(); ++i) {
     twice_all += ranks.twice[i];

@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/clopper_pearson.h"
+#include "metrics/statistics/confidence_sequence.h"
 #include "metrics/statistics/describe.h"
 
 namespace evalbus::metrics {
@@ -197,8 +198,10 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
   MostFrequentFirst(&summary.collisions_per_geom);
   summary.success_rate =
       summary.complete > 0 ? static_cast<double>(summary.successes) / summary.complete : kNaN;
-  summary.wilson = WilsonInterval(summary.InSamples(summary.successes), summary.samples);
-  summary.clopper_pearson = ClopperPearsonInterval(summary.InSamples(summary.successes), summary.samples);
+  const double successes = summary.InSamples(summary.successes), trials = summary.samples;
+  summary.wilson = WilsonInterval(successes, trials);
+  summary.clopper_pearson = ClopperPearsonInterval(successes, trials);
+  summary.anytime = ConfidenceSequence(successes, trials);
   for (size_t i = 0; i < names_.size(); ++i) {
     if (!sorted_[i].empty())
       summary.metrics.push_back(Describe(names_[i], sorted_[i], summary.samples == 1, with_bootstrap));
@@ -212,10 +215,12 @@ run_summary_t SummaryMessage(const RunSummary& summary) {
   message.num_complete = summary.complete;
   message.num_success = summary.successes;
   message.success_rate = summary.success_rate;
-  message.success_rate_lower = summary.wilson.lower;
-  message.success_rate_upper = summary.wilson.upper;
-  message.success_rate_exact_lower = summary.clopper_pearson.lower;
-  message.success_rate_exact_upper = summary.clopper_pearson.upper;
+  message.success_rate_anytime_lower = summary.anytime.lower;
+  message.success_rate_anytime_upper = summary.anytime.upper;
+  message.success_rate_wilson_lower = summary.wilson.lower;
+  message.success_rate_wilson_upper = summary.wilson.upper;
+  message.success_rate_clopper_pearson_lower = summary.clopper_pearson.lower;
+  message.success_rate_clopper_pearson_upper = summary.clopper_pearson.upper;
   message.num_stages = static_cast<int32_t>(summary.stages.size());
   for (const StageSummary& stage : summary.stages) {
     message.stage_index.push_back(stage.index);

@@ -30,6 +30,9 @@ struct EpisodeResult {
   std::vector<int64_t> slips;
   // New collisions by geom of the scene, or by pair of the robot's ("left/hand + right/hand").
   std::map<std::string, int64_t> collisions;
+
+  // Equal in every number: one sample (RunSummary::samples).
+  auto operator<=>(const EpisodeResult&) const = default;
 };
 
 // From a line of episodes.jsonl; from a message: metrics/episode/result_json.h. Throws InputError where a
@@ -77,8 +80,9 @@ struct RunSummary {
   int successes = 0;
   // NaN without complete episodes.
   double success_rate = 0;
-  // Of that rate among as many trials as there are samples.
-  Interval wilson{}, clopper_pearson{};
+  // Of that rate among as many trials as there are samples. For one look when the run is over: wilson,
+  // clopper_pearson; for looks while it goes on: anytime (statistics/confidence_sequence.h).
+  Interval wilson{}, clopper_pearson{}, anytime{};
   std::vector<StageSummary> stages;
   // Of the complete episodes that did not succeed; most frequent first.
   std::vector<std::pair<std::string, int>> failure_reasons;
@@ -102,6 +106,10 @@ class RunStatistics {
  public:
   // Of an episode that was run twice, the last result counts.
   void Add(int episode, const EpisodeResult& result);
+  // Every episode from 0 to the highest added is there.
+  bool is_without_gap() const {
+    return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
+  }
 
   // With the bootstrap, which takes about a second for a thousand episodes, at the end of a run.
   RunSummary Summary(bool with_bootstrap) const;

@@ -9,16 +9,18 @@
 #include <vector>
 
 #include "metrics/statistics/ranks.h"
+#include "metrics/statistics/ties.h"
 
 namespace evalbus::metrics {
 
-// Differences of zero are left out, as Wilcoxon did; statistic: sum of the ranks of positive differences. Up
-// to 50 others the distribution is exact, also with ties: over all signs, given the ranks. Beyond, normal
-// with the variance corrected for ties. p = 1 where no difference is left.
+// Differences are equal, or zero, as ties.h has it. Those of zero are left out, as Wilcoxon did; statistic:
+// sum of the ranks of positive differences. Up to 50 others the distribution is exact, also with ties: over
+// all signs, given the ranks. Beyond, normal with the variance corrected for ties. p = 1 where no difference
+// is left.
 inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
   std::vector<double> sizes;
   std::vector<bool> positive;
-  for (const double difference : differences) {
+  for (const double difference : WithTies(differences)) {
     if (difference == 0) continue;
     sizes.push_back(std::abs(difference));
     positive.push_back(difference > 0);

@@ -2,30 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/errors.h"
 
 namespace evalbus::metrics {
 
-YamlMap ArgumentsOf(const Expression& expression, std::initializer_list<const char*> required,
-                    std::initializer_list<const char*> optional) {
+YamlMap ArgumentsOf(const Expression& expression, const std::vector<const char*>& required,
+                    const std::vector<const char*>& optional) {
   if (!expression.operands.empty()) {
     throw InputError(expression.location().ToString() + ": '" + expression.name +
                      "' takes arguments, not other expressions");
   }
   return YamlMap(expression.arguments, required, optional);
-}
-
-std::array<double, 2> Limits(const YamlMap& arguments, const std::string& min, const std::string& max) {
-  const YamlValue* lower = arguments.Find(min);
-  const YamlValue* upper = arguments.Find(max);
-  if (!lower && !upper) {
-    throw InputError(arguments.value().location().ToString() + ": '" + arguments.value().key() + "' needs '" +
-                     min + "', '" + max + "' or both");
-  }
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  return {lower ? lower->Number() : -kInfinity, upper ? upper->Number() : kInfinity};
 }
 
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a,
@@ -40,17 +28,24 @@ bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a,
   });
 }
 
-JointFraction::JointFraction(const YamlMap& arguments, const CompileContext& context) {
-  const YamlValue& name = arguments["joint"];
-  const model_info_t& model = context.names.model();
-  const int joint = context.names.Joint(name.Text(), name.location());
-  coordinate_ = model.joint_qpos_index[joint];
-  lower_ = model.joint_lower_mixed[joint];
-  range_ = model.joint_upper_mixed[joint] - lower_;
-  if (!(range_ > 0)) {
-    throw InputError(name.location().ToString() + ": joint '" + name.Text() +
-                     "' has no range to be a fraction of");
-  }
+Frame::Frame(const YamlMap& arguments, const CompileContext& context) {
+  const YamlValue* frame = arguments.Find("frame");
+  if (!frame) return;
+  body_ = context.names.Body(frame->Text(), frame->location());
+  words_ = " in the frame of " + frame->Text();
+}
+
+std::array<double, 3> Frame::Of(const std::vector<double>& position, const WorldView& world) const {
+  if (body_ < 0) return {position[0], position[1], position[2]};
+  const std::vector<double>&origin = world.state.body_position_m[body_],
+        &quat = world.state.body_quat_wxyz[body_];
+  const std::array<double, 3> v = {position[0] - origin[0], position[1] - origin[1], position[2] - origin[2]};
+  // Turned back by the unit quaternion q, which MuJoCo's are: v + 2 u x (u x v - w v), u the vector of q.
+  const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
+  const std::array<double, 3> t = {y * v[2] - z * v[1] - w * v[0], z * v[0] - x * v[2] - w * v[1],
+                                   x * v[1] - y * v[0] - w * v[2]};
+  return {v[0] + 2 * (y * t[2] - z * t[1]), v[1] + 2 * (z * t[0] - x * t[2]),
+          v[2] + 2 * (x * t[1] - y * t[0])};
 }
 
 double Tilt(const std::vector<double>& quat_wxyz, int axis) {

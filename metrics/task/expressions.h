@@ -4,7 +4,7 @@
 
 #include <array>
 #include <cstdint>
-#include <initializer_list>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,40 +23,60 @@ namespace evalbus::metrics {
 class Quantity {
  public:
   virtual ~Quantity() = default;
+  // Forgets the episode before.
+  virtual void Start() {}
   virtual double Evaluate(const WorldView& world) = 0;
+
+  // What the number is, in words: "tilt of pot".
+  const std::string& words() const { return words_; }
+  // What it is about, as the task description names it.
+  const std::string& subject() const { return subject_; }
+
+ protected:
+  std::string words_;
+  std::string subject_;
 };
 
 // What expressions are compiled against. Both must outlive what is compiled.
 struct CompileContext {
   const ModelNames& names;
   const TaskDescription& task;
+  // `reached` may ask for the first so many stages of the task: of a stage, for those before it.
+  size_t num_stages = std::numeric_limits<size_t>::max();
 };
 
-// Throw InputError with file and line: an unknown predicate or quantity, argument or name.
+// Throw InputError with file and line: an unknown predicate or quantity, argument or name, a limit that the
+// number never passes.
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context);
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context);
 
-// The arguments of an expression, each of which must be known. Throws InputError with file and line.
-YamlMap ArgumentsOf(const Expression& expression, std::initializer_list<const char*> required,
-                    std::initializer_list<const char*> optional = {});
+// Of every quantity a predicate: it is within limits, min_UNIT and max_UNIT among the arguments. Null where
+// no quantity has this name.
+std::unique_ptr<Predicate> CompileWithin(const Expression& expression, const CompileContext& context);
 
-// A lower and an upper limit, at least one of which must be given; both keys must be among the optional ones.
-// Infinite where not given. Throws InputError.
-std::array<double, 2> Limits(const YamlMap& arguments, const std::string& min, const std::string& max);
+// Sorted. Every quantity is a predicate, too.
+std::vector<std::string> PredicateNames();
+std::vector<std::string> QuantityNames();
+
+// The arguments of an expression, each of which must be known. Throws InputError with file and line.
+YamlMap ArgumentsOf(const Expression& expression, const std::vector<const char*>& required,
+                    const std::vector<const char*>& optional = {});
 
 // True where a geom of one set touches a geom of the other; sets by geom id.
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
 
-// A hinge or slide with a range, as a fraction of it: 0 at its lower end, 1 at its upper one.
-class JointFraction {
+// Where a body's frame is: the world's, or that of the body which the argument `frame` names.
+class Frame {
  public:
-  // Argument `joint`. Throws InputError for a joint without a range.
-  JointFraction(const YamlMap& arguments, const CompileContext& context);
-  double Of(const state_t& state) const { return (state.qpos_mixed[coordinate_] - lower_) / range_; }
+  Frame(const YamlMap& arguments, const CompileContext& context);
+  // A point of the world in this frame.
+  std::array<double, 3> Of(const std::vector<double>& position, const WorldView& world) const;
+  // " in the frame of plate"; nothing for the world.
+  const std::string& words() const { return words_; }
 
  private:
-  int coordinate_;
-  double lower_, range_;
+  int body_ = -1;  // -1: the world
+  std::string words_;
 };
 
 // How far an object leans: the angle (rad) between its up axis (z of its body) and the vertical, or with

@@ -2,28 +2,41 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "lcmtypes/clock.h"
 
 namespace evalbus::metrics {
 namespace {
 
 void SetTick(const header_t& header, condition_t* condition) {
   condition->tick = header.tick;
-  condition->time_s = static_cast<double>(header.sim_time_us) / 1e6;
+  condition->time_s = Seconds(header.sim_time_us);
 }
 
 std::string UnitAfterNumber(const std::string& unit) {
   return unit == "1" ? "" : unit == "deg" ? " degrees" : " " + unit;
 }
 
-// "27.4 degrees > 20": as many digits as it takes to tell the two numbers apart, at least three.
+// How many digits of the value are before those of its last decimal place in the text.
+int DigitsDownTo(const std::string& text, double value) {
+  const size_t point = text.find('.');
+  const int decimals = point == std::string::npos ? 0 : static_cast<int>(text.size() - point - 1);
+  return decimals + (value == 0 ? 1 : 1 + static_cast<int>(std::floor(std::log10(std::abs(value)))));
+}
+
+// "27.4 degrees > 20": at least three digits, at least the decimal places of the limit, and as many of both
+// as it takes to compare as the numbers do.
 std::string Compared(double value, const std::string& relation, double threshold, const std::string& unit) {
-  const std::string limit = fmt::format("{:.6g}", threshold);
-  std::string text;
-  for (int digits = 3; digits <= 17; ++digits) {
-    text = fmt::format("{:.{}g}", value, digits);
-    if (value == threshold || text != limit) break;
+  const auto order = [](double a, double b) { return (a > b) - (a < b); };
+  std::string text, limit;
+  for (int more = 0; more < 15; ++more) {
+    limit = fmt::format("{:.{}g}", threshold, std::min(6 + more, 17));
+    text = fmt::format("{:.{}g}", value, std::clamp(DigitsDownTo(limit, value), 3, 17 - more) + more);
+    if (order(std::stod(text), std::stod(limit)) == order(value, threshold)) break;
   }
+  if (text == "-0") text = "0";
   return text + UnitAfterNumber(unit) + " " + relation + " " + limit;
 }
 

@@ -17,6 +17,8 @@ namespace evalbus::metrics {
 struct WorldView {
   const state_t& state;
   std::span<const contact_t> contacts;
+  // By stage of the task, in its order: reached at this tick or before.
+  std::span<const uint8_t> stage_reached = {};
 };
 
 class Predicate {

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -6,6 +8,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "lcmtypes/clock.h"
 #include "metrics/task/expressions.h"
 
 namespace evalbus::metrics {
@@ -109,55 +112,79 @@ class HeightAbove : public Within {
   int body_;
 };
 
-// The world coordinate of the object's origin along an axis is within min_m and max_m.
-class Position : public Within {
+// The object rests on the support: a geom of it touches a geom of the support, and the contact's normal is
+// within 45 degrees of straight up.
+class On : public Relation {
  public:
-  Position(const Expression& expression, const CompileContext& context) {
-    const YamlMap arguments = ArgumentsOf(expression, {"object", "axis"}, {"min_m", "max_m"});
-    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
-    const std::string axis = arguments["axis"].Text();
-    if (axis != "x" && axis != "y" && axis != "z") {
-      arguments["axis"].Fail("expected x, y or z, got '" + axis + "'");
-    }
-    axis_ = static_cast<size_t>(axis[0] - 'x');
-    const std::array<double, 2> limits = Limits(arguments, "min_m", "max_m");
-    lower_ = limits[0];
-    upper_ = limits[1];
-    condition_.predicate = "position";
-    condition_.kind = condition_t::POSE;
+  On(const Expression& expression, const CompileContext& context) {
+    const YamlMap arguments = ArgumentsOf(expression, {"object", "support"});
+    object_ = context.names.Geoms(arguments["object"].Text(), arguments["object"].location());
+    support_ = context.names.Geoms(arguments["support"].Text(), arguments["support"].location());
+    condition_.predicate = "on";
+    condition_.kind = condition_t::CONTACT;
     condition_.subject = arguments["object"].Text();
-    condition_.unit = "m";
-    quantity_ = axis + " of " + condition_.subject;
+    condition_.other = arguments["support"].Text();
+    text_if_true_ = condition_.subject + " is on " + condition_.other;
+    text_if_false_ = condition_.subject + " is not on " + condition_.other;
   }
 
  protected:
-  double Value(const WorldView& world) override { return world.state.body_position_m[body_][axis_]; }
+  bool Holds(const WorldView& world) override {
+    return std::ranges::any_of(world.contacts, [&](const contact_t& contact) {
+      const std::span<const contact_t> one(&contact, 1);
+      if (!Touch(one, object_, support_)) return false;
+      // It points from geom_a to geom_b.
+      return (object_[static_cast<size_t>(contact.geom_b)] ? 1 : -1) * contact.normal[2] >=
+             std::numbers::sqrt2 / 2;
+    });
+  }
 
  private:
-  int body_;
-  size_t axis_;
+  std::vector<uint8_t> object_;
+  std::vector<uint8_t> support_;
 };
 
-// The object's origin is in a box along the world's axes, its surface included: how far (m) it is out of the
-// box along the axis along which it is furthest out, negative inside.
+// The stage has been reached, at this tick or before.
+class Reached : public Relation {
+ public:
+  Reached(const Expression& expression, const CompileContext& context) {
+    const YamlMap arguments = ArgumentsOf(expression, {"stage"});
+    std::vector<std::string> stages;
+    for (const Stage& stage : context.task.stages) stages.push_back(stage.name);
+    stages.resize(std::min(stages.size(), context.num_stages));
+    const std::string name = arguments["stage"].Text();
+    const auto stage = std::ranges::find(stages, name);
+    if (stage == stages.end()) {
+      arguments["stage"].Fail(
+          "no stage" +
+          std::string(context.num_stages < context.task.stages.size() ? " before this one" : "") +
+          " is called '" + name + "'" + Suggestion(name, stages));
+    }
+    stage_ = static_cast<size_t>(stage - stages.begin());
+    condition_.predicate = "reached";
+    condition_.kind = condition_t::PROGRESS;
+    condition_.subject = name;
+    text_if_true_ = "stage " + name + " was reached";
+    text_if_false_ = "stage " + name + " was not reached";
+  }
+
+ protected:
+  bool Holds(const WorldView& world) override { return world.stage_reached[stage_] != 0; }
+
+ private:
+  size_t stage_;
+};
+
+// The object's origin is in a box along the axes of the world or of a body's frame, its surface included: how
+// far (m) it is out of the box along the axis along which it is furthest out, negative inside.
 class Inside : public Within {
  public:
-  Inside(const Expression& expression, const CompileContext& context) {
-    const YamlMap arguments = ArgumentsOf(expression, {"object", "center_m", "half_extents_m"});
-    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
-    center_ = arguments["center_m"].Vector<3>();
-    half_extents_ = arguments["half_extents_m"].Vector<3>();
-    upper_ = 0;
-    condition_.predicate = "inside";
-    condition_.kind = condition_t::POSE;
-    condition_.subject = arguments["object"].Text();
-    condition_.unit = "m";
-    quantity_ = "distance of " + condition_.subject + " out of its box";
-  }
+  Inside(const Expression& expression, const CompileContext& context)
+      : Inside(ArgumentsOf(expression, {"object", "center_m", "half_extents_m"}, {"frame"}), context) {}
 
  protected:
   double Value(const WorldView& world) override {
-    const std::vector<double>& position = world.state.body_position_m[body_];
+    const std::array<double, 3> position = frame_.Of(world.state.body_position_m[body_], world);
     double out = -std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < 3; ++i) {
       out = std::max(out, std::abs(position[i] - center_[i]) - half_extents_[i]);
@@ -166,32 +193,20 @@ class Inside : public Within {
   }
 
  private:
+  Inside(const YamlMap& arguments, const CompileContext& context) : frame_(arguments, context) {
+    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
+    center_ = arguments["center_m"].Vector<3>();
+    half_extents_ = arguments["half_extents_m"].Vector<3>(kNotNegative);
+    upper_ = 0;
+    condition_.predicate = "inside";
+    condition_.kind = condition_t::POSE;
+    condition_.subject = arguments["object"].Text();
+    condition_.unit = "m";
+    quantity_ = "distance of " + condition_.subject + " out of its box" + frame_.words();
+  }
+  Frame frame_;
   int body_;
   std::array<double, 3> center_, half_extents_;
-};
-
-// The joint is within min and max, fractions of its range.
-class JointFractionWithin : public Within {
- public:
-  JointFractionWithin(const Expression& expression, const CompileContext& context)
-      : JointFractionWithin(ArgumentsOf(expression, {"joint"}, {"min", "max"}), context) {}
-
- protected:
-  double Value(const WorldView& world) override { return fraction_.Of(world.state); }
-
- private:
-  JointFractionWithin(const YamlMap& arguments, const CompileContext& context)
-      : fraction_(arguments, context) {
-    const std::array<double, 2> limits = Limits(arguments, "min", "max");
-    lower_ = limits[0];
-    upper_ = limits[1];
-    condition_.predicate = "joint_fraction";
-    condition_.kind = condition_t::PROGRESS;
-    condition_.subject = arguments["joint"].Text();
-    condition_.unit = "1";
-    quantity_ = "fraction of the range of " + condition_.subject;
-  }
-  JointFraction fraction_;
 };
 
 // The object's tilt (see Tilt) is at most the limit; an object that is upside down is more than 90 degrees
@@ -202,18 +217,13 @@ class TiltBelow : public Within {
     const YamlMap arguments = ArgumentsOf(expression, {"object"}, {"axis", "max_deg", "max_rad"});
     body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
     axis_ = TiltAxis(arguments);
-    const std::optional<double> max = arguments.Angle("max");
+    const std::optional<double> max = arguments.Angle("max", {.min = 0, .max = 90});
     if (!max) {
       throw InputError(expression.location().ToString() +
                        ": 'tilt_below' needs either 'max_deg' or 'max_rad'");
     }
     const YamlValue* degrees = arguments.Find("max_deg");
     upper_ = degrees ? degrees->Number() : *max * 180 / std::numbers::pi;
-    if (upper_ > 90) {
-      throw InputError(
-          expression.location().ToString() +
-          ": 'tilt_below': expected a limit of at most 90 degrees; upside down is never within it");
-    }
     condition_.predicate = "tilt_below";
     condition_.kind = condition_t::POSE;
     condition_.subject = arguments["object"].Text();
@@ -237,10 +247,11 @@ class TiltBelow : public Within {
 // Every operand is evaluated at every tick: a latched one must see them all.
 class Combination : public Predicate {
  public:
-  Combination(const Expression& expression, const CompileContext& context) {
+  Combination(const Expression& expression, const CompileContext& context,
+              const std::string& example = "[{touching: {a: pot, b: world}}]") {
     if (expression.operands.empty()) {
       throw InputError(expression.location().ToString() + ": '" + expression.name +
-                       "' needs predicates, as in " + expression.name + ": [{touching: {a: pot, b: world}}]");
+                       "' needs predicates, as in " + expression.name + ": " + example);
     }
     for (const Expression& operand : expression.operands)
       operands_.push_back(CompilePredicate(operand, context));
@@ -346,6 +357,61 @@ class Latched : public Combination {
   std::vector<condition_t> why_;
 };
 
+// The operand has been true without a break for min_s or longer.
+class Lasts : public Combination {
+ public:
+  Lasts(const Expression& expression, const CompileContext& context)
+      : Combination(expression, context, "{min_s: 1, when: {touching: {a: pot, b: world}}}") {
+    NeedOne(expression);
+    const YamlMap arguments(expression.arguments, {"min_s", "when"});
+    min_us_ = std::llround(arguments["min_s"].Number({.min = 0, .max = context.task.time_limit}) * 1e6);
+    condition_.predicate = "lasts";
+    condition_.kind = condition_t::PROGRESS;
+    condition_.comparison = ">=";
+    condition_.threshold_mixed = Seconds(min_us_);
+    condition_.unit = "s";
+    condition_.has_value = true;
+  }
+  void Start() override {
+    Combination::Start();
+    since_us_.reset();
+  }
+  bool Evaluate(const WorldView& world) override {
+    header_ = world.state.header;
+    if (CountTrue(world) == 0) {
+      since_us_.reset();
+    } else if (!since_us_) {
+      since_us_ = header_.sim_time_us;
+    }
+    return Holds();
+  }
+  void Explain(std::vector<condition_t>* conditions) const override {
+    operands_[0]->Explain(conditions);
+    if (!since_us_) return;
+    condition_t condition = condition_;
+    condition.holds = Holds();
+    condition.value_mixed = Seconds(header_.sim_time_us - *since_us_);
+    condition.text = fmt::format("so for {:.6g} s {} {:.6g}", condition.value_mixed,
+                                 condition.holds ? ">=" : "<", condition.threshold_mixed);
+    condition.tick = header_.tick;
+    condition.time_s = Seconds(header_.sim_time_us);
+    conditions->push_back(std::move(condition));
+  }
+  std::vector<std::string> Describe(bool value) const override {
+    return DescribeEach(
+        fmt::format("{}for {:.6g} s or longer", value ? "" : "not ", condition_.threshold_mixed));
+  }
+
+ private:
+  bool Holds() const { return since_us_ && header_.sim_time_us - *since_us_ >= min_us_; }
+
+  int64_t min_us_;
+  // When it became true, of what holds now.
+  std::optional<int64_t> since_us_;
+  header_t header_{};
+  condition_t condition_{};
+};
+
 using Factory = std::unique_ptr<Predicate> (*)(const Expression&, const CompileContext&);
 
 template <typename T>
@@ -359,23 +425,30 @@ const std::map<std::string, Factory> kRegistry = {
     {"height_above", Make<HeightAbove>},
     {"holding", Make<Holding>},
     {"inside", Make<Inside>},
-    {"joint_fraction", Make<JointFractionWithin>},
+    {"lasts", Make<Lasts>},
     {"latched", Make<Latched>},
     {"not", Make<Not>},
-    {"position", Make<Position>},
+    {"on", Make<On>},
+    {"reached", Make<Reached>},
     {"tilt_below", Make<TiltBelow>},
     {"touching", Make<Touching>},
 };
 
 }  // namespace
 
+std::vector<std::string> PredicateNames() {
+  std::vector<std::string> names = QuantityNames();
+  for (const auto& [name, unused] : kRegistry) names.push_back(name);
+  std::ranges::sort(names);
+  return names;
+}
+
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context) {
   const auto factory = kRegistry.find(expression.name);
   if (factory != kRegistry.end()) return factory->second(expression, context);
-  std::string known;
-  for (const auto& [name, unused] : kRegistry) known += (known.empty() ? "" : ", ") + name;
-  throw InputError(expression.location().ToString() + ": no predicate is called '" + expression.name +
-                   "'; expected " + known);
+  if (auto within = CompileWithin(expression, context)) return within;
+  throw InputError(expression.location().ToString() + ": no predicate is called '" + expression.name + "'" +
+                   Suggestion(expression.name, PredicateNames()));
 }
 
 }  // namespace evalbus::metrics

@@ -1,21 +1,30 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
+#include <numbers>
+#include <optional>
 
 #include "base/errors.h"
+#include "lcmtypes/clock.h"
 #include "metrics/task/expressions.h"
 
 namespace evalbus::metrics {
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+int BodyOf(const YamlValue& operand, const CompileContext& context) {
+  return context.names.Body(operand.Text(), operand.location());
+}
+
 // Distance (m) between two points: a gripper's is the wrist of its arm, anything else's the origin of its
 // body.
 class Distance : public Quantity {
  public:
-  Distance(const Expression& expression, const CompileContext& context) {
-    const YamlMap arguments = ArgumentsOf(expression, {"a", "b"});
-    a_ = CompilePoint(arguments["a"], context);
-    b_ = CompilePoint(arguments["b"], context);
+  Distance(const YamlMap& arguments, const CompileContext& context)
+      : a_(CompilePoint(arguments["a"], context)), b_(CompilePoint(arguments["b"], context)) {
+    subject_ = arguments["a"].Text();
+    words_ = "distance of " + subject_ + " from " + arguments["b"].Text();
   }
   double Evaluate(const WorldView& world) override {
     const double *a = Position(a_, world), *b = Position(b_, world);
@@ -31,7 +40,7 @@ class Distance : public Quantity {
     // An arm and its gripper may have one name; the wrist is then what is meant.
     const int gripper = context.names.FindGripper(argument.Text());
     if (gripper >= 0) return {true, context.names.model().gripper[gripper].arm};
-    return {false, context.names.Body(argument.Text(), argument.location())};
+    return {false, BodyOf(argument, context)};
   }
   static const double* Position(const Point& point, const WorldView& world) {
     return point.is_wrist ? world.state.arm[point.index].wrist_position_m
@@ -41,21 +50,74 @@ class Distance : public Quantity {
   Point b_;
 };
 
+// A hinge or slide with a range, as a fraction of it: 0 at its lower end, 1 at its upper one.
+class JointFraction : public Quantity {
+ public:
+  JointFraction(const YamlMap& arguments, const CompileContext& context) {
+    const YamlValue& name = arguments["joint"];
+    const model_info_t& model = context.names.model();
+    const int joint = context.names.Joint(name.Text(), name.location());
+    coordinate_ = model.joint_qpos_index[joint];
+    lower_ = model.joint_lower_mixed[joint];
+    range_ = model.joint_upper_mixed[joint] - lower_;
+    if (!(range_ > 0)) {
+      throw InputError(name.location().ToString() + ": joint '" + name.Text() +
+                       "' has no range to be a fraction of");
+    }
+    subject_ = name.Text();
+    words_ = "fraction of the range of " + subject_;
+  }
+  double Evaluate(const WorldView& world) override {
+    return (world.state.qpos_mixed[coordinate_] - lower_) / range_;
+  }
+
+ private:
+  int coordinate_;
+  double lower_, range_;
+};
+
+// The fastest joint (rad/s) of an arm, or with `all` of all arms.
+class JointSpeed : public Quantity {
+ public:
+  JointSpeed(const YamlMap& arguments, const CompileContext& context) {
+    const YamlValue& wanted = arguments["arm"];
+    const model_info_t& model = context.names.model();
+    std::vector<std::string> known = {"all"};
+    for (int k = 0; k < model.num_arms; ++k) {
+      known.push_back(model.arm[k].name);
+      if (wanted.Text() == "all" || wanted.Text() == known.back()) arms_.push_back(k);
+    }
+    if (arms_.empty())
+      wanted.Fail("no arm is called '" + wanted.Text() + "'" + Suggestion(wanted.Text(), known));
+    subject_ = wanted.Text();
+    words_ = "fastest joint of " + (subject_ == "all" ? "the robot" : subject_);
+  }
+  double Evaluate(const WorldView& world) override {
+    double fastest = 0;
+    for (const int arm : arms_) {
+      for (const double speed : world.state.arm[arm].joint_velocity_radps)
+        fastest = std::max(fastest, std::abs(speed));
+    }
+    return fastest;
+  }
+
+ private:
+  std::vector<int> arms_;
+};
+
 // Height (m) of an object's origin above where the task's scene puts it.
 class Lift : public Quantity {
  public:
-  Lift(const Expression& expression, const CompileContext& context) {
-    const YamlMap arguments = ArgumentsOf(expression, {"object"});
-    const SourceLocation where = arguments["object"].location();
-    const std::string object = arguments["object"].Text();
-    body_ = context.names.Body(object, where);
-    const auto& parts = context.task.parts;
-    const auto part =
-        std::find_if(parts.begin(), parts.end(), [&](const ScenePart& p) { return p.name == object; });
-    if (part == parts.end()) {
-      throw InputError(where.ToString() + ": 'lift' needs a part of the scene, '" + object + "' is none");
+  Lift(const YamlMap& arguments, const CompileContext& context)
+      : body_(BodyOf(arguments["object"], context)) {
+    subject_ = arguments["object"].Text();
+    const auto part = std::ranges::find(context.task.parts, subject_, &ScenePart::name);
+    if (part == context.task.parts.end()) {
+      throw InputError(arguments["object"].location().ToString() + ": 'lift' needs a part of the scene, '" +
+                       subject_ + "' is none");
     }
     start_ = part->pose.position[2];
+    words_ = "lift of " + subject_;
   }
   double Evaluate(const WorldView& world) override { return world.state.body_position_m[body_][2] - start_; }
 
@@ -64,22 +126,64 @@ class Lift : public Quantity {
   double start_;
 };
 
-class JointFractionOf : public Quantity {
+// A coordinate (m) of an object's origin, in the world or in the frame of a body.
+class Position : public Quantity {
  public:
-  JointFractionOf(const Expression& expression, const CompileContext& context)
-      : fraction_(ArgumentsOf(expression, {"joint"}), context) {}
-  double Evaluate(const WorldView& world) override { return fraction_.Of(world.state); }
+  Position(const YamlMap& arguments, const CompileContext& context)
+      : body_(BodyOf(arguments["object"], context)), frame_(arguments, context) {
+    const std::string axis = arguments["axis"].Text();
+    if (axis != "x" && axis != "y" && axis != "z") {
+      arguments["axis"].Fail("expected x, y or z, got '" + axis + "'");
+    }
+    axis_ = static_cast<size_t>(axis[0] - 'x');
+    subject_ = arguments["object"].Text();
+    words_ = axis + " of " + subject_ + frame_.words();
+  }
+  double Evaluate(const WorldView& world) override {
+    return frame_.Of(world.state.body_position_m[body_], world)[axis_];
+  }
 
  private:
-  JointFraction fraction_;
+  int body_;
+  Frame frame_;
+  size_t axis_;
+};
+
+// Speed (m/s) of an object's origin from the last tick to this one; 0 at the first, for everything starts at
+// rest.
+class Speed : public Quantity {
+ public:
+  Speed(const YamlMap& arguments, const CompileContext& context)
+      : body_(BodyOf(arguments["object"], context)) {
+    subject_ = arguments["object"].Text();
+    words_ = "speed of " + subject_;
+  }
+  void Start() override { last_.reset(); }
+  double Evaluate(const WorldView& world) override {
+    const std::vector<double>& p = world.state.body_position_m[body_];
+    const Seen seen{world.state.header.sim_time_us, {p[0], p[1], p[2]}};
+    const Seen last = last_.value_or(seen);
+    last_ = seen;
+    if (seen.time_us <= last.time_us) return 0;
+    const std::array<double, 3>&a = seen.position, &b = last.position;
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / Seconds(seen.time_us - last.time_us);
+  }
+
+ private:
+  struct Seen {
+    int64_t time_us;
+    std::array<double, 3> position;
+  };
+  int body_;
+  std::optional<Seen> last_;
 };
 
 class TiltOf : public Quantity {
  public:
-  TiltOf(const Expression& expression, const CompileContext& context) {
-    const YamlMap arguments = ArgumentsOf(expression, {"object"}, {"axis"});
-    body_ = context.names.Body(arguments["object"].Text(), arguments["object"].location());
-    axis_ = TiltAxis(arguments);
+  TiltOf(const YamlMap& arguments, const CompileContext& context)
+      : body_(BodyOf(arguments["object"], context)), axis_(TiltAxis(arguments)) {
+    subject_ = arguments["object"].Text();
+    words_ = "tilt of " + subject_;
   }
   double Evaluate(const WorldView& world) override { return Tilt(world.state.body_quat_wxyz[body_], axis_); }
 
@@ -88,29 +192,120 @@ class TiltOf : public Quantity {
   int axis_;
 };
 
-using Factory = std::unique_ptr<Quantity> (*)(const Expression&, const CompileContext&);
+struct Row {
+  const char* name;
+  std::vector<const char*> required;
+  std::vector<const char*> optional;
+  // Of limits, as the keys of a task have them ("min_m", "max_m") and as people read them; "rad" is "deg",
+  // too.
+  std::string key;
+  std::string unit;
+  // What the number can be, in the unit.
+  NumberRange range;
+  // condition_t's.
+  int8_t kind;
+  std::unique_ptr<Quantity> (*make)(const YamlMap&, const CompileContext&);
+};
 
 template <typename T>
-std::unique_ptr<Quantity> Make(const Expression& expression, const CompileContext& context) {
-  return std::make_unique<T>(expression, context);
+std::unique_ptr<Quantity> Make(const YamlMap& arguments, const CompileContext& context) {
+  return std::make_unique<T>(arguments, context);
 }
 
-const std::map<std::string, Factory> kRegistry = {
-    {"distance", Make<Distance>},
-    {"joint_fraction", Make<JointFractionOf>},
-    {"lift", Make<Lift>},
-    {"tilt", Make<TiltOf>},
+const std::vector<Row> kRegistry = {
+    {"distance", {"a", "b"}, {}, "m", "m", kNotNegative, condition_t::POSE, Make<Distance>},
+    {"joint_fraction",
+     {"joint"},
+     {},
+     "",
+     "1",
+     {.min = 0, .max = 1},
+     condition_t::PROGRESS,
+     Make<JointFraction>},
+    {"joint_speed", {"arm"}, {}, "radps", "rad/s", kNotNegative, condition_t::PROGRESS, Make<JointSpeed>},
+    {"lift", {"object"}, {}, "m", "m", kAnyNumber, condition_t::PROGRESS, Make<Lift>},
+    {"position", {"object", "axis"}, {"frame"}, "m", "m", kAnyNumber, condition_t::POSE, Make<Position>},
+    {"speed", {"object"}, {}, "mps", "m/s", kNotNegative, condition_t::PROGRESS, Make<Speed>},
+    {"tilt", {"object"}, {"axis"}, "deg", "deg", {.min = 0, .max = 180}, condition_t::POSE, Make<TiltOf>},
+};
+
+const Row* Find(const std::string& name) {
+  const auto row = std::ranges::find(kRegistry, name, &Row::name);
+  return row == kRegistry.end() ? nullptr : &*row;
+}
+
+// A quantity is within limits, at least one of which is given.
+class QuantityWithin : public Within {
+ public:
+  QuantityWithin(const Row& row, const Expression& expression, const CompileContext& context) {
+    const std::string suffix = row.key.empty() ? "" : "_" + row.key;
+    const std::string min = "min" + suffix, max = "max" + suffix;
+    std::vector<const char*> optional = row.optional;
+    optional.insert(optional.end(), {min.c_str(), max.c_str()});
+    if (row.key == "deg") optional.insert(optional.end(), {"min_rad", "max_rad"});
+    const YamlMap arguments = ArgumentsOf(expression, row.required, optional);
+    quantity_of_ = row.make(arguments, context);
+    scale_ = row.key == "deg" ? 180 / std::numbers::pi : 1;
+
+    const std::optional<double> lower = Limit(arguments, "min", row), upper = Limit(arguments, "max", row);
+    if (!lower && !upper) {
+      throw InputError(expression.location().ToString() + ": '" + expression.name + "' needs '" + min +
+                       "', '" + max + "' or both");
+    }
+    lower_ = lower.value_or(-kInfinity);
+    upper_ = upper.value_or(kInfinity);
+    if (lower_ > upper_) {
+      throw InputError(expression.location().ToString() + ": '" + expression.name + "' is never true: '" +
+                       min + "' is above '" + max + "'");
+    }
+    condition_.predicate = row.name;
+    condition_.kind = row.kind;
+    condition_.subject = quantity_of_->subject();
+    condition_.unit = row.unit;
+    quantity_ = quantity_of_->words();
+  }
+  void Start() override { quantity_of_->Start(); }
+
+ protected:
+  double Value(const WorldView& world) override { return quantity_of_->Evaluate(world) * scale_; }
+
+ private:
+  // A limit beyond what the number can be would make the predicate always true, or never.
+  static std::optional<double> Limit(const YamlMap& arguments, const std::string& which, const Row& row) {
+    if (row.key != "deg") {
+      const YamlValue* limit = arguments.Find(which + (row.key.empty() ? "" : "_" + row.key));
+      return limit ? std::optional(limit->Number(row.range)) : std::nullopt;
+    }
+    const std::optional<double> limit = arguments.Angle(which, row.range);
+    // As it is written, where it is written in degrees.
+    const YamlValue* degrees = arguments.Find(which + "_deg");
+    return degrees ? degrees->Number()
+           : limit ? std::optional(*limit * 180 / std::numbers::pi)
+                   : std::nullopt;
+  }
+  std::unique_ptr<Quantity> quantity_of_;
+  // From SI units to the condition's.
+  double scale_;
 };
 
 }  // namespace
 
+std::vector<std::string> QuantityNames() {
+  std::vector<std::string> names;
+  for (const Row& row : kRegistry) names.emplace_back(row.name);
+  return names;
+}
+
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context) {
-  const auto factory = kRegistry.find(expression.name);
-  if (factory != kRegistry.end()) return factory->second(expression, context);
-  std::string known;
-  for (const auto& [name, unused] : kRegistry) known += (known.empty() ? "" : ", ") + name;
-  throw InputError(expression.location().ToString() + ": no quantity is called '" + expression.name +
-                   "'; expected " + known);
+  if (const Row* row = Find(expression.name))
+    return row->make(ArgumentsOf(expression, row->required, row->optional), context);
+  throw InputError(expression.location().ToString() + ": no quantity is called '" + expression.name + "'" +
+                   Suggestion(expression.name, QuantityNames()));
+}
+
+std::unique_ptr<Predicate> CompileWithin(const Expression& expression, const CompileContext& context) {
+  const Row* row = Find(expression.name);
+  return row ? std::make_unique<QuantityWithin>(*row, expression, context) : nullptr;
 }
 
 }  // namespace evalbus::metrics

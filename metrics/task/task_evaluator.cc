@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lcmtypes/clock.h"
+
 namespace evalbus::metrics {
 namespace {
 
@@ -24,7 +26,7 @@ condition_t OutOfBounds(const state_t& state, const std::string& name, int body)
   condition.threshold_mixed = kBounds;
   condition.unit = "m";
   condition.tick = state.header.tick;
-  condition.time_s = static_cast<double>(state.header.sim_time_us) / 1e6;
+  condition.time_s = Seconds(state.header.sim_time_us);
   condition.text =
       fmt::format("{} is {:.3g} m from the origin, more than {:g} m", name, condition.value_mixed, kBounds);
   return condition;
@@ -38,7 +40,8 @@ TaskEvaluator::TaskEvaluator(const TaskDescription& task, const ModelNames& name
       target_distance_(task.target_distance.size()),
       pose_error_(task.pose_error.size()) {
   const CompileContext context{names, task};
-  for (const Stage& stage : task.stages) stages_.push_back(CompilePredicate(stage.when, context));
+  for (const Stage& stage : task.stages)
+    stages_.push_back(CompilePredicate(stage.when, {names, task, stages_.size()}));
   success_ = CompilePredicate(task.success, context);
   if (!task.failure.name.empty()) failure_ = CompilePredicate(task.failure, context);
   for (const NamedExpression& d : task.target_distance)
@@ -55,6 +58,8 @@ void TaskEvaluator::Start() {
   for (const auto& stage : stages_) stage->Start();
   success_->Start();
   if (failure_) failure_->Start();
+  for (const auto& distance : distances_) distance->Start();
+  for (const auto& error : errors_) error->Start();
   verdict_ = Verdict::kUndecided;
   judged_ = out_of_bounds_ = false;
   why_.clear();
@@ -76,7 +81,8 @@ int TaskEvaluator::BodyOutOfBounds(const state_t& state) const {
   return furthest;
 }
 
-void TaskEvaluator::Evaluate(const WorldView& world, int64_t tick) {
+void TaskEvaluator::Evaluate(WorldView world, int64_t tick) {
+  world.stage_reached = stage_reached_;
   for (size_t k = 0; k < distances_.size(); ++k) target_distance_[k] = distances_[k]->Evaluate(world);
   for (size_t k = 0; k < errors_.size(); ++k) pose_error_[k] = errors_[k]->Evaluate(world);
   if (tick == 0) return;

@@ -23,9 +23,10 @@ class TaskEvaluator {
   // Forgets the episode before.
   void Start();
 
-  // The world at a tick; ticks in order. The verdict is undecided at tick 0, the reset state; from tick 1 on
-  // the first success or failure stands, and failure goes before success. A stage once reached stays so.
-  void Evaluate(const WorldView& world, int64_t tick);
+  // The world at a tick, without its stages; ticks in order. The verdict is undecided at tick 0, the reset
+  // state; from tick 1 on the first success or failure stands, and failure goes before success. A stage once
+  // reached stays so.
+  void Evaluate(WorldView world, int64_t tick);
 
   Verdict verdict() const { return verdict_; }
   // The failure is the built-in one: a robot body too far away.

@@ -1,7 +1,11 @@
 #include "policy_bridge/experts/expert.h"
 
+#include <fmt/format.h>
+
 #include <functional>
 #include <map>
+#include <stdexcept>
+#include <utility>
 
 #include "base/errors.h"
 #include "policy_bridge/experts/cube_handover.h"
@@ -15,12 +19,17 @@ namespace evalbus::policy {
 
 Expert::Expert(const mjModel& model, const model_info_t& info, int max_attempts)
     : context_(model, info), max_attempts_(max_attempts) {
-  for (int arm = 0; arm < info.num_arms; ++arm) arms_.push_back(arm);
+  for (int arm = 0; arm < info.num_arms; ++arm) {
+    arms_.push_back(arm);
+    names_.push_back(info.arm[static_cast<size_t>(arm)].name);
+  }
 }
 
 void Expert::Begin(const episode_begin_t&) {
   player_.Reset(context_.home);
   attempts_ = 0;
+  has_planned_ = false;
+  context_.obstacle.reset();
 }
 
 void Expert::Act(const state_t& state, action_t* action) {
@@ -28,10 +37,31 @@ void Expert::Act(const state_t& state, action_t* action) {
   const Configuration* commanded = &player_.At(time);
   if (player_.done()) {
     context_.effort_left = PlanningContext::kEffort;
-    player_.Start(Next(*commanded, state), time);
+    const int attempts = attempts_;
+    std::vector<Motion> motions = Next(*commanded, state);
+    has_planned_ |= !motions.empty();
+    if (!has_planned_ && attempts_ > attempts && gives_up()) {
+      throw std::runtime_error("no plan: " + WhyNoPlan(*commanded, state));
+    }
+    player_.Start(std::move(motions), time);
     commanded = &player_.At(time);
   }
   SetAction(*commanded, action);
+}
+
+std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {
+  ContactProbe& probe = context_.probe;
+  probe.Set(state);
+  for (const int arm : arms_) probe.SetArm(arm, now.joints[static_cast<size_t>(arm)]);
+  // What is in the way of every plan comes before what ended the best one.
+  if (const auto touch = probe.FindTouch(arms_, {}))
+    return probe.InWords(*touch) + ", where the robot stands";
+  if (!context_.obstacle) return "the search took too long";
+  const Obstacle& obstacle = *context_.obstacle;
+  if (obstacle.touch) return probe.InWords(*obstacle.touch) + ", on the way that led farthest";
+  return fmt::format("arm '{}' does not reach ({:.3f}, {:.3f}, {:.3f}) m, on the way that led farthest",
+                     names_[static_cast<size_t>(obstacle.arm)], obstacle.grip.x(), obstacle.grip.y(),
+                     obstacle.grip.z());
 }
 
 void NeedTwoArms(const model_info_t& info) {
@@ -66,6 +96,12 @@ std::unique_ptr<Policy> Make(const mjModel& model, const model_info_t& info) {
   return std::make_unique<T>(model, info);
 }
 
+Factory Book(bool to_shelf) {
+  return [to_shelf](const mjModel& model, const model_info_t& info) {
+    return std::make_unique<SingleBookExpert>(to_shelf, model, info);
+  };
+}
+
 // By task.
 const std::map<std::string, Factory>& Experts() {
   static const std::map<std::string, Factory> experts = {
@@ -77,8 +113,8 @@ const std::map<std::string, Factory>& Experts() {
            {.name = "tray", .sweet_spot = {0.6, -0.325}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = -0.02})},
       {"pack_box", Make<PackBoxExpert>},
       {"rotate_valve", Make<RotateValveExpert>},
-      {"pick_single_book_from_table", Make<SingleBookExpert>},
-      {"stack_single_book_shelf", Make<SingleBookExpert>},
+      {"pick_single_book_from_table", Book(false)},
+      {"stack_single_book_shelf", Book(true)},
       {"stack_two_blocks", Make<StackTwoBlocksExpert>},
   };
   return experts;
@@ -86,13 +122,17 @@ const std::map<std::string, Factory>& Experts() {
 
 }  // namespace
 
-std::unique_ptr<Policy> MakeExpert(const mjModel& model, const model_info_t& info) {
-  const auto expert = Experts().find(info.task);
-  if (expert != Experts().end()) return expert->second(model, info);
+void CheckExpert(const std::string& task) {
+  if (Experts().contains(task)) return;
   std::string known;
-  for (const auto& [task, unused] : Experts()) known += (known.empty() ? "" : ", ") + task;
-  throw InputError("policy \"expert\": there is none for task \"" + info.task + "\"; there is one for " +
-                   known);
+  for (const auto& [name, unused] : Experts()) known += (known.empty() ? "" : ", ") + name;
+  throw InputError("policy \"expert\": there is none for task \"" + task + "\"; there is one for " + known +
+                   " (expert:TASK takes that of another task)");
+}
+
+std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info) {
+  CheckExpert(task);
+  return Experts().at(task)(model, info);
 }
 
 }  // namespace evalbus::policy

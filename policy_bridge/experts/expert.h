@@ -28,8 +28,8 @@ class Expert : public Policy {
   void Act(const state_t& state, action_t* action) override;
 
  protected:
-  // What to do from `now`, seeing `state`; empty to rest until asked again at the next tick. Throws
-  // std::runtime_error where nothing can be done.
+  // What to do from `now`, seeing `state`; empty to rest until asked again at the next tick. Where this was
+  // the last attempt and the episode has had no plan, Act() throws what was in the way.
   virtual std::vector<Motion> Next(const Configuration& now, const state_t& state) = 0;
 
   PlanningContext& context() { return context_; }
@@ -44,8 +44,15 @@ class Expert : public Policy {
   Plan MakePlan(const Configuration& now, const state_t& state) { return Plan(&context_, now, state); }
 
  private:
+  // What is in the way of a plan from `now`.
+  std::string WhyNoPlan(const Configuration& now, const state_t& state);
+
   PlanningContext context_;
   int max_attempts_;
+  // Of the arms.
+  std::vector<std::string> names_;
+  // Some plan of this episode was possible.
+  bool has_planned_ = false;
   Player player_;
 };
 
@@ -55,7 +62,11 @@ void NeedTwoArms(const model_info_t& info);
 // Writes a configuration as an action.
 void SetAction(const Configuration& configuration, action_t* action);
 
-// The scripted expert for a task. Throws InputError that lists the tasks there is one for.
-std::unique_ptr<Policy> MakeExpert(const mjModel& model, const model_info_t& info);
+// Throws InputError that lists the tasks there is an expert for.
+void CheckExpert(const std::string& task);
+
+// The scripted expert for a task, by the task's name: for a copy of it under another name, too. Throws as
+// CheckExpert() does.
+std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

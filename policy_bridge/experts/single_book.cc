@@ -60,9 +60,9 @@ Vector3d SiteInWorld(const mjModel& model, const model_info_t& info, const std::
 
 }  // namespace
 
-SingleBookExpert::SingleBookExpert(const mjModel& model, const model_info_t& info)
+SingleBookExpert::SingleBookExpert(bool to_shelf, const mjModel& model, const model_info_t& info)
     : Expert(model, info, kMaxAttempts),
-      to_shelf_(info.task == "stack_single_book_shelf"),
+      to_shelf_(to_shelf),
       book_(ObjectBody(info, "book")),
       counter_edge_(SiteInWorld(model, info, "shelf", "counter_edge")),
       board_edge_(SiteInWorld(model, info, "shelf", "lower_board_edge")) {

@@ -13,7 +13,7 @@ class SingleBookExpert : public Expert {
  public:
   // For stack_single_book_shelf or pick_single_book_from_table, with any number of arms. Throws InputError if
   // the model lacks the book's geom or the shelf's sites.
-  SingleBookExpert(const mjModel& model, const model_info_t& info);
+  SingleBookExpert(bool to_shelf, const mjModel& model, const model_info_t& info);
 
  protected:
   std::vector<Motion> Next(const Configuration& now, const state_t& state) override;

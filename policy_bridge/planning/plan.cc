@@ -122,6 +122,8 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
       const IkResult ik = SolveIk(arm.chain, grip(i, static_cast<double>(k) / (knots - 1)) * grip_to_wrist,
                                   path.back(), options);
       if (!ik.converged || (ik.joints - path.back()).cwiseAbs().maxCoeff() > kMaxKnotStep) {
+        // Where it was to get at last says more than where it did not get on.
+        context_->Note(motions_.size(), {.touch = {}, .arm = arms[i], .grip = grip(i, 1.0).translation()});
         feasible_ = false;
         return *this;
       }
@@ -203,6 +205,7 @@ Plan& Plan::Swing(const std::vector<GripGoal>& goals) {
       found = true;
     }
     if (!found) {
+      context_->Note(motions_.size(), {.touch = {}, .arm = goal.arm, .grip = goal.pose.translation()});
       feasible_ = false;
       return *this;
     }
@@ -377,7 +380,12 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
       for (const Turned& turned : contacts.turned) {
         probe.SetAngle(turned.hinge, (1 - s) * turned.hinge.angle + s * turned.to);
       }
-      if (context_->effort_left-- <= 0 || probe.Touches(arms, contacts.touchable)) {
+      if (context_->effort_left-- <= 0) {
+        feasible_ = false;
+        return *this;
+      }
+      if (const auto touch = probe.FindTouch(arms, contacts.touchable)) {
+        context_->Note(i, {.touch = touch});
         feasible_ = false;
         return *this;
       }

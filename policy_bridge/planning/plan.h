@@ -67,6 +67,13 @@ struct Turning {
   double slack = 0;   // of the angle: until the grip meets the body and takes it along
 };
 
+// Why a plan cannot be: something is in the way, or a grip does not get where it should.
+struct Obstacle {
+  std::optional<Touch> touch;
+  int arm = -1;                                    // where there is no touch
+  Eigen::Vector3d grip = Eigen::Vector3d::Zero();  // m
+};
+
 // What plans need of the model; made once per run.
 struct PlanningContext {
   PlanningContext(const mjModel& model, const model_info_t& info, const MotionLimits& limits = {});
@@ -80,6 +87,15 @@ struct PlanningContext {
   // long.
   static constexpr int kEffort = 3'000;
   int effort_left = kEffort;
+
+  // Of the plans since it was cleared: what ended the one that came farthest, and after how many motions.
+  std::optional<Obstacle> obstacle;
+  size_t motions_before_obstacle = 0;
+  void Note(size_t motions, const Obstacle& found) {
+    if (obstacle && motions <= motions_before_obstacle) return;
+    obstacle = found;
+    motions_before_obstacle = motions;
+  }
 };
 
 class Plan {

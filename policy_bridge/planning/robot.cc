@@ -1,6 +1,9 @@
 #include "policy_bridge/planning/robot.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 
@@ -8,6 +11,8 @@
 
 namespace evalbus::policy {
 namespace {
+
+constexpr int kMaxContacts = 2000;
 
 // Midway between the pads of a gripper, and the way they close. A pad's place is that of its body's geom
 // farthest from the wrist: a finger has other geoms too.
@@ -125,7 +130,7 @@ Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int 
 }
 
 ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, double clearance_m)
-    : model_(mj_copyModel(nullptr, &model)) {
+    : model_(mj_copyModel(nullptr, &model)), clearance_(clearance_m) {
   for (int geom = 0; geom < model_->ngeom; ++geom) {
     // A pair is in contact below the larger of its margins.
     model_->geom_margin[geom] = std::max(model_->geom_margin[geom], clearance_m);
@@ -136,12 +141,32 @@ ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, doubl
     arm_of_geom_.push_back(arm == info.arm.end() ? -1 : static_cast<int>(arm - info.arm.begin()));
     is_pad_.push_back(false);
   }
+  // None may be left out: thicker geoms touch more often, and closed fingers in many places.
+  model_->nconmax = std::max(model_->nconmax, kMaxContacts);
   data_.reset(mj_makeData(model_.get()));
   entity_of_body_ = info.body_entity;
   for (const arm_info_t& arm : info.arm) arm_qpos_.push_back(arm.joint_qpos_index);
   for (const gripper_info_t& gripper : info.gripper) {
     for (int geom : gripper.pad_geom) is_pad_[geom] = true;
   }
+  FindNearAtHome(info);
+}
+
+void ContactProbe::FindNearAtHome(const model_info_t& info) {
+  for (size_t arm = 0; arm < info.arm.size(); ++arm) {
+    SetArm(static_cast<int>(arm),
+           Eigen::Map<const Eigen::VectorXd>(info.arm[arm].joint_home_rad.data(), info.arm[arm].num_joints));
+  }
+  mj_kinematics(model_.get(), data_.get());
+  mj_collision(model_.get(), data_.get());
+  for (int i = 0; i < data_->ncon; ++i) {
+    const int a = data_->contact[i].geom1, b = data_->contact[i].geom2;
+    if (arm_of_geom_[a] >= 0 && arm_of_geom_[a] == arm_of_geom_[b]) near_at_home_.insert(BodiesOf(a, b));
+  }
+}
+
+std::pair<int, int> ContactProbe::BodiesOf(int geom, int other) const {
+  return std::minmax({model_->geom_bodyid[geom], model_->geom_bodyid[other]});
 }
 
 void ContactProbe::Set(const state_t& state) {
@@ -200,7 +225,8 @@ Hinge ContactProbe::HingeOf(int body, const state_t& state) const {
   return hinge;
 }
 
-bool ContactProbe::Touches(const std::vector<int>& arms, const std::vector<int>& touchable_bodies) {
+std::optional<Touch> ContactProbe::FindTouch(const std::vector<int>& arms,
+                                             const std::vector<int>& touchable_bodies) {
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());
   const auto is_touchable = [&](int geom) {
@@ -217,9 +243,20 @@ bool ContactProbe::Touches(const std::vector<int>& arms, const std::vector<int>&
     if ((arm_of_geom_[a] >= 0 && !a_named) || (arm_of_geom_[b] >= 0 && !b_named)) continue;
     if (is_pad_[a] && (is_pad_[b] || is_touchable(b))) continue;
     if (is_pad_[b] && is_touchable(a)) continue;
-    return true;
+    if (arm_of_geom_[a] == arm_of_geom_[b] && near_at_home_.contains(BodiesOf(a, b))) continue;
+    return Touch{a, b, data_->contact[i].dist};
   }
-  return false;
+  return std::nullopt;
+}
+
+std::string ContactProbe::InWords(const Touch& touch) const {
+  const auto name = [&](int geom) {
+    const char* own = mj_id2name(model_.get(), mjOBJ_GEOM, geom);
+    return std::string(own ? own : mj_id2name(model_.get(), mjOBJ_BODY, model_->geom_bodyid[geom]));
+  };
+  return fmt::format("{} is {:.3g} mm {} {}, {:.3g} mm wanted", name(touch.geom),
+                     1000 * std::abs(touch.distance), touch.distance < 0 ? "inside" : "from",
+                     name(touch.other), 1000 * clearance_);
 }
 
 }  // namespace evalbus::policy

@@ -4,7 +4,10 @@
 
 #include <mujoco/mujoco.h>
 
+#include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "evalbus/model_info_t.hpp"
@@ -60,6 +63,12 @@ struct Hinge {
   int qpos;                          // index of the coordinate
 };
 
+// Two geoms that are too near to one another; distance in m, negative inside one another.
+struct Touch {
+  int geom, other;
+  double distance;
+};
+
 // Answers what the robot would touch, by MuJoCo's collision detection on a private copy of the scene in which
 // every geom is thicker by a clearance.
 class ContactProbe {
@@ -75,11 +84,18 @@ class ContactProbe {
   // Throws InputError if the body is not on exactly one hinge with a range.
   Hinge HingeOf(int body, const state_t& state) const;
 
-  // True if one of these arms (or its hand) touches anything but the arms that are not named. Pads may touch
-  // the objects that these bodies belong to.
-  bool Touches(const std::vector<int>& arms, const std::vector<int>& touchable_bodies);
+  // What one of these arms (or its hand) touches, if it is anything but the arms that are not named, what
+  // pads may touch, which are the objects that these bodies belong to, and its own links that are as near to
+  // one another at home.
+  std::optional<Touch> FindTouch(const std::vector<int>& arms, const std::vector<int>& touchable_bodies);
+
+  // "left/link0 is 0.99 mm from left/link1, 3 mm wanted"
+  std::string InWords(const Touch& touch) const;
 
  private:
+  // Links that nearly touch at home, as neighbours do.
+  void FindNearAtHome(const model_info_t& info);
+  std::pair<int, int> BodiesOf(int geom, int other) const;
   void SetMocap(int body, const Eigen::Isometry3d& pose);
 
   ModelPtr model_;
@@ -89,6 +105,9 @@ class ContactProbe {
   std::vector<int> arm_of_geom_, entity_of_geom_;
   std::vector<char> is_pad_;
   std::vector<int> entity_of_body_;
+  // Pairs of bodies, the lower index first.
+  std::set<std::pair<int, int>> near_at_home_;
+  double clearance_;
 };
 
 }  // namespace evalbus::policy

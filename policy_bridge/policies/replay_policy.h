@@ -10,8 +10,16 @@
 
 namespace evalbus::policy {
 
-// The actions that were recorded of an episode, in the order of their ticks; empty if there are none.
-using Recording = std::function<std::vector<action_t>(int episode)>;
+// An episode's actions in the order of their ticks, and what they were the answers to. Without any, there is
+// no such episode.
+struct RecordedEpisode {
+  std::string log;
+  // Empty ones where the log has none.
+  model_info_t model{};
+  episode_begin_t begin{};
+  std::vector<action_t> actions;
+};
+using Recording = std::function<RecordedEpisode(int episode)>;
 
 // Actions in a run folder or in an LCM event log, read when an episode is asked for. Throws InputError if
 // there is no such thing.
@@ -21,13 +29,16 @@ Recording OpenRecording(const std::string& path);
 // simulated time has come, so a recording plays at another control rate too.
 class ReplayPolicy : public Policy {
  public:
-  ReplayPolicy(Recording recording, const model_info_t& info);
+  // anyway: also where it was recorded in another task, variation, with another robot, seed or control rate,
+  // where the same actions do something else; refused otherwise.
+  ReplayPolicy(Recording recording, const model_info_t& info, bool anyway);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
 
  private:
   Recording recording_;
-  size_t num_joints_, num_grippers_;
+  model_info_t info_;
+  bool anyway_;
   std::vector<action_t> actions_;
   size_t next_ = 0;
 };

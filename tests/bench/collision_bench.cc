@@ -13,12 +13,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "collision/checker.h"
+#include "collision/clearance_watch.h"
 #include "models/scene.h"
 
 namespace evalbus {
@@ -192,6 +194,45 @@ void FindClearance(benchmark::State& state) {
       [&](const Pose&) { benchmark::DoNotOptimize(checker.FindClearance()); });
 }
 
+// What a tick costs, poses and contacts included: without the clearance, with that of every tick, and with
+// that of every tick that has the smallest one so far.
+enum class Search { kNone, kEveryTick, kSmallest };
+
+void Tick(benchmark::State& state, Search search) {
+  LiftPot& lift_pot = LiftPot::Get();
+  const std::vector<Pose>& poses = lift_pot.moving;
+  collision::CollisionChecker checker(lift_pot.scene.physics.get(), lift_pot.scene.info);
+  collision::ClearanceWatch watch(&checker, 20'000);
+  int64_t tick = 0;
+  int found = 0;
+  double smallest = std::numeric_limits<double>::infinity();
+  Measure(
+      state, poses, [](const Pose&) {},
+      [&](const Pose& pose) {
+        // Each pass through the poses is an episode.
+        if (++tick > static_cast<int64_t>(poses.size())) {
+          watch.Start();
+          tick = 1;
+        }
+        SetPoses(&checker, pose);
+        const std::vector<contact_t>& contacts = checker.FindContacts();
+        if (search == Search::kNone) return;
+        const std::optional<collision::Clearance> clearance =
+            search == Search::kEveryTick ? checker.FindClearance() : watch.At(tick, contacts);
+        if (!clearance) return;
+        ++found;
+        smallest = std::min(smallest, clearance->distance);
+      });
+  state.counters["found"] = found / static_cast<double>(state.iterations());
+  if (search == Search::kNone || state.iterations() < static_cast<int64_t>(poses.size())) return;
+  double expected = std::numeric_limits<double>::infinity();
+  for (const Pose& pose : poses) {
+    SetPoses(&checker, pose);
+    expected = std::min(expected, checker.FindClearance()->distance);
+  }
+  if (smallest != expected) state.SkipWithError("not the smallest clearance");
+}
+
 // Broad phase alone, on bounding boxes of all geoms but planes: FCL's managers against going through the list
 // of the pairs that are checked at all.
 class Boxes {
@@ -290,6 +331,9 @@ void BroadPhaseManager(benchmark::State& state) {
 BENCHMARK(FindContacts)->ArgName("gripping")->Arg(0)->Arg(1)->UseManualTime();
 BENCHMARK(MujocoCollision)->ArgName("gripping")->Arg(0)->Arg(1)->UseManualTime();
 BENCHMARK(FindClearance)->ArgName("gripping")->Arg(0)->Arg(1)->UseManualTime();
+BENCHMARK_CAPTURE(Tick, WithoutClearance, Search::kNone)->UseManualTime();
+BENCHMARK_CAPTURE(Tick, ClearanceOfEveryTick, Search::kEveryTick)->UseManualTime();
+BENCHMARK_CAPTURE(Tick, SmallestClearance, Search::kSmallest)->UseManualTime();
 BENCHMARK(BroadPhaseList)->ArgName("gripping")->Arg(0)->UseManualTime();
 BENCHMARK(BroadPhaseManager<fcl::DynamicAABBTreeCollisionManagerd>)
     ->ArgName("gripping")

@@ -21,7 +21,7 @@ constexpr int kGeoms = 60;
 // Two 7-jointed arms in smooth motion, with 30 contacts as while lifting a pot.
 struct Episode {
   struct ArmData {
-    std::array<double, kJoints> q, w, torque;
+    std::array<double, kJoints> q, w;
   };
   std::vector<std::array<ArmData, 2>> data{kSteps};
   std::vector<std::array<metrics::ArmSample, 2>> arms{kSteps};
@@ -43,13 +43,12 @@ struct Episode {
         for (int j = 0; j < kJoints; ++j) {
           d.q[j] = 0.3 * std::sin(t + j + k);
           d.w[j] = 0.3 * std::cos(t + j + k);
-          d.torque[j] = 5 * std::sin(2 * t + j);
         }
         arms[i][k] = {d.q,
                       d.w,
-                      d.torque,
                       {0.1 * std::sin(t + k), 0.2 * k, 0.1 * std::cos(t + k)},
-                      {std::cos(t / 4), 0, std::sin(t / 4), 0}};
+                      {std::cos(t / 4), 0, std::sin(t / 4), 0},
+                      5 * t};
       }
       samples.push_back({.tick = i + 1,
                          .time = (i + 1) * kDt,

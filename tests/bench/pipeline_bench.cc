@@ -21,6 +21,7 @@
 #include "cli/launch/launch.h"
 #include "cli/launch/prepared_run.h"
 #include "evalbus/state_t.hpp"
+#include "lcmtypes/clock.h"
 #include "models/scene.h"
 #include "sim/world.h"
 #include "tests/bench/rounds.h"
@@ -184,7 +185,7 @@ void Measure(double control_hz, const Amount& amount, const std::filesystem::pat
   options.sim.control_hz = control_hz;
   options.episodes = amount.episodes;
   options.seed = 1;
-  BareStepping bare_stepping(options.sim.task, static_cast<int>(std::lround(1 / (control_hz * kTimestep))));
+  BareStepping bare_stepping(options.sim.task, Substeps(control_hz, std::llround(kTimestep * 1e6)));
   std::vector<double> bare, one_process, processes;
   for (int round = 0; round < amount.rounds; ++round) {
     for (const bool in_process : {true, false}) {
@@ -192,7 +193,7 @@ void Measure(double control_hz, const Amount& amount, const std::filesystem::pat
       options.in_process = in_process;
       options.url = in_process ? "" : LocalMulticastUrl(static_cast<uint32_t>(round));
       const launch::PreparedRun run = launch::PrepareRun(options);
-      run.folder.WriteJson(kRunJson, launch::RunJson(run.options));
+      run.folder.WriteJson(kRunJson, run.Json());
       Stopwatch stopwatch;
       (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(run.options, run.folder, run.plan,
                                                                            &stopwatch);

@@ -109,6 +109,9 @@ class Run {
         plan.episodes = {0, 1};
         plan.required = {"policy"};
         plan.realtime = plan.policy_is_external = true;
+        model_info_t model{};
+        Decode(samples_[channels::kModel.name].at(0), &model);
+        plan.made_of = launch::MadeOf::Of(model);
         launch::LiveHeader header;
         header.episodes = 2;
         view_.emplace(nowhere_, header);

@@ -83,6 +83,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Try([&] { results::Rescorer(task).Rescore(file); });
   Try([&] { policy::OpenRecording(file)(0); });
   // There is no model to draw; until then it reads.
-  Try([&] { viz::FilmEpisode(file, {"overview"}, {}, folder.path()); });
+  Try([&] { viz::FilmLog(file, {"overview"}, {}, folder.path()); });
   return 0;
 }

@@ -19,6 +19,7 @@ namespace {
 // Every predicate, quantity and randomisation that there is.
 constexpr char kAllWords[] = R"(name: words
 title: Every word of a task description
+instruction: lift it
 robot: {file: robot.yaml, base: {position_m: [0, 0, 0], yaw_deg: 3}}
 time_limit_s: 1
 scene:
@@ -27,7 +28,10 @@ scene:
     - {name: counter, model: counter.xml, pose: {position_m: [0.7, 0, 0]}}
     - {name: pot, model: pot.xml, pose: {position_m: [0.7, 0, 1.1], quaternion_wxyz: [1, 0, 0, 0]}, free: true}
     - {name: lid, model: pot.xml, pose: {position_m: [0.7, 0.4, 1.1], yaw_rad: 1}}
-objects: [pot]
+    - {name: cup, model: pot.xml, pose: {position_m: [0.7, -0.4, 1.1]}, free: true}
+  cameras: {front: {position_m: [1, 0, 1], look_at_m: [0, 0, 1], vertical_fov_deg: 50}}
+objects: [pot, {name: lid, may_touch: [lid/handle]}]
+joints: {left/joint: {position_deg: 5}}
 variations:
   all:
     alias: All
@@ -36,6 +40,16 @@ variations:
       - spawn_plane: {objects: [lid], origin_m: [0.7, 0.5, 1.1], half_extents_m: [0.1, 0.1], spacing_m: 0.1,
                       jitter_m: [0.01, 0.01, 0]}
       - spawn_yaw: {object: pot, bound_deg: 30}
+      - spawn_joint: {joint: right/joint, min_deg: -5, max_rad: 0.1}
+      - distractors: {objects: [cup], center_m: [0.7, -0.4], half_extents_m: [0.1, 0.1], min_count: 0, max_count: 1}
+      - mass: {of: [pot], min_factor: 0.5, max_factor: 2}
+      - friction: {of: [pot, left/hand], min_factor: 0.5, max_factor: 2}
+      - colour: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}
+      - light: {name: key, min_factor: 0.5, max_factor: 2}
+      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}
+    joints: {left/joint: {position_rad: 0.1}}
+    cameras: {overview: {position_m: [1, 0, 1], look_at_m: [0, 0, 1], vertical_fov_deg: 50}}
+    instruction: lift this
     poses: {lid: {position_m: [0.7, 0.5, 1.1]}}
     parts:
       - {name: post, model: counter.xml, pose: {position_m: [5, 0, 1]}}
@@ -49,6 +63,11 @@ stages:
   - {name: high, when: {height_above: {object: pot, min_m: 1.05}}}
   - {name: there, when: {inside: {object: pot, center_m: [0.7, 0, 1], half_extents_m: [0.1, 0.1, 0.1]}}}
   - {name: bent, when: {joint_fraction: {joint: left/joint, min: 0.4}}}
+  - {name: near, when: {distance: {a: pot, b: lid, max_m: 0.3}}}
+  - {name: lies, when: {on: {object: pot, support: counter}}}
+  - {name: still, when: {lasts: {min_s: 0.04, when: {speed: {object: pot, max_mps: 0.1}}}}}
+  - {name: rests, when: {all: [reached: {stage: still}, joint_speed: {arm: all, max_radps: 1}]}}
+  - {name: above, when: {inside: {object: pot, frame: lid, center_m: [0, 0, 0], half_extents_m: [1, 1, 1]}}}
 success:
   any:
     - all: [not: {touching: {a: pot, b: counter}}, tilt_below: {object: pot, axis: x, max_deg: 5}]

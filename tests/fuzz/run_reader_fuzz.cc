@@ -4,6 +4,7 @@
 
 #include "base/errors.h"
 #include "cli/results/comparison.h"
+#include "cli/results/comparison_json.h"
 #include "cli/results/comparison_text.h"
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
@@ -39,6 +40,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     results::ComparisonText(comparison, true);
     results::ComparisonJson({comparison}).dump();
   });
-  Try([] { results::RunFolder::OfWorker(folder.path()).SortEpisodes(); });
+  Try([] { results::ReadRunAsFarAsItGot(folder.path()); });
   return 0;
 }

@@ -1,6 +1,5 @@
 // Any text as the file of a recorded trajectory.
 #include "base/errors.h"
-#include "base/json_file.h"
 #include "metrics/episode/score_file.h"
 #include "tests/fuzz/scratch_file.h"
 
@@ -8,8 +7,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace evalbus;
   static const ScratchFolder folder;
   try {
-    metrics::ScoreEpisode(ReadJsonFile(folder.Write("trajectory.json", data, size)), "trajectory.json")
-        .dump();
+    metrics::ScoreFile(folder.Write("trajectory.json", data, size)).dump();
   } catch (const InputError&) {
   }
   return 0;

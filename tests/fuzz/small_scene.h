@@ -47,6 +47,7 @@ inline constexpr char kSmallArm[] = R"(<mujoco>
 inline constexpr char kSmallBase[] = R"(<mujoco>
   <option timestep="0.002"/>
   <worldbody>
+    <light name="key" pos="0 0 3"/>
     <geom name="floor" type="plane" size="3 3 1"/>
     <camera name="overview" pos="0 -3 1.5" xyaxes="1 0 0 0 0.3 1"/>
   </worldbody>
@@ -88,14 +89,16 @@ inline std::string SmallTask() {
   return text.replace(text.find(limit), limit.size(), "time_limit_s: 0.1");
 }
 
-// What the programs do with a task as its variation has it and a robot: compose, compile, place, step, check
-// and judge.
+// What the programs do with a task as its variation has it and a robot: compose, compile, place, paint, step,
+// check and judge.
 inline void PlayTask(const TaskDescription& task, const std::string& variation,
                      const RobotDescription& robot) {
   Scene scene = BuildScene(task, robot);
   scene.info.substeps = 2;
   sim::World world(scene.physics.get(), scene.info, robot, task, scene.info.substeps);
   world.Reset(1, task.variation(variation));
+  world.Overlap();
+  RandomiseAppearance(task.variation(variation), 1, scene.visual.get());
   collision::CollisionChecker checker(scene.physics.get(), scene.info);
   metrics::EpisodeScorer scorer(scene.info, task);
   state_t state{};

@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     TaskDescription task = ParseTask(text, scene.path() / "task.yaml", true);
     const std::string variation = task.variations[0].name;
     task.Apply(variation);
-    task.ApplyRobot(robot.name);
+    task.ApplyRobot(robot.name, robot.arm_names());
     PlayTask(task, variation, robot);
   } catch (const InputError&) {
   } catch (const EnvironmentError&) {

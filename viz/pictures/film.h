@@ -1,12 +1,15 @@
-// The film of an episode, made from its log.
+// Films of episodes, made from their logs.
 //
 // Frame n shows the world at simulated time n / 30 s: the last STATE at or before it, with the scores of that
 // tick. If the log has the episode's end, 30 frames follow that hold the last STATE and say how it ended.
 #pragma once
 
+#include <mujoco/mujoco.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,11 +27,26 @@ std::vector<size_t> FilmSchedule(const std::vector<int64_t>& sim_time_us);
 // "left_hand_wrist.mp4" for the camera "left/hand/wrist".
 std::string FilmName(std::string camera);
 
-// Films what each camera sees into FOLDER/<FilmName>, and returns these files. The visual model is the file
-// that MODEL names, or, when the run has been moved, ../../model/visual.mjb as seen from the log. Throws
-// InputError (no such log or camera, log without MODEL or STATE), EnvironmentError.
-std::vector<std::filesystem::path> FilmEpisode(const std::filesystem::path& log,
-                                               const std::vector<std::string>& cameras, FrameSize size,
-                                               const std::filesystem::path& folder);
+// Throws InputError for a camera that the scene has not, and for two that make the same file.
+void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras);
+
+struct FilmOptions {
+  // Of the log; empty: all.
+  std::vector<int> episodes;
+  // Whose films they are, written into the picture; empty where that is not known.
+  std::string policy;
+  // Called often with the share of the log's films that is done, 0 to 1.
+  std::function<void(double)> progress;
+};
+
+// Films what each camera sees into FOLDER/<FilmName>, and returns these files. Of a log with several episodes
+// there is one film of each: "episode_0007_front.mp4", and "episode_0007_2_front.mp4" where there is a second
+// try of it or a second run. The visual model is the file that MODEL names, or, when the run has been moved,
+// ../../model/visual.mjb as seen from the log. Throws InputError (no such log or episode, cameras as above,
+// log without MODEL or STATE), EnvironmentError.
+std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
+                                           const std::vector<std::string>& cameras, FrameSize size,
+                                           const std::filesystem::path& folder,
+                                           const FilmOptions& options = {});
 
 }  // namespace evalbus::viz

@@ -127,8 +127,13 @@ class Canvas {
 
 }  // namespace
 
-std::string EpisodeSubtitle(int32_t episode, std::optional<int64_t> seed) {
-  return fmt::format("episode {}", episode) + (seed ? fmt::format(", seed {}", *seed) : "");
+std::string EpisodeSubtitle(int32_t episode) { return fmt::format("episode {}", episode); }
+
+std::string MakerText(const std::string& policy, const std::string& robot) {
+  constexpr int kLongest = 40;
+  std::string text = Printable(policy);
+  if (Width(text) > kLongest) text = Cut(text, kLongest - 1) + "…";
+  return text + (text.empty() ? "" : " on ") + Printable(robot);
 }
 
 void AddScores(const metric_values_t& metrics, OverlayText* text) {
@@ -150,11 +155,13 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   Canvas canvas(frame, scale_);
 
   // Top left: what this is.
-  const double title_width = std::max(canvas.TextWidth(text.title, fonts.bold, kBold),
-                                      canvas.TextWidth(text.subtitle, fonts.normal, kSmall));
-  canvas.Panel(kMargin, kMargin, title_width + 2 * kPadding, 42, kPanel);
+  const double title_width = std::max({canvas.TextWidth(text.title, fonts.bold, kBold),
+                                       canvas.TextWidth(text.subtitle, fonts.normal, kSmall),
+                                       canvas.TextWidth(text.maker, fonts.normal, kSmall)});
+  canvas.Panel(kMargin, kMargin, title_width + 2 * kPadding, text.maker.empty() ? 42 : 58, kPanel);
   canvas.Text(kMargin + kPadding, kMargin + 18, text.title, fonts.bold, kBold, kText);
   canvas.Text(kMargin + kPadding, kMargin + 34, text.subtitle, fonts.normal, kSmall, kDim);
+  canvas.Text(kMargin + kPadding, kMargin + 50, text.maker, fonts.normal, kSmall, kDim);
 
   // Top right: when, and in the end how it ended.
   const std::string time = fmt::format("{:.2f} s", text.time_s);

@@ -1,8 +1,7 @@
-// What is written into the picture: task, time, stages, counts, and how the episode ended.
+// What is written into the picture: task, policy and robot, time, stages, counts, and how the episode ended.
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +13,8 @@ namespace evalbus::viz {
 
 struct OverlayText {
   std::string title;     // "lift_pot/position"
-  std::string subtitle;  // "episode 3, seed 1234"
+  std::string subtitle;  // "episode 3"
+  std::string maker;     // "expert on bimanual_panda"
   double time_s = 0;
   struct Stage {
     std::string name;
@@ -27,8 +27,9 @@ struct OverlayText {
   std::string end_reason;
 };
 
-// "episode 3, seed 1234"; without the seed where it is not known.
-std::string EpisodeSubtitle(int32_t episode, std::optional<int64_t> seed);
+std::string EpisodeSubtitle(int32_t episode);
+// "expert on bimanual_panda"; without the policy where it is not known.
+std::string MakerText(const std::string& policy, const std::string& robot);
 // Stages and counts of these scores.
 void AddScores(const metric_values_t& metrics, OverlayText* text);
 

@@ -9,6 +9,8 @@
 
 #include "base/errors.h"
 #include "models/mujoco_errors.h"
+#include "models/randomised_model.h"
+#include "models/task_description.h"
 
 namespace evalbus::viz {
 namespace {
@@ -141,6 +143,15 @@ Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), s
 }
 
 Renderer::~Renderer() = default;
+
+void Renderer::SetAppearance(const model_info_t& info, std::optional<int64_t> seed) {
+  const TaskDescription task = ParseTask(info.task_yaml, info.task_file, false);
+  const Variation& variation = task.variation(info.variation);
+  if (unchanged_) mj_copyModel(model_.get(), unchanged_.get());
+  if (!seed || variation.appearance.empty()) return;
+  if (!unchanged_) unchanged_.reset(mj_copyModel(nullptr, model_.get()));
+  RandomiseAppearance(variation, *seed, model_.get());
+}
 
 void Renderer::SetState(const state_t& state) {
   if (state.num_qpos != model_->nq) {

@@ -2,13 +2,18 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
 #include "models/mujoco_ptr.h"
 #include "viz/pictures/frame.h"
 
 namespace evalbus::viz {
+
+// Which camera pictures and films are made with unless another is named. Every scene has it.
+inline constexpr char kDefaultCamera[] = "overview";
 
 // Throws InputError, with the names there are, for a camera that the model has not.
 int FindCamera(const mjModel& model, const std::string& name);
@@ -29,6 +34,9 @@ class Renderer {
   const mjModel& model() const { return *model_; }
   FrameSize size() const { return size_; }
 
+  // From now on colours, lights and cameras are those of the episode with this seed of MODEL's variation;
+  // without a seed, those of the model. Throws InputError for a task description that cannot be read.
+  void SetAppearance(const model_info_t& info, std::optional<int64_t> seed);
   // What Render shows from now on. Bodies that physics does not move (mocap) are where the STATE's body poses
   // say, all others where its coordinates put them. Throws InputError if it is not this model's.
   void SetState(const state_t& state);
@@ -38,6 +46,8 @@ class Renderer {
   struct Gl;
 
   ModelPtr model_;
+  // As it was, where an episode has changed it.
+  ModelPtr unchanged_;
   FrameSize size_;
   DataPtr data_;
   std::unique_ptr<Gl> gl_;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -9,26 +10,31 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "base/errors.h"
-#include "base/run_layout.h"
+#include "base/write_whole.h"
+#include "bus/host.h"
 
 namespace evalbus::viz {
+namespace {
 
-VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second)
-    : file_(file),
-      partial_(file.parent_path() / (file.stem().string() + kUnfinishedFilmEnding)),
-      size_(size) {
+// While ffmpeg is waited for, milliseconds: for room, for its end.
+constexpr int kLook = 100, kShortLook = 2;
+
+}  // namespace
+
+VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
+                         std::chrono::milliseconds patience)
+    : file_(file), size_(size), patience_(patience) {
   if (size.width % 2 != 0 || size.height % 2 != 0) {
     throw InputError(
         fmt::format("film of {}x{}: H.264 needs an even width and height", size.width, size.height));
   }
-  // Who writes into the file that an earlier process left, its orphaned ffmpeg, shall not write into ours.
-  std::error_code none_there;
-  std::filesystem::remove(partial_, none_there);
   // One thread and no versions or dates inside: equal frames, equal bytes. A fragment a second: a film that
   // is cut plays up to the last whole one. Colours are BT.709, and say so.
   const std::vector<std::string> command = {
@@ -79,19 +85,22 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
       "frag_keyframe+empty_moov+default_base_moof",
       "-f",
       "mp4",
-      "file:" + partial_.string()};
-  // A socket, not a pipe: writing to an ffmpeg that has gone is then an error and not a signal. Its
-  // complaints go to memory, which never fills up like a pipe that nobody reads.
+      "pipe:1"};
+  // A socket, not a pipe: writing to an ffmpeg that has gone is then an error and not a signal. The film and
+  // its complaints go to memory, which never fills up like a pipe that nobody reads.
   int sockets[2];
+  film_ = memfd_create("film", MFD_CLOEXEC);
   complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
-  if (complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
-    throw EnvironmentError(std::string("cannot talk to ffmpeg: ") + std::strerror(errno));
+  if (film_ < 0 || complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
+    const int error = errno;
+    CloseFiles();
+    throw EnvironmentError(std::string("cannot talk to ffmpeg: ") + std::strerror(error));
   }
   frames_ = sockets[0];
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, complaints_, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, film_, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_, STDERR_FILENO);
   std::vector<char*> argv;
   for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
@@ -101,8 +110,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   close(sockets[1]);
   if (error != 0) {
     ffmpeg_ = -1;
-    close(frames_);
-    close(complaints_);
+    CloseFiles();
     throw EnvironmentError(error == ENOENT
                                ? "films need the ffmpeg program: install it with 'apt-get install ffmpeg'"
                                : std::string("cannot start ffmpeg: ") + std::strerror(error));
@@ -112,10 +120,14 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
 VideoWriter::~VideoWriter() {
   if (ffmpeg_ > 0) {
     kill(ffmpeg_, SIGKILL);
-    std::string ignored;
-    Wait(&ignored);
-    std::error_code error;
-    std::filesystem::remove(partial_, error);
+    waitpid(ffmpeg_, nullptr, 0);
+  }
+  CloseFiles();
+}
+
+void VideoWriter::CloseFiles() {
+  for (int* fd : {&frames_, &film_, &complaints_}) {
+    if (*fd >= 0) close(std::exchange(*fd, -1));
   }
 }
 
@@ -123,13 +135,20 @@ void VideoWriter::Write(const Frame& frame) {
   if (frame.size.width != size_.width || frame.size.height != size_.height) {
     throw InputError("film: a frame of another size");
   }
+  Wait waiting(std::chrono::steady_clock::now());
   for (size_t sent = 0; sent < frame.bgrx.size();) {
-    const ssize_t n = send(frames_, frame.bgrx.data() + sent, frame.bgrx.size() - sent, MSG_NOSIGNAL);
+    const ssize_t n =
+        send(frames_, frame.bgrx.data() + sent, frame.bgrx.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (n > 0) {
       sent += static_cast<size_t>(n);
+      waiting = Wait(std::chrono::steady_clock::now());
+    } else if (errno == EAGAIN) {
+      CheckPatience(&waiting);
+      pollfd room{frames_, POLLOUT, 0};
+      poll(&room, 1, kLook);
     } else if (errno != EINTR) {
       std::string message;
-      Wait(&message);
+      End(&message);
       Fail(message);
     }
   }
@@ -137,31 +156,38 @@ void VideoWriter::Write(const Frame& frame) {
 
 void VideoWriter::Close() {
   std::string message;
-  if (Wait(&message) != 0) Fail(message);
-  std::error_code error;
-  std::filesystem::rename(partial_, file_, error);
-  if (error) throw EnvironmentError("cannot write " + file_.string() + ": " + error.message());
+  if (End(&message) != 0) Fail(message);
+  std::string film(static_cast<size_t>(std::max<off_t>(0, lseek(film_, 0, SEEK_END))), '\0');
+  if (pread(film_, film.data(), film.size(), 0) != static_cast<ssize_t>(film.size()))
+    Fail(std::strerror(errno));
+  WriteWhole(file_, film);
 }
 
-int VideoWriter::Wait(std::string* message) {
-  close(frames_);
+void VideoWriter::CheckPatience(Wait* waiting) const {
+  if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
+  if (waiting->Look(std::chrono::steady_clock::now()) < patience_) return;
+  Fail(fmt::format("it hangs: no progress for {:g} s", std::chrono::duration<double>(patience_).count()));
+}
+
+int VideoWriter::End(std::string* message) {
+  close(std::exchange(frames_, -1));
   int status = 0;
-  while (waitpid(ffmpeg_, &status, 0) < 0 && errno == EINTR) {
+  Wait waiting(std::chrono::steady_clock::now());
+  while (waitpid(ffmpeg_, &status, WNOHANG) == 0) {
+    CheckPatience(&waiting);
+    poll(nullptr, 0, kShortLook);
   }
   ffmpeg_ = -1;
   // Its first line names the trouble; the others follow from it.
   char text[512];
   const ssize_t n = pread(complaints_, text, sizeof text, 0);
-  close(complaints_);
   *message = std::string(text, static_cast<size_t>(std::max<ssize_t>(n, 0)));
   *message = message->substr(0, message->find('\n'));
   if (WIFSIGNALED(status)) *message = std::string("ended by signal: ") + strsignal(WTERMSIG(status));
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
-void VideoWriter::Fail(const std::string& message) {
-  std::error_code ignored;
-  std::filesystem::remove(partial_, ignored);
+void VideoWriter::Fail(const std::string& message) const {
   throw EnvironmentError("ffmpeg could not make " + file_.string() + ": " +
                          (message.empty() ? "it stopped without a word" : message));
 }

@@ -4,37 +4,43 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 
+#include "bus/wait.h"
 #include "viz/pictures/frame.h"
 
 namespace evalbus::viz {
 
 class VideoWriter {
  public:
-  // Until Close the film is called NAME.partial.mp4; even cut, it plays up to there. Throws InputError for an
-  // odd size, EnvironmentError if ffmpeg is missing or fails; so do the others.
-  VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second);
+  // The file is made by Close, whole. Throws InputError for an odd size, EnvironmentError if ffmpeg is
+  // missing, fails, or does nothing for longer than `patience`; so do the others.
+  VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
+              std::chrono::milliseconds patience = std::chrono::seconds(60));
   // Without Close: the film is thrown away.
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
   void Write(const Frame& frame);
-  // Waits for ffmpeg and gives the film its name.
+  // Waits for ffmpeg and writes the film.
   void Close();
 
  private:
   // Ends ffmpeg; its exit code and what it said.
-  int Wait(std::string* message);
-  [[noreturn]] void Fail(const std::string& message);
+  int End(std::string* message);
+  void CheckPatience(Wait* waiting) const;
+  void CloseFiles();
+  [[noreturn]] void Fail(const std::string& message) const;
 
-  std::filesystem::path file_, partial_;
+  std::filesystem::path file_;
   FrameSize size_;
+  std::chrono::milliseconds patience_;
   pid_t ffmpeg_ = -1;
-  // Frames go in, complaints come out.
-  int frames_ = -1, complaints_ = -1;
+  // Frames go in, the film and complaints come out.
+  int frames_ = -1, film_ = -1, complaints_ = -1;
 };
 
 }  // namespace evalbus::viz

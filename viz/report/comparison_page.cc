@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/text.h"
 #include "viz/report/figures.h"
 #include "viz/report/page.h"
 #include "viz/report/scale.h"
@@ -25,7 +26,7 @@ double Bound(const ReportDifference& row) { return std::max(std::abs(row.lower),
 void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
   const double scale = shares ? 100 : 1;
   const auto number = [&](double value) {
-    NumberCell(value, shares ? fmt::format("{:.0f}", value * scale) : Number(value), html);
+    NumberCell(value, shares && std::isfinite(value) ? Fixed(value * scale, 0) : Number(value), html);
   };
   html->Element("tr", {{"data-metric", row.name}}, [&] {
     html->Element("th", {{"scope", "row"}}, [&] {
@@ -34,8 +35,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     });
     number(row.baseline);
     number(row.run);
-    NumberCell(row.difference,
-               shares ? fmt::format("{:+.0f}", row.difference * scale) : Number(row.difference), html);
+    number(row.difference);
     html->Element("td", {{"class", "bar"}}, [&] {
       if (std::isfinite(row.lower) && bound > 0) {
         DrawDifference(row.difference / bound, row.lower / bound, row.upper / bound, ClassOf(row.judgement),
@@ -44,7 +44,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     });
     html->Element("td", {{"class", "number"}}, [&] {
       if (!std::isfinite(row.lower)) return html->Text("-");
-      html->Text(shares ? fmt::format("{:.0f} to {:.0f}", row.lower * scale, row.upper * scale)
+      html->Text(shares ? Fixed(row.lower * scale, 0) + " to " + Fixed(row.upper * scale, 0)
                         : Number(row.lower, 3) + " to " + Number(row.upper, 3));
     });
     NumberCell(row.p, P(row.p), html);
@@ -75,6 +75,43 @@ void Table(const ReportComparison& comparison, const std::string& what, const st
   });
 }
 
+// A side of a flipped pair: its episode, how it ended, its films.
+void FlipCell(int episode, const std::string& end, const std::vector<ReportLink>& films, Markup* html) {
+  const bool success = end.empty();
+  html->Element("td", {{"class", "files"}}, [&] {
+    html->Element("span", {{"class", success ? "sign good" : "sign bad"}}, success ? "✓" : "✗");
+    html->Text(fmt::format(" episode {}{} ", episode, success ? "" : ": " + end));
+    Links(films, html);
+  });
+}
+
+void Flips(const ReportComparison& comparison, const ReportTaskComparison& task, Markup* html) {
+  if (task.flips.empty()) return;
+  html->Element("h4", {},
+                Plural(static_cast<int>(task.flips.size()), "seed") + " with success on one side only");
+  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+    html->Element("table", {{"class", "sortable"}}, [&] {
+      html->Element("thead", {}, [&] {
+        html->Element("tr", {}, [&] {
+          html->Element("th", {}, comparison.baseline);
+          html->Element("th", {}, comparison.run);
+          html->Element("th", {{"class", "number"}}, "seed");
+        });
+      });
+      html->Element("tbody", {}, [&] {
+        for (const ReportFlip& flip : task.flips) {
+          html->Element("tr", {}, [&] {
+            FlipCell(flip.baseline_episode, flip.baseline, flip.baseline_films, html);
+            FlipCell(flip.run_episode, flip.run, flip.run_films, html);
+            html->Element("td", {{"class", "number seed"}}, std::to_string(flip.seed));
+          });
+        }
+      });
+    });
+  });
+  if (!task.film_hint.empty()) html->Element("p", {{"class", "note"}}, task.film_hint);
+}
+
 void Write(const ReportComparison& comparison, Markup* html) {
   html->Element("p", {{"class", "verdict"}}, comparison.verdict);
   Table(
@@ -93,6 +130,7 @@ void Write(const ReportComparison& comparison, Markup* html) {
           for (const ReportDifference& metric : task.metrics) Row(metric, Bound(metric), false, html);
         },
         html);
+    Flips(comparison, task, html);
   }
   for (const std::string& note : comparison.notes) html->Element("p", {{"class", "note"}}, note);
 }

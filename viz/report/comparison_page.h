@@ -2,8 +2,11 @@
 // bytes.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
+
+#include "viz/report/page.h"
 
 namespace evalbus::viz {
 
@@ -20,12 +23,24 @@ struct ReportDifference {
   std::string judgement;
 };
 
+// A pair of episodes that only one of the two succeeded in.
+struct ReportFlip {
+  int64_t seed = 0;
+  // Why it did not succeed; empty of the one that did.
+  std::string baseline, run;
+  int baseline_episode = 0, run_episode = 0;
+  std::vector<ReportLink> baseline_films, run_films;
+};
+
 struct ReportTaskComparison {
   std::string task;  // "lift_pot/position"
   // In shares; over how many episodes, and of which kind, `counts` says.
   ReportDifference success;
   std::string counts;
   std::vector<ReportDifference> metrics;
+  std::vector<ReportFlip> flips;
+  // Where flips have no films: how they are made; a sentence.
+  std::string film_hint;
 };
 
 struct ReportComparison {

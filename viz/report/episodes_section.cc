@@ -4,6 +4,7 @@
 #include <limits>
 #include <set>
 
+#include "base/text.h"
 #include "viz/report/page.h"
 #include "viz/report/report_numbers.h"
 #include "viz/report/report_sections.h"
@@ -65,26 +66,22 @@ void NumberCells(const ReportEpisode& episode, Markup* html) {
   const double self = ValueOf(episode, "self_collision_count");
   NumberCell(scene + self, fmt::format("{} + {}", Number(scene), Number(self)), html);
   const double clearance = ValueOf(episode, "extended.min_clearance_m");
-  NumberCell(clearance, fmt::format("{:.0f}", clearance * 1e3), html);
+  NumberCell(clearance, Fixed(clearance * 1e3, 0), html);
   const double path = FirstOf(episode, {"total_cartesian_path_length", "cartesian_path_length"});
   NumberCell(path, fmt::format("{:.2f}", path), html);
 }
 
 void FilesCell(const ReportEpisode& episode, Markup* html) {
   html->Element("td", {{"class", "files"}}, [&] {
-    for (const auto* links : {&episode.films, &episode.logs}) {
-      for (const ReportLink& link : *links) {
-        html->Element("a", {{"href", link.url}}, link.text);
-        html->Text(" ");
-      }
-    }
+    Links(episode.films, html);
+    Links(episode.logs, html);
   });
 }
 
 void EpisodeRow(const RunSection& section, const ReportEpisode& episode, bool explained, bool drawn) {
   Markup* html = section.html;
   const std::string number = std::to_string(episode.episode);
-  html->Element("tr", {{"id", section.id + "episode-" + number}}, [&] {
+  html->Element("tr", {{"id", EpisodeId(section, episode)}, {"class", Outcome(episode)}}, [&] {
     html->Element("th", {{"class", "number"}, {"scope", "row"}}, [&] {
       if (!drawn) return html->Text(number);
       html->Element("a", {{"href", "#" + section.id + "curves-" + number}, {"title", "its curves"}}, number);
@@ -98,6 +95,17 @@ void EpisodeRow(const RunSection& section, const ReportEpisode& episode, bool ex
     FilesCell(episode, html);
     html->Element("td", {{"class", "number seed"}}, std::to_string(episode.seed));
   });
+}
+
+// report.css hides the others while it is checked. Not there where it would change nothing.
+void OnlyFailures(const RunSection& section) {
+  const std::vector<ReportEpisode>& episodes = section.run.episode;
+  const auto failures =
+      std::ranges::count_if(episodes, [](const auto& e) { return !(e.success && e.complete); });
+  if (failures == 0 || failures == std::ssize(episodes)) return;
+  const std::string id = section.id + "only-failures";
+  section.html->Empty("input", {{"type", "checkbox"}, {"class", "only-failures"}, {"id", id}});
+  section.html->Element("label", {{"for", id}}, fmt::format("only the {} without success", failures));
 }
 
 }  // namespace
@@ -118,9 +126,11 @@ void WriteEpisodes(const RunSection& section) {
   };
   html->Element("section", {}, [&] {
     html->Element(section.heading, {{"id", section.id + "episodes"}}, "Episodes");
+    OnlyFailures(section);
     html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
       html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
     });
+    if (!run.film_hint.empty()) html->Element("p", {{"class", "note"}}, run.film_hint);
   });
 }
 

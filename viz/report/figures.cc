@@ -59,17 +59,14 @@ void DrawScale(const Axis& axis, const Ticks& ticks, double y, const std::string
     Line("axis", x, y, x, y + 3, html);
     const bool last = i + 1 == ticks.at.size();
     std::string text = TickLabel(ticks.at[i], ticks.step);
-    double left = x - HalfWidth(text), right = x + HalfWidth(text);
-    if (last && !unit.empty()) {
-      const std::string with_unit = text + " " + unit;
-      const double end = std::min(x + HalfWidth(with_unit), axis.pixel_to + kOverhang);
-      // The unit stands where it has room; the title has it anyway.
-      if (end - 2 * HalfWidth(with_unit) > previous_right + 4) {
-        text = with_unit;
-        left = end - 2 * HalfWidth(with_unit);
-        right = end;
-      }
-    }
+    const auto right_of = [&](const std::string& label) {
+      return std::min(x + HalfWidth(label), axis.pixel_to + kOverhang);
+    };
+    const auto left_of = [&](const std::string& label) { return right_of(label) - 2 * HalfWidth(label); };
+    // The unit stands where it has room; the title has it anyway.
+    const std::string with_unit = text + " " + unit;
+    if (last && !unit.empty() && left_of(with_unit) > previous_right + 4) text = with_unit;
+    const double left = left_of(text), right = right_of(text);
     if (left <= previous_right + 2) continue;
     Label((left + right) / 2, y + 15, "middle", text, html);
     previous_right = right;

@@ -4,11 +4,13 @@
 
 #include <cctype>
 
+#include "base/text.h"
+
 namespace evalbus::viz {
 
 void Markup::Open(const char* name, Attributes attributes) {
   printer_.OpenElement(name, true);
-  for (const auto& [key, value] : attributes) printer_.PushAttribute(key, value.c_str());
+  for (const auto& [key, value] : attributes) printer_.PushAttribute(key, Printable(value).c_str());
 }
 
 void Markup::Close() {
@@ -28,7 +30,7 @@ void Markup::Empty(const char* name, Attributes attributes) {
   printer_.CloseElement(true);
 }
 
-void Markup::Text(const std::string& text) { printer_.PushText(text.c_str()); }
+void Markup::Text(const std::string& text) { printer_.PushText(Printable(text).c_str()); }
 
 void Markup::Verbatim(const std::string& code) {
   // XML reads a CDATA section, HTML two comments around the code.

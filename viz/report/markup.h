@@ -1,5 +1,6 @@
 // Writes HTML with inline SVG that is well-formed XML at the same time. Every text and every attribute is
-// escaped, so that nothing in a file of a run can become markup.
+// escaped, and of characters that XML has no place for (base/text.h, Printable) made one it has, so that
+// nothing in a file of a run can become markup or spoil it.
 #pragma once
 
 #include <tinyxml2.h>

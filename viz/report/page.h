@@ -3,10 +3,22 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "viz/report/markup.h"
 
 namespace evalbus::viz {
+
+struct ReportLink {
+  std::string text;
+  std::string url;  // relative to the page; see Url()
+};
+
+// "1 episode", "3 episodes".
+std::string Plural(int count, const std::string& noun);
+
+// Links one after the other.
+void Links(const std::vector<ReportLink>& links, Markup* html);
 
 // A whole page with the title as its heading. `made_by`: version and commit.
 std::string Page(const std::string& title, const std::string& made_by,

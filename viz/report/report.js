@@ -1,5 +1,5 @@
-// Tables sort by the column whose title is clicked, once more turns it round; a click on an event's time shows that
-// moment in the film. No character here that XML or HTML would read as markup.
+// Tables sort by the column whose title is clicked, once more turns it round, and say where they scroll; a click on
+// an event's time shows that moment in the film. No character here that XML or HTML would read as markup.
 "use strict";
 
 function valueOf(cell) {
@@ -40,6 +40,16 @@ for (const button of document.querySelectorAll("[data-seek]")) {
     film.currentTime = Number(button.dataset.seek);
   });
 }
+
+// A table that is wider than its place says so, for on a telephone nobody sees that it scrolls.
+function markWide() {
+  for (const place of document.querySelectorAll(".scroll")) {
+    place.classList.toggle("wide", place.scrollWidth > place.clientWidth);
+  }
+}
+markWide();
+addEventListener("resize", markWide);
+for (const details of document.querySelectorAll("details")) details.addEventListener("toggle", markWide);
 
 // Paper has no clicks.
 addEventListener("beforeprint", () => {

@@ -1,7 +1,5 @@
 #include "viz/report/report_numbers.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <limits>
 
@@ -47,10 +45,6 @@ double SuccessRate(const ReportRun& run) {
 
 ReportInterval FirstInterval(const ReportRun& run) {
   return run.intervals.empty() ? ReportInterval{"", 0, 1} : run.intervals[0];
-}
-
-std::string Plural(int count, const std::string& noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 const char* Outcome(const ReportEpisode& episode) {

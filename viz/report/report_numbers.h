@@ -19,9 +19,6 @@ double SuccessRate(const ReportRun& run);
 // The one that is drawn; of a run without any, from 0 to 1.
 ReportInterval FirstInterval(const ReportRun& run);
 
-// "1 episode", "3 episodes".
-std::string Plural(int count, const std::string& noun);
-
 // What became of an episode, as CSS class: "good", "bad" or "incomplete".
 const char* Outcome(const ReportEpisode& episode);
 

@@ -8,13 +8,9 @@
 #include <vector>
 
 #include "viz/report/figures.h"
+#include "viz/report/page.h"
 
 namespace evalbus::viz {
-
-struct ReportLink {
-  std::string text;
-  std::string url;  // relative to the page; see Url()
-};
 
 struct ReportEpisode {
   int episode = 0;
@@ -83,6 +79,8 @@ struct ReportRun {
   ReportCounts collisions;
   std::vector<ReportMetric> metrics;
   std::vector<ReportEpisode> episode;
+  // How films are made, where there are none; a sentence.
+  std::string film_hint;
   std::vector<ReportCurves> curves;
   // How the run was made: options, versions, hashes.
   std::vector<std::pair<std::string, std::string>> made;

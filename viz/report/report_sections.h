@@ -19,6 +19,11 @@ struct RunSection {
   Markup* html;
 };
 
+// Of an episode's row in the table.
+inline std::string EpisodeId(const RunSection& section, const ReportEpisode& episode) {
+  return section.id + "episode-" + std::to_string(episode.episode);
+}
+
 // Rate, failures and what is left out in sentences; the main numbers; a square for each episode.
 void WriteSummary(const RunSection& section);
 // Stages, failure reasons, collisions.

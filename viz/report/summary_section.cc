@@ -96,14 +96,18 @@ void Tiles(const RunSection& section) {
   });
 }
 
-// One square per episode, in order.
-void Strip(const ReportRun& run, Markup* html) {
+// One square per episode, in order, that leads to its row of the table; who does not see or point reads that.
+void Strip(const RunSection& section) {
+  const ReportRun& run = section.run;
+  Markup* html = section.html;
   html->Element("div", {{"class", "strip"}, {"aria-hidden", "true"}}, [&] {
     for (const ReportEpisode& episode : run.episode) {
       const std::string& reason =
           episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
-      html->Element("i",
+      html->Element("a",
                     {{"class", Outcome(episode)},
+                     {"href", "#" + EpisodeId(section, episode)},
+                     {"tabindex", "-1"},
                      {"title", fmt::format("episode {}: {}{}", episode.episode, reason,
                                            episode.complete ? "" : ", not complete")}},
                     "");
@@ -134,7 +138,7 @@ void WriteSummary(const RunSection& section) {
   }
   for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
   Tiles(section);
-  Strip(run, html);
+  Strip(section);
 }
 
 }  // namespace evalbus::viz

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "base/text.h"
 #include "bus/bus.h"
 #include "bus/host.h"
 #include "viz/terminal/monitor_screen.h"
@@ -21,26 +22,28 @@ using std::chrono::steady_clock;
 // Often enough to feel live, seldom enough to read.
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
 constexpr auto kLinePeriod = std::chrono::seconds(1);
-// Every component speaks every 0.4 s; when all are silent for so long they are gone.
-constexpr double kOver = 5;
+// Every component speaks every 0.4 s; when all are silent for so long they are gone. As long after a run has
+// said that it is over, the next run of a suite would have begun.
+constexpr std::chrono::duration<double> kOver{5};
 
 // A line for someone who reads a pipe or a file; dropped rather than waited for when nobody reads.
-bool PrintLine(std::string line) {
+bool PrintLine(const std::string& text) {
   pollfd fd{STDOUT_FILENO, POLLOUT, 0};
   if (poll(&fd, 1, 0) == 0) return true;
   if (fd.revents & POLLERR) return false;
-  line += '\n';
+  const std::string line = Printable(text) + '\n';
   return write(STDOUT_FILENO, line.data(), line.size()) >= 0;
 }
 
 }  // namespace
 
 int Monitor(const Address& address) {
-  const auto [url, planned_episodes] = Attach(address);
+  const Attached attached = Attach(address);
+  const std::string& url = attached.url;
   InstallStopSignals();
   signal(SIGPIPE, SIG_IGN);
   Bus bus(url);
-  RunWatch watch(planned_episodes);
+  RunWatch watch(attached.planned_episodes);
   bus.SubscribeRaw("EVALBUS_.*", [&](const std::string& channel, std::span<const uint8_t> data, int64_t) {
     watch.Hear(channel, data, steady_clock::now());
   });
@@ -54,7 +57,7 @@ int Monitor(const Address& address) {
   } else {
     PrintLine("listening to " + url);
   }
-  SteadyTime next{};
+  SteadyTime next{}, over_since = steady_clock::now();
   auto size = std::pair(0, 0);
   while (!stop_requested()) {
     const auto now = steady_clock::now();
@@ -77,7 +80,12 @@ int Monitor(const Address& address) {
         next = now + kLinePeriod;
       }
       if (!good) break;
-      if (watch.heard_at() && watch.SilentFor(now) > kOver) {
+      if (!watch.is_over()) over_since = now;
+      if (now - over_since > kOver) {
+        PrintLine("the run is over");
+        break;
+      }
+      if (watch.heard_at() && watch.SilentFor(now) > kOver.count()) {
         PrintLine("no message for 5 s: the run is over");
         break;
       }

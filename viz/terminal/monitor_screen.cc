@@ -32,8 +32,8 @@ std::string ChannelName(const std::string& channel) {
   return channel.starts_with(kPrefix) ? channel.substr(kPrefix.size()) : channel;
 }
 
-Style StyleOf(const std::string& end_reason) {
-  return end_reason == end_reason::kSuccess ? Style::kGood : end_reason.empty() ? Style::kPlain : Style::kBad;
+Style StyleOf(const std::string& outcome) {
+  return outcome == end_reason::kSuccess ? Style::kGood : outcome.empty() ? Style::kPlain : Style::kBad;
 }
 
 const char* StateName(const component_status_t& status) {
@@ -64,8 +64,11 @@ Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime 
     line.push_back({"   waiting for the names (MODEL)", Style::kQuiet});
   }
   const double silent = watch.heard_at() ? Seconds(now - *watch.heard_at()) : 0;
-  if (silent > Seconds(RunWatch::kSilent))
+  if (watch.is_over()) {
+    line.push_back({"   over", Style::kQuiet});
+  } else if (silent > Seconds(RunWatch::kSilent)) {
     line.push_back({fmt::format("   nothing heard for {:.0f} s", silent), Style::kBad});
+  }
   const std::string keys = "   q ends";
   const int room = width - LineWidth(line) - Width(keys) - 2;
   if (room >= 8)
@@ -173,10 +176,10 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   // How the last ones ended, the newest first, as many as there is room for.
   for (auto episode = watch.done().rbegin(); !spacious && episode != watch.done().rend(); ++episode) {
     const std::string before = episode == watch.done().rbegin() ? "  last " : ", ";
-    const std::string reason = Printable(episode->end_reason);
+    const std::string reason = Printable(end_reason::Outcome(episode->failure_reason));
     if (LineWidth(line) + Width(before) + Width(reason) > width) break;
     line.push_back({before, Style::kQuiet});
-    line.push_back({reason, StyleOf(episode->end_reason)});
+    line.push_back({reason, StyleOf(reason)});
   }
   screen->push_back({1, line});
   if (!spacious) return;
@@ -184,10 +187,11 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   for (auto episode = watch.done().rbegin(); episode != watch.done().rend() && shown < 5;
        ++episode, ++shown) {
     const metric_values_t& m = episode->metrics;
+    const std::string reason = Printable(end_reason::Outcome(episode->failure_reason));
     screen->push_back(
         {9,
          {{fmt::format("{:>10}  ", episode->header.episode), Style::kQuiet},
-          {Fit(Printable(episode->end_reason), 15), StyleOf(episode->end_reason)},
+          {Fit(reason, 15), StyleOf(reason)},
           {fmt::format("{:>6.2f} s  stages {}", m.completion_time_s, StageCount(m))},
           {fmt::format("   {}{}", episode->complete ? "" : "incomplete ", Printable(episode->end_detail)),
            Style::kQuiet}}});

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <limits>
 
+#include "base/text.h"
+
 namespace evalbus::viz {
 namespace {
 
@@ -124,7 +126,7 @@ void Terminal::Draw(const std::vector<Line>& lines) {
     if (i > 0) frame += "\r\n";
     for (const Span& span : lines[i]) {
       const char* code = colours_ ? Code(span.style) : "";
-      frame += code + span.text + (*code ? "\x1b[0m" : "");
+      frame += code + Printable(span.text) + (*code ? "\x1b[0m" : "");
     }
     if (LineWidth(lines[i]) < columns) frame += "\x1b[K";
   }

@@ -11,6 +11,7 @@
 #include "bus/message.h"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "lcmtypes/end_reason.h"
 #include "viz/watch/score_rows.h"
 
 namespace evalbus::viz {
@@ -53,7 +54,9 @@ void RunWatch::Hear(const std::string& channel, std::span<const uint8_t> data, S
     if (decode(&begin)) Hear(begin, now);
   } else if (channel == channels::kEpisodeEnd) {
     episode_end_t end{};
-    if (decode(&end) && end.header.episode == episode_) end_reason_ = Printable(end.end_reason);
+    // It is repeated until the next episode begins; once there is a score, that says more.
+    const bool is_scored = summed_up_ && summed_up_->first == episode_;
+    if (decode(&end) && end.header.episode == episode_ && !is_scored) end_reason_ = Printable(end.end_reason);
   } else if (channel == channels::kEpisodeSummary) {
     episode_summary_t summary{};
     if (decode(&summary)) OnEpisodeDone(summary);
@@ -171,10 +174,12 @@ void RunWatch::OnEpisodeDone(const episode_summary_t& summary) {
   const std::pair<int32_t, int32_t> key(summary.header.episode, summary.header.attempt);
   if (summed_up_ == key) return;  // said again
   summed_up_ = key;
+  const std::string outcome = Printable(end_reason::Outcome(summary.failure_reason));
+  if (summary.header.episode == episode_ && !end_reason_.empty()) end_reason_ = outcome;
   done_.push_back(summary);
   if (done_.size() > kKeptEpisodes) done_.pop_front();
-  events_.push_back(fmt::format("episode {} {} after {:.2f} s  {}{}{}", summary.header.episode,
-                                Printable(summary.end_reason), summary.metrics.completion_time_s,
+  events_.push_back(fmt::format("episode {} {} after {:.2f} s  {}{}{}", summary.header.episode, outcome,
+                                summary.metrics.completion_time_s,
                                 ScoreLine(summary.metrics, summary.extended),
                                 summary.complete ? "" : "  incomplete",
                                 summary.end_detail.empty() ? "" : ": " + Printable(summary.end_detail)));
@@ -213,6 +218,7 @@ void RunWatch::RollWindow(SteadyTime now) {
 
 void RunWatch::Update(SteadyTime now) {
   RollWindow(now);
+  if (is_over()) return;
   for (auto& [name, health] : health_) {
     if (health.is_bad() || now - health.heard <= kSilent ||
         health.status.state == component_status_t::STOPPED) {
@@ -221,6 +227,18 @@ void RunWatch::Update(SteadyTime now) {
     health.silent = true;
     events_.push_back(fmt::format("{} is silent since {:.1f} s", name, Seconds(now - health.heard)));
   }
+}
+
+bool RunWatch::is_over() const {
+  // Who leads says so last; by hand, the sim leads.
+  bool found = false;
+  for (const char* leader : {"run", "replay", "sim"}) {
+    const auto health = health_.find(leader);
+    if (health == health_.end() || (found && leader == std::string_view("sim"))) continue;
+    if (health->second.status.state != component_status_t::STOPPED) return false;
+    found = true;
+  }
+  return found;
 }
 
 double RunWatch::SilentFor(SteadyTime now) const {

@@ -64,6 +64,8 @@ class RunWatch {
   // Empty: before the first call of anything; before the first message.
   const std::optional<SteadyTime>& started() const { return started_; }
   const std::optional<SteadyTime>& heard_at() const { return heard_at_; }
+  // The run or replay has said so itself; who is silent then is not missed.
+  bool is_over() const;
   // Seconds since the last message; since the first call of anything if there was none.
   double SilentFor(SteadyTime now) const;
 
@@ -78,7 +80,7 @@ class RunWatch {
   int32_t attempt() const { return attempt_; }
   // Of the latest STATE of this episode.
   const header_t* state() const { return state_ ? &*state_ : nullptr; }
-  // Empty while the episode goes on.
+  // Empty while the episode goes on; then why it ended, and once it is scored how it came out.
   const std::string& end_reason() const { return end_reason_; }
   // "running", "waiting for components", how it ended; empty without an episode.
   std::string Phase() const;

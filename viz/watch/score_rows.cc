@@ -156,16 +156,21 @@ std::string ScoreLine(const metric_values_t& values, const extended_metrics_t& e
   return line;
 }
 
-std::string RateText(double rate, double lower, double upper) {
-  return fmt::format("{:.0f} % (CI {:.0f} to {:.0f})", rate * 100, lower * 100, upper * 100);
+std::string AnytimeRateText(double rate, double lower, double upper) {
+  return fmt::format("{:.0f} % (anytime CI {:.0f} to {:.0f})", rate * 100, lower * 100, upper * 100);
 }
 
 std::string DoneText(const run_summary_t& run, int planned) {
   std::string text = std::to_string(run.num_episodes);
   if (planned > 0) text += fmt::format(" of {}", planned);
-  text += " done";
-  if (run.num_complete > 0) {
-    text += ", success " + RateText(run.success_rate, run.success_rate_lower, run.success_rate_upper);
+  text += run.is_part ? " counted here" : " done";
+  const bool is_over = planned > 0 && run.num_episodes >= planned && !run.is_part;
+  if (run.num_complete > 0 && is_over) {
+    text += fmt::format(", success {:.0f} % (95 % CI {:.0f} to {:.0f}, Wilson)", run.success_rate * 100,
+                        run.success_rate_wilson_lower * 100, run.success_rate_wilson_upper * 100);
+  } else if (run.num_complete > 0) {
+    text += ", success " +
+            AnytimeRateText(run.success_rate, run.success_rate_anytime_lower, run.success_rate_anytime_upper);
   }
   const int64_t incomplete = int64_t{run.num_episodes} - run.num_complete;
   if (incomplete > 0) text += fmt::format(", {} incomplete", incomplete);

@@ -49,10 +49,11 @@ std::string StageCount(const metric_values_t& values);
 // "stages 1/2  slips 0  wrist path 1.250 m ...": the first rows in one line.
 std::string ScoreLine(const metric_values_t& values, const extended_metrics_t& extended);
 
-// "50 % (CI 9 to 91)": a success rate with its 95 % interval, all in shares.
-std::string RateText(double rate, double lower, double upper);
+// "50 % (anytime CI 9 to 91)": a success rate with its confidence sequence at 95 %, all in shares.
+std::string AnytimeRateText(double rate, double lower, double upper);
 
-// "2 of 10 done, success 50 % (CI 9 to 91)". planned: 0 = not known.
+// "2 of 10 done, success 50 % (anytime CI 9 to 91)"; of all of them with the interval for a run that is over,
+// of a part of the run "2 of 10 counted here". planned: 0 = not known.
 std::string DoneText(const run_summary_t& run, int planned);
 
 // "1.00": simulated seconds per second.

@@ -1,11 +1,12 @@
 // For LD_PRELOAD: a network that loses, repeats or reorders what a process hears over UDP. BAD_NETWORK says
-// what and how often: "lose 40" is every 40th datagram.
+// what and how often: "lose 40" is every 40th datagram; "lose 40 evalbus-recorder" in that program only.
 #include <dlfcn.h>
 #include <sys/select.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -22,8 +23,10 @@ Function* Next(const char* name) {
 struct Network {
   Network() {
     const char* text = std::getenv("BAD_NETWORK");
-    char name[16] = "";
-    if (text != nullptr && std::sscanf(text, "%15s %ld", name, &every) == 2) kind = name;
+    char name[16] = "", program[32] = "";
+    const int words = text != nullptr ? std::sscanf(text, "%15s %ld %31s", name, &every, program) : 0;
+    const bool is_meant = words == 3 ? std::strcmp(program, program_invocation_short_name) == 0 : words == 2;
+    if (is_meant) kind = name;
   }
   std::string kind;
   long every = 1;

@@ -68,7 +68,10 @@ class Network {
       // Nobody has anything to say: time passes, until somebody repeats what was lost.
       if (std::exchange(tick, status(kSim).last_tick) != status(kSim).last_tick) silent = 0;
       const auto now = std::chrono::steady_clock::now() + silent * std::chrono::milliseconds(700);
-      for (Node& node : nodes_) node.component->Poll(now);
+      for (Node& node : nodes_) {
+        for (int look = 0; look < 7; ++look)
+          node.component->Poll(now + look * std::chrono::milliseconds(100));
+      }
     }
     return std::nullopt;
   }

@@ -35,7 +35,7 @@ class SecondPublisher : public testing::Test {
     ASSERT_EQ(RunProgram(RunCommand(reference_, "1", {"--in-process"})).code, 0);
   }
   bool Ready(Program* program) {
-    return WaitFor([&] { return program->out().find("ready\n") != std::string::npos; });
+    return WaitFor([&] { return program->out().find(" ready\n") != std::string::npos; });
   }
   // Runs beside it; what the run says in the end must be `why`.
   void ExpectRefusal(const std::string& why) {

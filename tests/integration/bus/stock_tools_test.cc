@@ -67,7 +67,7 @@ TEST(StockTools, PlayerBringsMetricsToTheSameSummary) {
   bus.Subscribe(channels::kStatus,
                 [&](const component_status_t& status) { missing_ticks += status.missing_ticks; });
   Program metrics({"evalbus-metrics", "--url", url});
-  ASSERT_TRUE(WaitFor([&] { return metrics.out() == "ready\n"; })) << metrics.err();
+  ASSERT_TRUE(WaitFor([&] { return metrics.out() == "metrics ready\n"; })) << metrics.err();
   Program player({"lcm-logplayer", "--speed", "20", "--lcm-url", url, "--regexp",
                   "EVALBUS_(MODEL|EPISODE_BEGIN|STATE|CONTACTS|EPISODE_END)", LogFile(run, 0)});
   EXPECT_TRUE(WaitFor([&] {
@@ -118,6 +118,34 @@ TEST(StockTools, GeneratedPythonDecodesTheLog) {
   words >> tick >> position[0] >> position[1] >> position[2];
   EXPECT_EQ(tick, last.header.tick);
   for (int k = 0; k < 3; ++k) EXPECT_EQ(position[k], last.arm[1].wrist_position_m[k]) << k;
+}
+
+// The spy finds our types in the jar of scripts/spy, with the fingerprints by which it knows messages.
+constexpr char kTypes[] = R"(public class Types {
+  public static void main(String[] names) throws Exception {
+    for (String name : names) {
+      long hash = Class.forName("evalbus." + name).getField("LCM_FINGERPRINT").getLong(null);
+      System.out.println(name + " " + String.format("%016x", hash));
+    }
+  }
+}
+)";
+
+TEST(StockTools, SpyKnowsOurTypes) {
+  const Result jar = RunProgram({EVALBUS_SOURCE_DIR "/scripts/spy", "--jar"});
+  if (jar.code == 2) GTEST_SKIP() << jar.err;
+  ASSERT_EQ(jar.code, 0) << jar.err;
+  TemporaryFolder folder;
+  WriteText(folder.path() / "Types.java", kTypes);
+  const std::string pinned = ReadText(EVALBUS_SOURCE_DIR "/tests/data/fingerprints.txt");
+  std::vector<std::string> command = {"java", "-cp",
+                                      jar.out.substr(0, jar.out.find('\n')) + ":/usr/share/java/lcm.jar",
+                                      folder.path() / "Types.java"};
+  std::istringstream lines(pinned);
+  for (std::string name, hash; lines >> name >> hash;) command.push_back(name);
+  const Result types = RunProgram(command);
+  EXPECT_EQ(types.code, 0) << types.err;
+  EXPECT_EQ(types.out, pinned);
 }
 
 }  // namespace

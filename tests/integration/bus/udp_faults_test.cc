@@ -141,6 +141,17 @@ TEST_F(UdpFaults, LostMessagesAreSaidAgain) {
   if (fs::exists(run_)) ExpectLogged(run_, "sim", "", ": says STATE again");
 }
 
+// Nobody waits for the recorder's every tick: the episode is begun again, and where no log is whole, it is
+// said.
+TEST_F(UdpFaults, TicksThatTheRecorderLosesAreSaid) {
+  const Result result = Run("lose 20 evalbus-recorder");
+  EXPECT_EQ(result.code, 0) << result.err;
+  ExpectSameScores(run_, reference_);
+  EXPECT_NE(result.out.find("      0  begun again: the log lacks "), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("recorder  e0 try 3"), std::string::npos) << result.out;
+  ExpectLogged(run_, "recorder", "warning", "lost on the way to it");
+}
+
 TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
   const Result result = Run("lose 25", {"--realtime"});
   // What must not be lost is said again or the episode begun again, at most three times.
@@ -183,6 +194,9 @@ class Garbage {
     Fragment(last, 100'000, 0, 0, 3, std::string("EVALBUS_STATE\0", 14) + noise);
     Fragment(last, 100'000, 0xFFFFFFF0, 1, 3, std::string(200, 'x'));
     // First a part of a message that is never finished, then one that does not belong there.
+    // One fragment that claims to be a whole message of 60 MB.
+    Fragment(last, 60'000'000, 0, 0, 1, std::string("EVALBUS_STATE\0", 14) + noise);
+    Fragment(last, 60'000'000, 0, 0, 1, std::string("SOMETHING_ELSE\0", 15) + noise);
     const uint32_t sizes[] = {0, 100, 100'000, 1u << 28, 0xFFFFFFFF};
     const uint32_t offsets[] = {0, 1, 99, 0xFFFFFFFF, 0xFFFFFFF0, 0x80000000};
     const uint32_t size = sizes[random_() % std::size(sizes)], sequence = random_();
@@ -247,6 +261,7 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   EXPECT_NE(result.out.find("\nmessages dropped by collision, metrics"), std::string::npos) << result.out;
   ExpectLogged(run_, "metrics", "warning", "that did not decode: of another program or version, or damaged");
   EXPECT_LT(peak_memory_bytes, 300'000'000);
+  for (int i = 0; i < 2; ++i) EXPECT_LT(fs::file_size(LogFile(run_, i)), 50'000'000u);
 }
 
 TEST_F(UdpFaults, SmallReceiveBuffers) {

@@ -49,6 +49,10 @@ class BadInput : public testing::Test {
   const fs::path work_ = folder_.path() / "work";
 };
 
+TEST_F(BadInput, PicturesThatWouldBeSomethingElse) {
+  Expect(1, {"evalbus", "tasks", "show", "lift_pot", "--image", "x.jpg"}, {"--image x.jpg", ".png"});
+}
+
 TEST_F(BadInput, UnknownNames) {
   ExpectRun(1, {"lift_pt"}, {"lift_pt", "lift_pot"});
   ExpectRun(1, {"lift_pot/postion"}, {"postion", "position"});
@@ -68,10 +72,19 @@ TEST_F(BadInput, CommandLine) {
   ExpectRun(1, {"lift_pot", "--control-hz", "nan"}, {"--control-hz"});
   ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected 1 to 10000000, not 0"});
   ExpectRun(1, {"lift_pot", "--episodes", "many"}, {"--episodes", "many"});
+  ExpectRun(1, {"lift_pot", "--episodes", "2147483647"}, {"--episodes: expected 1 to 10000000"});
+  ExpectRun(1, {"lift_pot", "--workers", "1000000000"}, {"--workers: expected 1 to 1024"});
   ExpectRun(1, {"lift_pot", "--seed", "x"}, {"--seed"});
+  for (const char* large : {"9223372036854775808", "-9223372036854775809", ""}) {
+    ExpectRun(1, {"lift_pot", "--seed", large},
+              {"--seed: expected a whole number of at most 64 bits, not '"});
+    Expect(1, {"evalbus-sim", "lift_pot", "--seed", large}, {"--seed: expected a whole number"});
+  }
+  ExpectRun(1, {"lift_pot", "--only", ""}, {"--only"});
+  Expect(1, {"evalbus", "run", "lift_pot", "--in-process", "--resume"}, {"--resume: expected --out, too"});
+  Expect(1, {"evalbus", "run", "lift_pot/all", "--resume"}, {"--resume: expected --out, too"});
   ExpectRun(1, {"lift_pot", "--realtime", "--rtf", "0"}, {"--rtf"});
   ExpectRun(1, {"lift_pot", "--rtf", "2"}, {"--rtf", "--realtime"});
-  ExpectRun(1, {"lift_pot", "--clearance-hz", "-1"}, {"--clearance-hz"});
   ExpectRun(1, {"lift_pot", "--policy-timeout-s", "0"}, {"--policy-timeout-s"});
 }
 
@@ -79,6 +92,8 @@ TEST_F(BadInput, Url) {
   Expect(1, {"evalbus", "run", "lift_pot", "--url", "garbage"}, {"garbage", "udpm://"});
   Expect(1, {"evalbus", "run", "lift_pot", "--url", "memq://"}, {"memq://", "udpm://"});
   Expect(1, {"evalbus", "run", "lift_pot", "--url", "udpm://239.255.76.67:7667", "--in-process"}, {"--url"});
+  Expect(1, {"evalbus", "run", "lift_pot/base", "lift_pot/position", "--url", "udpm://239.255.76.67:7667"},
+         {"--url: expected one task; each run of a suite has a bus of its own"});
   Expect(2, {"evalbus", "run", "lift_pot", "--url", "udpm://10.0.0.1:99"}, {"udpm://10.0.0.1:99"});
   for (const char* program : {"evalbus-metrics", "evalbus-collision", "evalbus-policy"}) {
     Expect(1, {program, "--url", "garbage"}, {"garbage", "udpm://"});
@@ -111,6 +126,41 @@ TEST_F(BadInput, TaskFiles) {
   ExpectRun(1, {Task("props/pot/pot.xml", "props/pot/pan.xml")}, {"pan.xml"});
   ExpectRun(1, {Task("scene:", "scene: [")}, {"short_pot.yaml"});
   ExpectRun(1, {File("empty.yaml", "")}, {"empty.yaml"});
+}
+
+TEST_F(BadInput, TaskFilesThatNoMessageCanCarry) {
+  using namespace std::string_literals;
+  const std::string nul = Task("scene:", "# what PowerShell wrote: \0\nscene:"s);
+  ExpectRun(1, {nul}, {"short_pot.yaml:", "a NUL byte; expected text in UTF-8"});
+  Expect(1, {"evalbus", "tasks", "check", nul}, {"short_pot.yaml:", "a NUL byte; expected text in UTF-8"});
+  const std::string utf16 = File("utf16.yaml", "\xFF\xFEn\0a\0m\0e\0:\0 \0x\0"s);
+  ExpectRun(1, {utf16}, {"utf16.yaml:1: this is UTF-16"});
+  Expect(1, {"evalbus", "tasks", "check", utf16}, {"utf16.yaml:1: this is UTF-16"});
+}
+
+TEST_F(BadInput, TaskCheckLooksAtStartsAndLimits) {
+  const auto expect = [&](const std::string& what, const std::string& with, const std::string& line_of,
+                          const std::string& message) {
+    const std::string file = Task(what, with);
+    const std::string text = ReadText(file);
+    const auto line =
+        1 + std::count(text.begin(), text.begin() + static_cast<long>(text.find(line_of)), '\n');
+    Expect(1, {"evalbus", "tasks", "check", file}, {file + ":" + std::to_string(line) + ": " + message});
+  };
+  const std::string base = "base: {position_m: [0.1, 0, 0]}", pot = "pose: {position_m: [0.7, 0, 0.996]}";
+  // The counter's top is at 0.859 m, the pot's bottom 0.137 m below its origin: 9 mm too low.
+  expect(pot, "pose: {position_m: [0.7, 0, 0.987]}", "  base:\n    alias",
+         "variation 'base': at the start (seed 0) pot is ");
+  expect("center_m: [0.735, 0], half_extents_m: [0.21, 0.4]",
+         "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
+         "variation 'position': no draw in 1000 leaves every part clear of the others; in the last pot is ");
+  // The robot stands in the left cabinet.
+  expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
+         "variation 'base': at the start (seed 0) ");
+  expect("max_deg: 20", "max_deg: 120", "max_deg: 120",
+         "key 'max_deg': expected a number in [0, 90], got '120'");
+  expect("{gripper: left, object: pot}", "{gripper: left, object: pott}", "object: pott",
+         "nothing is called 'pott'; did you mean 'pot'?");
 }
 
 TEST_F(BadInput, ModelFiles) {

@@ -36,7 +36,7 @@ TEST_P(ByHand, AnyOrderOfStartsGivesTheSameScores) {
     if (name == "recorder") command.insert(command.end(), {"--out", out});
     auto& program = programs[name] = std::make_unique<Program>(command);
     // The next one only once this one is there.
-    ASSERT_TRUE(WaitFor([&] { return program->out() == "ready\n"; })) << name << program->err();
+    ASSERT_TRUE(WaitFor([&] { return program->out() == name + " ready\n"; })) << name << program->err();
   }
   EXPECT_EQ(programs["sim"]->Wait(), 0) << programs["sim"]->err();
   ASSERT_TRUE(WaitFor([&] { return fs::exists(LogFile(out, 1)); }));
@@ -68,6 +68,111 @@ INSTANTIATE_TEST_SUITE_P(Orders, ByHand,
                                          Order{"policy", "metrics", "sim", "recorder", "collision"}),
                          [](const auto& test) { return test.param.front() + "First"; });
 
+// The same with `evalbus run` as the one who commands, scores are shown and a run folder is left.
+TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const std::string task = ShortTask(folder.path(), 0.5) + "/position";
+  const std::vector<std::string> what = {task, "--policy", "random", "--episodes", "2", "--seed", "4"};
+  std::vector<std::string> in_process = what;
+  in_process.push_back("--in-process");
+  Evaluate(in_process, folder.path() / "reference");
+
+  const fs::path out = folder.path() / "run";
+  const std::string url = UniqueUrl();
+  // The bus is named once, for all.
+  const Program::Setting environment{{}, [url] { setenv("EVALBUS_URL", url.c_str(), 1); }};
+  std::vector<std::string> command = {"evalbus", "run", "--by-hand", "--out", out};
+  command.insert(command.end(), what.begin(), what.end());
+  Program run(command, environment);
+  ASSERT_TRUE(WaitFor([&] { return run.out().find("/evalbus-sim --options ") != std::string::npos; }))
+      << run.err();
+  std::vector<std::unique_ptr<Program>> programs;
+  for (const std::string name : {"sim", "metrics", "policy", "recorder", "collision"}) {
+    // It is said what to start, and that is what is started here.
+    const std::string line = "/evalbus-" + name + " --options " + (out / "run.json").string() + " --url";
+    EXPECT_NE(run.out().find(line), std::string::npos) << run.out();
+    programs.push_back(std::make_unique<Program>(
+        std::vector<std::string>{"evalbus-" + name, "--options", out / "run.json"}, environment));
+    ASSERT_TRUE(WaitFor([&] { return programs.back()->out() == name + " ready\n"; }))
+        << programs.back()->err();
+  }
+  EXPECT_EQ(run.Wait(), 0) << run.out() << run.err();
+  EXPECT_EQ(run.err(), "");
+  EXPECT_NE(run.out().find("Success in 0 of 2 episodes"), std::string::npos) << run.out();
+  ExpectSameScores(out, folder.path() / "reference");
+  for (int i = 0; i < 2; ++i)
+    ExpectSameTicks(ReadLog(LogFile(out, i)), ReadLog(LogFile(folder.path() / "reference", i)));
+  for (const std::vector<std::string>& reader : {std::vector<std::string>{"evalbus", "report", out},
+                                                 {"evalbus", "compare", out, folder.path() / "reference"}}) {
+    const Result result = RunProgram(reader);
+    EXPECT_EQ(result.code, 0) << result.err;
+  }
+  for (const auto& program : programs) {
+    EXPECT_TRUE(program->running());
+    program->Signal(SIGTERM);
+    EXPECT_EQ(program->Wait(std::chrono::seconds(5)), 0) << program->err();
+  }
+}
+
+TEST(ByHandRun, NeedsABus) {
+  const Result result = RunProgram({"evalbus", "run", "lift_pot", "--by-hand"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_TRUE(result.err.starts_with("error: --by-hand: expected one task, one worker and --url or "))
+      << result.err;
+}
+
+// For every program the same: the bus where the command line names none.
+TEST(Environment, NamesTheBus) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const std::string url = UniqueUrl();
+  const Program::Setting environment{{}, [url] { setenv("EVALBUS_URL", url.c_str(), 1); }};
+  const std::string task = ShortTask(folder.path(), 0.3);
+  const auto run = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> command = {"evalbus",    "run", task,    "--policy",          "hold",
+                                        "--episodes", "2",   "--out", folder.path() / name};
+    command.insert(command.end(), more.begin(), more.end());
+    const Result result = RunProgram(command, environment);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return nlohmann::json::parse(ReadText(folder.path() / name / "run.json"));
+  };
+  EXPECT_EQ(run("named", {})["url"], url);
+  // Goes before: each worker has a bus of its own, or none is needed.
+  EXPECT_EQ(run("workers", {"--workers", "2"})["url"], "");
+  EXPECT_EQ(run("in_process", {"--in-process"})["url"], "");
+  for (const char* name : {"workers", "in_process"})
+    ExpectSameScores(folder.path() / "named", folder.path() / name);
+  const Result suite =
+      RunProgram({"evalbus", "run", "lift_pot/base", "lift_tray/base", "--policy", "flawed_expert:error",
+                  "--episodes", "1", "--out", folder.path() / "suite"},
+                 environment);
+  EXPECT_EQ(suite.code, 0) << suite.err;
+  EXPECT_NE(nlohmann::json::parse(ReadText(folder.path() / "suite/lift_pot-base/run.json"))["url"], url);
+
+  Bus bus(url);
+  bool is_heard = false;
+  bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t&) { is_heard = true; });
+  Program replay({"evalbus", "replay", folder.path() / "named", "--speed", "10"}, environment);
+  EXPECT_TRUE(WaitFor([&] {
+    bus.Handle();
+    return is_heard;
+  })) << replay.err();
+  EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
+  // A folder that was named goes before, too: nothing is said of a --url that nobody wrote.
+  const Result over = RunProgram({"evalbus", "monitor", folder.path() / "named"}, environment);
+  EXPECT_EQ(over.code, 1);
+  EXPECT_NE(over.err.find("this run is over"), std::string::npos) << over.err;
+}
+
+TEST(Programs, MistakesPointToTheHelpOfWhatWasTyped) {
+  EXPECT_TRUE(
+      RunProgram({"evalbus", "run", "--episode", "3"}).err.ends_with("('evalbus run --help' says more)\n"));
+  EXPECT_TRUE(
+      RunProgram({"evalbus", "tasks", "show"}).err.ends_with("('evalbus tasks show --help' says more)\n"));
+  EXPECT_TRUE(RunProgram({"evalbus", "nothing"}).err.ends_with("('evalbus --help' lists the commands)\n"));
+}
+
 TEST(Programs, HelpIsUsefulAndNoError) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> programs = {
       {{"evalbus"}, "score"},
@@ -88,9 +193,14 @@ TEST(Programs, HelpIsUsefulAndNoError) {
     // What it is for comes before what it is called with.
     EXPECT_GT(result.out.find("Usage:"), 20u) << command[0];
   }
-  const Result version = RunProgram({"evalbus", "--version"});
-  EXPECT_EQ(version.code, 0);
-  EXPECT_TRUE(version.out.starts_with("evalbus ")) << version.out;
+  const std::string version = RunProgram({"evalbus", "--version"}).out;
+  EXPECT_TRUE(version.starts_with("evalbus ")) << version;
+  const std::string number = version.substr(8, version.find(' ', 8) - 8);
+  for (const std::string name : {"sim", "collision", "metrics", "policy", "recorder", "viz", "monitor"}) {
+    const Result result = RunProgram({"evalbus-" + name, "--version"});
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_EQ(result.out, "evalbus-" + name + " " + number + "\n");
+  }
 }
 
 TEST(Programs, ComponentsEndOnBothStopSignals) {
@@ -99,7 +209,7 @@ TEST(Programs, ComponentsEndOnBothStopSignals) {
   const std::string url = UniqueUrl();
   for (const int signal : {SIGTERM, SIGINT}) {
     Program sim({"evalbus-sim", "lift_pot", "--out", folder.path(), "--url", url});
-    ASSERT_TRUE(WaitFor([&] { return sim.out() == "ready\n"; })) << sim.err();
+    ASSERT_TRUE(WaitFor([&] { return sim.out() == "sim ready\n"; })) << sim.err();
     sim.Signal(signal);
     EXPECT_EQ(sim.Wait(std::chrono::seconds(5)), 0);
     EXPECT_EQ(sim.err(), "");

@@ -1,6 +1,8 @@
 // A machine that misbehaves: full and read-only disks, a wall clock that is set back, small receive buffers.
 #include <sched.h>
 #include <sys/mount.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -98,9 +100,19 @@ TEST_P(Disk, ReadOnlyIsRefused) {
   EXPECT_EQ(std::count(resumed.err.begin(), resumed.err.end(), '\n'), 1) << resumed.err;
   EXPECT_NE(resumed.err.find("Read-only file system"), std::string::npos) << resumed.err;
   const Result fresh = RunProgram(RunCommand(task_, disk_ / "new", {"--in-process"}));
-  EXPECT_EQ(fresh.code, 1);
+  EXPECT_EQ(fresh.code, 2);
   EXPECT_EQ(fresh.err,
             "error: --out " + (disk_ / "new").string() + ": cannot create: Read-only file system\n");
+}
+
+// What a worker says last is in its log, on that disk.
+TEST_P(Disk, FullWithWorkersIsNamed) {
+  const uintmax_t whole = BytesIn(reference_), models = BytesIn(reference_ / "model");
+  ASSERT_TRUE(Mount(MS_REMOUNT, models + (whole - models) / 2 + (64 << 10)));
+  const Result result = Run({"--workers", "2"});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_NE(result.err.find("o space left on"), std::string::npos) << result.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Hosting, Disk, testing::Bool(), [](const auto& test) {
@@ -135,6 +147,38 @@ TEST(Machine, AWallClockThatIsSetBackChangesNothing) {
   const Result paced = RunProgram(RunCommand(task, realtime, {"--realtime"}), setting);
   EXPECT_EQ(paced.code, 0) << paced.err;
   for (const auto& episode : Episodes(realtime)) EXPECT_EQ(episode["pacing"]["ticks"], 50);
+}
+
+// What is short is said by whoever lacks it, before liblcm lacks it.
+class Limit : public testing::Test {
+ protected:
+  Result Run(int resource, rlim_t limit, const std::vector<std::string>& more = {}) {
+    return RunProgram(RunCommand(ShortTask(folder_.path(), 1), folder_.path() / "run", more),
+                      {{}, [=] {
+                         close_range(3, ~0U, 0);  // what we have open does not count
+                         const rlimit both{limit, limit};
+                         setrlimit(static_cast<__rlimit_resource>(resource), &both);
+                       }});
+  }
+  static void ExpectOneLine(const Result& result, const std::string& words) {
+    EXPECT_EQ(result.code, 2) << result.out;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_NE(result.err.find(words), std::string::npos) << result.err;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Limit, OfOpenFilesIsNamed) {
+  EVALBUS_NEEDS_BUS();
+  ExpectOneLine(Run(RLIMIT_NOFILE, 8), " files");
+  // Enough for the launcher, perhaps not for those that it starts.
+  ExpectOneLine(Run(RLIMIT_NOFILE, 16), ": no more files may be open at once; 'ulimit -n 256' is enough");
+}
+
+TEST_F(Limit, OfFileSizesIsNamed) {
+  ExpectOneLine(Run(RLIMIT_FSIZE, 100'000, {"--in-process"}), "File too large");
+  if (WhyNoBus().empty()) ExpectOneLine(Run(RLIMIT_FSIZE, 100'000), "File too large");
 }
 
 TEST(Machine, TheKernelsDefaultReceiveBufferIsEnough) {

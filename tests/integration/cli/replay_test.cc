@@ -107,8 +107,42 @@ TEST_F(Recorded, ReplayRefusesAPageOfTheRunThatIsNone) {
   WriteText(run_ / "run.json", R"({"policy": 3, "seed": 1})");
   const Result result = Replay(run_);
   EXPECT_EQ(result.code, 1) << result.out;
-  EXPECT_EQ(result.err, "error: " + (run_ / "run.json").string() +
-                            ": expected an object with the text \"policy\" and the whole number \"seed\"\n");
+  EXPECT_EQ(result.err, "error: " + (run_ / "run.json").string() + ": no \"task\"; is this of evalbus?\n");
+}
+
+TEST_F(Recorded, SuitesAreReplayedRescoredAndFilmed) {
+  const fs::path suite = folder_.path() / "suite";
+  Evaluate({"lift_pot/base", "stack_two_blocks/base", "--policy", "flawed_expert:error", "--episodes", "1",
+            "--in-process"},
+           suite);
+  const Result rescored = Rescore(suite);
+  EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
+  EXPECT_SAYS(rescored.out, "lift_pot/base  recorded rules");
+  EXPECT_SAYS(rescored.out, "stack_two_blocks/base  recorded rules");
+  EXPECT_SAYS(rescored.out, "2 of 2 episodes equal the recorded scores in every bit");
+
+  const Result filmed =
+      RunProgram({"evalbus", "render", suite, "--camera", "left/hand/wrist", "--size", "160x120"});
+  EXPECT_EQ(filmed.code, 0) << filmed.err;
+  for (const char* run : {"lift_pot-base", "stack_two_blocks-base"}) {
+    EXPECT_TRUE(fs::exists(suite / run / "episodes/0000/left_hand_wrist.mp4")) << filmed.out;
+  }
+
+  EVALBUS_NEEDS_BUS();
+  const Result replayed = Replay(suite, {"--speed", "20"});
+  EXPECT_EQ(replayed.code, 0) << replayed.out << replayed.err;
+  EXPECT_SAYS(replayed.out, "lift_pot/base  policy flawed_expert:error");
+  EXPECT_SAYS(replayed.out, "stack_two_blocks/base  policy flawed_expert:error");
+  EXPECT_SAYS(replayed.out, "2 of 2 episodes equal the recorded scores in every bit; 0 of ");
+}
+
+// The reason is the one that the run's table has, not how the sim ended it.
+TEST_F(Recorded, RescoreNamesTheReasonOfTheRunsTable) {
+  Evaluate({ShortTask(folder_.path(), 0.2), "--policy", "hold", "--episodes", "1", "--in-process"}, run_);
+  const auto episode = Episodes(run_).at(0);
+  ASSERT_NE(episode["failure_reason"], episode["end_reason"]);
+  const Result result = Rescore(run_);
+  EXPECT_SAYS(result.out, "      0  " + episode["failure_reason"].get<std::string>() + " ");
 }
 
 TEST_F(Recorded, ReplayAtSpeedOneTakesAsLongAsTheRobotDid) {
@@ -333,11 +367,11 @@ TEST_F(Recorded, BusWithARunOnItIsRefused) {
   Record(1);
   const std::string url = UniqueUrl();
   Program metrics({"evalbus-metrics", "--url", url});
-  ASSERT_TRUE(WaitFor([&] { return metrics.out() == "ready\n"; })) << metrics.err();
+  ASSERT_TRUE(WaitFor([&] { return metrics.out() == "metrics ready\n"; })) << metrics.err();
   const Result result = Replay(run_, {"--url", url});
   EXPECT_EQ(result.code, 1);
   EXPECT_EQ(result.err,
-            "error: --url " + url + ": a run or another replay is on this bus; choose another port\n");
+            "error: " + url + ": a run or another replay is on this bus; choose another with --url\n");
 }
 
 TEST_F(Recorded, InterruptEndsTheReplay) {
@@ -360,17 +394,20 @@ TEST_F(Recorded, WrongInputGetsOneLine) {
   WriteText(text, "no log at all\n");
   const std::string run = run_, none = folder_.path() / "none";
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
-      {{"rescore", none}, none + ": no such run folder or log"},
-      {{"replay", none}, none + ": no such run folder or log"},
-      {{"rescore", folder_.path()}, folder_.path().string() + ": neither a run folder nor a log"},
+      {{"rescore", none}, none + ": no such run, suite or log"},
+      {{"replay", none}, none + ": no such run, suite or log"},
+      {{"rescore", folder_.path()}, folder_.path().string() + ": neither a run, a suite nor a log"},
       {{"rescore", empty}, empty.string() + ": this run has no finished episode"},
       {{"rescore", text},
        text.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)"},
       {{"replay", text},
        text.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)"},
       {{"replay", run, "--episode", "7"}, run + " has no finished episode 7; it has 1, 0 to 0"},
-      {{"replay", log_, "--episode", "0"}, "--episode: " + log_.string() + " is no run folder"},
-      {{"replay", run, "--speed", "0"}, "--speed 0: expected a number above 0"},
+      {{"replay", log_, "--episode", "0"},
+       "--episode: " + log_.string() + " is no run folder; a log is played whole"},
+      {{"replay", run, "--speed", "0"}, "--speed: expected 0.001 to 1000000, not 0"},
+      {{"replay", run, "--speed", "1e300"}, "--speed: expected 0.001 to 1000000, not 1e+300"},
+      {{"replay", run, "--speed", "nan"}, "--speed: expected 0.001 to 1000000, not nan"},
       {{"replay", run, "--url", "memq://"}, "--url memq://: expected udpm://ADDRESS:PORT?ttl=0"},
       {{"rescore", run, "--task", none}, "--task " + none + ": cannot read this file"},
       {{"rescore", run, "--out", text}, "--out " + text.string() + ": exists; choose another name"},

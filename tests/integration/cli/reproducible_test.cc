@@ -7,6 +7,7 @@
 
 #include "bus/channels.h"
 #include "evalbus/episode_summary_t.hpp"
+#include "evalbus/run_summary_t.hpp"
 #include "tests/integration/harness.h"
 
 namespace evalbus {
@@ -54,6 +55,10 @@ class Reproducible : public testing::TestWithParam<const char*> {
     }
   }
 
+  run_summary_t RunSummaryOf(const std::string& name, int episode) {
+    return ReadLog(LogFile(folder_.path() / name, episode)).Messages(channels::kRunSummary).at(0);
+  }
+
   TemporaryFolder folder_;
   const std::string task_ = ShortTask(folder_.path(), 2, GetParam());
   const fs::path reference_ = folder_.path() / "reference";
@@ -64,6 +69,13 @@ TEST_P(Reproducible, OneProcessWithFilmsOrWithWorkers) {
   ExpectAsReference("filmed");
   Run("workers", {"--in-process", "--workers", "2"});
   ExpectAsReference("workers");
+  // Each worker's RUN_SUMMARY is over its own episodes, and says so.
+  for (int i = 0; i < kEpisodes; ++i) {
+    EXPECT_FALSE(RunSummaryOf("reference", i).is_part);
+    EXPECT_EQ(RunSummaryOf("reference", i).num_episodes, i + 1);
+    EXPECT_TRUE(RunSummaryOf("workers", i).is_part);
+    EXPECT_EQ(RunSummaryOf("workers", i).num_episodes, 1);
+  }
 }
 
 TEST_P(Reproducible, ProcessesOnAnIdleOrABusyMachine) {
@@ -86,6 +98,7 @@ TEST_P(Reproducible, AnEpisodeAloneAndTheOthersLater) {
   ExpectSameTicks(ReadLog(LogFile(run, 1)), ReadLog(LogFile(reference_, 1)));
   Run("alone", {"--in-process", "--resume"});
   ExpectAsReference("alone");
+  EXPECT_TRUE(RunSummaryOf("alone", 0).is_part);
 }
 
 TEST_P(Reproducible, WithoutRecorder) {
@@ -112,6 +125,26 @@ TEST_P(Reproducible, WithoutRecorder) {
 
 INSTANTIATE_TEST_SUITE_P(Tasks, Reproducible, testing::Values("lift_pot", "stack_two_blocks"),
                          [](const auto& test) { return std::string(test.param); });
+
+TEST(RecordedActions, DoTheSameInTheirWorldAndAreRefusedInAnother) {
+  TemporaryFolder folder;
+  const std::string task = ShortTask(folder.path(), 1);
+  const fs::path recorded = folder.path() / "recorded", again = folder.path() / "again",
+                 other = folder.path() / "other";
+  Evaluate({task + "/position", "--policy", "noisy_expert", "--episodes", "2", "--in-process"}, recorded);
+  const std::string actions = ":" + recorded.string();
+  Evaluate({task + "/position", "--policy", "replay" + actions, "--episodes", "2", "--in-process"}, again);
+  ExpectSameScores(again, recorded);
+  for (int i = 0; i < 2; ++i) ExpectSameTicks(ReadLog(LogFile(again, i)), ReadLog(LogFile(recorded, i)));
+
+  const Result refused = RunProgram(
+      {"evalbus", "run", task + "/base", "--policy", "replay" + actions, "--in-process", "--out", other});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.err.find("was recorded with variation position, not base;"), std::string::npos)
+      << refused.err;
+  EXPECT_FALSE(fs::exists(other));
+  Evaluate({task + "/base", "--policy", "replay_anyway" + actions, "--episodes", "2", "--in-process"}, other);
+}
 
 TEST(Only, RefusesAnEpisodeThatTheRunDoesNotHave) {
   TemporaryFolder folder;

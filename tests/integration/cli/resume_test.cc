@@ -2,7 +2,9 @@
 // go.
 #include <signal.h>
 
+#include <algorithm>
 #include <fstream>
+#include <map>
 
 #include "tests/integration/harness.h"
 
@@ -94,6 +96,178 @@ TEST_F(Resume, RefusesAnotherRun) {
   EXPECT_EQ(foreign.code, 1);
   EXPECT_NE(foreign.err.find("it has no run.json"), std::string::npos) << foreign.err;
   EXPECT_EQ(ReadText(run_ / "episodes.jsonl"), before);
+}
+
+// Every file of a folder, by its path in it, with its content.
+std::map<std::string, std::string> Contents(const fs::path& folder) {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) contents[entry.path().lexically_relative(folder)] = ReadText(entry.path());
+  }
+  return contents;
+}
+
+void Replace(const fs::path& file, const std::string& what, const std::string& with) {
+  std::string text = ReadText(file);
+  const size_t at = text.find(what);
+  ASSERT_NE(at, std::string::npos) << file << " has no " << what;
+  WriteText(file, text.replace(at, what.size(), with));
+}
+
+// An interrupted run of models of one's own, and what a --resume that is refused says, having changed
+// nothing.
+class ResumeRefuses : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::copy(fs::path(EVALBUS_SOURCE_DIR) / "models", models_, fs::copy_options::recursive);
+    ASSERT_EQ(Run(kSeed, {"--episodes", "2"}).code, 0);
+    // What a killed run leaves behind, and something of the user's.
+    fs::create_directories(run_ / "episodes/0002.partial");
+    WriteText(run_ / "episodes/0002.partial/events.lcmlog", "half");
+    WriteText(run_ / "run.json.12.tmp", "half");
+    WriteText(run_ / "notes.tmp", "mine");
+  }
+  Result Run(const std::string& seed, const std::vector<std::string>& more) {
+    std::vector<std::string> command = {"evalbus",      "run",    "lift_pot", "--policy", "hold",
+                                        "--in-process", "--seed", seed,       "--out",    run_};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProgram(command, {{}, [this] { setenv("EVALBUS_MODELS", models_.c_str(), 1); }});
+  }
+  void Expect(const std::string& words, const std::string& seed = kSeed) {
+    SCOPED_TRACE(words);
+    const auto before = Contents(run_);
+    const Result resumed = Run(seed, {"--episodes", "4", "--resume"});
+    EXPECT_EQ(resumed.code, 1);
+    EXPECT_TRUE(resumed.err.starts_with("error: ")) << resumed.err;
+    EXPECT_EQ(std::count(resumed.err.begin(), resumed.err.end(), '\n'), 1) << resumed.err;
+    EXPECT_NE(resumed.err.find(words), std::string::npos) << resumed.err;
+    EXPECT_EQ(Contents(run_), before);
+  }
+  std::string Lines() const { return ReadText(run_ / "episodes.jsonl"); }
+
+  static constexpr char kSeed[] = "3";
+  TemporaryFolder folder_;
+  const fs::path models_ = folder_.path() / "models", run_ = folder_.path() / "run";
+};
+
+TEST_F(ResumeRefuses, OtherFiles) {
+  const fs::path pot = models_ / "props/pot/pot.xml", task = models_ / "tasks/lift_pot.yaml",
+                 robot = models_ / "robots/bimanual_panda.yaml";
+  const auto expect = [&](const fs::path& file, const std::string& what, const std::string& with,
+                          const std::string& words) {
+    const std::string text = ReadText(file);
+    Replace(file, what, with);
+    Expect(words);
+    WriteText(file, text);
+  };
+  expect(pot, "mass=\"0.8", "mass=\"9.8",
+         "the run was made with another physics model (physics_sha256); put back");
+  expect(pot, "handles.obj\"", "handles.obj\" scale=\"1.1 1.1 1.1\"",
+         "the run was made with another ");  // also what is only seen
+  expect(robot, "home_rad: [0, ", "home_rad: [0.1, ", "the run was made with another robot description");
+  expect(task, "time_limit_s: ", "time_limit_s: 1", "the run was made with another task description");
+  Expect("the run was made with seed 3, not 4", "4");
+  // As they were, it goes on.
+  const Result resumed = Run(kSeed, {"--episodes", "4", "--resume"});
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(Episodes(run_).size(), 4u);
+  EXPECT_FALSE(fs::exists(run_ / "run.json.12.tmp"));
+  EXPECT_EQ(ReadText(run_ / "notes.tmp"), "mine");
+}
+
+TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
+  const std::string lines = Lines();
+  const size_t end = lines.find('\n') + 1;
+  const auto expect = [&](const std::string& text, const std::string& words) {
+    WriteText(run_ / "episodes.jsonl", text);
+    Expect(words);
+    // The same words from those who read.
+    const Result exported = RunProgram({"evalbus", "export", run_, "--csv", folder_.path() / "table.csv"});
+    EXPECT_EQ(exported.code, 1);
+    EXPECT_NE(exported.err.find(words), std::string::npos) << exported.err;
+  };
+  const auto with = [&](const std::string& key, const nlohmann::ordered_json& value) {
+    auto line = nlohmann::ordered_json::parse(lines.substr(0, end));
+    line[key] = value;
+    return line.dump() + "\n" + lines.substr(end);
+  };
+  expect(lines + lines.substr(0, end), "episodes.jsonl:3: episode 0 again, first in line 1");
+  expect(with("seed", 1), "episodes.jsonl:1: seed 1 is not that of episode 0");
+  expect(with("task", "stack_two_blocks"), "episodes.jsonl:1: an episode of stack_two_blocks/base");
+  expect(with("end_detail", 1), "episodes.jsonl:1: \"end_detail\" is 1, expected a text");
+  expect(with("explanation", nullptr), "episodes.jsonl:1: \"explanation\" is null, expected an object");
+  expect(std::string(300'000, '[') + "\n", "episodes.jsonl:1: expected JSON nested 64 deep at most");
+  WriteText(run_ / "episodes.jsonl", lines);
+  WriteText(run_ / "run.json", std::string(300'000, '['));
+  Expect("run.json: expected JSON nested 64 deep at most");
+}
+
+// A sim that is started again reads its files again.
+TEST(Restart, WithOtherFilesIsRefusedAndTheRunGoesOnWithItsOwn) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path task = ShortTask(folder.path(), 2), run = folder.path() / "run",
+                 reference = folder.path() / "reference";
+  const auto command = [&](const fs::path& out, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"evalbus",    "run", task,    "--policy", "hold",
+                                      "--episodes", "16",  "--out", out};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  ASSERT_EQ(RunProgram(command(reference, {"--in-process"})).code, 0);
+  const std::string before = ReadText(task);
+  Program launcher(command(run, {}));
+  ASSERT_TRUE(WaitFor([&] { return fs::exists(run / "episodes.jsonl"); })) << launcher.err();
+  launcher.Signal(SIGSTOP);
+  const auto sims = ChildrenOf(launcher.pid(), "evalbus-sim");
+  ASSERT_EQ(sims.size(), 1u);
+  Replace(task, "min_m: 1.096", "min_m: 9.096");
+  kill(sims[0], SIGKILL);
+  launcher.Signal(SIGCONT);
+  EXPECT_EQ(launcher.Wait(), 1);
+  EXPECT_EQ(launcher.err(),
+            "error: " + task.string() +
+                " was changed while the run went on; put it back and go on with --resume, or begin "
+                "another run\n");
+  const size_t finished = Episodes(run).size();
+  EXPECT_LT(finished, 16u);
+  EXPECT_EQ(RunProgram(command(run, {"--resume"})).code, 1);
+  EXPECT_EQ(Episodes(run).size(), finished);
+  WriteText(task, before);
+  const Result resumed = RunProgram(command(run, {"--resume"}));
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  ExpectSameScores(run, reference);
+}
+
+// The run was stopped, or found the disk full, while it wrote the last line.
+TEST_F(Resume, ALineThatIsCutOffIsLeftOutAndMadeAgain) {
+  ASSERT_EQ(RunProgram(RunCommand(run_, {"--in-process"})).code, 0);
+  const std::string lines = ReadText(run_ / "episodes.jsonl");
+  WriteText(run_ / "episodes.jsonl", lines.substr(0, lines.size() - 100));
+  const fs::path table = folder_.path() / "table.csv";
+  const Result exported = RunProgram({"evalbus", "export", run_, "--csv", table});
+  EXPECT_EQ(exported.code, 0) << exported.err;
+  EXPECT_NE(exported.out.find("line 5 of episodes.jsonl is cut off and left out"), std::string::npos)
+      << exported.out;
+  const std::string rows = ReadText(table);
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 5);  // with the header
+  EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
+  ExpectAsReference(run_);
+}
+
+TEST_F(Resume, NoSummaryOfBeforeIsThereWhileARunGoesOn) {
+  ASSERT_EQ(RunProgram(RunCommand(run_, {"--in-process"}, "2")).code, 0);
+  ASSERT_TRUE(fs::exists(run_ / "summary.json"));
+  {
+    Program launcher(RunCommand(run_, {"--in-process", "--resume"}));
+    ASSERT_TRUE(WaitFor([&] { return Episodes(run_).size() > 2; })) << launcher.err();
+    launcher.Signal(SIGKILL);
+    launcher.Wait();
+  }
+  const bool had_finished = Episodes(run_).size() == 5;
+  EXPECT_TRUE(had_finished || !fs::exists(run_ / "summary.json"));
+  EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
+  ExpectAsReference(run_);
 }
 
 TEST_F(Resume, RefusesAFolderInWhichARunIsAtWork) {
@@ -198,6 +372,33 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_EQ(twice.code, 1);
   EXPECT_EQ(twice.err, "error: task 'lift_pot/base' is there twice\n");
   EXPECT_FALSE(fs::exists(folder.path() / "twice"));
+}
+
+TEST(Suite, ResumeRefusesToForgetRuns) {
+  TemporaryFolder folder;
+  const fs::path suite = folder.path() / "suite";
+  const auto run = [&](const std::vector<std::string>& tasks, const std::vector<std::string>& more) {
+    std::vector<std::string> command = {"evalbus", "run"};
+    command.insert(command.end(), tasks.begin(), tasks.end());
+    command.insert(command.end(), {"--policy", "hold", "--episodes", "1", "--in-process", "--out", suite});
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProgram(command);
+  };
+  ASSERT_EQ(run({"lift_pot/base", "lift_pot/position"}, {}).code, 0);
+  const auto before = Contents(suite);
+  const Result others = run({"lift_pot/base", "cube_handover/base"}, {"--resume"});
+  EXPECT_EQ(others.code, 1);
+  EXPECT_EQ(others.err,
+            "error: --resume: " + (suite / "suite.json").string() +
+                ": the suite has the run lift_pot-position; name its task, too, or begin another suite\n");
+  const Result seed = run({"lift_pot/base", "lift_pot/position"}, {"--resume", "--seed", "4"});
+  EXPECT_EQ(seed.code, 1);
+  EXPECT_NE(seed.err.find("the run was made with seed 0, not 4"), std::string::npos) << seed.err;
+  EXPECT_EQ(Contents(suite), before);
+  // Further ones come in.
+  const Result more = run({"lift_pot/base", "lift_pot/position", "cube_handover/base"}, {"--resume"});
+  EXPECT_EQ(more.code, 0) << more.err;
+  EXPECT_EQ(nlohmann::json::parse(ReadText(suite / "summary.json"))["all"]["episodes"], 3);
 }
 
 // Ctrl-C at a terminal reaches the whole group of the launcher.

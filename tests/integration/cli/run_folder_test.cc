@@ -209,5 +209,32 @@ TEST(Readme, ShowsTheTableThatItsCommandPrints) {
   EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "README.md")), Layout(run.out));
 }
 
+TEST(PolicyName, IsWhatResultsCallThePolicy) {
+  TemporaryFolder folder;
+  const std::string task = ShortTask(folder.path(), 0.2);
+  const std::vector<std::string> run = {"evalbus", "run",           task,         "--policy",
+                                        "random",  "--policy-name", "ckpt-12000", "--episodes",
+                                        "2",       "--in-process"};
+  std::vector<std::string> first = run;
+  first.insert(first.end(), {"--out", folder.path() / "a"});
+  const Result result = RunProgram(first);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("policy ckpt-12000  "), std::string::npos) << result.out;
+  const auto json = nlohmann::json::parse(ReadText(folder.path() / "a/run.json"));
+  EXPECT_EQ(json["policy"], "random");
+  EXPECT_EQ(json["policy_name"], "ckpt-12000");
+  Evaluate({task, "--policy", "hold", "--episodes", "2", "--in-process"}, folder.path() / "b");
+  const Result compared = RunProgram({"evalbus", "compare", folder.path() / "a", folder.path() / "b"});
+  EXPECT_NE(compared.out.find("b (hold) against a (ckpt-12000)"), std::string::npos)
+      << compared.out << compared.err;
+  // A folder that nobody named is called by it, too.
+  const Result unnamed = RunProgram(run, {folder.path(), nullptr});
+  EXPECT_NE(unnamed.out.find("-ckpt-12000-20"), std::string::npos) << unnamed.out;
+  // One run, one policy.
+  first.back() = folder.path() / "b";
+  first.push_back("--resume");
+  EXPECT_NE(RunProgram(first).err.find("the run was made with policy"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace evalbus

@@ -94,7 +94,7 @@ void ExpectConsistent(const Json& episode) {
 // Whatever the error is, the episode ends where it came.
 const std::vector<Outcome> kAfterAnError = {
     {"cube_handover", "policy_error", {1}, Count::kNone, Count::kNone, "the other gripper does not hold rod"},
-    {"lift_pot", "policy_error", {1, 2}, Count::kNone, Count::kNone, "height of pot 1.01 m < 1.096"},
+    {"lift_pot", "policy_error", {1, 2}, Count::kNone, Count::kNone, "height of pot 1.008 m < 1.096"},
     {"lift_tray", "policy_error", {1}, Count::kNone, Count::kNone, "right does not hold tray"},
     {"pack_box",
      "policy_error",
@@ -211,7 +211,7 @@ const std::vector<Failures> kFailures = {
     {"stop",
      {
          {"cube_handover", "timeout", {1}, Count::kNone, Count::kNone, "the other gripper does not hold rod"},
-         {"lift_pot", "timeout", {1, 2}, Count::kNone, Count::kNone, "height of pot 1.01 m < 1.096"},
+         {"lift_pot", "timeout", {1, 2}, Count::kNone, Count::kNone, "height of pot 1.013 m < 1.096"},
          {"lift_tray", "timeout", {1}, Count::kNone, Count::kNone, "right does not hold tray"},
          {"pack_box",
           "timeout",

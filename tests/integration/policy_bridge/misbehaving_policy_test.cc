@@ -1,6 +1,10 @@
 // Policies that are no process of ours (--policy lcm), and whatever they do wrong.
+#include <signal.h>
+
 #include <cmath>
 #include <limits>
+#include <thread>
+#include <utility>
 
 #include "bus/channels.h"
 #include "evalbus/action_t.hpp"
@@ -49,10 +53,17 @@ class Guest {
       status_.attempt = begin.header.attempt;
       SayStatus();
     });
-    bus_.Subscribe(channels::kState, [this](const state_t& state) { Answer(state); });
+    bus_.Subscribe(channels::kState, [this](const state_t& state) {
+      if (state.header.tick < thinks_about_) return Answer(state);
+      thought_about_ = state;
+    });
   }
 
-  void Work() {
+  bool thinks() const { return thought_about_.has_value(); }
+  // Of STATE, until one of that tick waits for its answer.
+  void Work(int64_t tick = std::numeric_limits<int64_t>::max()) {
+    thinks_about_ = tick;
+    if (thought_about_ && thought_about_->header.tick < tick) Answer(*std::exchange(thought_about_, {}));
     while (bus_.Handle()) {
     }
     if (std::chrono::steady_clock::now() - said_ > std::chrono::milliseconds(300)) SayStatus();
@@ -127,6 +138,8 @@ class Guest {
   model_info_t model_{};
   component_status_t status_{};
   std::optional<action_t> late_;
+  int64_t thinks_about_ = 0;
+  std::optional<state_t> thought_about_;
   bool dead_ = false;
   SteadyTime said_{};
 };
@@ -199,6 +212,33 @@ TEST_F(MisbehavingPolicy, ThatDiedAndIsBackBeginsItsEpisodeAgain) {
   }
 }
 
+// What a frozen container or a suspended machine does: nobody runs, for longer than the policy may take.
+TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl();
+  Guest guest(url);
+  Program launcher({"evalbus", "run", task_, "--policy", "lcm", "--url", url, "--episodes", "1",
+                    "--policy-timeout-s", "10", "--out", run_});
+  ASSERT_TRUE(WaitFor([&] {
+    guest.Work(5);
+    return guest.thinks();
+  })) << launcher.err();
+  std::vector<pid_t> all = ChildrenOf(launcher.pid());
+  all.push_back(launcher.pid());
+  for (const pid_t pid : all) kill(pid, SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::seconds(11));
+  for (const pid_t pid : all) kill(pid, SIGCONT);
+  ASSERT_TRUE(WaitFor([&] {
+    guest.Work();
+    return !launcher.running();
+  }));
+  EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
+  const auto episodes = Episodes(run_);
+  ASSERT_EQ(episodes.size(), 1u);
+  EXPECT_EQ(episodes[0]["end_reason"], "time_limit");
+  EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
+}
+
 TEST_F(MisbehavingPolicy, WhoNeverComesIsWaitedForSoLong) {
   EVALBUS_NEEDS_BUS();
   const Result result = RunProgram({"evalbus", "run", "lift_pot", "--policy", "lcm", "--url", UniqueUrl(),
@@ -217,9 +257,10 @@ TEST_F(MisbehavingPolicy, NeedsABusThatItKnows) {
     command.insert(command.end(), arguments.begin(), arguments.end());
     const Result result = RunProgram(command);
     EXPECT_EQ(result.code, 1);
-    EXPECT_EQ(result.err,
-              "error: --policy lcm: expected one task, and with --url the bus on which the policy is, as "
-              "udpm://239.255.76.67:7667?ttl=0\n");
+    EXPECT_EQ(
+        result.err,
+        "error: --policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy "
+        "is, as udpm://239.255.76.67:7667?ttl=0\n");
   }
 }
 

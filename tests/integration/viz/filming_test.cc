@@ -49,7 +49,7 @@ TEST(Filming, CtrlCEndsItInOrderAndResumeMakesTheRest) {
     EXPECT_EQ(launcher.out().find("films  "), std::string::npos) << launcher.out();
   }
   for (const auto& entry : fs::recursive_directory_iterator(run)) {
-    EXPECT_FALSE(entry.path().string().ends_with(".partial.mp4")) << entry.path();
+    EXPECT_FALSE(entry.path().string().ends_with(".tmp")) << entry.path();
   }
   EXPECT_FALSE(fs::exists(run / "episodes/0002/front.mp4"));
   EXPECT_EQ(Episodes(run).size(), 3u);
@@ -82,16 +82,45 @@ TEST(Filming, MissingFfmpegCostsTheFilmAndNotTheResults) {
   EXPECT_TRUE(fs::exists(run / "episodes.jsonl"));
 }
 
-TEST(Filming, UnknownCameraIsRefusedBeforeTheRun) {
+TEST(Filming, TwoOfOneEpisodeAtOnceLeaveAWholeFilm) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run", film = run / "episodes/0000/front.mp4";
+  Evaluate({ShortTask(folder.path(), 1), "--policy", "hold", "--episodes", "1", "--in-process"}, run);
+  const std::vector<std::string> render = {"evalbus", "render", run,      "--camera",
+                                           "front",   "--size", "160x120"};
+  ASSERT_EQ(RunProgram(render).code, 0);
+  const std::string whole = ReadText(film);
+  ASSERT_GT(whole.size(), 1'000u);
+  fs::remove(film);
+  Program first(render);
+  ASSERT_TRUE(WaitFor([&] { return !ChildrenOf(first.pid(), "ffmpeg").empty(); }));
+  Program second(render);
+  ASSERT_TRUE(WaitFor([&] { return !ChildrenOf(second.pid(), "ffmpeg").empty(); }));
+  EXPECT_EQ(first.Wait(), 0) << first.err();
+  second.Signal(SIGKILL);
+  second.Wait();
+  EXPECT_TRUE(ReadText(film) == whole) << ReadText(film).size() << " bytes of " << whole.size();
+}
+
+void ExpectRefusedBeforeTheRun(const std::string& cameras, const std::string& error) {
   const TemporaryFolder folder;
   const fs::path run = folder.path() / "run";
   const Result result =
-      RunProgram({"evalbus", "run", "lift_pot", "--in-process", "--video", "nowhere", "--out", run});
+      RunProgram({"evalbus", "run", "lift_pot", "--in-process", "--video", cameras, "--out", run});
   EXPECT_EQ(result.code, 1);
-  EXPECT_EQ(result.err,
-            "error: no camera 'nowhere'; this scene has head, front, overview, left/hand/wrist, "
-            "right/hand/wrist\n");
+  EXPECT_EQ(result.err, "error: " + error + "\n");
   EXPECT_FALSE(fs::exists(run));
+}
+
+TEST(Filming, ACameraThatIsThereTwiceIsRefused) {
+  ExpectRefusedBeforeTheRun("front,front",
+                            "camera 'front' is there twice, or another makes the same front.mp4");
+}
+
+TEST(Filming, UnknownCameraIsRefusedBeforeTheRun) {
+  ExpectRefusedBeforeTheRun("nowhere",
+                            "no camera 'nowhere'; this scene has head, front, overview, left/hand/wrist, "
+                            "right/hand/wrist");
 }
 
 }  // namespace

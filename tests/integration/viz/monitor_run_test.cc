@@ -65,7 +65,12 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorSlowsTheRun) {
     EXPECT_EQ(monitor->Wait(), 0) << monitor->err();
     EXPECT_NE(monitor->out().find("the run is over"), std::string::npos) << monitor->out();
   }
-  EXPECT_NE(listening.out().find("episode 3 time_limit after 4.00 s"), std::string::npos) << listening.out();
+  // The reason is the one of the run's table.
+  const std::string reason = Episodes(folder.path() / "watched").at(3)["failure_reason"];
+  EXPECT_NE(listening.out().find("episode 3 " + reason + " after 4.00 s"), std::string::npos)
+      << listening.out();
+  // Nobody is missed who has said good-bye.
+  EXPECT_EQ(listening.out().find("silent"), std::string::npos) << listening.out();
   EXPECT_NE(listening.out().find("4 done, success 0 %"), std::string::npos) << listening.out();
 }
 
@@ -111,6 +116,29 @@ TEST(MonitorRun, FindsARunInAPrivateNetwork) {
       << monitor.out() << monitor.err();
   monitor.Signal(SIGTERM);
   EXPECT_EQ(monitor.Wait(), 0);
+}
+
+TEST(MonitorRun, FindsAReplayAndSaysWhenARunIsOver) {
+  EVALBUS_NEEDS_BUS();
+  TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  Evaluate({ShortTask(folder.path(), 4), "--policy", "hold", "--episodes", "1", "--in-process"}, run);
+  for (const std::string program : {"evalbus-monitor", "evalbus-viz"}) {
+    const Result result = RunProgram({program, run});
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.err, "error: " + run.string() + ": this run is over; 'evalbus replay " + run.string() +
+                              "' plays what there is\n");
+  }
+  Program replay({"evalbus", "replay", run});
+  // It is found once its metrics are there.
+  ASSERT_TRUE(WaitFor([&] { return !ChildrenOf(replay.pid(), "evalbus-metrics").empty(); })) << replay.err();
+  Program monitor({"evalbus", "monitor", run});
+  ASSERT_TRUE(WaitFor([&] { return monitor.out().find("episode 0 ") != std::string::npos; }))
+      << monitor.out() << monitor.err();
+  EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
+  EXPECT_EQ(monitor.Wait(), 0);
+  EXPECT_TRUE(monitor.out().ends_with("\nthe run is over\n")) << monitor.out();
+  EXPECT_EQ(monitor.out().find("silent"), std::string::npos) << monitor.out();
 }
 
 TEST(MonitorRun, WrongInputIsOneLine) {

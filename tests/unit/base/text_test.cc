@@ -15,7 +15,21 @@ TEST(Text, ControlCharactersBecomeQuestionMarks) {
   EXPECT_EQ(Printable("a\xC2\x9B"
                       "31m\xC3\xA9"),
             "a?31m\xC3\xA9");
-  EXPECT_EQ(Printable("\xC2"), "\xC2");
+  // One byte, as it is in Latin-1; inside a character it is a part of that: U+5B9B.
+  EXPECT_EQ(Printable("a\x9B"
+                      "31m"),
+            "a?31m");
+  EXPECT_EQ(Printable("\xE5\xAE\x9B\x9B"), "\xE5\xAE\x9B?");
+  // No UTF-8: cut off, a continuation alone, longer than needed, a surrogate, beyond Unicode; a raw 0x9B
+  // begins an escape sequence where a terminal reads Latin-1.
+  EXPECT_EQ(Printable("\xC2"), "?");
+  EXPECT_EQ(Printable("a\x9Bz"), "a?z");
+  EXPECT_EQ(Printable("\xC0\xAF"), "??");
+  EXPECT_EQ(Printable("\xE0\x80\xAF"), "???");
+  EXPECT_EQ(Printable("\xED\xA0\x80"), "???");
+  EXPECT_EQ(Printable("\xF4\x90\x80\x80"), "????");
+  EXPECT_EQ(Printable("\xEF\xBF\xBF!"), "?!");
+  EXPECT_EQ(Printable("\xF0\x9F\xA4\x96 m/s³ ✓"), "\xF0\x9F\xA4\x96 m/s³ ✓");
 }
 
 TEST(Text, IsMeasuredInCharacters) {
@@ -51,7 +65,23 @@ TEST(Number, HasFourDigitsInFiveCharacters) {
   EXPECT_EQ(Number(std::numeric_limits<double>::infinity()), "-");
 }
 
+TEST(Fixed, WhatRoundsToNothingHasNoSign) {
+  EXPECT_EQ(Fixed(-0.3, 0), "0");
+  EXPECT_EQ(Fixed(-0.0, 1), "0.0");
+  EXPECT_EQ(Fixed(-0.004, 2), "0.00");
+  EXPECT_EQ(Fixed(-0.006, 2), "-0.01");
+  EXPECT_EQ(Fixed(-1, 0), "-1");
+  EXPECT_EQ(Fixed(0.3, 0), "0");
+}
+
 TEST(Words, HaveSpaces) { EXPECT_EQ(Words("left_gripper_to_pot"), "left gripper to pot"); }
+
+TEST(ShellWords, AreWhatAShellReads) {
+  EXPECT_EQ(ShellWords({"/bin/evalbus-sim", "--options", "runs/a/run.json"}),
+            "/bin/evalbus-sim --options runs/a/run.json");
+  EXPECT_EQ(ShellWords({"sim", "udpm://239.1.2.3:4?ttl=0", "it's", ""}),
+            "sim 'udpm://239.1.2.3:4?ttl=0' 'it'\\''s' ''");
+}
 
 }  // namespace
 }  // namespace evalbus

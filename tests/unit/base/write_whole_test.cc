@@ -1,7 +1,9 @@
 #include "base/write_whole.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -67,13 +69,71 @@ TEST(WriteWhole, WritesToAPipeAsItIs) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
+TEST(WriteWhole, WritesThroughADeviceAndANamedPipe) {
+  TemporaryFolder folder;
+  const fs::path fifo = folder.path() / "fifo", device = folder.path() / "null";
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  const int reader = open(fifo.c_str(), O_RDWR);
+  WriteWhole(fifo, "through");
+  char text[7];
+  EXPECT_EQ(read(reader, text, sizeof text), 7);
+  EXPECT_EQ(std::string(text, 7), "through");
+  EXPECT_TRUE(fs::is_fifo(fifo));
+  close(reader);
+  if (mknod(device.c_str(), S_IFCHR | 0600, makedev(1, 3)) == 0) {  // as root, and not in every container
+    fs::create_symlink("null", folder.path() / "link");
+    for (const char* name : {"null", "link"}) WriteWhole(folder.path() / name, "gone");
+    EXPECT_TRUE(fs::is_character_file(device));
+    EXPECT_TRUE(fs::is_symlink(folder.path() / "link"));
+  }
+  EXPECT_FALSE(fs::exists(fifo.string() + "." + std::to_string(getpid()) + ".tmp"));
+}
+
+// As a shell's `>> file` does.
+TEST(WriteWhole, WritesBehindWhatAnOpenFileHas) {
+  TemporaryFolder folder;
+  const fs::path file = folder.path() / "a";
+  WriteWhole(file, "one ");
+  const int fd = open(file.c_str(), O_WRONLY | O_APPEND);
+  for (const char* of : {"/proc/self/fd/", "/dev/fd/"}) WriteWhole(of + std::to_string(fd), "two ");
+  fs::create_symlink("/proc/self/fd/" + std::to_string(fd), folder.path() / "link");
+  WriteWhole(folder.path() / "link", "three");
+  EXPECT_EQ(write(fd, ".", 1), 1);
+  close(fd);
+  EXPECT_EQ(Text(file), "one two two three.");
+}
+
+TEST(WriteWhole, KeepsTheOwner) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root gives files away";
+  TemporaryFolder folder;
+  WriteWhole(folder.path() / "a", "one");
+  ASSERT_EQ(chown((folder.path() / "a").c_str(), 1234, 4321), 0);
+  WriteWhole(folder.path() / "a", "two");
+  struct stat after {};
+  ASSERT_EQ(stat((folder.path() / "a").c_str(), &after), 0);
+  EXPECT_EQ(after.st_uid, 1234u);
+  EXPECT_EQ(after.st_gid, 4321u);
+}
+
+TEST(WriteWhole, KnowsItsTemporaryNames) {
+  const auto parsed = ParseTemporaryName("a.json.12.tmp");
+  ASSERT_TRUE(parsed);
+  EXPECT_EQ(parsed->file, "a.json");
+  EXPECT_EQ(parsed->process, 12);
+  for (const char* name : {"a.json", "a.json.tmp", "a.json..tmp", "a.json.1x.tmp", "a.json.-1.tmp", ".tmp",
+                           "12.tmp", "a.json.12.tmp2"}) {
+    EXPECT_FALSE(ParseTemporaryName(name)) << name;
+  }
+}
+
 TEST(WriteWhole, WhatIsInTheWayIsAnInputErrorAndStays) {
   TemporaryFolder folder;
-  for (const fs::path& file :
-       {folder.path(), folder.path() / "no/such/folder", fs::path("/proc/version/a")}) {
+  fs::create_symlink("loop", folder.path() / "loop");
+  for (const fs::path& file : {folder.path(), folder.path() / "no/such/folder", fs::path("/proc/version/a"),
+                               fs::path(), folder.path() / std::string(300, 'x'), folder.path() / "loop"}) {
     EXPECT_THROW(WriteWhole(file, "text"), InputError) << file;
   }
-  EXPECT_EQ(NumFiles(folder.path()), 0u);
+  EXPECT_EQ(NumFiles(folder.path()), 1u);
 }
 
 TEST(WriteWhole, AFullDiskLeavesWhatWasThere) {

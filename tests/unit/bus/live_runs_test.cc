@@ -43,6 +43,37 @@ TEST_F(LiveRunsTest, FindsRunsByTheirProcesses) {
   EXPECT_EQ(b.pid, 999993);
 }
 
+// By hand: the bus from the environment, a folder as seen from where it was started.
+TEST_F(LiveRunsTest, FindsRunsStartedByHand) {
+  Process("999991", {"evalbus-recorder", "--out", "runs/a"}, "net:[1]");
+  std::ofstream(proc_.path() / "999991/environ", std::ios::binary)
+      << "PATH=/bin" << '\0' << "EVALBUS_URL=udpm://a" << '\0';
+  fs::create_symlink("/home/me", proc_.path() / "999991/cwd");
+  const LiveRun run = ChooseLiveRun(FindLiveRuns(proc_.path()));
+  EXPECT_EQ(run.url, "udpm://a");
+  EXPECT_EQ(run.folder, "/home/me/runs/a");
+}
+
+TEST_F(LiveRunsTest, FindsRunsAndReplaysByTheirFolder) {
+  Process("999991", {"evalbus-sim", "--options", "/runs/a/run.json", "--url", "udpm://a"}, "net:[1]");
+  Process("999992", {"evalbus-metrics", "--url", "udpm://b", kReplayOption, "/runs/b"}, "net:[1]");
+  Process("999993", {"evalbus-sim", "--options", "/runs/suite/c/run.json", "--url", "udpm://c"}, "net:[1]");
+  const auto runs = FindLiveRuns(proc_.path());
+  EXPECT_EQ(ChooseLiveRun(LiveRunsOf(runs, "/runs/a")).url, "udpm://a");
+  EXPECT_EQ(ChooseLiveRun(LiveRunsOf(runs, "/runs/../runs/b/")).url, "udpm://b");
+  EXPECT_EQ(ChooseLiveRun(LiveRunsOf(runs, "/runs/suite")).url, "udpm://c") << "one of its runs";
+  EXPECT_TRUE(LiveRunsOf(runs, "/runs/d").empty());
+  try {
+    ChooseLiveRun(runs);
+    FAIL();
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("runs/a on udpm://a"), std::string::npos) << message;
+    EXPECT_NE(message.find("replay of "), std::string::npos) << message;
+    EXPECT_NE(message.find("runs/b on udpm://b"), std::string::npos) << message;
+  }
+}
+
 TEST_F(LiveRunsTest, ChoosesOnlyWhereThereIsNoChoice) {
   EXPECT_THROW(ChooseLiveRun(FindLiveRuns(proc_.path()), ""), InputError);
   Process("999991", {"evalbus-sim", "--url", "udpm://a", "--out", "/runs/a"}, "net:[1]");

@@ -162,6 +162,62 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
   EXPECT_EQ(dut_.status().missing_ticks, 2);
 }
 
+// STATE alone shows them where END says how many there were; in lockstep every tick was answered, too.
+TEST_F(RecorderTest, TellsOfAClosedLogWhatItLacks) {
+  const auto say = [this]<class Message>(const Channel<Message>& channel, int64_t tick) {
+    Message message{};
+    message.header = {0, attempt_, tick, 20000 * tick};
+    bus_.Publish(channel, message);
+  };
+  const auto all = [&](int64_t tick) {
+    say(channels::kState, tick);
+    say(channels::kContacts, tick);
+    say(channels::kAction, tick);
+    say(channels::kPartial, tick);
+  };
+  const auto end = [&](int64_t tick) {
+    say(channels::kEpisodeEnd, tick);
+    say(channels::kEpisodeSummary, tick);
+    bus_.Publish(channels::kRunSummary, run_summary_t{});
+    HandleAll();
+    EXPECT_EQ(dut_.status().last_finished_episode, 0);
+    return dut_.status().last_finished_missing_ticks;
+  };
+  Begin(0, 0);
+  for (const int64_t tick : {0, 2, 1, 3, 1}) all(tick);
+  say(channels::kState, 4);
+  say(channels::kContacts, 4);
+  say(channels::kPartial, 4);
+  EXPECT_EQ(end(4), 0) << "the last tick needs no action, and order does not matter";
+  Begin(0, 1);
+  for (const int64_t tick : {0, 3, 4}) all(tick);
+  EXPECT_EQ(end(6), 4) << "1, 2, and those before the end: 5, 6";
+  Begin(0, 2);
+  for (const int64_t tick : {0, 1, 2}) all(tick);
+  say(channels::kState, 3);
+  say(channels::kPartial, 3);
+  EXPECT_EQ(end(3), 1) << "CONTACTS of tick 3";
+  Begin(0, 3, "realtime");
+  for (const int64_t tick : {0, 1, 3}) say(channels::kState, tick);
+  EXPECT_EQ(end(3), 1) << "in realtime only the sim's STATE is sure to be said";
+}
+
+TEST_F(RecorderTest, BytesThatAreNoMessageOfTheirChannelAreNotWritten) {
+  Begin(0);
+  Tick(0, 0);
+  std::vector<uint8_t> huge = Encode(state_t{});
+  huge.resize(1'000'000);
+  bus_.PublishRaw(channels::kState.name, huge);
+  bus_.PublishRaw(channels::kModel.name, huge);
+  bus_.PublishRaw(channels::kStatus.name, huge);
+  End(0);
+  HandleAll();
+  auto events = Log(0);
+  std::erase_if(events, [](const auto& event) { return event.first == channels::kStatus; });
+  EXPECT_EQ(events.size(), 6u);  // MODEL, EPISODE_BEGIN, STATE, EPISODE_END, both summaries
+  EXPECT_EQ(bus_.decode_errors(), 3);
+}
+
 TEST_F(RecorderTest, WhatIsSaidAgainIsRecordedOnce) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     Begin(0, attempt);
@@ -269,6 +325,73 @@ TEST_F(RecorderTest, ARetryIsRecordedWhateverAnOldLogBeganMeanwhile) {
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
   EXPECT_EQ(dut_.status().attempt, 1);
   EXPECT_EQ(dut_.status().last_tick, 0);
+}
+
+// Its log could not take the place of the one that is there.
+TEST_F(RecorderTest, AnotherSeedOfAFinishedEpisodeIsForeign) {
+  Begin(0);
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  const auto before = Log(0);
+  episode_begin_t begin{};
+  begin.seed = 99;
+  bus_.Publish(channels::kEpisodeBegin, begin);
+  Tick(0, 0);
+  End(0);
+  HandleAll();
+  EXPECT_EQ(Log(0), before);
+  EXPECT_EQ(dut_.status().foreign_messages, 1);
+}
+
+TEST(RecorderOfASession, HearsOnlyItsRun) {
+  TemporaryFolder folder;
+  Bus bus("memq://", 7);
+  Recorder dut(&bus, folder.path());
+  const auto say = [&](int64_t session, int32_t episode) {
+    model_info_t model{};
+    model.session = session;
+    model.clock = session == 7 ? "lockstep" : "realtime";
+    bus.Publish(channels::kModel, model);
+    episode_begin_t begin{};
+    begin.session = session;
+    begin.header.episode = episode;
+    bus.Publish(channels::kEpisodeBegin, begin);
+    while (bus.Handle()) {
+    }
+  };
+  std::filesystem::create_directories(EpisodeFolder(folder.path(), 0));
+  say(8, 0);
+  EXPECT_EQ(dut.status().episode, -1);
+  EXPECT_EQ(dut.status().foreign_messages, 2);
+  // Its launcher leaves no episode that would be begun again: so this is somebody else's, too.
+  say(7, 0);
+  EXPECT_EQ(dut.status().episode, -1);
+  say(7, 1);
+  say(8, 2);
+  EXPECT_EQ(dut.status().episode, 1);
+  // Not even what says to be of our run, once MODEL is known.
+  model_info_t forged{};
+  forged.session = 7;
+  forged.message_version = 99;
+  bus.Publish(channels::kModel, forged);
+  episode_end_t end{};
+  end.header.episode = 1;
+  bus.Publish(channels::kEpisodeEnd, end);
+  episode_summary_t summary{};
+  summary.header.episode = 1;
+  bus.Publish(channels::kEpisodeSummary, summary);
+  bus.Publish(channels::kRunSummary, run_summary_t{});
+  while (bus.Handle()) {
+  }
+  EventLogReader reader(EpisodeLog(folder.path(), 1));
+  int models = 0, begins = 0;
+  for (LogEvent event; reader.Next(&event);) {
+    models += event.channel == channels::kModel;
+    begins += event.channel == channels::kEpisodeBegin;
+  }
+  EXPECT_EQ(models, 1);
+  EXPECT_EQ(begins, 1);
 }
 
 TEST_F(RecorderTest, WhateverBeginsWritesIntoTheRunFolderAndLeavesNothingHalfDone) {

@@ -34,7 +34,8 @@ class CollisionComponentTest : public testing::Test {
     model_.geom_body.assign(scene_.model->geom_bodyid, scene_.model->geom_bodyid + model_.num_geoms);
     model_.physics_file = file_;
     model_.physics_sha256 = Sha256File(file_);
-    model_.clearance_every_ticks = 3;
+    model_.timestep_us = 2000;
+    model_.substeps = 10;
     bus_.Subscribe(channels::kContacts, [this](const contacts_t& m) { contacts_.push_back(m); });
   }
   void Run() {
@@ -78,30 +79,35 @@ class CollisionComponentTest : public testing::Test {
   std::vector<contacts_t> contacts_;
 };
 
-TEST_F(CollisionComponentTest, AnswersEveryStateAndClearanceEveryThirdTick) {
+TEST_F(CollisionComponentTest, AnswersEveryStateAndSaysEverySmallerClearance) {
   Begin(4);  // MODEL was missed: not ready yet
   EXPECT_EQ(dut_.status().state, component_status_t::IDLE);
   Model();
   Begin(4);
   EXPECT_EQ(dut_.status().state, component_status_t::READY);
   EXPECT_EQ(dut_.status().episode, 4);
-  for (int tick = 0; tick < 7; ++tick) State(4, tick, tick == 2 ? 0.09 : 0.2);
-  ASSERT_EQ(contacts_.size(), 7u);
-  for (int tick = 0; tick < 7; ++tick) {
+  // A ball of radius 0.1: of tick 0, which is no sample, the clearance is the smallest; ticks 1, 2 and 4 have
+  // smaller ones than those from 1 on before them, 6 and 7 touch, and 5 and 10 are a tenth of a second apart.
+  const double height[] = {0.15, 0.3, 0.25, 0.26, 0.2, 0.22, 0.08, 0.09, 0.2, 0.2, 0.2};
+  const bool is_there[] = {true, true, true, false, true, true, true, true, false, false, true};
+  for (int tick = 0; tick < 11; ++tick) State(4, tick, height[tick]);
+  ASSERT_EQ(contacts_.size(), 11u);
+  for (int tick = 0; tick < 11; ++tick) {
+    SCOPED_TRACE(tick);
     const contacts_t& m = contacts_[tick];
     EXPECT_EQ(m.header.episode, 4);
     EXPECT_EQ(m.header.tick, tick);
     EXPECT_EQ(m.header.sim_time_us, 20000 * tick);
-    EXPECT_EQ(m.num_contacts, tick == 2);
-    EXPECT_EQ(m.has_clearance, tick % 3 == 0);
-    EXPECT_NEAR(m.clearance_m, tick % 3 == 0 ? 0.1 : 0, 1e-12);
-    EXPECT_EQ(m.clearance_robot_geom, tick % 3 == 0 ? scene_.Geom("ball") : -1);
-    EXPECT_EQ(m.clearance_scene_geom, tick % 3 == 0 ? scene_.Geom("floor") : -1);
+    EXPECT_EQ(m.num_contacts, tick == 6 || tick == 7);
+    EXPECT_EQ(m.has_clearance, is_there[tick]);
+    EXPECT_NEAR(m.clearance_m, is_there[tick] ? height[tick] - 0.1 : 0, 1e-12);
+    EXPECT_EQ(m.clearance_robot_geom, is_there[tick] ? scene_.Geom("ball") : -1);
+    EXPECT_EQ(m.clearance_scene_geom, is_there[tick] ? scene_.Geom("floor") : -1);
   }
-  EXPECT_EQ(contacts_[2].contact[0].geom_a, scene_.Geom("floor"));
-  EXPECT_EQ(contacts_[2].contact[0].geom_b, scene_.Geom("ball"));
-  EXPECT_NEAR(contacts_[2].contact[0].distance_m, -0.01, 1e-12);
-  EXPECT_EQ(dut_.status().last_tick, 6);
+  EXPECT_EQ(contacts_[6].contact[0].geom_a, scene_.Geom("floor"));
+  EXPECT_EQ(contacts_[6].contact[0].geom_b, scene_.Geom("ball"));
+  EXPECT_NEAR(contacts_[6].contact[0].distance_m, -0.02, 1e-12);
+  EXPECT_EQ(dut_.status().last_tick, 10);
   EXPECT_EQ(dut_.status().missing_ticks, 0);
   EXPECT_EQ(dut_.status().foreign_messages, 0);
 }
@@ -125,13 +131,14 @@ TEST_F(CollisionComponentTest, CountsGapsAndForeignMessages) {
   EXPECT_EQ(contacts_.size(), 4u);
 }
 
-TEST_F(CollisionComponentTest, ClearanceIsNeverEvaluatedAtRateZero) {
-  model_.clearance_every_ticks = 0;
+TEST_F(CollisionComponentTest, EachEpisodeHasASmallestClearanceOfItsOwn) {
   Model();
   Begin(0);
-  State(0, 0, 1);
-  ASSERT_EQ(contacts_.size(), 1u);
-  EXPECT_FALSE(contacts_[0].has_clearance);
+  for (int tick = 0; tick < 3; ++tick) State(0, tick, 0.2);
+  EXPECT_FALSE(contacts_.back().has_clearance);
+  Begin(1);
+  for (int tick = 0; tick < 2; ++tick) State(1, tick, 0.3);
+  EXPECT_TRUE(contacts_.back().has_clearance);
 }
 
 TEST_F(CollisionComponentTest, RefusesAnotherModelFile) {

@@ -189,6 +189,25 @@ TEST(Clearance, ByHand) {
   EXPECT_NEAR(checker.FindClearance()->distance, -0.03, 1e-12);
 }
 
+TEST(Clearance, OfObjectsOnlyToWhatMustNotBeTouched) {
+  CollisionScene scene(R"(<mujoco><worldbody>
+    <body name="robot"><joint axis="0 0 1"/><geom name="tip" type="sphere" size=".1"/></body>
+    <body name="o" pos=".3 0 0"><freejoint/><geom name="handle" type="sphere" size=".1"/>
+      <geom name="door" type="sphere" size=".05" pos=".2 0 0"/></body>
+    </worldbody></mujoco>)");
+  const auto clearance = [&] {
+    CollisionChecker checker(scene.model.get(), scene.info);
+    scene.SetPoses(&checker);
+    return checker.FindClearance();
+  };
+  EXPECT_FALSE(clearance());
+  scene.info.barred_geom = {scene.Geom("door")};
+  scene.info.num_barred_geoms = 1;
+  ASSERT_TRUE(clearance());
+  EXPECT_NEAR(clearance()->distance, 0.35, 1e-12);
+  EXPECT_EQ(clearance()->scene_geom, scene.Geom("door"));
+}
+
 TEST(Clearance, AbsentWithoutRobotOrScene) {
   CollisionScene scene(R"(<mujoco><worldbody><geom type="plane" size="1 1 1"/>
     <body name="o"><freejoint/><geom size=".1"/></body></worldbody></mujoco>)");

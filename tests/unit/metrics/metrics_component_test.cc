@@ -6,13 +6,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numeric>
 #include <random>
 
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "evalbus/run_summary_t.hpp"
+#include "metrics/episode/part_of_run.h"
 #include "metrics/episode/result_json.h"
+#include "tests/unit/poll_for.h"
 #include "tests/unit/small_world.h"
 #include "tests/unit/temporary_folder.h"
 
@@ -127,7 +130,7 @@ TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
         state.arm[k].wrist_position_m[0] = std::sin(0.3 * tick + k);
         state.arm[k].joint_position_rad[0] = std::cos(0.2 * tick);
         state.arm[k].joint_velocity_radps[0] = std::sin(0.1 * tick + k);
-        state.arm[k].joint_torque_Nm[0] = tick;
+        state.arm[k].mechanical_work_J = tick;
       }
       state.header.attempt = attempt_;
       bus_.Publish(channels::kState, state);
@@ -218,6 +221,39 @@ TEST_F(MetricsComponentTest, RepeatsTheRunSummaryForThoseWhoComeLate) {
   EXPECT_EQ(summaries_.size(), 1);
 }
 
+TEST_F(MetricsComponentTest, TheRunSummarySaysThatItIsAPart) {
+  const auto finish = [&](int episode) {
+    Begin(episode);
+    SendState(0, episode);
+    SendContacts(0, episode);
+    End(0, episode);
+  };
+  finish(0);
+  ASSERT_EQ(runs_.size(), 1);
+  EXPECT_FALSE(runs_.back().is_part);
+  // Episode 1 was finished before, or by somebody else.
+  finish(2);
+  EXPECT_TRUE(runs_.back().is_part);
+  finish(1);
+  EXPECT_FALSE(runs_.back().is_part);
+  EXPECT_EQ(runs_.back().num_episodes, 3);
+}
+
+// Told by the run's folder, before it has heard of anything.
+TEST(PartOfRun, IsWhereOthersHaveFinishedOrWork) {
+  const TemporaryFolder folder;
+  EXPECT_FALSE(IsPartOfRun(folder.path()));
+  std::ofstream(folder.path() / "run.json") << R"({"workers": 1})";
+  EXPECT_FALSE(IsPartOfRun(folder.path()));
+  std::ofstream(folder.path() / "episodes.jsonl");
+  EXPECT_FALSE(IsPartOfRun(folder.path()));
+  std::ofstream(folder.path() / "episodes.jsonl") << "{}\n";
+  EXPECT_TRUE(IsPartOfRun(folder.path()));
+  std::filesystem::remove(folder.path() / "episodes.jsonl");
+  std::ofstream(folder.path() / "run.json") << R"({"workers": 2})";
+  EXPECT_TRUE(IsPartOfRun(folder.path()));
+}
+
 TEST_F(MetricsComponentTest, ARepeatedBeginChangesNothing) {
   Begin(0);
   SendState(0, 0);
@@ -271,17 +307,14 @@ TEST_F(MetricsComponentTest, WaitsABoundedTimeForTheLastTicks) {
     SendContacts(tick, 0);
   }
   EXPECT_EQ(partials_.size(), 2);
-  EXPECT_EQ(dut_.next_poll(), SteadyTime::max());
-  const auto before = std::chrono::steady_clock::now();
   End(5, 0);
-  EXPECT_GE(dut_.next_poll(), before + MetricsComponent::kMaxWait);
-  dut_.Poll(before + MetricsComponent::kMaxWait / 2);
+  auto now = PollFor(&dut_, std::chrono::steady_clock::now(), MetricsComponent::kMaxWait / 2);
   Drain();
   EXPECT_TRUE(summaries_.empty());
   SendState(5, 0);
   SendContacts(5, 0);
   EXPECT_TRUE(summaries_.empty());
-  dut_.Poll(dut_.next_poll());
+  now = PollFor(&dut_, now, MetricsComponent::kMaxWait);
   Drain();
   ASSERT_EQ(summaries_.size(), 1);
   EXPECT_EQ(partials_.size(), 5);
@@ -289,12 +322,11 @@ TEST_F(MetricsComponentTest, WaitsABoundedTimeForTheLastTicks) {
   EXPECT_FALSE(summaries_[0].complete);
   EXPECT_EQ(runs_[0].num_complete, 0);
   EXPECT_EQ(dut_.status().missing_ticks, 1);
-  EXPECT_EQ(dut_.next_poll(), SteadyTime::max());
 
   // The count of the process goes on, the episode's begins again.
   Begin(1);
   End(0, 1);
-  dut_.Poll(dut_.next_poll());
+  PollFor(&dut_, now, 2 * MetricsComponent::kMaxWait);
   Drain();
   ASSERT_EQ(summaries_.size(), 2);
   EXPECT_EQ(summaries_[1].extended.missing_ticks, 1);

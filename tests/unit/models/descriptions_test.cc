@@ -101,7 +101,7 @@ TEST(RobotDescription, ModelsAreLookedForInTheModelPath) {
   const auto file = folder.Write("r.yaml", kRobot);
   EXPECT_EQ(ErrorOf([&] { LoadRobot(file, {"/nowhere"}); }),
             file.string() + ":4: key 'model': file 'newer_arm.xml' not found in " + folder.path().string() +
-                ", /nowhere");
+                ", /nowhere, " + (ModelsFolder() / "robots").string());
   EXPECT_EQ(ErrorOf([] { LoadRobot("/nowhere/r.yaml"); }),
             "/nowhere/r.yaml: cannot read the robot description");
 }
@@ -284,12 +284,48 @@ TEST(TaskDescription, MistakesNameTheLine) {
             "t.yaml:33: key 'slip_sample_window_ticks': expected a whole number >= 1, got '0'");
 }
 
+TEST(TaskDescription, StagesAreOptional) {
+  const std::string text = kTask;
+  const size_t stages = text.find("stages:"), success = text.find("success:");
+  EXPECT_TRUE(Parse(text.substr(0, stages) + text.substr(success)).stages.empty());
+}
+
+TEST(TaskDescription, AVariationHasItsOwnInstructionAndCameras) {
+  TaskDescription task = Parse(ReplaceFirst(
+      ReplaceFirst(
+          kTask, "objects: [block]\n",
+          "  cameras:\n    front: {position_m: [1, 0, 1], look_at_m: [0, 0, 1], vertical_fov_deg: 50}\n"
+          "    side: {position_m: [0, 1, 1], look_at_m: [0, 0, 0], vertical_fov_deg: 60}\n"
+          "objects: [block]\ninstruction: push the block\n"),
+      "    alias: PushWide",
+      "    alias: PushWide\n    instruction: push it far\n    cameras:\n"
+      "      front: {position_m: [2, 0, 1], look_at_m: [0, 0, 1], vertical_fov_deg: 40}"));
+  EXPECT_EQ(task.instruction, "push the block");
+  ASSERT_EQ(task.cameras.size(), 2u);
+  EXPECT_EQ(task.cameras[1].name, "side");
+  EXPECT_EQ(task.cameras[1].look_at, (std::array<double, 3>{0, 0, 0}));
+  TaskDescription base = task;
+  base.Apply("base");
+  EXPECT_EQ(base.instruction, "push the block");
+  EXPECT_EQ(base.cameras.size(), 2u);
+  task.Apply("wide");
+  EXPECT_EQ(task.instruction, "push it far");
+  ASSERT_EQ(task.cameras.size(), 3u);
+  EXPECT_EQ(task.cameras[0].vertical_fov, 40) << "the first of a name counts";
+  EXPECT_EQ(
+      TaskError("objects: [block]\n",
+                "  cameras:\n    top: {position_m: [1, 0, 3], look_at_m: [1, 0, 0], vertical_fov_deg: 50}\n"
+                "objects: [block]\n"),
+      "13: key 'look_at_m': a camera cannot look straight up or down, or at itself");
+}
+
 TEST(TaskDescription, FilesMustExist) {
   TempFolder folder;
   const auto file = folder.Write("t.yaml", kTask);
-  EXPECT_EQ(
-      ErrorOf([&] { LoadTask(file); }),
-      file.string() + ":4: key 'file': file " + folder.path().string() + "/newer_robot.yaml does not exist");
+  EXPECT_EQ(ErrorOf([&] { LoadTask(file); }), file.string() + ":4: key 'file': file " +
+                                                  folder.path().string() +
+                                                  "/newer_robot.yaml does not exist, nor does " +
+                                                  (TasksFolder() / "newer_robot.yaml").string());
   EXPECT_EQ(ErrorOf([] { LoadTask("/nowhere/t.yaml"); }),
             "/nowhere/t.yaml: cannot read the task description");
   EXPECT_EQ(ErrorOf([&] { LoadTask(folder.path()); }),
@@ -299,6 +335,7 @@ TEST(TaskDescription, FilesMustExist) {
 
 TEST(TaskDescription, LiftPotSaysWhatTheFactsSay) {
   const TaskDescription task = LoadTask(ModelsFolder() / "tasks/lift_pot.yaml");
+  EXPECT_EQ(task.instruction, "lift the pot by the handles");
   EXPECT_EQ(task.robot_base.position[0], 0.1);
   ASSERT_EQ(task.parts.size(), 3u);
   EXPECT_EQ(task.parts[2].pose.position, (std::array<double, 3>{0.7, 0, 0.996}));
@@ -320,11 +357,19 @@ TEST(TaskDescription, LiftPotSaysWhatTheFactsSay) {
   EXPECT_EQ(task.pose_error.size(), 1u);
 }
 
+TEST(TaskDescription, EveryShippedTaskHasAnInstruction) {
+  for (const TaskDescription& task : AllTasks()) EXPECT_NE(task.instruction, "") << task.name;
+}
+
 TEST(TaskDescription, OtherRobotsHaveTheirOwnDistances) {
   TaskDescription task = FindTask("stack_two_blocks").task;
-  task.ApplyRobot("bimanual_panda");
+  task.ApplyRobot("bimanual_panda", {"left", "right"});
   EXPECT_EQ(task.target_distance.size(), 6u);
-  task.ApplyRobot("single_panda");
+  // By its name, or by that of its arm.
+  TaskDescription mine = task;
+  mine.ApplyRobot("mine", {"arm"});
+  EXPECT_EQ(mine.target_distance.size(), 4u);
+  task.ApplyRobot("single_panda", {"left"});
   ASSERT_EQ(task.target_distance.size(), 4u);
   EXPECT_EQ(task.target_distance[0].name, "red_cube_to_gripper");
 }

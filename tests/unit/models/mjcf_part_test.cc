@@ -80,8 +80,9 @@ TEST(MjcfPart, DefaultSectionsBecomeOne) {
 }
 
 TEST(MjcfXml, NumbersReadBackAsTheyWere) {
-  for (const double value : {1.0 / 3, 0.1, 1e-300, -2.5e17, 0.0}) EXPECT_EQ(std::stod(Number(value)), value);
-  EXPECT_EQ(Number(0.1), "0.1");
+  for (const double value : {1.0 / 3, 0.1, 1e-300, -2.5e17, 0.0})
+    EXPECT_EQ(std::stod(NumberText(value)), value);
+  EXPECT_EQ(NumberText(0.1), "0.1");
   EXPECT_EQ(Join(std::vector<double>{1, -0.5}), "1 -0.5");
 }
 

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <thread>
 
 #include "base/errors.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus {
 namespace {
@@ -46,6 +48,17 @@ TEST_F(MujocoErrors, WithoutASinkWarningsAreLinesOnStderr) {
   mju_warning("unstable");
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "MuJoCo warning: unstable\n");
   EXPECT_TRUE(heard_.empty());
+}
+
+// MuJoCo's own way leaves MUJOCO_LOG.TXT in whatever folder a user is in.
+TEST_F(MujocoErrors, NoFileIsLeft) {
+  TemporaryFolder folder;
+  const std::filesystem::path back = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  mju_warning("unstable");
+  Thrown<EnvironmentError>("stack overflow");
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  std::filesystem::current_path(back);
 }
 
 TEST_F(MujocoErrors, ASinkMaySetAnother) {

@@ -221,7 +221,7 @@ TEST(SceneComposer, DegreesAndEulerSequences) {
 
 TEST(SceneComposer, NewerModelsLoadWithWarnings) {
   SceneComposer composer(kModelsData / "world.xml");
-  composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{});
+  composer.Attach(kModelsData / "newer_arm.xml", "arm/", Pose{}, Mount::kFixed, "", {{"motor1", 450}});
   composer.Attach(kModelsData / "newer_hand.xml", "arm/hand/", Pose{}, Mount::kFixed, "arm/flange");
   const std::string arm = (kModelsData / "newer_arm.xml").string();
   const std::string hand = (kModelsData / "newer_hand.xml").string();
@@ -235,7 +235,6 @@ TEST(SceneComposer, NewerModelsLoadWithWarnings) {
           arm + ":25: <light> dropped: the scene's lights count",
           hand + ":4: <option> integrator=\"implicitfast\" does not count; the scene's is \"Euler\""}));
 
-  composer.SetPositionGain("arm/motor1", 450);
   composer.SetJointAttribute("arm/joint1", "damping", 6);
   const ModelPtr model = Compile(composer);
   const int motor = Id(model, mjOBJ_ACTUATOR, "arm/motor1"), other = Id(model, mjOBJ_ACTUATOR, "arm/motor2");
@@ -275,8 +274,9 @@ TEST(SceneComposer, WhatMuJoCoDoesNotKnowIsRefusedByName) {
             "part.xml:3: <frame> in <worldbody> is not known to MuJoCo " + version);
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><body>\n<joint dampingg='1'/></body></worldbody></mujoco>"),
             "part.xml:2: <joint>: attribute 'dampingg' is not known to MuJoCo " + version);
-  EXPECT_EQ(ErrorOfPart("<mujoco><actuator>\n<position joint='j' kv='3'/></actuator></mujoco>"),
-            "part.xml:2: <position>: attribute 'kv' is not known to MuJoCo " + version);
+  EXPECT_EQ(ErrorOfPart("<mujoco><actuator>\n<position joint='j' dampratio='1'/></actuator></mujoco>"),
+            "part.xml:2: <position>: attribute 'dampratio' is not known to MuJoCo " + version +
+                "; give the robot's description a position gain");
   EXPECT_EQ(ErrorOfPart("<mujoco>\n<extension/></mujoco>"),
             "part.xml:2: <extension> in <mujoco> is not known to MuJoCo " + version);
   EXPECT_EQ(ErrorOfPart("<mujoco><worldbody><body>\n<composite type='rope' count='3 1 1' "

@@ -319,6 +319,26 @@ TEST(Scene, TheTimestepIsAWholeNumberOfMicroseconds) {
   EXPECT_EQ(files.Build().info.timestep_us, 2000) << "MuJoCo's default";
 }
 
+TEST(Scene, AllTheMassMayBeInVisualGeoms) {
+  SceneFiles files;
+  files.folder.Write(
+      "thing.xml",
+      "<mujoco><worldbody><body pos='0 0 0.5'><geom type='box' size='0.1 0.1 0.1' mass='0'/>"
+      "<geom type='box' size='0.1 0.1 0.1' pos='0.2 0 0' mass='3' contype='0' conaffinity='0'/>"
+      "<body name='door'><joint/><geom type='box' size='0.1 0.1 0.1' mass='0'/>"
+      "<geom size='0.1' mass='2' contype='0' conaffinity='0'/></body></body></worldbody></mujoco>");
+  const Scene scene = files.Build();
+  const mjModel* model = scene.physics.get();
+  const int door = mj_name2id(model, mjOBJ_BODY, "thing/door");
+  EXPECT_EQ(model->body_mass[door], 2);
+  EXPECT_EQ(model->body_mass[door - 1], 3);
+  EXPECT_NEAR(model->body_ipos[3 * (door - 1)], 0.2, 1e-15);
+  // A body without any mass is still refused, at its line.
+  SceneFiles none;
+  none.folder.Write("thing.xml", "<mujoco><worldbody>\n<geom size='0.1' mass='0'/></worldbody></mujoco>");
+  EXPECT_EQ(none.Error().substr(0, 10), "thing.xml:");
+}
+
 TEST(Scene, InertiasComeFromVisualGeomsToo) {
   SceneFiles files;
   files.folder.Write("thing.xml",
@@ -351,6 +371,33 @@ TEST(Sha256File, KnownDigest) {
             "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(ErrorOf([] { Sha256File("/nowhere"); }), "/nowhere: cannot be read");
   EXPECT_EQ(ErrorOf([&] { Sha256File(folder.path()); }), folder.path().string() + ": cannot be read");
+}
+
+TEST(Scene, ATasksCameraLooksWhereItSays) {
+  TaskDescription task = FindTask("lift_pot").task;
+  const RobotDescription robot = LoadRobot(task.robot_file);
+  const Scene before = BuildScene(task, robot);
+  task.cameras = {{"front", {2, 1, 3}, {0.5, 0, 1}, 40},
+                  {"side", {0.5, 3, 1}, {0.5, 0, 1}, 50},
+                  {"front", {9, 9, 9}, {0, 0, 0}, 10}};
+  const Scene scene = BuildScene(task, robot);
+  const mjModel& visual = *scene.visual;
+  EXPECT_EQ(visual.ncam, before.visual->ncam + 1) << "front is moved, side is new";
+  const DataPtr data(mj_makeData(&visual));
+  mj_kinematics(&visual, data.get());
+  mj_comPos(&visual, data.get());
+  mj_camlight(&visual, data.get());
+  const int front = mj_name2id(&visual, mjOBJ_CAMERA, "front");
+  EXPECT_EQ(visual.cam_fovy[front], 40);
+  const mjtNum* axes = data->cam_xmat + 9 * front;
+  // It looks along -z: (0.5, 0, 1) - (2, 1, 3), of length sqrt(1.5^2 + 1 + 4).
+  const double length = std::sqrt(7.25);
+  EXPECT_NEAR(-axes[2], -1.5 / length, 1e-9);
+  EXPECT_NEAR(-axes[5], -1 / length, 1e-9);
+  EXPECT_NEAR(-axes[8], -2 / length, 1e-9);
+  EXPECT_NEAR(axes[6], 0, 1e-9) << "its x axis is level";
+  EXPECT_GT(axes[7], 0) << "its y axis points up";
+  EXPECT_EQ(data->cam_xpos[3 * front + 2], 3);
 }
 
 }  // namespace

@@ -127,6 +127,24 @@ TEST(YamlReader, BrokenYaml) {
   EXPECT_EQ(ErrorOf([] { Parse(", 1]}\n"); }), "f.yaml:1: expected one YAML document, got 2");
 }
 
+// LCM's strings end with the first NUL: what has one inside reaches nobody.
+TEST(YamlReader, TextThatNoMessageCanCarryIsRefusedWithItsLine) {
+  using namespace std::string_literals;
+  EXPECT_EQ(ErrorOf([] {
+              Parse(
+                  "\xFF\xFE"
+                  "a\0:\0 \0001\0\n\0"s);
+            }),
+            "f.yaml:1: this is UTF-16; expected UTF-8 (iconv -f UTF-16 -t UTF-8)");
+  EXPECT_EQ(ErrorOf([] { Parse("\xFE\xFF\0a\0:\0 \0001"s); }),
+            "f.yaml:1: this is UTF-16; expected UTF-8 (iconv -f UTF-16 -t UTF-8)");
+  EXPECT_EQ(ErrorOf([] { Parse("a\0:\0 \0001\0"s); }), "f.yaml:1: a NUL byte; expected text in UTF-8");
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: 2  # a comment\0\n"s); }),
+            "f.yaml:2: a NUL byte; expected text in UTF-8");
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\nb: [2, \"x\\0y\"]\n"); }), "f.yaml:2: a text with a NUL in it");
+  EXPECT_EQ(ErrorOf([] { Parse("a: 1\n\"x\\0y\": 2\n"); }), "f.yaml:2: a text with a NUL in it");
+}
+
 TEST(YamlReader, Angles) {
   const auto angle = [](const char* text) { return YamlMap(Parse(text), {}, {"x_deg", "x_rad"}).Angle("x"); };
   EXPECT_EQ(angle("x_deg: 180"), std::numbers::pi);
@@ -144,7 +162,8 @@ TEST(YamlReader, Poses) {
   const Pose upright = ReadPose(Parse("{position_m: [0, 0, 0], quaternion_wxyz: [0.7071, 0.7071, 0, 0]}"));
   EXPECT_NEAR(upright.quaternion[1], std::sqrt(0.5), 1e-15);
   EXPECT_EQ(ErrorOf([] { ReadPose(Parse("{position_m: [0, 0, 0], quaternion_wxyz: [1, 1, 0, 0]}")); }),
-            "f.yaml:1: key 'quaternion_wxyz': expected a unit quaternion, got norm 1.41421");
+            "f.yaml:1: key 'quaternion_wxyz': expected a unit quaternion, got norm 1.41421; of norm 1 "
+            "it is [0.707107, 0.707107, 0, 0]");
   EXPECT_EQ(ErrorOf([] { ReadPose(Parse("{position: [0, 0, 0]}")); }),
             "f.yaml:1: key 'position': not a key here; did you mean 'position_m'?");
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,10 +35,12 @@ struct PlayedEpisode {
 // A task in one of its variations with the expert for it, made once for many episodes.
 class ExpertStage {
  public:
-  // task: as FindTask takes it. robot: a robot of models/robots instead of the task's own.
-  explicit ExpertStage(const std::string& task, const std::string& robot = "")
+  // task: as FindTask takes it. robot: a robot as FindRobot takes it instead of the task's own, its models in
+  // model_path.
+  explicit ExpertStage(const std::string& task, const std::string& robot = "",
+                       const std::vector<std::filesystem::path>& model_path = {})
       : selection_(FindTask(task)),
-        robot_(LoadRobot(robot.empty() ? selection_.task.robot_file : FindRobot(robot))),
+        robot_(LoadRobot(robot.empty() ? selection_.task.robot_file : FindRobot(robot), model_path)),
         scene_(Compose(robot_, &selection_.task)),
         names_(scene_.info),
         evaluator_(selection_.task, names_),
@@ -98,7 +101,7 @@ class ExpertStage {
  private:
   // Makes the task the robot's, too.
   static Scene Compose(const RobotDescription& robot, TaskDescription* task) {
-    task->ApplyRobot(robot.name);
+    task->ApplyRobot(robot.name, robot.arm_names());
     Scene scene = BuildScene(*task, robot);
     scene.info.substeps = 10;
     return scene;

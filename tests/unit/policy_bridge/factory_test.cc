@@ -21,7 +21,8 @@ std::string Refusal(const std::string& name) {
 }
 
 TEST(Factory, EveryPolicyIsFoundByItsName) {
-  for (const char* name : {"expert", "noisy_expert", "random", "hold", "flawed_expert:drop"}) {
+  for (const char* name :
+       {"expert", "expert:lift_pot", "noisy_expert", "random", "hold", "flawed_expert:drop"}) {
     EXPECT_EQ(Refusal(name), "accepted");
     EXPECT_TRUE(MakePolicy(name, GetPolicyScene().model(), GetPolicyScene().info())) << name;
   }
@@ -32,7 +33,8 @@ TEST(Factory, EveryPolicyIsFoundByItsName) {
 TEST(Factory, WrongNamesAreExplained) {
   const auto unknown = [](const std::string& name) {
     return "there is no policy \"" + name +
-           "\"; there are: expert, noisy_expert, random, hold, replay:RUN_OR_LOG, flawed_expert:FLAW";
+           "\"; there are: expert[:TASK], noisy_expert, random, hold, replay:RUN_OR_LOG, "
+           "replay_anyway:RUN_OR_LOG, flawed_expert:FLAW";
   };
   for (const char* name : {"exprt", "", "expert:", "hold:1", "Expert", "replay_"})
     EXPECT_EQ(Refusal(name), unknown(name));
@@ -50,8 +52,9 @@ TEST(Factory, HelpHasALineForEachPolicy) {
   std::istringstream help(PolicyHelp());
   std::vector<std::string> usages;
   for (std::string line; std::getline(help, line);) usages.push_back(line.substr(0, line.find(": ")));
-  EXPECT_EQ(usages, (std::vector<std::string>{"expert", "noisy_expert", "random", "hold", "replay:RUN_OR_LOG",
-                                              "flawed_expert:FLAW"}));
+  EXPECT_EQ(usages,
+            (std::vector<std::string>{"expert[:TASK]", "noisy_expert", "random", "hold", "replay:RUN_OR_LOG",
+                                      "replay_anyway:RUN_OR_LOG", "flawed_expert:FLAW"}));
   EXPECT_NE(PolicyHelp().find(FlawNames()), std::string::npos);
 }
 
@@ -67,6 +70,10 @@ TEST(Factory, AnExpertSaysWhichTasksItIsFor) {
     }
   }
   EXPECT_NO_THROW(MakePolicy("hold", GetPolicyScene().model(), info));
+  // A copy of a task is played by the expert of the task it was copied from.
+  EXPECT_NO_THROW(MakePolicy("expert:lift_pot", GetPolicyScene().model(), info));
+  EXPECT_EQ(Refusal("expert:fold_towel").substr(0, 57),
+            "policy \"expert\": there is none for task \"fold_towel\"; the");
 }
 
 }  // namespace

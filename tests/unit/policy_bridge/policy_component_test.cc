@@ -9,6 +9,7 @@
 #include "base/sha256.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
+#include "bus/message.h"
 #include "policy_bridge/policies/replay_policy.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
@@ -107,30 +108,30 @@ TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
     action.header.tick = tick;
     action.header.sim_time_us = tick * 20'000;
     action.joint_position_rad.assign(14, value);
-    std::vector<uint8_t> bytes(static_cast<size_t>(action.getEncodedSize()));
-    action.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    writer.Write(channels::kAction, bytes, 0);
+    writer.Write(channels::kAction, Encode(action), 0);
   };
+  writer.Write(channels::kModel, Encode(model_), 0);
+  episode_begin_t begin{};
+  begin.header.episode = 1;
+  begin.seed = 1;
+  writer.Write(channels::kEpisodeBegin, Encode(begin), 0);
   // A first attempt of two ticks, then the episode began again.
   for (const double value : {0.5, 0.6}) write(value == 0.6, value);
   for (const double value : {0.1, 0.2}) write(value == 0.2, value);
   writer.Close();
 
-  for (const fs::path& path : {log, folder_}) {
-    PolicyComponent component(&bus_, "replay:" + path.string());
-    Send(channels::kModel, model_);
-    Begin(1);
-    actions_.clear();
-    Send(channels::kState, State(1, 0));
-    Send(channels::kState, State(1, 1));
-    ASSERT_EQ(actions_.size(), 2u);
-    EXPECT_EQ(actions_[0].joint_position_rad[0], 0.1);
-    EXPECT_EQ(actions_[1].joint_position_rad[0], 0.2);
-    EXPECT_THROW(Begin(2), InputError);
-    break;
-  }
-  EXPECT_EQ(OpenRecording(folder_)(1).size(), 2u);
-  EXPECT_TRUE(OpenRecording(folder_)(0).empty());
+  PolicyComponent component(&bus_, "replay:" + log.string());
+  Send(channels::kModel, model_);
+  Begin(1);
+  Send(channels::kState, State(1, 0));
+  Send(channels::kState, State(1, 1));
+  ASSERT_EQ(actions_.size(), 2u);
+  EXPECT_EQ(actions_[0].joint_position_rad[0], 0.1);
+  EXPECT_EQ(actions_[1].joint_position_rad[0], 0.2);
+  EXPECT_THROW(Begin(2), InputError);
+  EXPECT_EQ(OpenRecording(folder_)(1).actions.size(), 2u);
+  EXPECT_EQ(OpenRecording(folder_)(1).model.variation, model_.variation);
+  EXPECT_TRUE(OpenRecording(folder_)(0).actions.empty());
 }
 
 TEST_F(PolicyComponentTest, BadPoliciesAreRefusedAtOnce) {

@@ -11,6 +11,7 @@
 #include "base/sha256.h"
 #include "bus/channels.h"
 #include "evalbus/episode_summary_t.hpp"
+#include "tests/unit/poll_for.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::sim {
@@ -24,11 +25,11 @@ class SimComponentTest : public testing::Test {
   }
   ~SimComponentTest() override { Log::SetFiles({}); }
 
-  void MakeSim(SimOptions options = {}) {
+  void MakeSim(SimOptions options = {}, int64_t session = 0) {
     if (options.task.empty()) options.task = "lift_pot";
     options.out = folder_.path();
     sim_.reset();
-    bus_.emplace("memq://");
+    bus_.emplace("memq://", session);
     sim_ = std::make_unique<SimComponent>(&*bus_, options);
     bus_->Subscribe(channels::kModel, [this](const model_info_t& m) {
       model_ = m;
@@ -119,7 +120,6 @@ TEST_F(SimComponentTest, AnnouncesModelsThatExistAndMatchTheirHash) {
   EXPECT_EQ(model_.variation, "base");
   EXPECT_EQ(model_.timestep_us, 2000);
   EXPECT_EQ(model_.substeps, 10);
-  EXPECT_EQ(model_.clearance_every_ticks, 5);
   EXPECT_EQ(Sha256File(model_.physics_file), model_.physics_sha256);
   EXPECT_EQ(Sha256File(model_.visual_file), model_.visual_sha256);
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / "model/scene.xml"));
@@ -298,15 +298,81 @@ TEST_F(SimComponentTest, SilentPolicyAndSilentMetricsEndTheEpisode) {
   MakeSim(options);
   Start();
   Score(0);
-  const auto later = std::chrono::steady_clock::now() + std::chrono::seconds(6);
-  sim_->Poll(later);
+  PollFor(sim_.get(), std::chrono::steady_clock::now(), std::chrono::seconds(6));
   HandleAll();
   Start(1);
-  sim_->Poll(later);
+  PollFor(sim_.get(), std::chrono::steady_clock::now(), std::chrono::seconds(6));
   HandleAll();
-  ASSERT_EQ(ends_.size(), 2u);
+  // Each is said again until the next begins.
+  ASSERT_FALSE(ends_.empty());
+  EXPECT_EQ(ends_.front().end_reason, "policy_timeout");
+  EXPECT_EQ(ends_.back().end_reason, "aborted");
+  EXPECT_EQ(ends_.back().header.episode, 1);
+}
+
+// A frozen container: the policy did not run, either.
+TEST_F(SimComponentTest, TimeInWhichTheSimDidNotRunIsNotThePolicys) {
+  SimOptions options;
+  options.policy_timeout_s = options.metrics_timeout_s = 5;
+  MakeSim(options);
+  Start();
+  const auto now = std::chrono::steady_clock::now();
+  sim_->Poll(now + std::chrono::hours(1));  // of metrics
+  HandleAll();
+  Score(0);
+  sim_->Poll(now + std::chrono::hours(2));
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());
+  PollFor(sim_.get(), now + std::chrono::hours(2), std::chrono::seconds(6));
+  HandleAll();
+  ASSERT_FALSE(ends_.empty());
   EXPECT_EQ(ends_[0].end_reason, "policy_timeout");
-  EXPECT_EQ(ends_[1].end_reason, "aborted");
+}
+
+TEST_F(SimComponentTest, WhatASimOfAnotherRunSaysIsCountedAndNotObeyed) {
+  MakeSim({}, 7);
+  Start();
+  EXPECT_EQ(model_.session, 7);
+  EXPECT_EQ(begins_[0].session, 7);
+  model_info_t model = model_;
+  model.session = 8;
+  bus_->Publish(channels::kModel, model);
+  episode_begin_t begin = begins_[0];
+  begin.session = 8;
+  begin.header.episode = 3;
+  bus_->Publish(channels::kEpisodeBegin, begin);
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());
+  EXPECT_EQ(sim_->status().foreign_messages, 2);
+  EXPECT_THAT(Logged(), testing::HasSubstr("a MODEL of another run is on this bus"));
+  // One that says our session is another matter.
+  begin.session = 7;
+  bus_->Publish(channels::kEpisodeBegin, begin);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+}
+
+// A policy that has answered tick 5 of an old log does not answer ours.
+TEST_F(SimComponentTest, AStateOfATickToComeEndsTheEpisode) {
+  MakeSim();
+  Start();
+  state_t state = states_[0];
+  bus_->Publish(channels::kState, state);  // as it was
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());
+  state.header.tick = 5;
+  state.header.attempt = 1;
+  bus_->Publish(channels::kState, state);
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());
+  state.header.attempt = 0;
+  bus_->Publish(channels::kState, state);
+  HandleAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "aborted");
+  EXPECT_EQ(ends_[0].detail,
+            "a STATE that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
 TEST_F(SimComponentTest, AConsumerWithAWindowThatStopsEndsTheEpisode) {
@@ -318,12 +384,12 @@ TEST_F(SimComponentTest, AConsumerWithAWindowThatStopsEndsTheEpisode) {
   Status("recorder", 0, -1, 1);
   Act(Action(0));
   Score(0);
-  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(4));
+  const auto later = PollFor(sim_.get(), std::chrono::steady_clock::now(), std::chrono::seconds(4));
   HandleAll();
   EXPECT_TRUE(ends_.empty());
-  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(6));
+  PollFor(sim_.get(), later, std::chrono::seconds(2));
   HandleAll();
-  ASSERT_EQ(ends_.size(), 1u);
+  ASSERT_FALSE(ends_.empty());
   EXPECT_EQ(ends_[0].end_reason, "aborted");
   EXPECT_EQ(ends_[0].detail, "recorder does not keep up: 1 ticks behind at tick 0");
 }
@@ -442,7 +508,9 @@ TEST_F(SimComponentTest, APolicyThatSaysItFailedEndsTheEpisode) {
 }
 
 TEST_F(SimComponentTest, ControlRatesAreWholePhysicsSteps) {
-  for (const auto& [hz, substeps] : {std::pair{20.0, 25}, {50.0, 10}, {200.0, 3}, {500.0, 1}}) {
+  // 2.5 and 12.5 steps go to the even number, as Python's round() and so RoboEval's have it.
+  for (const auto& [hz, substeps] :
+       {std::pair{20.0, 25}, {40.0, 12}, {50.0, 10}, {200.0, 2}, {334.0, 1}, {500.0, 1}}) {
     SimOptions options;
     options.control_hz = hz;
     MakeSim(options);

@@ -1,5 +1,6 @@
 // Variations that change the scene and the verdict, and parts that are placed at each reset.
 #include <cmath>
+#include <map>
 
 #include "models/scene.h"
 #include "sim/world.h"
@@ -132,6 +133,282 @@ TEST_F(VariationTest, PlacedPartsAreMovedAtResetAndTheirJointsWork) {
   EXPECT_EQ(world.data().xpos[3 * box + 2], 0);
 }
 
+TEST_F(VariationTest, JointsStartWhereTheTaskSays) {
+  TaskDescription task = ParseTask(
+      ReplaceFirst(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
+                                "objects: [box]\njoints: {box/lid: {position_deg: 60}, left/joint1: "
+                                "{position_rad: 0.2}}\n"),
+                   "  elsewhere:\n",
+                   "  ajar:\n    joints: {box/lid: {position_rad: 0.5}}\n  swinging:\n    randomise:\n"
+                   "      - spawn_joint: {joint: box/lid, min_deg: 10, max_deg: 20}\n"
+                   "      - spawn_joint: {joint: right/joint1, min_rad: -0.1, max_rad: 0.1}\n  elsewhere:\n"),
+      "t.yaml", true);
+  const RobotDescription robot = LoadRobot(task.robot_file);
+  const double degree = std::acos(-1) / 180;
+  const auto reset = [&](const std::string& name, int seed) {
+    TaskDescription applied = task;
+    applied.Apply(name);
+    const Scene scene = BuildScene(applied, robot);
+    World world(scene.physics.get(), scene.info, robot, applied, 10);
+    const std::vector<Parameter> parameters = world.Reset(seed, applied.variation(name));
+    const auto joint = [&](const char* joint_name) {
+      return world.data()
+          .qpos[scene.physics->jnt_qposadr[mj_name2id(scene.physics.get(), mjOBJ_JOINT, joint_name)]];
+    };
+    EXPECT_EQ(scene.info.arm[0].joint_home_rad[0], 0.2);
+    EXPECT_EQ(joint("left/joint1"), 0.2);
+    EXPECT_EQ(world.data().ctrl[0], 0.2) << "the arm stays where it starts";
+    if (!parameters.empty()) {
+      EXPECT_EQ(parameters[0].name, "box/lid_rad");
+      EXPECT_EQ(parameters[0].value, joint("box/lid"));
+      EXPECT_EQ(parameters[1].value, joint("right/joint1"));
+      EXPECT_NE(parameters[1].value, 0);
+    }
+    return joint("box/lid");
+  };
+  EXPECT_EQ(reset("base", 0), 60 * degree);
+  EXPECT_EQ(reset("ajar", 0), 0.5);
+  const double first = reset("swinging", 1), second = reset("swinging", 2);
+  EXPECT_NE(first, second);
+  EXPECT_EQ(reset("swinging", 1), first);
+  for (const double angle : {first, second}) {
+    EXPECT_GE(angle, 10 * degree);
+    EXPECT_LE(angle, 20 * degree);
+  }
+  const auto error = [&](const std::string& joints) {
+    return ErrorOf([&] {
+      BuildScene(ParseTask(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
+                                        "objects: [box]\njoints: {" + joints + "}\n"),
+                           "t.yaml", true),
+                 robot);
+    });
+  };
+  EXPECT_EQ(error("box/lit: {position_deg: 1}"),
+            "t.yaml:10: joint 'box/lit' is not in the scene; did you mean 'box/lid'?");
+  EXPECT_EQ(error("box/lid: {position_m: 1}"),
+            "t.yaml:10: joint 'box/lid' hinges: its position is in deg or rad");
+  EXPECT_EQ(error("box/lid: {position_rad: 2.5}"),
+            "t.yaml:10: joint 'box/lid' cannot start at 2.500000: its range is [-1.000000, 2.000000] rad");
+  EXPECT_EQ(error("box/lid: {}"),
+            "t.yaml:10: key 'box/lid': expected one of position_deg, position_rad, position_m");
+}
+
+TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
+  const TaskDescription task = ParseTask(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
+                                                      "objects: [{name: box, may_touch: [box/lid]}]\n"),
+                                         "t.yaml", true);
+  EXPECT_EQ(task.objects, std::vector<std::string>{"box"});
+  const RobotDescription robot = LoadRobot(task.robot_file);
+  const Scene scene = BuildScene(task, robot);
+  ASSERT_EQ(scene.info.barred_geom.size(), 1u);
+  const int wall = scene.info.barred_geom[0];
+  EXPECT_EQ(scene.info.geom_name[static_cast<size_t>(wall)], "box/wall");
+  EXPECT_EQ(
+      ErrorOf([&] {
+        BuildScene(ParseTask(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
+                                          "objects: [{name: box, may_touch: [box/lit]}]\n"),
+                             "t.yaml", true),
+                   robot);
+      }),
+      "t.yaml:9: object 'box' has no body or geom 'box/lit' that can be touched; did you mean 'box/lid'?");
+}
+
+class RandomisedTest : public VariationTest {
+ protected:
+  // The box's task with two free balls, whose one variation has this list.
+  TaskDescription TaskWith(const std::string& randomise) {
+    const std::string ball = folder_
+                                 .Write("ball.xml", R"(<mujoco><worldbody>
+  <geom type="sphere" size="0.05" mass="1" friction="0.6 0.01 0.001"/></worldbody></mujoco>)")
+                                 .string();
+    const auto part = [&](const std::string& name, const char* y) {
+      return "    - {name: " + name + ", model: " + ball + ", pose: {position_m: [0.8, " + y +
+             ", 0.051]}, free: true}\n";
+    };
+    std::string text = ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
+                                    part("red", "0.4") + part("blue", "-0.4") + "objects: [box]\n");
+    return ParseTask(
+        ReplaceFirst(text, "  elsewhere:\n", "  drawn:\n    randomise:\n" + randomise + "  elsewhere:\n"),
+        "t.yaml", true);
+  }
+  std::string ErrorOfList(const std::string& randomise) {
+    return ErrorOf([&] { TaskWith(randomise); });
+  }
+};
+
+// Raw bytes of 100 ticks.
+std::vector<double> Played(World* world, int seed, const Variation& variation) {
+  world->Reset(seed, variation);
+  std::vector<double> values;
+  state_t state{};
+  for (int tick = 0; tick < 100; ++tick) {
+    EXPECT_TRUE(world->Step());
+    world->Fill(&state);
+    values.insert(values.end(), state.qpos_mixed.begin(), state.qpos_mixed.end());
+    values.insert(values.end(), state.qvel_mixed.begin(), state.qvel_mixed.end());
+  }
+  return values;
+}
+
+TEST_F(RandomisedTest, WhatIsSeenChangesNothingOfWhatHappens) {
+  const std::string box =
+      "      - spawn_box: {object: red, center_m: [0.8, 0.4], half_extents_m: [0.1, 0.1]}\n";
+  const TaskDescription plain = TaskWith(box);
+  const TaskDescription seen =
+      TaskWith("      - colour: {of: [red], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n" + box +
+               "      - light: {name: key, min_factor: 0.5, max_factor: 1.5}\n"
+               "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n");
+  const RobotDescription robot = LoadRobot(plain.robot_file);
+  const Scene scene = BuildScene(plain, robot);
+  World a(scene.physics.get(), scene.info, robot, plain, 10),
+      b(scene.physics.get(), scene.info, robot, seen, 10);
+  for (int seed = 0; seed < 3; ++seed)
+    EXPECT_EQ(Played(&a, seed, plain.variation("drawn")), Played(&b, seed, seen.variation("drawn")));
+
+  const auto appearance = [&](int seed) {
+    const ModelPtr model(mj_copyModel(nullptr, scene.visual.get()));
+    const std::vector<Parameter> parameters = RandomiseAppearance(seen.variation("drawn"), seed, model.get());
+    EXPECT_EQ(parameters.size(), 3u + 1 + 6);
+    EXPECT_EQ(parameters[0].name, "red_red_fraction");
+    const int geom = model->body_geomadr[mj_name2id(model.get(), mjOBJ_BODY, "red")];
+    EXPECT_EQ(model->geom_rgba[4 * geom], static_cast<float>(parameters[0].value));
+    const int camera = mj_name2id(model.get(), mjOBJ_CAMERA, "overview");
+    EXPECT_EQ(parameters[4].name, "camera_overview_shift_x_m");
+    EXPECT_EQ(model->cam_pos[3 * camera] - scene.visual->cam_pos[3 * camera],
+              scene.visual->cam_pos[3 * camera] + parameters[4].value - scene.visual->cam_pos[3 * camera]);
+    EXPECT_LE(std::abs(parameters[4].value), 0.1);
+    const int light = mj_name2id(model.get(), mjOBJ_LIGHT, "key");
+    EXPECT_FLOAT_EQ(model->light_diffuse[3 * light],
+                    scene.visual->light_diffuse[3 * light] * static_cast<float>(parameters[3].value));
+    EXPECT_NEAR(mju_norm(model->cam_quat + 4 * camera, 4), 1, 1e-12);
+    return parameters[0].value;
+  };
+  EXPECT_EQ(appearance(1), appearance(1));
+  EXPECT_NE(appearance(1), appearance(2));
+}
+
+TEST_F(RandomisedTest, MassAndFrictionAreThoseOfTheSeed) {
+  const TaskDescription task = TaskWith(
+      "      - mass: {of: [red, blue], min_factor: 0.5, max_factor: 2}\n"
+      "      - friction: {of: [red, left/hand/left_finger], min_factor: 0.1, max_factor: 0.9}\n");
+  const RobotDescription robot = LoadRobot(task.robot_file);
+  const Scene scene = BuildScene(task, robot);
+  const mjModel& compiled = *scene.physics;
+  World world(&compiled, scene.info, robot, task, 10);
+  const int red = mj_name2id(&compiled, mjOBJ_BODY, "red"), blue = mj_name2id(&compiled, mjOBJ_BODY, "blue");
+  const int box = mj_name2id(&compiled, mjOBJ_BODY, "box/lid");
+  const int finger = compiled.body_geomadr[mj_name2id(&compiled, mjOBJ_BODY, "left/hand/left_finger")];
+  const auto reset = [&](int seed) {
+    const std::vector<Parameter> parameters = world.Reset(seed, task.variation("drawn"));
+    EXPECT_EQ(parameters.size(), 2u);
+    EXPECT_EQ(parameters[0].name, "red_mass_factor");
+    EXPECT_EQ(parameters[1].name, "red_friction_factor");
+    const mjModel& model = world.model();
+    const double mass = parameters[0].value, friction = parameters[1].value;
+    for (const int body : {red, blue}) {
+      EXPECT_DOUBLE_EQ(model.body_mass[body], mass);
+      // A ball of 1 kg and 5 cm: 2/5 m r^2.
+      EXPECT_NEAR(model.body_inertia[3 * body], 0.4 * mass * 0.05 * 0.05, 1e-12);
+      // 1/m along each axis.
+      EXPECT_NEAR(model.dof_invweight0[model.body_dofadr[body]], 1 / mass, 1e-9);
+    }
+    EXPECT_EQ(model.body_mass[box], compiled.body_mass[box]);
+    EXPECT_DOUBLE_EQ(model.geom_friction[3 * model.body_geomadr[red]], 0.6 * friction);
+    EXPECT_EQ(model.geom_friction[3 * model.body_geomadr[blue]], 0.6);
+    EXPECT_DOUBLE_EQ(model.geom_friction[3 * finger], compiled.geom_friction[3 * finger] * friction);
+    return mass;
+  };
+  const double first = reset(1);
+  EXPECT_NE(reset(2), first);
+  EXPECT_EQ(reset(1), first) << "what the episode before drew is forgotten";
+  EXPECT_EQ(Played(&world, 1, task.variation("drawn")), Played(&world, 1, task.variation("drawn")));
+  world.Reset(1, task.variation("base"));
+  EXPECT_EQ(world.model().body_mass[red], 1);
+}
+
+TEST_F(RandomisedTest, DistractorsAreThereOrFarAway) {
+  const TaskDescription task = TaskWith(
+      "      - distractors: {objects: [red, blue], center_m: [0.8, 0.4], half_extents_m: [0.1, 0.2], "
+      "max_count: 1}\n");
+  const RobotDescription robot = LoadRobot(task.robot_file);
+  const Scene scene = BuildScene(task, robot);
+  World world(scene.physics.get(), scene.info, robot, task, 10);
+  std::map<std::string, int> seen;
+  for (int seed = 0; seed < 30; ++seed) {
+    const std::vector<Parameter> parameters = world.Reset(seed, task.variation("drawn"));
+    if (parameters.empty()) ++seen["none"];
+    for (int tick = 0; tick < 50; ++tick) ASSERT_TRUE(world.Step());
+    for (const std::string name : {"red", "blue"}) {
+      const double* p = world.data().xpos + 3 * mj_name2id(&world.model(), mjOBJ_BODY, name.c_str());
+      const bool is_there = !parameters.empty() && parameters[0].name == name + "_x_m";
+      seen[name] += is_there;
+      if (is_there) {
+        EXPECT_EQ(parameters.size(), 3u);
+        EXPECT_NEAR(p[0], parameters[0].value, 1e-3);
+        EXPECT_LE(std::abs(p[0] - 0.8), 0.101);
+        EXPECT_LE(std::abs(p[1] - 0.4), 0.201);
+        EXPECT_NEAR(p[2], 0.05, 2e-3);
+      } else {
+        EXPECT_NEAR(p[0], 100, 1e-9);
+        EXPECT_NEAR(p[2], 10, 1e-9) << "floats";
+      }
+    }
+  }
+  // Each about a third of the time or more: 0 or 1 of two.
+  EXPECT_GT(seen["none"], 7);
+  EXPECT_GT(seen["red"], 2);
+  EXPECT_GT(seen["blue"], 2);
+}
+
+TEST_F(RandomisedTest, MistakesNameTheLine) {
+  EXPECT_EQ(
+      ErrorOfList("      - size: {of: [red], min_factor: 1, max_factor: 2}\n"),
+      "t.yaml:20: key 'size': sizes cannot be drawn, for shapes and inertias are compiled into the model: "
+      "give variations parts of different sizes");
+  EXPECT_EQ(ErrorOfList("      - mass: {of: [red], min_factor: 0, max_factor: 2}\n"),
+            "t.yaml:20: key 'min_factor': expected a number in [0.001, 1000], got '0'");
+  EXPECT_EQ(ErrorOfList("      - friction: {of: [red], min_factor: 2, max_factor: 1}\n"),
+            "t.yaml:20: key 'max_factor': expected at least min_factor");
+  EXPECT_EQ(ErrorOfList("      - colour: {of: [], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"),
+            "t.yaml:20: key 'of': expected at least one part or body");
+  EXPECT_EQ(ErrorOfList("      - distractors: {objects: [box], center_m: [0, 0], half_extents_m: [1, 1]}\n"),
+            "t.yaml:8: part 'box' is a distractor of a variation, and must be 'free: true'");
+  EXPECT_EQ(ErrorOfList("      - spawn_bx: {}\n"),
+            "t.yaml:20: key 'spawn_bx': not a key here; did you mean 'spawn_box'?");
+  const TaskDescription task =
+      TaskWith("      - colour: {of: [rad], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n");
+  const Scene scene = BuildScene(task, LoadRobot(task.robot_file));
+  EXPECT_EQ(ErrorOf([&] { RandomiseAppearance(task.variation("drawn"), 0, scene.visual.get()); }),
+            "t.yaml:20: the scene has no part or body 'rad'");
+}
+
+TEST_F(VariationTest, FindsWhatStartsSunkIntoSomething) {
+  const auto overlap = [&](const std::string& from, const std::string& to, const std::string& variation) {
+    TaskDescription task = ParseTask(ReplaceFirst(TaskText(box_.string()), from, to), "t.yaml", true);
+    task.Apply(variation);
+    const RobotDescription robot = LoadRobot(task.robot_file);
+    const Scene scene = BuildScene(task, robot);
+    World world(scene.physics.get(), scene.info, robot, task, 10);
+    world.Reset(0, task.variation(variation));
+    const state_t before = [&] {
+      state_t state{};
+      world.Fill(&state);
+      return state;
+    }();
+    const std::string found = world.Overlap();
+    EXPECT_EQ(found, world.Overlap());
+    state_t after{};
+    world.Fill(&after);
+    EXPECT_EQ(before.body_position_m, after.body_position_m);
+    return found;
+  };
+  EXPECT_EQ(overlap("", "", "base"), "");
+  // Both stand fast: MuJoCo itself looks at no such pair.
+  const std::string found =
+      overlap("position_m: [0.8, 0, 0], yaw_deg: 90", "position_m: [0, 0.3, 0.5], yaw_deg: 90", "base");
+  EXPECT_TRUE(found.starts_with("box is ") && found.ends_with(" mm deep in left")) << found;
+}
+
 TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   TaskDescription task =
       ParseTask(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
@@ -158,8 +435,13 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   EXPECT_LT(beyond, 25);
   variation.randomisations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.1}, 0.1, {0, 0, 0}}};
   variation.name = "inside";
-  EXPECT_EQ(ErrorOf([&] { world.Reset(0, variation); }),
-            "variation 'inside': no draw in 1000 leaves every part clear of the others");
+  variation.location = {"t.yaml", 7};
+  const std::string message = ErrorOf([&] { world.Reset(0, variation); });
+  EXPECT_TRUE(message.starts_with(
+      "t.yaml:7: variation 'inside': no draw in 1000 leaves every part clear of the others; in the last "
+      "block is "))
+      << message;
+  EXPECT_TRUE(message.ends_with(" mm deep in box")) << message;
 
   // The block's centre is 2 m above the box's: 2.5 m apart is 1.5 m aside.
   variation.randomisations = {SpawnBox{"block", {0.8, 0}, {0, 2}, 2.5}};
@@ -172,7 +454,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   EXPECT_GT(beyond, 5);
   EXPECT_LT(beyond, 25);
   variation.randomisations = {SpawnBox{"block", {0.8, 0}, {0, 1.4}, 2.5}};
-  EXPECT_NE(ErrorOf([&] { world.Reset(0, variation); }).find("no draw in 1000"), std::string::npos);
+  EXPECT_NE(ErrorOf([&] { world.Reset(0, variation); }).find(" m from box, 2.5 m wanted"), std::string::npos);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -46,6 +47,17 @@ class WorldTest : public testing::Test {
     action.num_grippers = 2;
     return action;
   }
+  static int JointAt(const mjModel& model, int qpos) {
+    return static_cast<int>(std::find(model.jnt_qposadr, model.jnt_qposadr + model.njnt, qpos) -
+                            model.jnt_qposadr);
+  }
+  static int ActuatorOf(const mjModel& model, int joint) {
+    for (int i = 0; i < model.nu; ++i) {
+      if (model.actuator_trntype[i] == mjTRN_JOINT && model.actuator_trnid[2 * i] == joint) return i;
+    }
+    ADD_FAILURE() << "no actuator of joint " << joint;
+    return 0;
+  }
   static double Value(const std::vector<Parameter>& parameters, const std::string& name) {
     for (const Parameter& parameter : parameters) {
       if (parameter.name == name) return parameter.value;
@@ -70,6 +82,56 @@ TEST_F(WorldTest, BaseVariationStartsAtTheNominalPoseForEverySeed) {
     const auto pot = static_cast<size_t>(mj_name2id(&world.model(), mjOBJ_BODY, "pot/pot"));
     ASSERT_GT(pot, 0u);
     EXPECT_EQ(state.body_position_m[pot], (std::vector<double>{0.7, 0, 0.996}));
+  }
+}
+
+// The same motion, commanded at four rates, against the work that MuJoCo's actuator forces do along the way
+// of the joints, step by step, in a simulation of its own.
+TEST_F(WorldTest, WorkIsThatOfEveryPhysicsStepAtAnyControlRate) {
+  const mjModel* model = scene_->physics.get();
+  for (const int substeps : {25, 10, 5, 1}) {
+    SCOPED_TRACE(substeps);
+    World world(model, scene_->info, *robot_, *task_, substeps);
+    world.Reset(0, VariationOf("base"));
+    DataPtr data(mj_copyData(nullptr, model, &world.data()));
+    action_t action = Home();
+    const std::vector<double> home = action.joint_position_rad;
+    std::vector<double> expected(scene_->info.arm.size());
+    for (int step = 0; step < 500; step += substeps) {
+      for (size_t j = 0; j < home.size(); ++j) {
+        action.joint_position_rad[j] =
+            home[j] + 0.2 * std::sin(0.002 * step * (2 + 0.3 * static_cast<double>(j)));
+      }
+      ASSERT_EQ(world.Apply(action), "");
+      mju_copy(data->ctrl, world.data().ctrl, model->nu);
+      ASSERT_TRUE(world.Step());
+      for (int i = 0; i < substeps; ++i) {
+        const std::vector<double> before(data->qpos, data->qpos + model->nq);
+        mj_step1(model, data.get());
+        for (const arm_info_t& arm : scene_->info.arm) {
+          for (const int q : arm.joint_qpos_index) {
+            const int dof = model->jnt_dofadr[JointAt(*model, q)];
+            data->qfrc_applied[dof] = data->qfrc_bias[dof];
+          }
+        }
+        mj_step2(model, data.get());
+        for (size_t k = 0; k < expected.size(); ++k) {
+          double work = 0;
+          for (const int q : scene_->info.arm[k].joint_qpos_index) {
+            const double way = data->qpos[q] - before[static_cast<size_t>(q)];
+            work += data->actuator_force[ActuatorOf(*model, JointAt(*model, q))] * way;
+          }
+          expected[k] += std::abs(work);
+        }
+      }
+    }
+    const state_t state = StateOf(world);
+    for (size_t k = 0; k < expected.size(); ++k) {
+      EXPECT_GT(expected[k], 1);
+      EXPECT_NEAR(state.arm[k].mechanical_work_J / expected[k], 1, 1e-6);
+    }
+    world.Reset(0, VariationOf("base"));
+    EXPECT_EQ(StateOf(world).arm[0].mechanical_work_J, 0);
   }
 }
 

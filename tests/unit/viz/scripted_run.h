@@ -141,6 +141,7 @@ class ScriptedRun {
     episode_summary_t summary{};
     summary.header = end.header;
     summary.end_reason = reason;
+    summary.failure_reason = reason == "time_limit" ? "grasp_slip" : reason == "success" ? "" : "dropped";
     summary.complete = 1;
     summary.metrics = Metrics();
     summary.extended = Extended();
@@ -149,8 +150,8 @@ class ScriptedRun {
     run.num_episodes = run.num_complete = episode + 1;
     run.num_success = 1;
     run.success_rate = 1.0 / (episode + 1);
-    run.success_rate_lower = 0.0945;
-    run.success_rate_upper = 0.9055;
+    run.success_rate_anytime_lower = 0.0945;
+    run.success_rate_anytime_upper = 0.9055;
     Say(channels::kRunSummary, run);
   }
   // 2.5 simulated seconds of episode 2 at 50 Hz and real time, after two others.

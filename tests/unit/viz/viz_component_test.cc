@@ -165,7 +165,8 @@ TEST_F(VizComponentTest, ShowsTheSameAsAFilm) {
   renderer.Render(FindCamera(renderer.model(), "front"), &frame);
   OverlayText text;
   text.title = "lift_pot/base";
-  text.subtitle = "episode 0, seed 7";
+  text.subtitle = "episode 0";
+  text.maker = "bimanual_panda";
   text.time_s = 0.1;
   text.stages = {{"pot_lifted", true}};
   Overlay(kSize).Draw(text, &frame);
@@ -230,6 +231,23 @@ TEST_F(VizComponentTest, TheSameEpisodeMayBeginAgain) {
   }
   EXPECT_EQ(viz_.status().foreign_messages, 0);
   EXPECT_EQ(viz_.status().skipped_ticks, 2);
+}
+
+TEST_F(VizComponentTest, AModelThatCannotBeShownDoesNotEndWhatIs) {
+  SayModel();
+  SayBegin(0);
+  model_info_t other = VisualInfo(folder_.path(), *scene_->visual);
+  other.message_version = 99;
+  bus_.Publish(channels::kModel, other);
+  other = VisualInfo(folder_.path(), *scene_->visual);
+  other.visual_file = "/nowhere/model/visual.mjb";
+  other.visual_sha256 = "none";
+  bus_.Publish(channels::kModel, other);
+  Handle();
+  EXPECT_EQ(viz_.status().foreign_messages, 2);
+  SayState(0, 0);
+  Handle();
+  EXPECT_EQ(Poll().size(), 2u);
 }
 
 TEST_F(VizComponentTest, MistakesAreErrors) {

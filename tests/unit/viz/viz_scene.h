@@ -55,6 +55,8 @@ inline model_info_t VisualInfo(const std::filesystem::path& run, const mjModel& 
   info.message_version = model_info_t::VERSION;
   info.task = "lift_pot";
   info.variation = "base";
+  info.robot = "bimanual_panda";
+  info.task_yaml = FindTask("lift_pot").task.text;
   info.visual_file = run / "model/visual.mjb";
   mj_saveModel(&visual, info.visual_file.c_str(), nullptr, 0);
   info.visual_sha256 = Sha256File(info.visual_file);

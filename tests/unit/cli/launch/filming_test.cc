@@ -51,6 +51,16 @@ TEST_F(FilmingTest, OneFilmAfterTheOtherAndAllIsPassedOn) {
   EXPECT_THAT(listener_.done, ElementsAre(2, 0, 1));
 }
 
+TEST_F(FilmingTest, SaysHowFarItIs) {
+  const auto filming = Make("test $1 = 1 || echo 'render [info] films: 0.5'; echo $1 >> made");
+  testing::internal::CaptureStdout();
+  for (const int episode : {0, 1}) filming->OnEpisodeDone(Episode(episode));
+  EXPECT_EQ(filming->Finish(), 0u);
+  const std::string out = testing::internal::GetCapturedStdout();
+  EXPECT_THAT(
+      out, testing::MatchesRegex("filming 2 episodes: (0|25) %\nfilming 2 episodes: 50 %, [0-9]+ s left\n"));
+}
+
 TEST_F(FilmingTest, WhatIsFilmedAlreadyIsLeft) {
   std::filesystem::create_directories(EpisodeFolder(folder_.path(), 0));
   std::ofstream(EpisodeFolder(folder_.path(), 0) / "front.mp4") << "film";
@@ -82,18 +92,40 @@ TEST_F(FilmingTest, WhatCannotBeFilmedIsSaidAndNothingElseTried) {
   EXPECT_EQ(Made(), "0\n0\n");
 }
 
+TEST_F(FilmingTest, AnEpisodeWhoseLogIsWrongCostsNoOtherItsFilm) {
+  const auto filming =
+      Make("echo $1 >> made; test $1 = 0 || exit 0; echo 'error: 0.lcmlog: damaged' >&2; exit 1");
+  for (const int episode : {0, 1, 2}) filming->OnEpisodeDone(Episode(episode));
+  try {
+    filming->Finish();
+    FAIL();
+  } catch (const EnvironmentError& error) {
+    EXPECT_STREQ(error.what(), "no film: 0.lcmlog: damaged");
+  }
+  EXPECT_EQ(Made(), "0\n1\n2\n");
+}
+
+// As WriteWhole names them. What another process writes there is left to it.
 TEST_F(FilmingTest, AnUnfinishedFilmLeavesNoFile) {
+  const auto episode = EpisodeFolder(folder_.path(), 0);
+  const std::string write =
+      "mkdir -p episodes/0000; touch episodes/0000/front.mp4.1.tmp; "
+      "touch episodes/0000/front.mp4.$$.tmp; touch begun; ";
   {
-    const auto filming = Make("mkdir -p episodes/0000; touch episodes/0000/front.partial.mp4; sleep 1000");
+    const auto filming = Make(write + "sleep 1000");
     filming->OnEpisodeDone(Episode(0));
     filming->Poll(SteadyTime{});
     const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-    const auto partial = EpisodeFolder(folder_.path(), 0) / "front.partial.mp4";
-    while (!std::filesystem::exists(partial) && std::chrono::steady_clock::now() < give_up)
+    while (!std::filesystem::exists(folder_.path() / "begun") && std::chrono::steady_clock::now() < give_up)
       std::this_thread::yield();
-    EXPECT_TRUE(std::filesystem::exists(partial));
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "begun"));
   }
-  EXPECT_TRUE(std::filesystem::is_empty(EpisodeFolder(folder_.path(), 0)));
+  EXPECT_TRUE(std::filesystem::exists(episode / "front.mp4.1.tmp"));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(episode), {}), 1);
+  const auto filming = Make(write + "kill -9 $$");
+  filming->OnEpisodeDone(Episode(0));
+  EXPECT_THROW(filming->Finish(), EnvironmentError);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(episode), {}), 1);
 }
 
 }  // namespace

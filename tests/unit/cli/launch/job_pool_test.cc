@@ -26,8 +26,10 @@ class JobPoolTest : public testing::Test {
             folder_.path() / (name + ".log")};
   }
   // Polls until all is done; what ended, in that order.
-  std::vector<std::string> Run(std::vector<Job> jobs, int at_once) {
-    JobPool pool(std::move(jobs), at_once, [this](const std::string& why) { restarts_.push_back(why); });
+  std::vector<std::string> Run(std::vector<Job> jobs, int at_once,
+                               std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+    JobPool pool(
+        std::move(jobs), at_once, [this](const std::string& why) { restarts_.push_back(why); }, patience);
     std::vector<std::string> ended;
     const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
     while (!pool.done() && std::chrono::steady_clock::now() < give_up) {
@@ -64,6 +66,24 @@ TEST_F(JobPoolTest, OneThatIsKilledIsStartedAgain) {
   EXPECT_THAT(restarts_, ElementsAre("a was ended by signal Killed"));
 }
 
+// b looks for what a, begun again, leaves: who looks from time to time does not hang.
+TEST_F(JobPoolTest, OneThatHangsIsNamedAndStartedAgain) {
+  EXPECT_THAT(Run({Shell("a", "test -e a && touch b && exit 0; touch a; kill -STOP $$"),
+                   Shell("b", "until test -e b; do sleep 0.1; done")},
+                  2, std::chrono::seconds(2)),
+              testing::UnorderedElementsAre("a", "b"));
+  EXPECT_THAT(restarts_, ElementsAre("a hangs: it did nothing for 2 s"));
+}
+
+TEST_F(JobPoolTest, WhatOneSaysBeforeItFailsIsNotTheReason) {
+  try {
+    Run({Shell("a", "echo 'bus udpm://239.255.76.67:7667'; exit 2")}, 1);
+    FAIL();
+  } catch (const EnvironmentError& error) {
+    EXPECT_STREQ(error.what(), "a exited with code 2");
+  }
+}
+
 TEST_F(JobPoolTest, ThreeStartsAreEnough) {
   EXPECT_THROW(Run({Shell("a", "echo x >> starts; kill -9 $$")}, 1), EnvironmentError);
   std::ifstream stream(folder_.path() / "starts");
@@ -75,13 +95,13 @@ TEST_F(JobPoolTest, FailuresHaveTheWordsAndTheKindOfTheJob) {
     Run({Shell("a", "echo 'error: no such task' >&2; exit 1")}, 1);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(), "no such task");
+    EXPECT_STREQ(error.what(), "a: no such task");
   }
   try {
     Run({Shell("b", "echo 'error: the disk' >&2; exit 2")}, 1);
     FAIL();
   } catch (const EnvironmentError& error) {
-    EXPECT_STREQ(error.what(), "the disk");
+    EXPECT_STREQ(error.what(), "b: the disk");
   }
 }
 

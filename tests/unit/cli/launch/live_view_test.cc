@@ -108,7 +108,7 @@ class LiveViewTest : public testing::Test {
   }
 
   FILE* file_ = std::tmpfile();
-  LiveView dut_{file_, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4}};
+  LiveView dut_{file_, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 0}};
 };
 
 TEST_F(LiveViewTest, BeforeTheFirstScoreThereIsProgressOnly) {
@@ -142,12 +142,39 @@ TEST_F(LiveViewTest, KnowsWhatIsDone) {
   Begin(1);
   const std::string text = Joined(Lines(80));
   EXPECT_TRUE(Has(text, "episode 2 of 4  ━━━━━─────────────── 25 %")) << text;
-  EXPECT_TRUE(Has(text, "  success  1 of 1, 100 % (CI 21 to 100)\n")) << text;
+  EXPECT_TRUE(Has(text, "  success  1 of 1, 100 % (anytime CI 2 to 100)\n")) << text;
   // The finished episode's scores are not the new one's.
   EXPECT_FALSE(Has(text, "pot_held")) << text;
   for (int episode = 1; episode < 4; ++episode) Done(episode);
   EXPECT_TRUE(Has(Joined(Lines(80)), "episode 4 of 4  ━━━━━━━━━━━━━━━━━━━━ 100 %  0 s left"))
       << Joined(Lines(80));
+}
+
+// Finished episodes of a run that is gone on with count in the rate and the progress, and are not printed
+// again.
+TEST_F(LiveViewTest, KnowsWhatWasThereBefore) {
+  std::vector<nlohmann::ordered_json> before;
+  for (int episode = 0; episode < 2; ++episode) {
+    episode_summary_t summary{};
+    summary.header.episode = episode;
+    summary.complete = 1;
+    summary.metrics = Metrics();
+    summary.metrics.slip_count = episode;
+    summary.metrics.success = 1;
+    before.push_back(results::EpisodeJson("lift_pot", "base", summary));
+  }
+  FILE* file = std::tmpfile();
+  LiveView view(file, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 2});
+  for (const auto& episode : before) view.OnEpisodeDone(episode);
+  // After ten seconds nothing of its own is done, so nobody knows how long the rest takes.
+  const auto at = std::chrono::steady_clock::now() + seconds(10);
+  EXPECT_EQ(view.Lines(80, at)[1], "episode 3 of 4  ━━━━━━━━━━────────── 50 %");
+  view.OnEpisodeDone(before[0]);
+  const std::string text = Joined(view.Lines(80, at));
+  // Three of four after ten seconds for one: ten more for the other.
+  EXPECT_TRUE(Has(text, "75 %  10 s left")) << text;
+  EXPECT_TRUE(Has(text, "success  3 of 3")) << text;
+  std::fclose(file);
 }
 
 TEST_F(LiveViewTest, FitsEveryWidth) {
@@ -174,6 +201,28 @@ TEST_F(LiveViewTest, WithoutATerminalThereArePlainLinesOnly) {
             "episode  end                time  stages  slips  collisions  clearance     path\n"
             "      0  grasp_miss       2.00 s     1/2      3       4 + 5     163 mm   0.75 m  the reason\n"
             "a remark\n");
+}
+
+TEST_F(LiveViewTest, ControlCharactersOfTheBusStayOffTheTerminal) {
+  Begin(0);
+  partial_metrics_t partial{};
+  partial.metrics = Metrics();
+  partial.metrics.stage_name = {"\x1b[2Jheld",
+                                "\xC2\x9B"
+                                "2Jlifted"};
+  partial.extended = Extended();
+  dut_.OnPartial(partial);
+  std::string text = Joined(Lines(80));
+  Done(0, "the \x1b[31m reason");
+  dut_.OnRemark(
+      "begun again: \x1b]0;title\x07 \xC2\x9B"
+      "2J \x9B"
+      "2J");
+  dut_.Finish();
+  text += Printed();
+  for (const char* control : {"\x1b", "\x07", "\x9B"}) EXPECT_FALSE(Has(text, control)) << text;
+  EXPECT_TRUE(Has(text, "  the ?[31m reason\n")) << text;
+  EXPECT_TRUE(Has(text, "begun again: ?]0;title? ?2J ?2J\n")) << text;
 }
 
 }  // namespace

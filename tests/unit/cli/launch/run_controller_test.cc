@@ -7,6 +7,7 @@
 #include "base/errors.h"
 #include "base/random.h"
 #include "base/run_layout.h"
+#include "tests/unit/poll_for.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::launch {
@@ -33,6 +34,7 @@ class RunControllerTest : public testing::Test {
     Log::SetFiles([this](const std::string& name) { return folder_.path() / (name + ".log"); });
     plan_.episodes = {0, 1};
     plan_.required = {"metrics", "recorder"};
+    plan_.made_of = MadeOf::Of({});
     bus_.Subscribe(channels::kCommand, [this](const command_t& command) { commands_.push_back(command); });
   }
   ~RunControllerTest() override { Log::SetFiles({}); }
@@ -54,14 +56,22 @@ class RunControllerTest : public testing::Test {
 
   header_t Header(int attempt) const { return {episode_, attempt, 5, 100000}; }
   int64_t Seed() const { return EpisodeSeed(plan_.seed, episode_); }
-  void SayModel(const std::string& file = "") {
+  model_info_t Model() const {
     model_info_t model{};
-    model.physics_file = file.empty() ? (run_.path() / kModelFolder / kPhysicsModel).string() : file;
+    model.session = kSession;
+    model.physics_file = (run_.path() / kModelFolder / kPhysicsModel).string();
+    model.task_file = "pot.yaml";
+    return model;
+  }
+  void SayModel(const std::string& file = "") {
+    model_info_t model = Model();
+    if (!file.empty()) model.physics_file = file;
     Say(channels::kModel, model);
   }
   void SayBegin(int attempt = 0) {
     episode_begin_t begin{};
     begin.header = {episode_, attempt, 0, 0};
+    begin.session = kSession;
     begin.seed = Seed();
     Say(channels::kEpisodeBegin, begin);
   }
@@ -98,7 +108,8 @@ class RunControllerTest : public testing::Test {
   const results::RunFolder run_ = results::RunFolder::OfWorker(folder_.path());
   RunPlan plan_;
   Listener listener_;
-  Bus bus_{"memq://"};
+  static constexpr int64_t kSession = 7;
+  Bus bus_{"memq://", kSession};
   std::optional<RunController> dut_;
   std::vector<command_t> commands_;
   int episode_ = 0;
@@ -138,7 +149,7 @@ TEST_F(RunControllerTest, GoesThroughItsPlan) {
   EXPECT_TRUE(Dut().done());
   ASSERT_EQ(commands_.size(), 1u);  // the first one is said when the launcher polls
   EXPECT_EQ(commands_[0].episode, 1);
-  EXPECT_EQ(run_.SortEpisodes().size(), 2u);
+  EXPECT_EQ(results::EpisodeLines(run_.path() / kEpisodesJsonl).Next().size(), 2u);
 }
 
 TEST_F(RunControllerTest, CommandsUntilItIsHeard) {
@@ -263,16 +274,16 @@ TEST_F(RunControllerTest, ALogThatIsClosedBeforeTheEndIsNoneOfOurs) {
 TEST_F(RunControllerTest, WaitsTenSecondsForTheScoreAndForTheLog) {
   Begin();
   SayEnd();
-  Dut().Poll(In(seconds(9)));
+  auto now = PollFor(&Dut(), In(seconds(0)), seconds(9));
   EXPECT_THAT(listener_.remarks, IsEmpty());
-  Dut().Poll(In(seconds(11)));
+  now = PollFor(&Dut(), now, seconds(2));
   ASSERT_EQ(listener_.remarks.size(), 1u);
   EXPECT_THAT(listener_.remarks[0], HasSubstr("no EPISODE_SUMMARY from metrics within 10 s"));
 
   Begin(1);
   SayEnd(1);
   SaySummary(1);
-  Dut().Poll(In(seconds(11)));
+  PollFor(&Dut(), now, seconds(11));
   ASSERT_EQ(listener_.remarks.size(), 2u);
   EXPECT_THAT(listener_.remarks[1], HasSubstr("the recorder did not finish the episode's log"));
 }
@@ -280,9 +291,9 @@ TEST_F(RunControllerTest, WaitsTenSecondsForTheScoreAndForTheLog) {
 TEST_F(RunControllerTest, WaitsAMinuteForTheFirstScore) {
   Dut().Poll(In(seconds(0)));
   Begin();
-  Dut().Poll(In(seconds(59)));
+  const auto now = PollFor(&Dut(), In(seconds(0)), seconds(59));
   EXPECT_THAT(listener_.remarks, IsEmpty());
-  Dut().Poll(In(seconds(61)));
+  PollFor(&Dut(), now, seconds(2));
   ASSERT_EQ(listener_.remarks.size(), 1u);
   EXPECT_THAT(listener_.remarks[0], HasSubstr("not everybody was ready for it within 60 s"));
 }
@@ -297,7 +308,7 @@ TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
   status.error = "no GPU";
   Say(channels::kStatus, status);
   try {
-    Dut().Poll(In(seconds(2)));
+    PollFor(&Dut(), In(seconds(0)), seconds(2));
     FAIL();
   } catch (const EnvironmentError& error) {
     EXPECT_STREQ(error.what(),
@@ -310,11 +321,10 @@ TEST_F(RunControllerTest, WhoIsSilentIsNamed) {
   EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
   SayFinished("metrics");
   SayFinished("recorder");
-  // Each look less than a second after the one before, lest we ourselves were held up.
   const auto start = In(seconds(0));
   std::string silent;
   auto waited = milliseconds(0);
-  for (; silent.empty() && waited < seconds(100); waited += milliseconds(500)) {
+  for (; silent.empty() && waited < seconds(100); waited += milliseconds(100)) {
     silent = Dut().Silent(start + waited);
   }
   EXPECT_EQ(silent, "metrics");
@@ -325,6 +335,56 @@ TEST_F(RunControllerTest, TimeInWhichWeDidNotRunIsNobodysSilence) {
   Dut().ExpectStart();
   EXPECT_EQ(Dut().Silent(In(seconds(0))), "");
   EXPECT_EQ(Dut().Silent(In(seconds(3600))), "");
+  Begin();
+  SayEnd();
+  Dut().Poll(In(seconds(3600)));
+  SaySummary();
+  Dut().Poll(In(seconds(7200)));
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+}
+
+TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsBegunAgain) {
+  const auto finish = [this](int attempt, int64_t missing) {
+    Begin(attempt);
+    SayEnd(attempt);
+    SaySummary(attempt);
+    component_status_t status{};
+    status.component = "recorder";
+    status.episode = status.last_finished_episode = episode_;
+    status.attempt = attempt;
+    status.last_finished_missing_ticks = missing;
+    Say(channels::kStatus, status);
+  };
+  finish(0, 195);
+  EXPECT_THAT(listener_.remarks,
+              ElementsAre("      0  begun again: the log lacks 195 ticks: lost on the way to it"));
+  EXPECT_THAT(listener_.done, IsEmpty());
+  finish(1, 0);
+  EXPECT_EQ(listener_.done.size(), 1u);
+  // The scores are right: where no log is whole, the last is taken, of which the recorder's warning tells.
+  episode_ = 1;
+  for (int attempt = 0; attempt < 3; ++attempt) finish(attempt, 1);
+  EXPECT_EQ(listener_.remarks.size(), 3u);
+  EXPECT_EQ(listener_.done.size(), 2u);
+}
+
+TEST_F(RunControllerTest, WhatASimOfAnotherRunSaysIsNotHeard) {
+  model_info_t model{};
+  model.physics_file = "/elsewhere/model/physics.mjb";
+  model.session = kSession + 1;
+  Begin();
+  Say(channels::kModel, model);
+  episode_begin_t begin{};
+  begin.header.episode = episode_;
+  begin.seed = Seed();
+  begin.session = kSession + 1;
+  Say(channels::kEpisodeBegin, begin);
+  SayEnd();
+  SaySummary();
+  SayFinished("recorder");
+  EXPECT_EQ(listener_.done.size(), 1u);
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+  EXPECT_EQ(Dut().status().foreign_messages, 2);
 }
 
 TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
@@ -342,6 +402,44 @@ TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
   EXPECT_THAT(listener_.remarks, ElementsAre("      sim  e4 t12: no ?[2J CONTACTS"));
 }
 
+// It was started again, and its files are others now.
+TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
+  Begin();
+  SayModel();  // again
+  const std::pair<const char*, void (*)(model_info_t*)> changes[] = {
+      {"pot.yaml was changed", [](model_info_t* model) { model->task_yaml = "min_m: 9.096"; }},
+      {"a file of the physics model was changed", [](model_info_t* model) { model->physics_sha256 = "12"; }},
+      {"a file of the visual model was changed", [](model_info_t* model) { model->visual_sha256 = "12"; }},
+      {"robot other was changed", [](model_info_t* model) { model->robot = "other"; }},
+      {"robot  was changed",
+       [](model_info_t* model) {
+         model->arm.emplace_back();
+         model->num_arms = 1;
+       }},
+  };
+  for (const auto& [words, change] : changes) {
+    model_info_t model = Model();
+    change(&model);
+    try {
+      Say(channels::kModel, model);
+      ADD_FAILURE() << words;
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.what(), std::string(words) +
+                                  " while the run went on; put it back and go on with --resume, "
+                                  "or begin another run");
+    }
+    // A sim of another run is none of ours, whatever it has read.
+    model.physics_file = "/elsewhere.mjb";
+    Say(channels::kModel, model);
+  }
+  EXPECT_THAT(listener_.done, IsEmpty());
+}
+
+TEST_F(RunControllerTest, TheFirstModelToo) {
+  plan_.made_of.physics_sha256 = "of run.json";
+  EXPECT_THROW(SayModel(), InputError);
+}
+
 TEST_F(RunControllerTest, MissedDeadlinesAreInTheEpisodesLine) {
   plan_.episodes = {0};
   plan_.realtime = true;
@@ -355,7 +453,19 @@ TEST_F(RunControllerTest, MissedDeadlinesAreInTheEpisodesLine) {
   Say(channels::kEpisodeSummary, summary);
   SayFinished("recorder");
   ASSERT_TRUE(Dut().done());
-  EXPECT_EQ(run_.SortEpisodes()[0]["pacing"]["deadline_misses"], 3);
+  EXPECT_EQ(listener_.done.at(0)["pacing"]["deadline_misses"], 3);
+}
+
+// People take as long as they take: to start what is missing, and in a debugger.
+TEST_F(RunControllerTest, ByHandNobodyIsHurried) {
+  plan_.is_by_hand = true;
+  for (const seconds after : {seconds(0), seconds(3600), seconds(7200), seconds(10800)})
+    Dut().Poll(In(after));
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+  Begin();
+  SayFinished("policy");
+  EXPECT_EQ(Dut().Silent(In(seconds(20000))), "");
+  EXPECT_EQ(commands_.back().attempt, 0);
 }
 
 }  // namespace

@@ -68,5 +68,27 @@ TEST(ExpandTasks, WhatIsThereTwiceOrUnknownIsRefused) {
   EXPECT_THAT(error_of({"lift_pan/all"}), HasSubstr("lift_pan"));
 }
 
+// They would be one run, counted twice.
+TEST(ExpandTasks, TwoFilesOfOneFolderNameAreRefused) {
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "x");
+  const TaskSelection task = FindTask("lift_pot");
+  std::ifstream stream(task.task.file);
+  std::string text(std::istreambuf_iterator<char>(stream), {});
+  for (size_t at = 0; (at = text.find("../", at)) != std::string::npos;) {
+    text.replace(at, 3, ModelsFolder().string() + "/");
+  }
+  const std::string in_folder = folder.path() / "x/t.yaml", with_dash = folder.path() / "x-t.yaml";
+  std::ofstream(in_folder) << text;
+  std::ofstream(with_dash) << text;
+  try {
+    ExpandTasks({in_folder + "/base", with_dash + "/base"});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("x-t.yaml-base of the suite: rename one of the files"));
+  }
+  EXPECT_EQ(ExpandTasks({in_folder + "/base", with_dash + "/position"}).size(), 2u);
+}
+
 }  // namespace
 }  // namespace evalbus::launch

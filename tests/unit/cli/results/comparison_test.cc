@@ -1,8 +1,11 @@
 #include "cli/results/comparison.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "cli/results/comparison_json.h"
+#include "cli/results/comparison_report.h"
 #include "cli/results/comparison_text.h"
 #include "cli/results/episode_table.h"
 #include "tests/unit/cli/results/run_folders.h"
@@ -102,6 +105,20 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_NE(text.find("Effort relative to a"), std::string::npos) << text;
   const ordered_json json = ComparisonJson({result});
   EXPECT_EQ(json["comparisons"][0]["success"]["pairs"]["run_only"], 15);
+  // Which they are: first of those seeds that of episode 28, or another with success on one side only.
+  const ordered_json& flipped = json["comparisons"][0]["tasks"][0]["flipped"];
+  ASSERT_EQ(flipped.size(), 18u);
+  int of_run = 0;
+  for (const ordered_json& pair : flipped) {
+    const int episode = pair["episode"];
+    EXPECT_EQ(pair["baseline_episode"], episode);
+    EXPECT_EQ(pair["seed"], EpisodeSeed(7, episode));
+    EXPECT_EQ(pair["failure_reason"], "timeout");
+    EXPECT_EQ(pair["succeeded"], episode < 31 ? "baseline" : "run") << episode;
+    EXPECT_TRUE(episode >= 28 && episode < 46) << episode;
+    of_run += pair["succeeded"] == "run";
+  }
+  EXPECT_EQ(of_run, 15);
   EXPECT_EQ(json["comparisons"][0]["tasks"][0]["metrics"]["slip_count"]["p"].dump(), "null");
 }
 
@@ -131,6 +148,13 @@ TEST_F(CompareTest, UnpairedSaysSo) {
   EXPECT_FALSE(result.tasks[0].metrics[0].ratio);
 }
 
+TEST_F(CompareTest, NothingHasASign) {
+  // Newcombe's lower bound is -0.2 points.
+  const std::string text =
+      Conclusion(CompareRuns(Run("b", Info(10, 8), First(10, 10), 5), Run("a", Info(40), First(28, 40), 5)));
+  EXPECT_THAT(text, testing::HasSubstr("difference 30 points (95 % interval 0 to 45)"));
+}
+
 TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
   RecordedRuns a = Run("a", Info(12), First(12, 12), 5);
   a.runs[0].episodes[2].complete = false;
@@ -138,13 +162,14 @@ TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
   EXPECT_EQ(result.success.trials, 9);
   EXPECT_EQ(result.tasks[0].unmatched, 1);
   EXPECT_EQ(result.tasks[0].baseline_unmatched, 2);
-  EXPECT_EQ(result.remarks[0], "lift_pot/position: 1 episodes of b and 2 of a have no partner: left out");
+  EXPECT_EQ(result.remarks[0],
+            "lift_pot/position: without a partner, and left out: 1 episode of b and 2 of a");
 }
 
 TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
   const RecordedRuns a = Run("a", Info(2), First(2, 2), 5);
   EXPECT_EQ(Refusal(Run("b", Info(2, 7, 100), First(2, 2), 5), a),
-            "b ran at 100.0 Hz and a at 50.0 Hz: values depend on the control rate, so these runs cannot be "
+            "b ran at 100 Hz and a at 50 Hz: values depend on the control rate, so these runs cannot be "
             "compared");
   ordered_json info = Info(2);
   info["physics_sha256"] = "other";
@@ -161,6 +186,139 @@ TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
   RecordedRuns other = a;
   other.runs[0].task = "stack_two_blocks";
   EXPECT_NE(Refusal(other, a).find("no task in common"), std::string::npos);
+}
+
+// Nothing was randomised and both always do the same: three pairs are one.
+TEST_F(CompareTest, EqualPairsAreOneSample) {
+  const auto with_equal = [&](const std::string& name, const std::vector<bool>& success, double time) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < success.size(); ++i) {
+      lines.push_back(EpisodeLine(static_cast<int>(i), success[i], {{"completion_time", time}}));
+    }
+    WriteRun(folder_.path() / name, Info(static_cast<int>(success.size())), lines);
+    return ReadRuns(folder_.path() / name);
+  };
+  const RecordedRuns good = with_equal("good", std::vector<bool>(20, true), 5);
+  const RecordedRuns bad = with_equal("bad", std::vector<bool>(20, false), 20);
+  const Comparison result = CompareRuns(good, bad);
+  EXPECT_EQ(result.success.trials, 1);
+  EXPECT_EQ(result.success.p, 1);
+  EXPECT_EQ(result.tasks[0].repeated, 19);
+  EXPECT_THAT(result.remarks,
+              testing::Contains("lift_pot/position: equal to another in every number, so no sample of "
+                                "its own, and left out: 19 of 20 pairs"));
+  EXPECT_TRUE(Conclusion(result).ends_with("; 1 pair is too few to show any difference."))
+      << Conclusion(result);
+  // Where one side differs, so do the pairs.
+  std::vector<bool> some(20, false);
+  some[3] = true;
+  EXPECT_EQ(CompareRuns(good, with_equal("some", some, 20)).success.trials, 2);
+  // Of independent samples each side by itself.
+  RecordedRuns other = bad;
+  for (RecordedEpisode& episode : other.runs[0].episodes) episode.seed += 1;
+  const Comparison independent = CompareRuns(good, other);
+  EXPECT_EQ(independent.success.trials, 1);
+  EXPECT_EQ(independent.success.baseline_trials, 1);
+  EXPECT_EQ(independent.success.p, 1);
+}
+
+TEST_F(CompareTest, TwoVariationsAreSaidFirst) {
+  RecordedRuns b = Run("b", Info(6), First(6, 6), 5);
+  b.runs[0].variation = "base";
+  const Comparison result = CompareRuns(b, Run("a", Info(6), First(0, 6), 5));
+  EXPECT_TRUE(
+      Conclusion(result).starts_with("These are two variations: b ran lift_pot/base and a ran "
+                                     "lift_pot/position, so policy and task differ at the "
+                                     "same time. b succeeds more often than a: "))
+      << Conclusion(result);
+  const std::string text = ComparisonText(result, false);
+  EXPECT_TRUE(text.starts_with("b (expert) against a (expert), lift_pot/base against lift_pot/position\n"))
+      << text;
+}
+
+TEST_F(CompareTest, SaysWhatElseWasDifferent) {
+  ordered_json live = Info(6), lockstep = Info(6);
+  live["realtime"] = true;
+  lockstep["realtime"] = false;
+  live["evalbus_version"] = lockstep["evalbus_version"] = "0.1.0";
+  live["mujoco_version"] = "3.1.0";
+  lockstep["mujoco_version"] = "2.2.2";
+  // Who, where and how many are no such thing.
+  live["policy"] = "mine";
+  live["workers"] = 4;
+  lockstep["workers"] = 1;
+  const RecordedRuns a = Run("a", lockstep, First(6, 6), 5);
+  const Comparison result = CompareRuns(Run("b", live, First(6, 6), 5), a);
+  EXPECT_THAT(
+      result.remarks,
+      testing::ElementsAre("b and a were made with realtime true against false, mujoco_version \"3.1.0\" "
+                           "against \"2.2.2\": that alone may make them differ"));
+  EXPECT_THAT(CompareRuns(Run("c", lockstep, First(5, 6), 5), a).remarks, testing::IsEmpty());
+}
+
+// Whoever stands still touches nothing.
+TEST_F(CompareTest, WhoNeverMovedIsNotBetter) {
+  const auto run = [&](const std::string& name, double path, double penetration) {
+    std::vector<ordered_json> lines;
+    for (int i = 0; i < 10; ++i) {
+      lines.push_back(EpisodeLine(i, false,
+                                  {{"cartesian_path_length", {{"left", path}, {"right", path / 2}}},
+                                   {"total_cartesian_path_length", 1.5 * path}}));
+      lines.back()["extended"]["peak_penetration_m"] = penetration + 1e-5 * i;
+    }
+    WriteRun(folder_.path() / name, Info(10), lines);
+    return ReadRuns(folder_.path() / name);
+  };
+  const RecordedRuns moves = run("moves", 0.8, 2e-3), still = run("still", 0.009, 1e-4);
+  const auto judged = [](const Comparison& comparison) {
+    for (const MetricComparison& metric : comparison.tasks[0].metrics) {
+      if (metric.number.name == "extended.peak_penetration_m") return metric.judgement();
+    }
+    return Judgement::kNone;
+  };
+  const Comparison result = CompareRuns(still, moves);
+  EXPECT_EQ(judged(result), Judgement::kDiffers);
+  EXPECT_THAT(result.remarks,
+              testing::ElementsAre(
+                  "lift_pot/position: still never moved its arms (no wrist by 10 mm), so in no metric "
+                  "is it called better"));
+  EXPECT_EQ(judged(CompareRuns(moves, still)), Judgement::kDiffers);
+  // Who hit more is worse all the same, moved or not.
+  EXPECT_EQ(judged(CompareRuns(run("pushed", 0.009, 5e-3), moves)), Judgement::kWorse);
+  EXPECT_EQ(judged(CompareRuns(run("moved", 0.011, 1e-4), moves)), Judgement::kBetter);
+}
+
+TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
+  // 4.66 5.06 5.20 5.80 5.88 against 4.60 5.20 5.46 5.66 5.74: p = 1 (statistics_test.cc works it out).
+  const auto run = [&](const std::string& name, const std::vector<double>& times) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < times.size(); ++i) {
+      lines.push_back(EpisodeLine(static_cast<int>(i), true, {{"completion_time", times[i]}}));
+    }
+    WriteRun(folder_.path() / name, Info(static_cast<int>(times.size())), lines);
+    return ReadRuns(folder_.path() / name);
+  };
+  const Comparison result =
+      CompareRuns(run("b", {4.66, 5.06, 5.20, 5.80, 5.88}), run("a", {4.60, 5.20, 5.46, 5.66, 5.74}));
+  EXPECT_EQ(result.tasks[0].metrics[0].p, 1);
+  EXPECT_FALSE(CompareRuns(run("c", {0.1 + 0.2, 1}), run("d", {0.3, 1})).tasks[0].metrics[0].p);
+}
+
+TEST_F(CompareTest, ThePageLinksTheFilmsOfSeedsThatFlipped) {
+  const RecordedRuns a = Run("a", Info(4), {true, true, false, false}, 5);
+  const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
+  const Comparison comparison = CompareRuns(b, a);
+  const std::filesystem::path page = folder_.path() / "pages/comparison.html";
+  std::string html = ComparisonReport({comparison}, page, "0.1.0");
+  EXPECT_THAT(html, testing::HasSubstr("2 seeds with success on one side only"));
+  EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 1))));
+  EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 3))));
+  EXPECT_THAT(html, testing::Not(testing::HasSubstr(std::to_string(EpisodeSeed(7, 2)))));
+  EXPECT_THAT(html, testing::HasSubstr("evalbus render"));
+  WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "film");
+  html = ComparisonReport({comparison}, page, "0.1.0");
+  EXPECT_THAT(html, testing::HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
+  EXPECT_THAT(html, testing::Not(testing::HasSubstr("evalbus render")));
 }
 
 TEST_F(CompareTest, SeveralAreAdjusted) {

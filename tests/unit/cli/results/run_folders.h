@@ -20,15 +20,18 @@ inline nlohmann::ordered_json RunInfo(int episodes, const std::string& policy = 
 inline nlohmann::ordered_json EpisodeLine(int episode, bool success = true,
                                           nlohmann::ordered_json metrics = nlohmann::ordered_json::object()) {
   metrics["success"] = success ? 1.0 : 0.0;
+  if (!metrics.contains("completion_time")) metrics["completion_time"] = 4;
   return {{"task", "lift_pot"},
           {"variation", "position"},
           {"episode", episode},
           {"seed", EpisodeSeed(7, episode)},
           {"end_reason", success ? "success" : "time_limit"},
+          {"end_detail", ""},
           {"failure_reason", success ? "" : "timeout"},
           {"complete", true},
           {"metrics", std::move(metrics)},
-          {"extended", {{"missing_ticks", 0}}}};
+          {"extended", {{"missing_ticks", 0}}},
+          {"explanation", {{"text", ""}}}};
 }
 
 inline void WriteFile(const std::filesystem::path& file, const std::string& text) {

@@ -52,6 +52,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   lifted.arm[1].wrist_position_m[2] = 2;
   lifted.action_clips = 4;
   lifted.deadline_misses = 5;
+  lifted.arm[1].mechanical_work_J = 2.5;
   contacts_t contacts = Contacts(3, {});
   contacts.has_clearance = true;
   contacts.clearance_m = 0.1;
@@ -77,6 +78,28 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   EXPECT_EQ(ExtendedValue(summary.extended, "min_clearance_m"), 0.1);
   EXPECT_DOUBLE_EQ(ExtendedValue(summary.extended, "peak_wrist_speed_mps.right"), 25);
   EXPECT_DOUBLE_EQ(ExtendedValue(summary.extended, "contact_time_s"), 0.02);
+  EXPECT_EQ(ExtendedValue(summary.extended, "mechanical_work_J.left"), 0);
+  EXPECT_EQ(ExtendedValue(summary.extended, "mechanical_work_J.right"), 2.5);
+}
+
+// 0.02 * 230 is 4.6000000000000005.
+TEST_F(EpisodeScorerTest, ATickHasOneTimeEverywhere) {
+  dut_.Start();
+  for (int64_t tick = 0; tick <= 230; ++tick) {
+    const bool is_last = tick == 230;
+    contacts_t contacts = Contacts(tick, {{kTop, kWall}});
+    if (tick >= 229) contacts = Contacts(tick, {{kLeftPad, kWall}, {kTop, kWall}});
+    if (is_last) contacts = Contacts(tick, {{kLeftLink, kTop}, {kTop, kWall}});
+    contacts.has_clearance = is_last;
+    dut_.Tick(State(tick), contacts);
+  }
+  const episode_summary_t summary = Summary("time_limit", 230);
+  EXPECT_EQ(summary.metrics.completion_time_s, 4.6);
+  EXPECT_EQ(summary.explanation.first_collision_time_s, 4.6);
+  ASSERT_EQ(summary.explanation.slip.size(), 1u);
+  EXPECT_EQ(summary.explanation.slip[0].time_s, 4.6);
+  EXPECT_EQ(summary.explanation.condition.at(0).time_s, 4.6);
+  EXPECT_EQ(ExtendedValue(summary.extended, "min_clearance_time_s"), 4.6);
 }
 
 TEST_F(EpisodeScorerTest, AHeldObjectOfTheResetStateCanSlipAtOnce) {

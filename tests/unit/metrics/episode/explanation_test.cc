@@ -255,6 +255,27 @@ TEST_F(ExplanationTest, WrongPoseIsATiltOfAHeldObject) {
   EXPECT_FALSE(condition.holds);
 }
 
+// What a number is compared with is not what it rounds to.
+TEST_F(ExplanationTest, ANumberBesideItsLimitHasTheDigitsThatTellThemApart) {
+  for (const auto& [limit, height, text] : {std::tuple("1.096", 1.0961, "1.0961 m >= 1.096"),
+                                            {"1.096", 1.1034, "1.103 m >= 1.096"},
+                                            {"1.096", 1.096, "1.096 m >= 1.096"},
+                                            {"1.096", 1.09599996, "1.09599996 m < 1.096"},
+                                            {"1.096", 2.0, "2 m >= 1.096"},
+                                            {"1.1", 1.1034, "1.103 m >= 1.1"},
+                                            {"1.12345678", 1.12345679, "1.12345679 m >= 1.12345678"},
+                                            {"1.12345678", 1.12345677, "1.1234568 m < 1.123457"},
+                                            {"0", -1e-9, "-1e-09 m < 0"},
+                                            {"0", -0.0, "0 m >= 0"},
+                                            {"-2", 12345.6, "12346 m >= -2"}}) {
+    SCOPED_TRACE(text);
+    UseSuccess("{height_above: {object: pot, min_m: " + std::string(limit) + "}}");
+    Height() = height;
+    Tick({});
+    EXPECT_EQ(End().explanation.condition.at(0).text, "height of pot " + std::string(text));
+  }
+}
+
 TEST_F(ExplanationTest, WrongPoseIsAnObjectLetGoAtTheWrongPlace) {
   Hold();
   Opening(0) = 0.9;

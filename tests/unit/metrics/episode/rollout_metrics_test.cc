@@ -42,7 +42,8 @@ MetricsConfig TwoArms() {
 
 // A sample with storage of its own. Everything rests at zero, grippers half open.
 struct TestSample {
-  std::vector<std::vector<double>> q{2, {0, 0}}, w{2, {0, 0}}, torque{2, {0, 0}};
+  std::vector<std::vector<double>> q{2, {0, 0}}, w{2, {0, 0}};
+  std::vector<std::optional<double>> work{0, 0};
   std::vector<std::array<double, 3>> p{2, {0, 0, 0}};
   std::vector<std::array<double, 4>> quat{2, {1, 0, 0, 0}};
   std::vector<double> opening{0.5, 0.5};
@@ -53,7 +54,7 @@ struct TestSample {
   std::vector<ArmSample> arm = std::vector<ArmSample>(2);
 
   Sample At(int64_t tick) {
-    for (size_t k = 0; k < arm.size(); ++k) arm[k] = {q[k], w[k], torque[k], p[k], quat[k]};
+    for (size_t k = 0; k < arm.size(); ++k) arm[k] = {q[k], w[k], p[k], quat[k], work[k]};
     return {.tick = tick,
             .time = 0.5 * tick,
             .arm = arm,
@@ -145,6 +146,21 @@ TEST_F(RolloutMetricsTest, JerkIsTheThirdDifferenceFromTheFourthSampleOn) {
   EXPECT_DOUBLE_EQ(Values().overall_avg_cartesian_jerk_mps3, 26);
   EXPECT_DOUBLE_EQ(Values().overall_rms_cartesian_jerk_mps3, std::sqrt((48. * 48 + 56 * 56) / 4));
   EXPECT_EQ(Values().avg_cartesian_jerk_mps3[1], 0);
+}
+
+TEST_F(RolloutMetricsTest, JerkOfAnArmAtRestIsNothing) {
+  Start();
+  sample_.p = {{0.3, -0.7, 1.1}, {1e3 / 3, 1e-7 / 3, 0.1}};
+  sample_.q = {{0.1, -2.3}, {0.7, 1e2 / 3}};
+  for (int k = 0; k < 9; ++k) ASSERT_TRUE(Step());
+  const metric_values_t values = Values();
+  EXPECT_EQ(values.num_jerk_samples, 6);
+  for (const auto* jerk : {&values.avg_cartesian_jerk_mps3, &values.rms_cartesian_jerk_mps3,
+                           &values.avg_joint_jerk_radps3, &values.rms_joint_jerk_radps3}) {
+    EXPECT_EQ(*jerk, (std::vector<double>{0, 0}));
+  }
+  EXPECT_EQ(values.overall_rms_cartesian_jerk_mps3, 0);
+  EXPECT_EQ(values.overall_rms_joint_jerk_radps3, 0);
 }
 
 TEST_F(RolloutMetricsTest, JerkOverAGapOfTicksIsNotCounted) {
@@ -271,18 +287,16 @@ TEST_F(RolloutMetricsTest, MeasuresEffortAndSafety) {
   Start();
   EXPECT_TRUE(std::isnan(Extended("min_clearance_m")));
   EXPECT_TRUE(std::isnan(Extended("min_joint_limit_margin_rad")));
-  sample_.torque[1] = {1, -2};
-  sample_.w[1] = {3, 2};  // power 3 - 4 = -1 W
+  sample_.work[1] = 0.5;
   sample_.q[0] = {0.25, -0.5};
   sample_.clearance = 0.2;
   sample_.contacts = {{5, 1, -0.5}, {2, 5, -0.01}, {4, 1, 0}};  // the pot in the table is none of the robot's
   Step();
   sample_.p[0] = {3, 4, 0};
-  sample_.torque[1] = {1, 0};  // 3 W
+  sample_.work[1] = 2;
   sample_.clearance = 0.1;
   Step();
   sample_.clearance = 0.1;
-  sample_.torque[1] = {0, 0};
   Step();
 
   EXPECT_EQ(Extended("min_clearance_m"), 0.1);
@@ -311,8 +325,8 @@ TEST_F(RolloutMetricsTest, RefusesWhatIsNotFinite) {
   expect_refused("joint position");
   sample_.w[0][0] = -kInf;
   expect_refused("joint velocity");
-  sample_.torque[0][0] = kNaN;
-  expect_refused("torque");
+  sample_.work[0] = kNaN;
+  expect_refused("work");
   sample_.p[1][2] = kInf;
   expect_refused("wrist position");
   sample_.quat[1][3] = kNaN;
@@ -351,7 +365,7 @@ void Stir(RolloutMetrics* metrics) {
     for (int arm = 0; arm < 2; ++arm) {
       sample.q[arm] = {std::sin(tick + arm), 0.1 * tick};
       sample.w[arm] = {std::cos(tick + arm), 0.2};
-      sample.torque[arm] = {1, 2};
+      sample.work[arm] = 0.5 * tick;
       sample.p[arm] = {std::sin(2. * tick), 0.3, std::cos(3. * tick + arm)};
       sample.quat[arm] = {std::cos(tick), std::sin(tick), 0, 0};
     }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/errors.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -43,6 +44,97 @@ TEST(ScoreFile, ScoresASmallEpisodeByHand) {
       R"("slip_count_per_object":{"object_1":1},"env_collision_count":1,"self_collision_count":0,)"
       R"("cartesian_path_length":2.0,"joint_path_length":5.0,"orientation_path_length":3.141592653589793,)"
       R"("avg_cartesian_jerk":0.0,"rms_cartesian_jerk":0.0,"avg_joint_jerk":0.0,"rms_joint_jerk":0.0})");
+}
+
+// RoboEval's result has whatever was given, also an empty dictionary.
+TEST(ScoreFile, AnEmptySetOfFinalValuesIsOne) {
+  json episode = SmallEpisode();
+  episode["finalize"]["target_distance"] = json::object();
+  episode["finalize"]["pose_error"] = nullptr;
+  json result = ScoreEpisode(episode, "small.json");
+  EXPECT_EQ(result["target_distance"], json::object());
+  EXPECT_FALSE(result.contains("object_pose_error"));
+  episode["finalize"]["pose_error"] = json::object();
+  result = ScoreEpisode(episode, "small.json");
+  EXPECT_EQ(result["object_pose_error"], json::object());
+}
+
+class LongFile : public testing::Test {
+ protected:
+  // The small episode with so many steps, the keys in this order.
+  std::filesystem::path Write(int steps, const std::vector<std::string>& keys) {
+    const json small = SmallEpisode();
+    const auto file = folder_.path() / "long.json";
+    std::ofstream out(file);
+    out << "{";
+    for (const std::string& key : keys) {
+      out << (key == keys[0] ? "" : ",") << json(key) << ":";
+      if (key != "steps") {
+        out << small[key];
+        continue;
+      }
+      out << "[";
+      for (int k = 0; k < steps; ++k) {
+        json step = small["steps"][k % 2];
+        step["t"] = 0.02 * (k + 1);
+        out << (k == 0 ? "" : ",\n") << step;
+      }
+      out << "]";
+    }
+    out << "}";
+    return file;
+  }
+  const std::vector<std::string> keys_ = {"robot",   "control_frequency", "control_dt", "config",
+                                          "geoms",   "initial",           "steps",      "stages",
+                                          "finalize"};
+  TemporaryFolder folder_;
+};
+
+TEST_F(LongFile, IsScoredStepByStepAsItIsRead) {
+  // No more than one is kept, so that neither memory nor what is done at the end of each grows with their
+  // number.
+  const auto elements_at_once = [](const std::filesystem::path& file) {
+    size_t most = 0;
+    ReadJsonFile(file, "steps", [&](const json& so_far, const json&) {
+      most = std::max(most, so_far["steps"].size());
+      return so_far.contains("robot");
+    });
+    return most;
+  };
+  const auto file = Write(1000, keys_);
+  EXPECT_EQ(elements_at_once(file), 1u);
+  const auto streamed = ScoreFile(file);
+  EXPECT_EQ(streamed, ScoreEpisode(ReadJsonFile(file), "long.json"));
+  EXPECT_EQ(streamed["completion_time"], 20.0);
+
+  // In another order the steps wait for what they need; only the first is offered.
+  std::vector<std::string> other = keys_;
+  std::swap(other.front(), other[6]);
+  EXPECT_EQ(ScoreFile(Write(1000, other)), streamed);
+}
+
+TEST_F(LongFile, NamesTheStepThatIsWrong) {
+  const auto file = Write(30, keys_);
+  std::ifstream in(file);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string good = "\"t\":" + json(0.02 * 26).dump();
+  ASSERT_NE(text.find(good), std::string::npos);
+  text.replace(text.find(good), good.size(), "\"t\":7");
+  std::ofstream(file) << text;
+  try {
+    ScoreFile(file);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              file.string() + ": steps[25].t: expected (index + 1) * control_dt = 0.52, got 7");
+  }
+  std::ofstream(file) << text.substr(0, text.size() / 2);
+  try {
+    ScoreFile(file);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).rfind(file.string() + ":", 0), 0) << error.what();
+  }
 }
 
 struct Mistake {

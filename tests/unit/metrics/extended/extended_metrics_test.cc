@@ -35,6 +35,7 @@ class Episode {
 
   std::array<double, 3> p{0, 0, 0};
   double q = 0;
+  std::optional<double> work;
   std::vector<GeomContact> contacts;
   std::vector<uint8_t> pinched{0, 0, 0, 0};
 
@@ -42,7 +43,7 @@ class Episode {
     tick_ += ticks;
     const std::vector<double> joint = {q}, zero = {0}, opening = {1, 1};
     const std::vector<uint8_t> holding(4, 0);
-    const std::vector<ArmSample> arm = {{joint, zero, zero, p, {1, 0, 0, 0}}};
+    const std::vector<ArmSample> arm = {{joint, zero, p, {1, 0, 0, 0}, work}};
     const Sample sample{.tick = tick_,
                         .time = static_cast<double>(tick_) * dt_,
                         .arm = arm,
@@ -56,9 +57,10 @@ class Episode {
   void Steps(int count) {
     for (int k = 0; k < count; ++k) Step();
   }
-  double Final(const std::string& name) const {
+  // Of an episode that ends so many ticks after its last sample.
+  double Final(const std::string& name, int64_t missing = 0) const {
     std::vector<double> values;
-    dut_.FinalValues(&values);
+    dut_.FinalValues(tick_ + missing, &values);
     return Find(name, values);
   }
   double Live(const std::string& name) const {
@@ -170,6 +172,35 @@ Episode Along(const std::function<double(double)>& velocity, double duration, do
 // Of a reach of 1 m in 1 s.
 double MinimumJerk(double s) { return 30 * s * s * (1 - s) * (1 - s); }
 
+TEST(MechanicalWork, IsTheLastThatIsKnown) {
+  Episode episode(0.02);
+  EXPECT_TRUE(std::isnan(episode.Live("mechanical_work_J")));
+  episode.Step();
+  EXPECT_TRUE(std::isnan(episode.Live("mechanical_work_J")));
+  episode.work = 1.5;
+  episode.Step();
+  episode.work = 2.25;
+  episode.Step(7);  // what the missing ticks did is in it
+  EXPECT_EQ(episode.Final("mechanical_work_J"), 2.25);
+}
+
+// 0.02 * 230 is 4.6000000000000005, and a sum of 0.02 is neither.
+TEST(Times, AreTheNumbersOfTheirTicks) {
+  Episode episode(0.02);
+  episode.contacts = {{2, 0, -0.001}};
+  episode.pinched = {0, 1, 0, 0};
+  episode.Steps(115);
+  episode.pinched = {0, 0, 0, 0};
+  episode.contacts = {};
+  episode.Steps(5);
+  episode.contacts = {{2, 0, -0.001}};
+  episode.pinched = {0, 1, 0, 0};
+  episode.Steps(115);
+  EXPECT_EQ(episode.Final("contact_time_s"), 4.6);
+  EXPECT_EQ(episode.Final("grasp_time_s.right"), 4.6);
+  EXPECT_EQ(episode.Final("longest_grasp_s.right"), 2.3);
+}
+
 TEST(LogDimensionlessJerk, OfAMinimumJerkReach) {
   // v = 30 (s^2 - 2 s^3 + s^4) has v'' = 60 (1 - 6 s + 6 s^2); the integral of its square over 0 to 1 is 720,
   // the peak 15/8: -ln(720 / (15/8)^2).
@@ -258,6 +289,16 @@ TEST(Smoothness, HasNoValueWhereThereIsNone) {
       hole.Step(k == 30 ? 2 : 1);
     }
     EXPECT_TRUE(std::isnan(hole.Final(metric))) << "with a hole";
+    Episode late(0.02);
+    for (int k = 0; k < 50; ++k) {
+      late.p[0] = std::sin(0.1 * k);
+      late.Step(k == 0 ? 2 : 1);
+    }
+    EXPECT_TRUE(std::isnan(late.Final(metric))) << "without the first tick";
+    EXPECT_TRUE(std::isnan(late.Live(metric))) << "without the first tick";
+    const Episode cut = Along(MinimumJerk, 1, 0.02);
+    EXPECT_FALSE(std::isnan(cut.Final(metric)));
+    EXPECT_TRUE(std::isnan(cut.Final(metric, 1))) << "without the last tick";
   }
   const Episode reach = Along(MinimumJerk, 1, 0.02);
   EXPECT_TRUE(std::isnan(reach.Live("spectral_arc_length"))) << "only at the end";

@@ -6,6 +6,8 @@
 
 #include "base/errors.h"
 #include "metrics/statistics/bootstrap.h"
+#include "metrics/statistics/clopper_pearson.h"
+#include "metrics/statistics/confidence_sequence.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -138,6 +140,10 @@ TEST(RunStatistics, CountStagesReasonsSlipsAndCollisions) {
   const run_summary_t message = SummaryMessage(summary);
   EXPECT_EQ(message.num_episodes, 5);
   EXPECT_EQ(message.num_complete, 4);
+  EXPECT_EQ(message.success_rate_anytime_lower, ConfidenceSequence(1, 4).lower);
+  EXPECT_EQ(message.success_rate_anytime_upper, ConfidenceSequence(1, 4).upper);
+  EXPECT_EQ(message.success_rate_wilson_lower, WilsonInterval(1, 4).lower);
+  EXPECT_EQ(message.success_rate_clopper_pearson_upper, ClopperPearsonInterval(1, 4).upper);
   EXPECT_EQ(message.stage_index, (std::vector<int32_t>{1, 2}));
   EXPECT_EQ(message.stage_episodes, (std::vector<int32_t>{4, 2}));
   EXPECT_EQ(message.failure_reason, (std::vector<std::string>{"timeout", "dropped"}));

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/clopper_pearson.h"
+#include "metrics/statistics/confidence_sequence.h"
 #include "metrics/statistics/describe.h"
 #include "metrics/statistics/fisher.h"
 #include "metrics/statistics/holm.h"
@@ -88,6 +90,52 @@ TEST(ClopperPearsonInterval, BoundsLeaveTailsOfOneFortieth) {
   for (const auto& [k, n] : {std::pair(3, 10), {43, 50}, {1, 30}}) {
     EXPECT_NEAR(BinomialTail(k, n, ClopperPearsonInterval(k, n).lower), 0.025, 1e-9);
     EXPECT_NEAR(1 - BinomialTail(k + 1, n, ClopperPearsonInterval(k, n).upper), 0.025, 1e-9);
+  }
+}
+
+TEST(ConfidenceSequence, IsWhereTheMixtureOfLikelihoodsDecides) {
+  // By bisection in Python, and where a bound is in closed form: (n + 1) p^n = alpha.
+  ExpectInterval(ConfidenceSequence(9, 10), 0.4548817472868107, 0.9995435831173225, 1e-12);
+  ExpectInterval(ConfidenceSequence(43, 50), 0.661614724331578, 0.9671510979350244, 1e-12);
+  ExpectInterval(ConfidenceSequence(500, 1000), 0.4443853297425172, 0.5556146702574827, 1e-12);
+  ExpectInterval(ConfidenceSequence(10, 10), std::pow(0.05 / 11, 0.1), 1, 1e-12);
+  ExpectInterval(ConfidenceSequence(0, 10), 0, 1 - std::pow(0.05 / 11, 0.1), 1e-12);
+  ExpectInterval(ConfidenceSequence(0, 0), 0, 1, 0);
+  // Of successes counted in samples, which are no whole numbers, in between.
+  EXPECT_GT(ConfidenceSequence(2.25, 3).lower, ConfidenceSequence(2, 3).lower);
+  EXPECT_LT(ConfidenceSequence(2.25, 3).upper, ConfidenceSequence(3, 3).upper + 1e-12);
+}
+
+// Of 10,000 runs, the share in which the interval misses the rate at any of the first 200 trials.
+double EverMissed(const std::function<Interval(int, int)>& interval, double rate) {
+  constexpr int kTrials = 200, kRuns = 10000;
+  std::vector<std::vector<bool>> misses(kTrials + 1);
+  for (int n = 1; n <= kTrials; ++n) {
+    for (int k = 0; k <= n; ++k) {
+      const Interval at = interval(k, n);
+      misses[static_cast<size_t>(n)].push_back(rate < at.lower || rate > at.upper);
+    }
+  }
+  std::mt19937_64 random(1970);
+  int missed = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    bool ever = false;
+    size_t k = 0;
+    for (size_t n = 1; n <= kTrials; ++n) {
+      k += static_cast<double>(random() >> 11) * 0x1p-53 < rate;
+      ever = ever || misses[n][k];
+    }
+    missed += ever;
+  }
+  return static_cast<double>(missed) / kRuns;
+}
+
+TEST(ConfidenceSequence, CoversAtAllTimesAtOnce) {
+  for (const double rate : {0.5, 0.8, 0.97}) {
+    // 5 % at most, and 10,000 runs of 5 % are off by less than one point.
+    EXPECT_LT(EverMissed(ConfidenceSequence, rate), 0.05) << rate;
+    // An interval for one look at the end is no such thing.
+    EXPECT_GT(EverMissed(WilsonInterval, rate), 0.3) << rate;
   }
 }
 
@@ -193,6 +241,24 @@ TEST(WilcoxonSignedRankTest, DepressionScalesOfHollanderAndWolfe) {
   EXPECT_NEAR(test.p / 2, 0.0195313, 6e-8);  // published one-sided
 }
 
+TEST(WilcoxonSignedRankTest, EqualDifferencesOfTimesAreEqual) {
+  // Differences 0.06, -0.14, -0.26, 0.14, 0.14: ranks 1, 3, 5, 3, 3, so 7 of 15; half of all signs give no
+  // more.
+  const Values a = {4.66, 5.06, 5.20, 5.80, 5.88}, b = {4.60, 5.20, 5.46, 5.66, 5.74};
+  Values differences;
+  for (size_t i = 0; i < a.size(); ++i) differences.push_back(a[i] - b[i]);
+  EXPECT_NE(-differences[1], differences[3]);
+  EXPECT_EQ(WilcoxonSignedRankTest(differences).statistic, 7);
+  EXPECT_EQ(WilcoxonSignedRankTest(differences).p, 1);
+  EXPECT_EQ(WilcoxonSignedRankTest(PairedDifferences(b, a)).p, 1);
+}
+
+TEST(WilcoxonSignedRankTest, WhatOnlyRoundingTellsApartIsNoDifference) {
+  EXPECT_EQ(PairedDifferences(Values{0.1 + 0.2, 1, 7}, Values{0.3, 1, 5}), (Values{0, 0, 2}));
+  // Three ticks of 1/500 s on top of an hour are some.
+  EXPECT_NEAR(PairedDifferences(Values{3600.006}, Values{3600})[0], 0.006, 1e-12);
+}
+
 TEST(WilcoxonSignedRankTest, AgreesWithEnumeration) {
   const std::vector<Values> samples = {
       {1, 2, 3, -4, 5},
@@ -257,6 +323,13 @@ TEST(MannWhitneyTest, PermeabilityOfHollanderAndWolfe) {
   EXPECT_NEAR(test.p / 2, 0.1272, 5e-5);  // published one-sided
 }
 
+TEST(MannWhitneyTest, EqualNumbersInSpiteOfRounding) {
+  // 0.3 in both: U = 1/2 + 1 of 2, so that every choice of the three has a U as far from 1, or further.
+  const RankTest test = MannWhitneyTest(Values{0.1 + 0.2}, Values{0.3, 0.2});
+  EXPECT_EQ(test.statistic, 1.5);
+  EXPECT_EQ(MannWhitneyTest(Values{0.3}, Values{0.1 + 0.2, 0.2}).statistic, 1.5);
+}
+
 TEST(MannWhitneyTest, AgreesWithEnumeration) {
   const std::vector<std::pair<Values, Values>> samples = {
       {{1, 4, 6}, {2, 3, 5, 7}},
@@ -314,7 +387,7 @@ TEST(Bootstrap, MiceByAllResamples) {
   ExpectInterval(percentile, 43.4, 134.4, 0.6);
   Moments moments;
   moments.Add(kMice, 1);
-  ExpectInterval(BcaInterval(all, Mean(kMice), moments.acceleration()), 46.3, 138.3, 0.6);
+  ExpectInterval(BcaInterval(all, Mean(kMice), moments.acceleration(), 0), 46.3, 138.3, 0.6);
   // 10000 of them say nearly the same.
   const Interval drawn = BootstrapMean(kMice);
   ExpectInterval(drawn, percentile.lower, percentile.upper, 1.2);
@@ -334,6 +407,25 @@ TEST(Bootstrap, FollowsShiftScaleAndMirror) {
   ExpectInterval(BootstrapMean(mirrored), -interval.upper, -interval.lower, 1e-9);
   // Skewed to the right: BCa reaches further up than down.
   EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
+}
+
+TEST(Bootstrap, NothingHangsOnTheLastBitsOfASum) {
+  const double third = 1.0 / 3;
+  const Values x = {0, 0, 0, -third, 0, -third, -third, 0, 0, 0, -third, -third};
+  Values whole;
+  for (const double value : x) whole.push_back(3 * value);
+  const Interval interval = BootstrapMean(x);
+  ExpectInterval(BootstrapMean(whole), 3 * interval.lower, 3 * interval.upper, 1e-9);
+  const Values other = {third, 0, third, 0, 0, third, 0, 0, 0, 0};
+  Values other_whole;
+  for (const double value : other) other_whole.push_back(3 * value);
+  const Interval difference = BootstrapDifferenceOfMeans(x, other);
+  ExpectInterval(BootstrapDifferenceOfMeans(whole, other_whole), 3 * difference.lower, 3 * difference.upper,
+                 1e-9);
+  // Values that only rounding tells apart are one.
+  Values same(12, 0.3);
+  same[5] = 0.1 + 0.2;
+  ExpectInterval(BootstrapMean(same), 0.3, 0.3, 1e-15);
 }
 
 TEST(Bootstrap, CoversTheMean) {

@@ -2,6 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <regex>
+#include <set>
 
 #include "base/errors.h"
 #include "metrics/task/task_evaluator.h"
@@ -118,6 +123,163 @@ TEST_F(PredicatesTest, InsideIsABoxOfTheWorld) {
             "key 'center_m': expected a list of 3 numbers, got 2");
 }
 
+TEST_F(PredicatesTest, AFrameMovesWithItsPart) {
+  // The lid's frame: at (1, 2, 3), a quarter turn to the left and then 30 degrees about its own x axis. A
+  // point a to its left and b above it, seen from it, is (1, 2, 3) + R (0, a, b).
+  const double turn = std::numbers::pi / 6, c = std::cos(turn), s = std::sin(turn);
+  const double h = std::sqrt(0.5), ch = std::cos(turn / 2), sh = std::sin(turn / 2);
+  state_.body_position_m[kLid] = {1, 2, 3};
+  state_.body_quat_wxyz[kLid] = {h * ch, h * sh, h * sh, h * ch};
+  const double a = 0.2, b = 0.5;
+  // Of the tilted part (0, a c - b s, a s + b c), the quarter turn makes (-(a c - b s), 0, a s + b c).
+  state_.body_position_m[kPot] = {1 - (a * c - b * s), 2, 3 + a * s + b * c};
+  const auto coordinate = [&](const char* axis) {
+    const std::string text = std::string("position: {object: pot, axis: ") + axis + ", frame: pot/lid}";
+    return CompileQuantity(ReadExpression(ParseYaml(text, "t.yaml")), {names_, task_})
+        ->Evaluate({state_, {}});
+  };
+  EXPECT_NEAR(coordinate("x"), 0, 1e-12);
+  EXPECT_NEAR(coordinate("y"), a, 1e-12);
+  EXPECT_NEAR(coordinate("z"), b, 1e-12);
+  EXPECT_TRUE(Evaluate(Compile("{position: {object: pot, axis: z, min_m: 0.49, frame: pot/lid}}").get()));
+  const auto in_lid = [&](const char* half_extents) {
+    return Evaluate(Compile(std::string("{inside: {object: pot, frame: pot/lid, center_m: [0, 0.2, 0.4], ") +
+                            "half_extents_m: " + half_extents + "}}")
+                        .get());
+  };
+  EXPECT_TRUE(in_lid("[0.01, 0.01, 0.11]"));
+  EXPECT_FALSE(in_lid("[0.01, 0.01, 0.09]"));
+  EXPECT_EQ(
+      Error("{inside: {object: pot, center_m: [0, 0, 0], half_extents_m: [1, 1, 1], frame: lid}}"),
+      "no entity or body is called 'lid'; expected an entity (world, left, right, counter, pot) or a body "
+      "(world, left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid)");
+}
+
+TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {
+  state_.body_position_m[kPot] = {0, 0, 1};
+  state_.body_position_m[kLid] = {0.3, 0.4, 1};
+  EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.501}}").get()));
+  EXPECT_FALSE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.499}}").get()));
+  EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, min_m: 0.4, max_m: 0.6}}").get()));
+  EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_deg: 10}}").get()));
+  // 0.2 rad are 11.46 degrees.
+  state_.body_quat_wxyz[kPot] = {std::cos(0.1), std::sin(0.1), 0, 0};
+  EXPECT_FALSE(Evaluate(Compile("{tilt: {object: pot, max_deg: 11.4}}").get()));
+  EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_deg: 11.5}}").get()));
+  EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_rad: 0.2001}}").get()));
+  EXPECT_FALSE(Evaluate(Compile("{tilt: {object: pot, max_rad: 0.1999}}").get()));
+  const auto near = Compile("{distance: {a: pot, b: pot/lid, max_m: 0.25}}");
+  Evaluate(near.get());
+  std::vector<condition_t> why;
+  near->Explain(&why);
+  EXPECT_EQ(why[0].text, "distance of pot from pot/lid 0.5 m > 0.25");
+  EXPECT_EQ(why[0].subject, "pot");
+  EXPECT_EQ(near->Describe(true), std::vector<std::string>{"distance of pot from pot/lid at most 0.25 m"});
+}
+
+TEST_F(PredicatesTest, SpeedIsFromTickToTick) {
+  const auto slow = Compile("{speed: {object: pot, max_mps: 0.1}}");
+  const auto at = [&](int64_t tick, double x) {
+    state_.header = Header(tick);
+    state_.body_position_m[kPot] = {x, 0, 1};
+    return slow->Evaluate({state_, {}});
+  };
+  EXPECT_TRUE(at(1, 0.7)) << "nothing moves at the first tick";
+  // Ticks are 20 ms apart: 1.9 and 2.1 mm.
+  EXPECT_TRUE(at(2, 0.7019));
+  EXPECT_FALSE(at(3, 0.6998));
+  // After a hole of one tick.
+  EXPECT_TRUE(at(5, 0.7037));
+  slow->Start();
+  EXPECT_TRUE(at(1, 9)) << "the episode before is forgotten";
+}
+
+TEST_F(PredicatesTest, ARobotAtRestHasNoFastJoint) {
+  const auto left = Compile("{joint_speed: {arm: left, max_radps: 0.05}}");
+  const auto all = Compile("{joint_speed: {arm: all, max_radps: 0.05}}");
+  EXPECT_TRUE(Evaluate(all.get()));
+  state_.arm[1].joint_velocity_radps = {-0.06};
+  EXPECT_TRUE(Evaluate(left.get()));
+  EXPECT_FALSE(Evaluate(all.get()));
+  EXPECT_EQ(Error("{joint_speed: {arm: lift, max_radps: 0.05}}"),
+            "key 'arm': no arm is called 'lift'; did you mean 'left'?");
+}
+
+TEST_F(PredicatesTest, OnIsCarriedFromBelow) {
+  const auto on = Compile("{on: {object: pot, support: counter}}");
+  const auto with_normal = [&](int geom_a, int geom_b, std::array<double, 3> normal) {
+    contacts_ = Contacts(1, {{geom_a, geom_b}});
+    std::copy(normal.begin(), normal.end(), contacts_.contact[0].normal);
+    return on->Evaluate({state_, contacts_.contact});
+  };
+  // The normal points from the first to the second.
+  EXPECT_TRUE(with_normal(kTop, kWall, {0, 0, 1}));
+  EXPECT_TRUE(with_normal(kTop, kLidGeom, {0, 0, 1}));
+  EXPECT_FALSE(with_normal(kTop, kWall, {0, 0, -1})) << "hangs below";
+  EXPECT_FALSE(with_normal(kTop, kWall, {1, 0, 0})) << "leans against its side";
+  EXPECT_FALSE(with_normal(kFloor, kWall, {0, 0, 1}));
+  const double c44 = std::cos(44 * std::numbers::pi / 180), s44 = std::sin(44 * std::numbers::pi / 180);
+  EXPECT_TRUE(with_normal(kTop, kWall, {s44, 0, c44}));
+  EXPECT_FALSE(with_normal(kTop, kWall, {c44, 0, s44}));
+  const auto lid_on_wall = Compile("{on: {object: counter/top, support: pot/wall}}");
+  contacts_ = Contacts(1, {{kTop, kWall}});
+  contacts_.contact[0].normal[2] = -1;
+  EXPECT_TRUE(lid_on_wall->Evaluate({state_, contacts_.contact}));
+}
+
+TEST_F(PredicatesTest, LastsCountsTimeWithoutABreak) {
+  const auto dut = Compile("{lasts: {min_s: 0.1, when: {touching: {a: pot, b: counter}}}}");
+  const auto at = [&](int64_t tick, bool touches) {
+    state_.header = Header(tick);
+    if (touches) return dut->Evaluate({state_, Contacts(tick).contact});
+    return dut->Evaluate({state_, {}});
+  };
+  // Five ticks of 20 ms after the first.
+  for (int64_t tick = 1; tick <= 5; ++tick) EXPECT_FALSE(at(tick, true)) << tick;
+  std::vector<condition_t> why;
+  dut->Explain(&why);
+  ASSERT_EQ(why.size(), 2u);
+  EXPECT_EQ(why[0].text, "pot touches counter");
+  EXPECT_EQ(why[1].text, "so for 0.08 s < 0.1");
+  EXPECT_FALSE(why[1].holds);
+  EXPECT_TRUE(at(6, true));
+  EXPECT_FALSE(at(7, false));
+  why.clear();
+  dut->Explain(&why);
+  ASSERT_EQ(why.size(), 1u);
+  EXPECT_EQ(why[0].text, "pot does not touch counter");
+  EXPECT_FALSE(at(8, true));
+  dut->Start();
+  EXPECT_FALSE(at(13, true)) << "the episode before is forgotten";
+  EXPECT_EQ(dut->Describe(true), (std::vector<std::string>{"for 0.1 s or longer", "  pot touches counter"}));
+  EXPECT_EQ(Error("{lasts: {min_s: 1}}"),
+            "'lasts' needs predicates, as in lasts: {min_s: 1, when: {touching: {a: pot, b: world}}}");
+  EXPECT_EQ(Error("{lasts: {when: {touching: {a: pot, b: counter}}}}"),
+            "key 'min_s': required here, but missing in 'lasts'");
+  EXPECT_EQ(Error("{touching: {a: pot, b: counter, when: {touching: {a: pot, b: counter}}}}"),
+            "'touching' takes arguments, not other expressions");
+}
+
+TEST_F(PredicatesTest, TheDocumentationListsAll) {
+  std::set<std::string> predicates, quantities;
+  std::set<std::string>* table = nullptr;
+  std::ifstream page(EVALBUS_SOURCE_DIR "/docs/metrics.md");
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("| predicate |")) table = &predicates;
+    if (line.starts_with("| quantity |")) table = &quantities;
+    if (!line.starts_with("|")) table = nullptr;
+    if (!table) continue;
+    const std::string cell = line.substr(0, line.find(" | "));
+    const std::regex name("`(\\w+): ");
+    for (std::sregex_iterator i(cell.begin(), cell.end(), name), end; i != end; ++i) table->insert((*i)[1]);
+  }
+  const std::vector<std::string> known_quantities = QuantityNames(), known_predicates = PredicateNames();
+  EXPECT_EQ(quantities, std::set<std::string>(known_quantities.begin(), known_quantities.end()));
+  // Every quantity is one, too.
+  predicates.merge(quantities);
+  EXPECT_EQ(predicates, std::set<std::string>(known_predicates.begin(), known_predicates.end()));
+}
+
 TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
   // Each stands in a line of its own, as the key of a block.
   const auto read = [&](const std::string& number) {
@@ -140,7 +302,7 @@ TEST_F(PredicatesTest, NumbersAreReadAsEverywhereInTheFile) {
   EXPECT_EQ(Error("{inside: {object: pot, center_m: [0.5, 0x10, 0], half_extents_m: [1, 1, 1]}}"),
             "key 'center_m[1]': expected a number, got '0x10'");
   EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 0x10}}"),
-            "key 'max_deg': expected a number, got '0x10'");
+            "key 'max_deg': expected a number in [0, 90], got '0x10'");
   EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 1, max_rad: 1}}"),
             "key 'max_rad': give either this or 'max_deg'");
 }
@@ -192,7 +354,17 @@ TEST_F(PredicatesTest, GrippersCanTouch) {
 TEST_F(PredicatesTest, RefusesWhatCanNeverHold) {
   EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 90}}"), "accepted");
   EXPECT_EQ(Error("{tilt_below: {object: pot, max_deg: 91}}"),
-            "'tilt_below': expected a limit of at most 90 degrees; upside down is never within it");
+            "key 'max_deg': expected a number in [0, 90], got '91'");
+  EXPECT_EQ(Error("{joint_fraction: {joint: pot/lid_hinge, max: 5}}"),
+            "key 'max': expected a number in [0, 1], got '5'");
+  EXPECT_EQ(Error("{joint_fraction: {joint: pot/lid_hinge, min: 0.6, max: 0.4}}"),
+            "'joint_fraction' is never true: 'min' is above 'max'");
+  EXPECT_EQ(Error("{distance: {a: pot, b: counter, max_m: -0.1}}"),
+            "key 'max_m': expected a number >= 0, got '-0.1'");
+  EXPECT_EQ(Error("{inside: {object: pot, center_m: [0, 0, 0], half_extents_m: [0.1, -0.1, 0.1]}}"),
+            "key 'half_extents_m[1]': expected a number >= 0, got '-0.1'");
+  EXPECT_EQ(Error("{lasts: {min_s: 6, when: {touching: {a: pot, b: counter}}}}"),
+            "key 'min_s': expected a number in [0, 5], got '6'");
   model_info_t one_gripper = ModelWithJoints();
   one_gripper.gripper.pop_back();
   one_gripper.num_grippers = 1;

@@ -204,10 +204,13 @@ TEST_F(ExpressionTest, DistanceIsFromAGrippersWristOrABodysOrigin) {
 
 TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("holds", {})),
-            "t.yaml:3: no predicate is called 'holds'; expected all, any, height_above, holding, inside, "
-            "joint_fraction, latched, not, position, tilt_below, touching");
-  EXPECT_EQ(QuantityError(Call("dist", {})),
-            "t.yaml:3: no quantity is called 'dist'; expected distance, joint_fraction, lift, tilt");
+            "t.yaml:3: no predicate is called 'holds'; expected one of all, any, distance, height_above, "
+            "holding, inside, joint_fraction, joint_speed, lasts, latched, lift, not, on, position, reached, "
+            "speed, tilt, tilt_below, touching");
+  EXPECT_EQ(
+      QuantityError(Call("dist", {})),
+      "t.yaml:3: no quantity is called 'dist'; expected one of distance, joint_fraction, joint_speed, lift, "
+      "position, speed, tilt");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}})),
             "t.yaml:3: key 'object': required here, but missing in 'holding'");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "left"}, {"object", "pot"}, {"arm", "left"}})),
@@ -217,11 +220,15 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "third"}, {"object", "pot"}})),
             "t.yaml:4: no gripper is called 'third'; expected left, right or any");
   EXPECT_EQ(
-      PredicateError(Call("touching", {{"a", "pto"}, {"b", "counter"}})),
-      "t.yaml:4: nothing is called 'pto'; expected an entity (world, left, right, counter, pot), a "
+      PredicateError(Call("touching", {{"a", "kettle"}, {"b", "counter"}})),
+      "t.yaml:4: nothing is called 'kettle'; expected an entity (world, left, right, counter, pot), a "
       "gripper (left_gripper, right_gripper), a body (world, "
       "left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid) or a geom (floor, "
       "left/link, left/pad, right/link, right/pad, counter/top, pot/wall)");
+  EXPECT_EQ(PredicateError(Call("touching", {{"a", "pott"}, {"b", "counter"}})),
+            "t.yaml:4: nothing is called 'pott'; did you mean 'pot'?");
+  EXPECT_EQ(QuantityError(Call("lift", {{"object", "countr"}})),
+            "t.yaml:4: no entity or body is called 'countr'; did you mean 'counter'?");
   EXPECT_EQ(PredicateError(Call("height_above", {{"object", "pot"}, {"min_m", "high"}})),
             "t.yaml:4: key 'min_m': expected a number, got 'high'");
   EXPECT_EQ(PredicateError(Call("height_above", {{"object", "pot"}, {"min_m", "nan"}})),
@@ -244,6 +251,16 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
             "t.yaml:4: 'lift' needs a part of the scene, 'left' is none");
 }
 
+TEST(ModelNames, WhatMustNotBeTouchedOfAnObjectIsNone) {
+  model_info_t model = Model();
+  model.barred_geom = {kLidGeom};
+  model.num_barred_geoms = 1;
+  const ModelNames names(model);
+  EXPECT_TRUE(names.IsObject(kWall));
+  EXPECT_FALSE(names.IsObject(kLidGeom));
+  EXPECT_FALSE(names.IsObject(kTop));
+}
+
 TEST(ModelNames, RefusesAModelThatContradictsItself) {
   const auto expect_refused = [](auto change) {
     model_info_t model = Model();
@@ -257,6 +274,7 @@ TEST(ModelNames, RefusesAModelThatContradictsItself) {
   expect_refused([](model_info_t* m) { m->gripper[1].pad_geom[0] = kNumGeoms; });
   expect_refused([](model_info_t* m) { m->gripper[1].arm = 2; });
   expect_refused([](model_info_t* m) { m->object_entity[0] = 5; });
+  expect_refused([](model_info_t* m) { m->barred_geom = {kNumGeoms}; });
 }
 
 class TaskEvaluatorTest : public testing::Test {
@@ -309,6 +327,41 @@ TEST_F(TaskEvaluatorTest, StartUnlatchesEverything) {
   dut.Evaluate({state_, contacts_.contact}, 1);
   EXPECT_EQ(dut.stage_reached(), std::vector<uint8_t>{0});
   EXPECT_EQ(dut.verdict(), Verdict::kUndecided);
+}
+
+TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
+  const auto at_height = [](const char* min) {
+    return Call("height_above", {{"object", "pot"}, {"min_m", min}});
+  };
+  TaskDescription task;
+  task.stages = {{1, "low", Of("all", {Call("touching", {{"a", "pot"}, {"b", "counter"}})})},
+                 {2, "high", Of("all", {Call("reached", {{"stage", "low"}}), at_height("1.1")})}};
+  task.success = Call("reached", {{"stage", "high"}});
+  TaskEvaluator dut(task, names_);
+  const auto evaluate = [&](int64_t tick, double height, const std::vector<std::pair<int, int>>& pairs) {
+    contacts_ = Contacts(tick, pairs);
+    state_.header = small_world::Header(tick);
+    state_.body_position_m[kPot][2] = height;
+    dut.Evaluate({state_, contacts_.contact}, tick);
+    return dut.stage_reached();
+  };
+  dut.Start();
+  EXPECT_EQ(evaluate(1, 2, {}), (std::vector<uint8_t>{0, 0})) << "high, but not low before";
+  EXPECT_EQ(dut.ExplainVerdict()[0].text, "stage high was not reached");
+  EXPECT_EQ(evaluate(2, 1, {{kTop, kWall}}), (std::vector<uint8_t>{1, 0}));
+  EXPECT_EQ(evaluate(3, 2, {}), (std::vector<uint8_t>{1, 1}));
+  EXPECT_EQ(dut.verdict(), Verdict::kSuccess);
+  dut.Start();
+  EXPECT_EQ(evaluate(1, 2, {}), (std::vector<uint8_t>{0, 0})) << "the episode before is forgotten";
+
+  // A stage can only wait for one that is judged before it.
+  task.stages[0].when = Call("reached", {{"stage", "high"}});
+  try {
+    TaskEvaluator refused(task, names_);
+    FAIL() << "must throw";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), "t.yaml:4: key 'stage': no stage before this one is called 'high'");
+  }
 }
 
 TEST_F(TaskEvaluatorTest, FailureGoesBeforeSuccess) {

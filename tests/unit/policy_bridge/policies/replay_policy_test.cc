@@ -11,7 +11,15 @@
 namespace evalbus::policy {
 namespace {
 
-const model_info_t& Info() { return GetPolicyScene().info(); }
+const model_info_t& Info() {
+  static const model_info_t info = [] {
+    model_info_t at_50_Hz = GetPolicyScene().info();
+    at_50_Hz.timestep_us = 2000;
+    at_50_Hz.substeps = 10;
+    return at_50_Hz;
+  }();
+  return info;
+}
 
 state_t StateAt(int64_t time_us) {
   state_t state{};
@@ -32,15 +40,24 @@ action_t Recorded(int64_t tick, double first_joint) {
   return action;
 }
 
+constexpr int64_t kSeed = 11;
+
+RecordedEpisode Episode(const std::vector<action_t>& actions) {
+  RecordedEpisode episode{.log = "a.lcmlog", .model = Info(), .begin = {}, .actions = actions};
+  episode.begin.seed = kSeed;
+  return episode;
+}
+
 TEST(ReplayPolicy, PlaysByTimeAndHoldsTheLast) {
   ReplayPolicy replay(
       [](int) {
-        return std::vector<action_t>{Recorded(0, 0.1), Recorded(1, 0.2), Recorded(2, 0.3)};
+        return Episode({Recorded(0, 0.1), Recorded(1, 0.2), Recorded(2, 0.3)});
       },
-      Info());
+      Info(), false);
   for (int episode = 0; episode < 2; ++episode) {
     episode_begin_t begin{};
     begin.header.episode = episode;
+    begin.seed = kSeed;
     replay.Begin(begin);
     action_t action{};
     const auto first_joint = [&](int64_t time_us) {
@@ -58,12 +75,52 @@ TEST(ReplayPolicy, PlaysByTimeAndHoldsTheLast) {
 TEST(ReplayPolicy, RefusesWhatItCannotPlay) {
   episode_begin_t begin{};
   begin.header.episode = 5;
-  ReplayPolicy empty([](int) { return std::vector<action_t>{}; }, Info());
+  begin.seed = kSeed;
+  ReplayPolicy empty([](int) { return RecordedEpisode{}; }, Info(), true);
   EXPECT_THROW(empty.Begin(begin), InputError);
   action_t wrong = Recorded(0, 0);
   wrong.joint_position_rad.pop_back();
-  ReplayPolicy other([&](int) { return std::vector<action_t>{wrong}; }, Info());
+  ReplayPolicy other([&](int) { return Episode({wrong}); }, Info(), true);
   EXPECT_THROW(other.Begin(begin), InputError);
+}
+
+TEST(ReplayPolicy, RefusesAnotherWorldUnlessToldTo) {
+  const auto refusal = [](const model_info_t& recorded, int64_t seed, bool anyway) -> std::string {
+    RecordedEpisode episode = Episode({Recorded(0, 0)});
+    episode.model = recorded;
+    ReplayPolicy replay([&](int) { return episode; }, Info(), anyway);
+    episode_begin_t begin{};
+    begin.seed = seed;
+    try {
+      replay.Begin(begin);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "plays";
+  };
+  EXPECT_EQ(refusal(Info(), kSeed, false), "plays");
+  const auto expect = [&](const std::string& differences, const model_info_t& recorded,
+                          int64_t seed = kSeed) {
+    EXPECT_EQ(
+        refusal(recorded, seed, false),
+        "policy \"replay\": a.lcmlog was recorded with " + differences +
+            "; the same actions would do something else (\"replay_anyway:...\" plays them all the same)");
+    EXPECT_EQ(refusal(recorded, seed, true), "plays");
+  };
+  expect("seed of the episode 11, not 12", Info(), 12);
+  model_info_t other = Info();
+  other.task = "fold_towel";
+  other.variation = "windy";
+  expect("task fold_towel, not lift_pot; variation windy, not " + Info().variation, other);
+  other = Info();
+  other.robot = "somebody";
+  expect("robot somebody, not " + Info().robot, other);
+  other = Info();
+  other.substeps *= 2;
+  expect("control rate 25 Hz, not 50 Hz", other);
+  other = Info();
+  other.physics_sha256 = "0";
+  expect("another physics model of the same name", other);
 }
 
 TEST(ReplayPolicy, NamesALogThatIsDamaged) {

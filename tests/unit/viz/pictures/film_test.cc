@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -108,7 +109,7 @@ TEST(FilmSchedule, TicksMayBeMissing) {
 TEST_F(FilmTest, FramesHaveTheirTimeSizeAndNumber) {
   // 2.02 s; the pot vanishes at 0.62 s: frame 18 (0.600 s) shows it, frame 19 (0.633 s) does not.
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(102, 31));
-  const auto films = FilmEpisode(log, {"front", "left/hand/wrist"}, kSize, log.parent_path());
+  const auto films = FilmLog(log, {"front", "left/hand/wrist"}, kSize, log.parent_path());
   EXPECT_EQ(films, (std::vector<fs::path>{log.parent_path() / "front.mp4",
                                           log.parent_path() / "left_hand_wrist.mp4"}));
   for (const fs::path& film : films) {
@@ -130,15 +131,15 @@ TEST_F(FilmTest, FramesHaveTheirTimeSizeAndNumber) {
 TEST_F(FilmTest, EqualLogsGiveEqualBytes) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(20, 10));
   fs::create_directory(folder_.path() / "again");
-  const fs::path a = FilmEpisode(log, {"front"}, kSize, log.parent_path())[0];
-  const fs::path b = FilmEpisode(log, {"front"}, kSize, folder_.path() / "again")[0];
+  const fs::path a = FilmLog(log, {"front"}, kSize, log.parent_path())[0];
+  const fs::path b = FilmLog(log, {"front"}, kSize, folder_.path() / "again")[0];
   EXPECT_GT(Bytes(a).size(), 1000u);
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
 
 TEST_F(FilmTest, CutFilmPlaysUpToThere) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(151, 1000));
-  const fs::path film = FilmEpisode(log, {"front"}, kSize, log.parent_path())[0];
+  const fs::path film = FilmLog(log, {"front"}, kSize, log.parent_path())[0];
   const auto whole = Decode(film);
   ASSERT_EQ(whole.size(), 91u + kFilmHold);
   const fs::path cut = folder_.path() / "cut.mp4";
@@ -152,7 +153,52 @@ TEST_F(FilmTest, CutFilmPlaysUpToThere) {
 
 TEST_F(FilmTest, LogWithoutEndIsFilmedAsFarAsItGoes) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000), "");
-  EXPECT_EQ(Decode(FilmEpisode(log, {"front"}, kSize, log.parent_path())[0]).size(), 31u);
+  EXPECT_EQ(Decode(FilmLog(log, {"front"}, kSize, log.parent_path())[0]).size(), 31u);
+}
+
+// As lcm-logger leaves it beside a run.
+TEST_F(FilmTest, EveryEpisodeOfALogHasAFilm) {
+  const fs::path one = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
+  fs::create_directory(folder_.path() / "all");
+  const fs::path log = folder_.path() / "all/events.lcmlog";
+  EventLogWriter writer(log);
+  for (const auto& [episode, states] : {std::pair(4, 51), std::pair(5, 26), std::pair(5, 11)}) {
+    EventLogReader reader(one);
+    int heard = 0;
+    for (LogEvent event; reader.Next(&event);) {
+      if (event.channel == channels::kState && ++heard > states) continue;
+      std::vector<uint8_t> data(event.data.begin(), event.data.end());
+      // The episode follows the fingerprint.
+      if (event.channel != channels::kModel) data[11] = static_cast<uint8_t>(episode);
+      writer.Write(event.channel, data, event.time_us);
+      // Said again until all are ready.
+      if (event.channel == channels::kEpisodeBegin) writer.Write(event.channel, data, event.time_us);
+    }
+  }
+  writer.Close();
+  const fs::path folder = log.parent_path();
+  std::vector<double> progress;
+  FilmOptions options;
+  options.progress = [&](double share) { progress.push_back(share); };
+  const auto films = FilmLog(log, {"front"}, kSize, folder, options);
+  EXPECT_EQ(films,
+            (std::vector<fs::path>{folder / "episode_0004_front.mp4", folder / "episode_0005_front.mp4",
+                                   folder / "episode_0005_2_front.mp4"}));
+  ASSERT_EQ(films.size(), 3u);
+  EXPECT_EQ(Decode(films[0]).size(), 31u + kFilmHold);
+  EXPECT_EQ(Decode(films[1]).size(), 16u + kFilmHold);
+  EXPECT_EQ(Decode(films[2]).size(), 7u + kFilmHold);
+  EXPECT_TRUE(std::ranges::is_sorted(progress));
+  EXPECT_EQ(progress.back(), 1);
+  EXPECT_NEAR(progress[60], 1. / 3, 1e-9) << "the last frame of the first";
+
+  for (const fs::path& film : films) fs::remove(film);
+  options.episodes = {4};
+  EXPECT_EQ(FilmLog(log, {"front"}, kSize, folder, options),
+            (std::vector<fs::path>{folder / "episode_0004_front.mp4"}));
+  options.episodes = {7};
+  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kSize, folder, options); }),
+            log.string() + " has no episode 7; it has 4, 5");
 }
 
 TEST_F(FilmTest, DamagedTimesNeitherStretchTheFilmNorEndIt) {
@@ -169,7 +215,7 @@ TEST_F(FilmTest, DamagedTimesNeitherStretchTheFilmNorEndIt) {
     log.Write(event.channel, data, event.time_us);
   }
   log.Close();
-  const fs::path film = FilmEpisode(damaged, {"front"}, kSize, damaged.parent_path())[0];
+  const fs::path film = FilmLog(damaged, {"front"}, kSize, damaged.parent_path())[0];
   EXPECT_EQ(Decode(film).size(), 31u + kFilmHold);
 }
 
@@ -177,24 +223,24 @@ TEST_F(FilmTest, RunMayBeMoved) {
   fs::path log = WriteRun(folder_.path() / "here", visual(), 20000, States(2, 1000));
   fs::rename(folder_.path() / "here", folder_.path() / "there");
   log = folder_.path() / "there/episodes/0000/events.lcmlog";
-  EXPECT_TRUE(fs::exists(FilmEpisode(log, {"front"}, kSize, log.parent_path())[0]));
+  EXPECT_TRUE(fs::exists(FilmLog(log, {"front"}, kSize, log.parent_path())[0]));
 }
 
 TEST_F(FilmTest, OtherModelIsRefused) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
   std::ofstream(folder_.path() / "model/visual.mjb", std::ios::app) << "x";
-  EXPECT_THROW(FilmEpisode(log, {"front"}, kSize, log.parent_path()), InputError);
+  EXPECT_THROW(FilmLog(log, {"front"}, kSize, log.parent_path()), InputError);
 }
 
 TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
   const auto film = [&](const std::string& camera, FrameSize size) {
-    return [=] { FilmEpisode(log, {"front", camera}, size, log.parent_path()); };
+    return [=] { FilmLog(log, {"front", camera}, size, log.parent_path()); };
   };
   EXPECT_NE(MessageOf<InputError>(film("nowhere", kSize)).find("no camera 'nowhere'; this scene has head,"),
             std::string::npos);
   EXPECT_THROW(film("head", {161, 120})(), InputError);
-  EXPECT_THROW(FilmEpisode(folder_.path() / "none.lcmlog", {"front"}, kSize, folder_.path()), InputError);
+  EXPECT_THROW(FilmLog(folder_.path() / "none.lcmlog", {"front"}, kSize, folder_.path()), InputError);
   const std::string path = getenv("PATH");
   setenv("PATH", "/nonexistent", 1);
   EXPECT_EQ(MessageOf<EnvironmentError>(film("head", kSize)),
@@ -203,16 +249,85 @@ TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
 }
 
-TEST(VideoWriter, FfmpegThatFailsIsOneLine) {
+TEST_F(FilmTest, ACameraIsFilmedOnce) {
+  const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
+  EXPECT_EQ(MessageOf<InputError>([&] {
+              FilmLog(log, {"front", "front"}, kSize, log.parent_path());
+            }),
+            "camera 'front' is there twice, or another makes the same front.mp4");
+  EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
+}
+
+// A program called ffmpeg that does what the words of the shell say.
+class FakeFfmpeg : public testing::Test {
+ protected:
+  void Say(const std::string& words) {
+    const fs::path program = folder_.path() / "bin/ffmpeg";
+    fs::create_directories(program.parent_path());
+    std::ofstream(program) << "#!/bin/sh\n" << words << "\n";
+    fs::permissions(program, fs::perms::owner_all);
+    setenv("PATH", (program.parent_path().string() + ":" + path_).c_str(), 1);
+  }
+  ~FakeFfmpeg() override { setenv("PATH", path_.c_str(), 1); }
+  // What becomes of a film of 1000 frames.
+  template <class Error>
+  std::string Film(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+    return MessageOf<Error>([&] {
+      VideoWriter video(film_, kSize, 30, patience);
+      for (int i = 0; i < 1000; ++i) video.Write(Frame(kSize));
+      video.Close();
+    });
+  }
+
+  TemporaryFolder folder_;
+  const std::string path_ = getenv("PATH");
+  const fs::path film_ = folder_.path() / "film.mp4";
+};
+
+TEST_F(FakeFfmpeg, ThatFailsIsOneLine) {
+  Say("echo 'no encoder' >&2; echo 'and more' >&2; exit 1");
+  EXPECT_EQ(Film<EnvironmentError>(), "ffmpeg could not make " + film_.string() + ": no encoder");
+}
+
+TEST_F(FakeFfmpeg, ThatHangsIsEnded) {
+  const std::string hangs = "ffmpeg could not make " + film_.string() + ": it hangs: no progress for 0.5 s";
+  Say("kill -STOP $$");
+  EXPECT_EQ(Film<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
+  // Also where it has taken all frames.
+  Say("cat >/dev/null; kill -STOP $$");
+  EXPECT_EQ(Film<EnvironmentError>(std::chrono::milliseconds(500)), hangs);
+  EXPECT_FALSE(fs::exists(film_));
+}
+
+// Each has its own film until that is whole.
+TEST(VideoWriter, TwoOfOneNameDoNotMix) {
+  TemporaryFolder folder;
+  const fs::path film = folder.path() / "film.mp4";
+  const auto frames = [](VideoWriter* video, int n) {
+    for (int i = 0; i < n; ++i) video->Write(Frame(kSize));
+  };
+  VideoWriter first(film, kSize, 30);
+  frames(&first, 20);
+  {
+    VideoWriter second(film, kSize, 30);
+    frames(&second, 1);
+    frames(&first, 10);
+  }
+  VideoWriter third(film, kSize, 30);
+  frames(&third, 5);
+  first.Close();
+  EXPECT_EQ(Decode(film).size(), 30u);
+  third.Close();
+  EXPECT_EQ(Decode(film).size(), 5u);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+}
+
+TEST(VideoWriter, AFolderThatIsGoneIsOneLine) {
   TemporaryFolder folder;
   VideoWriter video(folder.path() / "missing/film.mp4", kSize, 30);
-  const Frame frame(kSize);
-  const std::string message = MessageOf<EnvironmentError>([&] {
-    for (int i = 0; i < 1000; ++i) video.Write(frame);
-    video.Close();
-  });
-  EXPECT_NE(message.find("ffmpeg could not make"), std::string::npos) << message;
-  EXPECT_NE(message.find("No such file or directory"), std::string::npos) << message;
+  video.Write(Frame(kSize));
+  EXPECT_EQ(MessageOf<InputError>([&] { video.Close(); }),
+            "cannot write " + (folder.path() / "missing/film.mp4").string() + ": No such file or directory");
 }
 
 TEST(VideoWriter, UnfinishedFilmIsThrownAway) {

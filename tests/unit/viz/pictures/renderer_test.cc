@@ -120,7 +120,8 @@ TEST_F(RendererTest, GoldenOverlay) {
   for (size_t i = 0; i < frame.bgrx.size(); ++i) frame.bgrx[i] = 150;
   OverlayText text;
   text.title = "lift_pot/position";
-  text.subtitle = "episode 3, seed 7956156453446585";
+  text.subtitle = "episode 3";
+  text.maker = MakerText("noisy_expert", "bimanual_panda");
   text.time_s = 12.3;
   metric_values_t scores{};
   scores.stage_name = {"left_gripper_holds_pot", "right_gripper_holds_pot", "pot_lifted"};
@@ -136,6 +137,13 @@ TEST_F(RendererTest, GoldenOverlay) {
   text.end_reason = "time_limit";
   overlay.Draw(text, &frame);
   ExpectGolden(frame, "overlay_failure");
+}
+
+TEST(OverlayText, NamesPolicyAndRobot) {
+  EXPECT_EQ(MakerText("expert", "single_panda"), "expert on single_panda");
+  EXPECT_EQ(MakerText("", "single_panda"), "single_panda");
+  EXPECT_EQ(MakerText("replay:/a/very/long/path/of/a/folder/of/somebody", "r"),
+            "replay:/a/very/long/path/of/a/folder/of… on r");
 }
 
 TEST_F(RendererTest, EqualStatesGiveEqualPictures) {
@@ -197,6 +205,29 @@ TEST_F(RendererTest, ShadowsAreDrawn) {
   const int with_pot = brightness();
   qpos[static_cast<size_t>(QposIndex(model(), "pot"))] = 50;
   EXPECT_GT(with_pot, brightness() + 300);
+}
+
+TEST_F(RendererTest, AnEpisodesColoursAreThoseOfItsSeed) {
+  model_info_t info = scene_->info;
+  info.variation = "green";
+  const std::string variations = "\nvariations:\n";
+  info.task_yaml.insert(info.task_yaml.find(variations) + variations.size(),
+                        "  green:\n    randomise:\n"
+                        "      - colour: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
+  const std::vector<double> home = HomeQpos(model());
+  const Frame red = Picture("front", home);
+  renderer_->SetAppearance(info, 1);
+  const Frame green = Picture("front", home);
+  EXPECT_LT(RedPixels(green), 20);
+  renderer_->SetAppearance(info, 2);
+  EXPECT_NE(Picture("front", home).bgrx, green.bgrx);
+  renderer_->SetAppearance(info, 1);
+  EXPECT_EQ(Picture("front", home).bgrx, green.bgrx);
+  renderer_->SetAppearance(info, std::nullopt);
+  EXPECT_EQ(Picture("front", home).bgrx, red.bgrx);
+  info.variation = "base";
+  renderer_->SetAppearance(info, 1);
+  EXPECT_EQ(Picture("front", home).bgrx, red.bgrx);
 }
 
 TEST_F(RendererTest, UnknownCameraIsOneClearLine) {

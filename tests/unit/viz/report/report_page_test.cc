@@ -184,6 +184,26 @@ TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
   EXPECT_EQ(classes, (std::vector<std::string>{"good", "good", "bad"}));
 }
 
+// The figure's frame is 260 pixels wide; a character takes about 6.4.
+TEST(ReportPage, LabelsOfAScaleStayInTheFigure) {
+  ReportRun run = SomeRun();
+  for (size_t i = 0; i < 3; ++i) run.episode[i].values[0].second = 0.1008 + 0.0004 * static_cast<double>(i);
+  const Page page(PageOf({run}));
+  const auto figures = page.All("svg", [](const XMLElement& svg) {
+    const char* label = svg.Attribute("aria-label");
+    return label && std::string(label).starts_with("histogram of completion time");
+  });
+  ASSERT_EQ(figures.size(), 1u);
+  int labels = 0;
+  for (auto* text = figures[0]->FirstChildElement("text"); text; text = text->NextSiblingElement("text")) {
+    if (!text->Attribute("text-anchor", "middle")) continue;
+    ++labels;
+    EXPECT_LE(text->DoubleAttribute("x") + 3.2 * static_cast<double>(TextOf(text).size()), 260)
+        << TextOf(text);
+  }
+  EXPECT_GT(labels, 1);
+}
+
 TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
   ReportRun run = SomeRun();
   run.episode[1].values[0].second = std::nextafter(4.25, 5);
@@ -214,6 +234,48 @@ TEST(ReportPage, NothingFromARunBecomesMarkup) {
   EXPECT_THAT(html, HasSubstr("&lt;img"));
   const Page page(html);
   EXPECT_EQ(page.All("script").size(), 1u);
+}
+
+TEST(ReportPage, CharactersThatXmlHasNoPlaceForAreReplaced) {
+  const std::string odd = std::string("a\x1b[31mb\xff\xc2\x9b", 9) + std::string(1, '\0') + "z";
+  ReportRun run = SomeRun();
+  run.name = run.policy = run.episode[2].explanation = odd;
+  run.made = {{odd, odd}};
+  run.episode[2].films = {{odd, Url(odd)}};
+  const std::string html = ReportPage({.title = odd, .runs = {run}, .remarks = {odd}, .made_by = odd});
+  EXPECT_THAT(html, HasSubstr("a?[31mb???z"));
+  for (const char c : html) EXPECT_TRUE(static_cast<unsigned char>(c) >= 0x20 || c == '\n') << int{c};
+  const Page page(html);
+}
+
+TEST(ReportPage, SquaresLeadToTheirEpisodes) {
+  const Page page(PageOf({SomeRun(), SomeRun()}));
+  const auto squares = page.All("a", [](const XMLElement& a) {
+    return a.Attribute("title") && std::string(a.Attribute("title")).starts_with("episode ");
+  });
+  ASSERT_EQ(squares.size(), 8u);
+  EXPECT_STREQ(squares[6]->Attribute("href"), "#run-1-episode-2");
+  EXPECT_STREQ(squares[6]->Attribute("class"), "bad");
+  for (const XMLElement* square : squares) EXPECT_TRUE(page.ById(square->Attribute("href") + 1));
+}
+
+TEST(ReportPage, FailuresCanBeShownAlone) {
+  const auto boxes = [](const Page& page) {
+    return page.All("input",
+                    [](const XMLElement& input) { return input.Attribute("class", "only-failures"); });
+  };
+  const Page page(PageOf({SomeRun()}));
+  ASSERT_EQ(boxes(page).size(), 1u);
+  // The style hides rows of the class good that come after it.
+  EXPECT_STREQ(page.ById("episode-0")->Attribute("class"), "good");
+  EXPECT_STREQ(page.ById("episode-2")->Attribute("class"), "bad");
+  const auto labels = page.All("label");
+  ASSERT_EQ(labels.size(), 1u);
+  EXPECT_STREQ(labels[0]->Attribute("for"), boxes(page)[0]->Attribute("id"));
+  EXPECT_EQ(TextOf(labels[0]), "only the 2 without success");
+  ReportRun good = SomeRun();
+  for (ReportEpisode& episode : good.episode) episode.success = episode.complete = true;
+  EXPECT_TRUE(boxes(Page(PageOf({good}))).empty());
 }
 
 TEST(ReportPage, HtmlElementsWithoutContentAreClosed) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "tests/unit/viz/scripted_run.h"
+#include "viz/watch/score_rows.h"
 
 namespace evalbus::viz {
 namespace {
@@ -52,7 +53,7 @@ peak wrist speed 0.310 0.300       m/s     gripper height difference 12.10 mm
 contacts    2     deepest left/pad – pot/lid 0.300 mm
 clearance   41.00 mm   smallest 12.00 mm at 0.84 s   right/link – counter/top
 counted     0 missing ticks  0 refused samples  0 action clips  4 late actions
-episodes    2 of 10 done, success 50 % (CI 9 to 91)  last time_limit, success
+episodes    2 of 10 done, success 50 % (anytime CI 9 to 91)  last grasp_slip
 components  lag 12   ● collision ● metrics ● policy ● recorder ● run ● sim
 per second  STATE 50  CONTACTS 50  PARTIAL 50  STATUS 14
 )";
@@ -86,7 +87,7 @@ TEST_F(MonitorScreenTest, KeepsWhatMattersMostWhereThereIsLittleRoom) {
   for (const char* text :
        {"small/position", "episode 2   running", "● held", "○ lifted", "collisions with the scene", "slips",
         "wrist path               1.250 0.750 2.000 m", "contacts", "clearance", "2 of 10 done",
-        "(CI 9 to 91)", "components"}) {
+        "(anytime CI 9 to 91)", "components"}) {
     EXPECT_NE(small.find(text), std::string::npos) << text << "\n" << small;
   }
   EXPECT_EQ(small.find("jerk"), std::string::npos) << small;
@@ -100,7 +101,7 @@ TEST_F(MonitorScreenTest, UsesMoreRoomForTheComponentsAndTheLastEpisodes) {
   const std::string large = All(120, 40);
   for (const char* text : {"component   state      tick   lag   lost  garbled  foreign    heard",
                            "recorder    running     108    12      0        0        0    0.1 s",
-                           "         1  time_limit       2.50 s  stages 1/2",
+                           "         1  grasp_slip       2.50 s  stages 1/2",
                            "         0  success          2.50 s  stages 1/2"}) {
     EXPECT_NE(large.find(text), std::string::npos) << text << "\n" << large;
   }
@@ -263,7 +264,7 @@ TEST_F(MonitorScreenTest, TheEndIsShownUntilTheNextEpisode) {
   Play();
   SaySummary(2, "failure");
   const std::string screen = All(80, 24);
-  EXPECT_NE(screen.find("episode 2   failure"), std::string::npos) << screen;
+  EXPECT_NE(screen.find("episode 2   dropped"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path       1.250 0.750 2.000 m"), std::string::npos);
   EXPECT_NE(screen.find("3 of 10 done"), std::string::npos);
 }
@@ -396,6 +397,21 @@ TEST_F(MonitorScreenTest, SaysWhatToDoWhereNothingIsHeard) {
   EXPECT_NE(All(80, 24).find("private network"), std::string::npos);
 }
 
+TEST(DoneText, SaysWhichIntervalItIsAndOfWhat) {
+  run_summary_t run{};
+  run.num_episodes = run.num_complete = 4;
+  run.success_rate = 0.75;
+  run.success_rate_anytime_lower = 0.17;
+  run.success_rate_anytime_upper = 0.99;
+  run.success_rate_wilson_lower = 0.30;
+  run.success_rate_wilson_upper = 0.95;
+  EXPECT_EQ(DoneText(run, 10), "4 of 10 done, success 75 % (anytime CI 17 to 99)");
+  EXPECT_EQ(DoneText(run, 0), "4 done, success 75 % (anytime CI 17 to 99)");
+  EXPECT_EQ(DoneText(run, 4), "4 of 4 done, success 75 % (95 % CI 30 to 95, Wilson)");
+  run.is_part = 1;
+  EXPECT_EQ(DoneText(run, 4), "4 of 4 counted here, success 75 % (anytime CI 17 to 99)");
+}
+
 TEST_F(MonitorScreenTest, TellsEventsAndProgressInLines) {
   Play();
   const auto events = watch_.TakeEvents();
@@ -405,7 +421,7 @@ TEST_F(MonitorScreenTest, TellsEventsAndProgressInLines) {
       events[1],
       "episode 0 success after 2.50 s  stages 1/2  slips 3  collisions with the scene 2  self collisions 0  "
       "smallest clearance 12.00 mm  wrist path 2.000 m  wrist jerk, rms 125.0 m/s³");
-  EXPECT_EQ(events[2], "1 of 10 done, success 100 % (CI 9 to 91)");
+  EXPECT_EQ(events[2], "1 of 10 done, success 100 % (anytime CI 9 to 91)");
   EXPECT_EQ(
       ProgressLine(watch_),
       "episode 2  2.50 s  1.00 x real time  stages 1/2  slips 3  collisions with the scene 2  self "

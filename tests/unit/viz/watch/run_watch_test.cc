@@ -118,6 +118,38 @@ TEST_F(RunWatchTest, NoticesWhoFallsSilentAndComesBack) {
   EXPECT_FALSE(watch_.health().at("policy").silent);
 }
 
+TEST_F(RunWatchTest, NobodyIsMissedOnceTheRunHasSaidThatItIsOver) {
+  Play();
+  EXPECT_FALSE(watch_.is_over());
+  SayStatus("sim", 2, 75, component_status_t::STOPPED);
+  EXPECT_FALSE(watch_.is_over()) << "it may be started again";
+  SayStatus("run", 2, 75, component_status_t::STOPPED);
+  EXPECT_TRUE(watch_.is_over());
+  watch_.TakeEvents();
+  now_ += milliseconds(60000);
+  watch_.Update(now_);
+  EXPECT_FALSE(watch_.health().at("policy").silent) << "a guest that stays";
+  EXPECT_TRUE(watch_.TakeEvents().empty());
+  // The next run on this bus.
+  SayStatus("run", 0, -1);
+  EXPECT_FALSE(watch_.is_over());
+}
+
+TEST_F(RunWatchTest, AnEpisodeHasTheReasonThatTheRunsTableHas) {
+  SayModel();
+  SayBegin(0);
+  SayTick(0, 0);
+  watch_.TakeEvents();
+  SaySummary(0, "time_limit");
+  EXPECT_EQ(watch_.Phase(), "grasp_slip");
+  episode_end_t again{};
+  again.header = Header(75, 0);
+  again.end_reason = "time_limit";
+  Say(channels::kEpisodeEnd, again);
+  EXPECT_EQ(watch_.Phase(), "grasp_slip") << "it is said again until the next one begins";
+  EXPECT_TRUE(watch_.TakeEvents().at(0).starts_with("episode 0 grasp_slip after 2.50 s"));
+}
+
 TEST_F(RunWatchTest, LagIsInTicksBehindTheSim) {
   SayModel();
   SayBegin(0);

@@ -1,0 +1,42 @@
+// A scene in words and as a picture, for the commands that show one.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "models/mujoco_ptr.h"
+#include "models/pose.h"
+#include "viz/pictures/renderer.h"
+
+namespace evalbus::commands {
+
+using Lines = std::vector<std::string>;
+
+// "(1, 2, 3)"
+std::string Vector(const double* values, size_t size);
+std::string PoseInWords(const Pose& pose);
+// With commas.
+std::string Joined(const Lines& names);
+
+// The title in front of the first line.
+void PrintSection(const std::string& title, const Lines& lines);
+// Rows under a heading, columns as wide as their widest cell.
+void PrintTable(const std::vector<Lines>& rows);
+
+struct PictureOptions {
+  // PNG; empty: none.
+  std::filesystem::path file;
+  std::string camera = viz::kDefaultCamera;
+  std::string size = "960x720";
+};
+void AddPictureOptions(CLI::App* app, PictureOptions* options);
+// info: with the task and variation whose colours, lights and cameras are those of the seed; null: the
+// model's own. Throws InputError, EnvironmentError.
+void DrawScene(ModelPtr visual, const state_t& state, const PictureOptions& options,
+               const model_info_t* info = nullptr, int64_t seed = 0);
+
+}  // namespace evalbus::commands

@@ -1,0 +1,26 @@
+// How far filming is, for people.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace evalbus::launch {
+
+class FilmProgress {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  // total: how many episodes are to be filmed; done: how many are at this time, also parts of one.
+  FilmProgress(size_t total, double done, Time now)
+      : total_(static_cast<double>(total)), first_(done), began_(now) {}
+
+  // "filming 3 episodes: 45 %, 12 s left".
+  std::string Text(double done, Time now) const;
+
+ private:
+  double total_, first_;
+  Time began_;
+};
+
+}  // namespace evalbus::launch

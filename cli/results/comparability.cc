@@ -1,0 +1,67 @@
+#include "cli/results/comparability.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+// What is compared, what it is called, and how it was computed: none of it changes a value that is compared.
+// Every other key of run.json may, also one that is new.
+constexpr std::string_view kChangesNothing[] = {
+    "run_id",     "task",       "variation",   "task_path", "task_sha256", "robot",          "model_path",
+    "control_hz", "policy",     "policy_name", "seed",      "episodes",    "only",           "workers",
+    "url",        "in_process", "by_hand",     "video",     "git_dirty",   "physics_sha256", "visual_sha256"};
+
+}  // namespace
+
+void CheckComparable(const RecordedRun& run, const RecordedRun& baseline) {
+  const auto value = [](const RecordedRun& of, const char* key) {
+    const auto found = of.info.find(key);
+    if (found == of.info.end()) {
+      throw InputError((of.folder / kRunJson).string() + ": no \"" + key +
+                       "\", without which this run cannot be compared");
+    }
+    return *found;
+  };
+  const ordered_json rate = value(run, "control_hz"), baseline_rate = value(baseline, "control_hz");
+  if (rate != baseline_rate) {
+    const auto shown = [](const ordered_json& hz) {
+      return hz.is_number() ? fmt::format("{:.5g}", hz.get<double>()) : hz.dump();
+    };
+    throw InputError(
+        fmt::format("{} ran at {} Hz and {} at {} Hz: values depend on the control rate, so these runs "
+                    "cannot be compared",
+                    run.name, shown(rate), baseline.name, shown(baseline_rate)));
+  }
+  for (const auto& [key, what] : {std::pair("task_sha256", "descriptions of the task"),
+                                  {"physics_sha256", "physics models (scene, robot or physics step)"}}) {
+    if (value(run, key) == value(baseline, key)) continue;
+    throw InputError(fmt::format("{} and {} were made with different {}, so these runs cannot be compared",
+                                 run.name, baseline.name, what));
+  }
+}
+
+std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline) {
+  std::string differences;
+  for (const auto& [key, value] : run.info.items()) {
+    const auto other = baseline.info.find(key);
+    if (std::ranges::find(kChangesNothing, key) != std::end(kChangesNothing) ||
+        other == baseline.info.end() || *other == value) {
+      continue;
+    }
+    differences += fmt::format("{}{} {} against {}", differences.empty() ? "" : ", ", key, ToText(value),
+                               ToText(*other));
+  }
+  return differences;
+}
+
+}  // namespace evalbus::results

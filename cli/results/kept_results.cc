@@ -1,0 +1,49 @@
+#include "cli/results/kept_results.h"
+
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "cli/results/episode_json.h"
+#include "cli/results/run_reader.h"
+
+namespace evalbus::results {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+KeptResults::KeptResults(const fs::path& recording) {
+  std::vector<fs::path> runs = {recording};
+  if (fs::exists(recording / kSuiteJson)) {
+    runs.clear();
+    for (const std::string& name : RunsInSuite(recording)) runs.push_back(recording / name);
+  }
+  for (const fs::path& run : runs) {
+    if (!fs::exists(run / kRunJson)) continue;
+    any_ = true;
+    for (const RecordedEpisode& episode : ReadRunAsFarAsItGot(run).episodes) {
+      lines_[EpisodeLog(run, episode.episode)] = episode.json;
+    }
+  }
+}
+
+std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& episode) {
+  if (!any_) return "";
+  const auto found = lines_.find(log);
+  if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line of it";
+  ordered_json line = found->second;
+  lines_.erase(found);
+  // Only the run itself knew how well it kept time.
+  line.erase("pacing");
+  const model_info_t& model = *episode.model;
+  const ordered_json score = EpisodeJson(model.task, model.variation, episode.summary);
+  // As it would be read back: words that are no UTF-8 have become others.
+  const auto differences = Differences(line, ordered_json::parse(ToText(score)));
+  return differences.empty() ? "" : std::string(kEpisodesJsonl) + " differs: " + DifferencesText(differences);
+}
+
+std::vector<fs::path> KeptResults::Missing() const {
+  std::vector<fs::path> missing;
+  for (const auto& [log, line] : lines_) missing.push_back(log);
+  return missing;
+}
+
+}  // namespace evalbus::results

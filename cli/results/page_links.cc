@@ -1,0 +1,37 @@
+#include "cli/results/page_links.h"
+
+#include <algorithm>
+
+#include "base/run_layout.h"
+
+namespace evalbus::results {
+
+namespace fs = std::filesystem;
+
+PageLinks::PageLinks(const fs::path& page)
+    : folder_(fs::weakly_canonical(fs::absolute(page).parent_path())) {}
+
+viz::ReportLink PageLinks::To(const fs::path& file, const std::string& text) const {
+  return {text, viz::Url(fs::weakly_canonical(file).lexically_relative(folder_))};
+}
+
+std::vector<viz::ReportLink> PageLinks::Films(const fs::path& run, int episode) const {
+  const fs::path folder = EpisodeFolder(run, episode);
+  if (!fs::is_directory(folder)) return {};
+  std::vector<fs::path> films;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".mp4") films.push_back(entry.path());
+  }
+  std::sort(films.begin(), films.end());
+  std::vector<viz::ReportLink> links;
+  for (const fs::path& film : films) links.push_back(To(film, film.stem().string()));
+  return links;
+}
+
+std::vector<viz::ReportLink> PageLinks::Log(const fs::path& run, int episode) const {
+  const fs::path log = EpisodeLog(run, episode);
+  if (!fs::exists(log)) return {};
+  return {To(log, "log")};
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,143 @@
+// Files that commands write: whole or not at all, never in place of what is no file, and nothing left behind.
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Outputs : public testing::Test {
+ protected:
+  void SetUp() override {
+    Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "random", "--episodes", "2", "--in-process"}, run_);
+    fs::create_directory(work_);
+  }
+  // Each command that writes one, with the option last.
+  std::vector<std::vector<std::string>> Commands() const {
+    return {{"evalbus", "export", run_, "--csv"},
+            {"evalbus", "report", run_, "-o"},
+            {"evalbus", "compare", run_, run_, "--json"},
+            {"evalbus", "compare", run_, run_, "--report"},
+            {"evalbus", "rescore", run_, "--out"}};
+  }
+  Result Write(std::vector<std::string> command, const fs::path& file) {
+    command.push_back(file);
+    return RunProgram(command, {work_, nullptr});
+  }
+
+  TemporaryFolder folder_;
+  const fs::path run_ = folder_.path() / "run", work_ = folder_.path() / "work";
+};
+
+TEST_F(Outputs, GoThroughWhatIsNoFile) {
+  const fs::path fifo = work_ / "fifo", device = work_ / "null";
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  const bool has_device = mknod(device.c_str(), S_IFCHR | 0600, makedev(1, 3)) == 0;
+  for (const auto& command : Commands()) {
+    SCOPED_TRACE(testing::PrintToString(command));
+    {
+      Program reader({"/bin/cat", fifo});
+      const Result result = Write(command, fifo);
+      EXPECT_EQ(result.code, 0) << result.err;
+      EXPECT_EQ(reader.Wait(), 0);
+      EXPECT_GT(reader.out().size(), 100u);
+      EXPECT_TRUE(fs::is_fifo(fifo));
+    }
+    if (has_device) {
+      EXPECT_EQ(Write(command, device).code, 0);
+      EXPECT_TRUE(fs::is_character_file(device));
+    }
+    // Which is a file here, and rescore writes over none.
+    if (command[1] == "rescore") continue;
+    const Result out = Write(command, "/dev/stdout");
+    EXPECT_EQ(out.code, 0) << out.err;
+    EXPECT_GT(out.out.size(), 100u);
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(work_), {}), has_device ? 2 : 1);
+}
+
+TEST_F(Outputs, AreSaidInOneLineWhereTheyCannotBe) {
+  fs::create_symlink("loop", work_ / "loop");
+  for (const auto& command : Commands()) {
+    for (const std::string& file : {std::string(), work_.string(), (work_ / "no/such/folder").string(),
+                                    (work_ / std::string(300, 'x')).string(), (work_ / "loop").string()}) {
+      const Result result = Write(command, file);
+      SCOPED_TRACE(testing::PrintToString(command) + file);
+      // Without a name, export has nothing to write to; the others then write where they do without the
+      // option.
+      EXPECT_EQ(result.code, file.empty() && command[1] != "export" ? 0 : 1) << result.out;
+      EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), result.code) << result.err;
+      EXPECT_EQ(result.err.find("filesystem error"), std::string::npos) << result.err;
+    }
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(work_), {}), 1);
+}
+
+TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
+  if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+      mount("tmpfs", work_.c_str(), "tmpfs", 0, "size=8k") != 0) {
+    GTEST_SKIP() << "no file system of our own on this machine: " << std::strerror(errno);
+  }
+  WriteText(work_ / "fill", std::string(4096, 'x'));
+  for (const auto& command : Commands()) {
+    if (command[1] == "export" || command[1] == "rescore") continue;  // which is too small a file
+    SCOPED_TRACE(testing::PrintToString(command));
+    WriteText(work_ / "file", "before");
+    const Result result = Write(command, work_ / "file");
+    EXPECT_EQ(result.code, 2) << result.out;
+    EXPECT_EQ(result.err, "error: cannot write " + (work_ / "file").string() + ": No space left on device\n");
+    EXPECT_EQ(ReadText(work_ / "file"), "before");
+    EXPECT_EQ(std::distance(fs::directory_iterator(work_), {}), 2);
+  }
+  umount(work_.c_str());
+}
+
+// Folders that cannot be looked into, or are no folders.
+TEST_F(Outputs, RunFoldersThatCannotBeAreSaidInOneLine) {
+  const std::vector<std::string> names = {std::string(5000, 'x'), (work_ / std::string(300, 'x')).string(),
+                                          (work_ / "loop").string()};
+  fs::create_symlink("loop", work_ / "loop");
+  for (const std::string& name : names) {
+    for (const std::vector<std::string>& command :
+         std::vector<std::vector<std::string>>{{"evalbus", "run", "lift_pot", "--in-process", "--out", name},
+                                               {"evalbus", "report", name},
+                                               {"evalbus", "export", name, "--csv", "a.csv"},
+                                               {"evalbus", "compare", name, name},
+                                               {"evalbus", "rescore", name},
+                                               {"evalbus", "replay", name},
+                                               {"evalbus", "render", name}}) {
+      const Result result = RunProgram(command, {work_, nullptr});
+      EXPECT_EQ(result.code, 1) << command[1] << result.out;
+      EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
+      EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+      EXPECT_EQ(result.err.find("filesystem error"), std::string::npos) << result.err;
+    }
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(work_), {}), 1);
+}
+
+TEST_F(Outputs, ARunIsCalledByItsFolder) {
+  const std::string task = ShortTask(folder_.path(), 0.1);
+  for (const char* out : {"x/", "."}) {
+    const fs::path folder = work_ / "in";
+    fs::create_directory(folder);
+    const Result result = RunProgram(
+        {"evalbus", "run", task, "--policy", "hold", "--episodes", "1", "--in-process", "--out", out},
+        {folder, nullptr});
+    EXPECT_EQ(result.code, 0) << result.err;
+    const fs::path run = std::string(out) == "." ? folder : folder / "x";
+    EXPECT_EQ(nlohmann::json::parse(ReadText(run / "run.json"))["run_id"], run.filename().string()) << out;
+    fs::remove_all(folder);
+  }
+}
+
+}  // namespace
+}  // namespace evalbus

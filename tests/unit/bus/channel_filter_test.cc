@@ -1,0 +1,86 @@
+#include "bus/channel_filter.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <string>
+
+namespace evalbus {
+namespace {
+
+// Two sockets on this machine, the filter on the one that receives.
+class ChannelFilterTest : public testing::Test {
+ protected:
+  ChannelFilterTest() {
+    to_.sin_family = AF_INET;
+    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof to_;
+    EXPECT_EQ(bind(receiver_, reinterpret_cast<sockaddr*>(&to_), size), 0);
+    EXPECT_EQ(getsockname(receiver_, reinterpret_cast<sockaddr*>(&to_), &size), 0);
+    FilterChannels(ntohs(to_.sin_port), false, {});
+  }
+  ~ChannelFilterTest() override {
+    close(receiver_);
+    close(sender_);
+  }
+
+  // Whether a datagram gets through: one that does is there when it has been sent.
+  bool Passes(const std::string& datagram) {
+    EXPECT_EQ(
+        sendto(sender_, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&to_), sizeof to_),
+        static_cast<ssize_t>(datagram.size()));
+    char buffer[65536];
+    return recv(receiver_, buffer, sizeof buffer, MSG_DONTWAIT) >= 0;
+  }
+  // `data` bytes behind the header of fragment `number` of `count` of a message of `size` bytes.
+  bool FragmentPasses(uint32_t size, uint32_t offset, uint16_t number, uint16_t count, size_t data) {
+    const uint32_t words[] = {htonl(0x4c433033), 0, htonl(size), htonl(offset),
+                              htonl(uint32_t{number} << 16 | count)};
+    return Passes(std::string(reinterpret_cast<const char*>(words), sizeof words) + std::string(data, 'x'));
+  }
+
+  int receiver_ = socket(AF_INET, SOCK_DGRAM, 0), sender_ = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in to_{};
+};
+
+TEST_F(ChannelFilterTest, WhatIsNoMessageIsDropped) {
+  EXPECT_TRUE(Passes(std::string("LC02\0\0\0\1EVALBUS_X\0", 18)));
+  EXPECT_FALSE(Passes("LC04 something else"));
+  EXPECT_FALSE(Passes("LC03 and no more"));
+}
+
+// As liblcm splits 200,000 bytes on a channel whose name has 9 letters: 65487 bytes of name and data each.
+TEST_F(ChannelFilterTest, FragmentsOfARealMessagePass) {
+  EXPECT_TRUE(FragmentPasses(200'000, 0, 0, 4, 65487));
+  EXPECT_TRUE(FragmentPasses(200'000, 65477, 1, 4, 65487));
+  EXPECT_TRUE(FragmentPasses(200'000, 130964, 2, 4, 65487));
+  EXPECT_TRUE(FragmentPasses(200'000, 196451, 3, 4, 3549));
+  // As others may: one fragment alone, with its channel's name; smaller parts.
+  EXPECT_TRUE(FragmentPasses(1'000, 0, 0, 1, 1'010));
+  EXPECT_TRUE(FragmentPasses(2'500, 0, 0, 3, 1'000));
+  EXPECT_TRUE(FragmentPasses(2'500, 1'990, 2, 3, 510));
+}
+
+TEST_F(ChannelFilterTest, AFragmentOfMoreThanAllOfThemHoldIsDropped) {
+  EXPECT_FALSE(FragmentPasses(60'000'000, 0, 0, 1, 20));
+  EXPECT_FALSE(FragmentPasses(1'001, 0, 0, 1, 1'000));
+  EXPECT_FALSE(FragmentPasses(60'000'000, 0, 0, 1'000, 20));
+  EXPECT_FALSE(FragmentPasses(60'000'000, 1'000, 1, 1'000, 20));
+  // Of the last one only the number of all of them tells.
+  EXPECT_TRUE(FragmentPasses(65'487 * 3, 100, 2, 3, 20));
+  EXPECT_FALSE(FragmentPasses(65'487 * 3 + 1, 100, 2, 3, 20));
+  EXPECT_FALSE(FragmentPasses(20, 0, 0, 0, 20));
+}
+
+TEST_F(ChannelFilterTest, AFragmentOutsideOfItsMessageIsDropped) {
+  EXPECT_FALSE(FragmentPasses(200'000, 0xFFFFFFF0, 1, 4, 65'487));
+  EXPECT_FALSE(FragmentPasses(200'000, 65'487, 0, 4, 65'487));
+  EXPECT_FALSE(FragmentPasses(0xFFFFFFFF, 0, 0, 0xFFFF, 65'487));
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,29 @@
+#include "cli/launch/film_progress.h"
+
+#include <gtest/gtest.h>
+
+namespace evalbus::launch {
+namespace {
+
+using std::chrono::seconds;
+
+TEST(FilmProgress, SaysHowMuchIsLeft) {
+  const FilmProgress::Time began{seconds(1000)};
+  const FilmProgress progress(4, 0, began);
+  EXPECT_EQ(progress.Text(0, began), "filming 4 episodes: 0 %");
+  EXPECT_EQ(progress.Text(0.05, began + seconds(2)), "filming 4 episodes: 1 %")
+      << "says nothing of the rest yet";
+  // A quarter in 20 s.
+  EXPECT_EQ(progress.Text(1, began + seconds(20)), "filming 4 episodes: 25 %, 1:00 min left");
+  EXPECT_EQ(progress.Text(4, began + seconds(80)), "filming 4 episodes: 100 %, 0 s left");
+  EXPECT_EQ(FilmProgress(1, 0, began).Text(0.5, began + seconds(7)), "filming 1 episode: 50 %, 7 s left");
+}
+
+// What was filmed before we looked took time that nobody measured.
+TEST(FilmProgress, CountsFromWhereItBegan) {
+  const FilmProgress::Time began{seconds(1000)};
+  EXPECT_EQ(FilmProgress(2, 0.5, began).Text(1, began + seconds(10)), "filming 2 episodes: 50 %, 20 s left");
+}
+
+}  // namespace
+}  // namespace evalbus::launch

@@ -1,0 +1,178 @@
+// Robots of MuJoCo Menagerie, where EVALBUS_MENAGERIE names a folder with them (scripts/interop does).
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "base/errors.h"
+#include "tests/unit/policy_bridge/expert_play.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::policy {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The folder, if it has the file; else the test says what is missing.
+#define MENAGERIE_WITH(folder, ...)                                                               \
+  const char* const named = std::getenv("EVALBUS_MENAGERIE");                                     \
+  if (!named) GTEST_SKIP() << "EVALBUS_MENAGERIE names no folder with MuJoCo Menagerie's models"; \
+  const fs::path folder = named;                                                                  \
+  for (const char* file : {__VA_ARGS__}) {                                                        \
+    if (!fs::exists(folder / file)) GTEST_SKIP() << (folder / file).string() << " is not there";  \
+  }
+
+TEST(Menagerie, TwoPandasLiftThePot) {
+  MENAGERIE_WITH(folder, "franka_emika_panda/panda_nohand.xml", "franka_emika_panda/hand.xml");
+  ExpertStage stage("lift_pot/position", "bimanual_panda_menagerie", {folder});
+  int successes = 0;
+  for (int64_t seed = 0; seed < 20; ++seed) {
+    successes += stage.Play(seed).verdict == metrics::Verdict::kSuccess;
+  }
+  EXPECT_GE(successes, 19);
+}
+
+// An arm of Menagerie that comes without a hand, with the Panda's.
+struct Bare {
+  std::string file;
+  // Joints and, where they are called otherwise, actuators.
+  std::string joints, actuators;
+  std::string home, site, body;
+};
+
+// Composes the arm in an empty scene, holds it at home for a second and says how far it got from there, rad.
+double HoldHome(const RobotDescription& robot) {
+  TaskDescription task = FindTask("stack_two_blocks").task;
+  task.parts.clear();
+  task.objects.clear();
+  Scene scene = BuildScene(task, robot);
+  scene.info.substeps = 10;
+  sim::World world(scene.physics.get(), scene.info, robot, task, 10);
+  Variation nothing;
+  world.Reset(0, nothing);
+  action_t action{};
+  action.mode = action_t::JOINT_POSITION;
+  action.joint_position_rad = robot.arms[0].home;
+  action.gripper_closing = {0};
+  EXPECT_EQ(world.Apply(action), "");
+  state_t state{};
+  double farthest = 0;
+  for (int tick = 0; tick < 50; ++tick) {
+    EXPECT_TRUE(world.Step()) << world.instability();
+    world.Fill(&state);
+    for (size_t j = 0; j < robot.arms[0].home.size(); ++j) {
+      farthest = std::max(farthest, std::abs(state.arm[0].joint_position_rad[j] - robot.arms[0].home[j]));
+    }
+  }
+  return farthest;
+}
+
+void ExpectItHoldsHome(const fs::path& folder, const Bare& arm, const std::string& more = "") {
+  TemporaryFolder here;
+  const fs::path file = here.path() / "robot.yaml";
+  std::ofstream(file) << "name: robot\narms:\n  - name: arm\n    model: " << arm.file
+                      << "\n    base: {position_m: [0, 0, 0.6]}\n    joints: [" << arm.joints
+                      << "]\n    actuators: [" << arm.actuators << "]\n    wrist_site: " << arm.site
+                      << "\n    home_rad: [" << arm.home << "]\n"
+                      << more << "    gripper:\n      model: panda/hand.xml\n      attach_body: " << arm.body
+                      << "\n      joints: [finger_joint1, finger_joint2]\n      joint_open_m: 0.04\n"
+                      << "      joint_closed_m: 0\n      actuator: gripper\n      command_open: 0.04\n"
+                      << "      command_closed: 0\n      pad_bodies: [left_finger, right_finger]\n";
+  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
+}
+
+constexpr char kSevenDampings[] = "    joint_damping_Nms_per_rad: [60, 60, 45, 45, 10, 10, 10]\n";
+constexpr char kSevenGains[] = "    position_gain_Nm_per_rad: [4500, 4500, 3500, 3500, 2000, 2000, 2000]\n";
+
+TEST(Menagerie, Fr3) {
+  MENAGERIE_WITH(folder, "franka_fr3/fr3.xml");
+  const std::string names =
+      "fr3_joint1, fr3_joint2, fr3_joint3, fr3_joint4, fr3_joint5, fr3_joint6, fr3_joint7";
+  ExpectItHoldsHome(
+      folder,
+      {"franka_fr3/fr3.xml", names, names, "0, 0, 0, -1.57, 0, 1.57, -0.785", "attachment_site", "fr3_link7"},
+      std::string(kSevenGains) + kSevenDampings);
+}
+
+TEST(Menagerie, Gen3) {
+  MENAGERIE_WITH(folder, "kinova_gen3/gen3.xml");
+  const std::string names = "joint_1, joint_2, joint_3, joint_4, joint_5, joint_6, joint_7";
+  ExpectItHoldsHome(folder,
+                    {"kinova_gen3/gen3.xml", names, names, "0, 0.262, 3.142, -2.269, 0, 0.96, 1.571",
+                     "pinch_site", "bracelet_link"},
+                    "    position_gain_Nm_per_rad: [2000, 2000, 2000, 2000, 500, 500, 500]\n"
+                    "    joint_damping_Nms_per_rad: [50, 50, 40, 40, 10, 10, 10]\n");
+}
+
+TEST(Menagerie, Ur5e) {
+  MENAGERIE_WITH(folder, "universal_robots_ur5e/ur5e.xml");
+  std::ifstream stream(folder / "universal_robots_ur5e/ur5e.xml");
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  // Menagerie's own has other names than the copy on PyPI.
+  const bool is_menagerie = text.find("shoulder_pan_joint") != std::string::npos;
+  const std::string joints = is_menagerie
+                                 ? "shoulder_pan_joint, shoulder_lift_joint, elbow_joint, wrist_1_joint, "
+                                   "wrist_2_joint, wrist_3_joint"
+                                 : "shoulder_pan, shoulder_lift, elbow, wrist_1, wrist_2, wrist_3";
+  const std::string actuators = "shoulder_pan, shoulder_lift, elbow, wrist_1, wrist_2, wrist_3";
+  ExpectItHoldsHome(folder,
+                    {"universal_robots_ur5e/ur5e.xml", joints, actuators,
+                     "0, -1.571, 1.571, -1.571, -1.571, 0", "attachment_site", "wrist_3_link"},
+                    "    position_gain_Nm_per_rad: [2000, 2000, 2000, 500, 500, 500]\n"
+                    "    joint_damping_Nms_per_rad: [60, 60, 45, 10, 10, 10]\n");
+}
+
+// With its own hand.
+TEST(Menagerie, XArm7) {
+  MENAGERIE_WITH(folder, "ufactory_xarm7/xarm7.xml");
+  TemporaryFolder here;
+  const fs::path file = here.path() / "robot.yaml";
+  std::ofstream(file) << R"(name: xarm7
+arms:
+  - name: arm
+    model: ufactory_xarm7/xarm7.xml
+    base: {position_m: [0, 0, 0.6]}
+    joints: [joint1, joint2, joint3, joint4, joint5, joint6, joint7]
+    actuators: [act1, act2, act3, act4, act5, act6, act7]
+    wrist_site: link_tcp
+    home_rad: [0, -0.247, 0, 0.909, 0, 1.15644, 0]
+    position_gain_Nm_per_rad: [1500, 1500, 1000, 1000, 1000, 800, 800]
+    joint_damping_Nms_per_rad: [60, 60, 45, 45, 10, 10, 10]
+    gripper:
+      joints: [left_driver_joint, right_driver_joint]
+      joint_open_rad: 0
+      joint_closed_rad: 0.85
+      actuator: gripper
+      command_open: 0
+      command_closed: 255
+      pad_bodies: [left_finger, right_finger]
+)";
+  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
+}
+
+// One of the two arms of its file; the other hangs.
+TEST(Menagerie, Aloha) {
+  MENAGERIE_WITH(folder, "aloha/aloha.xml");
+  TemporaryFolder here;
+  const fs::path file = here.path() / "robot.yaml";
+  std::ofstream(file) << R"(name: aloha
+arms:
+  - name: arm
+    model: aloha/aloha.xml
+    joints: [left/waist, left/shoulder, left/elbow, left/forearm_roll, left/wrist_angle, left/wrist_rotate]
+    actuators: [left/waist, left/shoulder, left/elbow, left/forearm_roll, left/wrist_angle, left/wrist_rotate]
+    wrist_site: left/gripper
+    home_rad: [0, -0.96, 1.16, 0, -0.3, 0]
+    gripper:
+      joints: [left/left_finger]
+      joint_open_m: 0.037
+      joint_closed_m: 0.002
+      actuator: left/gripper
+      command_open: 0.037
+      command_closed: 0.002
+      pad_bodies: [left/left_finger_link, left/right_finger_link]
+)";
+  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.1);
+}
+
+}  // namespace
+}  // namespace evalbus::policy

@@ -1,0 +1,89 @@
+// What stands in the way of a plan, and what does not.
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "policy_bridge/planning/robot.h"
+#include "tests/unit/policy_bridge/expert_play.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::policy {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ReadText(const fs::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// A copy of lift_pot with one thing changed, in a folder of its own.
+struct ChangedTask {
+  ChangedTask(const std::string& from, const std::string& to) {
+    std::ofstream(file) << Replaced(ReadText(TasksFolder() / "lift_pot.yaml"), from, to);
+  }
+  TemporaryFolder folder;
+  fs::path file = folder.path() / "changed.yaml";
+};
+
+// What the expert says that cannot plan; it says it in the first second.
+std::string ErrorOfExpert(const std::string& task) {
+  ExpertStage stage(task);
+  try {
+    const PlayedEpisode played = stage.Play(0);
+    return "played " + std::to_string(played.time) + " s";
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
+TEST(NoPlan, SaysWhatIsOutOfReach) {
+  const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [-1.9, 0, 0]}");
+  // The hand comes to 9 cm above the left handle's bar: at (0, 0.225, 0.035) m in the pot, which is at (0.7,
+  // 0, 0.996).
+  EXPECT_EQ(ErrorOfExpert(task.file),
+            "no plan: arm 'left' does not reach (0.700, 0.225, 1.121) m, on the way that led farthest");
+}
+
+TEST(NoPlan, SaysWhatTouchesTheRobotWhereItStands) {
+  // The counter begins at x = 0.5 m, and the first links, of radius 63 mm, end 1 mm before it.
+  const ChangedTask task("base: {position_m: [0.1, 0, 0]}", "base: {position_m: [0.436, 0, 0]}");
+  const std::string error = ErrorOfExpert(task.file);
+  EXPECT_EQ(error,
+            "no plan: left/link1 is 1 mm from left_cabinet/counter, 3 mm wanted, where the robot stands");
+}
+
+// Menagerie's Panda has its base 1 mm from its first link, and no exclude for the two.
+TEST(NoPlan, NeighboursThatNearlyTouchAtHomeAreInNobodysWay) {
+  TemporaryFolder folder;
+  fs::copy(ModelsFolder() / "robots", folder.path(), fs::copy_options::recursive);
+  std::string arm = ReadText(folder.path() / "panda/panda.xml");
+  arm = Replaced(arm, "<exclude body1=\"link0\" body2=\"link1\"/>", "");
+  // So the capsule ends 1 mm above the base's box.
+  arm = Replaced(arm, "fromto=\"0 0 -0.19 0 -0.018 -0.06\"", "fromto=\"0 0 -0.189 0 -0.018 -0.06\"");
+  std::ofstream(folder.path() / "panda/panda.xml") << arm;
+  ExpertStage stage("lift_pot", folder.path() / "bimanual_panda.yaml");
+  stage.ExpectSuccess(0);
+}
+
+TEST(NoPlan, TouchesAreInMillimetres) {
+  const TaskSelection selection = FindTask("lift_pot");
+  const RobotDescription robot = LoadRobot(selection.task.robot_file);
+  const Scene scene = BuildScene(selection.task, robot);
+  const ContactProbe probe(*scene.physics, scene.info, 0.003);
+  const auto geom = [&](const char* name) { return mj_name2id(scene.physics.get(), mjOBJ_GEOM, name); };
+  const int base = geom("left/link0"), hand = geom("right/hand/hand");
+  ASSERT_GE(std::min(base, hand), 0);
+  EXPECT_EQ(probe.InWords({base, hand, 0.00099}), "left/link0 is 0.99 mm from right/hand/hand, 3 mm wanted");
+  EXPECT_EQ(probe.InWords({base, hand, -0.0125}),
+            "left/link0 is 12.5 mm inside right/hand/hand, 3 mm wanted");
+}
+
+}  // namespace
+}  // namespace evalbus::policy

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <chrono>
+
+#include "bus/bus.h"
+
+namespace evalbus {
+
+// Polls as a host does, over so much time; returns when that is over.
+template <class Polled>
+SteadyTime PollFor(Polled* polled, SteadyTime from, SteadyTime::duration time) {
+  SteadyTime now = from;
+  for (; now <= from + time; now += std::chrono::milliseconds(100)) polled->Poll(now);
+  return now;
+}
+
+}  // namespace evalbus
