@@ -1,20 +1,17 @@
 #include "bus/bus.h"
 
-#include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "base/errors.h"
-#include "bus/channel_filter.h"
+#include "bus/multicast_receiver.h"
+#include "bus/readable.h"
 
 namespace evalbus {
 namespace {
@@ -24,29 +21,12 @@ constexpr char kMulticastFix[] =
     "'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as root, "
     "or use --in-process (see 'evalbus doctor')";
 
-constexpr char kFirstChannel[] = "EVALBUS_FIRST_";
+// Of a subscription to all channels whose names begin alike.
+constexpr std::string_view kAnyEnd = ".*";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
 
-// liblcm has accepted the URL; without a port it takes 7667.
-int PortOf(const std::string& url) {
-  const size_t colon = url.find(':', sizeof "udpm://" - 1);
-  return colon == std::string::npos ? 7667 : std::atoi(url.c_str() + colon + 1);
-}
-
-// liblcm, too, sends no further than this machine where no ttl is named.
-bool IsLocal(const std::string& url) {
-  const size_t ttl = url.find("ttl=");
-  return ttl == std::string::npos || std::atoi(url.c_str() + ttl + sizeof "ttl=" - 1) == 0;
-}
-
-std::string WithReceiveBuffer(const std::string& url) {
-  if (!IsMulticast(url) || url.find("recv_buf_size=") != std::string::npos) return url;
-  return url + (url.find('?') == std::string::npos ? "?" : "&") +
-         "recv_buf_size=" + std::to_string(kReceiveBufferBytes);
-}
-
-// liblcm crashes where it gets no file or thread more.
+// liblcm crashes where it gets no file more.
 void CheckLimits(const std::string& url) {
   constexpr size_t kFiles = 12;  // as many as it opens, and some
   std::vector<int> files;
@@ -60,11 +40,6 @@ void CheckLimits(const std::string& url) {
     throw EnvironmentError("cannot open bus " + url +
                            ": no more files may be open at once; 'ulimit -n 256' is enough");
   }
-  try {
-    std::thread([] {}).join();
-  } catch (const std::system_error&) {
-    throw EnvironmentError("cannot open bus " + url + ": no more processes may be started (see 'ulimit -u')");
-  }
 }
 
 }  // namespace
@@ -74,7 +49,7 @@ Bus::Bus(const std::string& url, int64_t session) : url_(url), session_(session)
     throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
   }
   if (IsMulticast(url)) CheckLimits(url);
-  lcm_ = std::make_unique<lcm::LCM>(WithReceiveBuffer(url));
+  lcm_ = std::make_unique<lcm::LCM>(url);
   if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);
 }
 
@@ -83,7 +58,7 @@ Bus::~Bus() = default;
 void Bus::SelfCheck() {
   static constexpr char kChannel[] = "EVALBUS_SELF_CHECK";
   const auto heard = std::make_shared<bool>(false);
-  SubscribeRaw(kChannel, [heard](const std::string&, std::span<const uint8_t>, int64_t) { *heard = true; });
+  SubscribeRaw(kChannel, [heard](std::string_view, std::span<const uint8_t>, int64_t) { *heard = true; });
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
   const uint8_t byte = 0;
   PublishRaw(kChannel, {&byte, 1});
@@ -98,54 +73,79 @@ void Bus::PublishRaw(const std::string& channel, std::span<const uint8_t> data) 
   }
 }
 
-void Bus::SubscribeRaw(const std::string& channel_regex, RawHandler handler) {
-  // liblcm opens its socket with the first subscription, and hears before the socket has its filter: let that
-  // be to a channel whose name nobody else knows.
-  if (IsMulticast(url_) && subscriptions_.empty() && !channel_regex.starts_with(kFirstChannel)) {
-    SubscribeRaw(kFirstChannel + std::to_string(std::random_device{}()),
-                 [](const std::string&, std::span<const uint8_t>, int64_t) {});
+void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
+  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, channels, std::move(handler)}));
+  if (!IsMulticast(url_)) {
+    auto* subscription = lcm_->subscribe(channels, &Subscription::Receive, subscriptions_.back().get());
+    // 0 = unlimited; the default of 30 drops the newest message without a word.
+    subscription->setQueueCapacity(0);
+    return;
   }
-  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, std::move(handler)}));
-  auto* subscription = lcm_->subscribe(channel_regex, &Subscription::Receive, subscriptions_.back().get());
-  // 0 = unlimited; the default of 30 drops the newest message without a word.
-  subscription->setQueueCapacity(0);
-
-  const bool is_name = std::all_of(channel_regex.begin(), channel_regex.end(),
-                                   [](unsigned char c) { return std::isalnum(c) || c == '_'; });
-  if (!is_name) hears_everything_ = true;
-  channels_.push_back(channel_regex);
-  if (IsMulticast(url_)) {
-    FilterChannels(PortOf(url_), IsLocal(url_),
-                   hears_everything_ ? std::span<const std::string>() : channels_);
+  std::vector<std::string> wanted;
+  for (const auto& subscription : subscriptions_) wanted.push_back(subscription->channels);
+  const auto is_many = [](const std::string& name) { return name.ends_with(kAnyEnd); };
+  if (std::ranges::any_of(wanted, is_many)) wanted.clear();
+  if (receiver_) return receiver_->Filter(wanted);
+  try {
+    receiver_ = std::make_unique<MulticastReceiver>(ParseMulticastUrl(url_, kReceiveBufferBytes), wanted);
+  } catch (const std::system_error& error) {
+    throw EnvironmentError("cannot open bus " + url_ + " (" + error.code().message() + "): " + kMulticastFix);
   }
 }
 
+bool Bus::Subscription::Wants(std::string_view channel) const {
+  if (!channels.ends_with(kAnyEnd)) return channel == channels;
+  return channel.starts_with(std::string_view(channels).substr(0, channels.size() - kAnyEnd.size()));
+}
+
+void Bus::SetPatience(std::chrono::nanoseconds patience) {
+  if (receiver_) receiver_->SetPatience(patience);
+}
+
+std::optional<size_t> Bus::receive_buffer_bytes() const {
+  return receiver_ ? std::optional(receiver_->receive_buffer_bytes()) : std::nullopt;
+}
+
+int64_t Bus::decode_errors() const { return decode_errors_ + (receiver_ ? receiver_->lost() : 0); }
+
+void Bus::Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data,
+                  int64_t time_us) {
+  handled_ = data;
+  to->handler(channel, data, time_us);
+}
+
 void Bus::Subscription::Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-  // liblcm takes the NUL behind the channel's name for granted: without one it counts -1 bytes of data.
-  if (buffer->data_size > kMaxMessageBytes) {
-    ++bus->decode_errors_;
-    return;
-  }
+  const auto* data = static_cast<const uint8_t*>(buffer->data);
   try {
-    bus->handled_ = {static_cast<const uint8_t*>(buffer->data), buffer->data_size};
-    handler(channel, bus->handled_, buffer->recv_utime);
+    bus->Deliver(this, channel, {data, buffer->data_size}, buffer->recv_utime);
   } catch (...) {
     if (!bus->thrown_) bus->thrown_ = std::current_exception();
   }
 }
 
 bool Bus::Handle(SteadyTime deadline) {
-  pollfd fd{lcm_->getFileno(), POLLIN, 0};
-  timespec wait{};
-  if (deadline != SteadyTime::min()) {
-    const auto left = deadline - std::chrono::steady_clock::now();
-    const auto ns = std::max<int64_t>(0, std::chrono::duration_cast<std::chrono::nanoseconds>(left).count());
-    wait = {ns / 1'000'000'000, ns % 1'000'000'000};
-  }
-  // A signal (Ctrl-C) ends the wait early; the caller looks at its flags.
-  if (ppoll(&fd, 1, &wait, nullptr) <= 0) return false;
+  if (IsMulticast(url_)) return HandleReceived(deadline);
+  if (!WaitReadable(lcm_->getFileno(), deadline)) return false;
   if (lcm_->handle() != 0) throw EnvironmentError("bus " + url_ + " failed while receiving");
   if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
+  return true;
+}
+
+bool Bus::HandleReceived(SteadyTime deadline) {
+  if (!receiver_) return WaitReadable(-1, deadline);
+  std::optional<MulticastReceiver::Received> received;
+  try {
+    received = receiver_->Next(deadline);
+  } catch (const std::system_error& error) {
+    throw EnvironmentError("bus " + url_ + " failed while receiving: " + error.code().message());
+  }
+  if (!received) return false;
+  const auto& [message, time_us] = *received;
+  // A handler may subscribe.
+  for (size_t i = 0; i < subscriptions_.size(); ++i) {
+    if (!subscriptions_[i]->Wants(message.channel)) continue;
+    Deliver(subscriptions_[i].get(), message.channel, message.data, time_us);
+  }
   return true;
 }
 

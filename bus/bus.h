@@ -1,5 +1,5 @@
 // Connection to a message bus: typed publish and subscribe on LCM, with the failures that LCM hides made
-// visible.
+// visible. liblcm sends, and is the bus within a process; what comes from others our own receiver reads.
 //
 // Not thread-safe: one thread publishes and handles. Handlers run inside Handle().
 #pragma once
@@ -9,8 +9,10 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -23,6 +25,8 @@ struct ReceiveBuffer;
 }  // namespace lcm
 
 namespace evalbus {
+
+class MulticastReceiver;
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
@@ -62,7 +66,7 @@ class Bus {
                  std::type_identity_t<std::function<void(const Message&)>> handler) {
     // The message object is kept, so that decoding into it reuses its storage.
     SubscribeRaw(channel.name, [this, handler = std::move(handler), message = Message{}](
-                                   const std::string&, std::span<const uint8_t> data, int64_t) mutable {
+                                   std::string_view, std::span<const uint8_t> data, int64_t) mutable {
       if (Decode(data, &message)) {
         handler(message);
       } else {
@@ -71,10 +75,17 @@ class Bus {
     });
   }
 
-  // Undecoded messages of all channels that match a regular expression; receive_time_us is wall-clock time.
+  // Undecoded messages of a channel or, for a name that ends in ".*", of all whose names begin so;
+  // receive_time_us is wall-clock time.
   using RawHandler =
-      std::function<void(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us)>;
-  void SubscribeRaw(const std::string& channel_regex, RawHandler handler);
+      std::function<void(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us)>;
+  void SubscribeRaw(const std::string& channels, RawHandler handler);
+
+  // For who is in no hurry: messages may wait so long before they are handled, many at a time. As much of it
+  // as the receive buffer allows.
+  void SetPatience(std::chrono::nanoseconds patience);
+  // What the kernel gives us for messages that wait; nothing within a process, where there is no end to it.
+  std::optional<size_t> receive_buffer_bytes() const;
 
   // Handles one message if there is one before the deadline; false if there was none. Rethrows what a handler
   // threw.
@@ -85,25 +96,28 @@ class Bus {
   // Bytes of the message that is being handled; valid inside its handler.
   std::span<const uint8_t> handled() const { return handled_; }
 
-  int64_t decode_errors() const { return decode_errors_; }
+  int64_t decode_errors() const;
   // For who decodes by itself.
   void CountDecodeError() { ++decode_errors_; }
 
  private:
   struct Subscription {
     Bus* bus;
+    std::string channels;
     RawHandler handler;
+    bool Wants(std::string_view channel) const;
     // The form that LCM calls; nothing may be thrown through its C frames.
     void Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   };
+  bool HandleReceived(SteadyTime deadline);
+  void Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
 
   std::string url_;
   int64_t session_;
   std::unique_ptr<lcm::LCM> lcm_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
-  // Subscribed channels, for the filter in the kernel; a regular expression switches that off.
-  std::vector<std::string> channels_;
-  bool hears_everything_ = false;
+  // From the first subscription on; not within a process.
+  std::unique_ptr<MulticastReceiver> receiver_;
   std::vector<uint8_t> buffer_;
   std::span<const uint8_t> handled_;
   std::exception_ptr thrown_;

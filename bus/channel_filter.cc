@@ -1,38 +1,29 @@
 #include "bus/channel_filter.h"
 
-#include <arpa/inet.h>
-#include <fcntl.h>
 #include <linux/filter.h>
 #include <linux/if_packet.h>
 #include <net/if.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <iterator>
 #include <vector>
 
+#include "bus/lcm_wire.h"
 #include "bus/message.h"
 
 namespace evalbus {
 namespace {
 
-// LCM's multicast format: magic u32, sequence number u32, channel name with its NUL, message. A fragment has
-// another magic and, behind the sequence number, the size of the whole message u32, where in it the fragment
-// belongs u32, its number u16, how many there are u16; number 0 goes on with the channel. Offsets count from
-// the UDP header, which is what a filter sees first.
+// Offsets count from the UDP header, which is what a filter sees first.
 constexpr uint32_t kUdpHeader = 8;
-constexpr uint32_t kChannelOffset = kUdpHeader + 8;
+constexpr uint32_t kChannelOffset = kUdpHeader + kMessageHeaderBytes;
 constexpr uint32_t kMessageSizeOffset = kUdpHeader + 8;
 constexpr uint32_t kFragmentOffset = kUdpHeader + 12;
 constexpr uint32_t kFragmentNumberOffset = kUdpHeader + 16;
 constexpr uint32_t kFragmentCountOffset = kUdpHeader + 18;
-constexpr uint32_t kFragmentDataOffset = kUdpHeader + 20;
-constexpr uint32_t kMaxFragmentData = 65507 - 20;  // of the largest datagram
-constexpr uint32_t kShortMessageMagic = 0x4c433032;
-constexpr uint32_t kFragmentMagic = 0x4c433033;
+constexpr uint32_t kFragmentDataOffset = kUdpHeader + kFragmentHeaderBytes;
+constexpr uint32_t kMaxFragmentData = kMaxDatagramBytes - kFragmentHeaderBytes;
 // Offset and length of a fragment, added, stay below 2^32.
 constexpr uint32_t kMaxMessage = kMaxMessageBytes;
 constexpr uint32_t kAccept = 0xFFFFFFFF;
@@ -52,7 +43,7 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> cha
   }
   const sock_filter head[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kUdpHeader),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kShortMessageMagic, 26, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMessageMagic, 26, 0),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kFragmentMagic, 0, 24),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMessageSizeOffset),
       BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 22, 0),
@@ -110,21 +101,9 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> cha
   return program;
 }
 
-// Where a UDP socket is bound; 0 where that is nowhere, -1 for everything else.
-int UdpPort(int fd) {
-  sockaddr_in address{};
-  socklen_t size = sizeof address;
-  int type = 0;
-  socklen_t type_size = sizeof type;
-  const bool is_udp = getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &type_size) == 0 && type == SOCK_DGRAM &&
-                      getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
-                      address.sin_family == AF_INET;
-  return is_udp ? ntohs(address.sin_port) : -1;
-}
-
 }  // namespace
 
-void FilterChannels(int port, bool is_local, std::span<const std::string> channels) {
+void FilterChannels(int fd, bool is_local, std::span<const std::string> channels) {
   std::vector<std::string> by_length(channels.begin(), channels.end());
   // Shortest first: looking beyond the end of a message drops it, so a long name must not be compared before
   // a short one.
@@ -132,16 +111,7 @@ void FilterChannels(int port, bool is_local, std::span<const std::string> channe
             [](const auto& a, const auto& b) { return a.size() < b.size(); });
   std::vector<sock_filter> program = Program(is_local, by_length);
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
-  // liblcm does not tell which socket is its own.
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-    const int fd = std::atoi(entry.path().filename().c_str());
-    const int bound = UdpPort(fd);
-    if (bound < 0) continue;
-    // A program that inherited the socket would put its own filter on it, which then is ours too; and what
-    // it does not know of, it cannot close.
-    fcntl(fd, F_SETFD, FD_CLOEXEC);
-    if (bound == port) setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter);
-  }
+  setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter);
 }
 
 }  // namespace evalbus

@@ -86,14 +86,16 @@ inline Recorded RecordedOf(std::string_view name) {
   return name.starts_with(kImage.name) ? kImage.recorded : recorded;
 }
 
-// False for bytes on one of our channels that are not the message it carries.
-inline bool IsWhatItCarries(std::string_view name, std::span<const uint8_t> data) {
+// One message of each type: decoded into again and again, they keep their storage.
+template <class... Message>
+std::tuple<Message...> OneOfEach(const std::tuple<Channel<Message>...>&);
+using Messages = decltype(OneOfEach(kAll));
+
+// False for bytes on one of our channels that are not the message it carries. messages: room to decode in.
+inline bool IsWhatItCarries(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
   bool good = true;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
-    if (channel == name) {
-      Message message{};
-      good = Decode(data, &message);
-    }
+    if (channel == name) good = Decode(data, &std::get<Message>(*messages));
   });
   return good;
 }

@@ -24,7 +24,9 @@ class ConflictDetector {
 
   // tick: not negative; memory grows with the highest one.
   Answer Hear(std::string_view channel, int64_t tick, std::span<const uint8_t> data) {
-    std::vector<size_t>& hashes = heard_[std::string(channel)];
+    auto found = heard_.find(channel);
+    if (found == heard_.end()) found = heard_.emplace(channel, std::vector<size_t>()).first;
+    std::vector<size_t>& hashes = found->second;
     const auto index = static_cast<size_t>(tick);
     if (index >= hashes.size()) hashes.resize(index + 1, kNone);
     const std::string_view bytes(reinterpret_cast<const char*>(data.data()), data.size());
@@ -48,7 +50,7 @@ class ConflictDetector {
   static constexpr size_t kNone = 0;
 
   // By channel, then tick.
-  std::map<std::string, std::vector<size_t>> heard_;
+  std::map<std::string, std::vector<size_t>, std::less<>> heard_;
   std::string conflict_;
 };
 

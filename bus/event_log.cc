@@ -36,6 +36,8 @@ int64_t BigEndian64(const uint8_t* p) {
 EventLogWriter::EventLogWriter(const std::filesystem::path& file)
     : file_(file), stream_(std::fopen(file.c_str(), "wbx")) {
   if (!stream_) Throw("cannot create");
+  // Some ticks at a time: each of their messages may be larger than the usual buffer.
+  std::setvbuf(stream_, nullptr, _IOFBF, 64 << 10);
 }
 
 EventLogWriter::~EventLogWriter() {

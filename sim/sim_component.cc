@@ -59,7 +59,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnOwnEnd(m); });
   bus->SubscribeRaw(channels::kState.name,
-                    [this](const std::string&, std::span<const uint8_t> data, int64_t) { OnOwnState(data); });
+                    [this](std::string_view, std::span<const uint8_t> data, int64_t) { OnOwnState(data); });
   if (!queue_.empty()) BeginNext();
 }
 

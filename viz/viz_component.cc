@@ -25,6 +25,7 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
+  bus->SetPatience(std::chrono::milliseconds(10));
 }
 
 void VizComponent::OnModel(const model_info_t& model) {

@@ -17,8 +17,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The sim runs at most this far ahead of the disk.
-constexpr int64_t kLagWindowTicks = 256;
+// The sim runs at most this far ahead of the disk, and not so far that the kernel has no room for what waits:
+// a tick's messages of a large scene take half of this there.
+constexpr int64_t kMaxLagWindowTicks = 256;
+constexpr size_t kTickBytes = 32 << 10;
+
+int64_t LagWindowTicks(std::optional<size_t> receive_buffer_bytes) {
+  if (!receive_buffer_bytes) return kMaxLagWindowTicks;
+  return std::clamp<int64_t>(static_cast<int64_t>(*receive_buffer_bytes / kTickBytes), 2, kMaxLagWindowTicks);
+}
+
 constexpr auto kRunSummaryWait = std::chrono::seconds(1);
 
 // Does something to a file or folder. Throws EnvironmentError.
@@ -34,13 +42,14 @@ void OnDisk(const fs::path& path, const F& f) {
 }  // namespace
 
 Recorder::Recorder(Bus* bus, std::filesystem::path run)
-    : Component(bus, "recorder", kLagWindowTicks), run_(std::move(run)) {
+    : Component(bus, "recorder", kMaxLagWindowTicks), run_(std::move(run)) {
   std::error_code error;
   std::filesystem::create_directories(run_ / kEpisodesFolder, error);
   if (error) throw InputError("cannot create " + (run_ / kEpisodesFolder).string() + ": " + error.message());
-  bus->SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t time_us) {
+  bus->SubscribeRaw(".*", [this](std::string_view channel, std::span<const uint8_t> data, int64_t time_us) {
     Record(channel, data, time_us);
   });
+  status_.lag_window_ticks = LagWindowTicks(bus->receive_buffer_bytes());
 }
 
 void Recorder::Poll(SteadyTime now) {
@@ -109,23 +118,27 @@ void Recorder::Open(const episode_begin_t& begin) {
   time_us_ = 0;
   end_.reset();
   has_summary_ = false;
-  last_said_.clear();
-  ticks_.clear();
+  heard_.clear();
+  patience_.Begin(std::chrono::steady_clock::now());
   events_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
 
-void Recorder::Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us) {
+void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
   // Pictures can be drawn again from the log, and who looks on does not change what a run leaves behind.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
-  if (!channels::IsWhatItCarries(channel, data)) return bus().CountDecodeError();
+  if (!channels::IsWhatItCarries(channel, data, &decoded_)) return bus().CountDecodeError();
   if (channel == channels::kModel && !OnModel(data, receive_time_us)) return;
   if (channel == channels::kEpisodeBegin && !OnEpisodeBegin(data)) return;
   if (!events_) return;
+  Heard* heard = nullptr;
   if (recorded == Recorded::kOncePerTick) {
+    auto found = heard_.find(channel);
+    if (found == heard_.end()) found = heard_.emplace(channel, Heard{}).first;
+    heard = &found->second;
     // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
-    if (!IsNews(data, &last_said_[channel])) return;
+    if (!IsNews(data, &heard->last)) return;
   }
   header_t header{};
   const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
@@ -134,12 +147,14 @@ void Recorder::Record(const std::string& channel, std::span<const uint8_t> data,
   events_->Write(channel, data, simulated_time_ ? time_us_ : receive_time_us);
   if (const auto tick = channels::TickOf(channel, data);
       tick && tick->episode == status_.episode && tick->attempt == status_.attempt) {
-    ticks_[channel].Add(tick->tick);
+    heard->ticks.Add(tick->tick);
   }
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
     Progress(header);
+    bus().SetPatience(patience_.At(std::chrono::steady_clock::now()));
   } else if (channel == channels::kEpisodeEnd) {
+    bus().SetPatience({});
     episode_end_t end{};
     if (!end_ && Decode(data, &end) && IsOurs(end.header)) end_ = end;
   } else if (channel == channels::kEpisodeSummary) {
@@ -155,8 +170,8 @@ int64_t Recorder::MissingTicks() const {
   if (end_->end_reason == end_reason::kAborted) return 0;
   const int64_t last = end_->header.tick;
   const auto missing = [&](const char* channel, int64_t end) {
-    const auto found = ticks_.find(channel);
-    return found == ticks_.end() ? end : found->second.MissingBefore(end);
+    const auto found = heard_.find(std::string_view(channel));
+    return found == heard_.end() ? end : found->second.ticks.MissingBefore(end);
   };
   const int64_t states = missing(channels::kState.name, last + 1);
   // In realtime nobody waits for answers: which were sent is not known.

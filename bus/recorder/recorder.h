@@ -4,14 +4,18 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "bus/channels.h"
 #include "bus/component.h"
 #include "bus/event_log.h"
+#include "bus/patience.h"
 #include "bus/recorder/tick_set.h"
 #include "bus/wait.h"
 
@@ -27,7 +31,7 @@ class Recorder : public Component {
   void Poll(SteadyTime now) override;
 
  private:
-  void Record(const std::string& channel, std::span<const uint8_t> data, int64_t receive_time_us);
+  void Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us);
   // False: not of our run.
   bool OnModel(std::span<const uint8_t> data, int64_t receive_time_us);
   bool OnEpisodeBegin(std::span<const uint8_t> data);
@@ -46,10 +50,14 @@ class Recorder : public Component {
   // Simulated time of the last STATE.
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> events_;
-  // The last message of each channel of the ticks since the episode began.
-  std::map<std::string, std::vector<uint8_t>> last_said_;
-  // By channel, of this episode.
-  std::map<std::string, TickSet> ticks_;
+  // Of a channel on which a tick's messages are, in this episode.
+  struct Heard {
+    std::vector<uint8_t> last;
+    TickSet ticks;
+  };
+  std::map<std::string, Heard, std::less<>> heard_;
+  channels::Messages decoded_;
+  Patience patience_;
   // EPISODE_END is the sim's, so a summary without it is not of this episode.
   std::optional<episode_end_t> end_;
   bool has_summary_ = false;

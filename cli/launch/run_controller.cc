@@ -61,6 +61,7 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
 int64_t RunController::seed() const { return EpisodeSeed(plan_.seed, episode_index()); }
 
 void RunController::Command() {
+  bus().SetPatience({});
   command_t command{};
   command.kind = command_t::START_EPISODE;
   command.episode = episode_index();
@@ -111,6 +112,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
   if (!EnterEpisode(begin)) return;
   conflicts_.Start();
   attempt_.begun = true;
+  patience_.Begin(std::chrono::steady_clock::now());
   SayReady();
   listener_->OnEpisodeBegin(begin);
 }
@@ -118,6 +120,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
 void RunController::OnPartial(const partial_metrics_t& partial) {
   if (!attempt_.begun || !IsOurs(partial.header)) return;
   attempt_.started = true;
+  bus().SetPatience(patience_.At(std::chrono::steady_clock::now()));
   listener_->OnPartial(partial);
 }
 
@@ -126,6 +129,7 @@ void RunController::OnEnd(const episode_end_t& end) {
   if (conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled()) == ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
   }
+  bus().SetPatience({});
   attempt_.end = end;
   attempt_.ended.emplace(std::chrono::steady_clock::now());
   // Metrics may not be able to say so, if it was led into another episode.

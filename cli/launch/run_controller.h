@@ -10,6 +10,7 @@
 
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
+#include "bus/patience.h"
 #include "bus/repeater.h"
 #include "bus/wait.h"
 #include "cli/results/run_folder.h"
@@ -137,6 +138,7 @@ class RunController : public Component {
   Attempt attempt_;
   Repeater command_;
   ConflictDetector conflicts_;
+  Patience patience_;
   // Of each component, since it last spoke, and for how long it may be so.
   std::map<std::string, Silence> silence_;
   // By component: the highest counts it has said.

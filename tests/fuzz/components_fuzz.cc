@@ -29,7 +29,7 @@ using std::chrono::steady_clock;
 class Monitor : public Component {
  public:
   explicit Monitor(Bus* bus) : Component(bus, "monitor") {
-    bus->SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+    bus->SubscribeRaw(".*", [this](std::string_view channel, std::span<const uint8_t> data, int64_t) {
       watch_.Hear(channel, data, steady_clock::now());
     });
   }
@@ -177,7 +177,7 @@ class Run {
     samples_[channels::kCommand.name].push_back(Encode(command));
 
     Bus bus("memq://");
-    bus.SubscribeRaw(".*", [this](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+    bus.SubscribeRaw(".*", [this](std::string_view channel, std::span<const uint8_t> data, int64_t) {
       samples_[channel].emplace_back(data.begin(), data.end());
     });
     sim::SimOptions options = sim_;

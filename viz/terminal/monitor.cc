@@ -44,9 +44,10 @@ int Monitor(const Address& address) {
   signal(SIGPIPE, SIG_IGN);
   Bus bus(url);
   RunWatch watch(attached.planned_episodes);
-  bus.SubscribeRaw("EVALBUS_.*", [&](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+  bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
     watch.Hear(channel, data, steady_clock::now());
   });
+  bus.SetPatience(std::chrono::milliseconds(20));
 
   std::optional<Terminal> terminal;
   if (isatty(STDOUT_FILENO)) {

@@ -25,10 +25,14 @@ double Seconds(SteadyTime::duration duration) { return std::chrono::duration<dou
 
 }  // namespace
 
-void RunWatch::Hear(const std::string& channel, std::span<const uint8_t> data, SteadyTime now) {
+void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now) {
   RollWindow(now);
   heard_at_ = now;
-  if (channels_.size() < kMaxNames || channels_.contains(channel)) ++channels_[channel].count;
+  auto traffic = channels_.find(channel);
+  if (traffic == channels_.end() && channels_.size() < kMaxNames) {
+    traffic = channels_.emplace(channel, Traffic{}).first;
+  }
+  if (traffic != channels_.end()) ++traffic->second.count;
   const auto decode = [&](auto* message) {
     const bool good = Decode(data, message);
     garbled_ += !good;

@@ -49,7 +49,7 @@ class RunWatch {
   RunWatch& operator=(const RunWatch&) = delete;
 
   // Any message of the run as it came, in the order of arrival. What does not decode is counted.
-  void Hear(const std::string& channel, std::span<const uint8_t> data, SteadyTime now);
+  void Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now);
   // The same for messages that somebody has decoded; they count in no rate of messages.
   void Hear(const episode_begin_t& begin, SteadyTime now);
   void Hear(const partial_metrics_t& partial, SteadyTime now);
@@ -99,7 +99,7 @@ class RunWatch {
   const run_summary_t* run() const { return run_ ? &*run_ : nullptr; }
 
   const std::map<std::string, Health>& health() const { return health_; }
-  const std::map<std::string, Traffic>& channels() const { return channels_; }
+  const std::map<std::string, Traffic, std::less<>>& channels() const { return channels_; }
   // What the components' logs said last, the newest last.
   const std::deque<log_t>& log() const { return log_; }
   // Messages that did not decode.
@@ -135,7 +135,7 @@ class RunWatch {
   std::optional<run_summary_t> run_;
 
   std::map<std::string, Health> health_;
-  std::map<std::string, Traffic> channels_;
+  std::map<std::string, Traffic, std::less<>> channels_;
   std::deque<log_t> log_;
   SteadyTime window_began_{};
   // Latest simulated time heard of in this episode, and how much has passed in the window, microseconds.

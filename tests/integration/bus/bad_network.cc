@@ -1,7 +1,7 @@
 // For LD_PRELOAD: a network that loses, repeats or reorders what a process hears over UDP. BAD_NETWORK says
 // what and how often: "lose 40" is every 40th datagram; "lose 40 evalbus-recorder" in that program only.
 #include <dlfcn.h>
-#include <sys/select.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
@@ -37,62 +37,56 @@ struct Network {
   std::vector<char> held;
 };
 
-// liblcm hears in one thread.
+// A bus reads in one thread.
 Network& TheNetwork() {
   static Network network;
   return network;
 }
 
 // How long a datagram that is held back waits for one that overtakes it.
-constexpr int kHoldUs = 5'000;
-// liblcm drops what is shorter than its header without a word.
-constexpr ssize_t kNothing = 1;
+constexpr timespec kHold{0, 5'000'000};
+// What is shorter than LCM's header is dropped without a word.
+constexpr unsigned kNothing = 1;
 
 }  // namespace
 
-extern "C" int select(int count, fd_set* reading, fd_set* writing, fd_set* failing, timeval* timeout) {
-  static auto* const next = Next<decltype(select)>("select");
+extern "C" int ppoll(pollfd* fds, nfds_t count, const timespec* timeout, const __sigset_t* signals) {
+  static auto* const next = Next<decltype(ppoll)>("ppoll");
   Network& network = TheNetwork();
-  if (network.held.empty() || reading == nullptr || !FD_ISSET(network.fd, reading)) {
-    return next(count, reading, writing, failing, timeout);
-  }
+  if (network.held.empty() || count != 1 || fds->fd != network.fd) return next(fds, count, timeout, signals);
   if (!network.due) {
-    fd_set wanted = *reading;
-    timeval wait{0, kHoldUs};
-    const int ready = next(count, &wanted, nullptr, nullptr, &wait);
-    if (ready != 0) {
-      *reading = wanted;
-      return ready;
-    }
+    if (const int ready = next(fds, count, &kHold, signals); ready != 0) return ready;
     network.due = true;
   }
-  FD_ZERO(reading);
-  FD_SET(network.fd, reading);
+  fds->revents = POLLIN;
   return 1;
 }
 
-extern "C" ssize_t recvmsg(int fd, msghdr* message, int flags) {
-  static auto* const next = Next<decltype(recvmsg)>("recvmsg");
+// One datagram at a time, whatever there is room for.
+extern "C" int recvmmsg(int fd, mmsghdr* batch, unsigned, int flags, timespec* timeout) {
+  static auto* const next = Next<decltype(recvmmsg)>("recvmmsg");
   Network& network = TheNetwork();
-  iovec& buffer = message->msg_iov[0];
+  const iovec& buffer = batch->msg_hdr.msg_iov[0];
   if (!network.held.empty() && network.due && fd == network.fd) {
-    const size_t size = std::min(buffer.iov_len, network.held.size());
-    std::memcpy(buffer.iov_base, network.held.data(), size);
-    message->msg_controllen = 0;
+    batch->msg_len = static_cast<unsigned>(std::min(buffer.iov_len, network.held.size()));
+    std::memcpy(buffer.iov_base, network.held.data(), batch->msg_len);
+    batch->msg_hdr.msg_controllen = 0;
     network.held.clear();
-    return static_cast<ssize_t>(size);
+    return 1;
   }
-  const ssize_t size = next(fd, message, flags);
-  if (size <= 0) return size;
+  const int heard = next(fd, batch, 1, flags, timeout);
+  if (heard <= 0) return heard;
   if (!network.held.empty()) {
     network.due = true;
-    return size;
+    return heard;
   }
-  if (network.kind.empty() || ++network.heard % network.every != 0) return size;
-  if (network.kind == "lose") return kNothing;
-  const char* bytes = static_cast<const char*>(buffer.iov_base);
-  network.held.assign(bytes, bytes + size);
-  network.fd = fd;
-  network.due = network.kind == "repeat";
-  return network.due ? size : kNothing;
+  if (network.kind.empty() || ++network.heard % network.every != 0) return heard;
+  if (network.kind != "lose") {
+    const char* bytes = static_cast<const char*>(buffer.iov_base);
+    network.held.assign(bytes, bytes + batch->msg_len);
+    network.fd = fd;
+    network.due = network.kind == "repeat";
+  }
+  if (!network.due) batch->msg_len = kNothing;
+  return heard;
 }

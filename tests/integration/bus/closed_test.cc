@@ -166,7 +166,7 @@ TEST_F(Closed, OtherMachinesAreHeardOnlyIfTheUrlReachesThem) {
   const std::string url = UniqueUrl(), other = UniqueUrl();
   int heard_here = 0, heard_beyond = 0, heard_own = 0;
   const auto count = [](int* heard) {
-    return [heard](const std::string&, std::span<const uint8_t>, int64_t) { ++*heard; };
+    return [heard](std::string_view, std::span<const uint8_t>, int64_t) { ++*heard; };
   };
   Bus here(url), beyond(other.substr(0, other.find('?')) + "?ttl=1");
   here.SubscribeRaw("EVALBUS_NEIGHBOUR", count(&heard_here));

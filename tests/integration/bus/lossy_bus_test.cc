@@ -97,7 +97,7 @@ class Network {
   void Add(const Make& make) {
     Node& node = nodes_.emplace_back();
     node.bus.SubscribeRaw(".*",
-                          [this, &node](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+                          [this, &node](std::string_view channel, std::span<const uint8_t> data, int64_t) {
                             Hear(&node, {channel, {data.begin(), data.end()}});
                           });
     node.component = make(&node.bus);

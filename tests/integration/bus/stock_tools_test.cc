@@ -61,7 +61,7 @@ TEST(StockTools, PlayerBringsMetricsToTheSameSummary) {
   std::vector<std::vector<uint8_t>> summaries;
   int64_t missing_ticks = 0;
   bus.SubscribeRaw(channels::kEpisodeSummary.name,
-                   [&](const std::string&, std::span<const uint8_t> data, int64_t) {
+                   [&](std::string_view, std::span<const uint8_t> data, int64_t) {
                      summaries.emplace_back(data.begin(), data.end());
                    });
   bus.Subscribe(channels::kStatus,

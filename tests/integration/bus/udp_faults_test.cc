@@ -53,7 +53,7 @@ class UdpFaults : public testing::Test {
       decode_errors_[status.component] = std::max(decode_errors_[status.component], status.decode_errors);
     });
     bus_->SubscribeRaw(channels::kState.name,
-                       [this](const std::string&, std::span<const uint8_t> data, int64_t) {
+                       [this](std::string_view, std::span<const uint8_t> data, int64_t) {
                          const std::vector<uint8_t> bytes(data.begin(), data.end());
                          repeated_states_ += bytes == state_;
                          state_ = bytes;

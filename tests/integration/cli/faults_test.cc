@@ -157,8 +157,9 @@ INSTANTIATE_TEST_SUITE_P(Signals, StopBy, testing::Combine(testing::Values(SIGIN
 class Heckler {
  public:
   explicit Heckler(const std::string& url) : bus_(url) {
-    bus_.SubscribeRaw("EVALBUS_.*", [this](const std::string& channel, std::span<const uint8_t> data,
-                                           int64_t) { Hear(channel, data); });
+    bus_.SubscribeRaw("EVALBUS_.*", [this](std::string_view channel, std::span<const uint8_t> data, int64_t) {
+      Hear(std::string(channel), data);
+    });
   }
 
   void Listen() {

@@ -162,7 +162,7 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   const std::string url = UniqueUrl();
   Bus bus(url);
   RecordedLog heard;
-  bus.SubscribeRaw(".*", [&](const std::string& channel, std::span<const uint8_t> data, int64_t) {
+  bus.SubscribeRaw(".*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
     heard.events.push_back({channel, {data.begin(), data.end()}, 0});
   });
   Program replay({"evalbus", "replay", run_, "--speed", "10", "--url", url});

@@ -107,7 +107,7 @@ TEST_P(Reproducible, WithoutRecorder) {
   std::vector<std::vector<uint8_t>> states;
   int episodes = 0;
   Bus bus(url);
-  bus.SubscribeRaw(channels::kState.name, [&](const std::string&, std::span<const uint8_t> data, int64_t) {
+  bus.SubscribeRaw(channels::kState.name, [&](std::string_view, std::span<const uint8_t> data, int64_t) {
     if (episodes == 0) states.emplace_back(data.begin(), data.end());
   });
   bus.Subscribe(channels::kEpisodeSummary, [&](const episode_summary_t&) { ++episodes; });

@@ -21,7 +21,7 @@ class ChannelFilterTest : public testing::Test {
     socklen_t size = sizeof to_;
     EXPECT_EQ(bind(receiver_, reinterpret_cast<sockaddr*>(&to_), size), 0);
     EXPECT_EQ(getsockname(receiver_, reinterpret_cast<sockaddr*>(&to_), &size), 0);
-    FilterChannels(ntohs(to_.sin_port), false, {});
+    FilterChannels(receiver_, false, {});
   }
   ~ChannelFilterTest() override {
     close(receiver_);

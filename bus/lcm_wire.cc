@@ -1,0 +1,57 @@
+#include "bus/lcm_wire.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "bus/message.h"
+
+namespace evalbus {
+namespace {
+
+uint32_t U16(const uint8_t* at) { return uint32_t{at[0]} << 8 | at[1]; }
+uint32_t U32(const uint8_t* at) { return U16(at) << 16 | U16(at + 2); }
+
+// Takes the channel's name and its NUL off the bytes; nothing if they do not begin with one.
+std::optional<std::string_view> TakeChannel(std::span<const uint8_t>* bytes) {
+  const auto end = std::ranges::find(*bytes, uint8_t{0});
+  const auto size = static_cast<size_t>(end - bytes->begin());
+  if (end == bytes->end() || size > kMaxChannelBytes) return std::nullopt;
+  const std::string_view channel(reinterpret_cast<const char*>(bytes->data()), size);
+  *bytes = bytes->subspan(size + 1);
+  return channel;
+}
+
+}  // namespace
+
+std::variant<std::monostate, LcmMessage, LcmFragment> ParseDatagram(std::span<const uint8_t> datagram) {
+  if (datagram.size() < kMessageHeaderBytes) return {};
+  const uint8_t* bytes = datagram.data();
+  if (U32(bytes) == kMessageMagic) {
+    LcmMessage message{.channel = {}, .data = datagram.subspan(kMessageHeaderBytes)};
+    const auto channel = TakeChannel(&message.data);
+    if (!channel) return {};
+    message.channel = *channel;
+    return message;
+  }
+  if (U32(bytes) != kFragmentMagic || datagram.size() < kFragmentHeaderBytes) return {};
+  LcmFragment fragment{.sequence = U32(bytes + 4),
+                       .message_bytes = U32(bytes + 8),
+                       .offset = U32(bytes + 12),
+                       .number = static_cast<uint16_t>(U16(bytes + 16)),
+                       .count = static_cast<uint16_t>(U16(bytes + 18)),
+                       .channel = {},
+                       .data = datagram.subspan(kFragmentHeaderBytes)};
+  if (fragment.number == 0) {
+    const auto channel = TakeChannel(&fragment.data);
+    if (!channel) return {};
+    fragment.channel = *channel;
+  }
+  const uint64_t end = uint64_t{fragment.offset} + fragment.data.size();
+  if (fragment.message_bytes > kMaxMessageBytes || end > fragment.message_bytes ||
+      fragment.number >= fragment.count) {
+    return {};
+  }
+  return fragment;
+}
+
+}  // namespace evalbus
