@@ -67,18 +67,22 @@ void Bus::SelfCheck() {
   if (!*heard) throw EnvironmentError("bus " + url_ + " does not deliver: " + kMulticastFix);
 }
 
-void Bus::PublishRaw(const std::string& channel, std::span<const uint8_t> data) {
-  if (lcm_->publish(channel, data.data(), static_cast<unsigned>(data.size())) != 0) {
-    throw EnvironmentError("cannot publish on " + channel + " (bus " + url_ + ")");
+void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
+  Note(Trace::Event::kSend, channel, data);
+  // The C form: the other one copies the channel's name.
+  if (lcm_publish(lcm_->getUnderlyingLCM(), channel, data.data(), static_cast<unsigned>(data.size())) != 0) {
+    throw EnvironmentError(std::string("cannot publish on ") + channel + " (bus " + url_ + ")");
   }
+  Note(Trace::Event::kSent, channel, data);
 }
 
 void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, channels, std::move(handler)}));
   if (!IsMulticast(url_)) {
-    auto* subscription = lcm_->subscribe(channels, &Subscription::Receive, subscriptions_.back().get());
+    lcm_subscription_t* subscription = lcm_subscribe(lcm_->getUnderlyingLCM(), channels.c_str(),
+                                                     &Subscription::Receive, subscriptions_.back().get());
     // 0 = unlimited; the default of 30 drops the newest message without a word.
-    subscription->setQueueCapacity(0);
+    lcm_subscription_set_queue_capacity(subscription, 0);
     return;
   }
   std::vector<std::string> wanted;
@@ -110,16 +114,18 @@ int64_t Bus::decode_errors() const { return decode_errors_ + (receiver_ ? receiv
 
 void Bus::Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data,
                   int64_t time_us) {
+  Note(Trace::Event::kReceived, channel, data);
   handled_ = data;
   to->handler(channel, data, time_us);
 }
 
-void Bus::Subscription::Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+void Bus::Subscription::Receive(const _lcm_recv_buf_t* buffer, const char* channel, void* subscription) {
+  auto* const self = static_cast<Subscription*>(subscription);
   const auto* data = static_cast<const uint8_t*>(buffer->data);
   try {
-    bus->Deliver(this, channel, {data, buffer->data_size}, buffer->recv_utime);
+    self->bus->Deliver(self, channel, {data, buffer->data_size}, buffer->recv_utime);
   } catch (...) {
-    if (!bus->thrown_) bus->thrown_ = std::current_exception();
+    if (!self->bus->thrown_) self->bus->thrown_ = std::current_exception();
   }
 }
 

@@ -8,21 +8,24 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "bus/channels.h"
 #include "bus/message.h"
+#include "bus/trace.h"
 
 namespace lcm {
 class LCM;
-struct ReceiveBuffer;
-}  // namespace lcm
+}
+struct _lcm_recv_buf_t;
 
 namespace evalbus {
 
@@ -53,26 +56,32 @@ class Bus {
   // Throws EnvironmentError if the message cannot be sent.
   template <class Message>
   void Publish(const Channel<Message>& channel, const std::type_identity_t<Message>& message) {
+    Note(Trace::Event::kEncode, channel, {});
     Encode(message, &buffer_);
     PublishRaw(channel.name, buffer_);
   }
-  void PublishRaw(const std::string& channel, std::span<const uint8_t> data);
+  void PublishRaw(const char* channel, std::span<const uint8_t> data);
 
-  // Calls handler for each message on the channel. A message that does not decode (other type, cut, too long)
-  // is counted in decode_errors() and dropped. The queue is unlimited. What a handler throws comes out of
-  // Handle().
+  // Calls handler for each message on the channel, decoded once for all handlers. A message that does not
+  // decode (other type, cut, too long) is counted in decode_errors() and dropped. The queue is unlimited
+  // within a process, else what the receive buffer holds. What a handler throws comes out of Handle().
   template <class Message>
   void Subscribe(const Channel<Message>& channel,
                  std::type_identity_t<std::function<void(const Message&)>> handler) {
-    // The message object is kept, so that decoding into it reuses its storage.
-    SubscribeRaw(channel.name, [this, handler = std::move(handler), message = Message{}](
-                                   std::string_view, std::span<const uint8_t> data, int64_t) mutable {
-      if (Decode(data, &message)) {
-        handler(message);
-      } else {
-        ++decode_errors_;
-      }
-    });
+    std::shared_ptr<void>& known = topics_[{channel.name, Message::getHash()}];
+    if (!known) {
+      const auto topic = std::make_shared<Topic<Message>>();
+      topic->channel = channel;
+      known = topic;
+      SubscribeRaw(channel.name, [this, topic](std::string_view, std::span<const uint8_t> data, int64_t) {
+        if (!Decode(data, &topic->message)) return CountDecodeError();
+        Note(Trace::Event::kDecoded, topic->channel, data);
+        // A handler may subscribe.
+        for (size_t i = 0; i < topic->handlers.size(); ++i) topic->handlers[i](topic->message);
+        Note(Trace::Event::kHandled, topic->channel, data);
+      });
+    }
+    std::static_pointer_cast<Topic<Message>>(known)->handlers.push_back(std::move(handler));
   }
 
   // Undecoded messages of a channel or, for a name that ends in ".*", of all whose names begin so;
@@ -107,15 +116,29 @@ class Bus {
     RawHandler handler;
     bool Wants(std::string_view channel) const;
     // The form that LCM calls; nothing may be thrown through its C frames.
-    void Receive(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    static void Receive(const _lcm_recv_buf_t* buffer, const char* channel, void* subscription);
   };
+  // The message object is kept, so that decoding into it reuses its storage.
+  template <class Message>
+  struct Topic {
+    std::string channel;
+    Message message{};
+    std::vector<std::function<void(const Message&)>> handlers;
+  };
+
+  void Note(Trace::Event event, std::string_view channel, std::span<const uint8_t> data) {
+    if (trace_) trace_->Add(event, channel, data);
+  }
   bool HandleReceived(SteadyTime deadline);
   void Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
 
   std::string url_;
   int64_t session_;
   std::unique_ptr<lcm::LCM> lcm_;
+  std::unique_ptr<Trace> trace_ = Trace::OfEnvironment();
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  // By channel and type.
+  std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
   // From the first subscription on; not within a process.
   std::unique_ptr<MulticastReceiver> receiver_;
   std::vector<uint8_t> buffer_;

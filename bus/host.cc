@@ -7,6 +7,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/realtime.h"
 #include "bus/private_network.h"
 
 namespace evalbus {
@@ -67,6 +68,7 @@ int HostMain(int argc, char** argv, const std::string& description,
   CLI::App app{description};
   std::string url;
   int64_t session = 0;
+  int realtime_priority = 0;
   add_options(&app);
   // A launcher starts all alike; one without options of its own takes none from the file.
   if (app.get_option_no_throw("--options") == nullptr) AddOptionsFile(&app, [](const std::string&) {});
@@ -76,8 +78,10 @@ int HostMain(int argc, char** argv, const std::string& description,
       ->required();
   // For launchers.
   app.add_option("--session", session)->group("");
+  app.add_option("--realtime-priority", realtime_priority)->group("");
   AddLogLevel(&app);
   if (const auto code = ParseArguments(&app, argc, argv)) return *code;
+  if (realtime_priority > 0) AskForRealtime(realtime_priority);
   return Host(url, make, session);
 }
 

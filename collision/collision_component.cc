@@ -12,8 +12,7 @@ namespace {
 bool HasPoses(const state_t& state, int num_bodies) {
   if (state.num_bodies != num_bodies) return false;
   for (int body = 0; body < num_bodies; ++body) {
-    const std::vector<double>&position = state.body_position_m[body], &quat = state.body_quat_wxyz[body];
-    if (position.size() != 3 || quat.size() != 4 || !IsPose(position.data(), quat.data())) return false;
+    if (!IsPose(state.body[body].position_m, state.body[body].quat_wxyz)) return false;
   }
   return true;
 }
@@ -59,7 +58,7 @@ void CollisionComponent::OnState(const state_t& state) {
   }
   status_.missing_ticks += tick - status_.last_tick - 1;
   for (int body = 0; body < state.num_bodies; ++body) {
-    checker_->SetBodyPose(body, state.body_position_m[body].data(), state.body_quat_wxyz[body].data());
+    checker_->SetBodyPose(body, state.body[body].position_m, state.body[body].quat_wxyz);
   }
   contacts_.header = state.header;
   contacts_.contact = checker_->FindContacts();

@@ -32,10 +32,8 @@ struct Face {
 
 class Polytope {
  public:
-  Polytope(const Shape& a, const Shape& b) : a_(a), b_(b) {}
-
-  // Four vertices around the origin. False when there are none.
-  bool Enclose();
+  // Four vertices around the origin. False when there are none. The shapes must outlive Expand().
+  bool Enclose(const Shape& a, const Shape& b);
   // Grows until the face nearest to the origin is part of the surface, or rounding ends it; then the least
   // depth that was met.
   std::optional<Proximity> Expand();
@@ -50,8 +48,8 @@ class Polytope {
   // What a face says that is so far (depth) from the origin.
   Proximity DepthAt(const Face& face, double depth) const;
 
-  const Shape& a_;
-  const Shape& b_;
+  const Shape* a_ = nullptr;
+  const Shape* b_ = nullptr;
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
   // Of the faces that Add() takes away.
@@ -61,8 +59,8 @@ class Polytope {
 Vertex Polytope::Farthest(const Vector3d& direction) const {
   const Vector3d u = direction.normalized();
   Vertex vertex;
-  vertex.on_a = a_.position + a_.rotation * FarthestPoint(a_, a_.rotation.transpose() * u);
-  vertex.on_b = b_.position + b_.rotation * FarthestPoint(b_, b_.rotation.transpose() * -u);
+  vertex.on_a = a_->position + a_->rotation * FarthestPoint(*a_, a_->rotation.transpose() * u);
+  vertex.on_b = b_->position + b_->rotation * FarthestPoint(*b_, b_->rotation.transpose() * -u);
   vertex.w = vertex.on_a - vertex.on_b;
   return vertex;
 }
@@ -76,10 +74,13 @@ bool Polytope::AddFace(int i, int j, int k) {
   return true;
 }
 
-bool Polytope::Enclose() {
+bool Polytope::Enclose(const Shape& a, const Shape& b) {
+  a_ = &a;
+  b_ = &b;
   vertices_.clear();
+  faces_.clear();
   // Two points on opposite sides of the origin, then a triangle and a tetrahedron built towards it.
-  Vector3d direction = b_.position - a_.position;
+  Vector3d direction = b.position - a.position;
   if (direction.isZero(0)) direction = Vector3d::UnitX();
   vertices_.push_back(Farthest(direction));
   vertices_.push_back(Farthest(-direction));
@@ -177,8 +178,9 @@ std::optional<Proximity> Polytope::Expand() {
 }  // namespace
 
 std::optional<Proximity> Penetration(const Shape& a, const Shape& b) {
-  Polytope polytope(a, b);
-  if (!polytope.Enclose()) return std::nullopt;
+  // Kept for its storage.
+  static thread_local Polytope polytope;
+  if (!polytope.Enclose(a, b)) return std::nullopt;
   return polytope.Expand();
 }
 

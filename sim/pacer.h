@@ -3,9 +3,8 @@
 
 #include <chrono>
 #include <cstdint>
-#include <vector>
 
-#include "evalbus/episode_end_t.hpp"
+#include "sim/durations.h"
 
 namespace evalbus::sim {
 
@@ -25,15 +24,14 @@ class Pacer {
   // Ticks that were a whole period late.
   int64_t late_ticks() const { return late_ticks_; }
 
-  // Fills in how late ticks were: p50, p99, largest, late_ticks; nothing where there was none.
-  void Fill(episode_end_t* end) const;
+  // Of each tick after tick 0, how long after its due time it went out.
+  time_distribution_t Error() const { return error_.Distribution(); }
 
  private:
   Time::duration period_{};
   Time due_{};
   int64_t late_ticks_ = 0;
-  // Of each tick after tick 0, how long after its due time it went out.
-  std::vector<double> error_s_;
+  Durations error_;
 };
 
 }  // namespace evalbus::sim

@@ -203,6 +203,9 @@ void SimComponent::StartIfReady() {
   log().Info("begins, seed {}", begin_.seed);
   state_.header = begin_.header;
   deadline_misses_ = 0;
+  published_.clear();
+  action_latency_.Clear();
+  partial_latency_.Clear();
   pacer_.Start(steady_clock::now(), static_cast<double>(world_.tick_us()) * 1e-6 / options_.rtf);
   PublishState();
 }
@@ -214,6 +217,7 @@ void SimComponent::PublishState() {
   tick_ = {};
   tick_.published = now;
   tick_.wait = Wait(now);
+  if (options_.realtime) published_.push_back(now);
   unheard_state_.Said(now);
   Progress(state_.header);
   bus().Publish(channels::kState, state_);
@@ -236,6 +240,7 @@ void SimComponent::OnAction(const action_t& action) {
     ++status_.foreign_messages;
     return;
   }
+  if (options_.realtime) TimeAnswer(action.header.tick, &action_latency_);
   const std::string fault = action.error.empty() ? world_.Apply(action) : action.error;
   if (action.header.tick == tick) tick_.has_action = true;
   if (!fault.empty()) tick_.end = {end_reason::kPolicyError, fault};
@@ -254,6 +259,7 @@ void SimComponent::OnPartial(const partial_metrics_t& partial) {
   const auto answer = detector_.Hear(channels::kPartial, tick, bus().handled());
   if (answer == ConflictDetector::Answer::kConflicting) return OnConflict(detector_.conflict());
   if (options_.realtime) {
+    if (answer == ConflictDetector::Answer::kNew) TimeAnswer(tick, &partial_latency_);
     // The verdict may be about an earlier tick; it holds all the same.
     if (partial.verdict != partial_metrics_t::UNDECIDED) End(end_reason::Of(partial.verdict));
     return;
@@ -264,6 +270,10 @@ void SimComponent::OnPartial(const partial_metrics_t& partial) {
   }
   tick_.verdict = partial.verdict;
   Advance();
+}
+
+void SimComponent::TimeAnswer(int64_t tick, Durations* latency) {
+  latency->Add(steady_clock::now() - published_[static_cast<size_t>(tick)]);
 }
 
 void SimComponent::Advance() {
@@ -302,7 +312,12 @@ void SimComponent::End(const std::string& reason, const std::string& detail) {
   end_.header = state_.header;
   end_.end_reason = reason;
   end_.detail = detail;
-  if (options_.realtime) pacer_.Fill(&end_);
+  if (options_.realtime) {
+    end_.pacing_error = pacer_.Error();
+    end_.late_ticks = pacer_.late_ticks();
+    end_.action_latency = action_latency_.Distribution();
+    end_.partial_latency = partial_latency_.Distribution();
+  }
   const std::string text = reason + (detail.empty() ? "" : ": " + detail);
   if (reason == end_reason::kAborted) {
     log().Warn("ends, {}", text);

@@ -17,6 +17,7 @@
 #include "bus/conflict_detector.h"
 #include "bus/repeater.h"
 #include "bus/wait.h"
+#include "sim/durations.h"
 #include "sim/pacer.h"
 #include "sim/prepared_scene.h"
 #include "sim/roster.h"
@@ -74,6 +75,7 @@ class SimComponent : public Component {
   // Publishes the next STATE or ends the episode, if what that needs is there.
   void Advance();
   void AdvanceRealtime(SteadyTime now);
+  void TimeAnswer(int64_t tick, Durations* latency);
   void PublishState();
   // Says again, and ends the episode, where an answer does not come.
   void MindSilence(SteadyTime now);
@@ -102,6 +104,9 @@ class SimComponent : public Component {
   // In this episode.
   bool other_run_heard_ = false;
   Pacer pacer_;
+  // Realtime clock: when the STATE of each tick was published, and what its answers took.
+  std::vector<SteadyTime> published_;
+  Durations action_latency_, partial_latency_;
 
   Repeater announcement_, model_, unheard_state_, unheard_end_;
   int64_t model_published_sim_us_ = 0;

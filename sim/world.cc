@@ -189,13 +189,11 @@ void World::Fill(state_t* state) const {
   state->num_ctrl = model_->nu;
   state->ctrl_mixed.assign(d.ctrl, d.ctrl + model_->nu);
   state->num_bodies = model_->nbody;
-  state->body_position_m.resize(static_cast<size_t>(model_->nbody));
-  state->body_quat_wxyz.resize(static_cast<size_t>(model_->nbody));
-  for (int body = 0; body < model_->nbody; ++body) {
-    auto& position = state->body_position_m[static_cast<size_t>(body)];
-    auto& quaternion = state->body_quat_wxyz[static_cast<size_t>(body)];
-    position.assign(d.xpos + 3 * body, d.xpos + 3 * body + 3);
-    quaternion.assign(d.xquat + 4 * body, d.xquat + 4 * body + 4);
+  state->body.resize(static_cast<size_t>(model_->nbody));
+  for (int i = 0; i < model_->nbody; ++i) {
+    body_pose_t& body = state->body[static_cast<size_t>(i)];
+    mju_copy3(body.position_m, d.xpos + 3 * i);
+    mju_copy4(body.quat_wxyz, d.xquat + 4 * i);
   }
   state->num_arms = static_cast<int32_t>(arms_.size());
   state->arm.resize(arms_.size());

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string>
 
+#include "base/realtime.h"
 #include "bus/bus.h"
 #include "bus/private_network.h"
 #include "cli/commands/commands.h"
@@ -38,6 +39,11 @@ int Doctor() {
         fmt::format("UDP receive buffer limit {} bytes (wanted: {}; matters for images)", limit,
                     kReceiveBufferBytes),
         fmt::format("sysctl -w net.core.rmem_max={}", kReceiveBufferBytes));
+
+  const Realtime realtime = RealtimeAllowed();
+  Print(realtime.is_scheduled && realtime.is_locked, "for --realtime: " + realtime.Words(),
+        "'@GROUP - rtprio 50' and '@GROUP - memlock unlimited' in /etc/security/limits.conf, then log in "
+        "again");
 
   bool all_programs = true;
   for (const launch::ComponentType& component : launch::AllComponents()) {

@@ -17,6 +17,7 @@
 #include "cli/launch/version.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
+#include "cli/results/pacing.h"
 #include "cli/results/page_links.h"
 #include "cli/results/run_reader.h"
 #include "metrics/statistics/run_statistics.h"
@@ -136,6 +137,19 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
   }
 }
 
+// Of a run in real time all of whose episodes say it.
+void AddPacing(const results::RecordedRun& recorded, viz::ReportRun* run) {
+  std::vector<nlohmann::ordered_json> episodes;
+  for (const results::RecordedEpisode& episode : recorded.episodes) episodes.push_back(episode.json);
+  const nlohmann::ordered_json pacing = results::RunPacing(episodes);
+  if (pacing.is_null()) return;
+  run->pacing = results::PacingSentence(pacing) + " Times of the worst episode:";
+  for (const results::PacingTimes& times : results::kPacingTimes) {
+    const nlohmann::ordered_json& json = pacing[times.key];
+    run->times.push_back({times.name, json["p50_s"], json["p99_s"], json["p999_s"], json["max_s"]});
+  }
+}
+
 viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>& episodes, bool in_suite,
                    const results::PageLinks& links) {
   const metrics::RunSummary summary = recorded.Statistics().Summary(true);
@@ -163,6 +177,7 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   run.collisions = summary.collisions_per_geom;
   run.remarks = recorded.Remarks();
   run.metrics = Metrics(summary);
+  AddPacing(recorded, &run);
   for (const auto& [key, value] : recorded.info.items()) {
     run.made.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
   }

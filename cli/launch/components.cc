@@ -34,9 +34,11 @@ std::unique_ptr<Component> MakeSim(Bus* bus, const RunOptions& options) {
 }
 
 constexpr ComponentType kComponents[] = {
-    {"recorder", kRequired, MakeRecorder}, {"collision", kRequired, Make<collision::CollisionComponent>},
-    {"metrics", kRequired, MakeMetrics},   {"policy", kRequired, MakePolicy},
-    {"sim", !kRequired, MakeSim},
+    {"recorder", kRequired, 0, MakeRecorder},
+    {"collision", kRequired, 10, Make<collision::CollisionComponent>},
+    {"metrics", kRequired, 10, MakeMetrics},
+    {"policy", kRequired, 10, MakePolicy},
+    {"sim", !kRequired, kSimRealtimePriority, MakeSim},
 };
 
 }  // namespace

@@ -17,11 +17,16 @@ struct ComponentType {
   std::string_view name;
   // The episode waits until it is ready. (The sim is who waits.)
   bool is_required;
+  // With --realtime (base/realtime.h); 0 for who need not be in time. The sim goes before all.
+  int realtime_priority;
   // The component itself, for all in one process.
   std::unique_ptr<Component> (*make)(Bus* bus, const RunOptions& options);
 
   std::string program() const { return "evalbus-" + std::string(name); }
 };
+
+// Of the sim, or of all in one process.
+inline constexpr int kSimRealtimePriority = 20;
 
 // In the order in which they start.
 std::span<const ComponentType> AllComponents();

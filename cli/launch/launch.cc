@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/realtime.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "bus/host.h"
@@ -26,8 +27,12 @@ std::filesystem::path LogOf(const RunOptions& options, const std::string& compon
 // What is executed for a component, and what a person may execute instead.
 std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& options,
                                    const results::RunFolder& folder) {
-  return {(Processes::BinaryFolder() / type.program()).string(), "--options",
-          (folder.path() / kRunJson).string(), "--url", options.url};
+  std::vector<std::string> command = {(Processes::BinaryFolder() / type.program()).string(), "--options",
+                                      (folder.path() / kRunJson).string(), "--url", options.url};
+  if (options.sim.realtime && type.realtime_priority > 0) {
+    command.insert(command.end(), {"--realtime-priority", std::to_string(type.realtime_priority)});
+  }
+  return command;
 }
 
 void SayDropped(const RunController& controller, RunListener* listener) {
@@ -42,6 +47,7 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
   Bus bus("memq://");
   std::vector<std::unique_ptr<Component>> components;
   for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, options));
+  if (options.sim.realtime) AskForRealtime(kSimRealtimePriority);
   RunController controller(&bus, plan, folder, listener);
   SteadyTime poll_at{};
   while (!controller.done() && !stop_requested()) {

@@ -87,8 +87,9 @@ void Processes::Start(const std::string& name, const std::vector<std::string>& c
   if (pid == 0) {
     // Only async-signal-safe calls until exec.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(127);  // the launcher died in between
-    setpgid(0, 0);                        // Ctrl-C reaches the launcher alone, which then stops us in order
+    if (getppid() != parent) _exit(127);       // the launcher died in between
+    close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // liblcm's socket, for one
+    setpgid(0, 0);  // Ctrl-C reaches the launcher alone, which then stops us in order
     const int null = open("/dev/null", O_RDONLY);
     dup2(null, STDIN_FILENO);
     dup2(log, STDOUT_FILENO);

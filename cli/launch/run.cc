@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/realtime.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "bus/private_network.h"
@@ -46,6 +47,12 @@ void Evaluate(const PreparedRun& run, LiveView* view, Filming* filming) {
   for (const auto& episode : run.finished) filming->OnEpisodeDone(episode);
   if (run.plan.policy_is_external && !run.plan.is_by_hand) {
     fmt::print("the policy is who says that it is on {}\n", run.options.url);
+    std::fflush(stdout);
+  }
+  if (run.options.sim.realtime) {
+    const Realtime allowed = RealtimeAllowed();
+    fmt::print("real time: {}{}\n", allowed.Words(),
+               allowed.is_scheduled && allowed.is_locked ? "" : " (see 'evalbus doctor')");
     std::fflush(stdout);
   }
   const auto evaluate = run.options.workers > 1  ? EvaluateWorkers

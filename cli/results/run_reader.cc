@@ -11,6 +11,7 @@
 #include "base/random.h"
 #include "base/run_layout.h"
 #include "base/text.h"
+#include "cli/results/pacing.h"
 
 namespace evalbus::results {
 namespace {
@@ -50,8 +51,11 @@ void CheckPacing(const ordered_json& json, const std::string& where) {
   for (const char* count : {"ticks", "deadline_misses", "late_ticks"}) {
     Get<int64_t>(*pacing, count, "a whole number", where);
   }
-  for (const char* error : {"error_p50_s", "error_p99_s", "error_max_s"}) {
-    Get<double>(*pacing, error, "a number", where);
+  for (const PacingTimes& times : kPacingTimes) {
+    const auto distribution = Get<ordered_json>(*pacing, times.key, "an object", where);
+    Get<int64_t>(distribution, "count", "a whole number", where);
+    for (const char* time : {"p50_s", "p99_s", "p999_s", "max_s"})
+      Get<double>(distribution, time, "a number", where);
   }
 }
 

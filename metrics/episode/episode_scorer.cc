@@ -99,11 +99,9 @@ bool EpisodeScorer::Fits(const state_t& state) const {
   }
   // NaN and infinity both make 0 * x NaN.
   double sum = 0;
-  for (const std::vector<double>& position : state.body_position_m) {
-    for (double x : position) sum += 0 * x;
-  }
-  for (const std::vector<double>& quat : state.body_quat_wxyz) {
-    for (double x : quat) sum += 0 * x;
+  for (const body_pose_t& body : state.body) {
+    for (double x : body.position_m) sum += 0 * x;
+    for (double x : body.quat_wxyz) sum += 0 * x;
   }
   for (double x : state.qpos_mixed) sum += 0 * x;
   return sum == 0;
@@ -144,7 +142,7 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
                 .mechanical_work = arm.mechanical_work_J};
   }
   for (size_t k = 0; k < opening_.size(); ++k) opening_[k] = state.gripper[k].opening;
-  for (size_t k = 0; k < height_.size(); ++k) height_[k] = state.body_position_m[object_body_[k]][2];
+  for (size_t k = 0; k < height_.size(); ++k) height_[k] = state.body[object_body_[k]].position_m[2];
   FindHolds(contacts.contact);
   contacts_.clear();
   for (const contact_t& contact : contacts.contact) {

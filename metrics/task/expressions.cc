@@ -35,10 +35,9 @@ Frame::Frame(const YamlMap& arguments, const CompileContext& context) {
   words_ = " in the frame of " + frame->Text();
 }
 
-std::array<double, 3> Frame::Of(const std::vector<double>& position, const WorldView& world) const {
+std::array<double, 3> Frame::Of(const double* position, const WorldView& world) const {
   if (body_ < 0) return {position[0], position[1], position[2]};
-  const std::vector<double>&origin = world.state.body_position_m[body_],
-        &quat = world.state.body_quat_wxyz[body_];
+  const double *origin = world.state.body[body_].position_m, *quat = world.state.body[body_].quat_wxyz;
   const std::array<double, 3> v = {position[0] - origin[0], position[1] - origin[1], position[2] - origin[2]};
   // Turned back by the unit quaternion q, which MuJoCo's are: v + 2 u x (u x v - w v), u the vector of q.
   const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
@@ -48,7 +47,7 @@ std::array<double, 3> Frame::Of(const std::vector<double>& position, const World
           v[2] + 2 * (x * t[1] - y * t[0])};
 }
 
-double Tilt(const std::vector<double>& quat_wxyz, int axis) {
+double Tilt(const double* quat_wxyz, int axis) {
   // The body's z axis in the world, of any norm.
   const double w = quat_wxyz[0], x = quat_wxyz[1], y = quat_wxyz[2], z = quat_wxyz[3];
   const std::array<double, 3> up = {2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z};

@@ -70,7 +70,7 @@ class Frame {
  public:
   Frame(const YamlMap& arguments, const CompileContext& context);
   // A point of the world in this frame.
-  std::array<double, 3> Of(const std::vector<double>& position, const WorldView& world) const;
+  std::array<double, 3> Of(const double* position, const WorldView& world) const;
   // " in the frame of plate"; nothing for the world.
   const std::string& words() const { return words_; }
 
@@ -81,7 +81,7 @@ class Frame {
 
 // How far an object leans: the angle (rad) between its up axis (z of its body) and the vertical, or with
 // `axis` (0 x, 1 y) how far its up axis is from being perpendicular to that world axis, |phi - pi/2|.
-double Tilt(const std::vector<double>& quat_wxyz, int axis);
+double Tilt(const double* quat_wxyz, int axis);
 inline constexpr int kNoAxis = -1;
 // Argument `axis` (x or y, optional) as for Tilt().
 int TiltAxis(const YamlMap& arguments);

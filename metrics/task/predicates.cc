@@ -106,7 +106,7 @@ class HeightAbove : public Within {
   }
 
  protected:
-  double Value(const WorldView& world) override { return world.state.body_position_m[body_][2]; }
+  double Value(const WorldView& world) override { return world.state.body[body_].position_m[2]; }
 
  private:
   int body_;
@@ -184,7 +184,7 @@ class Inside : public Within {
 
  protected:
   double Value(const WorldView& world) override {
-    const std::array<double, 3> position = frame_.Of(world.state.body_position_m[body_], world);
+    const std::array<double, 3> position = frame_.Of(world.state.body[body_].position_m, world);
     double out = -std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < 3; ++i) {
       out = std::max(out, std::abs(position[i] - center_[i]) - half_extents_[i]);
@@ -233,7 +233,7 @@ class TiltBelow : public Within {
 
  protected:
   double Value(const WorldView& world) override {
-    const std::vector<double>& quat = world.state.body_quat_wxyz[body_];
+    const double* quat = world.state.body[body_].quat_wxyz;
     const double up_z = quat[0] * quat[0] - quat[1] * quat[1] - quat[2] * quat[2] + quat[3] * quat[3];
     const double tilt = Tilt(quat, axis_);
     return (up_z >= 0 || axis_ == kNoAxis ? tilt : std::numbers::pi - tilt) * 180 / std::numbers::pi;

@@ -44,7 +44,7 @@ class Distance : public Quantity {
   }
   static const double* Position(const Point& point, const WorldView& world) {
     return point.is_wrist ? world.state.arm[point.index].wrist_position_m
-                          : world.state.body_position_m[point.index].data();
+                          : world.state.body[point.index].position_m;
   }
   Point a_;
   Point b_;
@@ -119,7 +119,7 @@ class Lift : public Quantity {
     start_ = part->pose.position[2];
     words_ = "lift of " + subject_;
   }
-  double Evaluate(const WorldView& world) override { return world.state.body_position_m[body_][2] - start_; }
+  double Evaluate(const WorldView& world) override { return world.state.body[body_].position_m[2] - start_; }
 
  private:
   int body_;
@@ -140,7 +140,7 @@ class Position : public Quantity {
     words_ = axis + " of " + subject_ + frame_.words();
   }
   double Evaluate(const WorldView& world) override {
-    return frame_.Of(world.state.body_position_m[body_], world)[axis_];
+    return frame_.Of(world.state.body[body_].position_m, world)[axis_];
   }
 
  private:
@@ -160,7 +160,7 @@ class Speed : public Quantity {
   }
   void Start() override { last_.reset(); }
   double Evaluate(const WorldView& world) override {
-    const std::vector<double>& p = world.state.body_position_m[body_];
+    const double* p = world.state.body[body_].position_m;
     const Seen seen{world.state.header.sim_time_us, {p[0], p[1], p[2]}};
     const Seen last = last_.value_or(seen);
     last_ = seen;
@@ -185,7 +185,7 @@ class TiltOf : public Quantity {
     subject_ = arguments["object"].Text();
     words_ = "tilt of " + subject_;
   }
-  double Evaluate(const WorldView& world) override { return Tilt(world.state.body_quat_wxyz[body_], axis_); }
+  double Evaluate(const WorldView& world) override { return Tilt(world.state.body[body_].quat_wxyz, axis_); }
 
  private:
   int body_;

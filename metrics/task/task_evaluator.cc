@@ -14,7 +14,7 @@ namespace {
 constexpr double kBounds = 10;
 
 condition_t OutOfBounds(const state_t& state, const std::string& name, int body) {
-  const std::vector<double>& p = state.body_position_m[body];
+  const double* p = state.body[body].position_m;
   condition_t condition{};
   condition.predicate = "robot_out_of_bounds";
   condition.kind = condition_t::POSE;
@@ -72,7 +72,7 @@ int TaskEvaluator::BodyOutOfBounds(const state_t& state) const {
   int furthest = -1;
   double bound = kBounds * kBounds;
   for (int body : robot_bodies_) {
-    const std::vector<double>& p = state.body_position_m[body];
+    const double* p = state.body[body].position_m;
     const double squared = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
     if (squared <= bound) continue;
     bound = squared;

@@ -57,14 +57,14 @@ double JointDuration(const JointPath& path, double speed) {
 
 }  // namespace
 
-Configuration Motion::At(double t) const {
+void Motion::At(double t, Configuration* now) const {
   const double s = duration > 0 ? MinJerk(t / duration) : 1;
-  Configuration now;
-  for (const JointPath& path : paths) now.joints.push_back(path.At(s));
+  now->joints.resize(paths.size());
+  for (size_t i = 0; i < paths.size(); ++i) now->joints[i] = paths[i].At(s);
+  now->closing.resize(closing_to.size());
   for (size_t i = 0; i < closing_to.size(); ++i) {
-    now.closing.push_back((1 - s) * closing_from[i] + s * closing_to[i]);
+    now->closing[i] = (1 - s) * closing_from[i] + s * closing_to[i];
   }
-  return now;
 }
 
 PlanningContext::PlanningContext(const mjModel& model, const model_info_t& info,
@@ -85,7 +85,7 @@ Motion Plan::Rest() const {
 }
 
 void Plan::Append(Motion motion, Contacts contacts) {
-  end_ = motion.At(motion.duration);
+  motion.At(motion.duration, &end_);
   motions_.push_back(std::move(motion));
   contacts.touchable = near_;
   for (int body : held_) {
@@ -408,11 +408,11 @@ void Player::Start(std::vector<Motion> motions, double time) {
 
 const Configuration& Player::At(double time) {
   while (!motions_.empty() && time - started_ >= motions_.front().duration) {
-    commanded_ = motions_.front().At(motions_.front().duration);
+    motions_.front().At(motions_.front().duration, &commanded_);
     started_ += motions_.front().duration;
     motions_.erase(motions_.begin());
   }
-  if (!motions_.empty()) commanded_ = motions_.front().At(time - started_);
+  if (!motions_.empty()) motions_.front().At(time - started_, &commanded_);
   return commanded_;
 }
 

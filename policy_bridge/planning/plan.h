@@ -35,8 +35,8 @@ struct Motion {
   std::vector<JointPath> paths;  // one per arm
   std::vector<double> closing_from, closing_to;
 
-  // After t seconds; t is clamped to the motion.
-  Configuration At(double t) const;
+  // After t seconds; t is clamped to the motion. Into the storage of `now`.
+  void At(double t, Configuration* now) const;
 };
 
 // A gripper's goal, as the pose of its grip frame in the world.

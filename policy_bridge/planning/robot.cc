@@ -103,11 +103,11 @@ int ObjectBody(const model_info_t& info, const std::string& object) {
 
 Eigen::Isometry3d BodyPose(const state_t& state, int body) {
   const size_t needed = static_cast<size_t>(body) + 1;
-  if (state.body_position_m.size() < needed || state.body_quat_wxyz.size() < needed) {
-    throw std::runtime_error("the state has " + std::to_string(state.body_position_m.size()) +
+  if (state.body.size() < needed) {
+    throw std::runtime_error("the state has " + std::to_string(state.body.size()) +
                              " bodies, fewer than the model");
   }
-  return ToPose(state.body_position_m[body].data(), state.body_quat_wxyz[body].data());
+  return ToPose(state.body[body].position_m, state.body[body].quat_wxyz);
 }
 
 int BodyId(const mjModel& model, const std::string& name) {

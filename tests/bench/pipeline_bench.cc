@@ -1,16 +1,22 @@
 // How much of bare MuJoCo's speed is left when the whole pipeline works beside it: physics, FCL contacts,
 // metrics, the scripted expert and the recorder, in one process and in separate processes, against mj_step
 // alone on the same scene with the same commands, which must end in the same state to the bit.
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <lcm/lcm-cpp.hpp>
+#include <sstream>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
@@ -18,12 +24,14 @@
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "bus/private_network.h"
+#include "bus/trace.h"
 #include "cli/launch/launch.h"
 #include "cli/launch/prepared_run.h"
 #include "evalbus/state_t.hpp"
 #include "lcmtypes/clock.h"
 #include "models/scene.h"
 #include "sim/world.h"
+#include "tests/bench/hops.h"
 #include "tests/bench/rounds.h"
 
 namespace evalbus {
@@ -179,6 +187,76 @@ double PingPong() {
   return trips[trips.size() / 2];
 }
 
+// The same over plain UDP: what the machine asks for two processes to talk at all.
+double PlainPingPong() {
+  constexpr int kTrips = 5000;
+  std::vector<char> message(3000);
+  const int here = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0),
+            there = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in addresses[2]{};
+  socklen_t size = sizeof addresses[0];
+  for (const auto& [fd, address] : {std::pair(here, &addresses[0]), std::pair(there, &addresses[1])}) {
+    address->sin_family = AF_INET;
+    address->sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (bind(fd, reinterpret_cast<sockaddr*>(address), size) != 0 ||
+        getsockname(fd, reinterpret_cast<sockaddr*>(address), &size) != 0) {
+      throw EnvironmentError("cannot open a UDP socket");
+    }
+  }
+  const auto send = [&](int fd, const sockaddr_in& to) {
+    if (sendto(fd, message.data(), message.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to) < 0)
+      _exit(1);
+  };
+  const pid_t child = fork();
+  if (child == 0) {
+    while (getppid() != 1 && recv(there, message.data(), message.size(), 0) > 0) send(there, addresses[0]);
+    _exit(0);
+  }
+  std::vector<double> trips;
+  for (int i = 0; i < kTrips; ++i) {
+    const auto start = steady_clock::now();
+    send(here, addresses[1]);
+    if (recv(here, message.data(), message.size(), 0) < 0) throw EnvironmentError("no answer over UDP");
+    trips.push_back(SecondsSince(start) * 1e6);
+  }
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  close(here);
+  close(there);
+  return Median(trips);
+}
+
+// Datagrams that the kernel had no room for, in this network namespace.
+int64_t LostDatagrams() {
+  std::ifstream stream("/proc/net/snmp");
+  for (std::string names, values; std::getline(stream, names) && std::getline(stream, values);) {
+    if (!names.starts_with("Udp:")) continue;
+    std::istringstream name(names), value(values);
+    for (std::string n, v; name >> n && value >> v;) {
+      if (n == "RcvbufErrors") return std::stoll(v);
+    }
+  }
+  throw EnvironmentError("/proc/net/snmp does not say what was lost");
+}
+
+// One run in which everybody notes when what happened.
+void PrintHops(launch::RunOptions options, bool in_process, const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder / "traces");
+  setenv(Trace::kVariable, (folder / "traces").c_str(), 1);
+  options.out = folder / "run";
+  options.in_process = in_process;
+  options.url = in_process ? "" : LocalMulticastUrl(99);
+  const launch::PreparedRun run = launch::PrepareRun(options);
+  run.folder.WriteJson(kRunJson, run.Json());
+  Stopwatch stopwatch;
+  (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(run.options, run.folder, run.plan,
+                                                                       &stopwatch);
+  unsetenv(Trace::kVariable);
+  fmt::print("  {}\n{}", in_process ? "in one process" : "in separate processes",
+             HopTable(folder / "traces"));
+  std::filesystem::remove_all(folder);
+}
+
 void Measure(double control_hz, const Amount& amount, const std::filesystem::path& folder) {
   launch::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
@@ -211,6 +289,7 @@ void Measure(double control_hz, const Amount& amount, const std::filesystem::pat
       "separate processes {:5.1f} us, {:.2f} of bare\n",
       control_hz, step, kTimestep * 1e6 / step, Median(one_process), step / Median(one_process),
       Median(processes), step / Median(processes));
+  for (const bool in_process : {false, true}) PrintHops(options, in_process, folder / "hops");
   std::fflush(stdout);
 }
 
@@ -225,8 +304,11 @@ int main(int argc, char** argv) {
   const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
   try {
     evalbus::EnterPrivateNetwork();
-    fmt::print("round trip of bare LCM between two processes, 3 kB: {:.0f} us (p50)\n", evalbus::PingPong());
+    fmt::print(
+        "round trip between two processes, 3 kB, p50: {:.0f} us over bare LCM, {:.0f} us over plain UDP\n",
+        evalbus::PingPong(), evalbus::PlainPingPong());
     for (const double hz : {50.0, 500.0}) evalbus::Measure(hz, amount, folder);
+    fmt::print("datagrams lost: {}\n", evalbus::LostDatagrams());
     std::filesystem::remove_all(folder);
     return 0;
   } catch (const std::exception& error) {

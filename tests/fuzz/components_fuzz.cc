@@ -178,7 +178,7 @@ class Run {
 
     Bus bus("memq://");
     bus.SubscribeRaw(".*", [this](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-      samples_[channel].emplace_back(data.begin(), data.end());
+      samples_[std::string(channel)].emplace_back(data.begin(), data.end());
     });
     sim::SimOptions options = sim_;
     options.episodes = 1;
@@ -228,7 +228,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     // Whoever has not begun hears it, too.
     if (*data < 128) run.Begin(part, &bus);
     const auto say = [&](const std::string& channel, const Bytes& message) {
-      bus.PublishRaw(channel, message);
+      bus.PublishRaw(channel.c_str(), message);
       Drain(&bus);
     };
     Conversation({data + 1, size - 1}, run.samples(part)).Hold(say, wait);

@@ -11,6 +11,7 @@
 #include "evalbus/all_messages.hpp"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
+#include "tests/unit/lcm_datagram.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus {
@@ -107,6 +108,23 @@ void WriteAll(const std::filesystem::path& corpus) {
     bytes[0] = static_cast<uint8_t>(type++);
     Write(corpus / "messages" / Message::getTypeName(), bytes);
   });
+
+  // Whole messages and parts, of two senders that interleave, one of which is cut short.
+  Bytes traffic;
+  const auto send = [&](uint8_t sender, const std::string& datagram) {
+    traffic.insert(traffic.end(), {sender, static_cast<uint8_t>(datagram.size() >> 8),
+                                   static_cast<uint8_t>(datagram.size())});
+    traffic.insert(traffic.end(), datagram.begin(), datagram.end());
+  };
+  const auto long_one = Fragments(7, "EVALBUS_MODEL", std::string(40, 'm'), 20);
+  const auto other = Fragments(7, "B", std::string(30, 'b'), 16);
+  send(1, MessageDatagram(6, "EVALBUS_STATE", "state"));
+  for (size_t i = 0; i < 2; ++i) {
+    send(1, long_one[i]);
+    send(2, other[i]);
+  }
+  send(1, long_one[2]);
+  Write(corpus / "datagrams/interleaved", traffic);
 
   // An episode of five ticks as a Conversation, for each of the components and as what is recorded.
   const auto spoken = SpokenChannels();

@@ -7,9 +7,10 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size == 0) return 0;
-  int type = 0;
+  int types = 0, type = 0;
+  evalbus::ForEachMessage([&](const auto&) { ++types; });
   evalbus::ForEachMessage([&]<class Message>(const Message& empty) {
-    if (type++ != *data % 24) return;
+    if (type++ != *data % types) return;
     std::vector<uint8_t> bytes(static_cast<size_t>(empty.getEncodedSize()));
     empty.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
     bytes.resize(8);

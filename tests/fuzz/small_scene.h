@@ -105,8 +105,8 @@ inline void PlayTask(const TaskDescription& task, const std::string& variation,
   for (bool stable = true; stable && state.header.tick < 3; ++state.header.tick) {
     world.Fill(&state);
     for (int body = 0; body < state.num_bodies; ++body) {
-      checker.SetBodyPose(body, state.body_position_m[static_cast<size_t>(body)].data(),
-                          state.body_quat_wxyz[static_cast<size_t>(body)].data());
+      checker.SetBodyPose(body, state.body[static_cast<size_t>(body)].position_m,
+                          state.body[static_cast<size_t>(body)].quat_wxyz);
     }
     contacts_t contacts{};
     contacts.header = state.header;

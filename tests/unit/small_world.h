@@ -9,6 +9,7 @@
 #include "evalbus/contacts_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "tests/unit/set_array.h"
 
 namespace evalbus::small_world {
 
@@ -110,9 +111,8 @@ inline state_t State(int64_t tick, int32_t episode = 0) {
   state_t state{};
   state.header = Header(tick, episode);
   state.num_bodies = kNumBodies;
-  state.body_position_m.assign(kNumBodies, {0, 0, 0});
-  state.body_quat_wxyz.assign(kNumBodies, {1, 0, 0, 0});
-  state.body_position_m[kPot] = {0.7, 0, 1};
+  state.body.assign(kNumBodies, {{0, 0, 0}, {1, 0, 0, 0}});
+  Set(&state.body[kPot].position_m, {0.7, 0, 1});
   for (int k = 0; k < 2; ++k) {
     arm_state_t arm{};
     arm.num_joints = 1;

@@ -167,8 +167,8 @@ void Renderer::SetState(const state_t& state) {
     const int mocap = model_->body_mocapid[body];
     if (mocap < 0) continue;
     const size_t i = static_cast<size_t>(body);
-    mju_copy3(data_->mocap_pos + 3 * mocap, state.body_position_m[i].data());
-    mju_copy4(data_->mocap_quat + 4 * mocap, state.body_quat_wxyz[i].data());
+    mju_copy3(data_->mocap_pos + 3 * mocap, state.body[i].position_m);
+    mju_copy4(data_->mocap_quat + 4 * mocap, state.body[i].quat_wxyz);
   }
   mj_kinematics(model_.get(), data_.get());
   mj_comPos(model_.get(), data_.get());  // lights and cameras that follow a subtree

@@ -102,6 +102,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, film_, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_, STDERR_FILENO);
+  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // liblcm's socket, for one
   std::vector<char*> argv;
   for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);

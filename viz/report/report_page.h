@@ -51,6 +51,12 @@ struct ReportStage {
   double median_time = 0;
 };
 
+// How times are distributed, s.
+struct ReportTimes {
+  std::string name;
+  double p50, p99, p999, max;
+};
+
 using ReportCounts = std::vector<std::pair<std::string, int64_t>>;
 
 // What happened in one episode, tick by tick.
@@ -78,6 +84,9 @@ struct ReportRun {
   // New collisions by geom, over all complete episodes.
   ReportCounts collisions;
   std::vector<ReportMetric> metrics;
+  // Of a run in real time: a sentence about its ticks, and its times in its worst episode.
+  std::string pacing;
+  std::vector<ReportTimes> times;
   std::vector<ReportEpisode> episode;
   // How films are made, where there are none; a sentence.
   std::string film_hint;

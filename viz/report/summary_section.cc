@@ -126,6 +126,28 @@ void Strip(const RunSection& section) {
   });
 }
 
+void TimesTable(const RunSection& section) {
+  Markup* html = section.html;
+  html->Element("p", {}, section.run.pacing);
+  html->Element("table", {{"id", section.id + "times"}}, [&] {
+    html->Element("tr", {}, [&] {
+      html->Element("th", {}, "real time, ms");
+      for (const char* heading : {"p50", "p99", "p99.9", "max"}) {
+        html->Element("th", {{"class", "number"}}, heading);
+      }
+    });
+    for (const ReportTimes& times : section.run.times) {
+      html->Element("tr", {}, [&] {
+        html->Element("td", {}, times.name);
+        for (const double seconds : {times.p50, times.p99, times.p999, times.max}) {
+          html->Element("td", {{"class", "number"}},
+                        [&] { Data(seconds, fmt::format("{:.2f}", seconds * 1e3), html); });
+        }
+      });
+    }
+  });
+}
+
 }  // namespace
 
 void WriteSummary(const RunSection& section) {
@@ -139,6 +161,7 @@ void WriteSummary(const RunSection& section) {
   for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
   Tiles(section);
   Strip(section);
+  if (!run.times.empty()) TimesTable(section);
 }
 
 }  // namespace evalbus::viz

@@ -198,6 +198,21 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   }
 }
 
+// How soon the sim was answered in the last episode.
+void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
+  const episode_end_t* end = watch.pacing();
+  if (!end) return;
+  const auto add = [&](const char* heading, const char* name, const time_distribution_t& times) {
+    Line line = Heading(heading);
+    line.push_back({fmt::format("STATE to {:<8}", name), Style::kQuiet});
+    line.push_back({fmt::format("p50 {:.2f}  p99 {:.2f}  p99.9 {:.2f}  max {:.2f} ms", times.p50_s * 1e3,
+                                times.p99_s * 1e3, times.p999_s * 1e3, times.max_s * 1e3)});
+    screen->push_back({4, line});
+  };
+  add("real time", "ACTION", end->action_latency);
+  add("", "score", end->partial_latency);
+}
+
 // A line for each component.
 void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   screen->push_back({7,
@@ -321,6 +336,7 @@ std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, in
   }
   if (spacious) screen.push_back({kBlank, {}});
   AddEpisodes(watch, width, spacious, &screen);
+  AddPacing(watch, &screen);
   if (spacious) screen.push_back({kBlank, {}});
   spacious ? AddComponents(watch, now, &screen) : AddComponentsInBrief(watch, now, &screen);
   AddRates(watch, &screen);

@@ -60,7 +60,9 @@ void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
     episode_end_t end{};
     // It is repeated until the next episode begins; once there is a score, that says more.
     const bool is_scored = summed_up_ && summed_up_->first == episode_;
-    if (decode(&end) && end.header.episode == episode_ && !is_scored) end_reason_ = Printable(end.end_reason);
+    if (!decode(&end) || end.header.episode != episode_) return;
+    if (!is_scored) end_reason_ = Printable(end.end_reason);
+    if (end.pacing_error.count > 0) pacing_ = end;
   } else if (channel == channels::kEpisodeSummary) {
     episode_summary_t summary{};
     if (decode(&summary)) OnEpisodeDone(summary);

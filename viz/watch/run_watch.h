@@ -96,6 +96,8 @@ class RunWatch {
 
   // The last episodes that ended, the newest last.
   const std::deque<episode_summary_t>& done() const { return done_; }
+  // The last one that ended in real time; null before and in lockstep.
+  const episode_end_t* pacing() const { return pacing_ ? &*pacing_ : nullptr; }
   const run_summary_t* run() const { return run_ ? &*run_ : nullptr; }
 
   const std::map<std::string, Health>& health() const { return health_; }
@@ -133,6 +135,7 @@ class RunWatch {
   std::optional<contacts_t> contacts_, clearance_;
   std::deque<episode_summary_t> done_;
   std::optional<run_summary_t> run_;
+  std::optional<episode_end_t> pacing_;
 
   std::map<std::string, Health> health_;
   std::map<std::string, Traffic, std::less<>> channels_;

@@ -98,7 +98,7 @@ class Network {
     Node& node = nodes_.emplace_back();
     node.bus.SubscribeRaw(".*",
                           [this, &node](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-                            Hear(&node, {channel, {data.begin(), data.end()}});
+                            Hear(&node, {std::string(channel), {data.begin(), data.end()}});
                           });
     node.component = make(&node.bus);
   }

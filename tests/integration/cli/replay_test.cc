@@ -163,7 +163,7 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   Bus bus(url);
   RecordedLog heard;
   bus.SubscribeRaw(".*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
-    heard.events.push_back({channel, {data.begin(), data.end()}, 0});
+    heard.events.push_back({std::string(channel), {data.begin(), data.end()}, 0});
   });
   Program replay({"evalbus", "replay", run_, "--speed", "10", "--url", url});
   EXPECT_TRUE(WaitFor([&] {
@@ -214,7 +214,7 @@ TEST_F(Recorded, LowerThresholdEndsTheEpisodeAtTheTickThatReachesIt) {
   const auto states = log.Messages(channels::kState);
   // Well clear of the counter by then, and level: success asks for no more.
   const auto first = std::find_if(states.begin(), states.end(), [pot](const state_t& state) {
-    return state.body_position_m[pot][2] > 1.05;
+    return state.body[pot].position_m[2] > 1.05;
   });
   ASSERT_NE(first, states.end());
   ASSERT_LT(first->header.tick, states.back().header.tick);

@@ -96,8 +96,10 @@ TEST_P(ClearanceOf, WholeEpisodesIsThatOfMeasuringEveryTick) {
       state.header.tick = tick;
       state.header.sim_time_us = tick * world.tick_us();
       std::vector<double> position, quat;
-      for (const auto& p : state.body_position_m) position.insert(position.end(), p.begin(), p.end());
-      for (const auto& q : state.body_quat_wxyz) quat.insert(quat.end(), q.begin(), q.end());
+      for (const body_pose_t& body : state.body) {
+        position.insert(position.end(), std::begin(body.position_m), std::end(body.position_m));
+        quat.insert(quat.end(), std::begin(body.quat_wxyz), std::end(body.quat_wxyz));
+      }
       comparison.Tick(tick, *scene.physics, position.data(), quat.data());
       if (HasFatalFailure()) return;
       policy->Act(state, &action);

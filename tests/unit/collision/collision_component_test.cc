@@ -60,10 +60,8 @@ class CollisionComponentTest : public testing::Test {
     state.header.tick = tick;
     state.header.sim_time_us = 20000 * tick;
     state.num_bodies = num_bodies;
-    state.body_position_m = {{0, 0, 0}, {0, 0, height}, {1, 0, 0}};
-    state.body_quat_wxyz.assign(3, {1, 0, 0, 0});
-    state.body_position_m.resize(num_bodies);
-    state.body_quat_wxyz.resize(num_bodies);
+    state.body = {{{0, 0, 0}, {1, 0, 0, 0}}, {{0, 0, height}, {1, 0, 0, 0}}, {{1, 0, 0}, {1, 0, 0, 0}}};
+    state.body.resize(num_bodies);
     bus_.Publish(channels::kState, state);
     Run();
   }

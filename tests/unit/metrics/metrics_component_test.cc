@@ -48,7 +48,7 @@ class MetricsComponentTest : public testing::Test {
   }
   void SendState(int64_t tick, int32_t episode, double pot_z = 1) {
     state_t state = State(tick, episode);
-    state.body_position_m[kPot][2] = pot_z;
+    state.body[kPot].position_m[2] = pot_z;
     state.header.attempt = attempt_;
     bus_.Publish(channels::kState, state);
     Drain();

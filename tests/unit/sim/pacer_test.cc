@@ -32,12 +32,13 @@ TEST(Pacer, SaysHowLateTicksWere) {
   for (const int late_ms : {1, 4, 2, 3}) {
     pacer.Published(pacer.due() + milliseconds(late_ms));
   }
-  episode_end_t end{};
-  pacer.Fill(&end);
-  EXPECT_NEAR(end.pacing_error_p50_s, 0.002, 1e-9);
-  EXPECT_NEAR(end.pacing_error_p99_s, 0.004, 1e-9);
-  EXPECT_NEAR(end.pacing_error_max_s, 0.004, 1e-9);
-  EXPECT_EQ(end.late_ticks, 0);
+  const time_distribution_t error = pacer.Error();
+  EXPECT_EQ(error.count, 4);
+  EXPECT_NEAR(error.p50_s, 0.002, 1e-9);
+  EXPECT_NEAR(error.p99_s, 0.004, 1e-9);
+  EXPECT_NEAR(error.p999_s, 0.004, 1e-9);
+  EXPECT_NEAR(error.max_s, 0.004, 1e-9);
+  EXPECT_EQ(pacer.late_ticks(), 0);
 }
 
 TEST(Pacer, NothingIsCarriedIntoTheNextEpisode) {
@@ -46,10 +47,8 @@ TEST(Pacer, NothingIsCarriedIntoTheNextEpisode) {
   pacer.Published(kStart + milliseconds(500));
   pacer.Start(kStart + milliseconds(600), 0.02);
   EXPECT_EQ(pacer.late_ticks(), 0);
-  episode_end_t end{};
-  end.pacing_error_max_s = -1;
-  pacer.Fill(&end);
-  EXPECT_EQ(end.pacing_error_max_s, -1);
+  EXPECT_EQ(pacer.Error().count, 0);
+  EXPECT_EQ(pacer.Error().max_s, 0);
 }
 
 }  // namespace

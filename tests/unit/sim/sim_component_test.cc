@@ -479,9 +479,15 @@ TEST_F(SimComponentTest, RealtimeSaysHowLateTicksWere) {
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].late_ticks, 20);
   EXPECT_THAT(Logged(), testing::HasSubstr(" 20 a whole tick late\n"));
-  EXPECT_GT(ends_[0].pacing_error_p50_s, 20e-9);
-  EXPECT_LE(ends_[0].pacing_error_p50_s, ends_[0].pacing_error_p99_s);
-  EXPECT_EQ(ends_[0].pacing_error_p99_s, ends_[0].pacing_error_max_s);  // of 20, the largest
+  const time_distribution_t& error = ends_[0].pacing_error;
+  EXPECT_EQ(error.count, 20);
+  EXPECT_GT(error.p50_s, 20e-9);
+  EXPECT_LE(error.p50_s, error.p99_s);
+  EXPECT_EQ(error.p99_s, error.max_s);  // of 20, the largest
+  // One score, no action.
+  EXPECT_EQ(ends_[0].partial_latency.count, 1);
+  EXPECT_GT(ends_[0].partial_latency.max_s, 0);
+  EXPECT_EQ(ends_[0].action_latency.count, 0);
 }
 
 TEST_F(SimComponentTest, APolicyThatSaysItFailedEndsTheEpisode) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 
+#include "bus/message.h"
 #include "models/scene.h"
 #include "sim/world.h"
 #include "tests/unit/models/models_test_util.h"
@@ -117,14 +118,14 @@ TEST_F(VariationTest, PlacedPartsAreMovedAtResetAndTheirJointsWork) {
   EXPECT_LE(std::abs(yaw), 30 * std::acos(-1) / 180);
   state_t state{};
   world.Fill(&state);
-  EXPECT_EQ(state.body_position_m[static_cast<size_t>(box)][0], parameters[0].value);
-  EXPECT_EQ(state.body_position_m[static_cast<size_t>(box)][2], 0.1);
-  const auto& q = state.body_quat_wxyz[static_cast<size_t>(box)];
+  EXPECT_EQ(state.body[static_cast<size_t>(box)].position_m[0], parameters[0].value);
+  EXPECT_EQ(state.body[static_cast<size_t>(box)].position_m[2], 0.1);
+  const auto& q = state.body[static_cast<size_t>(box)].quat_wxyz;
   // On top of the 90 degrees of its pose.
   EXPECT_NEAR(2 * std::atan2(q[3], q[0]), std::acos(0.0) + yaw, 1e-9);
   // What is hinged to it came along.
-  EXPECT_NEAR(state.body_position_m[static_cast<size_t>(lid)][0], parameters[0].value, 1e-9);
-  EXPECT_NEAR(state.body_position_m[static_cast<size_t>(lid)][2], 0.35, 1e-9);
+  EXPECT_NEAR(state.body[static_cast<size_t>(lid)].position_m[0], parameters[0].value, 1e-9);
+  EXPECT_NEAR(state.body[static_cast<size_t>(lid)].position_m[2], 0.35, 1e-9);
   // It stays while the world goes on, and goes back at the next reset.
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(world.Step());
   EXPECT_EQ(world.data().xpos[3 * box], parameters[0].value);
@@ -399,7 +400,7 @@ TEST_F(VariationTest, FindsWhatStartsSunkIntoSomething) {
     EXPECT_EQ(found, world.Overlap());
     state_t after{};
     world.Fill(&after);
-    EXPECT_EQ(before.body_position_m, after.body_position_m);
+    EXPECT_EQ(Encode(before), Encode(after));
     return found;
   };
   EXPECT_EQ(overlap("", "", "base"), "");

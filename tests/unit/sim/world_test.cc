@@ -1,5 +1,6 @@
 #include "sim/world.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -81,7 +82,7 @@ TEST_F(WorldTest, BaseVariationStartsAtTheNominalPoseForEverySeed) {
     const state_t state = StateOf(world);
     const auto pot = static_cast<size_t>(mj_name2id(&world.model(), mjOBJ_BODY, "pot/pot"));
     ASSERT_GT(pot, 0u);
-    EXPECT_EQ(state.body_position_m[pot], (std::vector<double>{0.7, 0, 0.996}));
+    EXPECT_THAT(state.body[pot].position_m, testing::ElementsAre(0.7, 0, 0.996));
   }
 }
 
@@ -203,11 +204,13 @@ TEST_F(WorldTest, ThePotStandsStillAtItsStart) {
   const auto pot = static_cast<size_t>(mj_name2id(&world.model(), mjOBJ_BODY, "pot/pot"));
   world.Apply(Home());
   for (int i = 0; i < 50; ++i) ASSERT_TRUE(world.Step());
-  const auto settled = StateOf(world).body_position_m[pot];
-  EXPECT_NEAR(settled[2], 0.996, 1e-3);
+  const body_pose_t settled = StateOf(world).body[pot];
+  EXPECT_NEAR(settled.position_m[2], 0.996, 1e-3);
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(world.Step());
-  const auto later = StateOf(world).body_position_m[pot];
-  for (size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(later[axis], settled[axis], 1e-4);
+  const body_pose_t later = StateOf(world).body[pot];
+  for (size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(later.position_m[axis], settled.position_m[axis], 1e-4);
+  }
 }
 
 TEST_F(WorldTest, TheArmsHoldHomeAgainstGravity) {

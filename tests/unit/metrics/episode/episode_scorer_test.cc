@@ -48,7 +48,7 @@ TEST_F(EpisodeScorerTest, ScoresAnEpisodeByHand) {
   EXPECT_EQ(partial.metrics.completion_time_s, 0.04);
 
   state_t lifted = State(3);
-  lifted.body_position_m[kPot][2] = 1.25;
+  lifted.body[kPot].position_m[2] = 1.25;
   lifted.arm[1].wrist_position_m[2] = 2;
   lifted.action_clips = 4;
   lifted.deadline_misses = 5;
@@ -124,8 +124,8 @@ TEST_F(EpisodeScorerTest, AGapMakesTheEpisodeIncomplete) {
 TEST_F(EpisodeScorerTest, RefusesWhatIsNotFiniteOrDoesNotFit) {
   const double kNaN = std::numeric_limits<double>::quiet_NaN();
   const std::function<void(state_t*)> faults[] = {
-      [&](state_t* s) { s->body_position_m[kPot][1] = kNaN; },
-      [&](state_t* s) { s->body_quat_wxyz[kPot][1] = 1 / 0.; },
+      [&](state_t* s) { s->body[kPot].position_m[1] = kNaN; },
+      [&](state_t* s) { s->body[kPot].quat_wxyz[1] = 1 / 0.; },
       [&](state_t* s) { s->arm[1].joint_position_rad[0] = kNaN; },
       [&](state_t* s) {
         s->qpos_mixed = {0, kNaN};
@@ -133,8 +133,7 @@ TEST_F(EpisodeScorerTest, RefusesWhatIsNotFiniteOrDoesNotFit) {
       },
       [&](state_t* s) {
         s->num_bodies = 1;
-        s->body_position_m.resize(1);
-        s->body_quat_wxyz.resize(1);
+        s->body.resize(1);
       },
       [&](state_t* s) {
         s->num_arms = 1;
@@ -149,7 +148,7 @@ TEST_F(EpisodeScorerTest, RefusesWhatIsNotFiniteOrDoesNotFit) {
     dut_.Start();
     dut_.Tick(State(0), Contacts(0));
     state_t state = State(1);
-    state.body_position_m[kPot][2] = 2;
+    state.body[kPot].position_m[2] = 2;
     fault(&state);
     dut_.Tick(state, Contacts(1, {}));
     const episode_summary_t summary = Summary("time_limit", 1);

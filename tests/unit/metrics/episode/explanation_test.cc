@@ -9,6 +9,7 @@
 
 #include "metrics/episode/episode_scorer.h"
 #include "metrics/episode/result_json.h"
+#include "tests/unit/set_array.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus::metrics {
@@ -53,7 +54,7 @@ class ExplanationTest : public testing::Test {
   }
   void Tilt(double degrees) {
     const double half = degrees * std::numbers::pi / 360;
-    state_.body_quat_wxyz[kPot] = {std::cos(half), std::sin(half), 0, 0};
+    Set(&state_.body[kPot].quat_wxyz, {std::cos(half), std::sin(half), 0, 0});
   }
   episode_summary_t End(const std::string& reason = "time_limit") {
     episode_end_t end{};
@@ -63,7 +64,7 @@ class ExplanationTest : public testing::Test {
   }
   std::string Reason(const std::string& end = "time_limit") { return End(end).failure_reason; }
   std::string Text() { return End().explanation.text; }
-  double& Height() { return state_.body_position_m[kPot][2]; }
+  double& Height() { return state_.body[kPot].position_m[2]; }
   double& Opening(int gripper) { return state_.gripper[gripper].opening; }
 
   std::unique_ptr<EpisodeScorer> dut_;
@@ -304,7 +305,7 @@ TEST_F(ExplanationTest, TheSameConditionIsSaidOnce) {
 }
 
 TEST_F(ExplanationTest, RobotOutOfBounds) {
-  state_.body_position_m[kRightHand] = {8, 8, 0};
+  Set(&state_.body[kRightHand].position_m, {8, 8, 0});
   Tick();
   EXPECT_EQ(Reason("failure"), "robot_out_of_bounds");
   EXPECT_EQ(End("failure").explanation.condition[0].text,

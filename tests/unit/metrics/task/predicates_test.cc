@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -10,6 +11,7 @@
 
 #include "base/errors.h"
 #include "metrics/task/task_evaluator.h"
+#include "tests/unit/set_array.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus::metrics {
@@ -100,7 +102,7 @@ TEST_F(PredicatesTest, JointFractionIsOfTheRangeFromItsLowerEnd) {
 }
 
 TEST_F(PredicatesTest, PositionLimitsOneCoordinate) {
-  state_.body_position_m[kPot] = {0.5, -0.2, 1};
+  Set(&state_.body[kPot].position_m, {0.5, -0.2, 1});
   EXPECT_TRUE(Evaluate(Compile("{position: {object: pot, axis: y, max_m: -0.2}}").get()));
   EXPECT_FALSE(Evaluate(Compile("{position: {object: pot, axis: y, max_m: -0.21}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{position: {object: pot, axis: x, min_m: 0.4, max_m: 0.6}}").get()));
@@ -112,11 +114,11 @@ TEST_F(PredicatesTest, PositionLimitsOneCoordinate) {
 
 TEST_F(PredicatesTest, InsideIsABoxOfTheWorld) {
   const auto box = Compile("{inside: {object: pot, center_m: [0.5, 0, 1], half_extents_m: [0.1, 0.2, 0.3]}}");
-  state_.body_position_m[kPot] = {0.59, -0.19, 1.29};
+  Set(&state_.body[kPot].position_m, {0.59, -0.19, 1.29});
   EXPECT_TRUE(Evaluate(box.get()));
-  for (const std::vector<double>& outside :
-       {std::vector<double>{0.61, 0, 1}, {0.39, 0, 1}, {0.5, 0.21, 1}, {0.5, -0.21, 1}, {0.5, 0, 1.31}}) {
-    state_.body_position_m[kPot] = outside;
+  for (const std::array<double, 3>& outside :
+       {std::array<double, 3>{0.61, 0, 1}, {0.39, 0, 1}, {0.5, 0.21, 1}, {0.5, -0.21, 1}, {0.5, 0, 1.31}}) {
+    Set(&state_.body[kPot].position_m, outside);
     EXPECT_FALSE(Evaluate(box.get())) << outside[0] << " " << outside[1] << " " << outside[2];
   }
   EXPECT_EQ(Error("{inside: {object: pot, center_m: [0.5, 0], half_extents_m: [1, 1, 1]}}"),
@@ -128,11 +130,11 @@ TEST_F(PredicatesTest, AFrameMovesWithItsPart) {
   // point a to its left and b above it, seen from it, is (1, 2, 3) + R (0, a, b).
   const double turn = std::numbers::pi / 6, c = std::cos(turn), s = std::sin(turn);
   const double h = std::sqrt(0.5), ch = std::cos(turn / 2), sh = std::sin(turn / 2);
-  state_.body_position_m[kLid] = {1, 2, 3};
-  state_.body_quat_wxyz[kLid] = {h * ch, h * sh, h * sh, h * ch};
+  Set(&state_.body[kLid].position_m, {1, 2, 3});
+  Set(&state_.body[kLid].quat_wxyz, {h * ch, h * sh, h * sh, h * ch});
   const double a = 0.2, b = 0.5;
   // Of the tilted part (0, a c - b s, a s + b c), the quarter turn makes (-(a c - b s), 0, a s + b c).
-  state_.body_position_m[kPot] = {1 - (a * c - b * s), 2, 3 + a * s + b * c};
+  Set(&state_.body[kPot].position_m, {1 - (a * c - b * s), 2, 3 + a * s + b * c});
   const auto coordinate = [&](const char* axis) {
     const std::string text = std::string("position: {object: pot, axis: ") + axis + ", frame: pot/lid}";
     return CompileQuantity(ReadExpression(ParseYaml(text, "t.yaml")), {names_, task_})
@@ -156,14 +158,14 @@ TEST_F(PredicatesTest, AFrameMovesWithItsPart) {
 }
 
 TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {
-  state_.body_position_m[kPot] = {0, 0, 1};
-  state_.body_position_m[kLid] = {0.3, 0.4, 1};
+  Set(&state_.body[kPot].position_m, {0, 0, 1});
+  Set(&state_.body[kLid].position_m, {0.3, 0.4, 1});
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.501}}").get()));
   EXPECT_FALSE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, max_m: 0.499}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{distance: {a: pot, b: pot/lid, min_m: 0.4, max_m: 0.6}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_deg: 10}}").get()));
   // 0.2 rad are 11.46 degrees.
-  state_.body_quat_wxyz[kPot] = {std::cos(0.1), std::sin(0.1), 0, 0};
+  Set(&state_.body[kPot].quat_wxyz, {std::cos(0.1), std::sin(0.1), 0, 0});
   EXPECT_FALSE(Evaluate(Compile("{tilt: {object: pot, max_deg: 11.4}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_deg: 11.5}}").get()));
   EXPECT_TRUE(Evaluate(Compile("{tilt: {object: pot, max_rad: 0.2001}}").get()));
@@ -181,7 +183,7 @@ TEST_F(PredicatesTest, SpeedIsFromTickToTick) {
   const auto slow = Compile("{speed: {object: pot, max_mps: 0.1}}");
   const auto at = [&](int64_t tick, double x) {
     state_.header = Header(tick);
-    state_.body_position_m[kPot] = {x, 0, 1};
+    Set(&state_.body[kPot].position_m, {x, 0, 1});
     return slow->Evaluate({state_, {}});
   };
   EXPECT_TRUE(at(1, 0.7)) << "nothing moves at the first tick";

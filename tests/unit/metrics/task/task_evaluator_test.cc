@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/errors.h"
+#include "tests/unit/set_array.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus::metrics {
@@ -29,7 +30,7 @@ Expression Of(const std::string& name, std::vector<Expression> operands) {
   return expression;
 }
 
-std::vector<double> Rotation(double angle, double x, double y, double z) {
+std::array<double, 4> Rotation(double angle, double x, double y, double z) {
   return {std::cos(angle / 2), std::sin(angle / 2) * x, std::sin(angle / 2) * y, std::sin(angle / 2) * z};
 }
 
@@ -101,10 +102,10 @@ TEST_F(ExpressionTest, TouchingTakesEntitiesBodiesAndGeoms) {
 TEST_F(ExpressionTest, HeightIsThatOfTheFirstBodysOrigin) {
   const Expression above = Call("height_above", {{"object", "pot"}, {"min_m", "1.1"}});
   EXPECT_FALSE(Evaluate(above));
-  state_.body_position_m[kPot][2] = 1.1;
+  state_.body[kPot].position_m[2] = 1.1;
   EXPECT_TRUE(Evaluate(above));
-  state_.body_position_m[kPot][2] = 1.0999;
-  state_.body_position_m[kLid][2] = 2;
+  state_.body[kPot].position_m[2] = 1.0999;
+  state_.body[kLid].position_m[2] = 2;
   EXPECT_FALSE(Evaluate(above));
   EXPECT_TRUE(Evaluate(Call("height_above", {{"object", "pot/lid"}, {"min_m", "1.1"}})));
   EXPECT_NEAR(Measure(Call("lift", {{"object", "pot"}})), 0.0999, 1e-12);
@@ -118,22 +119,22 @@ TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) 
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
   // About x the up axis moves towards -y: phi, its angle to -y, is 90 - 30 degrees.
   for (double angle : {30., -30.}) {
-    state_.body_quat_wxyz[kPot] = Rotation(angle * kDegree, 1, 0, 0);
+    Set(&state_.body[kPot].quat_wxyz, Rotation(angle * kDegree, 1, 0, 0));
     EXPECT_NEAR(Measure(free), 30 * kDegree, 1e-12);
     EXPECT_NEAR(Measure(lateral), 30 * kDegree, 1e-12);
     EXPECT_NEAR(Measure(forward), 0, 1e-12);
   }
   // About y it moves in the x-z plane and stays perpendicular to y.
-  state_.body_quat_wxyz[kPot] = Rotation(40 * kDegree, 0, 1, 0);
+  Set(&state_.body[kPot].quat_wxyz, Rotation(40 * kDegree, 0, 1, 0));
   EXPECT_NEAR(Measure(free), 40 * kDegree, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
   EXPECT_NEAR(Measure(forward), 40 * kDegree, 1e-12);
   // Yaw does not matter, nor does the quaternion's norm.
-  state_.body_quat_wxyz[kPot] = Rotation(1, 0, 0, 1);
-  for (double& x : state_.body_quat_wxyz[kPot]) x *= -3;
+  Set(&state_.body[kPot].quat_wxyz, Rotation(1, 0, 0, 1));
+  for (double& x : state_.body[kPot].quat_wxyz) x *= -3;
   EXPECT_NEAR(Measure(free), 0, 1e-12);
   // Upside down.
-  state_.body_quat_wxyz[kPot] = {0, 1, 0, 0};
+  Set(&state_.body[kPot].quat_wxyz, {0, 1, 0, 0});
   EXPECT_NEAR(Measure(free), std::numbers::pi, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
 }
@@ -142,15 +143,15 @@ TEST_F(ExpressionTest, TiltBelowAlsoWantsTheObjectUpright) {
   const Expression lateral = Call("tilt_below", {{"object", "pot"}, {"axis", "y"}, {"max_deg", "20"}});
   const Expression free = Call("tilt_below", {{"object", "pot"}, {"max_rad", "0.5"}});
   EXPECT_TRUE(Evaluate(lateral));
-  state_.body_quat_wxyz[kPot] = Rotation(19.9 * kDegree, 1, 0, 0);
+  Set(&state_.body[kPot].quat_wxyz, Rotation(19.9 * kDegree, 1, 0, 0));
   EXPECT_TRUE(Evaluate(lateral));
   EXPECT_TRUE(Evaluate(free));
-  state_.body_quat_wxyz[kPot] = Rotation(-20.1 * kDegree, 1, 0, 0);
+  Set(&state_.body[kPot].quat_wxyz, Rotation(-20.1 * kDegree, 1, 0, 0));
   EXPECT_FALSE(Evaluate(lateral));
-  state_.body_quat_wxyz[kPot] = Rotation(80 * kDegree, 0, 1, 0);
+  Set(&state_.body[kPot].quat_wxyz, Rotation(80 * kDegree, 0, 1, 0));
   EXPECT_TRUE(Evaluate(lateral)) << "the condition is about the lateral axis alone";
   EXPECT_FALSE(Evaluate(free));
-  state_.body_quat_wxyz[kPot] = Rotation(100 * kDegree, 0, 1, 0);
+  Set(&state_.body[kPot].quat_wxyz, Rotation(100 * kDegree, 0, 1, 0));
   EXPECT_FALSE(Evaluate(lateral)) << "upside down";
 }
 
@@ -184,7 +185,7 @@ TEST_F(ExpressionTest, LatchedSeesEveryTickAndForgetsAtStart) {
       Of("all", {Call("height_above", {{"object", "pot"}, {"min_m", "1.1"}}), Of("latched", {held})}));
   contacts_ = Contacts(1, {{kLeftPad, kWall}});
   EXPECT_FALSE(all->Evaluate({state_, contacts_.contact}));
-  state_.body_position_m[kPot][2] = 2;
+  state_.body[kPot].position_m[2] = 2;
   contacts_ = Contacts(2, {});
   EXPECT_TRUE(all->Evaluate({state_, contacts_.contact}));
 }
@@ -193,8 +194,8 @@ TEST_F(ExpressionTest, DistanceIsFromAGrippersWristOrABodysOrigin) {
   state_.arm[1].wrist_position_m[0] = 1;
   state_.arm[1].wrist_position_m[1] = 2;
   state_.arm[1].wrist_position_m[2] = 3;
-  state_.body_position_m[kPot] = {1, 5, 7};
-  state_.body_position_m[kLid] = {1, 5, 8};
+  Set(&state_.body[kPot].position_m, {1, 5, 7});
+  Set(&state_.body[kLid].position_m, {1, 5, 8});
   const auto distance = [](const char* a, const char* b) { return Call("distance", {{"a", a}, {"b", b}}); };
   EXPECT_DOUBLE_EQ(Measure(distance("right", "pot")), 5);
   EXPECT_DOUBLE_EQ(Measure(distance("pot", "right")), 5);
@@ -297,13 +298,13 @@ TEST_F(TaskEvaluatorTest, KeepsStagesAndTheFirstVerdict) {
   Evaluate(1, {{kLeftPad, kWall}, {kTop, kWall}});
   EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{1, 0}));
   EXPECT_EQ(dut_.verdict(), Verdict::kUndecided);
-  state_.body_position_m[kPot][2] = 1.2;
+  state_.body[kPot].position_m[2] = 1.2;
   Evaluate(2, {});
   EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{1, 1}));
   EXPECT_EQ(dut_.verdict(), Verdict::kSuccess);
   EXPECT_NEAR(dut_.target_distance()[0], 0.2, 1e-12);
   EXPECT_NEAR(dut_.target_distance()[1], 0.3, 1e-12);
-  state_.body_position_m[kPot][2] = 0;
+  state_.body[kPot].position_m[2] = 0;
   Evaluate(3, {{kFloor, kWall}});
   EXPECT_EQ(dut_.verdict(), Verdict::kSuccess);
   dut_.Start();
@@ -322,7 +323,7 @@ TEST_F(TaskEvaluatorTest, StartUnlatchesEverything) {
   dut.Evaluate({state_, contacts_.contact}, 1);
   EXPECT_EQ(dut.stage_reached(), std::vector<uint8_t>{1});
   dut.Start();
-  state_.body_position_m[kPot][2] = 2;
+  state_.body[kPot].position_m[2] = 2;
   contacts_ = Contacts(1, {});
   dut.Evaluate({state_, contacts_.contact}, 1);
   EXPECT_EQ(dut.stage_reached(), std::vector<uint8_t>{0});
@@ -341,7 +342,7 @@ TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
   const auto evaluate = [&](int64_t tick, double height, const std::vector<std::pair<int, int>>& pairs) {
     contacts_ = Contacts(tick, pairs);
     state_.header = small_world::Header(tick);
-    state_.body_position_m[kPot][2] = height;
+    state_.body[kPot].position_m[2] = height;
     dut.Evaluate({state_, contacts_.contact}, tick);
     return dut.stage_reached();
   };
@@ -366,7 +367,7 @@ TEST_F(TaskEvaluatorTest, StagesCanAskForAnOrder) {
 
 TEST_F(TaskEvaluatorTest, FailureGoesBeforeSuccess) {
   dut_.Start();
-  state_.body_position_m[kPot][2] = 1.2;
+  state_.body[kPot].position_m[2] = 1.2;
   Evaluate(1, {{kFloor, kWall}});
   EXPECT_EQ(dut_.verdict(), Verdict::kFailure);
   EXPECT_FALSE(dut_.out_of_bounds());
@@ -374,11 +375,11 @@ TEST_F(TaskEvaluatorTest, FailureGoesBeforeSuccess) {
 
 TEST_F(TaskEvaluatorTest, ARobotFarAwayIsAFailureOfAnyTask) {
   dut_.Start();
-  state_.body_position_m[kPot] = {20, 0, 0};
-  state_.body_position_m[kRightHand] = {6, 8, 0};
+  Set(&state_.body[kPot].position_m, {20, 0, 0});
+  Set(&state_.body[kRightHand].position_m, {6, 8, 0});
   Evaluate(1, {{kTop, kWall}});
   EXPECT_EQ(dut_.verdict(), Verdict::kUndecided);
-  state_.body_position_m[kRightHand] = {6, 8, 0.1};
+  Set(&state_.body[kRightHand].position_m, {6, 8, 0.1});
   Evaluate(2, {{kTop, kWall}});
   EXPECT_EQ(dut_.verdict(), Verdict::kFailure);
   EXPECT_TRUE(dut_.out_of_bounds());

@@ -77,14 +77,14 @@ TEST(BlockProps, LieStill) {
       for (const std::string& object : selection.task.objects) {
         const int body = mj_name2id(scene.physics.get(), mjOBJ_BODY, object.c_str());
         for (int axis = 0; axis < 3; ++axis) {
-          EXPECT_NEAR(state.body_position_m[body][axis], settled.body_position_m[body][axis], 1e-3) << object;
+          EXPECT_NEAR(state.body[body].position_m[axis], settled.body[body].position_m[axis], 1e-3) << object;
         }
         // Where it was dropped, on the face that was below.
         for (int axis = 0; axis < 2; ++axis) {
-          EXPECT_NEAR(state.body_position_m[body][axis], dropped.body_position_m[body][axis], 1e-3) << object;
+          EXPECT_NEAR(state.body[body].position_m[axis], dropped.body[body].position_m[axis], 1e-3) << object;
         }
         const double height = name.ends_with("vertical") ? 0.1 : 0.02;
-        EXPECT_NEAR(state.body_position_m[body][2], 0.95 + height, 1e-3);
+        EXPECT_NEAR(state.body[body].position_m[2], 0.95 + height, 1e-3);
       }
     }
   }

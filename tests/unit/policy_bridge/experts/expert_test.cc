@@ -64,8 +64,8 @@ Outcome Play(Policy* policy, const std::string& variation, int64_t seed, int hz 
         on_counter = true;
       }
     }
-    const double height = state.body_position_m[pot][2];
-    const auto& q = state.body_quat_wxyz[pot];
+    const double height = state.body[pot].position_m[2];
+    const auto& q = state.body[pot].quat_wxyz;
     const double up_y = 2 * (q[2] * q[3] - q[0] * q[1]), up_z = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
     const bool level = up_z >= 0 && std::abs(std::asin(up_y)) <= 20 * std::numbers::pi / 180;
     outcome.stages[0] |= holds[0];

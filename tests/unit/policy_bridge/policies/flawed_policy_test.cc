@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "policy_bridge/experts/expert.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
+#include "tests/unit/set_array.h"
 
 namespace evalbus::policy {
 namespace {
@@ -29,8 +30,7 @@ class RestingPolicy : public Policy {
 class FlawedPolicyTest : public testing::Test {
  protected:
   FlawedPolicyTest() {
-    state_.body_position_m.assign(Info().num_bodies, {0, 0, 0});
-    state_.body_quat_wxyz.assign(Info().num_bodies, {1, 0, 0, 0});
+    state_.body.assign(Info().num_bodies, {{0, 0, 0}, {1, 0, 0, 0}});
     state_.gripper.resize(2);
     state_.gripper[0].opening = 0.7;
     state_.gripper[1].opening = 0.25;
@@ -43,7 +43,7 @@ class FlawedPolicyTest : public testing::Test {
     time_us_ = 0;
     MovePot(0, 0);
   }
-  void MovePot(double x, double z) { state_.body_position_m[pot_] = {0.7 + x, 0, 0.996 + z}; }
+  void MovePot(double x, double z) { Set(&state_.body[pot_].position_m, {0.7 + x, 0, 0.996 + z}); }
   action_t Act() {
     state_.header.sim_time_us = time_us_;
     state_.header.tick = time_us_ / 20'000;
@@ -128,9 +128,9 @@ TEST_F(FlawedPolicyTest, EarlyIsOneCentimetreOrATenthOfARadian) {
   EXPECT_EQ(Act().gripper_closing, open);
   Use("early");
   Act();
-  state_.body_quat_wxyz[pot_] = {std::cos(0.049), std::sin(0.049), 0, 0};
+  Set(&state_.body[pot_].quat_wxyz, {std::cos(0.049), std::sin(0.049), 0, 0});
   EXPECT_EQ(Act().gripper_closing, closed);
-  state_.body_quat_wxyz[pot_] = {std::cos(0.051), std::sin(0.051), 0, 0};
+  Set(&state_.body[pot_].quat_wxyz, {std::cos(0.051), std::sin(0.051), 0, 0});
   EXPECT_EQ(Act().gripper_closing, open);
 }
 

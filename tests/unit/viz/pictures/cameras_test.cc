@@ -85,7 +85,7 @@ int PixelsOf(const Frame& frame, const Colour& colour) {
 // Where the camera has a body's origin: from -1 to 1 across and up the frame.
 std::array<double, 2> InFrame(const mjModel& model, const state_t& state, int camera, int body) {
   EXPECT_EQ(model.cam_bodyid[camera], 0) << "stands in the world";
-  const std::vector<double>& p = state.body_position_m[static_cast<size_t>(body)];
+  const double* p = state.body[static_cast<size_t>(body)].position_m;
   double offset[3], seen[3], axes[9];
   for (int i = 0; i < 3; ++i) offset[i] = p[static_cast<size_t>(i)] - model.cam_pos[3 * camera + i];
   mju_quat2Mat(axes, model.cam_quat + 4 * camera);

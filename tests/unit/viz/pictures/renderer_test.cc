@@ -272,8 +272,7 @@ TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
                         Case{0.5, 0, 0.5, 199, 218, 91, 149}}) {
     const double half = c.turn * std::numbers::pi / 2;
     state.num_bodies = 2;
-    state.body_position_m = {{0, 0, 0}, {c.x, c.y, 0}};
-    state.body_quat_wxyz = {{1, 0, 0, 0}, {std::cos(half), 0, 0, std::sin(half)}};
+    state.body = {{{0, 0, 0}, {1, 0, 0, 0}}, {{c.x, c.y, 0}, {std::cos(half), 0, 0, std::sin(half)}}};
     renderer.SetState(state);
     Frame frame(kSize);
     renderer.Render(0, &frame);

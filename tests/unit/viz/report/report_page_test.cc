@@ -151,6 +151,19 @@ TEST(ReportPage, TilesAndFiguresHaveTheCataloguesWordsAndUnits) {
   EXPECT_THAT(TextOf(figures[0]), HasSubstr("110 to 112 mm: 1 of 3 episodes"));
 }
 
+TEST(ReportPage, ARunInRealTimeSaysItsTimes) {
+  ReportRun run = SomeRun();
+  EXPECT_EQ(Page(PageOf({run})).ById("times"), nullptr);
+  run.pacing = "Of 50 ticks 1 without an action in time.";
+  run.times = {{"STATE to ACTION", 0.00031, 0.00095, 0.0021, 0.0123}};
+  const std::string html = PageOf({run});
+  EXPECT_THAT(html, HasSubstr(run.pacing));
+  const Page page(html);
+  const XMLElement* table = page.ById("times");
+  ASSERT_NE(table, nullptr);
+  EXPECT_EQ(TextOf(table), "real time, msp50p99p99.9maxSTATE to ACTION0.310.952.1012.30");
+}
+
 TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
   const Page page(PageOf({SomeRun()}));
   const XMLElement* row = page.ById("episode-2");

@@ -63,6 +63,22 @@ TEST_F(MonitorScreenTest, FillsAnEightyByTwentyFourTerminal) {
   EXPECT_EQ("\n" + All(80, 24), kGolden) << All(80, 24);
 }
 
+TEST_F(MonitorScreenTest, SaysHowSoonTheSimWasAnsweredInRealTime) {
+  Play();
+  EXPECT_EQ(All(80, 40).find("real time   STATE"), std::string::npos);
+  episode_end_t end{};
+  end.header.episode = 2;
+  end.pacing_error.count = 100;
+  end.action_latency = {100, 0.00031, 0.00095, 0.0021, 0.0123};
+  end.partial_latency = {100, 0.0004, 0.001, 0.002, 0.003};
+  watch_.Hear(channels::kEpisodeEnd, Encode(end), now_);
+  const std::string all = All(80, 40);
+  for (const char* line : {"real time   STATE to ACTION  p50 0.31  p99 0.95  p99.9 2.10  max 12.30 ms\n",
+                           "            STATE to score   p50 0.40  p99 1.00  p99.9 2.00  max 3.00 ms\n"}) {
+    EXPECT_NE(all.find(line), std::string::npos) << all;
+  }
+}
+
 TEST_F(MonitorScreenTest, NeverExceedsTheTerminal) {
   const auto check = [&] {
     for (int width = 1; width <= 200; width += width < 30 ? 1 : 7) {

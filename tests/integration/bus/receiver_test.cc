@@ -1,0 +1,161 @@
+// Our receiver beside liblcm's: what comes out of the same traffic.
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <cstring>
+#include <lcm/lcm-cpp.hpp>
+#include <random>
+
+#include "base/sha256.h"
+#include "tests/integration/harness.h"
+#include "tests/unit/lcm_datagram.h"
+
+namespace evalbus {
+namespace {
+
+using Heard = std::vector<std::string>;
+
+// By which liblcm finds out whether it hears itself.
+constexpr std::string_view kSelfTest = "LCM_SELF_TEST";
+
+std::string Line(std::string_view channel, std::span<const uint8_t> data) {
+  return fmt::format("{} {} bytes {}", channel, data.size(),
+                     Sha256Text({reinterpret_cast<const char*>(data.data()), data.size()}));
+}
+
+// A program that sends to a bus by itself.
+class Sender {
+ public:
+  explicit Sender(const std::string& url) {
+    const size_t host = std::strlen("udpm://"), colon = url.find(':', host);
+    group_.sin_family = AF_INET;
+    group_.sin_port = htons(static_cast<uint16_t>(std::stoi(url.substr(colon + 1))));
+    inet_pton(AF_INET, url.substr(host, colon - host).c_str(), &group_.sin_addr);
+    const int ttl = 0;
+    setsockopt(socket_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
+  }
+  ~Sender() { close(socket_); }
+  Sender(const Sender&) = delete;
+  Sender& operator=(const Sender&) = delete;
+
+  void Send(const std::string& datagram) {
+    ASSERT_EQ(sendto(socket_, datagram.data(), datagram.size(), 0, reinterpret_cast<sockaddr*>(&group_),
+                     sizeof group_),
+              static_cast<ssize_t>(datagram.size()));
+  }
+
+ private:
+  int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in group_{};
+};
+
+class Receiver : public testing::Test {
+ protected:
+  void SetUp() override {
+    EVALBUS_NEEDS_BUS();
+    ours_.emplace(url_);
+    ours_->SubscribeRaw(".*",
+                        [this](std::string_view channel, std::span<const uint8_t> data, int64_t time_us) {
+                          if (channel == kSelfTest) return;
+                          by_us_.push_back(Line(channel, data));
+                          time_us_ = time_us;
+                        });
+    theirs_.emplace(url_ + "&recv_buf_size=4194304");
+    theirs_->subscribe(".*", &Receiver::HearTheirs, this)->setQueueCapacity(0);
+  }
+  void HearTheirs(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    by_them_.push_back(Line(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size}));
+  }
+  // Until both have heard this, which comes last.
+  void HearUntil(const std::string& line) {
+    const auto has = [&](const Heard& heard) { return !heard.empty() && heard.back() == line; };
+    ASSERT_TRUE(WaitFor([&] {
+      while (ours_->Handle()) {
+      }
+      while (theirs_->handleTimeout(0) > 0) {
+      }
+      return has(by_us_) && has(by_them_);
+    })) << by_us_.size()
+        << " " << by_them_.size();
+  }
+
+  const std::string url_ = UniqueUrl();
+  std::optional<Bus> ours_;
+  std::optional<lcm::LCM> theirs_;
+  Heard by_us_, by_them_;
+  int64_t time_us_ = 0;
+};
+
+// Three senders whose datagrams interleave, of which some are lost.
+TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
+  std::mt19937 random(3);
+  const auto below = [&](size_t n) { return static_cast<size_t>(random()) % n; };
+  constexpr size_t kSizes[] = {0, 1, 7, 1000, 3000, 65'400, 66'000, 200'000, 700'000};
+  std::vector<std::unique_ptr<Sender>> senders;
+  for (int i = 0; i < 3; ++i) senders.push_back(std::make_unique<Sender>(url_));
+  std::vector<std::vector<std::string>> waiting(senders.size());
+  uint32_t sequence = 0;
+  for (int datagrams = 0; datagrams < 3000; ++datagrams) {
+    const size_t i = below(senders.size());
+    if (waiting[i].empty()) {
+      const std::string channel(1 + below(kMaxChannelBytes), static_cast<char>('A' + below(26)));
+      std::string data(kSizes[below(std::size(kSizes))], '\0');
+      for (size_t byte = 0; byte < data.size(); byte += 1 + below(500))
+        data[byte] = static_cast<char>(random());
+      waiting[i] = channel.size() + data.size() < 65'000
+                       ? std::vector{MessageDatagram(++sequence, channel, data)}
+                       : Fragments(++sequence, channel, data, 1'000 * (1 + below(65)));
+      std::ranges::reverse(waiting[i]);
+    }
+    if (below(50) != 0) senders[i]->Send(waiting[i].back());
+    waiting[i].pop_back();
+    while (ours_->Handle()) {
+    }
+  }
+  Sender last(url_);
+  last.Send(MessageDatagram(0, "LAST", "x"));
+  HearUntil(Line("LAST", AsBytes("x")));
+  EXPECT_GT(by_us_.size(), 200u);
+  EXPECT_EQ(by_us_, by_them_);
+}
+
+// What liblcm sends, both hear: what fits a datagram exactly, and a byte more; and so do we what is 64 MB
+// large, sent so that the kernel's buffer holds it.
+TEST_F(Receiver, HearsMessagesOfEverySize) {
+  for (const size_t size : {size_t{1}, size_t{65'499} - sizeof "SIZE", size_t{65'500} - sizeof "SIZE",
+                            size_t{65'501} - sizeof "SIZE", size_t{131'000}, size_t{3} << 20}) {
+    std::vector<uint8_t> data(size);
+    for (size_t i = 0; i < size; ++i) data[i] = static_cast<uint8_t>(i * 7 + i / 251);
+    ours_->PublishRaw("SIZE", data);
+    HearUntil(Line("SIZE", data));
+  }
+  EXPECT_EQ(by_us_, by_them_);
+  EXPECT_EQ(by_us_.size(), 6u);
+
+  const std::string large(kMaxMessageBytes, 'z');
+  Sender sender(url_);
+  for (const std::string& fragment : Fragments(1, "LARGE", large, 65'487)) {
+    sender.Send(fragment);
+    while (ours_->Handle()) {
+    }
+  }
+  EXPECT_EQ(by_us_.back(), Line("LARGE", AsBytes(large)));
+}
+
+TEST_F(Receiver, SaysWhenAMessageCame) {
+  const auto now_us = [] {
+    return std::chrono::duration_cast<std::chrono::microseconds>(
+               std::chrono::system_clock::now().time_since_epoch())
+        .count();
+  };
+  const int64_t before = now_us();
+  Sender(url_).Send(MessageDatagram(1, "A", "x"));
+  HearUntil(Line("A", AsBytes("x")));
+  EXPECT_GE(time_us_, before);
+  EXPECT_LE(time_us_, now_us());
+}
+
+}  // namespace
+}  // namespace evalbus

@@ -1,0 +1,128 @@
+#include "bus/reassembler.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "tests/unit/allocation_count.h"
+#include "tests/unit/lcm_datagram.h"
+
+namespace evalbus {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// "CHANNEL:data" of each message that these datagrams make.
+class ReassemblerTest : public testing::Test {
+ protected:
+  void Hear(const std::string& datagram, uint64_t sender = 1) {
+    const auto parsed = ParseDatagram(AsBytes(datagram));
+    const auto message = reassembler_.Add(sender, std::get<LcmFragment>(parsed));
+    if (!message) return;
+    heard_.push_back(std::string(message->channel) + ":" +
+                     std::string(message->data.begin(), message->data.end()));
+  }
+  void HearAll(const std::vector<std::string>& datagrams, uint64_t sender = 1) {
+    for (const std::string& datagram : datagrams) Hear(datagram, sender);
+  }
+
+  Reassembler reassembler_;
+  std::vector<std::string> heard_;
+};
+
+TEST_F(ReassemblerTest, PartsInOrder) {
+  HearAll(Fragments(1, "A", "0123456789", 4));
+  EXPECT_THAT(heard_, ElementsAre("A:0123456789"));
+  EXPECT_EQ(reassembler_.lost(), 0);
+}
+
+TEST_F(ReassemblerTest, OnePartAlone) {
+  HearAll(Fragments(1, "A", "", 9));
+  HearAll(Fragments(2, "A", "x", 9));
+  EXPECT_THAT(heard_, ElementsAre("A:", "A:x"));
+}
+
+TEST_F(ReassemblerTest, LaterPartsInAnyOrder) {
+  const auto parts = Fragments(1, "A", "0123456789", 4);
+  for (const size_t i : {0u, 2u, 1u}) Hear(parts[i]);
+  EXPECT_THAT(heard_, ElementsAre("A:0123456789"));
+}
+
+TEST_F(ReassemblerTest, PartsOfSeveralSendersInterleave) {
+  const auto a = Fragments(7, "A", "aaaaaa", 4), b = Fragments(7, "B", "bbbbbb", 4);
+  for (size_t i = 0; i < a.size(); ++i) {
+    Hear(a[i], 1);
+    Hear(b[i], 2);
+  }
+  EXPECT_THAT(heard_, ElementsAre("A:aaaaaa", "B:bbbbbb"));
+}
+
+TEST_F(ReassemblerTest, AMessageThatLacksAPartIsLostAndTheNextIsNot) {
+  for (const size_t lacking : {0u, 1u, 2u}) {
+    auto parts = Fragments(1, "A", "0123456789", 4);
+    parts.erase(parts.begin() + static_cast<ptrdiff_t>(lacking));
+    HearAll(parts);
+    HearAll(Fragments(2, "A", "next", 4));
+  }
+  EXPECT_THAT(heard_, ElementsAre("A:next", "A:next", "A:next"));
+  // Of one whose beginning was lost nothing is known.
+  EXPECT_EQ(reassembler_.lost(), 2);
+}
+
+TEST_F(ReassemblerTest, APartThatComesAgainCountsOnce) {
+  const auto parts = Fragments(1, "A", "0123456789", 4);
+  for (const size_t i : {0u, 0u, 1u, 1u, 0u}) Hear(parts[i]);
+  EXPECT_THAT(heard_, IsEmpty());
+  Hear(parts[2]);
+  EXPECT_THAT(heard_, ElementsAre("A:0123456789"));
+  // Of what is whole already.
+  Hear(parts[2]);
+  Hear(parts[1]);
+  EXPECT_EQ(heard_.size(), 1u);
+}
+
+TEST_F(ReassemblerTest, PartsThatOverlapOrLeaveAGapMakeNoMessage) {
+  Hear(FragmentDatagram(1, 6, 0, 0, 2, std::string("A\0abc", 5)));
+  Hear(FragmentDatagram(1, 6, 2, 1, 2, "cdef"));
+  Hear(FragmentDatagram(2, 6, 0, 0, 2, std::string("A\0ab", 4)));
+  Hear(FragmentDatagram(2, 6, 3, 1, 2, "def"));
+  Hear(FragmentDatagram(3, 6, 0, 0, 2, std::string("A\0ab", 4)));
+  Hear(FragmentDatagram(3, 6, 2, 1, 2, "cde"));
+  // Two that say they are the same part.
+  Hear(FragmentDatagram(4, 6, 0, 0, 3, std::string("A\0ab", 4)));
+  Hear(FragmentDatagram(4, 6, 2, 1, 3, "cd"));
+  Hear(FragmentDatagram(4, 6, 4, 1, 3, "ef"));
+  EXPECT_THAT(heard_, IsEmpty());
+  EXPECT_EQ(reassembler_.lost(), 4);
+  HearAll(Fragments(5, "A", "good", 4));
+  EXPECT_THAT(heard_, ElementsAre("A:good"));
+}
+
+TEST_F(ReassemblerTest, ALargerMessageOfTheSameSender) {
+  HearAll(Fragments(1, "A", "x", 9));
+  const std::string large(100'000, 'y');
+  HearAll(Fragments(2, "A", large, 60'000));
+  HearAll(Fragments(3, "B", "zz", 9));
+  EXPECT_THAT(heard_, ElementsAre("A:x", "A:" + large, "B:zz"));
+}
+
+TEST_F(ReassemblerTest, MemoryIsBoundedWhoeverSendsWhat) {
+  const int64_t before = AllocatedBytes();
+  // Each claims 64 MB; the one that is in the making longest must go.
+  for (uint64_t sender = 0; sender < 10; ++sender) {
+    Hear(FragmentDatagram(1, 64 << 20, 0, 0, 1100, std::string("A\0x", 3)), sender);
+  }
+  EXPECT_EQ(reassembler_.lost(), 8);
+  EXPECT_LT(AllocatedBytes() - before, 11 * (int64_t{64} << 20));
+  for (uint64_t sender = 100; sender < 1100; ++sender) {
+    Hear(FragmentDatagram(1, 1000, 0, 0, 2, std::string("A\0x", 3)), sender);
+  }
+  EXPECT_EQ(reassembler_.lost(), 10 + 1000 - static_cast<int64_t>(Reassembler::kMaxSenders));
+  HearAll(Fragments(9, "A", "heard all the same", 7), 5000);
+  EXPECT_THAT(heard_, ElementsAre("A:heard all the same"));
+}
+
+}  // namespace
+}  // namespace evalbus

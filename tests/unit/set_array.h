@@ -1,0 +1,15 @@
+// Arrays of messages, which C++ cannot assign.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace evalbus {
+
+template <size_t kSize>
+void Set(double (*to)[kSize], const std::array<double, kSize>& values) {
+  std::ranges::copy(values, *to);
+}
+
+}  // namespace evalbus
