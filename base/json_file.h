@@ -5,6 +5,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 namespace evalbus {
 
@@ -14,10 +15,13 @@ namespace evalbus {
 template <class Json = nlohmann::json>
 Json ReadJsonFile(const std::filesystem::path& file);
 // Of the array at `key` of the outermost object each element for which take(what was read before it, it) is
-// true is not kept: files of any length.
+// true is not kept: files of any length. Of an object that comes after one so taken, take_text has the first
+// say: with the text from there on, which may end within the object, it returns how long the object is, and
+// has taken it, or 0, and the object is parsed and offered to `take`. What it takes must be right.
 using TakeElement = std::function<bool(const nlohmann::json& so_far, const nlohmann::json& element)>;
+using TakeText = std::function<size_t(std::string_view text)>;
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
-                            const TakeElement& take);
+                            const TakeElement& take, const TakeText& take_text = {});
 // `line`: the text is this one of the file; 0: it is the whole file.
 template <class Json = nlohmann::json>
 Json ParseJson(const std::string& text, const std::string& file, int line = 0);

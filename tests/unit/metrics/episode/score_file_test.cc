@@ -3,12 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <string>
 
 #include "base/errors.h"
+#include "tests/unit/allocation_count.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::metrics {
@@ -113,6 +115,35 @@ TEST_F(LongFile, IsScoredStepByStepAsItIsRead) {
   EXPECT_EQ(ScoreFile(Write(1000, other)), streamed);
 }
 
+TEST_F(LongFile, AStepCostsNoMemory) {
+  const auto bytes = [](const std::filesystem::path& file) {
+    const int64_t before = AllocatedBytes();
+    ScoreFile(file);
+    return AllocatedBytes() - before;
+  };
+  EXPECT_EQ(bytes(Write(20'000, keys_)), bytes(Write(2000, keys_)));
+}
+
+// Whether a step is parsed or read where it stands makes no difference.
+TEST_F(LongFile, MayBeWrittenInAnyWay) {
+  const auto file = Write(4, keys_);
+  const auto expected = ScoreFile(file);
+  std::ifstream in(file);
+  const std::string usual{std::istreambuf_iterator<char>(in), {}};
+  const std::pair<const char*, const char*> ways[] = {
+      {"\"t\":", "\"\\u0074\" :"}, {":0.5", ":5e-1"}, {",", " ,\n"},
+      {"[0,0]", "[-0,0.0]"},       {"{", "{\t\n"},    {"\"pot\"", "\"p\\u006ft\""}};
+  for (const auto& [from, to] : ways) {
+    std::string text = usual;
+    for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += std::strlen(to)) {
+      text.replace(at, std::strlen(from), to);
+    }
+    ASSERT_NE(text, usual) << from;
+    std::ofstream(file) << text;
+    EXPECT_EQ(ScoreFile(file).dump(), expected.dump()) << to;
+  }
+}
+
 TEST_F(LongFile, NamesTheStepThatIsWrong) {
   const auto file = Write(30, keys_);
   std::ifstream in(file);
@@ -148,12 +179,21 @@ class ScoreFileMistake : public testing::TestWithParam<Mistake> {};
 TEST_P(ScoreFileMistake, IsOneClearLine) {
   json episode = SmallEpisode();
   GetParam().make(&episode);
-  try {
-    ScoreEpisode(episode, "bad.json");
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()), std::string("bad.json: ") + GetParam().message);
-  }
+  const auto error = [](const std::function<void()>& score) -> std::string {
+    try {
+      score();
+    } catch (const InputError& what) {
+      return what.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(error([&] { ScoreEpisode(episode, "bad.json"); }),
+            std::string("bad.json: ") + GetParam().message);
+  // In a file steps are read otherwise.
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "bad.json";
+  std::ofstream(file) << episode;
+  EXPECT_EQ(error([&] { ScoreFile(file); }), file.string() + ": " + GetParam().message);
 }
 
 const Mistake kMistakes[] = {
