@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "base/json_text.h"
 
 namespace evalbus {
 namespace {
@@ -119,32 +118,22 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
       if (!take_ || keys_.size() != 2 || outermost_key_ != taken_key_) return true;
       auto* elements = (*root_)[taken_key_].template get_ptr<typename Json::array_t*>();
       if (!elements || elements->size() != 1) return true;
-      if (is_taken_) {
-        is_taken_ = false;
-        elements->pop_back();
-      } else if (take_(*root_, elements->back())) {
-        elements->pop_back();
-        if (take_text_) OfferTexts();
-      }
+      if (!is_taken_ && !take_(*root_, elements->back())) return true;
+      elements->pop_back();
+      is_taken_ = take_text_ && TakeTexts();
     }
     return true;
   }
 
-  // Behind an element, a comma and the next element at a time. The library sees none of them but the last,
-  // since what it says of a mistake begins with what it read before.
-  void OfferTexts() {
-    size_t last = 0;
-    while (true) {
-      const std::string_view text = file_->Text().substr(last);
-      JsonText json(text);
-      if (!json.Take(',')) break;
-      const std::string_view element = WithoutLeadingBlanks(json.rest());
-      const size_t length = element.starts_with('{') ? take_text_(element) : 0;
-      if (length == 0) break;
-      file_->Skip(last);
-      last = element.data() + length - text.data();
+  // Whether there are any. The library sees the last one, since what it says of a mistake begins with what it
+  // read before.
+  bool TakeTexts() {
+    size_t end = 0;
+    for (LastTaken last; (last = take_text_(file_->Text().substr(end))).end > 0;
+         end = last.end - last.begin) {
+      file_->Skip(end + last.begin);
     }
-    is_taken_ = last > 0;
+    return end > 0;
   }
 
   Json* root_;

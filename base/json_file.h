@@ -15,11 +15,15 @@ namespace evalbus {
 template <class Json = nlohmann::json>
 Json ReadJsonFile(const std::filesystem::path& file);
 // Of the array at `key` of the outermost object each element for which take(what was read before it, it) is
-// true is not kept: files of any length. Of an object that comes after one so taken, take_text has the first
-// say: with the text from there on, which may end within the object, it returns how long the object is, and
-// has taken it, or 0, and the object is parsed and offered to `take`. What it takes must be right.
+// true is not kept: files of any length. Of what comes behind an object so taken, take_text has the first
+// say: from the text from there on, which may end anywhere, it takes as many elements as it can, and returns
+// where the last of them begins, with the comma before it, and ends; 0 and 0: none. What it takes must be
+// right.
 using TakeElement = std::function<bool(const nlohmann::json& so_far, const nlohmann::json& element)>;
-using TakeText = std::function<size_t(std::string_view text)>;
+struct LastTaken {
+  size_t begin = 0, end = 0;
+};
+using TakeText = std::function<LastTaken(std::string_view text)>;
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
                             const TakeElement& take, const TakeText& take_text = {});
 // `line`: the text is this one of the file; 0: it is the whole file.

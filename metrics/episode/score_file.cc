@@ -1,7 +1,11 @@
 #include "metrics/episode/score_file.h"
 
+#include <simdjson.h>
+
 #include <algorithm>
 #include <array>
+#include <bitset>
+#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -11,7 +15,6 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "base/json_text.h"
 #include "lcmtypes/metric_catalogue.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/episode/rollout_metrics.h"
@@ -21,6 +24,7 @@ namespace evalbus::metrics {
 namespace {
 
 using nlohmann::json;
+namespace ondemand = simdjson::ondemand;
 
 // A value inside the document, which knows its path ("steps[3].left.joint_position") by the value that it is
 // in: that one must live as long.
@@ -216,9 +220,51 @@ void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<d
   }
 }
 
+// Steps as simdjson reads them, whose errors say little. What follows throws them, too, of whatever is not
+// surely right; then nlohmann's library has the step, and Node says what is wrong with it.
+void Need(bool right) {
+  if (!right) throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
+}
+
+double NumberOf(ondemand::value value) {
+  const bool whole = value.is_integer();
+  const std::string_view token = value.raw_json_token();
+  double number = value;
+  // Debian 12's simdjson makes 0.03 of 0.95000000000000000000: more digits than an integer holds (its issue
+  // 2093).
+  if (token.size() > 20) {
+    Need(std::from_chars(token.data(), token.data() + token.size(), number).ec == std::errc());
+  }
+  // Of whole numbers there is one zero: -0 becomes 0.
+  return whole ? number + 0.0 : number;
+}
+
+// Exactly that many.
+void ReadNumbers(ondemand::array array, std::span<double> numbers) {
+  size_t size = 0;
+  for (ondemand::value value : array) {
+    Need(size < numbers.size());
+    numbers[size++] = NumberOf(value);
+  }
+  Need(size == numbers.size());
+}
+
+// Exactly these keys; read(k, value) reads the k-th's value.
+void ReadObject(ondemand::object object, const std::vector<std::string>& keys, auto read) {
+  std::bitset<64> seen;
+  Need(keys.size() <= seen.size());
+  for (ondemand::field field : object) {
+    const size_t key = std::find(keys.begin(), keys.end(), field.unescaped_key().value()) - keys.begin();
+    Need(key < keys.size() && !seen[key]);
+    seen.set(key);
+    read(key, field.value());
+  }
+  Need(seen.count() == keys.size());
+}
+
 constexpr int kMaxGeom = std::numeric_limits<int>::max();
 
-// A step: storage that its Sample points into, read from a JSON value or from a text.
+// A step: storage that its Sample points into, read by either library.
 class Step {
  public:
   explicit Step(const MetricsConfig& config)
@@ -236,9 +282,6 @@ class Step {
                       .wrist_quat = {},
                       .mechanical_work = {}});
     }
-    quoted_keys_ = Quoted(keys_);
-    quoted_arm_keys_ = Quoted(arm_keys_);
-    quoted_objects_ = Quoted(config.objects);
   }
 
   // Gripper opening and holding of an arm, at the start and in each step.
@@ -276,17 +319,17 @@ class Step {
     }
   }
 
-  // The same from the text that begins with the step. Returns how long the step is, or 0: there is something
-  // in it that Read() has to see, mostly to say what is wrong.
-  size_t ReadText(std::string_view text, int64_t index) {
-    JsonText in(text);
-    contacts_.clear();
-    const bool taken = in.TakeObject(quoted_keys_, [&](size_t key) {
-      if (key == 0) return in.TakeNumber(&time_) && InTime(index);
-      if (key == 1) return in.TakeArray([&] { return TakeContact(&in); });
-      return TakeArm(&in, key - 2);
+  void Read(ondemand::object step, int64_t index) {
+    ReadObject(step, keys_, [&](size_t key, ondemand::value value) {
+      if (key == 0) {
+        time_ = NumberOf(value);
+        Need(InTime(index));
+      } else if (key == 1) {
+        ReadContacts(value);
+      } else {
+        ReadArm(value, key - 2);
+      }
     });
-    return taken ? text.size() - in.rest().size() : 0;
   }
 
   Sample AsSample(int64_t index) const {
@@ -303,11 +346,6 @@ class Step {
   const std::vector<uint8_t>& holding() const { return holding_; }
 
  private:
-  static std::vector<std::string> Quoted(const std::vector<std::string>& keys) {
-    std::vector<std::string> quoted;
-    for (const std::string& key : keys) quoted.push_back(ToText(json(key)));
-    return quoted;
-  }
   static bool IsUnit(const std::array<double, 4>& q) { return std::abs(SampleDeriver::Norm(q) - 1) <= 0.01; }
   double ExpectedTime(int64_t index) const { return static_cast<double>(index + 1) * config_.control_dt; }
   bool InTime(int64_t index) const {
@@ -317,49 +355,54 @@ class Step {
   std::span<double> Velocities(size_t k) { return std::span(joints_[k]).last(joints_[k].size() / 2); }
   uint8_t& Holding(size_t object, size_t k) { return holding_[object * opening_.size() + k]; }
 
-  bool TakeArm(JsonText* in, size_t k) {
-    return in->TakeObject(quoted_arm_keys_, [&](size_t key) {
+  void ReadArm(ondemand::object arm, size_t k) {
+    ReadObject(arm, arm_keys_, [&](size_t key, ondemand::value value) {
       switch (key) {
         case 0:
-          return in->TakeNumbers(Positions(k));
+          return ReadNumbers(value, Positions(k));
         case 1:
-          return in->TakeNumbers(Velocities(k));
+          return ReadNumbers(value, Velocities(k));
         case 2:
-          return in->TakeNumbers(arm_[k].wrist_position);
+          return ReadNumbers(value, arm_[k].wrist_position);
         case 3:
-          return in->TakeNumbers(arm_[k].wrist_quat) && IsUnit(arm_[k].wrist_quat);
+          ReadNumbers(value, arm_[k].wrist_quat);
+          return Need(IsUnit(arm_[k].wrist_quat));
         case 4:
-          return in->TakeNumber(&opening_[k]);
+          opening_[k] = NumberOf(value);
+          return;
         default:
-          return in->TakeObject(quoted_objects_, [&](size_t object) {
-            bool holds = false;
-            const bool taken = in->TakeBool(&holds);
-            Holding(object, k) = holds;
-            return taken;
-          });
+          ReadObject(value, config_.objects,
+                     [&](size_t object, ondemand::value holds) { Holding(object, k) = bool(holds); });
       }
     });
   }
-  bool TakeContact(JsonText* in) {
-    double a = 0, b = 0, distance = 0;
-    if (!in->Take('[') || !TakeGeom(in, &a) || !in->Take(',') || !TakeGeom(in, &b) || !in->Take(',') ||
-        !in->TakeNumber(&distance) || !in->Take(']')) {
-      return false;
+  void ReadContacts(ondemand::array contacts) {
+    contacts_.clear();
+    for (ondemand::array contact : contacts) {
+      GeomContact& read = contacts_.emplace_back();
+      size_t size = 0;
+      for (ondemand::value value : contact) {
+        if (size == 2) {
+          read.distance = NumberOf(value);
+        } else {
+          (size == 0 ? read.geom_a : read.geom_b) = GeomOf(value);
+        }
+        ++size;
+      }
+      Need(size == 3);
     }
-    contacts_.push_back({static_cast<int>(a), static_cast<int>(b), distance});
-    return true;
   }
-  static bool TakeGeom(JsonText* in, double* id) {
-    bool whole = false;
-    return in->TakeNumber(id, &whole) && whole && std::abs(*id) <= kMaxGeom;
+  static int GeomOf(ondemand::value value) {
+    const int64_t id = value;
+    Need(id >= -kMaxGeom && id <= kMaxGeom);
+    return static_cast<int>(id);
   }
 
   const MetricsConfig& config_;
   std::vector<std::string> keys_;
-  // Cases of TakeArm().
+  // Cases of ReadArm().
   std::vector<std::string> arm_keys_ = {"joint_position",   "joint_velocity",  "wrist_position",
                                         "wrist_quaternion", "gripper_opening", "holding"};
-  std::vector<std::string> quoted_keys_, quoted_arm_keys_, quoted_objects_;
   double time_ = 0;
   std::vector<std::vector<double>> joints_;  // positions, then velocities, by arm
   std::vector<ArmSample> arm_;
@@ -369,6 +412,9 @@ class Step {
 };
 
 constexpr const char* kNeeded[] = {"robot", "control_frequency", "control_dt", "config", "geoms", "initial"};
+
+// What is read of a text at once: many steps, since the last one is mostly cut off.
+constexpr size_t kTextSize = 1 << 16;
 
 // An episode whose steps come one after the other.
 class Trajectory {
@@ -392,12 +438,34 @@ class Trajectory {
     return true;
   }
 
-  // Likewise where a step was taken before, of which this is the text from its beginning on: returns its
-  // length, or 0 where Take() is to have it.
-  size_t TakeText(std::string_view text) {
-    const size_t length = step_->ReadText(text, num_steps_);
-    if (length > 0) AddRead();
-    return length;
+  // Takes as many steps as it can from the text behind one that was taken.
+  LastTaken TakeText(std::string_view text) {
+    // An array: a number in place of the step before, the steps, and perhaps a part of one, at which simdjson
+    // stops. Blanks, since it looks at what is behind the array.
+    text = text.substr(0, kTextSize);
+    text_.reserve(kTextSize + 3 + simdjson::SIMDJSON_PADDING);
+    text_.assign("[0").append(text.substr(0, text.rfind('}') + 1)).append("]");
+    const size_t size = text_.size();
+    text_.append(simdjson::SIMDJSON_PADDING, ' ');
+    LastTaken last;
+    try {
+      Need(parser_.allocate(kTextSize + 3) == simdjson::SUCCESS);
+      ondemand::document document = parser_.iterate(text_.data(), size, text_.size());
+      size_t end = 0;
+      for (ondemand::value element : document.get_array()) {
+        const size_t begin = end;
+        if (begin == 0) {
+          NumberOf(element);
+        } else {
+          step_->Read(element.get_object(), num_steps_);
+          AddRead();
+        }
+        end = document.current_location().value() - text_.data();
+        if (begin > 0) last = {begin - 2, end - 2};
+      }
+    } catch (const simdjson::simdjson_error&) {
+    }
+    return last;
   }
 
   // With the steps that are left in the document.
@@ -470,6 +538,8 @@ class Trajectory {
   ScoreOptions options_;
   std::optional<RolloutMetrics> metrics_;
   std::optional<Step> step_;
+  std::string text_;
+  ondemand::parser parser_;
   int64_t num_steps_ = 0;
 };
 

@@ -2,13 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <fstream>
+#include <regex>
 #include <string>
-#include <vector>
 
 #include "base/errors.h"
-#include "base/json_text.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus {
@@ -59,14 +57,16 @@ class ReadJsonFileTest : public testing::Test {
                    ++parsed_;
                    return true;
                  },
-                 [&](std::string_view text) -> size_t {
-                   static const std::vector<std::string> keys = {"\"a\""};
-                   double value = 0;
-                   JsonText in(text);
-                   if (!in.TakeObject(keys, [&](size_t) { return in.TakeNumber(&value); })) return 0;
-                   if (value >= 100) return 0;
-                   ++text_;
-                   return text.size() - in.rest().size();
+                 [&](std::string_view text) {
+                   static const std::regex element(R"(\s*,\s*\{"a": *\d\d?\})");
+                   LastTaken last;
+                   std::cmatch match;
+                   while (std::regex_search(text.data() + last.end, text.data() + text.size(), match, element,
+                                            std::regex_constants::match_continuous)) {
+                     last = {last.end, last.end + match.length()};
+                     ++text_;
+                   }
+                   return last;
                  })
           .dump();
     } catch (const InputError& error) {
@@ -88,8 +88,7 @@ TEST_F(ReadJsonFileTest, EachElementIsTakenOnce) {
   for (int k = 0; k < 100'000; ++k) many += ",\n{\"a\": 1}";
   EXPECT_EQ(Read(many), R"({"list":[],"rest":1})");
   EXPECT_EQ(text_ + parsed_, 100'001);
-  // Those at the end of what was looked at are the library's.
-  EXPECT_LT(parsed_, 20);
+  EXPECT_EQ(parsed_, 1);
 }
 
 // As without: the library's words include what it read before.
@@ -104,74 +103,6 @@ TEST_F(ReadJsonFileTest, AMistakeBehindTextsIsWhereItIs) {
             ":3: expected JSON, syntax error while parsing value - invalid literal; last read: '3},x'");
   EXPECT_EQ(Read("{\"a\":1},\n{\"a\":2},\n{\"a\":3, \"a\":4}"),
             ": a: expected each key once, it is repeated");
-}
-
-// What it takes is what the library makes of it, to the bit; what is no JSON it leaves.
-TEST(JsonText, TakesNumbersAsTheLibraryDoes) {
-  const char* numbers[] = {"0",
-                           "-0",
-                           "-0.0",
-                           "1",
-                           "-12",
-                           "0.1",
-                           "1e22",
-                           "1E-7",
-                           "2.5e+3",
-                           "1e23",
-                           "0e5",
-                           "9007199254740993",
-                           "4.9e-324",
-                           "1.7976931348623157e308",
-                           "2.2250738585072011e-308",
-                           "18446744073709551615",
-                           "18446744073709551616",
-                           "-9223372036854775809",
-                           "0.1000000000000000055511151231257827021181583404541015625"};
-  for (const std::string number : numbers) {
-    const std::string text = " " + number + ",";
-    JsonText in(text);
-    double value = 0;
-    bool whole = false;
-    ASSERT_TRUE(in.TakeNumber(&value, &whole)) << number;
-    EXPECT_EQ(in.rest(), ",");
-    const auto expected = nlohmann::json::parse(number);
-    EXPECT_EQ(std::bit_cast<uint64_t>(value), std::bit_cast<uint64_t>(expected.get<double>())) << number;
-    EXPECT_EQ(whole, number.find_first_of(".eE") == std::string::npos) << number;
-  }
-  for (const char* text :
-       {"",     "-,",    "+1,",    ".5,",     "5.,",    "5.e3,", "01,", "-01,", "inf,", "nan,",
-        "NaN,", "-inf,", "1e999,", "-1e999,", "\"1\",", "null,", "1",   "1.5",  "1.",   "1e5"}) {
-    JsonText in(text);
-    double value = 0;
-    EXPECT_FALSE(in.TakeNumber(&value)) << text;
-  }
-  // What follows is for the next token to refuse.
-  for (const char* text : {"1e,", "1e+,", "0x10,", "1_0,", "1.5.5,"}) {
-    JsonText in(text);
-    double value = 0;
-    EXPECT_FALSE(in.TakeNumber(&value) && in.Take(',')) << text;
-  }
-}
-
-TEST(JsonText, TakesAnObjectOfItsKeysInAnyOrder) {
-  const std::vector<std::string> keys = {"\"a\"", "\"b\""};
-  const auto taken = [&](const char* text) {
-    JsonText in(text);
-    std::vector<double> values(2);
-    const bool all = in.TakeObject(keys, [&](size_t key) { return in.TakeNumber(&values[key]); });
-    if (all) {
-      EXPECT_EQ(values, (std::vector<double>{1, 2}));
-    }
-    return all;
-  };
-  EXPECT_TRUE(taken("{\"a\":1,\"b\":2}"));
-  EXPECT_TRUE(taken(" {\n\"b\" : 2 , \"a\"\t:\r1 } "));
-  for (const char* text :
-       {"", "{}", "{\"a\":1}", "{\"a\":1,\"a\":1}", "{\"a\":1,\"b\":2,\"b\":2}", "{\"a\":1,\"b\":2,}",
-        "{\"a\":1,\"b\":2,\"c\":3}", "{\"a\":1,\"b\":2", "{\"a\":1 \"b\":2}", "{\"a\" 1,\"b\":2}",
-        "{a:1,\"b\":2}", "{\"\\u0061\":1,\"b\":2}", "[1,2]"}) {
-    EXPECT_FALSE(taken(text)) << text;
-  }
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -86,6 +85,14 @@ class LongFile : public testing::Test {
     out << "}";
     return file;
   }
+  static void Replace(const std::filesystem::path& file, const std::string& from, const std::string& to) {
+    std::ifstream in(file);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    for (; at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
+    std::ofstream(file) << text;
+  }
   const std::vector<std::string> keys_ = {"robot",   "control_frequency", "control_dt", "config",
                                           "geoms",   "initial",           "steps",      "stages",
                                           "finalize"};
@@ -124,23 +131,28 @@ TEST_F(LongFile, AStepCostsNoMemory) {
   EXPECT_EQ(bytes(Write(20'000, keys_)), bytes(Write(2000, keys_)));
 }
 
-// Whether a step is parsed or read where it stands makes no difference.
+// Which library reads a step makes no difference.
 TEST_F(LongFile, MayBeWrittenInAnyWay) {
   const auto file = Write(4, keys_);
   const auto expected = ScoreFile(file);
-  std::ifstream in(file);
-  const std::string usual{std::istreambuf_iterator<char>(in), {}};
   const std::pair<const char*, const char*> ways[] = {
       {"\"t\":", "\"\\u0074\" :"}, {":0.5", ":5e-1"}, {",", " ,\n"},
       {"[0,0]", "[-0,0.0]"},       {"{", "{\t\n"},    {"\"pot\"", "\"p\\u006ft\""}};
   for (const auto& [from, to] : ways) {
-    std::string text = usual;
-    for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += std::strlen(to)) {
-      text.replace(at, std::strlen(from), to);
-    }
-    ASSERT_NE(text, usual) << from;
-    std::ofstream(file) << text;
+    Replace(Write(4, keys_), from, to);
     EXPECT_EQ(ScoreFile(file).dump(), expected.dump()) << to;
+  }
+}
+
+// To the bit; some have more digits than an integer holds.
+TEST_F(LongFile, HasEachNumberAsParsingTheWholeHasIt) {
+  for (const char* number :
+       {"-0", "-0.0", "1E-7", "2.5e+3", "1e23", "9007199254740993", "4.9e-324", "2.2250738585072011e-308",
+        "18446744073709551616", "0.95000000000000000000", "-0.01234567890123456789012",
+        "0.1000000000000000055511151231257827021181583404541015625"}) {
+    const auto file = Write(4, keys_);
+    Replace(file, "[3,4]", "[" + std::string(number) + ",4]");
+    EXPECT_EQ(ScoreFile(file).dump(), ScoreEpisode(ReadJsonFile(file), "whole").dump()) << number;
   }
 }
 
