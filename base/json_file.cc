@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <streambuf>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,45 @@ namespace {
 // Ours are below ten; a hundred thousand would be more than the stack of who goes through them.
 constexpr size_t kDeepest = 64;
 
+// A file of which the library reads one character after the other, unless somebody else looks ahead.
+class LookAhead : public std::streambuf {
+ public:
+  explicit LookAhead(std::istream* file) : file_(file) {}
+
+  // What is next: kAhead characters or more, or all that are left.
+  std::string_view Text() {
+    if (egptr() - gptr() < kAhead && *file_) Fill();
+    return {gptr(), egptr()};
+  }
+  void Skip(size_t count) {
+    gbump(static_cast<int>(count));
+    skipped_ += count;
+  }
+  size_t skipped() const { return skipped_; }
+
+ protected:
+  int_type underflow() override {
+    Fill();
+    return gptr() == egptr() ? traits_type::eof() : traits_type::to_int_type(*gptr());
+  }
+
+ private:
+  static constexpr std::ptrdiff_t kAhead = 1 << 17;
+
+  void Fill() {
+    buffer_.erase(0, gptr() - eback());
+    const size_t kept = buffer_.size();
+    buffer_.resize(2 * kAhead);
+    file_->read(&buffer_[kept], static_cast<std::streamsize>(buffer_.size() - kept));
+    buffer_.resize(kept + file_->gcount());
+    setg(buffer_.data(), buffer_.data(), buffer_.data() + buffer_.size());
+  }
+
+  std::istream* file_;
+  std::string buffer_;
+  size_t skipped_ = 0;
+};
+
 // Builds the value, and notices what the library lets pass.
 template <class Json>
 class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
@@ -23,9 +63,13 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
 
  public:
   explicit Builder(Json* json) : Base(*json, false), root_(json) {}
-  Builder(Json* json, const std::string& key, const TakeElement& take) : Builder(json) {
+  Builder(Json* json, LookAhead* file, const std::string& key, const TakeElement& take,
+          const TakeText& take_text)
+      : Builder(json) {
+    file_ = file;
     taken_key_ = key;
     take_ = take;
+    take_text_ = take_text;
   }
 
   bool start_object(size_t size) { return Open() && Base::start_object(size); }
@@ -42,7 +86,7 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
     return Base::key(name);
   }
   bool parse_error(size_t position, const std::string& token, const nlohmann::json::exception& error) {
-    position_ = position > 0 ? position - 1 : 0;
+    position_ = (position > 0 ? position - 1 : 0) + (file_ ? file_->skipped() : 0);
     // "[json.exception.parse_error.101] parse error at line 1, column 2: REASON"
     const std::string text = error.what();
     const size_t colon = text.find(": ");
@@ -73,14 +117,31 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
     if constexpr (std::is_same_v<Json, nlohmann::json>) {
       if (!take_ || keys_.size() != 2 || outermost_key_ != taken_key_) return true;
       auto* elements = (*root_)[taken_key_].template get_ptr<typename Json::array_t*>();
-      if (elements && elements->size() == 1 && take_(*root_, elements->back())) elements->pop_back();
+      if (!elements || elements->size() != 1) return true;
+      if (!is_taken_ && !take_(*root_, elements->back())) return true;
+      elements->pop_back();
+      is_taken_ = take_text_ && TakeTexts();
     }
     return true;
   }
 
+  // Whether there are any. The library sees the last one, since what it says of a mistake begins with what it
+  // read before.
+  bool TakeTexts() {
+    size_t end = 0;
+    for (LastTaken last; (last = take_text_(file_->Text().substr(end))).end > 0;
+         end = last.end - last.begin) {
+      file_->Skip(end + last.begin);
+    }
+    return end > 0;
+  }
+
   Json* root_;
+  LookAhead* file_ = nullptr;
   std::string taken_key_;
   TakeElement take_;
+  TakeText take_text_;
+  bool is_taken_ = false;  // the next element, by take_text_
   std::string outermost_key_;
   // Of each array or object that is open.
   std::vector<std::set<std::string>> keys_;
@@ -125,11 +186,13 @@ Json ReadJsonFile(const std::filesystem::path& file) {
 }
 
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
-                            const TakeElement& take) {
+                            const TakeElement& take, const TakeText& take_text) {
   std::ifstream stream = Open(file);
+  LookAhead ahead(&stream);
+  std::istream text(&ahead);
   nlohmann::json json;
-  Builder<nlohmann::json> builder(&json, key, take);
-  if (nlohmann::json::sax_parse(stream, &builder)) return json;
+  Builder<nlohmann::json> builder(&json, &ahead, key, take, take_text);
+  if (nlohmann::json::sax_parse(text, &builder)) return json;
   const auto position = builder.position();
   std::ifstream again = Open(file);
   const std::string line = position ? ":" + std::to_string(LineOf(again, *position)) : "";

@@ -1,9 +1,16 @@
 #include "metrics/episode/score_file.h"
 
+#include <simdjson.h>
+
 #include <algorithm>
+#include <array>
+#include <bitset>
+#include <charconv>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +24,7 @@ namespace evalbus::metrics {
 namespace {
 
 using nlohmann::json;
+namespace ondemand = simdjson::ondemand;
 
 // A value inside the document, which knows its path ("steps[3].left.joint_position") by the value that it is
 // in: that one must live as long.
@@ -88,13 +96,13 @@ class Node {
     if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) Fail("a name");
     return value_->get<std::string>();
   }
-  // Appends exactly `size` numbers.
-  void Numbers(size_t size, std::vector<double>* out) const {
-    if (!value_->is_array() || value_->size() != size) {
-      Fail(std::to_string(size) + " numbers" +
+  // Exactly that many.
+  void Numbers(std::span<double> out) const {
+    if (!value_->is_array() || value_->size() != out.size()) {
+      Fail(std::to_string(out.size()) + " numbers" +
            (value_->is_array() ? " (this array has " + std::to_string(value_->size()) + ")" : ""));
     }
-    for (size_t k = 0; k < size; ++k) out->push_back((*this)[k].Number());
+    for (size_t k = 0; k < out.size(); ++k) out[k] = (*this)[k].Number();
   }
   const json& value() const { return *value_; }
 
@@ -192,6 +200,7 @@ MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
     }
   }
   config.geom_owner = ReadGeoms(episode["geoms"]);
+  config.extended = false;
   return config;
 }
 
@@ -211,77 +220,201 @@ void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<d
   }
 }
 
-// Gripper opening and holding of each arm, at the start and in each step.
-void ReadGripper(const Node& arm, size_t gripper, const MetricsConfig& config, std::vector<double>* opening,
-                 std::vector<uint8_t>* holding) {
-  (*opening)[gripper] = arm["gripper_opening"].Number();
-  arm["holding"].CheckKeys(config.objects);
-  for (size_t object = 0; object < config.objects.size(); ++object) {
-    (*holding)[object * config.grippers.size() + gripper] = arm["holding"][config.objects[object]].Bool();
-  }
+// Steps as simdjson reads them, whose errors say little. What follows throws them, too, of whatever is not
+// surely right; then nlohmann's library has the step, and Node says what is wrong with it.
+void Need(bool right) {
+  if (!right) throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
 }
 
-// Storage of one step that a Sample points into.
-struct Step {
-  std::vector<std::string> keys, arm_keys;
-  std::vector<std::vector<double>> joints;  // position then velocity, by arm
-  std::vector<ArmSample> arm;
-  std::vector<double> opening;
-  std::vector<uint8_t> holding;
-  std::vector<GeomContact> contacts;
+double NumberOf(ondemand::value value) {
+  const bool whole = value.is_integer();
+  const std::string_view token = value.raw_json_token();
+  double number = value;
+  // Debian 12's simdjson makes 0.03 of 0.95000000000000000000: more digits than an integer holds (its issue
+  // 2093).
+  if (token.size() > 20) {
+    Need(std::from_chars(token.data(), token.data() + token.size(), number).ec == std::errc());
+  }
+  // Of whole numbers there is one zero: -0 becomes 0.
+  return whole ? number + 0.0 : number;
+}
+
+// Exactly that many.
+void ReadNumbers(ondemand::array array, std::span<double> numbers) {
+  size_t size = 0;
+  for (ondemand::value value : array) {
+    Need(size < numbers.size());
+    numbers[size++] = NumberOf(value);
+  }
+  Need(size == numbers.size());
+}
+
+// Exactly these keys; read(k, value) reads the k-th's value.
+void ReadObject(ondemand::object object, const std::vector<std::string>& keys, auto read) {
+  std::bitset<64> seen;
+  Need(keys.size() <= seen.size());
+  for (ondemand::field field : object) {
+    const size_t key = std::find(keys.begin(), keys.end(), field.unescaped_key().value()) - keys.begin();
+    Need(key < keys.size() && !seen[key]);
+    seen.set(key);
+    read(key, field.value());
+  }
+  Need(seen.count() == keys.size());
+}
+
+constexpr int kMaxGeom = std::numeric_limits<int>::max();
+
+// A step: storage that its Sample points into, read by either library.
+class Step {
+ public:
+  explicit Step(const MetricsConfig& config)
+      : config_(config),
+        keys_{"t", "contacts"},
+        opening_(config.grippers.size()),
+        holding_(config.objects.size() * config.grippers.size()) {
+    for (const ArmConfig& arm : config.arms) {
+      const size_t dof = arm.num_joints;
+      keys_.push_back(arm.name);
+      const std::vector<double>& joints = joints_.emplace_back(2 * dof);
+      arm_.push_back({.joint_position = {joints.data(), dof},
+                      .joint_velocity = {joints.data() + dof, dof},
+                      .wrist_position = {},
+                      .wrist_quat = {},
+                      .mechanical_work = {}});
+    }
+  }
+
+  // Gripper opening and holding of an arm, at the start and in each step.
+  void ReadGripper(const Node& arm, size_t k) {
+    opening_[k] = arm["gripper_opening"].Number();
+    arm["holding"].CheckKeys(config_.objects);
+    for (size_t object = 0; object < config_.objects.size(); ++object) {
+      Holding(object, k) = arm["holding"][config_.objects[object]].Bool();
+    }
+  }
+
+  void Read(const Node& node, int64_t index) {
+    node.CheckKeys(keys_);
+    time_ = node["t"].Number();
+    if (!InTime(index)) {
+      node["t"].Fail("(index + 1) * control_dt = " + json(ExpectedTime(index)).dump());
+    }
+    for (size_t k = 0; k < arm_.size(); ++k) {
+      const Node arm = node[config_.arms[k].name];
+      arm.CheckKeys(arm_keys_);
+      arm["joint_position"].Numbers(Positions(k));
+      arm["joint_velocity"].Numbers(Velocities(k));
+      arm["wrist_position"].Numbers(arm_[k].wrist_position);
+      arm["wrist_quaternion"].Numbers(arm_[k].wrist_quat);
+      if (!IsUnit(arm_[k].wrist_quat)) arm["wrist_quaternion"].Fail("[w, x, y, z] of norm 1");
+      ReadGripper(arm, k);
+    }
+    contacts_.clear();
+    const Node contacts = node["contacts"];
+    for (size_t k = 0; k < contacts.ArraySize(); ++k) {
+      const Node contact = contacts[k];
+      if (contact.ArraySize() != 3) contact.Fail("[geom_a, geom_b, dist]");
+      contacts_.push_back({contact[0].Integer(-kMaxGeom, kMaxGeom), contact[1].Integer(-kMaxGeom, kMaxGeom),
+                           contact[2].Number()});
+    }
+  }
+
+  void Read(ondemand::object step, int64_t index) {
+    ReadObject(step, keys_, [&](size_t key, ondemand::value value) {
+      if (key == 0) {
+        time_ = NumberOf(value);
+        Need(InTime(index));
+      } else if (key == 1) {
+        ReadContacts(value);
+      } else {
+        ReadArm(value, key - 2);
+      }
+    });
+  }
+
+  Sample AsSample(int64_t index) const {
+    return {.tick = index + 1,
+            .time = time_,
+            .arm = arm_,
+            .gripper_opening = opening_,
+            .holding = holding_,
+            .pinched = {},
+            .contacts = contacts_,
+            .clearance = {}};
+  }
+  const std::vector<double>& opening() const { return opening_; }
+  const std::vector<uint8_t>& holding() const { return holding_; }
+
+ private:
+  static bool IsUnit(const std::array<double, 4>& q) { return std::abs(SampleDeriver::Norm(q) - 1) <= 0.01; }
+  double ExpectedTime(int64_t index) const { return static_cast<double>(index + 1) * config_.control_dt; }
+  bool InTime(int64_t index) const {
+    return !(std::abs(time_ - ExpectedTime(index)) > 0.01 * config_.control_dt);
+  }
+  std::span<double> Positions(size_t k) { return std::span(joints_[k]).first(joints_[k].size() / 2); }
+  std::span<double> Velocities(size_t k) { return std::span(joints_[k]).last(joints_[k].size() / 2); }
+  uint8_t& Holding(size_t object, size_t k) { return holding_[object * opening_.size() + k]; }
+
+  void ReadArm(ondemand::object arm, size_t k) {
+    ReadObject(arm, arm_keys_, [&](size_t key, ondemand::value value) {
+      switch (key) {
+        case 0:
+          return ReadNumbers(value, Positions(k));
+        case 1:
+          return ReadNumbers(value, Velocities(k));
+        case 2:
+          return ReadNumbers(value, arm_[k].wrist_position);
+        case 3:
+          ReadNumbers(value, arm_[k].wrist_quat);
+          return Need(IsUnit(arm_[k].wrist_quat));
+        case 4:
+          opening_[k] = NumberOf(value);
+          return;
+        default:
+          ReadObject(value, config_.objects,
+                     [&](size_t object, ondemand::value holds) { Holding(object, k) = bool(holds); });
+      }
+    });
+  }
+  void ReadContacts(ondemand::array contacts) {
+    contacts_.clear();
+    for (ondemand::array contact : contacts) {
+      GeomContact& read = contacts_.emplace_back();
+      size_t size = 0;
+      for (ondemand::value value : contact) {
+        if (size == 2) {
+          read.distance = NumberOf(value);
+        } else {
+          (size == 0 ? read.geom_a : read.geom_b) = GeomOf(value);
+        }
+        ++size;
+      }
+      Need(size == 3);
+    }
+  }
+  static int GeomOf(ondemand::value value) {
+    const int64_t id = value;
+    Need(id >= -kMaxGeom && id <= kMaxGeom);
+    return static_cast<int>(id);
+  }
+
+  const MetricsConfig& config_;
+  std::vector<std::string> keys_;
+  // Cases of ReadArm().
+  std::vector<std::string> arm_keys_ = {"joint_position",   "joint_velocity",  "wrist_position",
+                                        "wrist_quaternion", "gripper_opening", "holding"};
+  double time_ = 0;
+  std::vector<std::vector<double>> joints_;  // positions, then velocities, by arm
+  std::vector<ArmSample> arm_;
+  std::vector<double> opening_;
+  std::vector<uint8_t> holding_;
+  std::vector<GeomContact> contacts_;
 };
 
-Sample ReadStep(const Node& node, int64_t index, const MetricsConfig& config, Step* step) {
-  node.CheckKeys(step->keys);
-
-  const double time = node["t"].Number();
-  const double expected = static_cast<double>(index + 1) * config.control_dt;
-  if (std::abs(time - expected) > 0.01 * config.control_dt) {
-    node["t"].Fail("(index + 1) * control_dt = " + json(expected).dump());
-  }
-  step->arm.resize(config.arms.size());
-  step->joints.resize(config.arms.size());
-  for (size_t k = 0; k < config.arms.size(); ++k) {
-    const Node arm = node[config.arms[k].name];
-    arm.CheckKeys(step->arm_keys);
-    const size_t dof = config.arms[k].num_joints;
-    std::vector<double>& joints = step->joints[k];
-    joints.clear();
-    arm["joint_position"].Numbers(dof, &joints);
-    arm["joint_velocity"].Numbers(dof, &joints);
-    std::vector<double> pose;
-    arm["wrist_position"].Numbers(3, &pose);
-    arm["wrist_quaternion"].Numbers(4, &pose);
-    const double norm =
-        std::sqrt(pose[3] * pose[3] + pose[4] * pose[4] + pose[5] * pose[5] + pose[6] * pose[6]);
-    if (!(std::abs(norm - 1) <= 0.01)) arm["wrist_quaternion"].Fail("[w, x, y, z] of norm 1");
-    step->arm[k] = {.joint_position = {joints.data(), dof},
-                    .joint_velocity = {joints.data() + dof, dof},
-                    .wrist_position = {pose[0], pose[1], pose[2]},
-                    .wrist_quat = {pose[3], pose[4], pose[5], pose[6]},
-                    .mechanical_work = {}};
-    ReadGripper(arm, k, config, &step->opening, &step->holding);
-  }
-  step->contacts.clear();
-  const Node contacts = node["contacts"];
-  for (size_t k = 0; k < contacts.ArraySize(); ++k) {
-    const Node contact = contacts[k];
-    if (contact.ArraySize() != 3) contact.Fail("[geom_a, geom_b, dist]");
-    constexpr int kMax = std::numeric_limits<int>::max();
-    step->contacts.push_back(
-        {contact[0].Integer(-kMax, kMax), contact[1].Integer(-kMax, kMax), contact[2].Number()});
-  }
-  return {.tick = index + 1,
-          .time = time,
-          .arm = step->arm,
-          .gripper_opening = step->opening,
-          .holding = step->holding,
-          .pinched = {},
-          .contacts = step->contacts,
-          .clearance = {}};
-}
-
 constexpr const char* kNeeded[] = {"robot", "control_frequency", "control_dt", "config", "geoms", "initial"};
+
+// What is read of a text at once: many steps, since the last one is mostly cut off.
+constexpr size_t kTextSize = 1 << 16;
 
 // An episode whose steps come one after the other.
 class Trajectory {
@@ -303,6 +436,36 @@ class Trajectory {
     }
     Add(step);
     return true;
+  }
+
+  // Takes as many steps as it can from the text behind one that was taken.
+  LastTaken TakeText(std::string_view text) {
+    // An array: a number in place of the step before, the steps, and perhaps a part of one, at which simdjson
+    // stops. Blanks, since it looks at what is behind the array.
+    text = text.substr(0, kTextSize);
+    text_.reserve(kTextSize + 3 + simdjson::SIMDJSON_PADDING);
+    text_.assign("[0").append(text.substr(0, text.rfind('}') + 1)).append("]");
+    const size_t size = text_.size();
+    text_.append(simdjson::SIMDJSON_PADDING, ' ');
+    LastTaken last;
+    try {
+      Need(parser_.allocate(kTextSize + 3) == simdjson::SUCCESS);
+      ondemand::document document = parser_.iterate(text_.data(), size, text_.size());
+      size_t end = 0;
+      for (ondemand::value element : document.get_array()) {
+        const size_t begin = end;
+        if (begin == 0) {
+          NumberOf(element);
+        } else {
+          step_->Read(element.get_object(), num_steps_);
+          AddRead();
+        }
+        end = document.current_location().value() - text_.data();
+        if (begin > 0) last = {begin - 2, end - 2};
+      }
+    } catch (const simdjson::simdjson_error&) {
+    }
+    return last;
   }
 
   // With the steps that are left in the document.
@@ -340,25 +503,23 @@ class Trajectory {
   void Begin(const Node& episode) {
     metrics_.emplace(ReadConfig(episode, options_));
     const MetricsConfig& config = metrics_->config();
-    step_.opening.resize(config.grippers.size());
-    step_.holding.resize(config.objects.size() * config.grippers.size());
-    step_.keys = {"t", "contacts"};
-    step_.arm_keys = {"joint_position",   "joint_velocity",  "wrist_position",
-                      "wrist_quaternion", "gripper_opening", "holding"};
+    step_.emplace(config);
     const Node initial = episode["initial"];
     initial.CheckKeys(config.grippers);
     for (size_t k = 0; k < config.grippers.size(); ++k) {
-      const std::string& name = config.grippers[k];
-      step_.keys.push_back(name);
-      initial[name].CheckKeys({"gripper_opening", "holding"});
-      ReadGripper(initial[name], k, config, &step_.opening, &step_.holding);
+      const Node arm = initial[config.grippers[k]];
+      arm.CheckKeys({"gripper_opening", "holding"});
+      step_->ReadGripper(arm, k);
     }
-    metrics_->Start(step_.opening, step_.holding);
+    metrics_->Start(step_->opening(), step_->holding());
   }
 
   void Add(const json& step) {
-    const Node node(&step, &file_, "steps[" + std::to_string(num_steps_) + "]");
-    metrics_->Step(ReadStep(node, num_steps_, metrics_->config(), &step_));
+    step_->Read(Node(&step, &file_, "steps[" + std::to_string(num_steps_) + "]"), num_steps_);
+    AddRead();
+  }
+  void AddRead() {
+    metrics_->Step(step_->AsSample(num_steps_));
     ++num_steps_;
   }
 
@@ -376,7 +537,9 @@ class Trajectory {
   std::string file_;
   ScoreOptions options_;
   std::optional<RolloutMetrics> metrics_;
-  Step step_;
+  std::optional<Step> step_;
+  std::string text_;
+  ondemand::parser parser_;
   int64_t num_steps_ = 0;
 };
 
@@ -390,7 +553,8 @@ nlohmann::ordered_json ScoreEpisode(const json& episode, const std::string& file
 nlohmann::ordered_json ScoreFile(const std::filesystem::path& file, const ScoreOptions& options) {
   Trajectory trajectory(file.string(), options);
   return trajectory.Result(ReadJsonFile(
-      file, "steps", [&](const json& so_far, const json& step) { return trajectory.Take(so_far, step); }));
+      file, "steps", [&](const json& so_far, const json& step) { return trajectory.Take(so_far, step); },
+      [&](std::string_view text) { return trajectory.TakeText(text); }));
 }
 
 }  // namespace evalbus::metrics

@@ -54,6 +54,7 @@ bool IsOneNumber(MetricKind kind) { return kind == MetricKind::kNumber || kind =
 }  // namespace
 
 ExtendedMetrics::ExtendedMetrics(const MetricsConfig& config) {
+  if (!config.extended) return;
   for (const Type& type : kTypes) {
     const size_t first = names_.size();
     for (const std::string name : type.names) {

@@ -11,6 +11,7 @@ namespace evalbus::metrics {
 
 class ExtendedMetrics {
  public:
+  // None where the config says so.
   explicit ExtendedMetrics(const MetricsConfig& config);
 
   void Start();

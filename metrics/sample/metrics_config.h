@@ -40,6 +40,9 @@ struct MetricsConfig : MetricsOptions {
   // One entry with an empty name is a plain number in the result.
   std::vector<std::string> target_distances;
   std::vector<std::string> pose_errors;
+
+  // Whether extended metrics are wanted: one of them keeps a number for each sample.
+  bool extended = true;
 };
 
 }  // namespace evalbus::metrics

@@ -1,13 +1,19 @@
 // Cost of scoring a tick: the metric step alone (limit: 1 microsecond), and with all values read out after
-// it.
+// it; and of a step of a file, beside the JSON library's bare parsing of the same bytes into nothing.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
+#include "lcmtypes/metric_catalogue.h"
 #include "metrics/episode/rollout_metrics.h"
+#include "metrics/episode/score_file.h"
+#include "tests/unit/temporary_folder.h"
 
 namespace evalbus {
 namespace {
@@ -143,6 +149,68 @@ void MetricStepAndLiveValues(benchmark::State& state) {
   state.counters["p50_us"] = times[times.size() / 2] * 1e6;
 }
 BENCHMARK(MetricStepAndLiveValues)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
+// The episode as `evalbus score` reads it, every number at full length.
+std::string EpisodeText() {
+  using nlohmann::json;
+  const Episode episode;
+  json text = {
+      {"robot", {{"arms", {"left", "right"}}, {"dof", kJoints}}},
+      {"control_frequency", 1 / kDt},
+      {"control_dt", kDt},
+      {"config", {{"slip_sample_window", 1}, {"slip_objects", {"pot"}}}},
+      {"geoms",
+       {{"count", kGeoms}, {"robot", json::array()}, {"scene", json::array()}, {"ignored", json::array()}}},
+      {"steps", json::array()},
+      {"stages", json::array()},
+      {"finalize", {{"success", true}, {"target_distance", nullptr}, {"pose_error", nullptr}}}};
+  for (const TrackOption& option : TrackOptions()) text["config"][std::string(option.key)] = true;
+  for (int geom = 0; geom < kGeoms; ++geom) {
+    text["geoms"][geom < 10 ? "scene" : geom < 50 ? "robot" : "ignored"].push_back(geom);
+  }
+  const json gripper = {{"gripper_opening", 0.4}, {"holding", {{"pot", true}}}};
+  text["initial"] = {{"left", gripper}, {"right", gripper}};
+  for (const metrics::Sample& sample : episode.samples) {
+    json step = {{"t", sample.time}, {"left", gripper}, {"right", gripper}, {"contacts", json::array()}};
+    for (int k = 0; k < 2; ++k) {
+      json& arm = step[k == 0 ? "left" : "right"];
+      arm["joint_position"] =
+          std::vector(sample.arm[k].joint_position.begin(), sample.arm[k].joint_position.end());
+      arm["joint_velocity"] =
+          std::vector(sample.arm[k].joint_velocity.begin(), sample.arm[k].joint_velocity.end());
+      arm["wrist_position"] = sample.arm[k].wrist_position;
+      arm["wrist_quaternion"] = sample.arm[k].wrist_quat;
+    }
+    text["steps"].push_back(step);
+  }
+  return text.dump();
+}
+
+void FileStep(benchmark::State& state) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "episode.json";
+  const std::string text = EpisodeText();
+  std::ofstream(file) << text;
+  nlohmann::ordered_json result;
+  for (auto _ : state) result = metrics::ScoreFile(file);
+  const double path = (kSteps - 1) * 2 * 0.1 * std::sin(kDt / 2);
+  if (!(std::abs(result["cartesian_path_length"]["left"].get<double>() - path) < 1e-9)) {
+    state.SkipWithError("cartesian path");
+  }
+  state.SetItemsProcessed(state.iterations() * kSteps);
+  state.SetBytesProcessed(state.iterations() * static_cast<int64_t>(text.size()));
+}
+BENCHMARK(FileStep)->Unit(benchmark::kMicrosecond);
+
+void FileStepBareParsing(benchmark::State& state) {
+  const std::string text = EpisodeText();
+  for (auto _ : state) {
+    if (!nlohmann::json::accept(text)) state.SkipWithError("no JSON");
+  }
+  state.SetItemsProcessed(state.iterations() * kSteps);
+  state.SetBytesProcessed(state.iterations() * static_cast<int64_t>(text.size()));
+}
+BENCHMARK(FileStepBareParsing)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace evalbus

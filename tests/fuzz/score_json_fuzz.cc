@@ -1,14 +1,29 @@
-// Any text as the file of a recorded trajectory.
+// Any text as the file of a recorded trajectory. Read step by step it has the result, to the bit, that it has
+// when it is parsed as a whole, or none as well.
+#include <cstdlib>
+#include <string>
+
 #include "base/errors.h"
 #include "metrics/episode/score_file.h"
 #include "tests/fuzz/scratch_file.h"
 
+namespace {
+
+std::string ResultOf(auto score) {
+  try {
+    return score().dump();
+  } catch (const evalbus::InputError&) {
+    return "";
+  }
+}
+
+}  // namespace
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace evalbus;
   static const ScratchFolder folder;
-  try {
-    metrics::ScoreFile(folder.Write("trajectory.json", data, size)).dump();
-  } catch (const InputError&) {
-  }
+  const std::filesystem::path file = folder.Write("trajectory.json", data, size);
+  const std::string result = ResultOf([&] { return metrics::ScoreFile(file); });
+  if (result != ResultOf([&] { return metrics::ScoreEpisode(ReadJsonFile(file), file); })) std::abort();
   return 0;
 }

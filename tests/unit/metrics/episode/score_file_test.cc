@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/errors.h"
+#include "tests/unit/allocation_count.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::metrics {
@@ -84,6 +85,14 @@ class LongFile : public testing::Test {
     out << "}";
     return file;
   }
+  static void Replace(const std::filesystem::path& file, const std::string& from, const std::string& to) {
+    std::ifstream in(file);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    for (; at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
+    std::ofstream(file) << text;
+  }
   const std::vector<std::string> keys_ = {"robot",   "control_frequency", "control_dt", "config",
                                           "geoms",   "initial",           "steps",      "stages",
                                           "finalize"};
@@ -111,6 +120,40 @@ TEST_F(LongFile, IsScoredStepByStepAsItIsRead) {
   std::vector<std::string> other = keys_;
   std::swap(other.front(), other[6]);
   EXPECT_EQ(ScoreFile(Write(1000, other)), streamed);
+}
+
+TEST_F(LongFile, AStepCostsNoMemory) {
+  const auto bytes = [](const std::filesystem::path& file) {
+    const int64_t before = AllocatedBytes();
+    ScoreFile(file);
+    return AllocatedBytes() - before;
+  };
+  EXPECT_EQ(bytes(Write(20'000, keys_)), bytes(Write(2000, keys_)));
+}
+
+// Which library reads a step makes no difference.
+TEST_F(LongFile, MayBeWrittenInAnyWay) {
+  const auto file = Write(4, keys_);
+  const auto expected = ScoreFile(file);
+  const std::pair<const char*, const char*> ways[] = {
+      {"\"t\":", "\"\\u0074\" :"}, {":0.5", ":5e-1"}, {",", " ,\n"},
+      {"[0,0]", "[-0,0.0]"},       {"{", "{\t\n"},    {"\"pot\"", "\"p\\u006ft\""}};
+  for (const auto& [from, to] : ways) {
+    Replace(Write(4, keys_), from, to);
+    EXPECT_EQ(ScoreFile(file).dump(), expected.dump()) << to;
+  }
+}
+
+// To the bit; some have more digits than an integer holds.
+TEST_F(LongFile, HasEachNumberAsParsingTheWholeHasIt) {
+  for (const char* number :
+       {"-0", "-0.0", "1E-7", "2.5e+3", "1e23", "9007199254740993", "4.9e-324", "2.2250738585072011e-308",
+        "18446744073709551616", "0.95000000000000000000", "-0.01234567890123456789012",
+        "0.1000000000000000055511151231257827021181583404541015625"}) {
+    const auto file = Write(4, keys_);
+    Replace(file, "[3,4]", "[" + std::string(number) + ",4]");
+    EXPECT_EQ(ScoreFile(file).dump(), ScoreEpisode(ReadJsonFile(file), "whole").dump()) << number;
+  }
 }
 
 TEST_F(LongFile, NamesTheStepThatIsWrong) {
@@ -148,12 +191,21 @@ class ScoreFileMistake : public testing::TestWithParam<Mistake> {};
 TEST_P(ScoreFileMistake, IsOneClearLine) {
   json episode = SmallEpisode();
   GetParam().make(&episode);
-  try {
-    ScoreEpisode(episode, "bad.json");
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()), std::string("bad.json: ") + GetParam().message);
-  }
+  const auto error = [](const std::function<void()>& score) -> std::string {
+    try {
+      score();
+    } catch (const InputError& what) {
+      return what.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(error([&] { ScoreEpisode(episode, "bad.json"); }),
+            std::string("bad.json: ") + GetParam().message);
+  // In a file steps are read otherwise.
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "bad.json";
+  std::ofstream(file) << episode;
+  EXPECT_EQ(error([&] { ScoreFile(file); }), file.string() + ": " + GetParam().message);
 }
 
 const Mistake kMistakes[] = {

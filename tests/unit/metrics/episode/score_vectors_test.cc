@@ -84,6 +84,7 @@ TEST_P(ScoreVectors, AgreesWithinItsTolerances) {
   EXPECT_EQ(got["completion_time"], vector["expected_duration"]);
 
   const json every_step(ScoreEpisode(vector, GetParam()));
+  EXPECT_EQ(json(ScoreFile(GetParam())).dump(), every_step.dump());
   if (vector.contains("expected_every_step")) want.update(vector["expected_every_step"]);
   ExpectAgrees(every_step, want, vector["tolerance"]);
   if (vector.contains("analytic")) ExpectAgrees(every_step, vector["analytic"], vector["tolerance"]);
