@@ -36,7 +36,8 @@ TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
     })) << logger.err();
   }
   const fs::path run = folder.path() / "run";
-  Evaluate({"lift_pot/position", "--episodes", "2", "--url", url}, run);
+  // In its own time: the logger keeps thirty messages that wait for it, and drops those that come then.
+  Evaluate({"lift_pot/position", "--episodes", "2", "--realtime", "--rtf", "4", "--url", url}, run);
   size_t recorded = 0;
   for (int i = 0; i < 2; ++i) recorded += ReadLog(LogFile(run, i)).Payloads(channels::kState).size();
   EXPECT_GT(recorded, 200u);

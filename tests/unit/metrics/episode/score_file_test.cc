@@ -128,6 +128,7 @@ TEST_F(LongFile, AStepCostsNoMemory) {
     ScoreFile(file);
     return AllocatedBytes() - before;
   };
+  bytes(Write(2000, keys_));  // what a library keeps from its first use on
   EXPECT_EQ(bytes(Write(20'000, keys_)), bytes(Write(2000, keys_)));
 }
 
