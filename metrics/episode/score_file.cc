@@ -192,8 +192,9 @@ MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
   config.slip_sample_window = node["slip_sample_window"].Integer(1, 1'000'000'000);
   config.collision_sample_window =
       options.collision_sample_window == 0 ? config.slip_sample_window : options.collision_sample_window;
-  for (size_t k = 0; k < node["slip_objects"].ArraySize(); ++k) {
-    const Node name = node["slip_objects"][k];
+  const Node objects = node["slip_objects"];
+  for (size_t k = 0; k < objects.ArraySize(); ++k) {
+    const Node name = objects[k];
     config.objects.push_back(name.Name());
     if (std::count(config.objects.begin(), config.objects.end(), config.objects.back()) > 1) {
       name.Fail("each object once");

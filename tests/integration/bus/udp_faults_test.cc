@@ -238,7 +238,7 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   int64_t peak_memory_bytes = 0;
   int rounds = 0;
   beside_ = [&](pid_t launcher) {
-    // What waits in a socket before it has its filter gets past it (docs/reliability.md).
+    // What is too long is made of a STATE.
     if (state_.empty()) return;
     garbage.Say();
     if (++rounds % 4 == 0) {
