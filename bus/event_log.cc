@@ -12,20 +12,14 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "bus/lcm_wire.h"
+#include "bus/message.h"
 
 namespace evalbus {
 namespace {
 
 constexpr std::array<uint8_t, 4> kMagic = {0xED, 0xA1, 0xDA, 0x01};
 constexpr size_t kHeaderSize = 28;
-// LCM allows channel names up to this length.
-constexpr uint32_t kMaxChannel = 63;
-// Larger than any message of ours by far; a length beyond it is damage.
-constexpr uint32_t kMaxData = 64 << 20;
-
-uint32_t BigEndian32(const uint8_t* p) {
-  return uint32_t{p[0]} << 24 | uint32_t{p[1]} << 16 | uint32_t{p[2]} << 8 | uint32_t{p[3]};
-}
 
 int64_t BigEndian64(const uint8_t* p) {
   return static_cast<int64_t>(uint64_t{BigEndian32(p)} << 32 | BigEndian32(p + 4));
@@ -117,7 +111,7 @@ size_t EventLogReader::ClaimedSize(size_t offset) const {
   if (std::memcmp(p, kMagic.data(), kMagic.size()) != 0) return 0;
   const uint32_t channel_size = BigEndian32(p + 20);
   const uint32_t data_size = BigEndian32(p + 24);
-  if (channel_size == 0 || channel_size > kMaxChannel || data_size > kMaxData) return 0;
+  if (channel_size == 0 || channel_size > kMaxChannelBytes || data_size > kMaxMessageBytes) return 0;
   const size_t size = kHeaderSize + channel_size + data_size;
   return size <= bytes_.size() - offset ? size : 0;
 }

@@ -8,8 +8,7 @@
 namespace evalbus {
 namespace {
 
-uint32_t U16(const uint8_t* at) { return uint32_t{at[0]} << 8 | at[1]; }
-uint32_t U32(const uint8_t* at) { return U16(at) << 16 | U16(at + 2); }
+uint16_t BigEndian16(const uint8_t* at) { return static_cast<uint16_t>(at[0] << 8 | at[1]); }
 
 // Takes the channel's name and its NUL off the bytes; nothing if they do not begin with one.
 std::optional<std::string_view> TakeChannel(std::span<const uint8_t>* bytes) {
@@ -26,19 +25,19 @@ std::optional<std::string_view> TakeChannel(std::span<const uint8_t>* bytes) {
 std::variant<std::monostate, LcmMessage, LcmFragment> ParseDatagram(std::span<const uint8_t> datagram) {
   if (datagram.size() < kMessageHeaderBytes) return {};
   const uint8_t* bytes = datagram.data();
-  if (U32(bytes) == kMessageMagic) {
+  if (BigEndian32(bytes) == kMessageMagic) {
     LcmMessage message{.channel = {}, .data = datagram.subspan(kMessageHeaderBytes)};
     const auto channel = TakeChannel(&message.data);
     if (!channel) return {};
     message.channel = *channel;
     return message;
   }
-  if (U32(bytes) != kFragmentMagic || datagram.size() < kFragmentHeaderBytes) return {};
-  LcmFragment fragment{.sequence = U32(bytes + 4),
-                       .message_bytes = U32(bytes + 8),
-                       .offset = U32(bytes + 12),
-                       .number = static_cast<uint16_t>(U16(bytes + 16)),
-                       .count = static_cast<uint16_t>(U16(bytes + 18)),
+  if (BigEndian32(bytes) != kFragmentMagic || datagram.size() < kFragmentHeaderBytes) return {};
+  LcmFragment fragment{.sequence = BigEndian32(bytes + 4),
+                       .message_bytes = BigEndian32(bytes + 8),
+                       .offset = BigEndian32(bytes + 12),
+                       .number = BigEndian16(bytes + 16),
+                       .count = BigEndian16(bytes + 18),
                        .channel = {},
                        .data = datagram.subspan(kFragmentHeaderBytes)};
   if (fragment.number == 0) {

@@ -22,6 +22,10 @@ inline constexpr size_t kMaxDatagramBytes = 65507;
 // Of a channel's name, without its NUL.
 inline constexpr size_t kMaxChannelBytes = 63;
 
+inline uint32_t BigEndian32(const uint8_t* at) {
+  return uint32_t{at[0]} << 24 | uint32_t{at[1]} << 16 | uint32_t{at[2]} << 8 | uint32_t{at[3]};
+}
+
 // Both are views.
 struct LcmMessage {
   std::string_view channel;
