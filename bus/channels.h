@@ -20,7 +20,10 @@
 #include "evalbus/image_t.hpp"
 #include "evalbus/log_t.hpp"
 #include "evalbus/model_info_t.hpp"
+#include "evalbus/observation_t.hpp"
+#include "evalbus/observe_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
+#include "evalbus/policy_action_t.hpp"
 #include "evalbus/run_summary_t.hpp"
 #include "evalbus/state_t.hpp"
 
@@ -55,6 +58,9 @@ inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim"
 inline constexpr Channel<state_t> kState{"EVALBUS_STATE", "sim", Recorded::kOncePerTick};
 inline constexpr Channel<contacts_t> kContacts{"EVALBUS_CONTACTS", "collision", Recorded::kOncePerTick};
 inline constexpr Channel<action_t> kAction{"EVALBUS_ACTION", "policy", Recorded::kOncePerTick};
+inline constexpr Channel<observe_t> kObserve{"EVALBUS_OBSERVE", "policy", Recorded::kNo};
+inline constexpr Channel<observation_t> kObservation{"EVALBUS_OBSERVATION", "policy"};
+inline constexpr Channel<policy_action_t> kPolicyAction{"EVALBUS_POLICY_ACTION", "policy"};
 inline constexpr Channel<partial_metrics_t> kPartial{"EVALBUS_PARTIAL", "metrics", Recorded::kOncePerTick};
 inline constexpr Channel<episode_summary_t> kEpisodeSummary{"EVALBUS_EPISODE_SUMMARY", "metrics"};
 inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metrics"};
@@ -65,9 +71,9 @@ inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
 
 // In the order of an episode's tick, then the rest.
-inline constexpr std::tuple kAll{kState,        kContacts,   kAction,         kPartial,    kModel,
-                                 kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary, kStatus,
-                                 kCommand,      kLog,        kImage};
+inline constexpr std::tuple kAll{
+    kState,        kContacts,   kAction,         kPartial,    kObserve, kObservation, kPolicyAction, kModel,
+    kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary, kStatus,  kCommand,     kLog,          kImage};
 
 // Calls function with each channel.
 template <class Function>

@@ -15,6 +15,8 @@ inline constexpr char kTimeLimit[] = "time_limit";
 // What the policy did or said was wrong; its answer did not come in time.
 inline constexpr char kPolicyError[] = "policy_error";
 inline constexpr char kPolicyTimeout[] = "policy_timeout";
+// The policy's server is gone or does not keep to its wire: says nothing of the policy, and is in no rate.
+inline constexpr char kServerError[] = "server_error";
 // The physics diverged.
 inline constexpr char kUnstable[] = "unstable";
 // Its result would say nothing of the policy: begun again, and in no rate.

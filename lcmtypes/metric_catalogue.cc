@@ -261,6 +261,18 @@ constexpr MetricInfo kMetrics[] = {
      .kind = kCount,
      .better = kLower,
      .counter = &extended_metrics_t::deadline_misses},
+    {.name = "extended.unreachable_poses",
+     .label = "unreachable poses",
+     .unit = "count",
+     .kind = kCount,
+     .better = kLower,
+     .counter = &extended_metrics_t::unreachable_poses},
+    {.name = "extended.singular_poses",
+     .label = "singular poses",
+     .unit = "count",
+     .kind = kCount,
+     .better = kLower,
+     .counter = &extended_metrics_t::singular_poses},
 };
 
 struct Form {

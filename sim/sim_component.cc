@@ -243,7 +243,9 @@ void SimComponent::OnAction(const action_t& action) {
   if (options_.realtime) TimeAnswer(action.header.tick, &action_latency_);
   const std::string fault = action.error.empty() ? world_.Apply(action) : action.error;
   if (action.header.tick == tick) tick_.has_action = true;
-  if (!fault.empty()) tick_.end = {end_reason::kPolicyError, fault};
+  if (!fault.empty()) {
+    tick_.end = {action.is_server_error ? end_reason::kServerError : end_reason::kPolicyError, fault};
+  }
   if (options_.realtime) return;
   if (!tick_.end && !TimeIsUp() && !world_.Step()) tick_.end = {end_reason::kUnstable, world_.instability()};
   Advance();

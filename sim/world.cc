@@ -125,6 +125,8 @@ std::string World::Apply(const action_t& action) {
       !std::all_of(action.gripper_closing.begin(), action.gripper_closing.end(), finite)) {
     return "action contains NaN or infinity";
   }
+  unreachable_poses_ += action.unreachable_poses;
+  singular_poses_ += action.singular_poses;
   const auto clip = [this](double value, double lower, double upper) {
     if (value < lower || value > upper) ++action_clips_;
     return std::clamp(value, lower, upper);
@@ -224,6 +226,8 @@ void World::Fill(state_t* state) const {
     state->gripper[i].opening = std::clamp(sum / static_cast<double>(gripper.qpos.size()), 0.0, 1.0);
   }
   state->action_clips = action_clips_;
+  state->unreachable_poses = unreachable_poses_;
+  state->singular_poses = singular_poses_;
 }
 
 }  // namespace evalbus::sim

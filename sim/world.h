@@ -134,6 +134,8 @@ class World {
   // Degrees of freedom of distractors that are not in this episode: they float far away.
   std::vector<int> parked_dofs_;
   int64_t action_clips_ = 0;
+  int64_t unreachable_poses_ = 0;
+  int64_t singular_poses_ = 0;
   std::string instability_;
 };
 

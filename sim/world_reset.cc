@@ -29,7 +29,7 @@ const World::Part& World::MovablePart(const std::string& name) const {
 }
 
 std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
-  action_clips_ = 0;
+  action_clips_ = unreachable_poses_ = singular_poses_ = 0;
   instability_.clear();
   for (Arm& arm : arms_) arm.work = 0;
   std::vector<Parameter> changes;

@@ -46,10 +46,10 @@ void VizComponent::Show(const model_info_t& model) {
     std::vector<View> views;
     for (const std::string& camera : options_.cameras) {
       View view{FindCamera(renderer->model(), camera), ImageChannel(camera), {}};
-      view.image.camera = camera;
-      view.image.width_px = options_.size.width;
-      view.image.height_px = options_.size.height;
-      view.image.encoding = "jpeg";
+      view.image.view.camera = camera;
+      view.image.view.width_px = options_.size.width;
+      view.image.view.height_px = options_.size.height;
+      view.image.view.encoding = "jpeg";
       views.push_back(std::move(view));
     }
     renderer->SetAppearance(model, seed_);

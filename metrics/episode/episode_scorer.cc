@@ -83,6 +83,7 @@ void EpisodeScorer::Start() {
   header_ = {};
   started_ = false;
   next_tick_ = missing_ticks_ = unfit_ticks_ = action_clips_ = deadline_misses_ = 0;
+  unreachable_poses_ = singular_poses_ = 0;
   evaluator_.Start();
   opening_.assign(opening_.size(), 0);
   holding_.assign(holding_.size(), 0);
@@ -126,6 +127,8 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
   missing_ticks_ += header_.tick - next_tick_;
   next_tick_ = header_.tick + 1;
   action_clips_ = state.action_clips;
+  unreachable_poses_ = state.unreachable_poses;
+  singular_poses_ = state.singular_poses;
   deadline_misses_ = state.deadline_misses;
   if (!Fits(state)) {
     ++unfit_ticks_;
@@ -208,6 +211,8 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
   e.missing_ticks = missing_ticks_;
   e.refused_samples = refused_samples();
   e.action_clips = action_clips_;
+  e.unreachable_poses = unreachable_poses_;
+  e.singular_poses = singular_poses_;
   e.deadline_misses = deadline_misses_;
   const std::vector<StageState>& stages = metrics_.stages().stages();
   e.num_stages = static_cast<int32_t>(stages.size());

@@ -77,6 +77,8 @@ class EpisodeScorer {
   int64_t missing_ticks_ = 0;
   int64_t unfit_ticks_ = 0;
   int64_t action_clips_ = 0;
+  int64_t unreachable_poses_ = 0;
+  int64_t singular_poses_ = 0;
   int64_t deadline_misses_ = 0;
   // Storage of the sample, kept.
   std::vector<ArmSample> arms_;

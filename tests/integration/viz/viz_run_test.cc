@@ -67,8 +67,8 @@ class VizRun : public testing::Test {
         EXPECT_NE(std::find(heard_.state_tick.begin(), heard_.state_tick.end(), image.header.tick),
                   heard_.state_tick.end());
         EXPECT_EQ(image.header.sim_time_us, image.header.tick * 20000);
-        EXPECT_EQ(image.width_px, 160);
-        EXPECT_EQ(image.height_px, 120);
+        EXPECT_EQ(image.view.width_px, 160);
+        EXPECT_EQ(image.view.height_px, 120);
         const viz::Frame frame = viz::DecodedJpeg(image.data);
         EXPECT_EQ(frame.size.width, 160);
         EXPECT_EQ(frame.size.height, 120);

@@ -44,7 +44,7 @@ class VizComponentTest : public testing::Test {
   VizComponentTest() : viz_(&bus_, {{"front", "left/hand/wrist"}, kSize, 10}) {
     for (const char* channel : {"EVALBUS_IMAGE_front", "EVALBUS_IMAGE_left_hand_wrist"}) {
       bus_.Subscribe(Channel<image_t>{channel, "viz"}, [this, channel](const image_t& image) {
-        EXPECT_EQ(ImageChannel(image.camera), channel);
+        EXPECT_EQ(ImageChannel(image.view.camera), channel);
         images_.push_back(image);
       });
     }
@@ -104,16 +104,16 @@ TEST_F(VizComponentTest, ShowsTheNewestStateAndCountsWhatItPassesOver) {
   bus_.Handle();
   const std::vector<image_t> first = Poll();
   ASSERT_EQ(first.size(), 2u);
-  EXPECT_EQ(first[0].camera, "front");
-  EXPECT_EQ(first[1].camera, "left/hand/wrist");
+  EXPECT_EQ(first[0].view.camera, "front");
+  EXPECT_EQ(first[1].view.camera, "left/hand/wrist");
   for (const image_t& image : first) {
     EXPECT_EQ(image.header.episode, 3);
     EXPECT_EQ(image.header.tick, 9);
     EXPECT_EQ(image.header.sim_time_us, 180000);
-    EXPECT_EQ(image.encoding, "jpeg");
+    EXPECT_EQ(image.view.encoding, "jpeg");
     const Frame frame = DecodedJpeg(image.data);
-    EXPECT_EQ(image.width_px, 160);
-    EXPECT_EQ(image.height_px, 120);
+    EXPECT_EQ(image.view.width_px, 160);
+    EXPECT_EQ(image.view.height_px, 120);
     EXPECT_EQ(frame.size.width, 160);
     EXPECT_EQ(frame.size.height, 120);
   }

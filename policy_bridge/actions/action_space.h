@@ -1,0 +1,82 @@
+// What a policy's numbers mean: the action space of a contract, and one library that makes joint targets of
+// it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace evalbus::policy {
+
+enum class ActionKind {
+  kJointPosition,  // absolute, rad
+  kJointDelta,     // rad per step
+  kJointVelocity,  // rad/s
+  kEefPose,        // absolute pose
+  kEefDelta,       // translation (m) and rotation per step
+};
+
+// What a delta is added to.
+enum class DeltaOn { kTarget, kMeasured };
+
+// In which frame positions, translations and rotations are given. kBase: that of the arm's first link's
+// parent (the arm's mount), kWrist: the wrist's own (deltas only).
+enum class ActionFrame { kWorld, kBase, kWrist };
+
+// What a pose is of.
+enum class EefPoint { kFlange, kGrip };
+
+enum class RotationForm {
+  kNone,  // position alone, the orientation is kept
+  kQuaternionWxyz,
+  kQuaternionXyzw,
+  kAxisAngle,
+  kAxisAngleRobosuite,     // as robosuite's quat2axisangle makes it: angle 0 to 2 pi, not the shortest
+  kEulerXyzExtrinsic,      // roll, pitch, yaw about the fixed x, then y, then z: R = Rz Ry Rx
+  kEulerXyzIntrinsic,      // R = Rx Ry Rz
+  kRotation6d,             // first two columns of the matrix, one after the other (x1 y1 z1 x2 y2 z2)
+  kRotation6dInterleaved,  // the same by rows (x1 x2 y1 y2 z1 z2)
+};
+int NumValues(RotationForm form);
+
+struct GripperForm {
+  // Index in the row; nothing: the policy has no gripper and it stays open.
+  std::optional<int> index;
+  // What the policy says for a gripper that is fully open, and fully closed; in between linear.
+  double open = 0, closed = 1;
+  // Of the closing that follows (0 open, 1 closed): larger is closed, else open. Nothing: as it is.
+  std::optional<double> threshold;
+  // A thresholded gripper changes only after so many steps in a row want it.
+  int sticky_steps = 1;
+};
+
+// One arm's part of a row.
+struct ArmForm {
+  // As in MODEL.
+  std::string arm;
+  // Where its joints (in the arm's order) or its position and rotation (position 3, then the rotation's) are
+  // in the row.
+  std::vector<int> indices;
+  GripperForm gripper;
+};
+
+struct ActionSpace {
+  ActionKind kind = ActionKind::kJointPosition;
+  DeltaOn delta_on = DeltaOn::kTarget;
+  ActionFrame frame = ActionFrame::kWorld;
+  EefPoint point = EefPoint::kFlange;
+  RotationForm rotation = RotationForm::kQuaternionWxyz;
+  // Values of a row; what no arm takes is ignored. Arms of the robot that are not here stay at home.
+  int num_values = 0;
+  std::vector<ArmForm> arms;
+  // Of each value of a row, before anything else: value * scale + offset, then clipped. Empty: as it is.
+  std::vector<double> scale, offset, lower, upper;
+};
+
+// "joint_position", ...: as contracts and POLICY_ACTION name them.
+const char* NameOf(ActionKind kind);
+
+}  // namespace evalbus::policy
