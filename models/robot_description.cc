@@ -1,8 +1,5 @@
 #include "models/robot_description.h"
 
-#include <fstream>
-#include <sstream>
-
 #include "base/errors.h"
 #include "models/mjcf_file.h"
 #include "models/task_description.h"
@@ -193,11 +190,7 @@ std::filesystem::path FindRobot(const std::string& name) {
 
 RobotDescription LoadRobot(const std::filesystem::path& file,
                            const std::vector<std::filesystem::path>& model_path) {
-  std::ifstream stream(file);
-  std::stringstream text;
-  text << stream.rdbuf();
-  if (!stream) throw InputError(file.string() + ": cannot read the robot description");
-  const YamlMap map(ParseYaml(text.str(), file.string()), {"name", "arms"});
+  const YamlMap map(ParseYaml(ReadText(file, "robot description"), file.string()), {"name", "arms"});
 
   RobotDescription robot;
   robot.name = map["name"].Name();

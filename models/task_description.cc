@@ -1,9 +1,7 @@
 #include "models/task_description.h"
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
-#include <sstream>
 
 #include "base/errors.h"
 #include "lcmtypes/metric_catalogue.h"
@@ -277,13 +275,7 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
 }
 
 TaskDescription LoadTask(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::stringstream text;
-  text << stream.rdbuf();
-  if (!stream || std::filesystem::is_directory(file)) {
-    throw InputError(file.string() + ": cannot read the task description");
-  }
-  return ParseTask(text.str(), file, true);
+  return ParseTask(ReadText(file, "task description"), file, true);
 }
 
 }  // namespace evalbus

@@ -5,6 +5,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
@@ -96,6 +97,9 @@ class YamlMap {
   YamlValue value_;
   std::map<std::string, YamlValue> entries_;
 };
+
+// Text of a file. Throws InputError "FILE: cannot read the WHAT".
+std::string ReadText(const std::filesystem::path& file, const std::string& what);
 
 // Reads a whole document. `file` only names it in messages.
 YamlValue ParseYaml(const std::string& text, const std::string& file);

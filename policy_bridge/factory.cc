@@ -89,8 +89,6 @@ PolicyMaker FindPolicy(const std::string& name) {
   throw InputError("there is no policy \"" + name + "\"; there are: " + list);
 }
 
-void CheckPolicy(const std::string& name) { FindPolicy(name); }
-
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info) {
   return FindPolicy(name)(model, info);
 }

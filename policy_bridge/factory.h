@@ -20,9 +20,6 @@ using PolicyMaker = std::function<std::unique_ptr<Policy>(const mjModel& model, 
 // what is wrong with the argument.
 PolicyMaker FindPolicy(const std::string& name);
 
-// Throws InputError as FindPolicy() does.
-void CheckPolicy(const std::string& name);
-
 // Both at once.
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info);
 

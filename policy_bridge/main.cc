@@ -9,7 +9,5 @@ int main(int argc, char** argv) {
   return evalbus::HostMain(
       argc, argv, "Runs a policy: answers every state of the sim with an action.",
       [&](CLI::App* app) { evalbus::AddOptions(app, &options); },
-      [&](evalbus::Bus* bus) {
-        return std::make_unique<evalbus::policy::PolicyComponent>(bus, options.policy);
-      });
+      [&](evalbus::Bus* bus) { return std::make_unique<evalbus::policy::PolicyComponent>(bus, options); });
 }

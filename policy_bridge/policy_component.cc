@@ -2,14 +2,21 @@
 
 #include <utility>
 
+#include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "models/physics_model.h"
 
 namespace evalbus::policy {
+namespace {
 
-PolicyComponent::PolicyComponent(Bus* bus, const std::string& policy)
-    : Component(bus, "policy"), name_(policy), make_policy_(FindPolicy(policy)) {
+// How often a policy that thinks, on a thread of its own, is asked whether it is done.
+constexpr auto kAskAgain = std::chrono::microseconds(500);
+
+}  // namespace
+
+PolicyComponent::PolicyComponent(Bus* bus, const PolicyOptions& options)
+    : Component(bus, "policy"), name_(options.policy), make_policy_(FindPolicy(options)) {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
@@ -23,14 +30,28 @@ void PolicyComponent::OnModel(const model_info_t& model) {
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (!IsOfOurRun(begin.session)) return;
-  EnterEpisode(begin);
+  if (EnterEpisode(begin)) {
+    is_starting_ = false;
+    state_.reset();
+  }
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
-  if (status_.state != component_status_t::IDLE || !model_) return;
+  if (status_.state != component_status_t::IDLE || !model_ || is_starting_) return;
   if (std::exchange(model_is_new_, false)) {
     policy_ = make_policy_(*LoadPhysicsModel(*model_), *model_);
+    policy_->SetRecord(
+        {.saw = [this](const observation_t& m) { this->bus().Publish(channels::kObservation, m); },
+         .said = [this](const policy_action_t& m) { this->bus().Publish(channels::kPolicyAction, m); },
+         .note = [this](const std::string& text) { log().Warn("{}", text); }});
   }
   log().Debug("plays {}", name_);
   policy_->Begin(begin);
+  is_starting_ = true;
+  StartIfReady();
+}
+
+void PolicyComponent::StartIfReady() {
+  if (!is_starting_ || !policy_->IsReady()) return;
+  is_starting_ = false;
   SayReady();
 }
 
@@ -44,17 +65,58 @@ void PolicyComponent::OnState(const state_t& state) {
     }
     return;
   }
+  // Of a state that is being thought about already.
+  if (state_ && state.header.tick <= state_->header.tick) return;
+  state_ = state;
+  ActIfReady();
+}
+
+void PolicyComponent::ActIfReady() {
+  if (!state_) return;
   try {
-    policy_->Act(state, &action_);
+    const bool is_done = policy_->Think(*state_);
+    const auto now = std::chrono::steady_clock::now();
+    if (const observe_t* observe = policy_->Wants(); observe && observe_.Due(now)) {
+      if (!std::exchange(hears_pictures_, true)) {
+        bus().SubscribeRaw(
+            channels::kImage.name + std::string(".*"),
+            [this](std::string_view, std::span<const uint8_t> data, int64_t) { OnImage(data); });
+      }
+      observe_.Said(now);
+      bus().Publish(channels::kObserve, *observe);
+    }
+    if (!is_done) return;
+    policy_->Act(*state_, &action_);
+  } catch (const InputError&) {
+    throw;
   } catch (const std::exception& error) {
     action_ = {};
     action_.mode = action_t::JOINT_POSITION;
     action_.error = error.what();
+    action_.is_server_error = dynamic_cast<const ServerError*>(&error) != nullptr;
     log().Warn("cannot act: {}", error.what());
   }
-  action_.header = state.header;
+  action_.header = state_->header;
   bus().Publish(channels::kAction, action_);
-  Progress(state.header);
+  Progress(state_->header);
+  state_.reset();
+}
+
+void PolicyComponent::OnImage(std::span<const uint8_t> data) {
+  if (!state_ || !policy_->Wants()) return;
+  if (!Decode(data, &image_)) return bus().CountDecodeError();
+  policy_->See(image_);
+  ActIfReady();
+}
+
+void PolicyComponent::Poll(SteadyTime now) {
+  Component::Poll(now);
+  StartIfReady();
+  ActIfReady();
+}
+
+SteadyTime PolicyComponent::next_poll() const {
+  return is_starting_ || state_ ? std::chrono::steady_clock::now() + kAskAgain : SteadyTime::max();
 }
 
 }  // namespace evalbus::policy

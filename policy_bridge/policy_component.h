@@ -1,30 +1,41 @@
-// A policy as a component: says READY once it has MODEL and EPISODE_BEGIN, then answers each STATE with an
-// ACTION. What a policy throws while it acts travels in the action and ends the episode with policy_error.
+// A policy as a component: says READY once it has MODEL and EPISODE_BEGIN and the policy is ready, then
+// answers each STATE with an ACTION, after it has asked for the pictures that the policy wants to see
+// (OBSERVE). What a policy throws while it acts travels in the action and ends the episode with policy_error
+// or server_error.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "bus/component.h"
+#include "bus/repeater.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
-#include "policy_bridge/factory.h"
+#include "policy_bridge/policy_options.h"
 
 namespace evalbus::policy {
 
 class PolicyComponent : public Component {
  public:
-  // policy: as FindPolicy() takes it. Throws InputError as that does.
-  PolicyComponent(Bus* bus, const std::string& policy);
+  // Throws InputError as FindPolicy() does.
+  PolicyComponent(Bus* bus, const PolicyOptions& options);
+
+  void Poll(SteadyTime now) override;
+  SteadyTime next_poll() const override;
 
  private:
   void OnModel(const model_info_t& model);
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnState(const state_t& state);
+  void OnImage(std::span<const uint8_t> data);
+  // EPISODE_BEGIN is answered once the policy is ready, a state once it has thought.
+  void StartIfReady();
+  void ActIfReady();
 
   std::string name_;
   PolicyMaker make_policy_;
@@ -32,6 +43,13 @@ class PolicyComponent : public Component {
   bool model_is_new_ = false;
   // Made for model_ when the next episode begins.
   std::unique_ptr<Policy> policy_;
+  // Of the episode entered: EPISODE_BEGIN was heard, and the policy is not ready.
+  bool is_starting_ = false;
+  // What the policy thinks about.
+  std::optional<state_t> state_;
+  Repeater observe_{std::chrono::milliseconds(200)};
+  bool hears_pictures_ = false;
+  image_t image_{};
   action_t action_{};
 };
 

@@ -1,26 +1,58 @@
 // What a policy process is told: the part of a run's options that `evalbus run` and `evalbus-policy` share.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <tuple>
 
 #include "base/options.h"
+#include "policy_bridge/contract/contract.h"
 #include "policy_bridge/factory.h"
 
 namespace evalbus::policy {
 
+// The policy that is no process of ours: who says on the bus that it is the policy and ready, takes part.
+inline constexpr char kExternalPolicy[] = "lcm";
+
 struct PolicyOptions {
-  // As CheckPolicy takes it.
+  // As FindPolicy takes it; a contract, by file or name; or the address of a server.
   std::string policy = "expert";
+  // Of the server at such an address: as FindContract takes it.
+  std::string contract{};
+  // As ParseLatency takes it.
+  std::string latency = "none";
 };
 
 template <class Options, class F>
 requires std::is_same_v<std::remove_const_t<Options>, PolicyOptions>
 void ForEachOption(Options& options, const F& f) {
   constexpr bool kFixed = true;
-  ForEachRow(std::tuple{Option{&PolicyOptions::policy, "policy",
-                               PolicyHelp() + "\nlcm: a process of yours on --url", Range{}, kFixed}},
-             options, f);
+  ForEachRow(
+      std::tuple{
+          Option{
+              &PolicyOptions::policy, "policy",
+              PolicyHelp() +
+                  "\nCONTRACT: a server's, a file or one of 'evalbus policy list'; ws://HOST:PORT, tcp:// or "
+                  "http://: its\nserver is there, with --contract\nlcm: a process of yours on --url",
+              Range{}, kFixed},
+          Option{&PolicyOptions::contract, "contract",
+                 "what the server at --policy ws://... is shown and says: a file or one of 'evalbus policy "
+                 "list'",
+                 Range{}, kFixed},
+          Option{&PolicyOptions::latency, "latency",
+                 "lockstep: what a server's thinking costs in simulated time, during which the robot holds "
+                 "its last\n"
+                 "command: none (time stands still), measured, or milliseconds",
+                 Range{}, kFixed},
+      },
+      options, f);
 }
+
+// The contract that these options mean, with the address of its server; nothing where the policy is none
+// behind a server. Throws InputError.
+std::optional<Contract> FindContractOf(const PolicyOptions& options);
+
+// What plays. Throws InputError, as FindPolicy and FindContractOf do.
+PolicyMaker FindPolicy(const PolicyOptions& options);
 
 }  // namespace evalbus::policy

@@ -54,8 +54,9 @@ void ForEachOption(Options& options, const F& f) {
           Option{&SimOptions::model_path, "model_path",
                  "folder to look for MJCF files in, e.g. a MuJoCo Menagerie"},
           Option{&SimOptions::control_hz, "control_hz",
-                 "control ticks per simulated second, 20 to 500; a tick is whole physics steps",
-                 Range{20, 500}, kFixed},
+                 "control ticks per simulated second, 5 to 500; a tick is whole physics steps;\n"
+                 "default: that of the policy's contract, else 50",
+                 Range{5, 500}, kFixed},
           Option{&SimOptions::realtime, "realtime", "pace by the wall clock; default: lockstep", Range{},
                  kFixed},
           Option{&SimOptions::rtf, "rtf", "simulated seconds per second, with --realtime", Range{0.001, 1e6},

@@ -23,6 +23,7 @@ using AddCommand = Action(CLI::App* app);
   COMMAND(AddExport, "export", "write the episodes of a run, or of a suite, as a table")                    \
   COMMAND(AddReport, "report", "write a run, or a suite of runs, as one HTML page")                         \
   COMMAND(AddTasks, "tasks", "what there is to run; check a task file")                                     \
+  COMMAND(AddPolicy, "policy", "contracts of policies behind a server; check a server")                     \
   COMMAND(AddRobots, "robots", "which robots there are; check a robot's description")                       \
   COMMAND(AddMonitor, "monitor", "watch a run or a replay while it goes on")                                \
   COMMAND(AddScore, "score", "score one recorded trajectory (JSON), print the result dictionary")           \

@@ -47,7 +47,7 @@ int Doctor() {
 
   bool all_programs = true;
   for (const launch::ComponentType& component : launch::AllComponents()) {
-    const auto program = launch::Processes::BinaryFolder() / component.program();
+    const auto program = launch::Processes::BinaryFolder() / component.program;
     const bool good = access(program.c_str(), X_OK) == 0;
     if (!good) Print(false, program.string() + " is missing", "./run builds it");
     all_programs = all_programs && good;

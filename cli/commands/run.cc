@@ -25,10 +25,12 @@ Action AddRun(CLI::App* app) {
   AddLogLevel(app);
   // For the workers themselves.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
-  return [options] {
+  return [options, app] {
     if (options->worker >= 0) {
       launch::RunWorker(*options);
     } else {
+      launch::FollowContract(app->count("--control-hz") > 0, app->count("--policy-timeout-s") > 0,
+                             options.get());
       if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' has them)");
       launch::Run(*options);
     }

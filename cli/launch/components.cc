@@ -1,6 +1,7 @@
 #include "cli/launch/components.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "bus/recorder/recorder.h"
 #include "collision/collision_component.h"
@@ -8,6 +9,7 @@
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
 #include "sim/sim_component.h"
+#include "viz/camera_component.h"
 
 namespace evalbus::launch {
 namespace {
@@ -25,7 +27,7 @@ std::unique_ptr<Component> MakeRecorder(Bus* bus, const RunOptions& options) {
   return std::make_unique<Recorder>(bus, options.out);
 }
 std::unique_ptr<Component> MakePolicy(Bus* bus, const RunOptions& options) {
-  return std::make_unique<policy::PolicyComponent>(bus, options.policy.policy);
+  return std::make_unique<policy::PolicyComponent>(bus, options.policy);
 }
 std::unique_ptr<Component> MakeSim(Bus* bus, const RunOptions& options) {
   sim::SimOptions sim = options.sim;
@@ -34,12 +36,20 @@ std::unique_ptr<Component> MakeSim(Bus* bus, const RunOptions& options) {
 }
 
 constexpr ComponentType kComponents[] = {
-    {"recorder", kRequired, 0, MakeRecorder},
-    {"collision", kRequired, 10, Make<collision::CollisionComponent>},
-    {"metrics", kRequired, 10, MakeMetrics},
-    {"policy", kRequired, 10, MakePolicy},
-    {"sim", !kRequired, kSimRealtimePriority, MakeSim},
+    {"recorder", "evalbus-recorder", "", kRequired, 0, MakeRecorder},
+    {"collision", "evalbus-collision", "", kRequired, 10, Make<collision::CollisionComponent>},
+    {"metrics", "evalbus-metrics", "", kRequired, 10, MakeMetrics},
+    {"cameras", "evalbus-viz", "--answer-observe", kRequired, 10, Make<viz::CameraComponent>},
+    {"policy", "evalbus-policy", "", kRequired, 10, MakePolicy},
+    {"sim", "evalbus-sim", "", !kRequired, kSimRealtimePriority, MakeSim},
 };
+
+// Whether a run has such a component at all.
+bool TakesPart(const ComponentType& type, const RunOptions& options) {
+  if (type.name != "cameras") return true;
+  const std::optional<policy::Contract> contract = policy::FindContractOf(options.policy);
+  return contract && contract->looks();
+}
 
 }  // namespace
 
@@ -48,15 +58,16 @@ std::span<const ComponentType> AllComponents() { return kComponents; }
 std::vector<ComponentType> ComponentsOf(const RunOptions& options) {
   std::vector<ComponentType> components;
   std::ranges::copy_if(kComponents, std::back_inserter(components), [&](const ComponentType& type) {
-    return type.name != "policy" || options.policy.policy != kExternalPolicy;
+    return TakesPart(type, options) &&
+           (type.name != "policy" || options.policy.policy != policy::kExternalPolicy);
   });
   return components;
 }
 
-std::vector<std::string> RequiredComponents() {
+std::vector<std::string> RequiredComponents(const RunOptions& options) {
   std::vector<std::string> names;
   for (const ComponentType& type : kComponents) {
-    if (type.is_required) names.emplace_back(type.name);
+    if (type.is_required && TakesPart(type, options)) names.emplace_back(type.name);
   }
   return names;
 }

@@ -13,16 +13,17 @@
 namespace evalbus::launch {
 
 struct ComponentType {
-  // As in STATUS; its program is evalbus-NAME.
+  // As in STATUS.
   std::string_view name;
+  // Its program and, where that can be several components, the argument that makes it this one.
+  std::string_view program;
+  std::string_view argument;
   // The episode waits until it is ready. (The sim is who waits.)
   bool is_required;
   // With --realtime (base/realtime.h); 0 for who need not be in time. The sim goes before all.
   int realtime_priority;
   // The component itself, for all in one process.
   std::unique_ptr<Component> (*make)(Bus* bus, const RunOptions& options);
-
-  std::string program() const { return "evalbus-" + std::string(name); }
 };
 
 // Of the sim, or of all in one process.
@@ -31,10 +32,11 @@ inline constexpr int kSimRealtimePriority = 20;
 // In the order in which they start.
 std::span<const ComponentType> AllComponents();
 
-// Those that this run starts: without the policy where it is somebody else's process.
+// Those that this run starts: without the policy where it is somebody else's process, with cameras where the
+// policy looks.
 std::vector<ComponentType> ComponentsOf(const RunOptions& options);
 
-// Names of those an episode waits for.
-std::vector<std::string> RequiredComponents();
+// Names of those that its episodes wait for.
+std::vector<std::string> RequiredComponents(const RunOptions& options);
 
 }  // namespace evalbus::launch

@@ -27,8 +27,9 @@ std::filesystem::path LogOf(const RunOptions& options, const std::string& compon
 // What is executed for a component, and what a person may execute instead.
 std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& options,
                                    const results::RunFolder& folder) {
-  std::vector<std::string> command = {(Processes::BinaryFolder() / type.program()).string(), "--options",
-                                      (folder.path() / kRunJson).string(), "--url", options.url};
+  std::vector<std::string> command = {(Processes::BinaryFolder() / type.program).string()};
+  if (!type.argument.empty()) command.emplace_back(type.argument);
+  command.insert(command.end(), {"--options", (folder.path() / kRunJson).string(), "--url", options.url});
   if (options.sim.realtime && type.realtime_priority > 0) {
     command.insert(command.end(), {"--realtime-priority", std::to_string(type.realtime_priority)});
   }

@@ -42,6 +42,7 @@ constexpr std::array kFixedFacts = {
     Fact{"robot_sha256", "another robot description"},
     Fact{"physics_sha256", "another physics model"},
     Fact{"visual_sha256", "another visual model"},
+    Fact{"policy_contract", "another policy contract"},
 };
 
 // Whatever was named is what runs: the file, the robot, whole.
@@ -50,18 +51,24 @@ TaskSelection Resolve(RunOptions* options) {
   options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
   options->sim.robot =
       fs::absolute(options->sim.robot.empty() ? selection.task.robot_file : FindRobot(options->sim.robot));
+  // A contract, too, may be told by a file that the processes find from anywhere.
+  for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
+    if (IsTaskFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
+  }
   return selection;
 }
 
 // What the run is made of, as the files are now.
-nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared) {
+nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOptions& options) {
   const MadeOf made_of = MadeOf::Of(prepared.info);
+  const auto contract = policy::FindContractOf(options.policy);
   return {{"task", prepared.task.name},
           {"variation", prepared.variation},
           {"task_sha256", made_of.task_sha256},
           {"robot_sha256", Sha256File(prepared.robot.file)},
           {"physics_sha256", made_of.physics_sha256},
           {"visual_sha256", made_of.visual_sha256},
+          {"policy_contract", contract ? policy::ContractJson(*contract) : nlohmann::ordered_json()},
           {"evalbus_version", kVersion},
           {"git_commit", kGitCommit},
           {"git_dirty", kGitDirty},
@@ -106,10 +113,10 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   plan.made_of = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
                   facts["visual_sha256"].get<std::string>()};
   plan.seed = options.seed;
-  plan.required = RequiredComponents();
+  plan.required = RequiredComponents(options);
   plan.realtime = options.sim.realtime;
   plan.is_by_hand = options.by_hand;
-  plan.policy_is_external = options.policy.policy == kExternalPolicy;
+  plan.policy_is_external = options.policy.policy == policy::kExternalPolicy;
   plan.policy_timeout_s = options.sim.policy_timeout_s;
   for (int episode = 0; episode < options.episodes; ++episode) {
     const bool is_wanted =
@@ -152,7 +159,7 @@ PreparedRun PrepareRun(RunOptions options) {
   viz::CheckCameras(*prepared.scene.visual, options.video);
   const std::string rate = sim::MakeControlRateReal(prepared.info.timestep_us, &options.sim);
   if (!rate.empty()) fmt::print("{}\n", rate);
-  nlohmann::ordered_json facts = FactsOf(prepared);
+  nlohmann::ordered_json facts = FactsOf(prepared, options);
   results::RunFolder folder = results::RunFolder::OfRun(
       options.out,
       fmt::format("{}-{}-{}", selection.task.name, selection.variation, ShortPolicyName(options)),

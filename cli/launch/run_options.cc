@@ -2,11 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/errors.h"
 #include "base/text.h"
-#include "policy_bridge/policy_component.h"
+#include "policy_bridge/policy_options.h"
 
 namespace evalbus::launch {
+
+void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options) {
+  const std::optional<policy::Contract> contract = policy::FindContractOf(options->policy);
+  if (!contract) return;
+  if (!rate_is_given) options->sim.control_hz = contract->rate_hz;
+  // The policy has deadlines of its own; the sim's is for one that hangs.
+  const policy::Deadlines& deadlines = contract->deadlines;
+  if (!timeout_is_given) {
+    options->sim.policy_timeout_s = std::max(
+        options->sim.policy_timeout_s, deadlines.connect_s + deadlines.first_reply_s + deadlines.return_s);
+  }
+  if (options->policy_name.empty()) options->policy_name = contract->name;
+}
 
 void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   sim::CheckSimOptions(options.sim);
@@ -28,14 +43,14 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   if (options.workers > 1 && !options.url.empty()) {
     throw InputError("--workers and --url exclude each other: each worker has a bus of its own");
   }
-  if (options.policy.policy == kExternalPolicy) {
+  if (options.policy.policy == policy::kExternalPolicy) {
     if (options.url.empty() || num_tasks > 1) {
       throw InputError(
           "--policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy is, as "
           "udpm://239.255.76.67:7667?ttl=0");
     }
   } else {
-    policy::CheckPolicy(options.policy.policy);
+    policy::FindPolicy(options.policy);
   }
   if (num_tasks > 1 && !options.url.empty()) {
     throw InputError("--url: expected one task; each run of a suite has a bus of its own");

@@ -14,9 +14,6 @@
 
 namespace evalbus::launch {
 
-// The policy that is no process of ours: who says on the bus that it is the policy and ready, takes part.
-inline constexpr char kExternalPolicy[] = "lcm";
-
 struct RunOptions {
   // sim.task is the one of this run.
   sim::SimOptions sim;
@@ -78,6 +75,10 @@ void ForEachOption(Options& options, const F& f) {
 inline const std::string& PolicyName(const RunOptions& options) {
   return options.policy_name.empty() ? options.policy.policy : options.policy_name;
 }
+
+// What a policy's contract says and the user does not: control rate, how long the sim waits for an action, the
+// policy's name. Throws InputError.
+void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options);
 
 // Throws InputError for what is wrong whatever the task is; num_tasks: how many there are.
 void CheckRunOptions(const RunOptions& options, size_t num_tasks);

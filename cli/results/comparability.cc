@@ -16,10 +16,57 @@ using nlohmann::ordered_json;
 
 // What is compared, what it is called, and how it was computed: none of it changes a value that is compared.
 // Every other key of run.json may, also one that is new.
-constexpr std::string_view kChangesNothing[] = {
-    "run_id",     "task",       "variation",   "task_path", "task_sha256", "robot",          "model_path",
-    "control_hz", "policy",     "policy_name", "seed",      "episodes",    "only",           "workers",
-    "url",        "in_process", "by_hand",     "video",     "git_dirty",   "physics_sha256", "visual_sha256"};
+constexpr std::string_view kChangesNothing[] = {"run_id",
+                                                "task",
+                                                "variation",
+                                                "task_path",
+                                                "task_sha256",
+                                                "robot",
+                                                "model_path",
+                                                "control_hz",
+                                                "policy",
+                                                "policy_name",
+                                                "seed",
+                                                "episodes",
+                                                "only",
+                                                "workers",
+                                                "url",
+                                                "in_process",
+                                                "by_hand",
+                                                "video",
+                                                "git_dirty",
+                                                "physics_sha256",
+                                                "visual_sha256",
+                                                "contract",
+                                                "policy_timeout_s"};
+
+// Members of two contracts that differ, at most so many in words.
+constexpr size_t kMostContractWords = 4;
+std::vector<std::string> ContractDifferences(const ordered_json& contract, const ordered_json& other) {
+  const nlohmann::json a = nlohmann::json(contract).flatten(), b = nlohmann::json(other).flatten();
+  std::vector<std::string> differences;
+  const auto add = [&](const std::string& path, const std::string& here, const std::string& there) {
+    std::string key = path.substr(1);
+    std::ranges::replace(key, '/', '.');
+    if (key != "name") differences.push_back(fmt::format("{} {} against {}", key, here, there));
+  };
+  for (const auto& [path, value] : a.items()) {
+    if (!b.contains(path)) {
+      add(path, ToText(value), "none");
+    } else if (b[path] != value) {
+      add(path, ToText(value), ToText(b[path]));
+    }
+  }
+  for (const auto& [path, value] : b.items()) {
+    if (!a.contains(path)) add(path, "none", ToText(value));
+  }
+  if (differences.size() > kMostContractWords) {
+    const size_t more = differences.size() - kMostContractWords;
+    differences.resize(kMostContractWords);
+    differences.push_back(fmt::format("{} more in run.json", more));
+  }
+  return differences;
+}
 
 }  // namespace
 
@@ -52,14 +99,20 @@ void CheckComparable(const RecordedRun& run, const RecordedRun& baseline) {
 
 std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline) {
   std::string differences;
+  const auto add = [&](const std::string& words) {
+    differences += (differences.empty() ? "" : ", ") + words;
+  };
   for (const auto& [key, value] : run.info.items()) {
     const auto other = baseline.info.find(key);
     if (std::ranges::find(kChangesNothing, key) != std::end(kChangesNothing) ||
         other == baseline.info.end() || *other == value) {
       continue;
     }
-    differences += fmt::format("{}{} {} against {}", differences.empty() ? "" : ", ", key, ToText(value),
-                               ToText(*other));
+    if (key != "policy_contract") {
+      add(fmt::format("{} {} against {}", key, ToText(value), ToText(*other)));
+    } else if (value.is_object() && other->is_object()) {  // else the policies' names say it
+      for (const std::string& words : ContractDifferences(value, *other)) add("contract: " + words);
+    }
   }
   return differences;
 }

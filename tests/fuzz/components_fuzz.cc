@@ -97,7 +97,7 @@ class Run {
       case 3:
         return std::make_unique<collision::CollisionComponent>(bus);
       case kExpert:
-        return std::make_unique<policy::PolicyComponent>(bus, "noisy_expert");
+        return std::make_unique<policy::PolicyComponent>(bus, policy::PolicyOptions{"noisy_expert"});
       case 5:
         Clear();
         return std::make_unique<Recorder>(bus, folder_.path());
@@ -184,7 +184,7 @@ class Run {
     options.episodes = 1;
     collision::CollisionComponent collision(&bus);
     metrics::MetricsComponent metrics(&bus);
-    policy::PolicyComponent policy(&bus, "hold");
+    policy::PolicyComponent policy(&bus, {"hold"});
     Recorder recorder(&bus, folder_.path());
     sim::SimComponent sim(&bus, options);
     while (!sim.done()) {

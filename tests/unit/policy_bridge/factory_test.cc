@@ -13,7 +13,7 @@ namespace {
 
 std::string Refusal(const std::string& name) {
   try {
-    CheckPolicy(name);
+    FindPolicy(name);
   } catch (const InputError& error) {
     return error.what();
   }

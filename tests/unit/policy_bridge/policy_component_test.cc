@@ -63,7 +63,7 @@ class PolicyComponentTest : public testing::Test {
 };
 
 TEST_F(PolicyComponentTest, AnswersEachStateOfItsEpisode) {
-  PolicyComponent component(&bus_, "hold");
+  PolicyComponent component(&bus_, {"hold"});
   Begin(3);
   EXPECT_NE(status_.state, component_status_t::READY) << "ready without MODEL";
   Send(channels::kModel, model_);
@@ -84,7 +84,7 @@ TEST_F(PolicyComponentTest, AnswersEachStateOfItsEpisode) {
 }
 
 TEST_F(PolicyComponentTest, WhatAPolicyThrowsTravelsInTheAction) {
-  PolicyComponent component(&bus_, "expert");
+  PolicyComponent component(&bus_, {"expert"});
   Send(channels::kModel, model_);
   Begin(0);
   // A state without bodies.
@@ -120,7 +120,7 @@ TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
   for (const double value : {0.1, 0.2}) write(value == 0.2, value);
   writer.Close();
 
-  PolicyComponent component(&bus_, "replay:" + log.string());
+  PolicyComponent component(&bus_, {"replay:" + log.string()});
   Send(channels::kModel, model_);
   Begin(1);
   Send(channels::kState, State(1, 0));
@@ -135,21 +135,21 @@ TEST_F(PolicyComponentTest, ReplaysALogAndARunFolder) {
 }
 
 TEST_F(PolicyComponentTest, BadPoliciesAreRefusedAtOnce) {
-  EXPECT_THROW(PolicyComponent(&bus_, "nobody"), InputError);
-  EXPECT_THROW(PolicyComponent(&bus_, "replay"), InputError);
-  EXPECT_THROW(PolicyComponent(&bus_, "replay:/nowhere"), InputError);
-  EXPECT_THROW(PolicyComponent(&bus_, "replay:" + (folder_).string()), InputError);
+  EXPECT_THROW(PolicyComponent(&bus_, {"nobody"}), InputError);
+  EXPECT_THROW(PolicyComponent(&bus_, {"replay"}), InputError);
+  EXPECT_THROW(PolicyComponent(&bus_, {"replay:/nowhere"}), InputError);
+  EXPECT_THROW(PolicyComponent(&bus_, {"replay:" + folder_.string()}), InputError);
 }
 
 TEST_F(PolicyComponentTest, MissingModelIsAnInputError) {
-  PolicyComponent component(&bus_, "hold");
+  PolicyComponent component(&bus_, {"hold"});
   fs::remove(model_.physics_file);
   Send(channels::kModel, model_);
   EXPECT_THROW(Begin(0), InputError);
 }
 
 TEST_F(PolicyComponentTest, ActsOnceForEachStateAndSaysItAgain) {
-  PolicyComponent component(&bus_, "random");
+  PolicyComponent component(&bus_, {"random"});
   Send(channels::kModel, model_);
   Begin(0);
   Send(channels::kState, State(0, 0));
@@ -174,7 +174,7 @@ TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
         here + "/model/../model/physics.mjb", here + "/pipe/model/physics.mjb", std::string(5000, '/') + real,
         "/" + std::string(5000, 'x') + "/" + real}) {
     Bus bus("memq://");
-    PolicyComponent component(&bus, "hold");
+    PolicyComponent component(&bus, {"hold"});
     model_info_t model = model_;
     model.physics_file = file;
     bus.Publish(channels::kModel, model);

@@ -41,7 +41,7 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   const PreparedRun run = PrepareRun(options);
   Bus bus("memq://");
   std::vector<std::unique_ptr<Component>> components;
-  for (const ComponentType& type : AllComponents()) components.push_back(type.make(&bus, run.options));
+  for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, run.options));
 
   model_info_t model{};
   std::vector<state_t> states(kLast + 1);
@@ -59,7 +59,7 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   command_t command{};
   command.kind = command_t::START_EPISODE;
   command.seed = 1;
-  command.required_component = RequiredComponents();
+  command.required_component = RequiredComponents(options);
   command.num_required = static_cast<int32_t>(command.required_component.size());
   bus.Publish(channels::kCommand, command);
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);

@@ -1,0 +1,283 @@
+// evalbus policy: which contracts there are, what one means, and whether a server keeps to it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "cli/commands/commands.h"
+#include "cli/commands/scene_words.h"
+#include "policy_bridge/policy_options.h"
+#include "policy_bridge/remote/policy_check.h"
+#include "sim/prepared_scene.h"
+#include "sim/world.h"
+#include "viz/pictures/png.h"
+#include "viz/pictures/renderer.h"
+#include "viz/pictures/view_picture.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+using policy::CheckLine;
+using policy::CheckReport;
+using policy::Contract;
+using policy::ObservationEntry;
+
+struct PolicyCommandOptions {
+  const CLI::App* list = nullptr;
+  const CLI::App* show = nullptr;
+  const CLI::App* check = nullptr;
+  policy::PolicyOptions policy;
+  sim::SimOptions sim;
+  int64_t seed = 0;
+  fs::path out;
+  bool json = false;
+};
+
+// Beside 0, good, and those of every command: 1, wrong usage or contract file, 2, the machine.
+int ExitCode(CheckReport::Verdict verdict) {
+  switch (verdict) {
+    case CheckReport::Verdict::kGood:
+      return 0;
+    case CheckReport::Verdict::kUnreachable:
+      return 3;
+    case CheckReport::Verdict::kProtocol:
+      return 4;
+    case CheckReport::Verdict::kContract:
+      return 5;
+    case CheckReport::Verdict::kSuspicious:
+      return 6;
+  }
+  return 2;
+}
+
+int List() {
+  std::vector<Lines> rows = {{"CONTRACT", "WIRE", "HZ", "ACTION", "PICTURES", "WHAT"}};
+  for (const Contract& contract : policy::AllContracts()) {
+    const auto pictures = std::ranges::count_if(contract.observation, &ObservationEntry::is_picture);
+    rows.push_back({contract.name, policy::NameOf(contract.wire), fmt::format("{:g}", contract.rate_hz),
+                    policy::NameOf(contract.actions.kind), std::to_string(pictures), contract.description});
+  }
+  PrintTable(rows);
+  fmt::print(
+      "\n'evalbus policy show CONTRACT' says what one means, 'evalbus policy check CONTRACT' tries its "
+      "server, and\n"
+      "'evalbus run TASK --policy CONTRACT' evaluates it. A file of yours (docs/connecting_a_policy.md) does "
+      "as well.\n");
+  return 0;
+}
+
+std::string InWords(const ObservationEntry& entry) {
+  using Source = ObservationEntry::Source;
+  switch (entry.source) {
+    case Source::kCamera:
+    case Source::kDepth: {
+      const policy::PictureForm& form = entry.picture;
+      std::string words =
+          fmt::format("{} of camera {}, {} x {}", entry.source == Source::kDepth ? "depth" : "picture",
+                      form.view.camera, form.view.width_px, form.view.height_px);
+      if (form.view.fovy_deg > 0) words += fmt::format(", field of view {:g} deg", form.view.fovy_deg);
+      if (!form.view.shadows) words += ", no shadows";
+      if (form.rotate_deg != 0) words += fmt::format(", turned by {} deg", form.rotate_deg);
+      if (form.mirror) words += ", mirrored";
+      if (form.width_px > 0) {
+        words +=
+            fmt::format(", {} to {} x {}", form.pad ? "padded" : "stretched", form.width_px, form.height_px);
+      }
+      if (form.bgr) words += ", BGR";
+      if (form.chw) words += ", planes first";
+      return words;
+    }
+    case Source::kState: {
+      Lines signals;
+      for (const policy::Signal& signal : entry.signals) signals.push_back(signal.name);
+      return Joined(signals);
+    }
+    case Source::kPrompt:
+      return "what the robot shall do";
+    case Source::kConstant:
+      return policy::Describe(entry.constant);
+  }
+  return "";
+}
+
+int Show(const PolicyCommandOptions& options) {
+  const Contract contract = policy::FindContract(options.policy.policy);
+  fmt::print("{}\n{}\n\n", contract.name, contract.description);
+  PrintSection("Server", {fmt::format("{}, wire {}", contract.url, policy::NameOf(contract.wire))});
+  PrintSection("Rate",
+               {fmt::format("{:g} Hz; {} steps of each answer are executed, {:.3g} s", contract.rate_hz,
+                            contract.execute_steps, contract.execute_steps / contract.rate_hz)});
+  Lines seen;
+  for (const ObservationEntry& entry : contract.observation) {
+    seen.push_back(fmt::format("{}: {}", entry.KeyText(), InWords(entry)));
+  }
+  PrintSection("It is shown", seen);
+  Lines said = {
+      fmt::format("{}, {} values", policy::NameOf(contract.actions.kind), contract.actions.num_values)};
+  for (const policy::ArmForm& arm : contract.actions.arms) {
+    std::string words =
+        fmt::format("arm {}: values {} to {}", arm.arm, arm.indices.front(), arm.indices.back());
+    if (arm.gripper.index) {
+      words += fmt::format(", gripper value {} ({:g} open, {:g} closed)", *arm.gripper.index,
+                           arm.gripper.open, arm.gripper.closed);
+    }
+    said.push_back(words);
+  }
+  PrintSection("It says", said);
+  if (contract.is_privileged()) PrintSection("Privileged", {"it is shown poses that no robot knows"});
+  return 0;
+}
+
+// The first observation of an episode, and the pictures in it.
+struct FirstLook {
+  sim::PreparedScene prepared;
+  state_t state{};
+  std::vector<image_t> pictures;
+};
+
+FirstLook Look(const PolicyCommandOptions& options, const Contract& contract) {
+  sim::SimOptions sim = options.sim;
+  sim.control_hz = contract.rate_hz;
+  FirstLook look;
+  look.prepared = sim::ComposeScene(sim);
+  const sim::PreparedScene& scene = look.prepared;
+  sim::World world(scene.scene.physics.get(), scene.info, scene.robot, scene.task, scene.info.substeps);
+  world.Reset(options.seed, scene.task.variation(scene.variation));
+  world.Fill(&look.state);
+  return look;
+}
+
+void Draw(const PolicyCommandOptions& options, const policy::ObservationBuilder& observations,
+          FirstLook* look) {
+  if (observations.views().empty()) return;
+  viz::Renderer renderer(std::move(look->prepared.scene.visual), viz::kUsualViewSize);
+  renderer.SetAppearance(look->prepared.info, options.seed);
+  renderer.SetState(look->state);
+  for (const view_t& view : observations.views()) {
+    viz::CheckView(view, renderer.model());
+    look->pictures.push_back({});
+    viz::DrawView(view, look->state.header, &renderer, &look->pictures.back());
+  }
+}
+
+// Pictures as they were sent, and what was said. Returns where.
+fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract, const CheckReport& report,
+                   const policy::ObservationBuilder& observations) {
+  const fs::path folder = options.out.empty() ? fs::path("policy_check") / contract.name : options.out;
+  fs::create_directories(folder);
+  for (const auto& sent : observations.PicturesSent()) {
+    const size_t rows = sent.is_chw ? 1 : 0;
+    viz::Frame frame(
+        {static_cast<int>(sent.array.shape.at(rows + 1)), static_cast<int>(sent.array.shape.at(rows))});
+    const size_t plane = static_cast<size_t>(frame.size.width) * static_cast<size_t>(frame.size.height);
+    for (size_t i = 0; i < plane; ++i) {
+      for (size_t c = 0; c < 3; ++c) {
+        const size_t from = sent.is_chw ? c * plane + i : 3 * i + c;
+        // As the numbers would look to who takes them for RGB.
+        frame.bgrx[4 * i + (2 - c)] = sent.array.data.at(from);
+      }
+    }
+    std::string name = sent.key;
+    std::ranges::replace(name, '/', '_');
+    viz::WritePng(frame, folder / (name + ".png"));
+  }
+  WriteWhole(folder / "check.json", ToText(policy::CheckJson(contract, report), 2) + "\n");
+  return folder;
+}
+
+void Print(const CheckReport& report, const fs::path& folder, bool has_pictures) {
+  constexpr const char* kMarks[] = {"ok  ", "    ", "?   ", "BAD "};
+  for (const CheckLine& line : report.lines) {
+    fmt::print("{}{}\n", kMarks[static_cast<int>(line.level)], Printable(line.text));
+  }
+  if (has_pictures) fmt::print("    pictures as they were sent: {}\n", (folder / "*.png").string());
+  const char* words = "";
+  switch (report.verdict) {
+    case CheckReport::Verdict::kGood:
+      words = "good: nothing speaks against this contract";
+      break;
+    case CheckReport::Verdict::kUnreachable:
+      words = "unreachable: no server answers";
+      break;
+    case CheckReport::Verdict::kProtocol:
+      words = "protocol: there is a server, and it does not speak this wire or failed";
+      break;
+    case CheckReport::Verdict::kContract:
+      words = "contract: the server means something else than the contract";
+      break;
+    case CheckReport::Verdict::kSuspicious:
+      words = "suspicious: it works, and a mistake is likely; lines with ? say which";
+      break;
+  }
+  fmt::print("\n{}\n", words);
+}
+
+int Check(PolicyCommandOptions options) {
+  const std::optional<Contract> contract = policy::FindContractOf(options.policy);
+  if (!contract)
+    throw InputError("--policy " + options.policy.policy + ": not behind a server; nothing to check");
+  FirstLook look = Look(options, *contract);
+  const mjModel& model = *look.prepared.scene.physics;
+  policy::ObservationBuilder observations(*contract, model, look.prepared.info);
+  Draw(options, observations, &look);
+  const auto client = policy::MakePolicyClient(policy::ClientOptionsOf(*contract));
+  if (!options.json)
+    fmt::print("{}: {} at {}\n\n", contract->name, policy::NameOf(contract->wire), contract->url);
+  std::fflush(stdout);
+  const CheckReport report = policy::CheckPolicyServer(*contract, client.get(), model, look.prepared.info,
+                                                       look.state, look.pictures, &observations);
+  const fs::path folder = WriteDown(options, *contract, report, observations);
+  if (options.json) {
+    fmt::print("{}\n", ToText(policy::CheckJson(*contract, report), 2));
+  } else {
+    Print(report, folder, !look.pictures.empty());
+  }
+  return ExitCode(report.verdict);
+}
+
+}  // namespace
+
+Action AddPolicy(CLI::App* app) {
+  const auto options = std::make_shared<PolicyCommandOptions>();
+  options->sim.task = "lift_pot";
+  app->require_subcommand(1);
+  options->list = app->add_subcommand("list", "a table of the contracts there are");
+  CLI::App* show = app->add_subcommand("show", "what a policy is shown, and what its numbers mean");
+  show->add_option("contract", options->policy.policy, "by name or YAML file")->required();
+  options->show = show;
+  CLI::App* check =
+      app->add_subcommand("check",
+                          "send a policy server one observation and look at its answers\n"
+                          "exit codes: 0 good, 3 unreachable, 4 protocol, 5 contract, 6 suspicious");
+  check
+      ->add_option("contract", options->policy.policy,
+                   "by name or YAML file; or ws://HOST:PORT with --contract")
+      ->required();
+  check->add_option("--contract", options->policy.contract,
+                    "by name or YAML file, of the server at ws://HOST:PORT");
+  check->add_option("--task", options->sim.task, "task that the observation is taken from")
+      ->capture_default_str();
+  check->add_option("--robot", options->sim.robot, "another robot than the task's own, by name or YAML file");
+  check->add_option("--model-path", options->sim.model_path,
+                    "folder with the robot's models; may be repeated");
+  check->add_option("--seed", options->seed, "seed of the episode")->capture_default_str();
+  check->add_option("--out", options->out,
+                    "folder for pictures and check.json; default policy_check/CONTRACT");
+  check->add_flag("--json", options->json, "print check.json instead of words");
+  options->check = check;
+  return [options] {
+    if (options->list->parsed()) return List();
+    if (options->show->parsed()) return Show(*options);
+    return Check(*options);
+  };
+}
+
+}  // namespace evalbus::commands

@@ -1,0 +1,558 @@
+#include "policy_bridge/contract/contract.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "base/errors.h"
+#include "models/task_description.h"
+#include "models/yaml_reader.h"
+
+namespace evalbus::policy {
+namespace {
+
+constexpr double kLongest = 1e6;  // s
+constexpr int kMostPixels = 2048;
+constexpr int kMostSteps = 10'000;
+constexpr int kMostValues = 1000;
+constexpr int kLongestHistory = 1000;  // ticks
+
+// A word of a file, and what it stands for.
+template <class Choice>
+struct Word {
+  const char* word;
+  Choice choice;
+};
+
+constexpr Word<Wire> kWires[] = {{"openpi", Wire::kOpenpi},
+                                 {"roboarena", Wire::kRoboArena},
+                                 {"vla_eval", Wire::kVlaEval},
+                                 {"groot", Wire::kGroot},
+                                 {"rest", Wire::kRest}};
+constexpr Word<ClientOptions::GrootDialect> kDialects[] = {
+    {"detect", ClientOptions::GrootDialect::kDetect},
+    {"n1.5", ClientOptions::GrootDialect::kN15},
+    {"n1.6", ClientOptions::GrootDialect::kN16},
+    {"n1.6_flat", ClientOptions::GrootDialect::kN16Flat}};
+constexpr Word<ActionKind> kKinds[] = {{"joint_position", ActionKind::kJointPosition},
+                                       {"joint_delta", ActionKind::kJointDelta},
+                                       {"joint_velocity", ActionKind::kJointVelocity},
+                                       {"eef_pose", ActionKind::kEefPose},
+                                       {"eef_delta", ActionKind::kEefDelta}};
+constexpr Word<DeltaOn> kDeltas[] = {{"target", DeltaOn::kTarget}, {"measured", DeltaOn::kMeasured}};
+constexpr Word<ActionFrame> kFrames[] = {
+    {"world", ActionFrame::kWorld}, {"base", ActionFrame::kBase}, {"wrist", ActionFrame::kWrist}};
+constexpr Word<EefPoint> kPoints[] = {{"flange", EefPoint::kFlange}, {"grip", EefPoint::kGrip}};
+constexpr Word<RotationForm> kRotations[] = {
+    {"none", RotationForm::kNone},
+    {"quaternion_wxyz", RotationForm::kQuaternionWxyz},
+    {"quaternion_xyzw", RotationForm::kQuaternionXyzw},
+    {"axis_angle", RotationForm::kAxisAngle},
+    {"axis_angle_robosuite", RotationForm::kAxisAngleRobosuite},
+    {"euler_xyz_extrinsic", RotationForm::kEulerXyzExtrinsic},
+    {"euler_xyz_intrinsic", RotationForm::kEulerXyzIntrinsic},
+    {"rotation_6d", RotationForm::kRotation6d},
+    {"rotation_6d_interleaved", RotationForm::kRotation6dInterleaved},
+    {"rotation_6d_rows", RotationForm::kRotation6dRows}};
+constexpr Word<const char*> kTypes[] = {{"float32", "<f4"}, {"float64", "<f8"}, {"uint8", "|u1"}};
+constexpr Word<bool> kLayouts[] = {{"hwc", false}, {"chw", true}};
+constexpr Word<bool> kColours[] = {{"rgb", false}, {"bgr", true}};
+constexpr Word<bool> kModes[] = {{"pad", true}, {"stretch", false}};
+
+template <class Choice, size_t N>
+Choice Choose(const YamlValue& value, const Word<Choice> (&words)[N]) {
+  const std::string text = value.Text();
+  std::vector<std::string> known;
+  for (const auto& [word, choice] : words) {
+    if (text == word) return choice;
+    known.emplace_back(word);
+  }
+  value.Fail("unknown '" + text + "'" + Suggestion(text, known));
+}
+
+template <class Choice, size_t N>
+void Choose(const YamlMap& map, const char* key, const Word<Choice> (&words)[N], Choice* choice) {
+  if (const YamlValue* value = map.Find(key)) *choice = Choose(*value, words);
+}
+
+template <class Choice, size_t N>
+const char* WordOf(Choice choice, const Word<Choice> (&words)[N]) {
+  for (const auto& word : words) {
+    if (word.choice == choice) return word.word;
+  }
+  return "";
+}
+
+std::vector<int> Integers(const YamlValue& value, int min, int max) {
+  std::vector<int> numbers;
+  for (const YamlValue& element : value.List()) numbers.push_back(element.Integer(min, max));
+  return numbers;
+}
+
+// [0, 1, 5] or "0-6", both ends included.
+std::vector<int> Indices(const YamlValue& value) {
+  if (value.is_list()) return Integers(value, 0, kMostValues);
+  const std::string text = value.Text();
+  int first = 0, last = 0, end = 0;
+  if (std::sscanf(text.c_str(), "%d-%d%n", &first, &last, &end) != 2 ||
+      end != static_cast<int>(text.size()) || first < 0 || last < first || last > kMostValues) {
+    value.Fail("expected a list of indices or FIRST-LAST, as 0-6, got '" + text + "'");
+  }
+  std::vector<int> numbers;
+  for (int i = first; i <= last; ++i) numbers.push_back(i);
+  return numbers;
+}
+
+std::vector<std::string> Key(const YamlValue& value) {
+  if (value.is_list()) return value.Texts();
+  return {value.Text()};
+}
+
+std::pair<int, int> Size(const YamlValue& value) {
+  const std::vector<YamlValue> size = value.List();
+  if (size.size() != 2) value.Fail("expected [WIDTH, HEIGHT]");
+  return {size[0].Integer(1, kMostPixels), size[1].Integer(1, kMostPixels)};
+}
+
+PictureForm ReadPicture(const YamlMap& map, bool is_depth) {
+  PictureForm form;
+  form.view.camera = map[is_depth ? "depth" : "camera"].Text();
+  const YamlValue* size = map.Find("size_px");
+  if (!size) map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], as the camera's picture is drawn");
+  std::tie(form.view.width_px, form.view.height_px) = Size(*size);
+  if (const YamlValue* fovy = map.Find("fovy_deg")) {
+    form.view.fovy_deg = fovy->Number({.min = 1, .max = 175});
+  }
+  form.view.shadows = true;
+  if (const YamlValue* shadows = map.Find("shadows")) form.view.shadows = shadows->Bool();
+  form.view.encoding = is_depth ? "depth32" : "rgb8";
+  if (const YamlValue* rotate = map.Find("rotate_deg")) {
+    form.rotate_deg = rotate->Integer(0, 270);
+    if (form.rotate_deg % 90 != 0) rotate->Fail("expected 0, 90, 180 or 270");
+  }
+  if (const YamlValue* mirror = map.Find("mirror")) form.mirror = mirror->Bool();
+  if (const YamlValue* resize = map.Find("resize_px")) {
+    if (is_depth) resize->Fail("depth is not resized; give 'size_px' this size");
+    std::tie(form.width_px, form.height_px) = Size(*resize);
+  }
+  Choose(map, "resize", kModes, &form.pad);
+  Choose(map, "colour", kColours, &form.bgr);
+  Choose(map, "layout", kLayouts, &form.chw);
+  for (const char* key : {"colour", "layout", "resize"}) {
+    if (const YamlValue* value = map.Find(key); value && is_depth) value->Fail("depth has none");
+  }
+  if (const YamlValue* mode = map.Find("resize"); mode && !map.Find("resize_px")) {
+    mode->Fail("expected 'resize_px' with it");
+  }
+  return form;
+}
+
+Signal ReadSignal(const YamlValue& value) {
+  Signal signal;
+  if (value.is_scalar()) {
+    signal.name = value.Text();
+  } else {
+    const YamlMap map(value, {"signal"}, {"indices", "scale", "offset", "decimals", "frame", "point"});
+    signal.name = map["signal"].Text();
+    if (const YamlValue* indices = map.Find("indices")) signal.indices = Indices(*indices);
+    if (const YamlValue* scale = map.Find("scale")) signal.scale = scale->Number();
+    if (const YamlValue* offset = map.Find("offset")) signal.offset = offset->Number();
+    if (const YamlValue* decimals = map.Find("decimals")) signal.decimals = decimals->Integer(0, 9);
+    Choose(map, "frame", kFrames, &signal.frame);
+    Choose(map, "point", kPoints, &signal.point);
+    if (signal.frame == ActionFrame::kWrist) map.Find("frame")->Fail("expected world or base");
+  }
+  const size_t dot = signal.name.rfind('.');
+  const std::string what = dot == std::string::npos ? signal.name : signal.name.substr(dot + 1);
+  const std::vector<std::string>& known = signal.is_privileged() ? ObjectSignalNames() : ArmSignalNames();
+  if (dot == std::string::npos || dot == 0) {
+    value.Fail("expected ARM.SIGNAL or object.NAME.SIGNAL, as left.joint_position_rad, got '" + signal.name +
+               "'");
+  }
+  if (std::ranges::find(known, what) == known.end()) {
+    value.Fail("unknown signal '" + what + "'" + Suggestion(what, known));
+  }
+  return signal;
+}
+
+Value ReadConstant(const YamlValue& value) {
+  if (value.is_list()) {
+    const std::vector<double> numbers = value.Numbers();
+    return FloatArray(numbers, {static_cast<int64_t>(numbers.size())});
+  }
+  return value.Text();
+}
+
+ObservationEntry ReadEntry(const YamlValue& value) {
+  const std::vector<const char*> sources = {"camera", "depth", "state", "prompt", "constant"};
+  const YamlMap map(
+      value, {"key"},
+      {"camera", "depth", "state", "prompt", "constant", "size_px", "fovy_deg", "shadows", "rotate_deg",
+       "mirror", "resize_px", "resize", "colour", "layout", "type", "shape", "history_ticks"});
+  ObservationEntry entry;
+  entry.key = Key(map["key"]);
+  int found = 0;
+  for (const char* source : sources) found += map.Find(source) != nullptr;
+  if (found != 1) map.value().Fail("expected one of camera, depth, state, prompt, constant");
+
+  const bool is_picture = map.Find("camera") || map.Find("depth");
+  for (const char* key : {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize",
+                          "colour", "layout"}) {
+    if (const YamlValue* wrong = map.Find(key); wrong && !is_picture)
+      wrong->Fail("only of a camera or depth");
+  }
+  for (const char* key : {"type", "shape"}) {
+    if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only of a state");
+  }
+  if (const YamlValue* history = map.Find("history_ticks")) {
+    if (map.Find("prompt") || map.Find("constant")) history->Fail("only of a camera, depth or a state");
+    entry.history_ticks = Integers(*history, -kLongestHistory, 0);
+    if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
+        entry.history_ticks.back() != 0) {
+      history->Fail("expected control ticks before now, oldest first, the last 0: [-15, 0]");
+    }
+  }
+
+  if (is_picture) {
+    entry.source = map.Find("depth") ? ObservationEntry::Source::kDepth : ObservationEntry::Source::kCamera;
+    entry.picture = ReadPicture(map, map.Find("depth") != nullptr);
+  } else if (const YamlValue* state = map.Find("state")) {
+    entry.source = ObservationEntry::Source::kState;
+    for (const YamlValue& signal : state->is_list() ? state->List() : std::vector{*state}) {
+      entry.signals.push_back(ReadSignal(signal));
+    }
+    if (entry.signals.empty()) state->Fail("expected at least one signal");
+    if (const YamlValue* type = map.Find("type")) entry.dtype = Choose(*type, kTypes);
+    if (const YamlValue* shape = map.Find("shape")) {
+      entry.shape.emplace();
+      for (const int size : Integers(*shape, 1, kMostValues)) entry.shape->push_back(size);
+    }
+  } else if (const YamlValue* prompt = map.Find("prompt")) {
+    entry.source = ObservationEntry::Source::kPrompt;
+    if (!prompt->Bool()) prompt->Fail("expected true");
+  } else {
+    entry.source = ObservationEntry::Source::kConstant;
+    entry.constant = ReadConstant(map["constant"]);
+  }
+  return entry;
+}
+
+std::vector<ObservationEntry> ReadObservation(const YamlValue& value) {
+  std::vector<ObservationEntry> entries;
+  std::set<std::string> keys;
+  for (const YamlValue& element : value.List()) {
+    entries.push_back(ReadEntry(element));
+    if (!keys.insert(entries.back().KeyText()).second) {
+      element.Fail("key '" + entries.back().KeyText() + "' given twice");
+    }
+  }
+  if (entries.empty()) value.Fail("expected at least one entry");
+  return entries;
+}
+
+GripperForm ReadGripper(const YamlValue& value, int num_values) {
+  const YamlMap map(value, {"index", "open", "closed"}, {"threshold", "sticky_steps"});
+  GripperForm gripper;
+  gripper.index = map["index"].Integer(0, num_values - 1);
+  gripper.open = map["open"].Number();
+  gripper.closed = map["closed"].Number();
+  if (gripper.open == gripper.closed) map["closed"].Fail("expected another number than 'open'");
+  if (const YamlValue* threshold = map.Find("threshold")) {
+    const double number = threshold->Number();
+    const double closing = (number - gripper.open) / (gripper.closed - gripper.open);
+    if (closing < 0 || closing > 1) threshold->Fail("expected a number between 'open' and 'closed'");
+    gripper.threshold = closing;
+  }
+  if (const YamlValue* sticky = map.Find("sticky_steps")) {
+    gripper.sticky_steps = sticky->Integer(1, kMostSteps);
+    if (!gripper.threshold) sticky->Fail("expected 'threshold' with it");
+  }
+  return gripper;
+}
+
+ArmForm ReadArm(const YamlValue& value, int num_values) {
+  const YamlMap map(value, {"arm", "indices"}, {"gripper"});
+  ArmForm arm;
+  arm.arm = map["arm"].Text();
+  arm.indices = Indices(map["indices"]);
+  for (const int index : arm.indices) {
+    if (index >= num_values)
+      map["indices"].Fail("expected less than 'values', " + std::to_string(num_values));
+  }
+  if (const YamlValue* gripper = map.Find("gripper")) arm.gripper = ReadGripper(*gripper, num_values);
+  return arm;
+}
+
+// One number for all values of a row, or one for each.
+void ReadPerValue(const YamlMap& map, const char* key, int num_values, std::vector<double>* numbers) {
+  const YamlValue* value = map.Find(key);
+  if (!value) return;
+  *numbers = value->is_list() ? value->Numbers(static_cast<size_t>(num_values))
+                              : std::vector<double>(static_cast<size_t>(num_values), value->Number());
+}
+
+void ReadAction(const YamlValue& value, Contract* contract) {
+  const YamlMap map(value, {"kind", "values", "arms", "execute_steps"},
+                    {"keys", "delta_on", "frame", "point", "rotation", "chunk_steps", "scale", "offset",
+                     "lower", "upper", "first_step_rad"});
+  ActionSpace& space = contract->actions;
+  space.kind = Choose(map["kind"], kKinds);
+  space.num_values = map["values"].Integer(1, kMostValues);
+  Choose(map, "delta_on", kDeltas, &space.delta_on);
+  Choose(map, "frame", kFrames, &space.frame);
+  Choose(map, "point", kPoints, &space.point);
+  Choose(map, "rotation", kRotations, &space.rotation);
+  const bool is_eef = space.kind == ActionKind::kEefPose || space.kind == ActionKind::kEefDelta;
+  const bool is_delta = space.kind == ActionKind::kJointDelta || space.kind == ActionKind::kEefDelta;
+  for (const char* key : {"frame", "point", "rotation"}) {
+    if (const YamlValue* wrong = map.Find(key); wrong && !is_eef)
+      wrong->Fail("only of eef_pose and eef_delta");
+    if (is_eef && !map.Find(key)) map.value().Fail(std::string("expected '") + key + "' with this kind");
+  }
+  if (const YamlValue* wrong = map.Find("delta_on"); wrong && !is_delta) wrong->Fail("only of deltas");
+  if (is_delta && !map.Find("delta_on"))
+    map.value().Fail("expected 'delta_on', target or measured, with this kind");
+  if (space.kind == ActionKind::kEefPose && space.frame == ActionFrame::kWrist) {
+    map["frame"].Fail("a pose is given in world or base");
+  }
+  for (const YamlValue& arm : map["arms"].List()) {
+    space.arms.push_back(ReadArm(arm, space.num_values));
+    const size_t pose = is_eef ? 3 + static_cast<size_t>(NumValues(space.rotation)) : 0;
+    if (is_eef && space.arms.back().indices.size() != pose) {
+      arm.Fail("indices: expected " + std::to_string(pose) + ", of the position and the rotation");
+    }
+    for (size_t i = 0; i + 1 < space.arms.size(); ++i) {
+      if (space.arms[i].arm == space.arms.back().arm) arm.Fail("arm '" + space.arms[i].arm + "' given twice");
+    }
+  }
+  if (space.arms.empty()) map["arms"].Fail("expected at least one arm");
+  ReadPerValue(map, "scale", space.num_values, &space.scale);
+  ReadPerValue(map, "offset", space.num_values, &space.offset);
+  ReadPerValue(map, "lower", space.num_values, &space.lower);
+  ReadPerValue(map, "upper", space.num_values, &space.upper);
+  for (size_t i = 0; i < std::min(space.lower.size(), space.upper.size()); ++i) {
+    if (space.lower[i] > space.upper[i]) map.Find("upper")->Fail("expected no less than 'lower'");
+  }
+  contract->action_keys = {"actions"};
+  if (const YamlValue* keys = map.Find("keys")) {
+    contract->action_keys = keys->Texts();
+    if (contract->action_keys.empty()) keys->Fail("expected at least one key");
+  }
+  contract->execute_steps = map["execute_steps"].Integer(1, kMostSteps);
+  if (const YamlValue* steps = map.Find("chunk_steps")) {
+    contract->chunk_steps = steps->Integer(1, kMostSteps);
+    if (contract->execute_steps > *contract->chunk_steps) {
+      map["execute_steps"].Fail("expected at most 'chunk_steps', " + std::to_string(*contract->chunk_steps));
+    }
+  }
+  if (const YamlValue* limit = map.Find("first_step_rad"))
+    contract->first_step_rad = limit->Number(kPositive);
+}
+
+nlohmann::ordered_json PictureJson(const PictureForm& form) {
+  nlohmann::ordered_json json = {
+      {"camera", form.view.camera},     {"size_px", {form.view.width_px, form.view.height_px}},
+      {"fovy_deg", form.view.fovy_deg}, {"shadows", form.view.shadows},
+      {"rotate_deg", form.rotate_deg},  {"mirror", form.mirror}};
+  if (form.width_px > 0) {
+    json["resize_px"] = {form.width_px, form.height_px};
+    json["resize"] = WordOf(form.pad, kModes);
+  }
+  json["colour"] = WordOf(form.bgr, kColours);
+  json["layout"] = WordOf(form.chw, kLayouts);
+  return json;
+}
+
+nlohmann::ordered_json SignalJson(const Signal& signal) {
+  nlohmann::ordered_json json = {{"signal", signal.name}};
+  if (!signal.indices.empty()) json["indices"] = signal.indices;
+  if (signal.scale != 1) json["scale"] = signal.scale;
+  if (signal.offset != 0) json["offset"] = signal.offset;
+  if (signal.decimals >= 0) json["decimals"] = signal.decimals;
+  if (signal.frame != ActionFrame::kWorld) json["frame"] = WordOf(signal.frame, kFrames);
+  if (signal.point != EefPoint::kFlange) json["point"] = WordOf(signal.point, kPoints);
+  return json;
+}
+
+nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
+  nlohmann::ordered_json json = {{"key", entry.KeyText()}};
+  using Source = ObservationEntry::Source;
+  switch (entry.source) {
+    case Source::kCamera:
+    case Source::kDepth:
+      json["picture"] = PictureJson(entry.picture);
+      if (entry.source == Source::kDepth) json["picture"]["depth"] = true;
+      break;
+    case Source::kState:
+      for (const Signal& signal : entry.signals) json["state"].push_back(SignalJson(signal));
+      json["type"] = entry.dtype;
+      if (entry.shape) json["shape"] = *entry.shape;
+      break;
+    case Source::kPrompt:
+      json["prompt"] = true;
+      break;
+    case Source::kConstant:
+      json["constant"] = Describe(entry.constant);
+      break;
+  }
+  if (!entry.history_ticks.empty()) json["history_ticks"] = entry.history_ticks;
+  return json;
+}
+
+nlohmann::ordered_json ActionJson(const Contract& contract) {
+  const ActionSpace& space = contract.actions;
+  nlohmann::ordered_json json = {{"keys", contract.action_keys}, {"kind", NameOf(space.kind)}};
+  if (space.kind == ActionKind::kJointDelta || space.kind == ActionKind::kEefDelta) {
+    json["delta_on"] = WordOf(space.delta_on, kDeltas);
+  }
+  if (space.kind == ActionKind::kEefPose || space.kind == ActionKind::kEefDelta) {
+    json["frame"] = WordOf(space.frame, kFrames);
+    json["point"] = WordOf(space.point, kPoints);
+    json["rotation"] = WordOf(space.rotation, kRotations);
+  }
+  json["values"] = space.num_values;
+  for (const ArmForm& arm : space.arms) {
+    nlohmann::ordered_json one = {{"arm", arm.arm}, {"indices", arm.indices}};
+    if (const GripperForm& gripper = arm.gripper; gripper.index) {
+      one["gripper"] = {{"index", *gripper.index}, {"open", gripper.open}, {"closed", gripper.closed}};
+      if (gripper.threshold) {
+        one["gripper"]["threshold"] = gripper.open + *gripper.threshold * (gripper.closed - gripper.open);
+        one["gripper"]["sticky_steps"] = gripper.sticky_steps;
+      }
+    }
+    json["arms"].push_back(one);
+  }
+  const auto add = [&](const char* key, const std::vector<double>& numbers) {
+    if (!numbers.empty()) json[key] = numbers;
+  };
+  add("scale", space.scale);
+  add("offset", space.offset);
+  add("lower", space.lower);
+  add("upper", space.upper);
+  json["chunk_steps"] = contract.chunk_steps ? nlohmann::ordered_json(*contract.chunk_steps) : nullptr;
+  json["execute_steps"] = contract.execute_steps;
+  return json;
+}
+
+}  // namespace
+
+std::string ObservationEntry::KeyText() const {
+  std::string text;
+  for (const std::string& part : key) text += (text.empty() ? "" : ".") + part;
+  return text;
+}
+
+bool Contract::is_privileged() const {
+  return std::ranges::any_of(observation, [](const ObservationEntry& entry) {
+    return std::ranges::any_of(entry.signals, &Signal::is_privileged);
+  });
+}
+
+bool Contract::looks() const { return std::ranges::any_of(observation, &ObservationEntry::is_picture); }
+
+std::string Contract::PromptFor(const std::string& task, const std::string& instruction) const {
+  const auto own = prompts.find(task);
+  return own == prompts.end() ? instruction : own->second;
+}
+
+Contract ParseContract(const std::string& text, const std::filesystem::path& file) {
+  const YamlMap map(ParseYaml(text, file.string()), {"wire", "url", "rate_hz", "observation", "action"},
+                    {"description", "groot_dialect", "api_key_env", "deadlines", "settle_steps", "prompts"});
+  Contract contract;
+  contract.name = file.stem();
+  contract.file = file;
+  contract.text = text;
+  if (const YamlValue* description = map.Find("description")) contract.description = description->Text();
+  contract.wire = Choose(map["wire"], kWires);
+  if (const YamlValue* dialect = map.Find("groot_dialect")) {
+    if (contract.wire != Wire::kGroot) dialect->Fail("only of the wire groot");
+    contract.groot_dialect = Choose(*dialect, kDialects);
+  }
+  contract.url = map["url"].Text();
+  if (const YamlValue* variable = map.Find("api_key_env")) contract.api_key_env = variable->Text();
+  if (const YamlValue* value = map.Find("deadlines")) {
+    const YamlMap deadlines(*value, {}, {"connect_s", "first_reply_s", "reply_s", "return_s"});
+    constexpr NumberRange kSeconds{.min = 0.001, .max = kLongest};
+    const auto read = [&](const char* key, double* seconds) {
+      if (const YamlValue* given = deadlines.Find(key)) *seconds = given->Number(kSeconds);
+    };
+    read("connect_s", &contract.deadlines.connect_s);
+    read("first_reply_s", &contract.deadlines.first_reply_s);
+    read("reply_s", &contract.deadlines.reply_s);
+    read("return_s", &contract.deadlines.return_s);
+  }
+  contract.rate_hz = map["rate_hz"].Number({.min = 1, .max = 500});
+  if (const YamlValue* settle = map.Find("settle_steps"))
+    contract.settle_steps = settle->Integer(0, kMostSteps);
+  contract.observation = ReadObservation(map["observation"]);
+  if (const YamlValue* prompts = map.Find("prompts")) {
+    for (const YamlValue& prompt : prompts->Entries()) contract.prompts[prompt.key()] = prompt.Text();
+  }
+  ReadAction(map["action"], &contract);
+  return contract;
+}
+
+Contract ReadContract(const std::filesystem::path& file) {
+  return ParseContract(ReadText(file, "policy contract"), file);
+}
+
+std::filesystem::path PoliciesFolder() { return ModelsFolder() / "policies"; }
+
+std::vector<Contract> AllContracts() {
+  std::vector<Contract> contracts;
+  if (!std::filesystem::is_directory(PoliciesFolder())) return contracts;
+  for (const auto& entry : std::filesystem::directory_iterator(PoliciesFolder())) {
+    if (entry.path().extension() == ".yaml") contracts.push_back(ReadContract(entry.path()));
+  }
+  std::ranges::sort(contracts, {}, &Contract::name);
+  return contracts;
+}
+
+bool IsContract(const std::string& name) {
+  return IsTaskFile(name) || (name.find_first_of("/:") == std::string::npos &&
+                              std::filesystem::is_regular_file(PoliciesFolder() / (name + ".yaml")));
+}
+
+Contract FindContract(const std::string& name) {
+  if (IsContract(name))
+    return ReadContract(IsTaskFile(name) ? std::filesystem::path(name) : PoliciesFolder() / (name + ".yaml"));
+  std::vector<std::string> names;
+  for (const Contract& contract : AllContracts()) names.push_back(contract.name);
+  throw InputError("there is no policy contract '" + name + "'" + Suggestion(name, names));
+}
+
+ClientOptions ClientOptionsOf(const Contract& contract) {
+  ClientOptions options;
+  options.wire = contract.wire;
+  options.url = contract.url;
+  options.connect_s = contract.deadlines.connect_s;
+  options.first_reply_s = contract.deadlines.first_reply_s;
+  options.reply_s = contract.deadlines.reply_s;
+  options.groot_dialect = contract.groot_dialect;
+  if (!contract.api_key_env.empty()) {
+    const char* key = std::getenv(contract.api_key_env.c_str());
+    if (!key || !*key) {
+      throw InputError(contract.file.string() + ": api_key_env: the environment variable " +
+                       contract.api_key_env + " is not set");
+    }
+    options.api_key = key;
+  }
+  return options;
+}
+
+const char* NameOf(Wire wire) { return WordOf(wire, kWires); }
+
+nlohmann::ordered_json ContractJson(const Contract& contract) {
+  nlohmann::ordered_json json = {
+      {"name", contract.name}, {"wire", NameOf(contract.wire)}, {"rate_hz", contract.rate_hz}};
+  json["settle_steps"] = contract.settle_steps;
+  json["privileged"] = contract.is_privileged();
+  for (const ObservationEntry& entry : contract.observation) json["observation"].push_back(EntryJson(entry));
+  if (!contract.prompts.empty()) json["prompts"] = contract.prompts;
+  json["action"] = ActionJson(contract);
+  return json;
+}
+
+}  // namespace evalbus::policy

@@ -1,0 +1,41 @@
+#include "policy_bridge/policy_options.h"
+
+#include "base/errors.h"
+#include "models/task_description.h"
+#include "policy_bridge/remote/remote_policy.h"
+
+namespace evalbus::policy {
+
+std::optional<Contract> FindContractOf(const PolicyOptions& options) {
+  const std::string& policy = options.policy;
+  if (policy.find("://") != std::string::npos) {
+    if (options.contract.empty()) {
+      throw InputError(
+          "--policy " + policy +
+          ": expected --contract, too: what this server is shown and says ('evalbus policy list' has "
+          "those there are)");
+    }
+    Contract contract = FindContract(options.contract);
+    contract.url = policy;
+    return contract;
+  }
+  if (!options.contract.empty()) {
+    throw InputError("--contract: only with the address of a server, as --policy ws://127.0.0.1:8000");
+  }
+  if (policy == kExternalPolicy || !IsContract(policy)) return std::nullopt;
+  return FindContract(policy);
+}
+
+PolicyMaker FindPolicy(const PolicyOptions& options) {
+  const Latency latency = ParseLatency(options.latency);
+  if (const std::optional<Contract> contract = FindContractOf(options)) {
+    MakePolicyClient(ClientOptionsOf(*contract));  // throws for an address that is none
+    return [contract = *contract, latency](const mjModel& model, const model_info_t& info) {
+      return std::make_unique<RemotePolicy>(contract, latency, model, info);
+    };
+  }
+  if (latency.kind != Latency::Kind::kNone) throw InputError("--latency: only of a policy behind a server");
+  return FindPolicy(options.policy);
+}
+
+}  // namespace evalbus::policy

@@ -1,0 +1,62 @@
+#include "policy_bridge/remote/chunk.h"
+
+#include <fmt/format.h>
+
+namespace evalbus::policy {
+namespace {
+
+[[noreturn]] void Fail(const std::string& what) { throw ServerError(ServerError::Kind::kReply, what); }
+
+struct Block {
+  size_t num_steps = 0, num_values = 0;
+  std::vector<double> numbers;
+};
+
+Block ReadBlock(const std::string& key, const Value& reply, bool is_alone) {
+  const Value* value = reply.Find(key);
+  if (!value) Fail(fmt::format("the answer has no '{}': {}", key, Describe(reply)));
+  const Array* array = value->As<Array>();
+  if (!array) Fail(fmt::format("'{}' of the answer is no array: {}", key, Describe(*value)));
+  const auto& shape = array->shape;
+  if (shape.empty() || shape.size() > 2) {
+    Fail(fmt::format("'{}' of the answer: expected steps x values, got {}", key, Describe(*value)));
+  }
+  const auto first = static_cast<size_t>(shape.front()), last = static_cast<size_t>(shape.back());
+  if (shape.size() == 2) return {first, last, Numbers(*array)};
+  return is_alone ? Block{1, first, Numbers(*array)} : Block{first, 1, Numbers(*array)};
+}
+
+}  // namespace
+
+Chunk ReadChunk(const Contract& contract, const Value& reply) {
+  Chunk chunk;
+  const bool is_alone = contract.action_keys.size() == 1;
+  for (const std::string& key : contract.action_keys) {
+    const Block block = ReadBlock(key, reply, is_alone);
+    if (&key == &contract.action_keys.front()) chunk.rows.resize(block.num_steps);
+    if (block.num_steps != chunk.rows.size()) {
+      Fail(fmt::format("'{}' of the answer has {} steps, '{}' has {}", key, block.num_steps,
+                       contract.action_keys.front(), chunk.rows.size()));
+    }
+    for (size_t i = 0; i < block.num_steps; ++i) {
+      const auto row = block.numbers.begin() + static_cast<std::ptrdiff_t>(i * block.num_values);
+      chunk.rows[i].insert(chunk.rows[i].end(), row, row + static_cast<std::ptrdiff_t>(block.num_values));
+    }
+  }
+  const size_t num_steps = chunk.rows.size(), num_values = num_steps == 0 ? 0 : chunk.rows[0].size();
+  if (num_steps == 0 || num_values != static_cast<size_t>(contract.actions.num_values)) {
+    Fail(fmt::format("the answer has {} steps of {} values, the contract expects {} values (action.values)",
+                     num_steps, num_values, contract.actions.num_values));
+  }
+  if (contract.chunk_steps && num_steps != static_cast<size_t>(*contract.chunk_steps)) {
+    Fail(fmt::format("the answer has {} steps, the contract expects {} (action.chunk_steps)", num_steps,
+                     *contract.chunk_steps));
+  }
+  if (num_steps < static_cast<size_t>(contract.execute_steps)) {
+    Fail(fmt::format("the answer has {} steps, and {} are to be executed (action.execute_steps)", num_steps,
+                     contract.execute_steps));
+  }
+  return chunk;
+}
+
+}  // namespace evalbus::policy

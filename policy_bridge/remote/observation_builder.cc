@@ -1,0 +1,158 @@
+#include "policy_bridge/remote/observation_builder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <numeric>
+#include <stdexcept>
+
+#include "base/errors.h"
+#include "base/sha256.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Source = ObservationEntry::Source;
+
+template <class Number>
+std::vector<uint8_t> BytesOf(const std::vector<double>& values) {
+  std::vector<uint8_t> bytes(values.size() * sizeof(Number));
+  for (size_t i = 0; i < values.size(); ++i) {
+    const auto number = static_cast<Number>(values[i]);
+    std::memcpy(bytes.data() + i * sizeof number, &number, sizeof number);
+  }
+  return bytes;
+}
+
+Array StateArray(const ObservationEntry& entry, const std::vector<double>& values) {
+  Array array;
+  array.dtype = entry.dtype;
+  const auto size = static_cast<int64_t>(values.size());
+  array.shape = entry.shape.value_or(std::vector{size});
+  if (const auto wanted =
+          std::accumulate(array.shape.begin(), array.shape.end(), int64_t{1}, std::multiplies());
+      wanted != size) {
+    throw InputError(fmt::format("observation '{}': its signals have {} values, its shape {}",
+                                 entry.KeyText(), size, wanted));
+  }
+  array.data = entry.dtype == "<f8"   ? BytesOf<double>(values)
+               : entry.dtype == "|u1" ? BytesOf<uint8_t>(values)
+                                      : BytesOf<float>(values);
+  return array;
+}
+
+// Puts a value where its key says, into maps that are made as they are needed.
+void Put(std::span<const std::string> key, Value value, Map* map) {
+  if (key.size() == 1) {
+    map->emplace_back(key[0], std::move(value));
+    return;
+  }
+  auto found = std::ranges::find(*map, key[0], &Map::value_type::first);
+  if (found == map->end()) found = map->insert(found, {key[0], Map{}});
+  Map* inner = found->second.As<Map>();
+  Put(key.subspan(1), std::move(value), inner);
+}
+
+}  // namespace
+
+ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& model,
+                                       const model_info_t& info)
+    : contract_(contract), prompt_(contract.PromptFor(info.task, info.instruction)) {
+  for (const ObservationEntry& form : contract.observation) {
+    Entry entry{.form = &form, .signals = SignalReader(form.signals, model, info), .ticks = {}};
+    if (!form.history_ticks.empty()) entry.reach = static_cast<size_t>(1 - form.history_ticks.front());
+    if (form.is_picture()) {
+      const auto same = [&](const view_t& view) {
+        return view.camera == form.picture.view.camera && view.encoding == form.picture.view.encoding &&
+               view.width_px == form.picture.view.width_px && view.height_px == form.picture.view.height_px &&
+               view.fovy_deg == form.picture.view.fovy_deg && view.shadows == form.picture.view.shadows;
+      };
+      const auto known = std::ranges::find_if(views_, same);
+      entry.view = static_cast<size_t>(known - views_.begin());
+      if (known == views_.end()) views_.push_back(form.picture.view);
+      needs_every_tick_ |= entry.reach > 1;
+    }
+    entries_.push_back(std::move(entry));
+  }
+}
+
+void ObservationBuilder::Begin() {
+  for (Entry& entry : entries_) entry.ticks.clear();
+}
+
+void ObservationBuilder::Add(const state_t& state, const std::vector<image_t>& pictures) {
+  header_ = state.header;
+  for (Entry& entry : entries_) {
+    if (entry.form->source == Source::kState) {
+      entry.ticks.push_back(StateArray(*entry.form, entry.signals.Read(state)));
+    } else if (entry.form->is_picture() && !pictures.empty()) {
+      entry.ticks.push_back(FormPicture(entry.form->picture, pictures.at(entry.view)));
+    }
+    if (entry.ticks.size() > entry.reach) entry.ticks.pop_front();
+  }
+}
+
+Array ObservationBuilder::Stacked(const Entry& entry) const {
+  const auto& ticks = entry.ticks;
+  if (ticks.empty()) throw std::logic_error("an observation without a tick");
+  if (entry.form->history_ticks.empty()) return ticks.back();
+  Array stacked{ticks.back().dtype, ticks.back().shape, {}};
+  stacked.shape.insert(stacked.shape.begin(), static_cast<int64_t>(entry.form->history_ticks.size()));
+  for (const int before : entry.form->history_ticks) {
+    const auto newest = static_cast<int>(ticks.size()) - 1;
+    const Array& tick = ticks[static_cast<size_t>(std::max(0, newest + before))];
+    stacked.data.insert(stacked.data.end(), tick.data.begin(), tick.data.end());
+  }
+  return stacked;
+}
+
+Value ObservationBuilder::Build(observation_t* record) const {
+  Map observation;
+  *record = {};
+  record->header = header_;
+  for (const Entry& entry : entries_) {
+    const ObservationEntry& form = *entry.form;
+    if (form.source == Source::kPrompt) {
+      record->prompt = prompt_;
+      Put(form.key, prompt_, &observation);
+      continue;
+    }
+    if (form.source == Source::kConstant) {
+      Put(form.key, form.constant, &observation);
+      continue;
+    }
+    Array array = Stacked(entry);
+    if (form.source == Source::kState) {
+      seen_array_t seen{};
+      seen.key = form.KeyText();
+      seen.value_mixed = Numbers(array);
+      seen.num_values = static_cast<int32_t>(seen.value_mixed.size());
+      record->array.push_back(std::move(seen));
+    } else {
+      seen_picture_t seen{};
+      seen.key = form.KeyText();
+      seen.view = form.picture.view;
+      seen.sha256 = Sha256Text({reinterpret_cast<const char*>(array.data.data()), array.data.size()});
+      seen.sent_bytes = static_cast<int32_t>(array.data.size());
+      record->picture.push_back(std::move(seen));
+    }
+    Put(form.key, std::move(array), &observation);
+  }
+  record->num_arrays = static_cast<int32_t>(record->array.size());
+  record->num_pictures = static_cast<int32_t>(record->picture.size());
+  return observation;
+}
+
+std::vector<ObservationBuilder::Sent> ObservationBuilder::PicturesSent() const {
+  std::vector<Sent> sent;
+  for (const Entry& entry : entries_) {
+    if (entry.form->source != Source::kCamera) continue;
+    sent.push_back(
+        {entry.form->KeyText(), entry.ticks.back(), entry.form->picture.chw, entry.form->picture.bgr});
+  }
+  return sent;
+}
+
+}  // namespace evalbus::policy

@@ -1,0 +1,294 @@
+#include "policy_bridge/remote/policy_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "policy_bridge/actions/action_converter.h"
+#include "policy_bridge/remote/chunk.h"
+#include "policy_bridge/remote/server_claims.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Level = CheckLine::Level;
+using Verdict = CheckReport::Verdict;
+
+constexpr int kRepeats = 5;
+// A target so far beyond a joint's limit is no rounding.
+constexpr double kBeyondLimit = 0.05;  // rad
+// A gripper's value so many spans beyond its ends has another range.
+constexpr double kBeyondGripper = 0.5;
+// A first step of this size, where the contract has no limit, rad.
+constexpr double kLargeStep = 0.5;
+
+Verdict VerdictOf(ServerError::Kind kind) {
+  switch (kind) {
+    case ServerError::Kind::kUnreachable:
+    case ServerError::Kind::kTimeout:
+      return Verdict::kUnreachable;
+    case ServerError::Kind::kReply:
+      return Verdict::kContract;
+    default:
+      return Verdict::kProtocol;
+  }
+}
+
+class Check {
+ public:
+  Check(const Contract& contract, PolicyClient* client, const mjModel& model, const model_info_t& info,
+        const state_t& state)
+      : contract_(contract), client_(client), model_(model), info_(info), state_(state) {}
+
+  CheckReport Run(const Value& observation) {
+    try {
+      Connect();
+      Call(observation);
+      if (report_.verdict == Verdict::kGood) Repeat(observation);
+    } catch (const ServerError& error) {
+      Bad(VerdictOf(error.kind()), error.what());
+      if (!error.details().empty()) Add(Level::kNote, error.details());
+    }
+    return std::move(report_);
+  }
+
+ private:
+  void Add(Level level, std::string text) { report_.lines.push_back({level, std::move(text)}); }
+  void Good(std::string text) { Add(Level::kGood, std::move(text)); }
+  void Bad(Verdict verdict, std::string text) {
+    if (report_.verdict == Verdict::kGood || report_.verdict == Verdict::kSuspicious)
+      report_.verdict = verdict;
+    Add(verdict == Verdict::kSuspicious ? Level::kSuspicious : Level::kBad, std::move(text));
+  }
+  void Doubt(std::string text) {
+    if (report_.verdict == Verdict::kGood) report_.verdict = Verdict::kSuspicious;
+    Add(Level::kSuspicious, std::move(text));
+  }
+
+  void Connect() {
+    const Value said = client_->Connect();
+    Good(fmt::format("reachable: {}, {}", contract_.url, client_->Name()));
+    const Map* map = said.As<Map>();
+    if (map && !map->empty()) {
+      Add(Level::kNote, "it says of itself: " + Describe(said));
+    } else {
+      Add(Level::kNote, "it says nothing of itself, so only its answers can be checked");
+    }
+    for (const std::string& line : FindContradictions(contract_, said)) Bad(Verdict::kContract, line);
+    client_->BeginEpisode(contract_.PromptFor(info_.task, info_.instruction), 0);
+  }
+
+  // Its chunk, and how long it took.
+  Chunk Ask(const Value& observation, double* took_s) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Reply reply = client_->Infer(observation);
+    *took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return ReadChunk(contract_, reply.value);
+  }
+
+  void Call(const Value& observation) {
+    first_ = Ask(observation, &report_.first_call_s);
+    report_.num_steps = static_cast<int>(first_.rows.size());
+    Good(fmt::format("answers: {} steps of {} values; {} are executed, at {:g} Hz", report_.num_steps,
+                     contract_.actions.num_values, contract_.execute_steps, contract_.rate_hz));
+    const auto num_values = static_cast<size_t>(contract_.actions.num_values);
+    report_.least.assign(num_values, std::numeric_limits<double>::infinity());
+    report_.most.assign(num_values, -std::numeric_limits<double>::infinity());
+    for (const std::vector<double>& row : first_.rows) {
+      for (size_t i = 0; i < num_values; ++i) {
+        if (!std::isfinite(row[i])) {
+          Doubt(
+              fmt::format("value {} of the answer is {}: an episode would end with policy_error", i, row[i]));
+          return;
+        }
+        report_.least[i] = std::min(report_.least[i], row[i]);
+        report_.most[i] = std::max(report_.most[i], row[i]);
+      }
+    }
+    LookAtGrippers();
+    LookAtClips();
+    Move();
+  }
+
+  void LookAtGrippers() {
+    for (const ArmForm& arm : contract_.actions.arms) {
+      const GripperForm& form = arm.gripper;
+      if (!form.index) continue;
+      const auto i = static_cast<size_t>(*form.index);
+      const double span = std::abs(form.closed - form.open);
+      const double lower = std::min(form.open, form.closed), upper = std::max(form.open, form.closed);
+      if (report_.least[i] < lower - kBeyondGripper * span ||
+          report_.most[i] > upper + kBeyondGripper * span) {
+        Doubt(fmt::format(
+            "gripper {}: says {:.3g} to {:.3g}, the contract expects {:g} (open) to {:g} (closed)", arm.arm,
+            report_.least[i], report_.most[i], form.open, form.closed));
+      } else {
+        Good(fmt::format("gripper {}: says {:.3g} to {:.3g}; {:g} is open, {:g} closed", arm.arm,
+                         report_.least[i], report_.most[i], form.open, form.closed));
+      }
+    }
+  }
+
+  void LookAtClips() {
+    const ActionSpace& space = contract_.actions;
+    size_t clipped = 0, all = 0;
+    for (const std::vector<double>& row : first_.rows) {
+      for (size_t i = 0; i < row.size(); ++i) {
+        const double value = row[i] * (space.scale.empty() ? 1 : space.scale[i]) +
+                             (space.offset.empty() ? 0 : space.offset[i]);
+        const bool is_out = (!space.lower.empty() && value < space.lower[i]) ||
+                            (!space.upper.empty() && value > space.upper[i]);
+        clipped += is_out;
+        ++all;
+      }
+    }
+    if (clipped * 5 > all) {
+      Doubt(
+          fmt::format("{} of {} values are beyond lower and upper and would be clipped: are they normalised?",
+                      clipped, all));
+    }
+  }
+
+  // What the first steps would do to the robot.
+  void Move() {
+    ActionConverter converter(contract_.actions, model_, info_);
+    converter.Begin();
+    const double step_s = 1 / contract_.rate_hz;
+    action_t action{};
+    double largest = 0;
+    std::string largest_joint, beyond;
+    int unreachable = 0;
+    try {
+      for (int k = 0; k < contract_.execute_steps; ++k) {
+        converter.Convert(first_.rows[static_cast<size_t>(k)], state_, step_s, &action);
+        unreachable += action.unreachable_poses;
+        size_t next = 0;
+        for (size_t i = 0; i < info_.arm.size(); ++i) {
+          const arm_info_t& arm = info_.arm[i];
+          for (size_t j = 0; j < arm.joint_name.size(); ++j, ++next) {
+            const double target = action.joint_position_rad[next];
+            const double step = std::abs(target - state_.arm[i].joint_position_rad[j]);
+            if (k == 0 && step > largest) {
+              largest = step;
+              largest_joint = arm.joint_name[j];
+            }
+            if (beyond.empty() && (target < arm.joint_lower_rad[j] - kBeyondLimit ||
+                                   target > arm.joint_upper_rad[j] + kBeyondLimit)) {
+              beyond =
+                  fmt::format("step {} wants joint {} at {:.2f} rad, its limits are {:.2f} and {:.2f}", k,
+                              arm.joint_name[j], target, arm.joint_lower_rad[j], arm.joint_upper_rad[j]);
+            }
+          }
+        }
+      }
+    } catch (const std::runtime_error& error) {
+      return Doubt(error.what());
+    }
+    const double limit = contract_.first_step_rad.value_or(kLargeStep);
+    const std::string step =
+        largest_joint.empty()
+            ? std::string("first step: no joint moves")
+            : fmt::format("first step: {:.3f} rad at most, of joint {}", largest, largest_joint);
+    if (largest > limit) {
+      Doubt(fmt::format("{}; {:g} expected: absolute taken for a delta, other joints, another unit?", step,
+                        limit));
+    } else {
+      Good(step);
+    }
+    if (!beyond.empty()) Doubt(beyond + ": other joints, another unit?");
+    if (unreachable > 0) {
+      Doubt(fmt::format("{} of the {} steps' wrist poses are out of reach: another frame or unit?",
+                        unreachable, contract_.execute_steps));
+    }
+  }
+
+  void Repeat(const Value& observation) {
+    std::vector<double> took;
+    report_.repeat_difference = 0;
+    for (int call = 0; call < kRepeats; ++call) {
+      double seconds = 0;
+      const Chunk again = Ask(observation, &seconds);
+      took.push_back(seconds);
+      for (size_t k = 0; k < std::min(again.rows.size(), first_.rows.size()); ++k) {
+        for (size_t i = 0; i < again.rows[k].size(); ++i) {
+          report_.repeat_difference =
+              std::max(report_.repeat_difference, std::abs(again.rows[k][i] - first_.rows[k][i]));
+        }
+      }
+    }
+    std::ranges::sort(took);
+    report_.steady_call_s = took[took.size() / 2];
+    Good(fmt::format("time: first call {:.3g} s, then {:.3g} s; a chunk lasts {:.3g} s", report_.first_call_s,
+                     report_.steady_call_s, contract_.execute_steps / contract_.rate_hz));
+    if (report_.repeat_difference == 0) {
+      Good(fmt::format("the same observation {} times: the same answer", kRepeats + 1));
+    } else {
+      Add(Level::kNote,
+          fmt::format(
+              "the same observation {} times: answers differ by up to {:.3g}, so a run cannot be repeated "
+              "exactly with this server (replay: of its log can)",
+              kRepeats + 1, report_.repeat_difference));
+    }
+  }
+
+  const Contract& contract_;
+  PolicyClient* client_;
+  const mjModel& model_;
+  const model_info_t& info_;
+  const state_t& state_;
+  CheckReport report_;
+  Chunk first_;
+};
+
+}  // namespace
+
+const char* NameOf(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kGood:
+      return "good";
+    case Verdict::kUnreachable:
+      return "unreachable";
+    case Verdict::kProtocol:
+      return "protocol";
+    case Verdict::kContract:
+      return "contract";
+    case Verdict::kSuspicious:
+      return "suspicious";
+  }
+  return "";
+}
+
+CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
+                              const model_info_t& info, const state_t& state,
+                              const std::vector<image_t>& pictures, ObservationBuilder* observations) {
+  ActionConverter fits(contract.actions, model, info);
+  observations->Begin();
+  observations->Add(state, pictures);
+  observation_t record{};
+  const Value observation = observations->Build(&record);
+  return Check(contract, client, model, info, state).Run(observation);
+}
+
+nlohmann::ordered_json CheckJson(const Contract& contract, const CheckReport& report) {
+  constexpr const char* kLevels[] = {"good", "note", "suspicious", "bad"};
+  nlohmann::ordered_json json = {{"contract", contract.file.string()},
+                                 {"url", contract.url},
+                                 {"verdict", NameOf(report.verdict)},
+                                 {"first_call_s", report.first_call_s},
+                                 {"steady_call_s", report.steady_call_s},
+                                 {"repeat_difference", report.repeat_difference},
+                                 {"num_steps", report.num_steps},
+                                 {"least", report.least},
+                                 {"most", report.most},
+                                 {"lines", nlohmann::ordered_json::array()}};
+  for (const CheckLine& line : report.lines) {
+    json["lines"].push_back({{"level", kLevels[static_cast<int>(line.level)]}, {"text", line.text}});
+  }
+  return json;
+}
+
+}  // namespace evalbus::policy

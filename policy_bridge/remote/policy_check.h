@@ -1,0 +1,45 @@
+// Tries a policy server with one observation, before anything is scored.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "policy_bridge/contract/contract.h"
+#include "policy_bridge/remote/observation_builder.h"
+
+namespace evalbus::policy {
+
+struct CheckLine {
+  enum class Level { kGood, kNote, kSuspicious, kBad };
+  Level level = Level::kGood;
+  std::string text;
+};
+
+struct CheckReport {
+  // The first of these that applies.
+  enum class Verdict { kGood, kUnreachable, kProtocol, kContract, kSuspicious };
+  Verdict verdict = Verdict::kGood;
+  std::vector<CheckLine> lines;
+  // Of the calls that succeeded, s: the first one, and the median of those after it (-1: there were none).
+  double first_call_s = -1, steady_call_s = -1;
+  // Largest difference of two answers to the same observation; -1: not tried.
+  double repeat_difference = -1;
+  int num_steps = 0;
+  // Of each value over the chunk.
+  std::vector<double> least, most;
+};
+
+// "good", "unreachable", "protocol", "contract", "suspicious"
+const char* NameOf(CheckReport::Verdict verdict);
+
+// Calls the server some times with the observation of this state, the pictures in the order of
+// observations->views(). Blocks as long as the contract's deadlines allow. Throws InputError where the
+// contract does not fit the robot.
+CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
+                              const model_info_t& info, const state_t& state,
+                              const std::vector<image_t>& pictures, ObservationBuilder* observations);
+
+nlohmann::ordered_json CheckJson(const Contract& contract, const CheckReport& report);
+
+}  // namespace evalbus::policy

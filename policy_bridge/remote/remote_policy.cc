@@ -1,0 +1,272 @@
+#include "policy_bridge/remote/remote_policy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "base/errors.h"
+#include "policy_bridge/remote/server_claims.h"
+
+namespace evalbus::policy {
+namespace {
+
+constexpr auto kRetry = std::chrono::seconds(1);
+constexpr double kLongestLatency = 60e3;  // ms
+
+// How far a control rate may be from the contract's.
+constexpr double kRateTolerance = 0.05;
+
+Contract Fitting(const Contract& contract, const model_info_t& info) {
+  const double hz = 1e6 / static_cast<double>(info.timestep_us * info.substeps);
+  if (std::abs(hz - contract.rate_hz) <= kRateTolerance * contract.rate_hz) return contract;
+  throw InputError(
+      fmt::format("{}: rate_hz: the policy acts {:g} times a second, the run {:.5g} (--control-hz)",
+                  contract.file.string(), contract.rate_hz, hz));
+}
+
+bool SameView(const view_t& a, const view_t& b) {
+  return a.camera == b.camera && a.width_px == b.width_px && a.height_px == b.height_px &&
+         a.fovy_deg == b.fovy_deg && a.shadows == b.shadows && a.encoding == b.encoding;
+}
+
+bool SameTick(const header_t& a, const header_t& b) {
+  return a.episode == b.episode && a.attempt == b.attempt && a.tick == b.tick;
+}
+
+}  // namespace
+
+Latency ParseLatency(const std::string& text) {
+  if (text == "none") return {};
+  if (text == "measured") return {Latency::Kind::kMeasured, 0};
+  double ms = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ms);
+  if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongestLatency)) {
+    throw InputError("--latency: expected none, measured or milliseconds, not '" + text + "'");
+  }
+  return {Latency::Kind::kFixed, ms / 1e3};
+}
+
+RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjModel& model,
+                           const model_info_t& info)
+    : contract_(Fitting(contract, info)),
+      latency_(latency),
+      info_(info),
+      step_s_(static_cast<double>(info.timestep_us * info.substeps) / 1e6),
+      is_realtime_(info.clock == "realtime"),
+      observations_(contract_, model, info),
+      converter_(contract_.actions, model, info),
+      conversation_(MakePolicyClient(ClientOptionsOf(contract_))) {}
+
+void RemotePolicy::Begin(const episode_begin_t& begin) {
+  begin_ = begin;
+  phase_ = is_connected_ ? Phase::kGreeting : Phase::kConnecting;
+  // The last episode was cut short while the server thought: its answer is nobody's.
+  is_answer_stale_ = conversation_.is_busy();
+  tick_ = -1;
+  observe_.reset();
+  pictures_.clear();
+  rows_.clear();
+  held_until_tick_ = contract_.settle_steps;
+  observations_.Begin();
+  converter_.Begin();
+  last_ = {};
+  last_.mode = action_t::JOINT_POSITION;
+}
+
+bool RemotePolicy::IsReady() {
+  if (phase_ == Phase::kReady) return true;
+  const auto now = Clock::now();
+  if (is_answer_stale_) {
+    try {
+      if (!conversation_.Take()) return false;
+    } catch (const ServerError&) {
+      is_connected_ = false;
+      phase_ = Phase::kConnecting;
+    }
+    is_answer_stale_ = false;
+  }
+  if (!conversation_.is_busy()) {
+    if (retry_at_ && now < *retry_at_) return false;
+    const bool connect = phase_ == Phase::kConnecting;
+    const std::string prompt = contract_.PromptFor(info_.task, info_.instruction);
+    conversation_.Start([connect, prompt, episode = begin_.header.episode](PolicyClient& client) {
+      Reply reply;
+      if (connect) reply.value = client.Connect();
+      client.BeginEpisode(prompt, episode);
+      return reply;
+    });
+    return false;
+  }
+  try {
+    const auto answer = conversation_.Take();
+    if (!answer) return false;
+    if (phase_ == Phase::kConnecting && !std::exchange(has_compared_, true)) {
+      const auto contradictions = FindContradictions(contract_, answer->reply.value);
+      if (!contradictions.empty()) {
+        throw InputError(fmt::format("{}: not what the server at {} says; {}", contract_.file.string(),
+                                     contract_.url, contradictions.front()));
+      }
+    }
+  } catch (const ServerError& error) {
+    is_connected_ = false;
+    phase_ = Phase::kConnecting;
+    if (!gone_since_) {
+      gone_since_ = now;
+      Note(fmt::format("waits for its server: {}", error.what()));
+    }
+    const bool may_come_back =
+        error.kind() == ServerError::Kind::kUnreachable || error.kind() == ServerError::Kind::kTimeout;
+    if (!may_come_back || now - *gone_since_ > std::chrono::duration<double>(contract_.deadlines.return_s)) {
+      throw EnvironmentError(error.what());
+    }
+    retry_at_ = now + kRetry;
+    return false;
+  }
+  if (gone_since_) Note("its server is back");
+  gone_since_.reset();
+  retry_at_.reset();
+  is_connected_ = true;
+  phase_ = Phase::kReady;
+  return true;
+}
+
+void RemotePolicy::OnTick(const state_t& state) {
+  tick_ = state.header.tick;
+  if (last_.joint_position_rad.empty()) {
+    for (const arm_state_t& arm : state.arm) {
+      last_.joint_position_rad.insert(last_.joint_position_rad.end(), arm.joint_position_rad.begin(),
+                                      arm.joint_position_rad.end());
+    }
+    last_.num_joints = static_cast<int32_t>(last_.joint_position_rad.size());
+    last_.gripper_closing.assign(state.gripper.size(), 0.0);
+    last_.num_grippers = static_cast<int32_t>(last_.gripper_closing.size());
+  }
+  // It is thinking about an earlier tick, or its pictures are being drawn (realtime).
+  if (observe_ || conversation_.is_busy()) return;
+  const bool asks = rows_.empty() && tick_ >= contract_.settle_steps;
+  if (!asks && !observations_.needs_every_tick()) return;
+  observe_.emplace();
+  observe_->header = state.header;
+  observe_->view = observations_.views();
+  observe_->num_views = static_cast<int32_t>(observe_->view.size());
+  observed_ = state;
+  pictures_.assign(observe_->view.size(), std::nullopt);
+}
+
+bool RemotePolicy::has_all_pictures() const {
+  return std::ranges::all_of(pictures_, [](const auto& picture) { return picture.has_value(); });
+}
+
+const observe_t* RemotePolicy::Wants() const {
+  return observe_ && !has_all_pictures() ? &*observe_ : nullptr;
+}
+
+void RemotePolicy::See(const image_t& image) {
+  if (!observe_ || !SameTick(image.header, observe_->header)) return;
+  for (size_t i = 0; i < pictures_.size(); ++i) {
+    if (SameView(image.view, observe_->view[i])) pictures_[i] = image;
+  }
+}
+
+void RemotePolicy::Ask() {
+  observation_t record;
+  Value observation = observations_.Build(&record);
+  if (record_.saw) record_.saw(record);
+  conversation_.Start(
+      [observation = std::move(observation)](PolicyClient& client) { return client.Infer(observation); });
+}
+
+bool RemotePolicy::Think(const state_t& state) {
+  if (state.header.tick != tick_) OnTick(state);
+  if (observe_ && has_all_pictures()) {
+    std::vector<image_t> pictures;
+    for (auto& picture : pictures_) pictures.push_back(std::move(*picture));
+    observations_.Add(observed_, pictures);
+    observe_.reset();
+    if (rows_.empty() && tick_ >= contract_.settle_steps) Ask();
+  }
+  if (conversation_.is_busy()) {
+    try {
+      if (const auto answer = conversation_.Take()) OnAnswer(*answer);
+    } catch (const ServerError& error) {
+      // Of a server that merely said that it failed the connection may stand; a new one is always right.
+      is_connected_ = false;
+      throw;
+    }
+  }
+  return is_realtime_ || (!observe_ && !conversation_.is_busy());
+}
+
+Chunk RemotePolicy::ChunkOf(const Reply& reply) {
+  try {
+    Chunk chunk = ReadChunk(contract_, reply.value);
+    has_understood_ = true;
+    return chunk;
+  } catch (const ServerError& error) {
+    // The first answer of all: the contract is wrong, and every episode would end so.
+    if (has_understood_) throw;
+    throw InputError(fmt::format("{}: not what the server at {} answers: {}", contract_.file.string(),
+                                 contract_.url, error.what()));
+  }
+}
+
+void RemotePolicy::OnAnswer(const Conversation::Answer& answer) {
+  const Chunk chunk = ChunkOf(answer.reply);
+  const double charged_s = latency_.kind == Latency::Kind::kMeasured ? answer.took_s
+                           : latency_.kind == Latency::Kind::kFixed  ? latency_.fixed_s
+                                                                     : 0;
+  const auto held = is_realtime_ ? tick_ - observed_.header.tick
+                                 : static_cast<int64_t>(std::ceil(charged_s / step_s_ - 1e-9));
+  held_until_tick_ = observed_.header.tick + held;
+  policy_action_t said{};
+  said.header = observed_.header;
+  said.kind = NameOf(contract_.actions.kind);
+  said.num_steps = static_cast<int32_t>(chunk.rows.size());
+  said.num_values = contract_.actions.num_values;
+  said.value_mixed = chunk.rows;
+  said.execute_steps = contract_.execute_steps;
+  said.answered_s = answer.took_s;
+  said.server_s = answer.reply.server_s.value_or(-1);
+  said.held_ticks = static_cast<int32_t>(held);
+  if (record_.said) record_.said(said);
+  rows_.assign(chunk.rows.begin(), chunk.rows.begin() + contract_.execute_steps);
+}
+
+void RemotePolicy::Act(const state_t& state, action_t* action) {
+  if (!rows_.empty() && state.header.tick >= held_until_tick_) {
+    const std::vector<double> row = std::move(rows_.front());
+    rows_.pop_front();
+    converter_.Convert(row, state, step_s_, &last_);
+    if (!std::exchange(has_acted_, true)) CheckFirstStep(state, last_);
+    *action = last_;
+    return;
+  }
+  *action = last_;
+  action->unreachable_poses = action->singular_poses = 0;
+}
+
+void RemotePolicy::CheckFirstStep(const state_t& state, const action_t& action) {
+  const bool is_absolute =
+      contract_.actions.kind == ActionKind::kJointPosition || contract_.actions.kind == ActionKind::kEefPose;
+  if (!is_absolute || !contract_.first_step_rad) return;
+  size_t next = 0;
+  for (size_t i = 0; i < state.arm.size(); ++i) {
+    for (size_t j = 0; j < state.arm[i].joint_position_rad.size(); ++j, ++next) {
+      const double step = std::abs(action.joint_position_rad.at(next) - state.arm[i].joint_position_rad[j]);
+      if (step <= *contract_.first_step_rad) continue;
+      throw InputError(fmt::format(
+          "{}: the policy's first action wants joint {} of arm {} {:.2f} rad from where it is, {:g} at most "
+          "(action.first_step_rad): are its numbers absolute, in this order and unit?",
+          contract_.file.string(), info_.arm[i].joint_name[j], info_.arm[i].name, step,
+          *contract_.first_step_rad));
+    }
+  }
+}
+
+void RemotePolicy::Note(const std::string& text) const {
+  if (record_.note) record_.note(text);
+}
+
+}  // namespace evalbus::policy

@@ -1,0 +1,86 @@
+// A policy behind a server: shows it what its contract says, and executes its action chunks, receding
+// horizon.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "policy_bridge/actions/action_converter.h"
+#include "policy_bridge/contract/contract.h"
+#include "policy_bridge/interface/policy.h"
+#include "policy_bridge/remote/chunk.h"
+#include "policy_bridge/remote/conversation.h"
+#include "policy_bridge/remote/observation_builder.h"
+
+namespace evalbus::policy {
+
+// What thinking costs in simulated time, in lockstep: nothing (time stands still), what it took on the wall
+// clock, or always the same. The robot holds its last command meanwhile, as it does on a realtime clock.
+struct Latency {
+  enum class Kind { kNone, kMeasured, kFixed };
+  Kind kind = Kind::kNone;
+  double fixed_s = 0;
+};
+
+// "none", "measured" or milliseconds, as --latency takes it. Throws InputError.
+Latency ParseLatency(const std::string& text);
+
+class RemotePolicy : public Policy {
+ public:
+  // Throws InputError where the contract does not fit the robot or the task's rate, or its URL its wire.
+  RemotePolicy(const Contract& contract, Latency latency, const mjModel& model, const model_info_t& info);
+
+  void Begin(const episode_begin_t& begin) override;
+  void Act(const state_t& state, action_t* action) override;
+  bool IsReady() override;
+  bool Think(const state_t& state) override;
+  const observe_t* Wants() const override;
+  void See(const image_t& image) override;
+  void SetRecord(PolicyRecord record) override { record_ = std::move(record); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  enum class Phase { kConnecting, kGreeting, kReady };
+
+  void OnTick(const state_t& state);
+  bool has_all_pictures() const;
+  void Ask();
+  Chunk ChunkOf(const Reply& reply);
+  void OnAnswer(const Conversation::Answer& answer);
+  // The episode's first action, of a kind that says where the robot shall be, is where the robot is.
+  void CheckFirstStep(const state_t& state, const action_t& action);
+  void Note(const std::string& text) const;
+
+  const Contract contract_;
+  const Latency latency_;
+  const model_info_t info_;
+  const double step_s_;
+  const bool is_realtime_;
+  ObservationBuilder observations_;
+  ActionConverter converter_;
+  Conversation conversation_;
+  PolicyRecord record_;
+
+  // Of the connection.
+  Phase phase_ = Phase::kConnecting;
+  bool is_connected_ = false, has_compared_ = false, has_understood_ = false, is_answer_stale_ = false;
+  std::optional<Clock::time_point> gone_since_, retry_at_;
+  bool has_acted_ = false;
+
+  // Of the episode.
+  episode_begin_t begin_{};
+  int64_t tick_ = -1;
+  // What is being observed, and the pictures of it that are there.
+  std::optional<observe_t> observe_;
+  state_t observed_{};
+  std::vector<std::optional<image_t>> pictures_;
+  std::deque<std::vector<double>> rows_;
+  // The row is executed only from this tick on.
+  int64_t held_until_tick_ = 0;
+  action_t last_{};
+};
+
+}  // namespace evalbus::policy

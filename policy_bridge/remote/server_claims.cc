@@ -1,0 +1,147 @@
+#include "policy_bridge/remote/server_claims.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace evalbus::policy {
+namespace {
+
+using Lines = std::vector<std::string>;
+
+std::string TextOf(const Value* value) {
+  const std::string* text = value ? value->As<std::string>() : nullptr;
+  return text ? *text : "";
+}
+
+std::string Listed(const std::set<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list.empty() ? "none" : list;
+}
+
+// A name that the server has and the contract has not, or the other way.
+void CompareNames(const std::string& what, const std::set<std::string>& server,
+                  const std::set<std::string>& ours, Lines* lines) {
+  if (server == ours) return;
+  lines->push_back(fmt::format("{}: the server has {}, the contract {}", what, Listed(server), Listed(ours)));
+}
+
+// RoboArena's configuration map.
+Lines OfRoboArena(const Contract& contract, const Value& said) {
+  Lines lines;
+  const std::string space = TextOf(said.Find("action_space"));
+  const std::string expected = space == "joint_position"       ? "joint_position"
+                               : space == "joint_velocity"     ? "joint_velocity"
+                               : space == "cartesian_position" ? "eef_pose"
+                               : space == "cartesian_velocity" ? "eef_delta"
+                                                               : "";
+  if (!space.empty() && expected != NameOf(contract.actions.kind)) {
+    lines.push_back(fmt::format("action space: the server says {}, the contract {}", space,
+                                NameOf(contract.actions.kind)));
+  }
+  const Value* resolution = said.Find("image_resolution");
+  const List* size = resolution ? resolution->As<List>() : nullptr;
+  if (!size || size->size() != 2) return lines;
+  const int64_t* first = (*size)[0].As<int64_t>();
+  const int64_t* second = (*size)[1].As<int64_t>();
+  if (!first || !second) return lines;
+  for (const ObservationEntry& entry : contract.observation) {
+    if (entry.source != ObservationEntry::Source::kCamera) continue;
+    const PictureForm& form = entry.picture;
+    const int width = form.width_px > 0 ? form.width_px : form.view.width_px;
+    const int height = form.width_px > 0 ? form.height_px : form.view.height_px;
+    // The server's order is not documented; its own are square.
+    if (std::minmax<int64_t>(width, height) == std::minmax(*first, *second)) continue;
+    lines.push_back(fmt::format("{}: the server wants {} x {} pixels, the contract sends {} x {}",
+                                entry.KeyText(), *first, *second, width, height));
+  }
+  return lines;
+}
+
+// vla-eval's hello.
+Lines OfVlaEval(const Contract& contract, const Value& said) {
+  Lines lines;
+  const Value* spec = said.Find("action_spec");
+  const Map* parts = spec ? spec->As<Map>() : nullptr;
+  if (!parts || parts->empty()) return lines;
+  int64_t values = 0;
+  std::string words;
+  for (const auto& [name, part] : *parts) {
+    const Value* dims = part.Find("dims");
+    const int64_t* count = dims ? dims->As<int64_t>() : nullptr;
+    if (!count) return lines;
+    values += *count;
+    words +=
+        fmt::format("{}{} {} ({})", words.empty() ? "" : ", ", name, *count, TextOf(part.Find("format")));
+  }
+  if (values != contract.actions.num_values) {
+    lines.push_back(fmt::format("action: the server says {} values ({}), the contract {}", values, words,
+                                contract.actions.num_values));
+  }
+  return lines;
+}
+
+std::set<std::string> ModalityKeys(const Value& said, const char* modality) {
+  std::set<std::string> names;
+  const Value* config = said.Find(modality);
+  const Value* keys = config ? config->Find("modality_keys") : nullptr;
+  if (const List* list = keys ? keys->As<List>() : nullptr) {
+    for (const Value& key : *list) names.insert(TextOf(&key));
+  }
+  return names;
+}
+
+// GR00T's modality configuration.
+Lines OfGroot(const Contract& contract, const Value& said) {
+  Lines lines;
+  for (const char* modality : {"video", "state"}) {
+    const std::string prefix = std::string(modality) + ".";
+    std::set<std::string> ours;
+    for (const ObservationEntry& entry : contract.observation) {
+      if (entry.KeyText().starts_with(prefix)) ours.insert(entry.KeyText().substr(prefix.size()));
+    }
+    if (said.Find(modality)) CompareNames(modality, ModalityKeys(said, modality), ours, &lines);
+    const Value* config = said.Find(modality);
+    const Value* indices = config ? config->Find("delta_indices") : nullptr;
+    const List* list = indices ? indices->As<List>() : nullptr;
+    if (!list) continue;
+    for (const ObservationEntry& entry : contract.observation) {
+      if (!entry.KeyText().starts_with(prefix) || entry.history_ticks.size() == list->size()) continue;
+      lines.push_back(fmt::format("{}: the server wants {} ticks, the contract's history_ticks {}",
+                                  entry.KeyText(), list->size(), entry.history_ticks.size()));
+    }
+  }
+  if (said.Find("action")) {
+    const std::set<std::string> server = ModalityKeys(said, "action");
+    for (const std::string& key : contract.action_keys) {
+      if (!server.contains(key)) {
+        lines.push_back(
+            fmt::format("action: the contract takes '{}', the server has {}", key, Listed(server)));
+      }
+    }
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> FindContradictions(const Contract& contract, const Value& said) {
+  switch (contract.wire) {
+    case Wire::kOpenpi:
+      // Recognised by what it says: RoboArena's dialect of the same wire.
+      return said.Find("action_space") ? OfRoboArena(contract, said) : Lines{};
+    case Wire::kRoboArena:
+      return OfRoboArena(contract, said);
+    case Wire::kVlaEval:
+      return OfVlaEval(contract, said);
+    case Wire::kGroot:
+      return OfGroot(contract, said);
+    case Wire::kRest:
+      return {};
+  }
+  return {};
+}
+
+}  // namespace evalbus::policy
