@@ -16,6 +16,7 @@ int NumValues(RotationForm form) {
       return 3;
     case RotationForm::kRotation6d:
     case RotationForm::kRotation6dInterleaved:
+    case RotationForm::kRotation6dRows:
       return 6;
   }
   return 0;

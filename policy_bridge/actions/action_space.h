@@ -19,18 +19,20 @@ enum class ActionKind {
   kEefDelta,       // translation (m) and rotation per step
 };
 
-// What a delta is added to.
+// What a delta, and what a velocity brings about in a step, is added to: the last joint target (of an
+// episode's first step: the measured position), or the measured joint position. A pose's is that of these
+// joints.
 enum class DeltaOn { kTarget, kMeasured };
 
-// In which frame positions, translations and rotations are given. kBase: that of the arm's first link's
-// parent (the arm's mount), kWrist: the wrist's own (deltas only).
+// In which frame positions, translations and rotations are given. kBase: of the body that the arm's first
+// link turns on (the arm's mount). kWrist: of the EefPoint itself as it stands before the step (deltas only).
 enum class ActionFrame { kWorld, kBase, kWrist };
 
-// What a pose is of.
+// What a pose is of: the wrist site of MODEL, or the middle between the pads (origin and axes: Arm::grip).
 enum class EefPoint { kFlange, kGrip };
 
 enum class RotationForm {
-  kNone,  // position alone, the orientation is kept
+  kNone,  // position alone, the orientation stays as the episode began
   kQuaternionWxyz,
   kQuaternionXyzw,
   kAxisAngle,
@@ -39,17 +41,19 @@ enum class RotationForm {
   kEulerXyzIntrinsic,      // R = Rx Ry Rz
   kRotation6d,             // first two columns of the matrix, one after the other (x1 y1 z1 x2 y2 z2)
   kRotation6dInterleaved,  // the same by rows (x1 x2 y1 y2 z1 z2)
+  kRotation6dRows,         // first two rows of the matrix, one after the other, as PyTorch3D makes it
 };
 int NumValues(RotationForm form);
 
 struct GripperForm {
   // Index in the row; nothing: the policy has no gripper and it stays open.
-  std::optional<int> index;
+  std::optional<int> index = {};
   // What the policy says for a gripper that is fully open, and fully closed; in between linear.
   double open = 0, closed = 1;
-  // Of the closing that follows (0 open, 1 closed): larger is closed, else open. Nothing: as it is.
-  std::optional<double> threshold;
-  // A thresholded gripper changes only after so many steps in a row want it.
+  // Of the closing that follows (0 open, 1 closed), from 0 to under 1: larger is closed, else open. Nothing:
+  // as it is.
+  std::optional<double> threshold = {};
+  // A thresholded gripper, which begins open, changes only after so many steps in a row want it.
   int sticky_steps = 1;
 };
 

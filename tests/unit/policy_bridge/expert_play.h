@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -46,7 +47,11 @@ class ExpertStage {
         evaluator_(selection_.task, names_),
         policy_(MakePolicy("expert", *scene_.physics, scene_.info)) {}
 
-  PlayedEpisode Play(int64_t seed, int hz = 50) {
+  const Scene& scene() const { return scene_; }
+
+  // rewrite: what is made of each of the expert's actions before it is applied.
+  PlayedEpisode Play(int64_t seed, int hz = 50,
+                     const std::function<void(const state_t&, action_t*)>& rewrite = {}) {
     sim::World world(scene_.physics.get(), scene_.info, robot_, selection_.task, 500 / hz);
     world.Reset(seed, selection_.task.variation(selection_.variation));
     episode_begin_t begin{};
@@ -76,6 +81,7 @@ class ExpertStage {
       if (played.verdict != metrics::Verdict::kUndecided || played.time >= selection_.task.time_limit)
         return played;
       policy_->Act(state, &action);
+      if (rewrite) rewrite(state, &action);
       const std::string fault = world.Apply(action);
       if (!fault.empty() || !world.Step()) {
         ADD_FAILURE() << fault << world.instability();
