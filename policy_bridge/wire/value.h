@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -70,6 +72,10 @@ std::string Describe(const Value& value);
 
 // Bytes of one number of this dtype; 0 for what no wire of ours carries (objects, complex numbers, texts).
 size_t ItemSize(std::string_view dtype);
+
+// How many numbers an array of this shape has; nothing where an extent is negative or above 2^31, or where
+// there are too many to count.
+std::optional<size_t> ItemCount(const std::vector<int64_t>& shape);
 
 // The numbers of an array of booleans, integers or floats, as they are. Throws ServerError for a dtype that
 // has none, or where data and shape do not fit.

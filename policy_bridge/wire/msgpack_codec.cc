@@ -1,0 +1,248 @@
+#include "policy_bridge/wire/msgpack_codec.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <msgpack.hpp>
+#include <string>
+
+#include "policy_bridge/wire/policy_client.h"
+
+namespace evalbus::policy {
+namespace {
+
+constexpr size_t kMaxLevels = 32, kMaxValues = 1 << 20;
+
+[[noreturn]] void Refuse(const std::string& why) {
+  throw ServerError(ServerError::Kind::kProtocol, "MessagePack: " + why);
+}
+
+class Encoder {
+ public:
+  explicit Encoder(ArrayKeys array_keys) : array_keys_(array_keys) {}
+
+  Bytes Encode(const Value& value) {
+    Pack(value);
+    return std::move(stream_.bytes);
+  }
+
+ private:
+  struct Stream {
+    Bytes bytes;
+    void write(const char* data, size_t size) { bytes.insert(bytes.end(), data, data + size); }
+  };
+
+  void Pack(const Value& value) {
+    std::visit([this](const auto& held) { Pack(held); }, value.variant());
+  }
+  void Pack(std::nullptr_t) { packer_.pack_nil(); }
+  void Pack(bool truth) { truth ? packer_.pack_true() : packer_.pack_false(); }
+  void Pack(int64_t number) { packer_.pack_int64(number); }
+  // The library would write 1.0 as the int 1, which a server takes for one.
+  void Pack(double number) {
+    stream_.bytes.push_back(0xcb);
+    const auto bits = std::bit_cast<uint64_t>(number);
+    for (int shift = 56; shift >= 0; shift -= 8) stream_.bytes.push_back(static_cast<uint8_t>(bits >> shift));
+  }
+  void Pack(const std::string& text) {
+    packer_.pack_str(Length(text.size()));
+    packer_.pack_str_body(text.data(), Length(text.size()));
+  }
+  void Pack(const Bytes& bytes) {
+    packer_.pack_bin(Length(bytes.size()));
+    packer_.pack_bin_body(reinterpret_cast<const char*>(bytes.data()), Length(bytes.size()));
+  }
+  void Pack(const List& list) {
+    packer_.pack_array(Length(list.size()));
+    for (const Value& value : list) Pack(value);
+  }
+  void Pack(const Map& map) {
+    packer_.pack_map(Length(map.size()));
+    for (const auto& [key, value] : map) {
+      Pack(key);
+      Pack(value);
+    }
+  }
+  void Pack(const Array& array) {
+    packer_.pack_map(4);
+    PackArrayKey("__ndarray__");
+    Pack(true);
+    PackArrayKey("data");
+    Pack(array.data);
+    PackArrayKey("dtype");
+    Pack(array.dtype);
+    PackArrayKey("shape");
+    packer_.pack_array(Length(array.shape.size()));
+    for (const int64_t extent : array.shape) Pack(extent);
+  }
+  void PackArrayKey(std::string_view key) {
+    array_keys_ == ArrayKeys::kBytes ? Pack(Bytes(key.begin(), key.end())) : Pack(std::string(key));
+  }
+
+  static uint32_t Length(size_t length) {
+    if (length > std::numeric_limits<uint32_t>::max()) throw std::length_error("too long for MessagePack");
+    return static_cast<uint32_t>(length);
+  }
+
+  const ArrayKeys array_keys_;
+  Stream stream_;
+  msgpack::packer<Stream> packer_{stream_};
+};
+
+Value& Part(Map& map, std::string_view key) {
+  const auto found = std::ranges::find(map, key, &Map::value_type::first);
+  if (found == map.end()) Refuse(fmt::format("an array without \"{}\"", key));
+  return found->second;
+}
+
+bool Has(const Map& map, std::string_view marker) {
+  const auto found = std::ranges::find(map, marker, &Map::value_type::first);
+  return found != map.end() && found->second == Value(true);
+}
+
+Value ToArray(Map map) {
+  Array array;
+  const Value& dtype = Part(map, "dtype");
+  if (!dtype.Is<std::string>()) Refuse("an array's dtype is " + Describe(dtype));
+  array.dtype = *dtype.As<std::string>();
+  const Value& shape = Part(map, "shape");
+  if (!shape.Is<List>()) Refuse("an array's shape is " + Describe(shape));
+  for (const Value& extent : *shape.As<List>()) {
+    if (!extent.Is<int64_t>()) Refuse("an array's shape has " + Describe(extent));
+    array.shape.push_back(*extent.As<int64_t>());
+  }
+  Value& data = Part(map, "data");
+  if (!data.Is<Bytes>()) Refuse("an array's data are " + Describe(data));
+  array.data = std::move(*data.As<Bytes>());
+
+  if (array.dtype.size() >= 2 && array.dtype[1] == 'U') return Describe(array) + " of texts, not read";
+  const size_t item_size = ItemSize(array.dtype);
+  if (item_size == 0) Refuse(Describe(array) + ": this wire has no such dtype");
+  const std::optional<size_t> count = ItemCount(array.shape);
+  if (!count || array.data.size() % item_size != 0 || array.data.size() / item_size != *count) {
+    Refuse(fmt::format("{} of {} bytes", Describe(array), array.data.size()));
+  }
+  if (array.dtype[0] == '>') {
+    for (auto item = array.data.begin(); item != array.data.end(); item += item_size) {
+      std::reverse(item, item + item_size);
+    }
+  }
+  array.dtype[0] = item_size == 1 ? '|' : '<';
+  return array;
+}
+
+// What a map means.
+Value Meaning(Map map) {
+  if (Has(map, "__ndarray__")) return ToArray(std::move(map));
+  if (Has(map, "__npgeneric__")) return Part(map, "data");
+  return map;
+}
+
+// The parser calls it with what it finds, in order. False, or an exception, ends the parsing.
+class Builder : public msgpack::null_visitor {
+ public:
+  bool visit_nil() { return Add(nullptr); }
+  bool visit_boolean(bool truth) { return Add(truth); }
+  bool visit_positive_integer(uint64_t number) {
+    if (number > static_cast<uint64_t>(std::numeric_limits<int64_t>::max()))
+      return Add(static_cast<double>(number));
+    return Add(static_cast<int64_t>(number));
+  }
+  bool visit_negative_integer(int64_t number) { return Add(number); }
+  bool visit_float32(float number) { return Add(static_cast<double>(number)); }
+  bool visit_float64(double number) { return Add(number); }
+  bool visit_str(const char* text, uint32_t size) {
+    if (is_key_) return SetKey(text, size);
+    return Add(std::string(text, size));
+  }
+  bool visit_bin(const char* bytes, uint32_t size) {
+    if (is_key_) return SetKey(bytes, size);
+    return Add(Bytes(bytes, bytes + size));
+  }
+  bool visit_ext(const char*, uint32_t) { Refuse("an extension type, which this wire does not have"); }
+
+  // Nothing is allocated for what a count announces, only for what comes.
+  bool start_array(uint32_t) { return Open(List()); }
+  bool end_array() { return Close(); }
+  bool start_map(uint32_t) { return Open(Map()); }
+  bool start_map_key() { return is_key_ = true; }
+  bool end_map_key() {
+    is_key_ = false;
+    return true;
+  }
+  bool end_map() {
+    open_.back().value = Meaning(std::move(*open_.back().value.As<Map>()));
+    return Close();
+  }
+  void insufficient_bytes(size_t, size_t) { Refuse("it ends in the middle"); }
+  void parse_error(size_t, size_t at) { Refuse(fmt::format("byte {} begins nothing", at)); }
+
+  Value Take() { return std::move(whole_); }
+
+ private:
+  // A list or a map that has begun, and the key of a map's next value.
+  struct Opened {
+    Value value;
+    std::string key;
+  };
+
+  bool SetKey(const char* text, uint32_t size) {
+    open_.back().key.assign(text, size);
+    return true;
+  }
+
+  bool Open(Value value) {
+    CheckKey(value);
+    if (open_.size() == kMaxLevels) Refuse(fmt::format("more than {} levels", kMaxLevels));
+    open_.push_back({std::move(value), {}});
+    return true;
+  }
+
+  bool Close() {
+    Value value = std::move(open_.back().value);
+    open_.pop_back();
+    return Add(std::move(value));
+  }
+
+  bool Add(Value value) {
+    CheckKey(value);
+    if (++num_values_ > kMaxValues) Refuse("more than a million values");
+    if (open_.empty()) {
+      whole_ = std::move(value);
+    } else if (Opened& parent = open_.back(); List* list = parent.value.As<List>()) {
+      list->push_back(std::move(value));
+    } else {
+      parent.value.As<Map>()->emplace_back(std::move(parent.key), std::move(value));
+    }
+    return true;
+  }
+
+  void CheckKey(const Value& value) const {
+    if (is_key_) Refuse("a key is " + Describe(value) + " and no text");
+  }
+
+  std::vector<Opened> open_;
+  bool is_key_ = false;
+  size_t num_values_ = 0;
+  Value whole_;
+};
+
+}  // namespace
+
+Bytes EncodeMsgpack(const Value& value, ArrayKeys array_keys) { return Encoder(array_keys).Encode(value); }
+
+Value DecodeMsgpack(std::span<const uint8_t> bytes) {
+  Builder builder;
+  size_t parsed = 0;
+  try {
+    msgpack::parse(reinterpret_cast<const char*>(bytes.data()), bytes.size(), parsed, builder);
+  } catch (const msgpack::unpack_error& error) {
+    Refuse(error.what());
+  }
+  if (parsed != bytes.size()) Refuse(fmt::format("{} bytes behind its end", bytes.size() - parsed));
+  return builder.Take();
+}
+
+}  // namespace evalbus::policy
