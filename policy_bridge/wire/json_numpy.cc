@@ -1,0 +1,182 @@
+#include "policy_bridge/wire/json_numpy.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "policy_bridge/wire/checked_array.h"
+#include "policy_bridge/wire/policy_client.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A reply has some dozens of values, four levels deep; one may take a hundred times its bytes in memory.
+constexpr size_t kMaxLevels = 32, kMaxValues = 1 << 20;
+
+[[noreturn]] void Refuse(const std::string& why) {
+  throw ServerError(ServerError::Kind::kProtocol, "JSON: " + why);
+}
+
+// What OpenSSL's functions, which count in int, take at once.
+constexpr size_t kMaxBase64 = std::numeric_limits<int>::max() / 4 * 3;
+
+std::string EncodeBase64(const Bytes& bytes) {
+  if (bytes.size() > kMaxBase64) throw InputError("an array is too large to be sent as JSON");
+  // And a NUL behind.
+  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');
+  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), bytes.data(),
+                  static_cast<int>(bytes.size()));
+  text.pop_back();
+  return text;
+}
+
+Bytes DecodeBase64(std::string_view text) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  // OpenSSL's function takes more: spaces, and padding anywhere.
+  const size_t digits = std::min(text.find_first_not_of(kDigits), text.size());
+  const size_t padding = text.size() - digits;
+  if (text.size() % 4 != 0 || padding > 2 ||
+      text.substr(digits) != std::string_view("==").substr(0, padding) || text.size() > kMaxBase64) {
+    Refuse("an array's bytes are no base64");
+  }
+  Bytes bytes(text.size() / 4 * 3);
+  EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(text.data()),
+                  static_cast<int>(text.size()));
+  bytes.resize(bytes.size() - padding);
+  return bytes;
+}
+
+struct ToJson {
+  Json operator()(std::nullptr_t) const { return nullptr; }
+  Json operator()(bool truth) const { return truth; }
+  Json operator()(int64_t number) const { return number; }
+  Json operator()(double number) const {
+    if (!std::isfinite(number)) throw InputError("a number that is not finite cannot be sent as JSON");
+    return number;
+  }
+  Json operator()(const std::string& text) const { return text; }
+  Json operator()(const Bytes&) const { throw InputError("bytes cannot be sent as JSON"); }
+  Json operator()(const Array& array) const {
+    return {{"__numpy__", EncodeBase64(array.data)}, {"dtype", array.dtype}, {"shape", array.shape}};
+  }
+  Json operator()(const List& list) const {
+    Json json = Json::array();
+    for (const Value& value : list) json.push_back(std::visit(*this, value.variant()));
+    return json;
+  }
+  Json operator()(const Map& map) const {
+    Json json = Json::object();
+    for (const auto& [key, value] : map) json[key] = std::visit(*this, value.variant());
+    return json;
+  }
+};
+
+// What a map stands for.
+Value Meaning(Map map) {
+  Value value = std::move(map);
+  const Value* data = value.Find("__numpy__");
+  if (!data) return value;
+  const Value* dtype = value.Find("dtype");
+  const Value* shape = value.Find("shape");
+  if (!data->Is<std::string>() || !dtype || !dtype->Is<std::string>() || !shape || !shape->Is<List>()) {
+    Refuse("\"__numpy__\" without \"dtype\" or \"shape\"");
+  }
+  Array array{*dtype->As<std::string>(), {}, {}};
+  for (const Value& length : *shape->As<List>()) {
+    if (!length.Is<int64_t>()) Refuse("an array's shape is no list of integers");
+    array.shape.push_back(*length.As<int64_t>());
+  }
+  array.data = DecodeBase64(*data->As<std::string>());
+  return CheckedArray(std::move(array));
+}
+
+// What nlohmann's parser says as it goes; a tree of its own would take its memory unchecked.
+class Reader : public nlohmann::json_sax<Json> {
+ public:
+  Value Take() { return std::move(whole_); }
+
+  bool null() override { return Add(nullptr); }
+  bool boolean(bool truth) override { return Add(truth); }
+  bool number_integer(int64_t number) override { return Add(number); }
+  bool number_unsigned(uint64_t number) override {
+    if (number > std::numeric_limits<int64_t>::max())
+      Refuse(fmt::format("{} is too large an integer", number));
+    return Add(static_cast<int64_t>(number));
+  }
+  bool number_float(double number, const std::string&) override { return Add(number); }
+  bool string(std::string& text) override { return Add(std::move(text)); }
+  bool binary(Json::binary_t&) override { return false; }  // JSON has none
+  bool start_object(size_t) override { return Open(Map{}); }
+  bool key(std::string& key) override {
+    open_.back().key = std::move(key);
+    return true;
+  }
+  bool end_object() override {
+    open_.back().value = Meaning(std::move(*open_.back().value.As<Map>()));
+    return Close();
+  }
+  bool start_array(size_t) override { return Open(List{}); }
+  bool end_array() override { return Close(); }
+  bool parse_error(size_t position, const std::string&, const nlohmann::detail::exception&) override {
+    Refuse(fmt::format("malformed at byte {}", position));
+  }
+
+ private:
+  // A list or a map that has begun, and the key of a map's next value.
+  struct Opened {
+    Value value;
+    std::string key;
+  };
+
+  bool Open(Value value) {
+    if (open_.size() == kMaxLevels) Refuse(fmt::format("more than {} levels", kMaxLevels));
+    open_.push_back({std::move(value), {}});
+    return true;
+  }
+  bool Close() {
+    Value value = std::move(open_.back().value);
+    open_.pop_back();
+    return Add(std::move(value));
+  }
+  bool Add(Value value) {
+    if (++num_values_ > kMaxValues) Refuse(fmt::format("more than {} values", kMaxValues));
+    if (open_.empty()) {
+      whole_ = std::move(value);
+    } else if (List* list = open_.back().value.As<List>()) {
+      list->push_back(std::move(value));
+    } else {
+      open_.back().value.As<Map>()->emplace_back(std::move(open_.back().key), std::move(value));
+    }
+    return true;
+  }
+
+  std::vector<Opened> open_;
+  size_t num_values_ = 0;
+  Value whole_;
+};
+
+}  // namespace
+
+std::string EncodeJsonNumpy(const Value& value) {
+  const Json json = std::visit(ToJson{}, value.variant());
+  try {
+    return json.dump();
+  } catch (const Json::type_error&) {
+    throw InputError("text that is no UTF-8 cannot be sent as JSON");
+  }
+}
+
+Value DecodeJsonNumpy(std::string_view text) {
+  Reader reader;
+  Json::sax_parse(text, &reader);
+  return reader.Take();
+}
+
+}  // namespace evalbus::policy

@@ -1,0 +1,201 @@
+#include "policy_bridge/wire/rest_client.h"
+
+#include <fmt/format.h>
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <chrono>
+
+#include "policy_bridge/wire/json_numpy.h"
+#include "policy_bridge/wire/server_words.h"
+#include "policy_bridge/wire/url.h"
+
+namespace evalbus::policy {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Kind = ServerError::Kind;
+
+std::chrono::nanoseconds Duration(double seconds) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+}
+
+// Waits for what `start` begins and ends with its handler.
+template <class Start>
+error_code Finish(asio::io_context& io, const Start& start) {
+  error_code result;
+  start([&](error_code error, auto&&...) { result = error; });
+  io.restart();
+  io.run();
+  return result;
+}
+
+class RestClient : public PolicyClient {
+ public:
+  explicit RestClient(const ClientOptions& options) : options_(options), url_(ParseUrl(options.url, "http")) {
+    if (url_.target.empty() || url_.target == "/") url_.target = "/act";
+  }
+
+  Value Connect() override {
+    connected_ = false;
+    asio::io_context io;
+    Open(io);
+    connected_ = true;
+    return Map{};
+  }
+
+  bool connected() const override { return connected_; }
+
+  void BeginEpisode(const std::string&, int64_t) override {}
+
+  Reply Infer(const Value& observation) override {
+    if (!connected_) Fail(Kind::kUnreachable, "not connected");
+    const std::string request = EncodeJsonNumpy(observation);
+    try {
+      Value answer = Parse(Post(request, answered_ ? options_.reply_s : options_.first_reply_s));
+      answered_ = true;
+      return {Map{{"actions", Actions(answer)}}, {}};
+    } catch (const ServerError& error) {
+      if (error.kind() != Kind::kServer) connected_ = answered_ = false;
+      throw;
+    }
+  }
+
+  std::string Name() const override { return "REST " + url_.target; }
+
+ private:
+  [[noreturn]] void Fail(Kind kind, const std::string& why) const {
+    throw ServerError(kind, fmt::format("{}: {}", options_.url, why));
+  }
+
+  beast::tcp_stream Open(asio::io_context& io) const {
+    tcp::resolver resolver(io);
+    tcp::resolver::results_type addresses;
+    error_code error = asio::error::timed_out;
+    resolver.async_resolve(url_.host, url_.port, [&](error_code resolved, tcp::resolver::results_type found) {
+      error = resolved;
+      addresses = std::move(found);
+    });
+    if (io.run_for(Duration(options_.connect_s)); error) {
+      Fail(Kind::kUnreachable, fmt::format("no address of this host: {}", error.message()));
+    }
+    beast::tcp_stream stream(io);
+    stream.expires_after(Duration(options_.connect_s));
+    error = Finish(io, [&](auto done) { stream.async_connect(addresses, done); });
+    if (error == beast::error::timeout) {
+      Fail(Kind::kTimeout, fmt::format("no connection in {} s", options_.connect_s));
+    }
+    if (error) Fail(Kind::kUnreachable, error.message());
+    return stream;
+  }
+
+  // The body of the answer.
+  std::string Post(const std::string& body, double limit_s) const {
+    asio::io_context io;
+    beast::tcp_stream stream = Open(io);
+    stream.expires_after(Duration(limit_s));
+
+    http::request<http::string_body> request{http::verb::post, url_.target, 11, body};
+    request.set(http::field::host, url_.host + ':' + url_.port);
+    request.set(http::field::user_agent, "evalbus");
+    request.set(http::field::content_type, "application/json");
+    if (!options_.api_key.empty()) request.set(http::field::authorization, "Api-Key " + options_.api_key);
+    request.keep_alive(false);
+    request.prepare_payload();
+    const error_code unsent = Finish(io, [&](auto done) { http::async_write(stream, request, done); });
+
+    // A dynamic body grows with what comes, not with the length that is announced. A server that refuses a
+    // request says why before it has read all of it, so its answer is read whether all was sent or not.
+    http::response_parser<http::dynamic_body> response;
+    response.body_limit(options_.max_reply_bytes);
+    beast::flat_buffer buffer;
+    error_code error = unsent;
+    if (unsent != beast::error::timeout) {
+      error = Finish(io, [&](auto done) { http::async_read(stream, buffer, response, done); });
+    }
+    if (error == beast::error::timeout) Fail(Kind::kTimeout, fmt::format("no answer in {} s", limit_s));
+    if (error == http::error::body_limit) {
+      Fail(Kind::kProtocol, fmt::format("an answer of more than {} bytes", options_.max_reply_bytes));
+    }
+    if (error == http::error::end_of_stream || error == asio::error::connection_reset) {
+      Fail(Kind::kUnreachable, "the connection ended without an answer");
+    }
+    if (error) Fail(Kind::kProtocol, fmt::format("no whole HTTP answer: {}", error.message()));
+
+    std::string answer = beast::buffers_to_string(response.get().body().data());
+    if (response.get().result() != http::status::ok) {
+      const ServerError said = ServerSays(answer);
+      throw ServerError(Kind::kServer,
+                        fmt::format("HTTP status {}: {}", response.get().result_int(), said.what()), answer);
+    }
+    return answer;
+  }
+
+  // These servers answer OK where they fail, with a text; and a text that holds JSON where they were asked in
+  // such a one.
+  static Value Parse(const std::string& body) {
+    Value answer = DecodeJsonNumpy(body);
+    if (const auto* text = answer.As<std::string>()) {
+      const std::string words = *text;
+      try {
+        answer = DecodeJsonNumpy(words);
+      } catch (const ServerError&) {
+        throw ServerSays(words);
+      }
+      if (answer.Is<std::string>()) throw ServerSays(*answer.As<std::string>());
+    }
+    if (const Value* error = answer.Find("error")) {
+      const auto* words = error->As<std::string>();
+      throw ServerSays(words ? *words : Describe(*error));
+    }
+    return answer;
+  }
+
+  static Array Actions(const Value& answer) {
+    const auto refuse = [](const Value& value, const char* where) {
+      throw ServerError(Kind::kReply,
+                        fmt::format("the server answers with {}{}, not with one array of actions or a "
+                                    "list of such of equal length",
+                                    Describe(value), where));
+    };
+    if (const Array* array = answer.As<Array>()) {
+      Array actions = *array;
+      if (actions.shape.size() == 1) actions.shape.insert(actions.shape.begin(), 1);
+      if (actions.shape.size() != 2) refuse(answer, "");
+      return actions;
+    }
+    const List* rows = answer.As<List>();
+    if (!rows || rows->empty()) refuse(answer, "");
+    Array actions;
+    for (const Value& row : *rows) {
+      const Array* array = row.As<Array>();
+      if (!array || array->shape.size() != 1) refuse(row, " in a list");
+      if (&row == &rows->front()) {
+        actions = {array->dtype, {static_cast<int64_t>(rows->size()), array->shape[0]}, {}};
+      } else if (array->dtype != actions.dtype || array->shape[0] != actions.shape[1]) {
+        refuse(row, " in a list of other ones");
+      }
+      actions.data.insert(actions.data.end(), array->data.begin(), array->data.end());
+    }
+    return actions;
+  }
+
+  ClientOptions options_;
+  Url url_;
+  bool connected_ = false, answered_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<PolicyClient> MakeRestClient(const ClientOptions& options) {
+  return std::make_unique<RestClient>(options);
+}
+
+}  // namespace evalbus::policy
