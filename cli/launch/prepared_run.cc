@@ -53,7 +53,7 @@ TaskSelection Resolve(RunOptions* options) {
       fs::absolute(options->sim.robot.empty() ? selection.task.robot_file : FindRobot(options->sim.robot));
   // A contract, too, may be told by a file that the processes find from anywhere.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
-    if (IsTaskFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
+    if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
   return selection;
 }

@@ -510,14 +510,18 @@ std::vector<Contract> AllContracts() {
   return contracts;
 }
 
+bool IsContractFile(const std::string& name) {
+  return (name.ends_with(".yaml") || name.ends_with(".yml")) && name.find(':') == std::string::npos;
+}
+
 bool IsContract(const std::string& name) {
-  return IsTaskFile(name) || (name.find_first_of("/:") == std::string::npos &&
-                              std::filesystem::is_regular_file(PoliciesFolder() / (name + ".yaml")));
+  return IsContractFile(name) || (name.find_first_of("/:") == std::string::npos &&
+                                  std::filesystem::is_regular_file(PoliciesFolder() / (name + ".yaml")));
 }
 
 Contract FindContract(const std::string& name) {
-  if (IsContract(name))
-    return ReadContract(IsTaskFile(name) ? std::filesystem::path(name) : PoliciesFolder() / (name + ".yaml"));
+  if (IsContractFile(name)) return ReadContract(name);
+  if (IsContract(name)) return ReadContract(PoliciesFolder() / (name + ".yaml"));
   std::vector<std::string> names;
   for (const Contract& contract : AllContracts()) names.push_back(contract.name);
   throw InputError("there is no policy contract '" + name + "'" + Suggestion(name, names));

@@ -92,7 +92,8 @@ struct Contract {
 Contract ReadContract(const std::filesystem::path& file);
 Contract ParseContract(const std::string& text, const std::filesystem::path& file);
 
-// Whether this is such a file or the name of a preset.
+// Whether this is the name of such a file; of one, or of a preset.
+bool IsContractFile(const std::string& name);
 bool IsContract(const std::string& name);
 // A file (*.yaml), or one of the presets by name. Throws InputError with the names there are.
 Contract FindContract(const std::string& name);

@@ -1,0 +1,164 @@
+#include "policy_bridge/contract/contract.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/errors.h"
+#include "policy_bridge/actions/action_converter.h"
+#include "policy_bridge/remote/observation_builder.h"
+#include "tests/unit/policy_bridge/policy_scene.h"
+
+namespace evalbus::policy {
+namespace {
+
+const std::string kGood = R"(description: as small as one can be
+wire: openpi
+url: ws://127.0.0.1:8000
+rate_hz: 20
+observation:
+  - {key: image, camera: head, size_px: [64, 48], mirror: true}
+  - {key: state, state: [left.joint_position_rad, {signal: left.gripper_opening, scale: -1, offset: 1}]}
+  - {key: prompt, prompt: true}
+prompts: {lift_pot: up with it}
+action:
+  kind: joint_delta
+  delta_on: measured
+  values: 8
+  chunk_steps: 10
+  execute_steps: 5
+  scale: 0.1
+  arms:
+    - {arm: left, indices: 0-6, gripper: {index: 7, open: -1, closed: 1, threshold: 0}}
+)";
+
+// What is said of the contract where `from` is `to`.
+std::string ErrorWith(const std::string& from, const std::string& to) {
+  std::string text = kGood;
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  try {
+    ParseContract(text, "mine.yaml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Contract, IsWhatItsFileSays) {
+  const Contract contract = ParseContract(kGood, "folder/mine.yaml");
+  EXPECT_EQ(contract.name, "mine");
+  EXPECT_EQ(contract.wire, Wire::kOpenpi);
+  EXPECT_EQ(contract.rate_hz, 20);
+  ASSERT_EQ(contract.observation.size(), 3u);
+  const PictureForm& form = contract.observation[0].picture;
+  EXPECT_EQ(form.view.camera, "head");
+  EXPECT_EQ(form.view.width_px, 64);
+  EXPECT_EQ(form.view.encoding, "rgb8");
+  EXPECT_TRUE(form.mirror);
+  EXPECT_FALSE(form.chw);
+  const std::vector<Signal>& signals = contract.observation[1].signals;
+  ASSERT_EQ(signals.size(), 2u);
+  EXPECT_EQ(signals[1].name, "left.gripper_opening");
+  EXPECT_EQ(signals[1].scale, -1);
+  EXPECT_EQ(contract.PromptFor("lift_pot", "lift the pot"), "up with it");
+  EXPECT_EQ(contract.PromptFor("pack_box", "close the box"), "close the box");
+  EXPECT_EQ(contract.actions.kind, ActionKind::kJointDelta);
+  EXPECT_EQ(contract.actions.delta_on, DeltaOn::kMeasured);
+  EXPECT_EQ(contract.actions.scale, std::vector<double>(8, 0.1));
+  ASSERT_EQ(contract.actions.arms.size(), 1u);
+  EXPECT_EQ(contract.actions.arms[0].indices, (std::vector<int>{0, 1, 2, 3, 4, 5, 6}));
+  // In the middle between -1 and 1, of what follows from 0 to 1.
+  EXPECT_EQ(contract.actions.arms[0].gripper.threshold, 0.5);
+  EXPECT_EQ(contract.chunk_steps, 10);
+  EXPECT_EQ(contract.execute_steps, 5);
+  EXPECT_TRUE(contract.looks());
+  EXPECT_FALSE(contract.is_privileged());
+}
+
+TEST(Contract, MistakesAreSaidWithLineAndKey) {
+  const std::vector<std::array<std::string, 3>> mistakes = {
+      {"wire: openpi", "wire: openpy", "mine.yaml:2: key 'wire': unknown 'openpy'; did you mean 'openpi'?"},
+      {"rate_hz: 20", "rate_hz: fast",
+       "mine.yaml:4: key 'rate_hz': expected a number in [1, 500], got 'fast'"},
+      {"rate_hz: 20\n", "", "mine.yaml:1: key 'rate_hz': required here, but missing"},
+      {"execute_steps: 5", "execute_steps: 11",
+       "mine.yaml:15: key 'execute_steps': expected at most 'chunk_steps', 10"},
+      {"  execute_steps: 5\n", "",
+       "mine.yaml:10: key 'execute_steps': required here, but missing in 'action'"},
+      {"  delta_on: measured\n", "",
+       "mine.yaml:10: key 'action': expected 'delta_on', target or measured, with this kind"},
+      {"kind: joint_delta", "kind: eef_delta", "mine.yaml:10: key 'action': expected 'frame' with this kind"},
+      {"left.joint_position_rad", "left.joint_positions_rad",
+       "mine.yaml:7: key 'state[0]': unknown signal 'joint_positions_rad'; did you mean 'joint_position_rad'?"},
+      {"left.joint_position_rad", "joint_position_rad",
+       "mine.yaml:7: key 'state[0]': expected ARM.SIGNAL or object.NAME.SIGNAL, as left.joint_position_rad, got "
+       "'joint_position_rad'"},
+      {", size_px: [64, 48]", "",
+       "mine.yaml:6: key 'observation[0]': expected 'size_px': [WIDTH, HEIGHT], as the camera's picture is "
+       "drawn"},
+      {"mirror: true", "rotate_deg: 45", "mine.yaml:6: key 'rotate_deg': expected 0, 90, 180 or 270"},
+      {"key: prompt", "key: state", "mine.yaml:8: key 'observation[2]': key 'state' given twice"},
+      {"prompt: true", "prompt: true, mirror: true", "mine.yaml:8: key 'mirror': only of a camera or depth"},
+      {"index: 7", "index: 8", "mine.yaml:18: key 'index': expected a whole number from 0 to 7, got '8'"},
+      {"indices: 0-6", "indices: 2-8", "mine.yaml:18: key 'indices': expected less than 'values', 8"},
+      {"closed: 1", "closed: -1", "mine.yaml:18: key 'closed': expected another number than 'open'"},
+      {"threshold: 0}", "threshold: 2}",
+       "mine.yaml:18: key 'threshold': expected a number between 'open' and 'closed'"},
+  };
+  for (const auto& [from, to, message] : mistakes) EXPECT_EQ(ErrorWith(from, to), message) << to;
+}
+
+TEST(Contract, OfAllPresetsOneCanReadAndTellThemApart) {
+  const std::vector<Contract> all = AllContracts();
+  std::vector<std::string> names, jsons;
+  for (const Contract& contract : all) {
+    names.push_back(contract.name);
+    jsons.push_back(ContractJson(contract).dump());
+    EXPECT_FALSE(contract.description.empty()) << contract.name;
+    EXPECT_TRUE(IsContract(contract.name));
+    EXPECT_NO_THROW(MakePolicyClient(ClientOptionsOf(contract))) << contract.name;
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"groot_bimanual_panda", "openpi_aloha", "openpi_droid",
+                                             "openpi_libero", "openvla", "openvla_oft_aloha", "plain",
+                                             "roboarena", "roboeval", "vla_eval"}));
+  std::ranges::sort(jsons);
+  EXPECT_EQ(std::ranges::adjacent_find(jsons), jsons.end());
+  EXPECT_FALSE(IsContract("expert"));
+  EXPECT_FALSE(IsContract("replay:runs/a.yaml/b"));
+  try {
+    FindContract("roboval");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "there is no policy contract 'roboval'; did you mean 'roboeval'?");
+  }
+}
+
+// Those for a Panda fit ours; ALOHA's arms have six joints, and that is said.
+TEST(Contract, PresetsFitTheRobotsTheyAreFor) {
+  const PolicyScene& scene = GetPolicyScene();
+  for (const Contract& contract : AllContracts()) {
+    const bool is_aloha = contract.name.find("aloha") != std::string::npos;
+    try {
+      ActionConverter(contract.actions, scene.model(), scene.info());
+      ObservationBuilder(contract, scene.model(), scene.info());
+      EXPECT_FALSE(is_aloha) << contract.name;
+    } catch (const InputError& error) {
+      EXPECT_TRUE(is_aloha) << contract.name << ": " << error.what();
+    }
+  }
+}
+
+TEST(Contract, KeyComesFromTheEnvironment) {
+  Contract contract = ParseContract(kGood, "mine.yaml");
+  contract.api_key_env = "EVALBUS_TEST_NO_SUCH_KEY";
+  EXPECT_THROW(ClientOptionsOf(contract), InputError);
+  setenv("EVALBUS_TEST_NO_SUCH_KEY", "secret", 1);
+  EXPECT_EQ(ClientOptionsOf(contract).api_key, "secret");
+  unsetenv("EVALBUS_TEST_NO_SUCH_KEY");
+  EXPECT_EQ(ContractJson(contract).dump().find("secret"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace evalbus::policy

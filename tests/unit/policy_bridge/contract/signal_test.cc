@@ -1,0 +1,114 @@
+#include "policy_bridge/contract/signal.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "base/errors.h"
+#include "tests/unit/policy_bridge/policy_scene.h"
+
+namespace evalbus::policy {
+namespace {
+
+class SignalTest : public testing::Test {
+ protected:
+  SignalTest() {
+    const mjModel& model = GetPolicyScene().model();
+    state_.qpos_mixed.assign(static_cast<size_t>(model.nq), 0);
+    state_.qvel_mixed.assign(static_cast<size_t>(model.nv), 0);
+    for (int side = 0; side < 2; ++side) {
+      arm_state_t arm{};
+      for (int j = 0; j < 7; ++j) {
+        arm.joint_position_rad.push_back(side + 0.1 * j);
+        arm.joint_velocity_radps.push_back(-side - 0.1 * j);
+      }
+      arm.wrist_position_m[0] = 0.5;
+      arm.wrist_position_m[1] = side == 0 ? 0.3 : -0.3;
+      arm.wrist_position_m[2] = 1;
+      // A quarter turn about z.
+      arm.wrist_quat_wxyz[0] = arm.wrist_quat_wxyz[3] = std::numbers::sqrt2 / 2;
+      state_.arm.push_back(arm);
+      state_.gripper.push_back({0.25 + 0.5 * side});
+    }
+    state_.body.resize(static_cast<size_t>(model.nbody));
+  }
+
+  std::vector<double> Read(const Signal& signal) {
+    return SignalReader({signal}, GetPolicyScene().model(), GetPolicyScene().info()).Read(state_);
+  }
+  std::vector<double> Read(const std::string& name) {
+    Signal signal;
+    signal.name = name;
+    return Read(signal);
+  }
+  static void ExpectNear(const std::vector<double>& values, const std::vector<double>& expected) {
+    ASSERT_EQ(values.size(), expected.size());
+    for (size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(values[i], expected[i], 1e-12) << i;
+  }
+
+  state_t state_{};
+};
+
+TEST_F(SignalTest, JointsOfEachArm) {
+  ExpectNear(Read("left.joint_position_rad"), {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6});
+  ExpectNear(Read("right.joint_velocity_radps"), {-1, -1.1, -1.2, -1.3, -1.4, -1.5, -1.6});
+}
+
+TEST_F(SignalTest, ChosenScaledAndRounded) {
+  ExpectNear(Read(Signal{.name = "left.joint_position_rad", .indices = {6, 0}}), {0.6, 0});
+  ExpectNear(Read(Signal{.name = "left.gripper_opening", .indices = {}, .scale = -1, .offset = 1}), {0.75});
+  // RoboEval rounds to one decimal, half to even: 0.25 is exact in binary.
+  ExpectNear(Read(Signal{.name = "left.gripper_opening", .indices = {}, .decimals = 1}), {0.2});
+}
+
+TEST_F(SignalTest, Fingers) {
+  const mjModel& model = GetPolicyScene().model();
+  for (const char* name : {"left/hand/finger_joint1", "left/hand/finger_joint2"}) {
+    const int joint = mj_name2id(&model, mjOBJ_JOINT, name);
+    ASSERT_GE(joint, 0) << name;
+    state_.qpos_mixed[static_cast<size_t>(model.jnt_qposadr[joint])] = name[22] == '1' ? 0.03 : 0.01;
+    state_.qvel_mixed[static_cast<size_t>(model.jnt_dofadr[joint])] = name[22] == '1' ? 0.5 : -0.5;
+  }
+  ExpectNear(Read("left.finger_position_m"), {0.03, 0.01});
+  ExpectNear(Read("left.finger_velocity_mps"), {0.5, -0.5});
+  ExpectNear(Read("right.finger_position_m"), {0, 0});
+}
+
+TEST_F(SignalTest, PosesInEachForm) {
+  const double half = std::numbers::sqrt2 / 2, quarter = std::numbers::pi / 2;
+  ExpectNear(Read("left.position_m"), {0.5, 0.3, 1});
+  ExpectNear(Read("left.quaternion_wxyz"), {half, 0, 0, half});
+  ExpectNear(Read("left.quaternion_xyzw"), {0, 0, half, half});
+  ExpectNear(Read("left.axis_angle_rad"), {0, 0, quarter});
+  ExpectNear(Read("left.euler_xyz_extrinsic_rad"), {0, 0, quarter});
+  // The columns are y and -x.
+  ExpectNear(Read("left.rotation_6d"), {0, 1, 0, -1, 0, 0});
+}
+
+// The arms stand at y = +-0.3, 0.6 m above the robot's origin, which is where the task puts it.
+TEST_F(SignalTest, PosesInTheArmsBase) {
+  const auto left = Read(Signal{.name = "left.position_m", .indices = {}, .frame = ActionFrame::kBase});
+  const auto right = Read(Signal{.name = "right.position_m", .indices = {}, .frame = ActionFrame::kBase});
+  ExpectNear(left, right);
+  ASSERT_EQ(left.size(), 3u);
+  EXPECT_NEAR(left[1], 0, 1e-12);
+}
+
+TEST_F(SignalTest, ObjectsAreNamedAsTheTaskDoes) {
+  const model_info_t& info = GetPolicyScene().info();
+  ASSERT_FALSE(info.object_name.empty());
+  const auto body = std::ranges::find(info.body_entity, info.object_entity[0]) - info.body_entity.begin();
+  state_.body[static_cast<size_t>(body)].position_m[2] = 0.9;
+  state_.body[static_cast<size_t>(body)].quat_wxyz[0] = 1;
+  ExpectNear(Read("object." + info.object_name[0] + ".position_m"), {0, 0, 0.9});
+  EXPECT_TRUE((Signal{.name = "object.pot.position_m", .indices = {}}.is_privileged()));
+}
+
+TEST_F(SignalTest, WhatTheModelHasNot) {
+  EXPECT_THROW(Read("middle.joint_position_rad"), InputError);
+  EXPECT_THROW(Read("object.kettle.position_m"), InputError);
+  EXPECT_THROW(Read(Signal{.name = "left.joint_position_rad", .indices = {7}}), InputError);
+}
+
+}  // namespace
+}  // namespace evalbus::policy
