@@ -87,8 +87,6 @@ void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   }
   std::vector<std::string> wanted;
   for (const auto& subscription : subscriptions_) wanted.push_back(subscription->channels);
-  const auto is_many = [](const std::string& name) { return name.ends_with(kAnyEnd); };
-  if (std::ranges::any_of(wanted, is_many)) wanted.clear();
   if (receiver_) return receiver_->Filter(wanted);
   try {
     receiver_ = std::make_unique<MulticastReceiver>(ParseMulticastUrl(url_, kReceiveBufferBytes), wanted);

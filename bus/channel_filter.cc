@@ -17,7 +17,9 @@ namespace {
 
 // Offsets count from the UDP header, which is what a filter sees first.
 constexpr uint32_t kUdpHeader = 8;
+// Of the channel's name, in a whole message and in the first of several fragments.
 constexpr uint32_t kChannelOffset = kUdpHeader + kMessageHeaderBytes;
+constexpr uint32_t kFragmentChannelOffset = kUdpHeader + kFragmentHeaderBytes;
 constexpr uint32_t kMessageSizeOffset = kUdpHeader + 8;
 constexpr uint32_t kFragmentOffset = kUdpHeader + 12;
 constexpr uint32_t kFragmentNumberOffset = kUdpHeader + 16;
@@ -28,9 +30,14 @@ constexpr uint32_t kMaxFragmentData = kMaxDatagramBytes - kFragmentHeaderBytes;
 constexpr uint32_t kMaxMessage = kMaxMessageBytes;
 constexpr uint32_t kAccept = 0xFFFFFFFF;
 
-// Classic BPF. One block per channel compares the name bytewise-exactly, four bytes at a time where there are
+// What a channel's name must begin with: its NUL belongs to it, unless any may follow.
+std::string BeginningOf(const std::string& channel) {
+  return channel.ends_with(".*") ? channel.substr(0, channel.size() - 2) : channel + '\0';
+}
+
+// Classic BPF. One block per beginning compares it bytewise-exactly, four bytes at a time where there are
 // four.
-std::vector<sock_filter> Program(bool is_local, std::span<const std::string> channels) {
+std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beginnings) {
   std::vector<sock_filter> program;
   if (is_local) {
     program = {
@@ -43,16 +50,16 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> cha
   }
   const sock_filter head[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kUdpHeader),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMessageMagic, 26, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kFragmentMagic, 0, 24),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMessageMagic, 30, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kFragmentMagic, 0, 28),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMessageSizeOffset),
-      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 22, 0),
+      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 26, 0),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kFragmentOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 3, 0),
-      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 19, 0),
+      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 23, 0),
       // The first one begins at 0: liblcm takes the channel's name off its length.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 17, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 21, 0),
       // All carry equal parts but the last of several, which may be short.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 4, 0),
@@ -70,20 +77,25 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> cha
       BPF_STMT(BPF_ALU | BPF_MUL | BPF_X, 0),
       BPF_STMT(BPF_MISC | BPF_TAX, 0),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMessageSizeOffset),
-      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 1, 0),
+      BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 5, 0),
+      // Only the first one has the channel's name: the others pass.
+      BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, 0),
       BPF_STMT(BPF_RET | BPF_K, kAccept),
+      BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kFragmentChannelOffset),
+      BPF_STMT(BPF_JMP | BPF_JA, 2),
       BPF_STMT(BPF_RET | BPF_K, 0),
+      // A whole message.
+      BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kChannelOffset),
   };
   program.insert(program.end(), std::begin(head), std::end(head));
-  if (channels.empty()) {
+  if (beginnings.empty()) {
     program.push_back(BPF_STMT(BPF_RET | BPF_K, kAccept));
     return program;
   }
-  for (const std::string& channel : channels) {
-    const size_t size = channel.size() + 1;  // with the NUL
-    const auto byte = [&](size_t i) {
-      return static_cast<uint32_t>(static_cast<uint8_t>(channel.c_str()[i]));
-    };
+  for (const std::string& beginning : beginnings) {
+    const size_t size = beginning.size();
+    const auto byte = [&](size_t i) { return static_cast<uint32_t>(static_cast<uint8_t>(beginning[i])); };
     const size_t comparisons = size / 4 + size % 4;
     size_t left = comparisons;  // a mismatch jumps over the comparisons that follow and the accepting return
     for (size_t i = 0; i < size; i += size - i >= 4 ? 4 : 1) {
@@ -91,8 +103,7 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> cha
       const uint32_t value =
           word ? byte(i) << 24 | byte(i + 1) << 16 | byte(i + 2) << 8 | byte(i + 3) : byte(i);
       --left;
-      program.push_back(
-          BPF_STMT(BPF_LD | BPF_ABS | (word ? BPF_W : BPF_B), kChannelOffset + static_cast<uint32_t>(i)));
+      program.push_back(BPF_STMT(BPF_LD | BPF_IND | (word ? BPF_W : BPF_B), static_cast<uint32_t>(i)));
       program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, static_cast<uint8_t>(2 * left + 1)));
     }
     program.push_back(BPF_STMT(BPF_RET | BPF_K, kAccept));
@@ -104,12 +115,12 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> cha
 }  // namespace
 
 void FilterChannels(int fd, bool is_local, std::span<const std::string> channels) {
-  std::vector<std::string> by_length(channels.begin(), channels.end());
+  std::vector<std::string> beginnings;
+  for (const std::string& channel : channels) beginnings.push_back(BeginningOf(channel));
   // Shortest first: looking beyond the end of a message drops it, so a long name must not be compared before
   // a short one.
-  std::sort(by_length.begin(), by_length.end(),
-            [](const auto& a, const auto& b) { return a.size() < b.size(); });
-  std::vector<sock_filter> program = Program(is_local, by_length);
+  std::ranges::sort(beginnings, {}, &std::string::size);
+  std::vector<sock_filter> program = Program(is_local, beginnings);
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
   setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter);
 }

@@ -10,8 +10,9 @@ namespace evalbus {
 
 // Attaches to a UDP socket a filter that drops what is no LCM message (bus/lcm_wire.h), what comes from
 // another machine if `is_local`, fragments beyond the end of their message or of one larger than so many can
-// hold, and messages on other channels than these; no channels at all stands for every channel. Fragments of
-// large messages pass whatever their channel. The socket of a kernel that has no such filters stays as it is.
+// hold, and messages on other channels than these; a name that ends in ".*" stands for all that begin so, no
+// channels at all for every channel. Of a message in fragments only the first one names its channel: the
+// others pass. The socket of a kernel that has no such filters stays as it is.
 void FilterChannels(int fd, bool is_local, std::span<const std::string> channels);
 
 }  // namespace evalbus

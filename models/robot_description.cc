@@ -1,5 +1,8 @@
 #include "models/robot_description.h"
 
+#include <algorithm>
+#include <cctype>
+
 #include "base/errors.h"
 #include "models/mjcf_file.h"
 #include "models/task_description.h"
@@ -89,22 +92,48 @@ std::vector<std::array<std::string, 2>> ReadExcludes(const YamlValue& value,
   return excludes;
 }
 
-std::vector<CameraDescription> ReadCameras(const YamlValue& value, const std::set<std::string>& bodies,
-                                           const std::filesystem::path& file) {
+// A name in the scene, which may have a prefix: "roboeval/head".
+std::string SceneName(const YamlValue& value) {
+  const std::string name = value.Text();
+  const auto is_good = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '/'; };
+  if (!std::isalpha(static_cast<unsigned char>(name[0])) || !std::ranges::all_of(name, is_good)) {
+    value.Fail("expected a name of letters, digits, underscores and slashes, got '" + name + "'");
+  }
+  return name;
+}
+
+CameraDescription ReadCamera(const YamlMap& map, const std::string& name,
+                             const std::vector<CameraDescription>& others) {
+  CameraDescription camera;
+  camera.name = name;
+  for (const CameraDescription& other : others) {
+    if (other.name == name) map["name"].Fail("another camera is called '" + name + "'");
+  }
+  camera.pose = ReadPose(map["pose"]);
+  if (const YamlValue* fov = map.Find("vertical_fov_deg")) {
+    camera.vertical_fov = fov->Number({.min = 1, .max = 170});
+  }
+  return camera;
+}
+
+std::vector<CameraDescription> ReadArmCameras(const YamlValue& value, const std::set<std::string>& bodies,
+                                              const std::filesystem::path& file) {
   std::vector<CameraDescription> cameras;
   for (const YamlValue& entry : value.List()) {
     const YamlMap map(entry, {"name", "body", "pose"}, {"vertical_fov_deg"});
-    CameraDescription camera;
-    camera.name = map["name"].Name();
-    for (const CameraDescription& other : cameras) {
-      if (other.name == camera.name) map["name"].Fail("another camera is called '" + camera.name + "'");
-    }
-    camera.body = NameIn(map["body"], bodies, "body", file);
-    camera.pose = ReadPose(map["pose"]);
-    if (const YamlValue* fov = map.Find("vertical_fov_deg")) {
-      camera.vertical_fov = fov->Number({.min = 1, .max = 170});
-    }
-    cameras.push_back(camera);
+    cameras.push_back(ReadCamera(map, map["name"].Name(), cameras));
+    cameras.back().body = NameIn(map["body"], bodies, "body", file);
+  }
+  return cameras;
+}
+
+std::vector<CameraDescription> ReadRobotCameras(const YamlValue& value, const std::set<std::string>& bodies,
+                                                const std::filesystem::path& file) {
+  std::vector<CameraDescription> cameras;
+  for (const YamlValue& entry : value.List()) {
+    const YamlMap map(entry, {"name", "pose"}, {"body", "vertical_fov_deg"});
+    cameras.push_back(ReadCamera(map, SceneName(map["name"]), cameras));
+    if (const YamlValue* body = map.Find("body")) cameras.back().body = NameIn(*body, bodies, "body", file);
   }
   return cameras;
 }
@@ -190,7 +219,8 @@ std::filesystem::path FindRobot(const std::string& name) {
 
 RobotDescription LoadRobot(const std::filesystem::path& file,
                            const std::vector<std::filesystem::path>& model_path) {
-  const YamlMap map(ParseYaml(ReadText(file, "robot description"), file.string()), {"name", "arms"});
+  const YamlMap map(ParseYaml(ReadText(file, "robot description"), file.string()), {"name", "arms"},
+                    {"cameras"});
 
   RobotDescription robot;
   robot.name = map["name"].Name();
@@ -200,6 +230,8 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
     folders.push_back(std::filesystem::absolute(folder).lexically_normal());
   folders.push_back(ModelsFolder() / "robots");
 
+  // Of all arms, by their names in the scene.
+  std::set<std::string> all_bodies;
   for (const YamlValue& entry : map["arms"].List()) {
     const YamlMap arm_map(entry,
                           {"name", "model", "joints", "actuators", "wrist_site", "home_rad", "gripper"},
@@ -234,11 +266,15 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
       arm.excludes = ReadExcludes(*excludes, bodies, model.file);
     }
     if (const YamlValue* cameras = arm_map.Find("cameras")) {
-      arm.cameras = ReadCameras(*cameras, bodies, model.file);
+      arm.cameras = ReadArmCameras(*cameras, bodies, model.file);
     }
+    for (const std::string& body : bodies) all_bodies.insert(arm.prefix() + body);
     robot.arms.push_back(std::move(arm));
   }
   if (robot.arms.empty()) map["arms"].Fail("expected at least one arm");
+  if (const YamlValue* cameras = map.Find("cameras")) {
+    robot.cameras = ReadRobotCameras(*cameras, all_bodies, robot.file);
+  }
   return robot;
 }
 

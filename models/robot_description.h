@@ -13,9 +13,10 @@
 
 namespace evalbus {
 
-// A camera on a body of an arm or its hand. It looks along its -z axis, y is up in the picture.
+// A camera on a body. It looks along its -z axis, y is up in the picture.
 struct CameraDescription {
   std::string name;
+  // Of an arm or its hand; empty: the robot's frame, which does not move.
   std::string body;
   Pose pose;                 // in the body's frame
   double vertical_fov = 45;  // degrees, as MuJoCo has it
@@ -90,6 +91,8 @@ struct RobotDescription {
   std::vector<ArmDescription> arms;
   // One per arm, in the order of the arms.
   std::vector<GripperDescription> grippers;
+  // Names of these and of their bodies are the scene's: "roboeval/left_wrist" on "left/link7".
+  std::vector<CameraDescription> cameras;
 
   std::vector<std::string> arm_names() const;
 };

@@ -116,6 +116,10 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   for (size_t i = 0; i < robot.arms.size(); ++i) {
     AttachArm(robot.arms[i], robot.grippers[i], task.robot_base, &composer);
   }
+  for (const CameraDescription& camera : robot.cameras) {
+    const Pose pose = camera.body.empty() ? Compose(task.robot_base, camera.pose) : camera.pose;
+    composer.SetCamera(camera.name, pose, camera.vertical_fov, camera.body);
+  }
   for (const ScenePart& part : task.parts) {
     for (const ArmDescription& arm : robot.arms) {
       if (part.name == arm.name) {

@@ -48,17 +48,52 @@ const OsMesa& Mesa() {
   return mesa;
 }
 
-// One row of pixels from the drawn row that it covers wholly and the one that it covers half.
-void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* bgrx) {
-  for (size_t i = 0; i < width; i += 2, whole += 9, half += 9, bgrx += 8) {
+// One row of pixels from the drawn row that it covers wholly and the one that it covers half. kRed: where red
+// stands in a pixel of so many bytes, green being in the middle.
+template <size_t kPixelBytes, size_t kRed>
+void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* pixel) {
+  for (size_t i = 0; i < width; i += 2, whole += 9, half += 9, pixel += 2 * kPixelBytes) {
     for (size_t c = 0; c < 3; ++c) {
       const int left = 2 * whole[c] + half[c];
       const int middle = 2 * whole[c + 3] + half[c + 3];
       const int right = 2 * whole[c + 6] + half[c + 6];
-      bgrx[2 - c] = static_cast<uint8_t>((2 * left + middle + 4) / 9);
-      bgrx[6 - c] = static_cast<uint8_t>((2 * right + middle + 4) / 9);
+      const size_t place = kRed == 0 ? c : kRed - c;
+      pixel[place] = static_cast<uint8_t>((2 * left + middle + 4) / 9);
+      pixel[place + kPixelBytes] = static_cast<uint8_t>((2 * right + middle + 4) / 9);
     }
-    bgrx[3] = bgrx[7] = 0;
+    for (size_t unused = 3; unused < kPixelBytes; ++unused) pixel[unused] = pixel[unused + kPixelBytes] = 0;
+  }
+}
+
+// Rows from the top of what was drawn kDrawn : kShown as large. OpenGL's rows go upwards.
+template <size_t kPixelBytes, size_t kRed>
+void ShrinkAll(const std::vector<uint8_t>& drawn, FrameSize size, std::vector<uint8_t>* pixels) {
+  static_assert(kDrawn == 3 && kShown == 2);
+  const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
+  const size_t row_bytes = width / 2 * 3 * 3;
+  for (size_t row = 0; row < height; row += 2) {
+    const uint8_t* bottom = &drawn[(height - 2 - row) / 2 * 3 * row_bytes];
+    const uint8_t* middle = bottom + row_bytes;
+    const uint8_t* top = middle + row_bytes;
+    uint8_t* const pixel = &(*pixels)[row * width * kPixelBytes];
+    Shrink<kPixelBytes, kRed>(top, middle, width, pixel);
+    Shrink<kPixelBytes, kRed>(bottom, middle, width, pixel + width * kPixelBytes);
+  }
+}
+
+// The same for what was drawn twice as large, which any size can be.
+void HalveAll(const std::vector<uint8_t>& drawn, FrameSize size, std::vector<uint8_t>* rgb) {
+  const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
+  const size_t row_bytes = 2 * width * 3;
+  for (size_t row = 0; row < height; ++row) {
+    const uint8_t* below = &drawn[2 * (height - 1 - row) * row_bytes];
+    const uint8_t* above = below + row_bytes;
+    uint8_t* pixel = &(*rgb)[row * width * 3];
+    for (size_t i = 0; i < width; ++i, below += 6, above += 6, pixel += 3) {
+      for (size_t c = 0; c < 3; ++c) {
+        pixel[c] = static_cast<uint8_t>((below[c] + below[c + 3] + above[c] + above[c + 3] + 2) / 4);
+      }
+    }
   }
 }
 
@@ -81,9 +116,7 @@ struct Renderer::Gl {
   // Everything is drawn into MuJoCo's own offscreen buffer; OSMesa's is there because it insists on one.
   static constexpr int kUnused = 16;
 
-  explicit Gl(const mjModel& model)
-      : view{0, 0, model.vis.global.offwidth, model.vis.global.offheight},
-        rgb(size_t(view.width) * size_t(view.height) * 3) {
+  explicit Gl(const mjModel& model) : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
     mjv_defaultScene(&scene);
     mjr_defaultContext(&context);
     mjv_defaultOption(&option);
@@ -113,6 +146,10 @@ struct Renderer::Gl {
       throw EnvironmentError("OSMesa refuses its own context");
     }
   }
+  void ReadRgb() {
+    rgb.resize(size_t(view.width) * size_t(view.height) * 3);
+    mjr_readPixels(rgb.data(), nullptr, view, &context);
+  }
   void Free() {
     if (!mesa) return;
     Mesa().make_current(mesa, unused, GL_UNSIGNED_BYTE, kUnused, kUnused);
@@ -127,7 +164,9 @@ struct Renderer::Gl {
   mjrContext context;
   mjvOption option;
   mjvCamera camera;
-  mjrRect view;
+  FrameSize buffer;
+  // Of the picture that was drawn last.
+  mjrRect view{};
   std::vector<uint8_t> rgb;
 };
 
@@ -175,22 +214,59 @@ void Renderer::SetState(const state_t& state) {
   mj_camlight(model_.get(), data_.get());
 }
 
-void Renderer::Render(int camera, Frame* frame) {
+void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
+  if (!gl_ || width > gl_->buffer.width || height > gl_->buffer.height) {
+    auto& global = model_->vis.global;
+    global.offwidth = gl_ ? std::max(width, gl_->buffer.width) : width;
+    global.offheight = gl_ ? std::max(height, gl_->buffer.height) : height;
+    gl_.reset();
+    gl_ = std::make_unique<Gl>(*model_);
+  }
   gl_->MakeCurrent();
-  gl_->camera.fixedcamid = camera;
+  gl_->camera.fixedcamid = shot.camera;
+  gl_->scene.flags[mjRND_SHADOW] = shot.shadows && !is_depth;
+  // Nothing but shapes: the sky would be as near as it is drawn.
+  gl_->scene.flags[mjRND_SEGMENT] = is_depth;
+  double& fovy = model_->cam_fovy[shot.camera];
+  const double own_fovy = fovy;
+  if (shot.fovy_deg > 0) fovy = shot.fovy_deg;
   mjv_updateScene(model_.get(), data_.get(), &gl_->option, nullptr, &gl_->camera, mjCAT_ALL, &gl_->scene);
+  fovy = own_fovy;
+  gl_->view = {0, 0, width, height};
   mjr_render(gl_->view, &gl_->scene, &gl_->context);
-  mjr_readPixels(gl_->rgb.data(), nullptr, gl_->view, &gl_->context);
-  // OpenGL's rows go upwards.
-  static_assert(kDrawn == 3 && kShown == 2);
-  const size_t width = static_cast<size_t>(size_.width), height = static_cast<size_t>(size_.height);
-  const size_t row_bytes = width / 2 * 3 * 3;
-  for (size_t row = 0; row < height; row += 2) {
-    const uint8_t* bottom = &gl_->rgb[(height - 2 - row) / 2 * 3 * row_bytes];
-    const uint8_t* middle = bottom + row_bytes;
-    const uint8_t* top = middle + row_bytes;
-    Shrink(top, middle, width, &frame->bgrx[row * width * 4]);
-    Shrink(bottom, middle, width, &frame->bgrx[(row + 1) * width * 4]);
+}
+
+void Renderer::Render(int camera, Frame* frame) {
+  Draw({camera, size_}, size_.width / kShown * kDrawn, size_.height / kShown * kDrawn);
+  gl_->ReadRgb();
+  ShrinkAll<4, 2>(gl_->rgb, size_, &frame->bgrx);
+}
+
+void Renderer::RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb) {
+  const auto [width, height] = shot.size;
+  rgb->resize(size_t(width) * size_t(height) * 3);
+  const bool is_even = width % kShown == 0 && height % kShown == 0;
+  if (is_even) {
+    Draw(shot, width / kShown * kDrawn, height / kShown * kDrawn);
+    gl_->ReadRgb();
+    ShrinkAll<3, 0>(gl_->rgb, shot.size, rgb);
+  } else {
+    Draw(shot, 2 * width, 2 * height);
+    gl_->ReadRgb();
+    HalveAll(gl_->rgb, shot.size, rgb);
+  }
+}
+
+void Renderer::RenderDepth(const Shot& shot, std::vector<float>* depth_m) {
+  const size_t width = static_cast<size_t>(shot.size.width), height = static_cast<size_t>(shot.size.height);
+  depth_m->resize(width * height);
+  Draw(shot, shot.size.width, shot.size.height, /*is_depth=*/true);
+  mjr_readPixels(nullptr, depth_m->data(), gl_->view, &gl_->context);
+  const double near = gl_->scene.camera[0].frustum_near, far = gl_->scene.camera[0].frustum_far;
+  for (float& depth : *depth_m) depth = static_cast<float>(near / (1 - depth * (1 - near / far)));
+  for (size_t row = 0; row < height / 2; ++row) {
+    float* const upper = depth_m->data() + row * width;
+    std::swap_ranges(upper, upper + width, depth_m->data() + (height - 1 - row) * width);
   }
 }
 

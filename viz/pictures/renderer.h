@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
@@ -21,6 +22,16 @@ int FindCamera(const mjModel& model, const std::string& name);
 // Throws EnvironmentError if OSMesa is missing. A Renderer does so itself; this is for those who want to know
 // before they have a model.
 void LoadOsMesa();
+
+// A picture as a policy asks for it.
+struct Shot {
+  int camera;
+  // 1 to 2048 pixels each way, odd ones, too.
+  FrameSize size;
+  // Vertical field of view; 0: the camera's own.
+  double fovy_deg = 0;
+  bool shadows = true;
+};
 
 class Renderer {
  public:
@@ -41,9 +52,19 @@ class Renderer {
   // say, all others where its coordinates put them. Throws InputError if it is not this model's.
   void SetState(const state_t& state);
   void Render(int camera, Frame* frame);
+  // Rows from the top; red, green and blue of each pixel, a byte each. The first picture that is larger than
+  // any before takes longer. Equal to what Render shows where size, field of view and shadows are.
+  void RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb);
+  // Rows from the top: distance of what is seen in the middle of each pixel from the camera's plane, m. Where
+  // there is nothing it is that of MuJoCo's far plane, zfar * extent of the model, as in MuJoCo's own
+  // renderer for Python.
+  void RenderDepth(const Shot& shot, std::vector<float>* depth_m);
 
  private:
   struct Gl;
+
+  // Draws into the lower left corner of the buffer, of this size.
+  void Draw(const Shot& shot, int width, int height, bool is_depth = false);
 
   ModelPtr model_;
   // As it was, where an episode has changed it.

@@ -118,9 +118,10 @@ TEST(Filming, ACameraThatIsThereTwiceIsRefused) {
 }
 
 TEST(Filming, UnknownCameraIsRefusedBeforeTheRun) {
-  ExpectRefusedBeforeTheRun("nowhere",
-                            "no camera 'nowhere'; this scene has head, front, overview, left/hand/wrist, "
-                            "right/hand/wrist");
+  ExpectRefusedBeforeTheRun(
+      "nowhere",
+      "no camera 'nowhere'; this scene has head, roboeval/external, front, overview, roboeval/head, "
+      "roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, right/hand/wrist");
 }
 
 }  // namespace

@@ -141,7 +141,8 @@ TEST_F(VizRun, UnknownCameraIsOneLineAndSaidOnStatus) {
   ASSERT_TRUE(HearUntil([&] { return !viz.running() && !evaluation.running(); }));
   EXPECT_EQ(viz.Wait(), 1);
   const std::string line =
-      "no camera 'nowhere'; this scene has head, front, overview, left/hand/wrist, right/hand/wrist";
+      "no camera 'nowhere'; this scene has head, roboeval/external, front, overview, roboeval/head, "
+      "roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, right/hand/wrist";
   EXPECT_EQ(viz.err(), "error: " + line + "\n");
   EXPECT_EQ(heard_.viz.state, component_status_t::FAILED);
   EXPECT_EQ(heard_.viz.error, line);

@@ -37,10 +37,19 @@ class ChannelFilterTest : public testing::Test {
     return recv(receiver_, buffer, sizeof buffer, MSG_DONTWAIT) >= 0;
   }
   // `data` bytes behind the header of fragment `number` of `count` of a message of `size` bytes.
-  bool FragmentPasses(uint32_t size, uint32_t offset, uint16_t number, uint16_t count, size_t data) {
+  bool FragmentPasses(uint32_t size, uint32_t offset, uint16_t number, uint16_t count, size_t data,
+                      const std::string& beginning = "") {
     const uint32_t words[] = {htonl(0x4c433033), 0, htonl(size), htonl(offset),
                               htonl(uint32_t{number} << 16 | count)};
-    return Passes(std::string(reinterpret_cast<const char*>(words), sizeof words) + std::string(data, 'x'));
+    return Passes(std::string(reinterpret_cast<const char*>(words), sizeof words) + beginning +
+                  std::string(data - beginning.size(), 'x'));
+  }
+  // Of a message whole, and of the first part of one in three.
+  bool MessagePasses(const std::string& channel) {
+    return Passes(std::string("LC02\0\0\0\1", 8) + channel + '\0');
+  }
+  bool FirstPasses(const std::string& channel) {
+    return FragmentPasses(2'500, 0, 0, 3, 1'000, channel + '\0');
   }
 
   int receiver_ = socket(AF_INET, SOCK_DGRAM, 0), sender_ = socket(AF_INET, SOCK_DGRAM, 0);
@@ -63,6 +72,30 @@ TEST_F(ChannelFilterTest, FragmentsOfARealMessagePass) {
   EXPECT_TRUE(FragmentPasses(1'000, 0, 0, 1, 1'010));
   EXPECT_TRUE(FragmentPasses(2'500, 0, 0, 3, 1'000));
   EXPECT_TRUE(FragmentPasses(2'500, 1'990, 2, 3, 510));
+}
+
+TEST_F(ChannelFilterTest, OnlyWhatIsWantedPasses) {
+  const std::string wanted[] = {"EVALBUS_STATE", "EVALBUS_IMAGE_.*", "X"};
+  FilterChannels(receiver_, false, wanted);
+  for (const char* channel : {"EVALBUS_STATE", "EVALBUS_IMAGE_head", "EVALBUS_IMAGE_", "X"}) {
+    EXPECT_TRUE(MessagePasses(channel)) << channel;
+    EXPECT_TRUE(FirstPasses(channel)) << channel;
+  }
+  for (const char* channel : {"EVALBUS_STATES", "EVALBUS_STAT", "EVALBUS_IMAGE", "EVALBUS_IMAGF_head", "",
+                              "Y", "XX", "EVALBUS_IMAGE.*"}) {
+    EXPECT_FALSE(MessagePasses(channel)) << channel;
+    EXPECT_FALSE(FirstPasses(channel)) << channel;
+  }
+  // They have no name.
+  EXPECT_TRUE(FragmentPasses(2'500, 990, 1, 3, 1'000));
+  EXPECT_TRUE(FragmentPasses(2'500, 1'990, 2, 3, 510));
+  EXPECT_FALSE(FragmentPasses(2'500, 0xFFFFFFF0, 1, 3, 1'000));
+  // All of them.
+  const std::string all[] = {"EVALBUS_STATE", ".*"};
+  FilterChannels(receiver_, false, all);
+  EXPECT_TRUE(MessagePasses("Y"));
+  EXPECT_TRUE(FirstPasses("Y"));
+  EXPECT_FALSE(Passes("LC04 something else"));
 }
 
 TEST_F(ChannelFilterTest, AFragmentOfMoreThanAllOfThemHoldIsDropped) {

@@ -132,6 +132,91 @@ TEST(Cameras, EveryOneOfEveryTaskShowsTheAction) {
   }
 }
 
+using Vector = std::array<double, 3>;
+
+double Dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vector Column(const double* matrix, int i) { return {matrix[i], matrix[3 + i], matrix[6 + i]}; }
+
+void ExpectNear(const Vector& a, const Vector& b, double tolerance = 1e-6) {
+  for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance) << i;
+}
+
+// Numbers of RoboEval's own configuration, as docs/adding_a_task.md repeats them.
+TEST(RoboEvalCameras, AreInEveryTaskWhereRoboEvalHasThem) {
+  for (const TaskDescription& family : AllTasks()) {
+    for (const Variation& variation : family.variations) {
+      if (&variation != &family.variations[0] && !variation.robot_base) continue;
+      SCOPED_TRACE(family.name + "/" + variation.name);
+      const Shown shown = Show(family.name + "/" + variation.name);
+      const mjModel& model = *shown.scene.visual;
+      const DataPtr data(mj_makeData(&model));
+      std::copy(shown.state.qpos_mixed.begin(), shown.state.qpos_mixed.end(), data->qpos);
+      mj_kinematics(&model, data.get());
+      mj_comPos(&model, data.get());
+      mj_camlight(&model, data.get());
+      const auto camera_of = [&](const std::string& name) {
+        const int camera = FindCamera(model, "roboeval/" + name);
+        EXPECT_EQ(model.cam_fovy[camera], 45) << name;
+        return camera;
+      };
+      const auto place = [&](int camera) {
+        return Vector{data->cam_xpos[3 * camera], data->cam_xpos[3 * camera + 1],
+                      data->cam_xpos[3 * camera + 2]};
+      };
+      const auto right = [&](int camera) { return Column(data->cam_xmat + 9 * camera, 0); };
+      const auto up = [&](int camera) { return Column(data->cam_xmat + 9 * camera, 1); };
+
+      // The robots of all tasks face x.
+      const Pose& base = shown.task.robot_base;
+      EXPECT_EQ(base.quaternion[0], 1);
+      const int head = camera_of("head"), front = camera_of("front"), external = camera_of("external");
+      ExpectNear(place(head), {base.position[0] - 0.4, base.position[1], base.position[2] + 1.35});
+      // The robot's right is to the right; 30 degrees down.
+      ExpectNear(right(head), {0, -1, 0}, 1e-3);
+      ExpectNear(up(head), {0.5, 0, std::sqrt(0.75)}, 1e-3);
+      ExpectNear(place(front), {base.position[0] + 1.4, base.position[1], base.position[2] + 1.6});
+      ExpectNear(right(front), {0, 1, 0}, 1e-3);
+      ExpectNear(up(front), {-0.5, 0, std::sqrt(0.75)}, 1e-3);
+      // From the robot's right, wherever the robot is; 45 degrees down.
+      ExpectNear(place(external), {0, -2, 3});
+      ExpectNear(right(external), {1, 0, 0}, 1e-3);
+      ExpectNear(up(external), {0, std::sqrt(0.5), std::sqrt(0.5)}, 1e-3);
+
+      for (const std::string arm : {"left", "right"}) {
+        SCOPED_TRACE(arm);
+        const int wrist = camera_of(arm + "_wrist");
+        const int site = mj_name2id(&model, mjOBJ_SITE, (arm + "/flange").c_str());
+        const int joint = mj_name2id(&model, mjOBJ_JOINT, (arm + "/hand/finger_joint1").c_str());
+        ASSERT_GE(site, 0);
+        ASSERT_GE(joint, 0);
+        const Vector approach = Column(data->site_xmat + 9 * site, 2);
+        const Vector finger{data->xaxis[3 * joint], data->xaxis[3 * joint + 1], data->xaxis[3 * joint + 2]};
+        Vector offset = place(wrist);
+        for (size_t i = 0; i < 3; ++i) offset[i] -= data->site_xpos[3 * static_cast<size_t>(site) + i];
+        // 7 cm beyond the flange and 5 cm beside it, along the hand's narrow side, which is the picture's x.
+        EXPECT_NEAR(Dot(offset, approach), 0.07, 1e-6);
+        EXPECT_NEAR(Dot(offset, right(wrist)), 0.05, 1e-6);
+        EXPECT_NEAR(Dot(offset, finger), 0, 1e-6);
+        // It looks where the hand points, with the fingers' way upright.
+        const Vector back = Column(data->cam_xmat + 9 * wrist, 2);
+        EXPECT_NEAR(Dot(back, approach), -1, 1e-6);
+        EXPECT_NEAR(std::abs(Dot(up(wrist), finger)), 1, 1e-6);
+        // Menagerie's frame "attachment" is ours of joint 7 turned by 135 degrees.
+        const Vector x7 = Column(data->site_xmat + 9 * site, 0);
+        EXPECT_NEAR(Dot(right(wrist), x7), -std::sqrt(0.5), 1e-6);
+      }
+    }
+  }
+}
+
+TEST(RoboEvalCameras, AreOnTheSingleArm) {
+  const TaskSelection selection = FindTask("cube_handover");
+  const Scene scene = BuildScene(selection.task, LoadRobot(FindRobot("single_panda")));
+  for (const std::string name : {"head", "front", "external", "left_wrist"}) {
+    EXPECT_EQ(scene.visual->cam_fovy[FindCamera(*scene.visual, "roboeval/" + name)], 45) << name;
+  }
+}
+
 TEST(Cameras, TheDefaultIsTheSameEverywhere) {
   // A script cannot include a header.
   std::ifstream file(EVALBUS_SOURCE_DIR "/run");

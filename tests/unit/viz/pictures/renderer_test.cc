@@ -237,7 +237,8 @@ TEST_F(RendererTest, UnknownCameraIsOneClearLine) {
   } catch (const InputError& error) {
     EXPECT_STREQ(
         error.what(),
-        "no camera 'nowhere'; this scene has head, front, overview, left/hand/wrist, right/hand/wrist");
+        "no camera 'nowhere'; this scene has head, roboeval/external, front, overview, roboeval/head, "
+        "roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, right/hand/wrist");
   }
 }
 

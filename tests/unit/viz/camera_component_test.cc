@@ -1,0 +1,355 @@
+// A policy's pictures, from scripted messages.
+#include "viz/camera_component.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/errors.h"
+#include "bus/channels.h"
+#include "evalbus/log_t.hpp"
+#include "tests/unit/temporary_folder.h"
+#include "tests/unit/viz/viz_scene.h"
+#include "viz/viz_component.h"
+
+namespace evalbus::viz {
+namespace {
+
+view_t View(const std::string& camera, int width, int height, const std::string& encoding = "rgb8") {
+  view_t view{};
+  view.camera = camera;
+  view.width_px = width;
+  view.height_px = height;
+  view.shadows = 1;
+  view.encoding = encoding;
+  return view;
+}
+
+class CameraComponentTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { scene_ = new Scene(LiftPotScene()); }
+  static void TearDownTestSuite() { delete scene_; }
+
+  // A component on a bus of its own, and what it says.
+  struct Process {
+    explicit Process(const std::vector<std::string>& cameras = {"front", "left/hand/wrist", "roboeval/head"})
+        : component(&bus) {
+      for (const std::string& camera : cameras) {
+        const std::string channel = ImageChannel(camera);
+        bus.Subscribe(Channel<image_t>{channel.c_str(), "cameras"}, [this, camera](const image_t& image) {
+          EXPECT_EQ(image.view.camera, camera);
+          EXPECT_EQ(static_cast<size_t>(image.num_bytes), image.data.size());
+          images.push_back(image);
+        });
+      }
+      bus.Subscribe(channels::kLog, [this](const log_t& line) { log += line.text + "\n"; });
+    }
+
+    template <class Message>
+    void Say(const Channel<Message>& channel, const Message& message) {
+      bus.Publish(channel, message);
+      while (bus.Handle()) {
+      }
+    }
+    void SayModel(const model_info_t& info) { Say(channels::kModel, info); }
+    void SayBegin(int episode, int attempt = 0, int64_t seed = 7) {
+      episode_begin_t begin{};
+      begin.header = Header(0, episode, attempt);
+      begin.seed = seed;
+      Say(channels::kEpisodeBegin, begin);
+    }
+    void SayState(int64_t tick, int episode = 0, int attempt = 0) {
+      Say(channels::kState, StateAt(tick, episode, attempt));
+    }
+    // What comes of it.
+    std::vector<image_t> Observe(int64_t tick, const std::vector<view_t>& views, int episode = 0,
+                                 int attempt = 0) {
+      observe_t observe{};
+      observe.header = Header(tick, episode, attempt);
+      observe.num_views = static_cast<int32_t>(views.size());
+      observe.view = views;
+      images.clear();
+      Say(channels::kObserve, observe);
+      return images;
+    }
+
+    Bus bus{"memq://"};
+    CameraComponent component;
+    std::vector<image_t> images;
+    std::string log;
+  };
+
+  static header_t Header(int64_t tick, int episode = 0, int attempt = 0) {
+    header_t header{};
+    header.episode = episode;
+    header.attempt = attempt;
+    header.tick = tick;
+    header.sim_time_us = tick * 20000;
+    return header;
+  }
+  // The left arm turns as time goes on.
+  static state_t StateAt(int64_t tick, int episode = 0, int attempt = 0) {
+    std::vector<double> qpos = HomeQpos(*scene_->visual);
+    qpos[static_cast<size_t>(QposIndex(*scene_->visual, "left/joint1"))] = 0.05 * static_cast<double>(tick);
+    state_t state = StateOf(qpos);
+    state.header = Header(tick, episode, attempt);
+    return state;
+  }
+  // The same picture, made without the component.
+  std::vector<uint8_t> Drawn(int64_t tick, const view_t& view) {
+    Renderer renderer(Copy(*scene_->visual), {64, 64});
+    renderer.SetState(StateAt(tick));
+    std::vector<uint8_t> rgb;
+    renderer.RenderRgb({FindCamera(renderer.model(), view.camera),
+                        {view.width_px, view.height_px},
+                        view.fovy_deg,
+                        view.shadows != 0},
+                       &rgb);
+    return rgb;
+  }
+  model_info_t Info() { return VisualInfo(folder_.path(), *scene_->visual); }
+  void Begin(Process* process) {
+    process->SayModel(Info());
+    process->SayBegin(0);
+    ASSERT_EQ(process->component.status().state, component_status_t::READY);
+  }
+
+  static inline Scene* scene_ = nullptr;
+  TemporaryFolder folder_;
+  const std::vector<view_t> views_ = {View("front", 64, 48), View("left/hand/wrist", 33, 33)};
+};
+
+TEST_F(CameraComponentTest, DrawsNothingThatNobodyAskedFor) {
+  Process process;
+  Begin(&process);
+  for (int64_t tick = 0; tick < 20; ++tick) process.SayState(tick);
+  EXPECT_EQ(process.component.num_drawn(), 0);
+  EXPECT_TRUE(process.images.empty());
+  EXPECT_EQ(process.component.status().last_tick, 19);
+  process.Observe(19, {views_[0]});
+  EXPECT_EQ(process.component.num_drawn(), 1);
+}
+
+TEST_F(CameraComponentTest, ShowsExactlyTheTickThatIsAskedFor) {
+  Process process;
+  Begin(&process);
+  for (int64_t tick = 0; tick < 4; ++tick) {
+    process.SayState(tick);
+    if (tick == 2) continue;
+    const std::vector<image_t> images = process.Observe(tick, views_);
+    ASSERT_EQ(images.size(), 2u);
+    for (size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(images[i].header.tick, tick);
+      EXPECT_EQ(images[i].header.sim_time_us, tick * 20000);
+      EXPECT_EQ(images[i].view.camera, views_[i].camera);
+      EXPECT_EQ(images[i].view.width_px, views_[i].width_px);
+      EXPECT_EQ(images[i].view.height_px, views_[i].height_px);
+      EXPECT_EQ(images[i].view.encoding, "rgb8");
+      EXPECT_TRUE(images[i].data == Drawn(tick, views_[i]));
+    }
+  }
+  EXPECT_FALSE(Drawn(2, views_[0]) == Drawn(3, views_[0]));
+  EXPECT_EQ(process.component.status().foreign_messages, 0);
+  EXPECT_EQ(process.component.status().skipped_ticks, 0);
+  EXPECT_EQ(process.component.status().missing_ticks, 0);
+}
+
+TEST_F(CameraComponentTest, WaitsForTheState) {
+  Process process;
+  Begin(&process);
+  process.SayState(0);
+  EXPECT_TRUE(process.Observe(2, {views_[0]}).empty());
+  process.SayState(1);
+  EXPECT_TRUE(process.images.empty());
+  process.SayState(2);
+  ASSERT_EQ(process.images.size(), 1u);
+  EXPECT_EQ(process.images[0].header.tick, 2);
+  EXPECT_TRUE(process.images[0].data == Drawn(2, views_[0]));
+  // Once.
+  process.SayState(3);
+  EXPECT_EQ(process.images.size(), 1u);
+}
+
+TEST_F(CameraComponentTest, SaysAgainWhatItHasDrawn) {
+  Process process;
+  Begin(&process);
+  process.SayState(0);
+  const std::vector<image_t> first = process.Observe(0, views_);
+  ASSERT_EQ(first.size(), 2u);
+  const std::vector<image_t> again = process.Observe(0, views_);
+  ASSERT_EQ(again.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(again[i].data == first[i].data);
+  // One of them, and also when the next STATE has come.
+  process.SayState(1);
+  const std::vector<image_t> late = process.Observe(0, {views_[1]});
+  ASSERT_EQ(late.size(), 1u);
+  EXPECT_EQ(late[0].header.tick, 0);
+  EXPECT_TRUE(late[0].data == first[1].data);
+  EXPECT_EQ(process.component.num_drawn(), 2);
+  EXPECT_EQ(process.component.status().skipped_ticks, 0);
+  // What was not drawn then cannot be any more.
+  EXPECT_TRUE(process.Observe(0, {View("front", 64, 50)}).empty());
+  EXPECT_EQ(process.component.status().skipped_ticks, 1);
+  EXPECT_EQ(process.component.num_drawn(), 2);
+}
+
+TEST_F(CameraComponentTest, ATickThatIsGoneIsCountedAndTold) {
+  Process process;
+  Begin(&process);
+  process.SayState(0);
+  process.SayState(1);
+  EXPECT_TRUE(process.Observe(0, views_).empty());
+  EXPECT_EQ(process.component.status().skipped_ticks, 1);
+  EXPECT_EQ(process.component.num_drawn(), 0);
+  EXPECT_EQ(process.log, "is asked for tick 0 when tick 1 has come: not answered\n");
+  // The tick of another time is not the one that there is.
+  observe_t observe{};
+  observe.header = Header(1);
+  observe.header.sim_time_us += 1;
+  observe.num_views = 1;
+  observe.view = {views_[0]};
+  process.Say(channels::kObserve, observe);
+  EXPECT_TRUE(process.images.empty());
+  EXPECT_EQ(process.component.status().skipped_ticks, 2);
+  // One that waited for a tick that was lost.
+  EXPECT_TRUE(process.Observe(2, views_).empty());
+  process.SayState(3);
+  EXPECT_TRUE(process.images.empty());
+  EXPECT_EQ(process.component.status().skipped_ticks, 3);
+  EXPECT_EQ(process.component.status().missing_ticks, 1);
+}
+
+TEST_F(CameraComponentTest, HearsItsOwnEpisodeAlone) {
+  Process process;
+  // Before an episode.
+  EXPECT_TRUE(process.Observe(0, views_).empty());
+  Begin(&process);
+  process.SayState(0);
+  EXPECT_TRUE(process.Observe(0, views_, 1).empty());
+  EXPECT_TRUE(process.Observe(0, views_, 0, 1).empty());
+  EXPECT_EQ(process.component.status().foreign_messages, 3);
+  // A new attempt begins without a STATE, and what waited in the old one is forgotten.
+  EXPECT_TRUE(process.Observe(1, views_).empty());
+  process.SayBegin(0, 1);
+  EXPECT_TRUE(process.Observe(0, views_, 0, 1).empty());
+  process.SayState(0, 0, 1);
+  ASSERT_EQ(process.images.size(), 2u);
+  EXPECT_EQ(process.images[0].header.attempt, 1);
+  process.SayState(1, 0, 1);
+  EXPECT_EQ(process.images.size(), 2u);
+}
+
+TEST_F(CameraComponentTest, BeginsOnceItsModelIsThere) {
+  Process process;
+  process.SayBegin(0);
+  EXPECT_EQ(process.component.status().state, component_status_t::IDLE);
+  process.SayModel(Info());
+  EXPECT_EQ(process.component.status().state, component_status_t::IDLE);
+  process.SayBegin(0);
+  EXPECT_EQ(process.component.status().state, component_status_t::READY);
+  EXPECT_EQ(process.component.status().component, "cameras");
+}
+
+// Another process, asked for other things before, in another order.
+TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
+  std::vector<view_t> views = {View("front", 64, 48), View("roboeval/head", 224, 224),
+                               View("roboeval/head", 40, 40, "depth32"), View("left/hand/wrist", 51, 37)};
+  views[1].shadows = 0;
+  views[3].fovy_deg = 100;
+  Process one, other;
+  Begin(&one);
+  Begin(&other);
+  for (int64_t tick = 0; tick < 3; ++tick) one.SayState(tick);
+  const std::vector<image_t> images = one.Observe(2, views);
+  ASSERT_EQ(images.size(), 4u);
+  other.SayState(0);
+  other.Observe(0, {View("front", 700, 501)});
+  std::reverse(views.begin(), views.end());
+  other.Observe(2, views);
+  other.SayState(1);
+  other.SayState(2);
+  ASSERT_EQ(other.images.size(), 4u);
+  for (size_t i = 0; i < 4; ++i) EXPECT_TRUE(other.images[3 - i].data == images[i].data) << i;
+}
+
+TEST_F(CameraComponentTest, DepthIsFloatsInMetres) {
+  Process process;
+  Begin(&process);
+  process.SayState(0);
+  const view_t view = View("front", 32, 24, "depth32");
+  const std::vector<image_t> images = process.Observe(0, {view});
+  ASSERT_EQ(images.size(), 1u);
+  EXPECT_EQ(images[0].view.encoding, "depth32");
+  ASSERT_EQ(images[0].data.size(), 32u * 24 * 4);
+  Renderer renderer(Copy(*scene_->visual), {64, 64});
+  renderer.SetState(StateAt(0));
+  std::vector<float> depth;
+  renderer.RenderDepth({FindCamera(renderer.model(), "front"), {32, 24}}, &depth);
+  EXPECT_EQ(std::memcmp(images[0].data.data(), depth.data(), images[0].data.size()), 0);
+  // "front" stands 1.4 m before the robot: what it sees is between the nearest object and the room's end.
+  for (const float distance : depth) {
+    EXPECT_GT(distance, 0.2);
+    EXPECT_LE(distance, 28.01);
+  }
+}
+
+TEST_F(CameraComponentTest, AnEpisodesColoursAreThoseOfItsSeed) {
+  model_info_t info = Info();
+  info.variation = "green";
+  const std::string variations = "\nvariations:\n";
+  info.task_yaml.insert(info.task_yaml.find(variations) + variations.size(),
+                        "  green:\n    randomise:\n"
+                        "      - colour: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
+  Process process;
+  process.SayModel(info);
+  std::vector<std::vector<uint8_t>> pictures;
+  for (const int64_t seed : {1, 2, 1}) {
+    const int episode = static_cast<int>(pictures.size());
+    process.SayBegin(episode, 0, seed);
+    process.SayState(0, episode);
+    const std::vector<image_t> images = process.Observe(0, {views_[0]}, episode);
+    ASSERT_EQ(images.size(), 1u);
+    pictures.push_back(images[0].data);
+  }
+  EXPECT_FALSE(pictures[0] == pictures[1]);
+  EXPECT_TRUE(pictures[0] == pictures[2]);
+}
+
+TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
+  const auto complaint = [this](const std::vector<view_t>& views) -> std::string {
+    Process process;
+    Begin(&process);
+    process.SayState(0);
+    try {
+      process.Observe(0, views);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(
+      complaint({views_[0], View("nowhere", 64, 64)}),
+      "OBSERVE of tick 0: no camera 'nowhere'; this scene has head, roboeval/external, front, overview, "
+      "roboeval/head, roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, "
+      "right/hand/wrist");
+  EXPECT_EQ(complaint({View("front", 0, 64)}),
+            "OBSERVE of tick 0: a picture of 0x64: expected 1 to 2048 pixels each way");
+  EXPECT_EQ(complaint({View("front", 64, 2049)}),
+            "OBSERVE of tick 0: a picture of 64x2049: expected 1 to 2048 pixels each way");
+  EXPECT_EQ(complaint({View("front", 64, 64, "jpeg")}),
+            "OBSERVE of tick 0: encoding 'jpeg': expected rgb8 or depth32");
+  view_t wide = views_[0];
+  for (const double fovy : {-1.0, 0.5, 180.0, std::nan("")}) {
+    wide.fovy_deg = fovy;
+    EXPECT_NE(complaint({wide}).find("expected 1 to 170 degrees, or 0 for the camera's own"),
+              std::string::npos);
+  }
+  EXPECT_EQ(complaint(std::vector<view_t>(33, views_[0])),
+            "OBSERVE of tick 0: 33 views: expected 32 at most");
+  EXPECT_EQ(complaint(std::vector<view_t>(32, views_[0])), "");
+}
+
+}  // namespace
+}  // namespace evalbus::viz
