@@ -3,53 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <string>
 #include <utility>
 
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "bus/message.h"
+#include "lcmtypes/same.h"
 #include "models/physics_model.h"
+#include "viz/pictures/view_picture.h"
 #include "viz/viz_component.h"
 
 namespace evalbus::viz {
 namespace {
 
-constexpr char kColour[] = "rgb8", kDepth[] = "depth32";
-constexpr int kMaxPixels = 2048;
 // Pictures of one tick that are kept to be said again.
 constexpr size_t kMaxViews = 32;
-// Of the renderer's buffer before anybody has asked: most policies look at no more.
-constexpr FrameSize kUsualSize{256, 256};
-
-bool AreEqual(const header_t& a, const header_t& b) {
-  return a.episode == b.episode && a.attempt == b.attempt && a.tick == b.tick &&
-         a.sim_time_us == b.sim_time_us;
-}
-
-bool AreEqual(const view_t& a, const view_t& b) {
-  return a.camera == b.camera && a.width_px == b.width_px && a.height_px == b.height_px &&
-         a.fovy_deg == b.fovy_deg && a.shadows == b.shadows && a.encoding == b.encoding;
-}
-
-// Throws InputError for what cannot be drawn.
-void Check(const view_t& view, const mjModel& model) {
-  FindCamera(model, view.camera);
-  const auto is_good = [](int pixels) { return pixels >= 1 && pixels <= kMaxPixels; };
-  if (!is_good(view.width_px) || !is_good(view.height_px)) {
-    throw InputError(fmt::format("a picture of {}x{}: expected 1 to {} pixels each way", view.width_px,
-                                 view.height_px, kMaxPixels));
-  }
-  if (view.fovy_deg != 0 && !(view.fovy_deg >= 1 && view.fovy_deg <= 170)) {
-    throw InputError(fmt::format(
-        "a field of view of {}: expected 1 to 170 degrees, or 0 for the camera's own", view.fovy_deg));
-  }
-  if (view.encoding != kColour && view.encoding != kDepth) {
-    throw InputError(fmt::format("encoding '{}': expected {} or {}", view.encoding, kColour, kDepth));
-  }
-}
 
 }  // namespace
 
@@ -73,7 +42,7 @@ void CameraComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
   if (status_.state != component_status_t::IDLE || !model_) return;
   if (std::exchange(model_is_new_, false)) {
-    renderer_ = std::make_unique<Renderer>(LoadVisualModel(*model_), kUsualSize);
+    renderer_ = std::make_unique<Renderer>(LoadVisualModel(*model_), kUsualViewSize);
   }
   renderer_->SetAppearance(*model_, begin.seed);
   waiting_.reset();
@@ -100,7 +69,7 @@ void CameraComponent::OnObserve(const observe_t& observe) {
     if (observe.view.size() > kMaxViews) {
       throw InputError(fmt::format("{} views: expected {} at most", observe.view.size(), kMaxViews));
     }
-    for (const view_t& view : observe.view) Check(view, renderer_->model());
+    for (const view_t& view : observe.view) CheckView(view, renderer_->model());
   } catch (const InputError& error) {
     throw InputError(fmt::format("OBSERVE of tick {}: {}", observe.header.tick, error.what()));
   }
@@ -127,11 +96,11 @@ void CameraComponent::Answer(const observe_t& observe) {
 
 const image_t* CameraComponent::Find(const header_t& header, const view_t& view) {
   const auto known = std::ranges::find_if(drawn_, [&](const image_t& image) {
-    return AreEqual(image.header, header) && AreEqual(image.view, view);
+    return SameTick(image.header, header) && SameView(image.view, view);
   });
   if (known != drawn_.end()) return &*known;
-  if (!AreEqual(header, state_.header)) return nullptr;
-  if (drawn_.size() == kMaxViews || (!drawn_.empty() && !AreEqual(drawn_[0].header, header))) drawn_.clear();
+  if (!SameTick(header, state_.header)) return nullptr;
+  if (drawn_.size() == kMaxViews || (!drawn_.empty() && !SameTick(drawn_[0].header, header))) drawn_.clear();
   drawn_.emplace_back();
   Draw(view, &drawn_.back());
   return &drawn_.back();
@@ -139,21 +108,7 @@ const image_t* CameraComponent::Find(const header_t& header, const view_t& view)
 
 void CameraComponent::Draw(const view_t& view, image_t* image) {
   if (!std::exchange(state_is_set_, true)) renderer_->SetState(state_);
-  image->header = state_.header;
-  image->view = view;
-  const Shot shot{FindCamera(renderer_->model(), view.camera),
-                  {view.width_px, view.height_px},
-                  view.fovy_deg,
-                  view.shadows != 0};
-  if (view.encoding == kColour) {
-    renderer_->RenderRgb(shot, &image->data);
-  } else {
-    static_assert(std::endian::native == std::endian::little);
-    renderer_->RenderDepth(shot, &depth_m_);
-    image->data.resize(depth_m_.size() * sizeof(float));
-    std::memcpy(image->data.data(), depth_m_.data(), image->data.size());
-  }
-  image->num_bytes = static_cast<int32_t>(image->data.size());
+  DrawView(view, state_.header, renderer_.get(), image);
   ++num_drawn_;
 }
 

@@ -49,7 +49,6 @@ class CameraComponent : public Component {
   std::optional<observe_t> waiting_;
   // Of one tick.
   std::vector<image_t> drawn_;
-  std::vector<float> depth_m_;
   int64_t num_drawn_ = 0;
 };
 

@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/sha256.h"
+#include "lcmtypes/same.h"
 
 namespace evalbus::policy {
 namespace {
@@ -64,12 +65,8 @@ ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& 
     Entry entry{.form = &form, .signals = SignalReader(form.signals, model, info), .ticks = {}};
     if (!form.history_ticks.empty()) entry.reach = static_cast<size_t>(1 - form.history_ticks.front());
     if (form.is_picture()) {
-      const auto same = [&](const view_t& view) {
-        return view.camera == form.picture.view.camera && view.encoding == form.picture.view.encoding &&
-               view.width_px == form.picture.view.width_px && view.height_px == form.picture.view.height_px &&
-               view.fovy_deg == form.picture.view.fovy_deg && view.shadows == form.picture.view.shadows;
-      };
-      const auto known = std::ranges::find_if(views_, same);
+      const auto known =
+          std::ranges::find_if(views_, [&](const view_t& view) { return SameView(view, form.picture.view); });
       entry.view = static_cast<size_t>(known - views_.begin());
       if (known == views_.end()) views_.push_back(form.picture.view);
       needs_every_tick_ |= entry.reach > 1;

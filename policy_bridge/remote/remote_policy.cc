@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "lcmtypes/same.h"
 #include "policy_bridge/remote/server_claims.h"
 
 namespace evalbus::policy {
@@ -24,15 +25,6 @@ Contract Fitting(const Contract& contract, const model_info_t& info) {
   throw InputError(
       fmt::format("{}: rate_hz: the policy acts {:g} times a second, the run {:.5g} (--control-hz)",
                   contract.file.string(), contract.rate_hz, hz));
-}
-
-bool SameView(const view_t& a, const view_t& b) {
-  return a.camera == b.camera && a.width_px == b.width_px && a.height_px == b.height_px &&
-         a.fovy_deg == b.fovy_deg && a.shadows == b.shadows && a.encoding == b.encoding;
-}
-
-bool SameTick(const header_t& a, const header_t& b) {
-  return a.episode == b.episode && a.attempt == b.attempt && a.tick == b.tick;
 }
 
 }  // namespace

@@ -1,0 +1,293 @@
+#include "policy_bridge/remote/remote_policy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/errors.h"
+#include "tests/doubles/policy_server.h"
+#include "tests/unit/policy_bridge/policy_scene.h"
+
+namespace evalbus::policy {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr char kContract[] = R"(wire: openpi
+url: ws://127.0.0.1:1
+rate_hz: 20
+deadlines: {connect_s: 5, first_reply_s: 20, reply_s: 20, return_s: 20}
+observation:
+  - {key: state, state: left.joint_position_rad, history_ticks: [-1, 0]}
+  - {key: prompt, prompt: true}
+action:
+  kind: joint_position
+  values: 8
+  execute_steps: 2
+  first_step_rad: 2
+  arms:
+    - {arm: left, indices: 0-6, gripper: {index: 7, open: 0, closed: 1}}
+)";
+
+// A chunk whose k-th row has `base + k / 10` everywhere.
+Value ChunkOf(int steps, double base) {
+  std::vector<double> numbers;
+  for (int k = 0; k < steps; ++k) numbers.insert(numbers.end(), 8, base + 0.1 * k);
+  return Map{{"actions", FloatArray(numbers, {steps, 8})}};
+}
+
+class RemotePolicyTest : public testing::Test {
+ protected:
+  void Serve(std::function<PolicyServerDouble::Answer(const Value&)> answer) {
+    server_.emplace(PolicyServerDouble::Options{.answer = std::move(answer)});
+    contract_ = ParseContract(kContract, "mine.yaml");
+    contract_.url = server_->url();
+  }
+  void Make(Latency latency = {}, const std::string& clock = "lockstep") {
+    model_info_t info = GetPolicyScene().info();
+    info.timestep_us = 2000;
+    info.substeps = 25;
+    info.clock = clock;
+    policy_ = std::make_unique<RemotePolicy>(contract_, latency, GetPolicyScene().model(), info);
+    policy_->SetRecord({.saw = [this](const observation_t& m) { saw_.push_back(m); },
+                        .said = [this](const policy_action_t& m) { said_.push_back(m); },
+                        .note = [this](const std::string& text) { notes_.push_back(text); }});
+  }
+  template <class F>
+  bool Until(const F& f) {
+    const auto deadline = std::chrono::steady_clock::now() + 60s;
+    while (!f()) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      std::this_thread::yield();
+    }
+    return true;
+  }
+  void Begin(int episode = 0) {
+    episode_begin_t begin{};
+    begin.header.episode = episode;
+    policy_->Begin(begin);
+    ASSERT_TRUE(Until([&] { return policy_->IsReady(); }));
+  }
+  static state_t State(int64_t tick) {
+    state_t state{};
+    state.header.tick = tick;
+    state.header.sim_time_us = tick * 50'000;
+    state.qpos_mixed.assign(static_cast<size_t>(GetPolicyScene().model().nq), 0);
+    for (const arm_info_t& arm : GetPolicyScene().info().arm) {
+      arm_state_t now{};
+      now.joint_position_rad.assign(static_cast<size_t>(arm.num_joints), 0.01 * static_cast<double>(tick));
+      now.joint_velocity_radps.assign(static_cast<size_t>(arm.num_joints), 0.0);
+      now.num_joints = arm.num_joints;
+      now.wrist_quat_wxyz[0] = 1;
+      state.arm.push_back(now);
+      state.gripper.push_back({1});
+    }
+    return state;
+  }
+  // What it does at a tick: the target of the left arm's first joint.
+  double Act(int64_t tick) {
+    const state_t state = State(tick);
+    EXPECT_TRUE(Until([&] { return policy_->Think(state); }));
+    action_ = {};
+    policy_->Act(state, &action_);
+    return action_.joint_position_rad.at(0);
+  }
+
+  std::optional<PolicyServerDouble> server_;
+  Contract contract_;
+  std::unique_ptr<RemotePolicy> policy_;
+  action_t action_{};
+  std::vector<observation_t> saw_;
+  std::vector<policy_action_t> said_;
+  std::vector<std::string> notes_;
+};
+
+TEST_F(RemotePolicyTest, AsksWhenItsStepsAreUsedUp) {
+  Serve([calls = 0](const Value&) mutable { return ChunkOf(5, 0.2 * ++calls); });
+  Make();
+  Begin();
+  EXPECT_FLOAT_EQ(Act(0), 0.2);
+  EXPECT_FLOAT_EQ(Act(1), 0.3);
+  EXPECT_FLOAT_EQ(Act(2), 0.4);
+  EXPECT_FLOAT_EQ(Act(3), 0.5);
+  EXPECT_EQ(server_->Requests().size(), 2u);
+  ASSERT_EQ(saw_.size(), 2u);
+  EXPECT_EQ(saw_[0].header.tick, 0);
+  EXPECT_EQ(saw_[1].header.tick, 2);
+  EXPECT_EQ(saw_[1].prompt, "lift the pot by the handles");
+  ASSERT_EQ(said_.size(), 2u);
+  EXPECT_EQ(said_[1].header.tick, 2);
+  EXPECT_EQ(said_[1].kind, "joint_position");
+  EXPECT_EQ(said_[1].num_steps, 5);
+  EXPECT_EQ(said_[1].execute_steps, 2);
+  EXPECT_FLOAT_EQ(said_[1].value_mixed[4][7], 0.8);
+  EXPECT_GT(said_[1].answered_s, 0);
+  EXPECT_EQ(said_[1].server_s, -1);
+  // The arm that the contract leaves out stays at home.
+  const arm_info_t& right = GetPolicyScene().info().arm[1];
+  EXPECT_EQ(action_.joint_position_rad.at(7), right.joint_home_rad[0]);
+}
+
+TEST_F(RemotePolicyTest, ShowsItsHistory) {
+  Serve([](const Value&) { return ChunkOf(2, 0); });
+  Make();
+  Begin();
+  for (int tick = 0; tick < 4; ++tick) Act(tick);
+  const auto state_of = [&](size_t request) {
+    return Numbers(*server_->Requests().at(request).Find("state")->As<Array>());
+  };
+  // At tick 0 there is nothing before it; at tick 2 there is tick 1.
+  EXPECT_EQ(server_->Requests().at(0).Find("state")->As<Array>()->shape, (std::vector<int64_t>{2, 7}));
+  EXPECT_FLOAT_EQ(state_of(0)[0], 0);
+  EXPECT_FLOAT_EQ(state_of(0)[7], 0);
+  EXPECT_FLOAT_EQ(state_of(1)[0], 0.01);
+  EXPECT_FLOAT_EQ(state_of(1)[7], 0.02);
+}
+
+TEST_F(RemotePolicyTest, AChunkEndsWithItsEpisode) {
+  Serve([calls = 0](const Value&) mutable { return ChunkOf(5, 0.2 * ++calls); });
+  Make();
+  Begin(0);
+  Act(0);
+  Begin(1);
+  EXPECT_FLOAT_EQ(Act(0), 0.4);
+}
+
+TEST_F(RemotePolicyTest, SettlesFirst) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  contract_.settle_steps = 2;
+  Make();
+  Begin();
+  EXPECT_EQ(Act(0), 0);
+  EXPECT_EQ(Act(1), 0);
+  EXPECT_EQ(server_->Requests().size(), 0u);
+  EXPECT_FLOAT_EQ(Act(2), 0.7);
+}
+
+TEST_F(RemotePolicyTest, ThinkingIsChargedInTicks) {
+  Serve([calls = 0](const Value&) mutable { return ChunkOf(2, 0.2 * ++calls); });
+  // 120 ms are three ticks of 50 ms.
+  Make(ParseLatency("120"));
+  Begin();
+  EXPECT_EQ(Act(0), 0);
+  EXPECT_EQ(Act(1), 0);
+  EXPECT_EQ(Act(2), 0);
+  EXPECT_FLOAT_EQ(Act(3), 0.2);
+  EXPECT_FLOAT_EQ(Act(4), 0.3);
+  // Asked again at tick 5; the robot holds its last command.
+  EXPECT_FLOAT_EQ(Act(5), 0.3);
+  EXPECT_FLOAT_EQ(Act(7), 0.3);
+  EXPECT_FLOAT_EQ(Act(8), 0.4);
+  EXPECT_EQ(said_.at(1).header.tick, 5);
+  EXPECT_EQ(said_.at(1).held_ticks, 3);
+}
+
+TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
+  std::promise<void> go;
+  Serve([go = go.get_future().share()](const Value&) {
+    go.wait();
+    return ChunkOf(2, 0.7);
+  });
+  Make({}, "realtime");
+  Begin();
+  EXPECT_EQ(Act(0), 0);
+  EXPECT_EQ(Act(1), 0);
+  go.set_value();
+  int64_t tick = 2;
+  ASSERT_TRUE(Until([&] { return Act(tick++) > 0; }));
+  EXPECT_EQ(said_.at(0).header.tick, 0);
+  EXPECT_GE(said_.at(0).held_ticks, 2);
+}
+
+TEST_F(RemotePolicyTest, FirstStepOfAnAbsoluteActionIsWhereTheRobotIs) {
+  Serve([](const Value&) { return ChunkOf(2, 90); });
+  Make();
+  Begin();
+  try {
+    Act(0);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).find("mine.yaml: the policy's first action wants joint"), 0u)
+        << error.what();
+  }
+}
+
+TEST_F(RemotePolicyTest, AnotherShapeIsSaidBeforeTheFirstEpisodeCounts) {
+  Serve([](const Value&) -> Value {
+    return Map{{"actions", FloatArray(std::vector<double>(14, 0), {2, 7})}};
+  });
+  Make();
+  Begin();
+  const state_t state = State(0);
+  EXPECT_THROW(Until([&] { return policy_->Think(state); }), InputError);
+}
+
+TEST_F(RemotePolicyTest, AnotherShapeLaterIsTheServersFault) {
+  Serve([calls = 0](const Value&) mutable -> Value { return ChunkOf(++calls == 1 ? 2 : 1, 0); });
+  Make();
+  Begin();
+  Act(0);
+  Act(1);
+  const state_t state = State(2);
+  EXPECT_THROW(Until([&] { return policy_->Think(state); }), ServerError);
+}
+
+TEST_F(RemotePolicyTest, NanIsThePolicysFault) {
+  Serve([](const Value&) { return ChunkOf(2, std::numeric_limits<double>::quiet_NaN()); });
+  Make();
+  Begin();
+  const state_t state = State(0);
+  ASSERT_TRUE(Until([&] { return policy_->Think(state); }));
+  try {
+    policy_->Act(state, &action_);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(dynamic_cast<const ServerError*>(&error), nullptr);
+  }
+}
+
+TEST_F(RemotePolicyTest, WaitsForAServerThatComesBack) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  Make();
+  Begin();
+  Act(0);
+  Act(1);
+  server_->Stop();
+  const state_t state = State(2);
+  EXPECT_THROW(Until([&] { return policy_->Think(state); }), ServerError);
+  episode_begin_t begin{};
+  begin.header.attempt = 1;
+  policy_->Begin(begin);
+  ASSERT_TRUE(Until([&] { return !policy_->IsReady() && !notes_.empty(); }));
+  server_->Start();
+  ASSERT_TRUE(Until([&] { return policy_->IsReady(); }));
+  EXPECT_EQ(notes_.size(), 2u) << notes_.front();
+  EXPECT_FLOAT_EQ(Act(0), 0.7);
+}
+
+TEST_F(RemotePolicyTest, AServerThatStaysAwayIsTheEnvironments) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  contract_.deadlines.return_s = 0.001;
+  server_->Stop();
+  Make();
+  policy_->Begin({});
+  EXPECT_THROW(Until([&] { return policy_->IsReady(); }), EnvironmentError);
+}
+
+TEST_F(RemotePolicyTest, AnotherRateIsRefused) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  contract_.rate_hz = 50;
+  EXPECT_THROW(Make(), InputError);
+}
+
+TEST(Latency, IsOneOfThree) {
+  EXPECT_EQ(ParseLatency("none").kind, Latency::Kind::kNone);
+  EXPECT_EQ(ParseLatency("measured").kind, Latency::Kind::kMeasured);
+  EXPECT_EQ(ParseLatency("80").fixed_s, 0.08);
+  for (const char* wrong : {"", "some", "-1", "1e9", "nan", "5 ms"})
+    EXPECT_THROW(ParseLatency(wrong), InputError);
+}
+
+}  // namespace
+}  // namespace evalbus::policy
