@@ -64,12 +64,13 @@ ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& 
   for (const ObservationEntry& form : contract.observation) {
     Entry entry{.form = &form, .signals = SignalReader(form.signals, model, info), .ticks = {}};
     if (!form.history_ticks.empty()) entry.reach = static_cast<size_t>(1 - form.history_ticks.front());
+    needs_every_tick_ |= entry.reach > 1;
     if (form.is_picture()) {
       const auto known =
           std::ranges::find_if(views_, [&](const view_t& view) { return SameView(view, form.picture.view); });
       entry.view = static_cast<size_t>(known - views_.begin());
       if (known == views_.end()) views_.push_back(form.picture.view);
-      needs_every_tick_ |= entry.reach > 1;
+      needs_every_picture_ |= entry.reach > 1;
     }
     entries_.push_back(std::move(entry));
   }

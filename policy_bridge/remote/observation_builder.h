@@ -21,12 +21,14 @@ class ObservationBuilder {
   // An episode begins: history is forgotten.
   void Begin();
 
-  // Views that are needed of the next state, each once; empty where the policy does not look. With a history
-  // of pictures that is every tick, else only where the policy is asked.
+  // Views that the policy sees, each once; empty where it does not look. Needed where it is asked and, with a
+  // history of pictures, at every tick.
   const std::vector<view_t>& views() const { return views_; }
+  bool needs_every_picture() const { return needs_every_picture_; }
+  // With a history of anything every tick is added.
   bool needs_every_tick() const { return needs_every_tick_; }
 
-  // A tick: its state and, where there were any, the pictures of views(), in their order.
+  // A tick: its state and, if they were needed, the pictures of views(), in their order.
   void Add(const state_t& state, const std::vector<image_t>& pictures);
 
   // The observation of the last tick added, and what the log has of it (header, prompt, arrays, digests).
@@ -57,7 +59,7 @@ class ObservationBuilder {
   const Contract& contract_;
   std::string prompt_;
   std::vector<view_t> views_;
-  bool needs_every_tick_ = false;
+  bool needs_every_tick_ = false, needs_every_picture_ = false;
   std::vector<Entry> entries_;
   header_t header_{};
 };

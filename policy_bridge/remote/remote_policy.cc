@@ -141,7 +141,7 @@ void RemotePolicy::OnTick(const state_t& state) {
   if (!asks && !observations_.needs_every_tick()) return;
   observe_.emplace();
   observe_->header = state.header;
-  observe_->view = observations_.views();
+  if (asks || observations_.needs_every_picture()) observe_->view = observations_.views();
   observe_->num_views = static_cast<int32_t>(observe_->view.size());
   observed_ = state;
   pictures_.assign(observe_->view.size(), std::nullopt);
