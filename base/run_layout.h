@@ -28,6 +28,8 @@ inline constexpr char kSceneXml[] = "scene.xml";
 
 inline constexpr char kEpisodesFolder[] = "episodes";
 inline constexpr char kEventLog[] = "events.lcmlog";
+// Of an episode whose policy is behind a server.
+inline constexpr char kPolicyCallsJson[] = "policy_calls.json";
 // Behind the name of an episode's folder while its log is being written.
 inline constexpr char kUnfinishedEnding[] = ".partial";
 

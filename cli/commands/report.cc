@@ -18,6 +18,7 @@
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
 #include "cli/results/pacing.h"
+#include "cli/results/policy_calls.h"
 #include "cli/results/page_links.h"
 #include "cli/results/run_reader.h"
 #include "metrics/statistics/run_statistics.h"
@@ -176,6 +177,7 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   run.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
   run.collisions = summary.collisions_per_geom;
   run.remarks = recorded.Remarks();
+  std::ranges::move(results::PolicyNotes(recorded), std::back_inserter(run.remarks));
   run.metrics = Metrics(summary);
   AddPacing(recorded, &run);
   for (const auto& [key, value] : recorded.info.items()) {

@@ -18,6 +18,7 @@
 #include "cli/launch/suite.h"
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
+#include "cli/results/policy_calls.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
 #include "lcmtypes/clock.h"
@@ -66,6 +67,7 @@ struct Summary {
   metrics::RunSummary statistics;
   // As in summary.json; null where no episode has one.
   nlohmann::ordered_json pacing;
+  std::vector<std::string> policy_notes;
 };
 
 // summary.json, from episodes.jsonl.
@@ -74,7 +76,7 @@ Summary WriteSummary(const PreparedRun& run) {
   std::vector<nlohmann::ordered_json> episodes;
   for (const results::RecordedEpisode& episode : recorded.episodes) episodes.push_back(episode.json);
   if (!episodes.empty()) run.folder.WriteEpisodes(episodes);
-  Summary summary{recorded.Statistics().Summary(true), nullptr};
+  Summary summary{recorded.Statistics().Summary(true), nullptr, results::PolicyNotes(recorded)};
   auto json = metrics::SummaryJson(run.plan.task, run.plan.variation, summary.statistics);
   if (run.options.sim.realtime) summary.pacing = json["pacing"] = results::RunPacing(episodes);
   run.folder.WriteJson(kSummaryJson, json);
@@ -86,6 +88,8 @@ void PrintSummary(const PreparedRun& run, const Summary& summary, double wall_s)
   if (run.options.sim.realtime && summary.statistics.episodes > 0) {
     fmt::print("\n{}", results::PacingText(summary.pacing));
   }
+  if (!summary.policy_notes.empty()) fmt::print("\n");
+  for (const std::string& note : summary.policy_notes) fmt::print("{}\n", note);
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
   fmt::print("\n{} episode{} in {:.1f} s{}\n", added, added == 1 ? "" : "s", wall_s,
              run.finished.empty() ? "" : fmt::format(", {} there before", run.finished.size()));

@@ -54,6 +54,9 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& partial) { OnPartial(partial); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& end) { OnEnd(end); });
   bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& summary) { OnSummary(summary); });
+  bus->Subscribe(channels::kPolicyAction, [this](const policy_action_t& action) {
+    if (attempt_.begun && !done() && IsOurs(action.header)) attempt_.calls.Add(action);
+  });
   bus->Subscribe(channels::kStatus, [this](const component_status_t& status) { OnStatus(status); });
   bus->Subscribe(channels::kLog, [this](const log_t& line) { OnLog(line); });
 }
@@ -203,6 +206,7 @@ void RunController::FinishIfRecorded() {
     line["pacing"] = attempt_.end ? results::EpisodePacing(*attempt_.end, summary.extended.deadline_misses)
                                   : nlohmann::ordered_json();
   }
+  if (!attempt_.calls.empty()) folder_.AddPolicyCalls(episode_index(), attempt_.calls.Json());
   folder_.AddEpisode(episode_index(), line);
   listener_->OnEpisodeDone(line);
   attempt_ = {};

@@ -13,6 +13,7 @@
 #include "bus/patience.h"
 #include "bus/repeater.h"
 #include "bus/wait.h"
+#include "cli/results/policy_calls.h"
 #include "cli/results/run_folder.h"
 
 namespace evalbus::launch {
@@ -96,6 +97,7 @@ class RunController : public Component {
     std::optional<Wait> ended;
     std::optional<episode_end_t> end;
     std::optional<episode_summary_t> summary;
+    results::PolicyCalls calls;
     // Since nothing but its log is missing.
     std::optional<Wait> unrecorded;
     bool recorded = false;

@@ -256,6 +256,10 @@ void RunFolder::WriteJson(const std::string& name, const nlohmann::ordered_json&
   WriteWhole(path_ / name, ToText(json, 2) + "\n");
 }
 
+void RunFolder::AddPolicyCalls(int episode, const nlohmann::ordered_json& calls) const {
+  WriteJson((fs::relative(EpisodeFolder(path_, episode), path_) / kPolicyCallsJson).string(), calls);
+}
+
 void RunFolder::AddEpisode(int episode, const nlohmann::ordered_json& result) const {
   const fs::path folder = fs::relative(EpisodeFolder(path_, episode), path_);
   fs::create_directories(path_ / folder);

@@ -69,6 +69,8 @@ class RunFolder {
   // of ours; what else somebody has put into the folder stays.
 
   void WriteJson(const std::string& name, const nlohmann::ordered_json& json) const;
+  // Writes episodes/0007/policy_calls.json.
+  void AddPolicyCalls(int episode, const nlohmann::ordered_json& calls) const;
   // Writes episodes/0007/summary.json and then appends the line to episodes.jsonl.
   void AddEpisode(int episode, const nlohmann::ordered_json& result) const;
   // Writes episodes.jsonl anew, in this order: several workers finish episodes in another one.

@@ -354,7 +354,7 @@ void ReadAction(const YamlValue& value, Contract* contract) {
 nlohmann::ordered_json PictureJson(const PictureForm& form) {
   nlohmann::ordered_json json = {
       {"camera", form.view.camera},     {"size_px", {form.view.width_px, form.view.height_px}},
-      {"fovy_deg", form.view.fovy_deg}, {"shadows", form.view.shadows},
+      {"fovy_deg", form.view.fovy_deg}, {"shadows", form.view.shadows != 0},
       {"rotate_deg", form.rotate_deg},  {"mirror", form.mirror}};
   if (form.width_px > 0) {
     json["resize_px"] = {form.width_px, form.height_px};

@@ -1,0 +1,93 @@
+#include "cli/results/policy_calls.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "base/json_file.h"
+#include "base/run_layout.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+// As a person reads a time: "8.2 ms", "1.3 s".
+std::string TimeInWords(double seconds) {
+  return seconds < 1 ? fmt::format("{:.3g} ms", seconds * 1e3) : fmt::format("{:.3g} s", seconds);
+}
+
+double Percentile(const std::vector<double>& sorted, double share) {
+  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+  return sorted[static_cast<size_t>(std::max(rank, 1.0)) - 1];
+}
+
+std::string ThinkingInWords(const ordered_json& info) {
+  if (info.value("realtime", false)) return "simulated time ran on while the policy thought (real time)";
+  const std::string latency = info.value("latency", "none");
+  if (latency == "none") return "simulated time stood still while the policy thought";
+  if (latency == "measured") return "the policy's thinking was charged in simulated time, as long as it took";
+  return fmt::format("the policy's thinking was charged with {} ms of simulated time a call", latency);
+}
+
+std::string CallsInWords(const RecordedRun& run) {
+  std::vector<double> answered_s, server_s;
+  int64_t held_ticks = 0;
+  for (const RecordedEpisode& episode : run.episodes) {
+    const auto file = EpisodeFolder(run.folder, episode.episode) / kPolicyCallsJson;
+    if (!std::filesystem::exists(file)) continue;
+    const auto calls = ReadJsonFile<ordered_json>(file);
+    for (const auto& seconds : calls.at("answered_s")) answered_s.push_back(seconds.get<double>());
+    for (const auto& seconds : calls.at("server_s")) {
+      if (seconds.get<double>() >= 0) server_s.push_back(seconds.get<double>());
+    }
+    held_ticks += calls.at("held_ticks").get<int64_t>();
+  }
+  if (answered_s.empty()) return "";
+  std::ranges::sort(answered_s);
+  std::ranges::sort(server_s);
+  std::string words = fmt::format(
+      "Its server was called {} time{}: {} median, {} 99th percentile, {} longest", answered_s.size(),
+      answered_s.size() == 1 ? "" : "s", TimeInWords(Percentile(answered_s, 0.5)),
+      TimeInWords(Percentile(answered_s, 0.99)), TimeInWords(answered_s.back()));
+  if (!server_s.empty()) {
+    words += fmt::format("; {} median as the server says itself", TimeInWords(Percentile(server_s, 0.5)));
+  }
+  if (held_ticks > 0) words += fmt::format("; the robot held its last command for {} ticks", held_ticks);
+  return words + ".";
+}
+
+}  // namespace
+
+void PolicyCalls::Add(const policy_action_t& action) {
+  tick_.push_back(action.header.tick);
+  answered_s_.push_back(action.answered_s);
+  server_s_.push_back(action.server_s);
+  held_ticks_ += action.held_ticks;
+}
+
+ordered_json PolicyCalls::Json() const {
+  return {{"tick", tick_}, {"answered_s", answered_s_}, {"server_s", server_s_}, {"held_ticks", held_ticks_}};
+}
+
+std::vector<std::string> PolicyNotes(const RecordedRun& run) {
+  const auto found = run.info.find("policy_contract");
+  if (found == run.info.end() || !found->is_object()) return {};
+  const ordered_json& contract = *found;
+  const ordered_json& action = contract.at("action");
+  std::vector<std::string> notes = {fmt::format(
+      "Policy behind a server, contract {} ({}): {}, {} step{} of each answer executed at {:g} Hz; {}.",
+      contract.at("name").get<std::string>(), contract.at("wire").get<std::string>(),
+      action.at("kind").get<std::string>(), action.at("execute_steps").get<int>(),
+      action.at("execute_steps").get<int>() == 1 ? "" : "s", contract.at("rate_hz").get<double>(),
+      ThinkingInWords(run.info))};
+  if (contract.value("privileged", false)) {
+    notes.push_back("The policy was shown poses of objects, which no robot knows.");
+  }
+  if (std::string calls = CallsInWords(run); !calls.empty()) notes.push_back(std::move(calls));
+  return notes;
+}
+
+}  // namespace evalbus::results
