@@ -1,0 +1,241 @@
+// Policies behind a server, in whole runs: what is scored, what is said again from a log, and what becomes of
+// a server that fails.
+#include <atomic>
+#include <limits>
+
+#include "bus/channels.h"
+#include "tests/doubles/policy_server.h"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+using policy::Array;
+using policy::FloatArray;
+using policy::Map;
+using policy::Numbers;
+using policy::PolicyServerDouble;
+using policy::Value;
+using Answer = PolicyServerDouble::Answer;
+
+constexpr int kSteps = 4;
+
+// The left arm a little further, by what the pictures and the state say, so that a wrong one changes scores.
+Value Forward(const Value& observation) {
+  const std::vector<double> joints = Numbers(*observation.Find("state")->As<Array>());
+  double brightness = 0;
+  for (const double level : Numbers(*observation.Find("image")->As<Array>())) brightness += level;
+  std::vector<double> rows;
+  for (int k = 0; k < kSteps; ++k) {
+    for (const double joint : joints) rows.push_back(joint + 1e-8 * brightness);
+    rows.push_back(0.5);
+  }
+  return Map{{"actions", FloatArray(rows, {kSteps, static_cast<int64_t>(rows.size()) / kSteps})}};
+}
+
+class RemoteRun : public testing::Test {
+ protected:
+  void Serve(std::function<Answer(const Value&)> answer) {
+    server_.emplace(PolicyServerDouble::Options{.answer = std::move(answer)});
+  }
+  // A contract file for the server.
+  std::string Contract(const std::string& kind = "joint_position", const std::string& rate_hz = "20") {
+    const std::string file = folder_.path() / "mine.yaml";
+    WriteText(file, "wire: openpi\nurl: " + server_->url() + "\nrate_hz: " + rate_hz +
+                        "\ndeadlines: {connect_s: 20, first_reply_s: 60, reply_s: 60, return_s: 60}\n"
+                        "observation:\n"
+                        "  - {key: image, camera: roboeval/head, size_px: [48, 32]}\n"
+                        "  - {key: state, state: left.joint_position_rad}\n"
+                        "  - {key: prompt, prompt: true}\n"
+                        "action:\n  kind: " +
+                        kind + "\n  values: 8\n  execute_steps: 3\n" +
+                        (kind == "joint_delta" ? "  delta_on: target\n" : "  first_step_rad: 0.5\n") +
+                        "  arms: [{arm: left, indices: 0-6, gripper: {index: 7, open: 0, closed: 1}}]\n");
+    return file;
+  }
+  std::vector<std::string> Arguments(const std::string& policy, int episodes) const {
+    return {task_, "--policy", policy, "--episodes", std::to_string(episodes), "--seed", "5"};
+  }
+  static std::vector<std::string> With(std::vector<std::string> arguments,
+                                       const std::vector<std::string>& more) {
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  Result Run(const std::string& policy, int episodes, const fs::path& out) {
+    return RunProgram(With({"evalbus", "run"}, With(Arguments(policy, episodes), {"--out", out.string()})));
+  }
+
+  TemporaryFolder folder_;
+  const std::string task_ = ShortTask(folder_.path(), 1) + "/position";
+  std::optional<PolicyServerDouble> server_;
+};
+
+TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const std::string contract = Contract();
+  const fs::path together = folder_.path() / "together", apart = folder_.path() / "apart",
+                 workers = folder_.path() / "workers";
+  Evaluate(With(Arguments(contract, 3), {"--in-process"}), together);
+  Evaluate(Arguments(contract, 3), apart);
+  Evaluate(With(Arguments(contract, 3), {"--workers", "2"}), workers);
+  ExpectSameScores(together, apart);
+  ExpectSameScores(together, workers);
+  for (int episode = 0; episode < 3; ++episode) {
+    const RecordedLog log = ReadLog(LogFile(apart, episode));
+    ExpectSameTicks(ReadLog(LogFile(together, episode)), log);
+    // Asked at ticks 0, 3, 6, ..., of exactly these, and once each.
+    const auto saw = log.Messages(channels::kObservation);
+    const auto said = log.Messages(channels::kPolicyAction);
+    ASSERT_EQ(saw.size(), 7u);
+    ASSERT_EQ(said.size(), 7u);
+    const auto states = log.Messages(channels::kState);
+    const auto same = ReadLog(LogFile(together, episode)).Messages(channels::kObservation);
+    for (size_t i = 0; i < saw.size(); ++i) {
+      EXPECT_EQ(saw[i].header.tick, static_cast<int64_t>(3 * i));
+      EXPECT_EQ(said[i].header.tick, saw[i].header.tick);
+      EXPECT_EQ(saw[i].prompt, "lift the pot by the handles");
+      ASSERT_EQ(saw[i].array.size(), 1u);
+      EXPECT_EQ(saw[i].array[0].value_mixed[0],
+                static_cast<float>(states[3 * i].arm[0].joint_position_rad[0]));
+      ASSERT_EQ(saw[i].picture.size(), 1u);
+      EXPECT_EQ(saw[i].picture[0].sent_bytes, 48 * 32 * 3);
+      EXPECT_EQ(saw[i].picture[0].sha256, same[i].picture[0].sha256);
+      EXPECT_EQ(said[i].execute_steps, 3);
+      EXPECT_EQ(said[i].num_steps, kSteps);
+    }
+    EXPECT_NE(saw[0].picture[0].sha256, saw[6].picture[0].sha256);
+    EXPECT_TRUE(fs::exists(apart / "episodes" / ("000" + std::to_string(episode)) / "policy_calls.json"));
+  }
+  // Without the server, from the log alone.
+  server_->Stop();
+  const fs::path replayed = folder_.path() / "replayed";
+  Evaluate(With(Arguments("replay:" + apart.string(), 3), {"--control-hz", "20"}), replayed);
+  ExpectSameScores(apart, replayed);
+}
+
+TEST_F(RemoteRun, TellsHowItWasMade) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const fs::path run = folder_.path() / "run";
+  const Result result = Run(Contract(), 1, run);
+  ASSERT_EQ(result.code, 0) << result.err;
+  for (const char* words :
+       {"policy mine ", "20 Hz", "contract mine (openpi): joint_position, 3 steps",
+        "simulated time stood still while the policy thought", "Its server was called 7 times"}) {
+    EXPECT_NE(result.out.find(words), std::string::npos) << words << "\n" << result.out;
+  }
+  const auto info = nlohmann::json::parse(ReadText(run / "run.json"));
+  EXPECT_EQ(info["policy_contract"]["action"]["execute_steps"], 3);
+  ASSERT_EQ(RunProgram({"evalbus", "report", run}).code, 0);
+  EXPECT_NE(ReadText(run / "report.html").find("Its server was called 7 times"), std::string::npos);
+}
+
+// The server fails once, in its own way in each episode: the episode is begun again from its seed.
+TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
+  EVALBUS_NEEDS_BUS();
+  const std::vector<Answer> faults = {
+      PolicyServerDouble::Error{"Traceback\n  File x\nRuntimeError: out of GPU memory"},
+      PolicyServerDouble::Gone(), PolicyServerDouble::HalfFrame(), PolicyServerDouble::Announced2GB(),
+      Value(Map{{"nothing", 1}})};
+  const std::vector<std::string> words = {"RuntimeError: out of GPU memory", "", "", "",
+                                          "the answer has no 'actions'"};
+  // Each fault is the third call of its episode, whose next attempt makes seven.
+  std::atomic<int> calls = 0, failed = 0;
+  Serve([&](const Value& observation) -> Answer {
+    if (++calls == 3 + 10 * failed && failed < static_cast<int>(faults.size())) {
+      return faults[static_cast<size_t>(failed++)];
+    }
+    return Forward(observation);
+  });
+  const std::string contract = Contract();
+  const int episodes = static_cast<int>(faults.size());
+  const fs::path run = folder_.path() / "run", well = folder_.path() / "well";
+  const Result result = Run(contract, episodes, run);
+  ASSERT_EQ(result.code, 0) << result.err << result.out;
+  EXPECT_EQ(failed, episodes) << result.out;
+  for (const std::string& said : words)
+    EXPECT_NE(result.out.find(said), std::string::npos) << said << result.out;
+  Evaluate(Arguments(contract, episodes), well);
+  ExpectSameScores(run, well);
+}
+
+TEST_F(RemoteRun, NanIsThePolicysOwn) {
+  EVALBUS_NEEDS_BUS();
+  std::atomic<int> calls = 0;
+  Serve([&](const Value& observation) -> Value {
+    if (++calls != 2) return Forward(observation);
+    return Map{
+        {"actions",
+         FloatArray(std::vector<double>(8 * kSteps, std::numeric_limits<double>::quiet_NaN()), {kSteps, 8})}};
+  });
+  const fs::path run = folder_.path() / "run";
+  const Result result = Run(Contract(), 2, run);
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto episodes = Episodes(run);
+  ASSERT_EQ(episodes.size(), 2u);
+  EXPECT_EQ(episodes[0]["end_reason"], "policy_error");
+  EXPECT_EQ(episodes[0]["complete"], true);
+  EXPECT_EQ(episodes[1]["end_reason"], "time_limit");
+}
+
+TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
+  EVALBUS_NEEDS_BUS();
+  Serve([](const Value&) -> Value {
+    return Map{{"actions", FloatArray(std::vector<double>(7, 0), {1, 7})}};
+  });
+  const fs::path run = folder_.path() / "run";
+  Result result = Run(Contract(), 1, run);
+  EXPECT_EQ(result.code, 1) << result.out;
+  EXPECT_NE(
+      result.err.find("the answer has 1 steps of 7 values, the contract expects 8 values (action.values)"),
+      std::string::npos)
+      << result.err;
+  EXPECT_FALSE(fs::exists(run));
+  // Degrees.
+  Serve([](const Value&) -> Value {
+    return Map{{"actions", FloatArray(std::vector<double>(8 * kSteps, 30), {kSteps, 8})}};
+  });
+  result = Run(Contract(), 1, run);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_NE(result.err.find("the policy's first action wants joint"), std::string::npos) << result.err;
+  result = RunProgram({"evalbus", "run", task_, "--policy", Contract(), "--control-hz", "50", "--out", run});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_NE(result.err.find("rate_hz: the policy acts 20 times a second, the run 50"), std::string::npos)
+      << result.err;
+  EXPECT_FALSE(fs::exists(run));
+}
+
+TEST_F(RemoteRun, CheckTellsWhatIsWrongApart) {
+  const auto check = [&](const std::string& contract) {
+    return RunProgram({"evalbus", "policy", "check", contract, "--out", (folder_.path() / "check").string()});
+  };
+  Serve(Forward);
+  Result result = check(Contract());
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+  EXPECT_NE(result.out.find("the same observation 6 times: the same answer"), std::string::npos)
+      << result.out;
+  EXPECT_TRUE(fs::exists(folder_.path() / "check/image.png"));
+  EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "check/check.json"))["verdict"], "good");
+  // As deltas these are half a turn.
+  result = check(Contract("joint_delta"));
+  EXPECT_EQ(result.code, 6) << result.out;
+  EXPECT_NE(result.out.find("absolute taken for a delta"), std::string::npos) << result.out;
+
+  const std::string contract = Contract();
+  server_->Stop();
+  EXPECT_EQ(check(contract).code, 3);
+  Serve(
+      [](const Value&) -> Answer { return PolicyServerDouble::Error{"no\nValueError: Prompt is required"}; });
+  result = check(Contract());
+  EXPECT_EQ(result.code, 4);
+  EXPECT_NE(result.out.find("ValueError: Prompt is required"), std::string::npos) << result.out;
+  Serve([](const Value&) -> Value { return Map{{"actions", FloatArray({0, 0}, {1, 2})}}; });
+  EXPECT_EQ(check(Contract()).code, 5);
+  WriteText(folder_.path() / "mine.yaml", "wire: openpi\n");
+  EXPECT_EQ(check(folder_.path() / "mine.yaml").code, 1);
+}
+
+}  // namespace
+}  // namespace evalbus
