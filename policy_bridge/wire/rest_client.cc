@@ -118,7 +118,10 @@ class RestClient : public PolicyClient {
     beast::flat_buffer buffer;
     error_code error = unsent;
     if (unsent != beast::error::timeout) {
-      error = Finish(io, [&](auto done) { http::async_read(stream, buffer, response, done); });
+      // The header by itself: Beast 1.74 forgets that the length is too large where a part of the body comes
+      // with it.
+      error = Finish(io, [&](auto done) { http::async_read_header(stream, buffer, response, done); });
+      if (!error) error = Finish(io, [&](auto done) { http::async_read(stream, buffer, response, done); });
     }
     if (error == beast::error::timeout) Fail(Kind::kTimeout, fmt::format("no answer in {} s", limit_s));
     if (error == http::error::body_limit) {
