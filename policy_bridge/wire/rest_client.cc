@@ -103,7 +103,8 @@ class RestClient : public PolicyClient {
     stream.expires_after(Duration(limit_s));
 
     http::request<http::string_body> request{http::verb::post, url_.target, 11, body};
-    request.set(http::field::host, url_.host + ':' + url_.port);
+    const bool is_ipv6 = url_.host.find(':') != std::string::npos;
+    request.set(http::field::host, (is_ipv6 ? '[' + url_.host + ']' : url_.host) + ':' + url_.port);
     request.set(http::field::user_agent, "evalbus");
     request.set(http::field::content_type, "application/json");
     if (!options_.api_key.empty()) request.set(http::field::authorization, "Api-Key " + options_.api_key);

@@ -11,6 +11,7 @@
 #include "evalbus/all_messages.hpp"
 #include "policy_bridge/wire/groot_codec.h"
 #include "policy_bridge/wire/json_numpy.h"
+#include "policy_bridge/wire/msgpack_codec.h"
 #include "policy_bridge/wire/npy.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
@@ -217,6 +218,18 @@ void WriteAll(const std::filesystem::path& corpus) {
   write_text("mjcf", "pot", kSmallPot);
   write_text("mjcf", "counter", kSmallCounter);
   write_text("run_reader", "run", SmallRun());
+
+  // What a policy server is asked and answers, in both forms of arrays.
+  const policy::Value exchange = policy::Map{
+      {"image", policy::Array{"|u1", {1, 2, 3}, policy::Bytes(6)}},
+      {"actions", policy::FloatArray({0.5, -1}, {1, 2})},
+      {"big_endian",
+       policy::Map{
+           {"__ndarray__", true}, {"dtype", ">f8"}, {"shape", policy::List{1}}, {"data", policy::Bytes(8)}}},
+      {"scalar", policy::Map{{"__npgeneric__", true}, {"data", 1.5}, {"dtype", "<f8"}}},
+      {"others", policy::List{nullptr, true, -1, 70000, "text", policy::Bytes{1, 2}, policy::List{}}}};
+  Write(corpus / "msgpack/bytes", EncodeMsgpack(exchange, policy::ArrayKeys::kBytes));
+  Write(corpus / "msgpack/texts", EncodeMsgpack(exchange, policy::ArrayKeys::kTexts));
   WriteWires(corpus);
 }
 

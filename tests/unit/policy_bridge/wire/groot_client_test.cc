@@ -67,7 +67,7 @@ class GrootDialects : public testing::TestWithParam<Spoken> {
 
 TEST_P(GrootDialects, AreFoundAndSpoken) {
   const GrootServer server(ServerOptions());
-  const auto client = MakeGrootClient(To(server));
+  const auto client = MakePolicyClient(To(server));
   EXPECT_FALSE(client->connected());
   const Value configuration = client->Connect();
   EXPECT_TRUE(client->connected());

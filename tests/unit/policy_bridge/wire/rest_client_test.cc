@@ -34,7 +34,7 @@ class RestClient : public testing::Test {
     options_.wire = Wire::kRest;
     options_.url = server_->url();
     options_.max_reply_bytes = 10'000;
-    client_ = MakeRestClient(options_);
+    client_ = MakePolicyClient(options_);
     client_->Connect();
   }
   // To the next request.

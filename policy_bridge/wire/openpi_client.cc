@@ -1,0 +1,99 @@
+#include "policy_bridge/wire/openpi_client.h"
+
+#include <fmt/format.h>
+
+#include <random>
+
+#include "policy_bridge/wire/websocket_client.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Kind = ServerError::Kind;
+
+// Unlike that of any other client of this server.
+std::string NewSessionId(int64_t episode) {
+  std::random_device random;
+  return fmt::format("evalbus-episode{}-{:08x}{:08x}", episode, random(), random());
+}
+
+// Nothing where it is no number.
+std::optional<double> Number(const Value* value) {
+  if (!value) return std::nullopt;
+  if (const auto* number = value->As<double>()) return *number;
+  if (const auto* number = value->As<int64_t>()) return static_cast<double>(*number);
+  return std::nullopt;
+}
+
+class OpenpiClient : public WebsocketClient {
+ public:
+  explicit OpenpiClient(const ClientOptions& options)
+      : WebsocketClient(options, ArrayKeys::kBytes), is_robo_arena_(options.wire == Wire::kRoboArena) {}
+
+  Value Connect() override {
+    const Deadline deadline(options_.connect_s);
+    Open(deadline);
+    Value metadata = ReceiveFirst("metadata, with which an openpi server begins,", deadline);
+    if (!metadata.Is<Map>()) {
+      throw Ended(Kind::kProtocol,
+                  fmt::format("begins with {}; an openpi server begins with a map of its metadata",
+                              Describe(metadata)));
+    }
+    is_robo_arena_ = options_.wire == Wire::kRoboArena || metadata.Find("action_space");
+    const Value* needs_session_id = metadata.Find("needs_session_id");
+    session_id_ = needs_session_id && *needs_session_id == Value(true) ? NewSessionId(0) : "";
+    return metadata;
+  }
+
+  void BeginEpisode(const std::string&, int64_t episode) override {
+    if (!is_robo_arena_) return;
+    if (!session_id_.empty()) session_id_ = NewSessionId(episode);
+    const Websocket::Message reply = Ask(Map{}, "reset");
+    if (reply.is_text && reply.Text() == "reset successful") return;
+    const Value value = Decoded(reply);  // throws what a text says
+    throw Ended(Kind::kProtocol, "answers a reset with " + Describe(value));
+  }
+
+  Reply Infer(const Value& observation) override {
+    Reply reply{Decoded(Ask(*observation.As<Map>(), "infer")), {}};
+    // The first servers of RoboArena answered with the bare array.
+    if (is_robo_arena_ && reply.value.Is<Array>()) reply.value = Map{{"actions", std::move(reply.value)}};
+    if (!reply.value.Is<Map>()) {
+      throw Ended(Kind::kReply, fmt::format("answers with {}, not with a map", Describe(reply.value)));
+    }
+    Answered();
+    if (const Value* timing = reply.value.Find("server_timing")) {
+      const std::optional<double> infer_ms = Number(timing->Find("infer_ms"));
+      if (infer_ms) reply.server_s = *infer_ms / 1000;
+    }
+    return reply;
+  }
+
+  std::string Name() const override { return is_robo_arena_ ? "RoboArena websocket" : "openpi websocket"; }
+
+ private:
+  Websocket::Message Ask(Map request, const char* endpoint) {
+    if (is_robo_arena_) {
+      if (!session_id_.empty()) request.emplace_back("session_id", session_id_);
+      request.emplace_back("endpoint", endpoint);
+    }
+    if (const auto unasked = ReceiveNow()) {
+      const Value value = Decoded(*unasked);
+      throw Ended(Kind::kProtocol, "sent what nobody asked for: " + Describe(value));
+    }
+    const Deadline deadline = ForReply();
+    Send(request, deadline);
+    return Receive(deadline);
+  }
+
+  bool is_robo_arena_;
+  std::string session_id_;  // empty where the server needs none
+};
+
+}  // namespace
+
+std::unique_ptr<PolicyClient> MakeOpenpiClient(const ClientOptions& options) {
+  return std::make_unique<OpenpiClient>(options);
+}
+
+}  // namespace evalbus::policy

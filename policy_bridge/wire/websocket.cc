@@ -1,0 +1,329 @@
+#include "policy_bridge/wire/websocket.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/beast/core/bind_handler.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket.hpp>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/text.h"
+
+namespace evalbus::policy {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using Kind = ServerError::Kind;
+
+// Beast looks up by this type how a connection is torn down. Its own way reads to the end what the server
+// still sends, which may be long (2 GB that we refused) or for ever.
+class Socket : public asio::ip::tcp::socket {
+ public:
+  using asio::ip::tcp::socket::socket;
+
+  friend void teardown(beast::role_type, Socket& socket, error_code& error) { socket.close(error); }
+  template <class Handler>
+  friend void async_teardown(beast::role_type, Socket& socket, Handler&& handler) {
+    error_code error;
+    socket.close(error);
+    asio::post(socket.get_executor(), beast::bind_front_handler(std::forward<Handler>(handler), error));
+  }
+};
+
+// Of messages that nobody has taken yet. One is usual, and an error and its explanation may come at once.
+constexpr size_t kMaxWaiting = 16;
+
+constexpr auto kGoodbye = std::chrono::seconds(1);
+
+[[noreturn]] void RefuseUrl(const std::string& url, const std::string& why) {
+  throw InputError(fmt::format("{}: {}; expected ws://HOST:PORT[/PATH], e.g. ws://localhost:8000", url, why));
+}
+
+}  // namespace
+
+WebsocketUrl ParseWebsocketUrl(const std::string& text) {
+  constexpr std::string_view kScheme = "ws://";
+  if (text.starts_with("wss://")) {
+    throw InputError(text +
+                     ": no TLS here; use ws://, and let a proxy terminate TLS, or a tunnel (ssh -L) encrypt");
+  }
+  if (!text.starts_with(kScheme)) RefuseUrl(text, "no websocket's URL");
+  if (Printable(text) != text || text.find_first_of(" #") != std::string::npos) {
+    RefuseUrl(Printable(text), "a space, a # or a control character");
+  }
+  const size_t end = std::min(text.find_first_of("/?", kScheme.size()), text.size());
+  std::string authority = text.substr(kScheme.size(), end - kScheme.size());
+  WebsocketUrl url{.text = text, .host = {}, .port = {}, .target = text.substr(end)};
+  if (!url.target.starts_with('/')) url.target.insert(0, "/");
+  if (authority.find('@') != std::string::npos)
+    RefuseUrl(text, "a user's name or password, which is not sent");
+  const size_t colon = authority.rfind(':');
+  const bool is_ipv6 = authority.starts_with('[');
+  if (colon == std::string::npos || (is_ipv6 && authority[colon - 1] != ']')) RefuseUrl(text, "no port");
+  url.port = authority.substr(colon + 1);
+  url.host = is_ipv6 ? authority.substr(1, colon - 2) : authority.substr(0, colon);
+  if (url.host.empty()) RefuseUrl(text, "no host");
+  if (!is_ipv6 && url.host.find(':') != std::string::npos) RefuseUrl(text, "an IPv6 address stands in []");
+  const bool is_number = !url.port.empty() && url.port.size() <= 5 &&
+                         std::ranges::all_of(url.port, [](char c) { return c >= '0' && c <= '9'; });
+  if (!is_number || std::stoi(url.port) < 1 || std::stoi(url.port) > 65535) RefuseUrl(text, "no such port");
+  return url;
+}
+
+Deadline::Deadline(double after_s)
+    : seconds(after_s),
+      time(std::chrono::steady_clock::now() +
+           std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+               std::chrono::duration<double>(std::clamp(after_s, 0.0, 1e8)))) {}
+
+struct Websocket::Connection {
+  explicit Connection(const WebsocketUrl& the_url, uint64_t the_limit) : url(the_url), limit(the_limit) {}
+
+  // All of these run on the thread.
+
+  void Resolve() {
+    resolver.async_resolve(url.host, url.port, [this](error_code error, const auto& endpoints) {
+      if (error) return Fail(Kind::kUnreachable, fmt::format("no such host ({})", error.message()));
+      asio::async_connect(stream.next_layer(), endpoints, [this](error_code connect_error, const auto&) {
+        if (connect_error == asio::error::connection_refused) {
+          return Fail(Kind::kUnreachable, "refused: is the policy server running there?");
+        }
+        if (connect_error) return Fail(Kind::kUnreachable, connect_error.message());
+        Handshake();
+      });
+    });
+  }
+
+  void Handshake() {
+    {
+      const std::lock_guard lock(mutex);
+      stage = "no answer to the websocket's handshake";
+    }
+    error_code ignored;
+    stream.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
+    stream.set_option(websocket::stream_base::timeout{
+        websocket::stream_base::none(), websocket::stream_base::none(), /*keep_alive_pings=*/false});
+    websocket::permessage_deflate no_deflate;
+    no_deflate.client_enable = no_deflate.server_enable = false;
+    stream.set_option(no_deflate);
+    stream.set_option(websocket::stream_base::decorator([this](websocket::request_type& request) {
+      request.set(http::field::user_agent, "evalbus");
+      if (!api_key.empty()) request.set(http::field::authorization, "Api-Key " + api_key);
+    }));
+    stream.read_message_max(limit);
+    stream.binary(true);
+    stream.auto_fragment(false);
+    stream.write_buffer_bytes(64 << 10);
+    const bool is_ipv6 = url.host.find(':') != std::string::npos;
+    const std::string host = (is_ipv6 ? "[" + url.host + "]" : url.host) + ":" + url.port;
+    stream.async_handshake(response, host, url.target, [this](error_code error) {
+      if (error) return FailHandshake(error);
+      {
+        const std::lock_guard lock(mutex);
+        connected = true;
+      }
+      changed.notify_all();
+      Read();
+    });
+  }
+
+  void FailHandshake(const error_code& error) {
+    if (error != websocket::error::upgrade_declined) {
+      return Fail(Kind::kProtocol, fmt::format("no websocket answers there ({})", error.message()));
+    }
+    const int status = static_cast<int>(response.result_int());
+    const std::string answer = fmt::format("HTTP {} {}", status, Printable(std::string(response.reason())));
+    // A proxy's way to say that the server behind it is down.
+    if (status >= 502 && status <= 504)
+      return Fail(Kind::kUnreachable, answer + ": the server behind it is down");
+    if (status == 401 || status == 403) return Fail(Kind::kServer, answer + ": is the API key right?");
+    Fail(Kind::kProtocol, answer + " and no websocket: is the path right?");
+  }
+
+  void Read() {
+    stream.async_read(buffer, [this](error_code error, size_t) {
+      if (error) return FailRead(error);
+      bool too_many;
+      {
+        const std::lock_guard lock(mutex);
+        const auto* bytes = static_cast<const uint8_t*>(buffer.data().data());
+        waiting.push_back({stream.got_text(), Bytes(bytes, bytes + buffer.size())});
+        waiting_bytes += buffer.size();
+        too_many = waiting.size() > kMaxWaiting || waiting_bytes > limit;
+      }
+      changed.notify_all();
+      buffer.consume(buffer.size());
+      if (too_many)
+        return Fail(Kind::kProtocol, "the server sends message after message that nobody asked for");
+      Read();
+    });
+  }
+
+  void FailRead(const error_code& error) {
+    if (error == websocket::error::closed) {
+      const websocket::close_reason& reason = stream.reason();
+      return Fail(
+          Kind::kUnreachable,
+          fmt::format("the server closed the connection ({}{}{})", static_cast<int>(reason.code),
+                      reason.reason.empty() ? "" : ": ", Printable(std::string(reason.reason.c_str()))));
+    }
+    if (error == websocket::error::message_too_big) {
+      return Fail(Kind::kProtocol, fmt::format("an answer of more than {} bytes, which is the limit", limit));
+    }
+    if (error == websocket::condition::protocol_violation) {
+      return Fail(Kind::kProtocol, fmt::format("no websocket's message ({})", error.message()));
+    }
+    if (!stream.is_message_done())
+      return Fail(Kind::kProtocol, "the connection ended in the middle of a message");
+    Fail(Kind::kUnreachable, fmt::format("the server is gone ({})", error.message()));
+  }
+
+  void Fail(Kind kind, const std::string& why) {
+    error_code ignored;
+    stream.next_layer().close(ignored);
+    {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = ServerError(kind, url.text + ": " + why);
+    }
+    changed.notify_all();
+  }
+
+  void Run() {
+    try {
+      context.run();
+    } catch (const std::exception& error) {  // out of memory
+      Fail(Kind::kProtocol, error.what());
+    }
+  }
+
+  // These run on the caller's.
+
+  template <class Condition>
+  bool Wait(std::unique_lock<std::mutex>* lock, const Deadline& deadline, const Condition& condition) {
+    return changed.wait_until(*lock, deadline.time, condition);
+  }
+
+  void Stop(const std::string& why, Kind kind) {
+    context.stop();
+    if (thread.joinable()) thread.join();
+    Fail(kind, why);
+  }
+
+  Websocket::Message Take() {
+    Message message = std::move(waiting.front());
+    waiting.pop_front();
+    waiting_bytes -= message.bytes.size();
+    return message;
+  }
+
+  const WebsocketUrl& url;
+  const uint64_t limit;
+  std::string api_key;
+  asio::io_context context{1};
+  asio::ip::tcp::resolver resolver{context};
+  websocket::stream<Socket> stream{context};
+  websocket::response_type response;
+  beast::flat_buffer buffer;
+  Bytes outgoing;
+
+  // What both threads know.
+  std::mutex mutex;
+  std::condition_variable changed;
+  const char* stage = "no connection";
+  bool connected = false, sent = false;
+  std::deque<Message> waiting;
+  uint64_t waiting_bytes = 0;
+  std::optional<ServerError> failure;
+
+  std::thread thread;
+};
+
+Websocket::Websocket(WebsocketUrl url, const std::string& api_key, uint64_t max_message_bytes,
+                     const Deadline& deadline)
+    : url_(std::move(url)), connection_(std::make_unique<Connection>(url_, max_message_bytes)) {
+  Connection& to = *connection_;
+  to.api_key = api_key;
+  to.Resolve();
+  to.thread = std::thread([&to] { to.Run(); });
+  std::unique_lock lock(to.mutex);
+  const bool in_time = to.Wait(&lock, deadline, [&] { return to.connected || to.failure; });
+  const std::string late = fmt::format("{} within {} s", to.stage, deadline.seconds);
+  lock.unlock();
+  if (!in_time) to.Stop(late, Kind::kTimeout);
+  if (to.failure) {
+    Abort();
+    throw *to.failure;
+  }
+}
+
+Websocket::~Websocket() {
+  Connection& to = *connection_;
+  if (open()) {
+    asio::post(to.context,
+               [&to] { to.stream.async_close(websocket::close_code::normal, [](error_code) {}); });
+    std::unique_lock lock(to.mutex);
+    // The pending read ends with the server's goodbye.
+    to.changed.wait_for(lock, kGoodbye, [&] { return to.failure.has_value(); });
+  }
+  Abort();
+}
+
+bool Websocket::open() const {
+  const std::lock_guard lock(connection_->mutex);
+  return !connection_->failure;
+}
+
+void Websocket::Send(Bytes message, const Deadline& deadline) {
+  Connection& to = *connection_;
+  std::unique_lock lock(to.mutex);
+  if (to.failure) throw *to.failure;
+  to.sent = false;
+  to.outgoing = std::move(message);
+  asio::post(to.context, [&to] {
+    to.stream.async_write(asio::buffer(to.outgoing), [&to](error_code error, size_t) {
+      // The pending read says why.
+      if (error) return;
+      {
+        const std::lock_guard inner(to.mutex);
+        to.sent = true;
+      }
+      to.changed.notify_all();
+    });
+  });
+  const bool in_time = to.Wait(&lock, deadline, [&] { return to.sent || to.failure; });
+  // What the server said before it went is waiting.
+  if (in_time && (to.sent || !to.waiting.empty())) return;
+  lock.unlock();
+  if (!in_time) to.Stop(fmt::format("takes no request within {} s", deadline.seconds), Kind::kTimeout);
+  throw *to.failure;
+}
+
+std::optional<Websocket::Message> Websocket::Receive(const Deadline& deadline) {
+  Connection& to = *connection_;
+  std::unique_lock lock(to.mutex);
+  if (!to.Wait(&lock, deadline, [&] { return !to.waiting.empty() || to.failure; })) return std::nullopt;
+  if (to.waiting.empty()) throw *to.failure;
+  return to.Take();
+}
+
+std::optional<Websocket::Message> Websocket::ReceiveNow() {
+  const std::lock_guard lock(connection_->mutex);
+  return connection_->waiting.empty() ? std::nullopt : std::optional(connection_->Take());
+}
+
+void Websocket::Abort() { connection_->Stop("closed", Kind::kUnreachable); }
+
+}  // namespace evalbus::policy

@@ -1,0 +1,74 @@
+#include "policy_bridge/wire/websocket_client.h"
+
+#include <fmt/format.h>
+
+#include "base/errors.h"
+#include "base/text.h"
+
+namespace evalbus::policy {
+
+using Kind = ServerError::Kind;
+
+WebsocketClient::WebsocketClient(const ClientOptions& options, ArrayKeys array_keys)
+    : options_(options), url_(ParseWebsocketUrl(options.url)), array_keys_(array_keys) {
+  if (Printable(options.api_key) != options.api_key) throw InputError("an API key has no control characters");
+}
+
+void WebsocketClient::Open(const Deadline& deadline) {
+  socket_.reset();
+  answered_ = false;
+  socket_ = std::make_unique<Websocket>(url_, options_.api_key, options_.max_reply_bytes, deadline);
+}
+
+void WebsocketClient::Send(const Value& message, const Deadline& deadline) {
+  if (!socket_) throw ServerError(Kind::kUnreachable, url_.text + ": not connected");
+  socket_->Send(EncodeMsgpack(message, array_keys_), deadline);
+}
+
+Websocket::Message WebsocketClient::Receive(const Deadline& deadline) {
+  std::optional<Websocket::Message> message = socket_->Receive(deadline);
+  if (!message) throw Ended(Kind::kTimeout, fmt::format("no answer within {} s", deadline.seconds));
+  return std::move(*message);
+}
+
+Value WebsocketClient::ReceiveFirst(const std::string& expected, const Deadline& deadline) {
+  const std::optional<Websocket::Message> message = socket_->Receive(deadline);
+  if (!message) {
+    throw Ended(Kind::kProtocol,
+                fmt::format("no {} within {} s: does it speak another wire?", expected, deadline.seconds));
+  }
+  return Decoded(*message);
+}
+
+Value WebsocketClient::Decoded(const Websocket::Message& message) {
+  if (message.is_text) {
+    const ServerError said = Said(message.Text());
+    socket_.reset();
+    throw said;
+  }
+  try {
+    return DecodeMsgpack(message.bytes);
+  } catch (const ServerError& error) {
+    throw Ended(error.kind(), error.what());
+  }
+}
+
+ServerError WebsocketClient::Ended(Kind kind, const std::string& what) {
+  if (kind == Kind::kTimeout) socket_->Abort();  // it would not hear a goodbye
+  socket_.reset();
+  return {kind, url_.text + ": " + what};
+}
+
+ServerError WebsocketClient::Said(const std::string& words) const {
+  std::string_view line = words;
+  const size_t last = line.find_last_not_of(" \t\r\n");
+  line = line.substr(0, last == std::string::npos ? 0 : last + 1);
+  line = line.substr(line.find_last_of('\n') + 1);  // npos + 1 is 0
+  constexpr int kWidth = 500;
+  const std::string printable = Printable(Cut(std::string(line), kWidth));
+  return {Kind::kServer,
+          fmt::format("{}: the server said: {}", url_.text, printable.empty() ? "nothing" : printable),
+          words};
+}
+
+}  // namespace evalbus::policy

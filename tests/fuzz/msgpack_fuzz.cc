@@ -1,0 +1,22 @@
+// Any bytes as the message of a policy server. What is read is written and read again, and stays the same.
+#include <cstdlib>
+
+#include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/policy_client.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace evalbus::policy;
+  Value value;
+  try {
+    value = DecodeMsgpack({data, size});
+  } catch (const ServerError&) {
+    return 0;
+  }
+  Describe(value);
+  if (const Array* array = value.As<Array>()) Numbers(*array);
+  for (const ArrayKeys keys : {ArrayKeys::kBytes, ArrayKeys::kTexts}) {
+    const Bytes written = EncodeMsgpack(value, keys);
+    if (EncodeMsgpack(DecodeMsgpack(written), keys) != written) std::abort();
+  }
+  return 0;
+}
