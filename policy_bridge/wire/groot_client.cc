@@ -26,26 +26,36 @@ Clock::time_point In(double seconds) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-// A REQ socket and what ZeroMQ tells of its one connection, which is not made again when it is lost: a
-// request without a connection would wait for its deadline.
+// A socket for requests, and one that tells what becomes of its connection.
+struct Sockets {
+  explicit Sockets(zmq::context_t& context)
+      : requests(context, zmq::socket_type::req), events(context, zmq::socket_type::pair) {}
+  // An event that nobody takes any more would hold up ZeroMQ's thread for ever, and with it all later
+  // connections.
+  ~Sockets() { zmq_socket_monitor(requests.handle(), nullptr, 0); }
+
+  zmq::socket_t requests, events;
+};
+
+// One connection, which is not made again when it is lost: a request without one would wait for its deadline.
 class Connection {
  public:
   // Throws ServerError if there is none within limit_s.
   Connection(zmq::context_t& context, int number, const ClientOptions& options)
-      : url_(options.url), socket_(context, zmq::socket_type::req), events_(context, zmq::socket_type::pair) {
-    socket_.set(zmq::sockopt::linger, 0);
-    socket_.set(zmq::sockopt::ipv6, true);
-    socket_.set(zmq::sockopt::reconnect_ivl, -1);
-    socket_.set(zmq::sockopt::maxmsgsize, static_cast<int64_t>(options.max_reply_bytes));
-    events_.set(zmq::sockopt::linger, 0);
+      : url_(options.url), sockets_(context) {
+    sockets_.requests.set(zmq::sockopt::linger, 0);
+    sockets_.requests.set(zmq::sockopt::ipv6, true);
+    sockets_.requests.set(zmq::sockopt::reconnect_ivl, -1);
+    sockets_.requests.set(zmq::sockopt::maxmsgsize, static_cast<int64_t>(options.max_reply_bytes));
+    sockets_.events.set(zmq::sockopt::linger, 0);
     const std::string name = fmt::format("inproc://events-{}", number);
     constexpr int kEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                             ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH |
                             ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CLOSED;
-    if (zmq_socket_monitor(socket_.handle(), name.c_str(), kEvents) != 0) throw zmq::error_t();
-    events_.connect(name);
+    if (zmq_socket_monitor(sockets_.requests.handle(), name.c_str(), kEvents) != 0) throw zmq::error_t();
+    sockets_.events.connect(name);
     try {
-      socket_.connect(url_);
+      sockets_.requests.connect(url_);
     } catch (const zmq::error_t& error) {
       throw ServerError(Kind::kUnreachable, fmt::format("{}: {}", url_, error.what()));
     }
@@ -65,14 +75,14 @@ class Connection {
   // One frame there, one frame back.
   Bytes Ask(const Bytes& request, double limit_s, uint64_t max_reply_bytes) {
     const Clock::time_point deadline = In(limit_s);
-    if (!socket_.send(zmq::buffer(request), zmq::send_flags::dontwait)) Lost();
+    if (!sockets_.requests.send(zmq::buffer(request), zmq::send_flags::dontwait)) Lost();
     zmq::message_t reply;
     while (true) {
       if (!Wait(deadline)) {
         throw ServerError(Kind::kTimeout, fmt::format("{}: no answer in {} s", url_, limit_s));
       }
       // Before the events: the last that a server says as it goes counts.
-      if (socket_.recv(reply, zmq::recv_flags::dontwait)) break;
+      if (sockets_.requests.recv(reply, zmq::recv_flags::dontwait)) break;
       if (NextEvent() != 0) {
         Lost(fmt::format("without an answer, or one of more than {} bytes was coming", max_reply_bytes));
       }
@@ -91,7 +101,7 @@ class Connection {
   bool Wait(Clock::time_point deadline) {
     while (true) {
       std::array<zmq::pollitem_t, 2> items = {
-          {{socket_.handle(), 0, ZMQ_POLLIN, 0}, {events_.handle(), 0, ZMQ_POLLIN, 0}}};
+          {{sockets_.requests.handle(), 0, ZMQ_POLLIN, 0}, {sockets_.events.handle(), 0, ZMQ_POLLIN, 0}}};
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
       try {
         if (zmq::poll(items.data(), items.size(), std::max(left, std::chrono::milliseconds(0))) > 0)
@@ -106,15 +116,15 @@ class Connection {
   // 0: none has come.
   int NextEvent() {
     zmq::message_t event, address;
-    if (!events_.recv(event, zmq::recv_flags::dontwait) || event.size() < sizeof(uint16_t)) return 0;
-    if (event.more()) std::ignore = events_.recv(address, zmq::recv_flags::none);
+    if (!sockets_.events.recv(event, zmq::recv_flags::dontwait) || event.size() < sizeof(uint16_t)) return 0;
+    if (event.more()) std::ignore = sockets_.events.recv(address, zmq::recv_flags::none);
     uint16_t number = 0;
     std::memcpy(&number, event.data(), sizeof number);
     return number;
   }
 
   std::string url_;
-  zmq::socket_t socket_, events_;
+  Sockets sockets_;
 };
 
 constexpr std::string_view kVideo = "video.", kState = "state.", kAction = "action.";

@@ -41,7 +41,7 @@ struct ClientOptions {
   // ws://HOST:PORT[/PATH] (openpi, RoboArena, vla-eval), tcp://HOST:PORT (GR00T), http://HOST:PORT/PATH
   // (REST).
   std::string url;
-  // Sent as "Authorization: Api-Key KEY" (websockets) or as api_token (GR00T); empty: nothing is sent.
+  // Sent as "Authorization: Api-Key KEY" (websockets, REST) or as api_token (GR00T); empty: nothing is sent.
   std::string api_key;
   // Deadlines, s. The first answer after a connection is that of a server that compiles its model.
   double connect_s = 10, first_reply_s = 600, reply_s = 30;

@@ -103,7 +103,8 @@ class RestClient : public PolicyClient {
     stream.expires_after(Duration(limit_s));
 
     http::request<http::string_body> request{http::verb::post, url_.target, 11, body};
-    request.set(http::field::host, url_.host + ':' + url_.port);
+    const bool is_ipv6 = url_.host.find(':') != std::string::npos;
+    request.set(http::field::host, (is_ipv6 ? '[' + url_.host + ']' : url_.host) + ':' + url_.port);
     request.set(http::field::user_agent, "evalbus");
     request.set(http::field::content_type, "application/json");
     if (!options_.api_key.empty()) request.set(http::field::authorization, "Api-Key " + options_.api_key);
@@ -118,7 +119,10 @@ class RestClient : public PolicyClient {
     beast::flat_buffer buffer;
     error_code error = unsent;
     if (unsent != beast::error::timeout) {
-      error = Finish(io, [&](auto done) { http::async_read(stream, buffer, response, done); });
+      // The header by itself: Beast 1.74 forgets that the length is too large where a part of the body comes
+      // with it.
+      error = Finish(io, [&](auto done) { http::async_read_header(stream, buffer, response, done); });
+      if (!error) error = Finish(io, [&](auto done) { http::async_read(stream, buffer, response, done); });
     }
     if (error == beast::error::timeout) Fail(Kind::kTimeout, fmt::format("no answer in {} s", limit_s));
     if (error == http::error::body_limit) {

@@ -9,7 +9,10 @@
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "evalbus/all_messages.hpp"
+#include "policy_bridge/wire/groot_codec.h"
+#include "policy_bridge/wire/json_numpy.h"
 #include "policy_bridge/wire/msgpack_codec.h"
+#include "policy_bridge/wire/npy.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
 #include "tests/unit/lcm_datagram.h"
@@ -99,6 +102,32 @@ void Write(const std::filesystem::path& file, const Bytes& bytes) {
   std::filesystem::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+// What policy servers say.
+void WriteWires(const std::filesystem::path& corpus) {
+  using policy::Array, policy::List, policy::Map, policy::Value;
+  const auto write_text = [&](const char* target, const char* name, const std::string& text) {
+    Write(corpus / target / name, Bytes(text.begin(), text.end()));
+  };
+  const Array actions = policy::FloatArray({0.5, -1, 0, 1}, {1, 2, 2});
+  Write(corpus / "npy" / "actions", policy::EncodeNpy(actions));
+  Write(corpus / "npy" / "number", policy::EncodeNpy({"<i8", {}, Bytes(8)}));
+  Write(corpus / "npy" / "bytes", policy::EncodeNpy({"|u1", {3}, {0, 1, 2}}));
+  write_text("json_numpy", "array", policy::EncodeJsonNumpy(actions));
+  write_text("json_numpy", "rows",
+             policy::EncodeJsonNumpy(List{Value(actions), Value(Array{"<f8", {}, Bytes(8)})}));
+  write_text("json_numpy", "all", R"({"z": [null, true, -1, 2.5e3, "\u00e9\n", {}, []], "a": "error"})");
+  const auto groot = [&](const char* name, const Value& value) {
+    Write(corpus / "groot_codec" / name, policy::EncodeGroot(value));
+  };
+  groot("actions", List{Value(Map{{"arm", actions}}), Value(Map{})});
+  groot("all", Map{{"z", List{nullptr, true, -1, 1 << 20, 2.5, "text", Bytes{1, 2}}}, {"error", "words"}});
+  const Map modality = {{"delta_indices", List{0}}, {"modality_keys", List{"front"}}};
+  groot(
+      "configuration",
+      Map{{"video", Map{{"__ModalityConfig_class__", true}, {"as_json", policy::EncodeJsonNumpy(modality)}}},
+          {"state", Map{{"__ModalityConfig_class__", true}, {"as_dict", modality}}}});
 }
 
 void WriteAll(const std::filesystem::path& corpus) {
@@ -201,6 +230,7 @@ void WriteAll(const std::filesystem::path& corpus) {
       {"others", policy::List{nullptr, true, -1, 70000, "text", policy::Bytes{1, 2}, policy::List{}}}};
   Write(corpus / "msgpack/bytes", EncodeMsgpack(exchange, policy::ArrayKeys::kBytes));
   Write(corpus / "msgpack/texts", EncodeMsgpack(exchange, policy::ArrayKeys::kTexts));
+  WriteWires(corpus);
 }
 
 }  // namespace

@@ -1,0 +1,69 @@
+// A GR00T inference server of any dialect, with a policy of a few lines behind it.
+#pragma once
+
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <queue>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "policy_bridge/wire/policy_client.h"
+#include "policy_bridge/wire/value.h"
+
+namespace evalbus::doubles {
+
+// Its robot: camera "front", states "arm" (length 2 or more) and "gripper" (1), language key
+// "annotation.human.task_description"; actions "arm" (horizon, 2), row i of which is the arm's state + i, and
+// "gripper" (horizon, 1), row i of which is i.
+class GrootServer {
+ public:
+  struct Options {
+    policy::ClientOptions::GrootDialect dialect = policy::ClientOptions::GrootDialect::kN16;
+    int horizon = 3;
+    // Of what it says of a modality.
+    enum class Configuration { kJsonText, kMap, kDict, kNone } configuration = Configuration::kMap;
+    std::string token;
+    int port = 0;  // any that is free
+  };
+  explicit GrootServer(const Options& options);
+  ~GrootServer();
+
+  std::string url() const;
+  int port() const { return port_; }
+  // Of all requests so far, oldest first, whether answered or not.
+  std::vector<policy::Value> requests() const;
+
+  // The next request to this endpoint gets exactly these bytes, no answer at all, or the end of the
+  // connection, after which nobody listens.
+  void SayNext(const std::string& endpoint, const policy::Bytes& frame);
+  void BeSilentNext(const std::string& endpoint);
+  void BeGoneNext(const std::string& endpoint);
+
+ private:
+  struct Fate {
+    enum { kSay, kSilent, kGone } kind;
+    policy::Bytes frame;
+  };
+  struct Sockets;  // keeps ZeroMQ out of here
+
+  void Serve();
+  policy::Value Answer(const policy::Value& request) const;
+  policy::Value Configuration() const;
+  policy::Value Act(const policy::Value& data) const;
+
+  const Options options_;
+  int port_ = 0;
+  mutable std::mutex mutex_;
+  std::condition_variable stop_;
+  bool stopping_ = false;
+  std::map<std::string, std::queue<Fate>> fates_;
+  std::vector<policy::Value> requests_;
+  std::unique_ptr<Sockets> sockets_;
+  std::thread thread_;
+};
+
+}  // namespace evalbus::doubles

@@ -1,0 +1,20 @@
+// Any bytes as a message of a GR00T server; what can be read is the same when it is written and read again,
+// but for configurations, of which only the content is kept.
+#include <cstdlib>
+#include <string_view>
+
+#include "policy_bridge/wire/groot_codec.h"
+#include "policy_bridge/wire/policy_client.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace evalbus::policy;
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  try {
+    const Value value = DecodeGroot({data, size});
+    if (text.find("__ModalityConfig_class__") != std::string_view::npos) return 0;
+    const Bytes written = EncodeGroot(value);
+    if (EncodeGroot(DecodeGroot(written)) != written) std::abort();
+  } catch (const ServerError&) {
+  }
+  return 0;
+}

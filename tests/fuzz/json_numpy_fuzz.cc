@@ -1,0 +1,15 @@
+// Any text as JSON with arrays; what can be read is the same when it is written and read again.
+#include <cstdlib>
+
+#include "policy_bridge/wire/json_numpy.h"
+#include "policy_bridge/wire/policy_client.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace evalbus::policy;
+  try {
+    const std::string written = EncodeJsonNumpy(DecodeJsonNumpy({reinterpret_cast<const char*>(data), size}));
+    if (EncodeJsonNumpy(DecodeJsonNumpy(written)) != written) std::abort();
+  } catch (const ServerError&) {
+  }
+  return 0;
+}

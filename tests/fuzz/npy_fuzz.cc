@@ -1,0 +1,15 @@
+// Any bytes as a .npy file; what can be read is the same when it is written and read again.
+#include <cstdlib>
+
+#include "policy_bridge/wire/npy.h"
+#include "policy_bridge/wire/policy_client.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace evalbus::policy;
+  try {
+    const Array array = DecodeNpy({data, size});
+    if (array.data.size() > size || DecodeNpy(EncodeNpy(array)) != array) std::abort();
+  } catch (const ServerError&) {
+  }
+  return 0;
+}

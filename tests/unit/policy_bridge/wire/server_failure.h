@@ -1,0 +1,33 @@
+// How talk with a policy server ends.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+#include "policy_bridge/wire/policy_client.h"
+#include "tests/unit/policy_bridge/wire/hex.h"
+
+namespace evalbus::policy {
+
+// The ServerError that `talk` throws; its message has to be one line.
+template <class Talk>
+ServerError FailureOf(const Talk& talk) {
+  try {
+    talk();
+  } catch (const ServerError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error;
+  }
+  ADD_FAILURE() << "nothing failed";
+  return {ServerError::Kind::kReply, "nothing failed"};
+}
+
+MATCHER_P2(FailsAs, kind, words, "") {
+  *result_listener << "kind " << static_cast<int>(arg.kind()) << ": " << arg.what();
+  return arg.kind() == kind && std::string_view(arg.what()).find(words) != std::string_view::npos;
+}
+
+}  // namespace evalbus::policy
