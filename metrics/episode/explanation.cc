@@ -37,10 +37,9 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
   return event;
 }
 
-std::string Text(const explanation_t& e, const std::string& reason, const std::string& end_reason,
-                 double time, bool has_stages) {
+std::string Text(const explanation_t& e, const std::string& reason, double time, bool has_stages) {
   std::string text = fmt::format("{} at {:.2f} s", end_reason::Outcome(reason), time);
-  if (end_reason == end_reason::kServerError) {
+  if (reason == end_reason::kServerError) {
     text += " (invalid: the policy's server failed, which says nothing of the policy)";
   }
   // Of an `any`, several operands may wait for the same.
@@ -104,7 +103,7 @@ explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, 
     e.grasp.back().duration_s = TickTime(grasp.ticks(), dt);
   }
   e.num_grasps = static_cast<int32_t>(e.grasp.size());
-  e.text = Text(e, reason, outcome.end_reason, metrics.time(), !metrics.stages().stages().empty());
+  e.text = Text(e, reason, metrics.time(), !metrics.stages().stages().empty());
   return e;
 }
 
