@@ -266,6 +266,11 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   const Result rescored = RunProgram({"evalbus", "rescore", run_});
   EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
 
+  // Who asks for others leaves it where it is.
+  Run(Guest::kHonestAgain, Guest::kServerFailsOnce, "40", true);
+  ASSERT_EQ(Episodes(run_).size(), 3u);
+  EXPECT_EQ(Episodes(run_)[2], episodes[2]);
+
   const std::string resumed = Run(Guest::kHonestAgain, Guest::kServerIsGone, "40", true);
   EXPECT_NE(resumed.find("1 episode in "), std::string::npos) << resumed;
   EXPECT_EQ(resumed.find("invalid"), std::string::npos) << resumed;

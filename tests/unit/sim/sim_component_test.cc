@@ -526,6 +526,24 @@ TEST_F(SimComponentTest, AServersFaultEndsTheEpisodeWithServerError) {
   EXPECT_EQ(ends_[0].detail, "connection closed");
 }
 
+TEST_F(SimComponentTest, CountsWristPosesThatCouldNotBeReached) {
+  MakeSim();
+  Start();
+  for (int64_t k = 0; k < 3; ++k) {
+    action_t action = Action(k);
+    action.unreachable_poses = k == 1 ? 0 : 2;
+    action.singular_poses = 1;
+    Act(action);
+    Act(action);  // said again
+    Score(k);
+  }
+  EXPECT_EQ(states_.back().unreachable_poses, 4);
+  EXPECT_EQ(states_.back().singular_poses, 3);
+  Score(3, partial_metrics_t::SUCCESS);
+  Start(1);
+  EXPECT_EQ(states_.back().unreachable_poses + states_.back().singular_poses, 0);
+}
+
 SimOptions GoingOnFor(double after_success_s) {
   SimOptions options;
   options.after_success_s = after_success_s;
