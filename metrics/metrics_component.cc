@@ -12,10 +12,11 @@ namespace {
 // RUN_SUMMARY is repeated for those who begin to listen in the middle of a run.
 constexpr auto kRepeatSummary = std::chrono::seconds(1);
 
-// In lockstep the sim ends an episode on the verdict of its last tick and on nothing else where there is one.
-// Empty if it did, else what that verdict was: the sim went by another score than ours.
+// In lockstep the sim ends an episode on its verdict and on nothing else where there is one, unless the
+// policy's server fails after a success. Empty if it did, else what that verdict was: the sim went by another
+// score than ours.
 std::string Conflict(const std::string& end_reason, const episode_summary_t& summary) {
-  if (end_reason == end_reason::kAborted ||
+  if (end_reason == end_reason::kAborted || end_reason == end_reason::kServerError ||
       summary.extended.missing_ticks + summary.extended.refused_samples > 0) {
     return "";
   }

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -76,6 +77,9 @@ PreparedScene Compose(const SimOptions& options, CompiledModels* compiled) {
   const std::string rate = MakeControlRateReal(info.timestep_us, &real);
   if (!rate.empty()) prepared.scene.warnings.push_back(rate);
   info.substeps = Substeps(real.control_hz, info.timestep_us);
+  const double tick_us = static_cast<double>(ControlPeriodUs(info));
+  info.after_success_us =
+      std::llround(std::ceil(options.after_success_s * 1e6 / tick_us - 1e-6)) * ControlPeriodUs(info);
   *compiled = {CompiledModel(prepared.scene.physics.get()), CompiledModel(prepared.scene.visual.get())};
   info.physics_sha256 = Sha256Text(compiled->physics);
   info.visual_sha256 = Sha256Text(compiled->visual);

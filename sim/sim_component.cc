@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/random.h"
-#include "lcmtypes/end_reason.h"
 #include "models/mujoco_errors.h"
 
 namespace evalbus::sim {
@@ -203,6 +202,7 @@ void SimComponent::StartIfReady() {
   log().Info("begins, seed {}", begin_.seed);
   state_.header = begin_.header;
   deadline_misses_ = 0;
+  success_us_.reset();
   published_.clear();
   action_latency_.Clear();
   partial_latency_.Clear();
@@ -247,7 +247,7 @@ void SimComponent::OnAction(const action_t& action) {
     tick_.end = {action.is_server_error ? end_reason::kServerError : end_reason::kPolicyError, fault};
   }
   if (options_.realtime) return;
-  if (!tick_.end && !TimeIsUp() && !world_.Step()) tick_.end = {end_reason::kUnstable, world_.instability()};
+  StepAhead();
   Advance();
 }
 
@@ -260,14 +260,16 @@ void SimComponent::OnPartial(const partial_metrics_t& partial) {
   }
   const auto answer = detector_.Hear(channels::kPartial, tick, bus().handled());
   if (answer == ConflictDetector::Answer::kConflicting) return OnConflict(detector_.conflict());
+  if (!options_.realtime && (answer == ConflictDetector::Answer::kRepeated || tick != state_.header.tick)) {
+    ++status_.foreign_messages;
+    return;
+  }
+  if (partial.verdict == partial_metrics_t::SUCCESS && !success_us_) success_us_ = tick * world_.tick_us();
   if (options_.realtime) {
     if (answer == ConflictDetector::Answer::kNew) TimeAnswer(tick, &partial_latency_);
     // The verdict may be about an earlier tick; it holds all the same.
-    if (partial.verdict != partial_metrics_t::UNDECIDED) End(end_reason::Of(partial.verdict));
-    return;
-  }
-  if (answer == ConflictDetector::Answer::kRepeated || tick != state_.header.tick) {
-    ++status_.foreign_messages;
+    if (partial.verdict == partial_metrics_t::FAILURE) return End(end_reason::kFailure);
+    if (success_us_ && TimeIsUp()) EndInTime();
     return;
   }
   tick_.verdict = partial.verdict;
@@ -278,13 +280,19 @@ void SimComponent::TimeAnswer(int64_t tick, Durations* latency) {
   latency->Add(steady_clock::now() - published_[static_cast<size_t>(tick)]);
 }
 
+void SimComponent::StepAhead() {
+  if (tick_.stepped || tick_.end || TimeIsUp()) return;
+  tick_.stepped = true;
+  if (!world_.Step()) tick_.end = {end_reason::kUnstable, world_.instability()};
+}
+
 void SimComponent::Advance() {
   if (!tick_.verdict) return;
-  if (*tick_.verdict != partial_metrics_t::UNDECIDED) {
-    End(end_reason::Of(*tick_.verdict));
-  } else if (TimeIsUp()) {
-    End(end_reason::kTimeLimit);
-  } else if (tick_.end) {
+  if (*tick_.verdict == partial_metrics_t::FAILURE) return End(end_reason::kFailure);
+  if (TimeIsUp()) return EndInTime();
+  // With a success at the time limit the episode goes on, and nobody has stepped ahead.
+  if (tick_.has_action) StepAhead();
+  if (tick_.end) {
     End(tick_.end->first, tick_.end->second);
   } else if (tick_.has_action && roster_.Lagging(state_.header.tick).empty()) {
     ++state_.header.tick;
@@ -296,7 +304,7 @@ void SimComponent::Advance() {
 void SimComponent::AdvanceRealtime(SteadyTime now) {
   if (now < pacer_.due()) return;
   if (tick_.end) return End(tick_.end->first, tick_.end->second);
-  if (TimeIsUp()) return End(end_reason::kTimeLimit);
+  if (TimeIsUp()) return EndInTime();
   if (!tick_.has_action) {
     ++deadline_misses_;
     log().Debug("no ACTION in time: the last one is held");
@@ -308,7 +316,13 @@ void SimComponent::AdvanceRealtime(SteadyTime now) {
   pacer_.Published(tick_.published);
 }
 
-void SimComponent::End(const std::string& reason, const std::string& detail) {
+void SimComponent::End(std::string reason, std::string detail) {
+  // The verdict stands, whatever ends what comes after it.
+  if (success_us_ && reason != end_reason::kSuccess && reason != end_reason::kAborted &&
+      reason != end_reason::kServerError) {
+    detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
+    reason = end_reason::kSuccess;
+  }
   phase_ = Phase::kIdle;
   end_ = {};
   end_.header = state_.header;

@@ -2,9 +2,10 @@
 //
 // lockstep: STATE(k+1) is published when ACTION(k) and PARTIAL(k) are there and no windowed consumer lags too
 // far. The physics of tick k+1 is computed as soon as ACTION(k) is there, beside collision checking and
-// metrics of tick k in their own processes; should PARTIAL(k) bring a verdict, that step is dropped and the
-// episode ends at tick k. realtime: the wall clock decides; a late action means that the last one is held and
-// a deadline miss counted.
+// metrics of tick k in their own processes; should PARTIAL(k) end the episode, that step is dropped and tick
+// k is the last. After a success the episode goes on for MODEL's after_success_us; nothing that ends it then
+// changes the verdict. realtime: the wall clock decides; a late action means that the last one is held and a
+// deadline miss counted.
 #pragma once
 
 #include <deque>
@@ -17,6 +18,7 @@
 #include "bus/conflict_detector.h"
 #include "bus/repeater.h"
 #include "bus/wait.h"
+#include "lcmtypes/end_reason.h"
 #include "sim/durations.h"
 #include "sim/pacer.h"
 #include "sim/prepared_scene.h"
@@ -44,6 +46,8 @@ class SimComponent : public Component {
   // What has arrived of the tick whose STATE is out.
   struct Tick {
     bool has_action = false;
+    // The physics of the next one was computed.
+    bool stepped = false;
     // Of the score, once it is there: as in partial_metrics_t.
     std::optional<int8_t> verdict;
     // The episode must end after this tick's score: reason and detail.
@@ -72,6 +76,8 @@ class SimComponent : public Component {
   void AnnounceEpisode();
   void PublishModel();
   void StartIfReady();
+  // The physics of the next tick, unless there is to be none; once.
+  void StepAhead();
   // Publishes the next STATE or ends the episode, if what that needs is there.
   void Advance();
   void AdvanceRealtime(SteadyTime now);
@@ -79,8 +85,13 @@ class SimComponent : public Component {
   void PublishState();
   // Says again, and ends the episode, where an answer does not come.
   void MindSilence(SteadyTime now);
-  void End(const std::string& reason, const std::string& detail = "");
-  bool TimeIsUp() const { return state_.header.sim_time_us >= scene_.info.time_limit_us; }
+  void End(std::string reason, std::string detail = "");
+  // The time limit holds until the first success, and after_success_us from there.
+  bool TimeIsUp() const {
+    return state_.header.sim_time_us >=
+           (success_us_ ? *success_us_ + scene_.info.after_success_us : scene_.info.time_limit_us);
+  }
+  void EndInTime() { End(success_us_ ? end_reason::kSuccess : end_reason::kTimeLimit); }
 
   SimOptions options_;
   PreparedScene scene_;
@@ -96,6 +107,8 @@ class SimComponent : public Component {
   episode_end_t end_{};
   Tick tick_;
   int64_t deadline_misses_ = 0;
+  // Simulated time of the first success.
+  std::optional<int64_t> success_us_;
 
   Roster roster_;
   ConflictDetector detector_;

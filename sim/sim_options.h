@@ -24,6 +24,7 @@ struct SimOptions {
   bool realtime = false;
   double rtf = 1;
   double policy_timeout_s = 60;
+  double after_success_s = 0;
   // As MODEL carries it.
   std::string run_id = "run";
 
@@ -63,6 +64,11 @@ void ForEachOption(Options& options, const F& f) {
                  kFixed},
           Option{&SimOptions::policy_timeout_s, "policy_timeout_s",
                  "wait for an action at most this long (lockstep)", Range{0.001, kLongestTimeout}, kFixed},
+          Option{
+              &SimOptions::after_success_s, "after_success_s",
+              "go on for so many simulated seconds after the first success, whole ticks, and see whether it "
+              "holds",
+              Range{0, 1e6}, kFixed},
           Option{&SimOptions::run_id, "run_id"},
       },
       options, f);

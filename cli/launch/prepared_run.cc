@@ -105,6 +105,10 @@ void CheckResumable(const results::RecordedRun& before, const RunOptions& option
   }
 }
 
+bool IsWanted(const RunOptions& options, int episode) {
+  return options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
+}
+
 RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
                const std::set<int>& finished) {
   RunPlan plan;
@@ -119,9 +123,7 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   plan.policy_is_external = options.policy.policy == policy::kExternalPolicy;
   plan.policy_timeout_s = options.sim.policy_timeout_s;
   for (int episode = 0; episode < options.episodes; ++episode) {
-    const bool is_wanted =
-        options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
-    if (is_wanted && !finished.contains(episode)) plan.episodes.push_back(episode);
+    if (IsWanted(options, episode) && !finished.contains(episode)) plan.episodes.push_back(episode);
   }
   return plan;
 }
@@ -172,6 +174,7 @@ PreparedRun PrepareRun(RunOptions options) {
     const results::RecordedRun before = results::ReadRunAsFarAsItGot(folder.path());
     CheckResumable(before, options, facts);
     for (const results::RecordedEpisode& episode : before.episodes) {
+      if (episode.invalid() && IsWanted(options, episode.episode)) continue;
       finished.push_back(episode.json);
       numbers.insert(episode.episode);
     }

@@ -18,7 +18,7 @@ struct PreparedRun {
   nlohmann::ordered_json facts;
   results::RunFolder folder;
   RunPlan plan;
-  // Lines of episodes.jsonl that were there before, in order.
+  // Lines of episodes.jsonl that were there before and stay, in order: invalid ones are run again.
   std::vector<nlohmann::ordered_json> finished;
 
   // How many episodes there are to be.

@@ -90,10 +90,14 @@ void PrintSummary(const PreparedRun& run, const Summary& summary, double wall_s)
   }
   if (!summary.policy_notes.empty()) fmt::print("\n");
   for (const std::string& note : summary.policy_notes) fmt::print("{}\n", note);
+  const auto shown = run.folder.shown();
+  if (const std::string note = results::InvalidText(summary.statistics.invalid, shown.string());
+      !note.empty()) {
+    fmt::print("\n{}", note);
+  }
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
   fmt::print("\n{} episode{} in {:.1f} s{}\n", added, added == 1 ? "" : "s", wall_s,
              run.finished.empty() ? "" : fmt::format(", {} there before", run.finished.size()));
-  const auto shown = run.folder.shown();
   fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
   fmt::print("summary  {}\n", (shown / kSummaryJson).string());
   fmt::print("logs     {}\n", (shown / kEpisodesFolder / "*" / kEventLog).string());

@@ -136,12 +136,20 @@ void RunController::OnEnd(const episode_end_t& end) {
   attempt_.end = end;
   attempt_.ended.emplace(std::chrono::steady_clock::now());
   // Metrics may not be able to say so, if it was led into another episode.
-  if (end.end_reason == end_reason::kAborted) BeginAgain(end.detail);
+  if (const auto why = WhyWorthless(end.end_reason, end.detail)) BeginAgain(*why);
+}
+
+std::optional<std::string> RunController::WhyWorthless(const std::string& end_reason,
+                                                       const std::string& detail) const {
+  if (end_reason == end_reason::kAborted) return detail;
+  if (end_reason == end_reason::kServerError && has_another_try())
+    return "the policy's server failed: " + detail;
+  return std::nullopt;
 }
 
 void RunController::OnSummary(const episode_summary_t& summary) {
   if (done() || !attempt_.begun || !IsOurs(summary.header)) return;
-  if (summary.end_reason == end_reason::kAborted) return BeginAgain(summary.end_detail);
+  if (const auto why = WhyWorthless(summary.end_reason, summary.end_detail)) return BeginAgain(*why);
   if (summary.seed != seed()) {
     return BeginAgain("begun with a seed that is not ours: is a second run on this bus?");
   }
@@ -180,8 +188,7 @@ void RunController::OnStatus(const component_status_t& status) {
       return BeginAgain("its log was closed before its end: is an old log being played on this bus?");
     }
     // The scores are right: so one that lacks ticks is better than none.
-    const bool has_another_try = !plan_.realtime && attempt_.number + 1 < plan_.max_attempts;
-    if (status.last_finished_missing_ticks > 0 && has_another_try) {
+    if (status.last_finished_missing_ticks > 0 && !plan_.realtime && has_another_try()) {
       const int64_t missing = status.last_finished_missing_ticks;
       return BeginAgain(
           fmt::format("the log lacks {} tick{}: lost on the way to it", missing, missing == 1 ? "" : "s"));
@@ -209,6 +216,10 @@ void RunController::FinishIfRecorded() {
   if (!attempt_.calls.empty()) folder_.AddPolicyCalls(episode_index(), attempt_.calls.Json());
   folder_.AddEpisode(episode_index(), line);
   listener_->OnEpisodeDone(line);
+  if (summary.end_reason == end_reason::kServerError) {
+    listener_->OnRemark(fmt::format("{:>7}  invalid after {} attempts: the policy's server failed: {}",
+                                    episode_index(), attempt_.number + 1, summary.end_detail));
+  }
   attempt_ = {};
   ++next_;
   if (!done()) Command();
@@ -285,7 +296,7 @@ void RunController::Retry(const std::string& why) {
 
 // Leaves the folder to the recorder, which may be about to close the log of the attempt that was aborted.
 void RunController::BeginAgain(const std::string& why) {
-  if (attempt_.number + 1 >= plan_.max_attempts) {
+  if (!has_another_try()) {
     // A component whose log is on a full disk cannot say so there.
     const std::string disk = WhyNotWritable(folder_.path());
     throw EnvironmentError(fmt::format("episode {} failed {} times, the last time: {}{}{}", episode_index(),

@@ -1,6 +1,6 @@
 // Takes a run through its episodes: commands the sim, collects summaries, keeps the run folder, retries what
-// was aborted, notices who fell silent. Speaks only over the bus, like any other listener, so it works alike
-// for processes and in one process.
+// was aborted or spoilt by the policy's server, notices who fell silent. Speaks only over the bus, like any
+// other listener, so it works alike for processes and in one process.
 #pragma once
 
 #include <map>
@@ -33,7 +33,8 @@ struct RunPlan {
   std::vector<int> episodes;
   int64_t seed = 0;
   std::vector<std::string> required;
-  // Tries per episode before the run gives up.
+  // Tries per episode before the run gives up; before an episode is invalid, and the run goes on, where the
+  // last of them ended with server_error.
   int max_attempts = 3;
   // Episodes then say how well they kept time.
   bool realtime = false;
@@ -113,6 +114,9 @@ class RunController : public Component {
   };
 
   int episode_index() const { return plan_.episodes[next_]; }
+  bool has_another_try() const { return attempt_.number + 1 < plan_.max_attempts; }
+  // Why what ended like this is worth nothing and begun again; nothing where it is not.
+  std::optional<std::string> WhyWorthless(const std::string& end_reason, const std::string& detail) const;
   int64_t seed() const;
   void Command();
   void OnModel(const model_info_t& model);

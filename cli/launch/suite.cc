@@ -158,6 +158,9 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
   for (const auto& [name, tally] : families) fmt::print("{}", tally.Line(name, width));
   if (families.size() > 1) fmt::print("{}", all.Line("all", width));
   const auto shown = suite.shown();
+  if (const std::string note = results::InvalidText(all.invalid(), shown.string()); !note.empty()) {
+    fmt::print("\n{}", note);
+  }
   fmt::print("\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(), elapsed(),
              (shown / "*" / kEpisodesJsonl).string());
   if (done < static_cast<int>(tasks.size())) {

@@ -131,6 +131,7 @@ void Rescorer::ScoreTicks() {
     if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
       // A realtime episode runs on until the sim hears the verdict.
       if (model_->clock != clock_name::kLockstep) continue;
+      if (scorer_->verdict() == partial_metrics_t::SUCCESS && !IsAfterSuccess(end.header)) continue;
       end.end_reason = end_reason::Of(scorer_->verdict());
     } else if (end.header.sim_time_us >= std::llround(task_->time_limit * 1e6)) {
       end.end_reason = end_reason::kTimeLimit;
@@ -157,9 +158,16 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   merger_.EndAt(end_->header.tick);
   merger_.GiveUp();
   ScoreTicks();
+  // What ended it besides verdict, time limit and abort would have ended it here, too; it says how.
+  const bool ended_by_itself = !end_->detail.empty() && end_->end_reason != end_reason::kAborted;
   if (own_end_) {
     end_ = own_end_;
-  } else if (task_ && scorer_->verdict() != partial_metrics_t::UNDECIDED) {
+  } else if (task_ && scorer_->verdict() == partial_metrics_t::SUCCESS && !ended_by_itself &&
+             !IsAfterSuccess(end_->header)) {
+    end_->end_reason = end_reason::kAborted;
+    end_->detail = "the log ends before the time after this description's success";
+  } else if (task_ && scorer_->verdict() != partial_metrics_t::UNDECIDED &&
+             end_->end_reason != end_reason::kServerError) {
     end_->end_reason = end_reason::Of(scorer_->verdict());
   } else if (task_ && end_->end_reason == end_reason::kTimeLimit) {
     end_->end_reason = end_reason::kAborted;

@@ -49,8 +49,8 @@ class Rescorer {
  public:
   // Without a task, every episode is judged by the description in its log up to its recorded end, as the
   // metrics process did. With one, a lockstep episode ends where the sim would have ended it: at this
-  // description's verdict or time limit. Where the log ends before that, it is not complete ("unconfirmed" or
-  // "aborted").
+  // description's verdict, after_success_us later than its success, or at its time limit. Where the log ends
+  // before that, it is not complete ("unconfirmed" or "aborted").
   explicit Rescorer(std::optional<TaskDescription> task = std::nullopt) : task_(std::move(task)) {}
 
   // Called after each tick that was scored.
@@ -71,6 +71,10 @@ class Rescorer {
   template <class Message>
   void OnTickMessage(const LogEvent& event, Message* message, RescoredLog* log);
   void ScoreTicks();
+  // At this tick the first success is after_success_us ago.
+  bool IsAfterSuccess(const header_t& header) const {
+    return header.sim_time_us >= scorer_->verdict_time_us().value_or(0) + model_->after_success_us;
+  }
   // Ends the episode in progress, if there is one.
   void Finish(const std::optional<episode_summary_t>& recorded, RescoredLog* log);
 

@@ -81,6 +81,9 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   episode.end_reason = Get<std::string>(json, "end_reason", "a name", where);
   episode.failure_reason = Get<std::string>(json, "failure_reason", "a name, empty on success", where);
   episode.complete = Get<bool>(json, "complete", "true or false", where);
+  if (episode.invalid() && episode.complete) {
+    Fail(where, fmt::format("\"complete\" with \"end_reason\" {}: no such episode is", episode.end_reason));
+  }
   const auto metrics = Get<ordered_json>(json, "metrics", "an object", where);
   Get<ordered_json>(json, "extended", "an object", where);
   const auto success = metrics.find("success");
@@ -173,7 +176,15 @@ std::vector<std::pair<std::string, double>> RecordedEpisode::Values() const {
 std::vector<int> RecordedRun::incomplete() const {
   std::vector<int> numbers;
   for (const RecordedEpisode& episode : episodes) {
-    if (!episode.complete) numbers.push_back(episode.episode);
+    if (!episode.complete && !episode.invalid()) numbers.push_back(episode.episode);
+  }
+  return numbers;
+}
+
+std::vector<int> RecordedRun::invalid() const {
+  std::vector<int> numbers;
+  for (const RecordedEpisode& episode : episodes) {
+    if (episode.invalid()) numbers.push_back(episode.episode);
   }
   return numbers;
 }
@@ -195,6 +206,12 @@ std::vector<std::string> RecordedRun::Remarks() const {
   if (!unfinished.empty()) {
     remarks.push_back(
         fmt::format("begun and not finished: {} {}", Plural(unfinished.size()), List(unfinished)));
+  }
+  if (const std::vector<int> numbers = invalid(); !numbers.empty()) {
+    remarks.push_back(fmt::format(
+        "invalid and left out of all rates, since the policy's server failed: {} {}; --resume runs {} "
+        "again",
+        Plural(numbers.size()), List(numbers), numbers.size() == 1 ? "it" : "them"));
   }
   if (const std::vector<int> numbers = incomplete(); !numbers.empty()) {
     remarks.push_back(

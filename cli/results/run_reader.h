@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "lcmtypes/end_reason.h"
 #include "metrics/statistics/run_statistics.h"
 
 namespace evalbus::results {
@@ -19,8 +20,10 @@ struct RecordedEpisode {
   int64_t seed = 0;
   std::string end_reason;
   std::string failure_reason;
-  // False where ticks are missing or samples were refused: left out of every rate.
+  // False where ticks are missing, samples were refused or it is invalid: left out of every rate.
   bool complete = false;
+  // The policy's server failed, which says nothing of the policy: --resume runs it again.
+  bool invalid() const { return end_reason == end_reason::kServerError; }
   bool success = false;
   // The whole line.
   nlohmann::ordered_json json;
@@ -55,10 +58,11 @@ struct RecordedRun {
 
   // "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
-  std::vector<int> incomplete() const;
+  std::vector<int> incomplete() const;  // but for invalid ones
+  std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;
-  // What a reader of its rates has to know, one sentence each: stopped early, incomplete episodes, equal
-  // ones.
+  // What a reader of its rates has to know, one sentence each: stopped early, invalid, incomplete and equal
+  // episodes.
   std::vector<std::string> Remarks() const;
 };
 

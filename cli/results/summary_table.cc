@@ -103,10 +103,23 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
        Value(m, "slip_count"), Value(m, "env_collision_count") + " + " + Value(m, "self_collision_count"),
        Value(extended, "min_clearance_m", 0, "mm", 1e3), Value(m, path, 2, "m")},
       width);
-  if (!episode["complete"].get<bool>()) line += "  incomplete";
+  if (episode["end_reason"] == end_reason::kServerError) {
+    line += "  invalid";
+  } else if (!episode["complete"].get<bool>()) {
+    line += "  incomplete";
+  }
   const auto detail = episode["end_detail"].get<std::string>();
   if (!detail.empty()) line += "  " + detail;
   return line;
+}
+
+std::string InvalidText(int invalid, const std::string& folder) {
+  if (invalid == 0) return "";
+  return fmt::format(
+      "{} invalid, since the policy's server failed; the same command with --out {} --resume runs {} "
+      "again\n",
+      invalid == 1 ? "1 episode is" : fmt::format("{} episodes are", invalid), folder,
+      invalid == 1 ? "it" : "them");
 }
 
 std::string SummaryTable(const metrics::RunSummary& summary, int width) {
@@ -115,9 +128,12 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   if (const std::string samples = summary.SamplesText(); !samples.empty()) {
     text += fmt::format("Note: {}\n", samples);
   }
-  if (summary.complete < summary.episodes) {
-    text += fmt::format("{} of {} episodes incomplete: left out of all this\n",
-                        summary.episodes - summary.complete, summary.episodes);
+  if (summary.invalid > 0) {
+    text +=
+        fmt::format("{} of {} episodes invalid: left out of all this\n", summary.invalid, summary.episodes);
+  }
+  if (const int incomplete = summary.episodes - summary.complete - summary.invalid; incomplete > 0) {
+    text += fmt::format("{} of {} episodes incomplete: left out of all this\n", incomplete, summary.episodes);
   }
   if (summary.complete == 0) return text;
   if (!summary.failure_reasons.empty()) {

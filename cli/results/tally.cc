@@ -15,8 +15,9 @@ std::string Row(const std::string& name, size_t width, const std::string& succes
 
 std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& summary) {
   auto failures = summary.failure_reasons;
-  if (summary.complete < summary.episodes) {
-    failures.emplace_back("incomplete", summary.episodes - summary.complete);
+  if (summary.invalid > 0) failures.emplace_back("invalid", summary.invalid);
+  if (const int incomplete = summary.episodes - summary.complete - summary.invalid; incomplete > 0) {
+    failures.emplace_back("incomplete", incomplete);
   }
   return failures;
 }

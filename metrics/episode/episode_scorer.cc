@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "lcmtypes/clock.h"
@@ -84,6 +85,9 @@ void EpisodeScorer::Start() {
   started_ = false;
   next_tick_ = missing_ticks_ = unfit_ticks_ = action_clips_ = deadline_misses_ = 0;
   unreachable_poses_ = singular_poses_ = 0;
+  decided_.reset();
+  held_ticks_ = 0;
+  holds_ = false;
   evaluator_.Start();
   opening_.assign(opening_.size(), 0);
   holding_.assign(holding_.size(), 0);
@@ -126,15 +130,28 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
   header_ = state.header;
   missing_ticks_ += header_.tick - next_tick_;
   next_tick_ = header_.tick + 1;
-  action_clips_ = state.action_clips;
-  unreachable_poses_ = state.unreachable_poses;
-  singular_poses_ = state.singular_poses;
-  deadline_misses_ = state.deadline_misses;
+  if (!decided_) {
+    action_clips_ = state.action_clips;
+    unreachable_poses_ = state.unreachable_poses;
+    singular_poses_ = state.singular_poses;
+    deadline_misses_ = state.deadline_misses;
+  }
   if (!Fits(state)) {
     ++unfit_ticks_;
     return;
   }
+  decided_ ? WatchSuccess(state, contacts) : Score(state, contacts);
+}
 
+void EpisodeScorer::WatchSuccess(const state_t& state, const contacts_t& contacts) {
+  // Of a realtime episode more ticks may come than were asked for.
+  if (state.header.sim_time_us > decided_->sim_time_us + model_.after_success_us) return;
+  evaluator_.Evaluate({state, contacts.contact}, state.header.tick);
+  holds_ = evaluator_.success_holds();
+  held_ticks_ += holds_;
+}
+
+void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
   for (size_t k = 0; k < arms_.size(); ++k) {
     const arm_state_t& arm = state.arm[k];
     const double *p = arm.wrist_position_m, *q = arm.wrist_quat_wxyz;
@@ -186,6 +203,8 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
   for (size_t k = 0; k < evaluator_.pose_error().size(); ++k)
     metrics_.SetPoseError(k, evaluator_.pose_error()[k]);
   metrics_.SetSuccess(evaluator_.verdict() == Verdict::kSuccess);
+  if (evaluator_.verdict() != Verdict::kUndecided) decided_ = header_;
+  holds_ = evaluator_.success_holds();
 }
 
 void EpisodeScorer::EndAt(int64_t last_tick) {
@@ -206,6 +225,10 @@ int8_t EpisodeScorer::verdict() const {
   return partial_metrics_t::UNDECIDED;
 }
 
+std::optional<int64_t> EpisodeScorer::verdict_time_us() const {
+  return decided_ ? std::optional(decided_->sim_time_us) : std::nullopt;
+}
+
 void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) const {
   extended_metrics_t& e = *extended;
   e.missing_ticks = missing_ticks_;
@@ -219,10 +242,23 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
   e.stage_time_s.resize(stages.size());
   for (size_t k = 0; k < stages.size(); ++k) e.stage_time_s[k] = stages[k].reached_time;
   const ExtendedMetrics& metrics = metrics_.extended();
-  e.num_values = static_cast<int32_t>(metrics.names().size());
   e.name = metrics.names();
   e.unit = metrics.units();
-  is_over ? metrics.FinalValues(next_tick_ - 1, &e.value_mixed) : metrics.Values(&e.value_mixed);
+  const int64_t last_tick = decided_ ? decided_->tick : next_tick_ - 1;
+  is_over ? metrics.FinalValues(last_tick, &e.value_mixed) : metrics.Values(&e.value_mixed);
+  if (model_.after_success_us > 0) {
+    const bool succeeded = evaluator_.verdict() == Verdict::kSuccess;
+    const double held = TickTime(held_ticks_, metrics_.config().control_dt);
+    const auto add = [&e](const char* name, const char* unit, double value) {
+      e.name.emplace_back(name);
+      e.unit.emplace_back(unit);
+      e.value_mixed.push_back(value);
+    };
+    add("success_once", "1", succeeded);
+    add("success_end", "1", succeeded && holds_);
+    add("success_held_s", "s", succeeded ? held : std::numeric_limits<double>::quiet_NaN());
+  }
+  e.num_values = static_cast<int32_t>(e.name.size());
 }
 
 void EpisodeScorer::Partial(partial_metrics_t* partial) const {
@@ -250,7 +286,8 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                                .unmet = evaluator_.ExplainUnmet()};
   summary.failure_reason = FailureReason(outcome);
   summary.complete = missing_ticks_ == 0 && refused_samples() == 0 &&
-                     end.end_reason != end_reason::kAborted && summary.failure_reason != kUnconfirmed;
+                     end.end_reason != end_reason::kAborted && end.end_reason != end_reason::kServerError &&
+                     summary.failure_reason != kUnconfirmed;
   metrics_.Values(&summary.metrics);
   FillExtended(true, &summary.extended);
   summary.explanation =

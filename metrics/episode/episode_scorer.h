@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@
 
 namespace evalbus::metrics {
 
+// The values of an episode are those of its ticks up to its first success or failure: what comes later,
+// because the sim goes on for MODEL's after_success_us or has not heard yet, changes none of them. Of the
+// ticks later than a first success it is only told how long success held.
 class EpisodeScorer {
  public:
   // Throws InputError where the task does not fit the model.
@@ -41,12 +45,14 @@ class EpisodeScorer {
   // The score after the last tick.
   void Partial(partial_metrics_t* partial) const;
   // The final score; header and what else comes from the sim is copied from its messages. Not complete where
-  // ticks are missing, samples were refused, or the episode was cut short: aborted, or ended on a verdict
-  // that these ticks do not give.
+  // ticks are missing, samples were refused, the policy's server failed, or the episode was cut short:
+  // aborted, or ended on a verdict that these ticks do not give.
   episode_summary_t Summary(const episode_begin_t& begin, const episode_end_t& end) const;
 
   // As in partial_metrics_t.
   int8_t verdict() const;
+  // Simulated time of its tick, microseconds; nothing without one.
+  std::optional<int64_t> verdict_time_us() const;
   int64_t missing_ticks() const { return missing_ticks_; }
   int64_t refused_samples() const { return unfit_ticks_ + metrics_.refused_samples(); }
 
@@ -54,6 +60,9 @@ class EpisodeScorer {
   bool Fits(const state_t& state) const;
   // Sets holding_ and pinched_.
   void FindHolds(std::span<const contact_t> contacts);
+  // A tick up to the verdict, and one later than it.
+  void Score(const state_t& state, const contacts_t& contacts);
+  void WatchSuccess(const state_t& state, const contacts_t& contacts);
   // Fills in every member; with what is too dear to be evaluated at every tick where the episode is over.
   void FillExtended(bool is_over, extended_metrics_t* extended) const;
 
@@ -80,6 +89,11 @@ class EpisodeScorer {
   int64_t unreachable_poses_ = 0;
   int64_t singular_poses_ = 0;
   int64_t deadline_misses_ = 0;
+  // Of the tick with the verdict.
+  std::optional<header_t> decided_;
+  // Ticks later than that at which success held, and whether it does at the last of them.
+  int64_t held_ticks_ = 0;
+  bool holds_ = false;
   // Storage of the sample, kept.
   std::vector<ArmSample> arms_;
   std::vector<double> opening_;

@@ -38,7 +38,10 @@ object_event_t Event(const model_info_t& model, int object, int gripper, int64_t
 }
 
 std::string Text(const explanation_t& e, const std::string& reason, double time, bool has_stages) {
-  std::string text = fmt::format("{} at {:.2f} s", reason.empty() ? end_reason::kSuccess : reason, time);
+  std::string text = fmt::format("{} at {:.2f} s", end_reason::Outcome(reason), time);
+  if (reason == end_reason::kServerError) {
+    text += " (invalid: the policy's server failed, which says nothing of the policy)";
+  }
   // Of an `any`, several operands may wait for the same.
   std::set<std::string> said;
   for (const condition_t& condition : e.condition) {

@@ -112,6 +112,7 @@ bool IsInWrongPose(const EpisodeOutcome& outcome) {
 }  // namespace
 
 std::string FailureReason(const EpisodeOutcome& outcome) {
+  if (outcome.end_reason == end_reason::kServerError) return outcome.end_reason;
   if (outcome.verdict == Verdict::kSuccess) return "";
   if (outcome.verdict == Verdict::kFailure) return ReasonOfFailureCondition(outcome);
   if (outcome.end_reason == end_reason::kSuccess || outcome.end_reason == end_reason::kFailure) {

@@ -32,7 +32,7 @@ struct EpisodeOutcome {
   std::vector<condition_t> unmet;
 };
 
-// Empty on success.
+// Empty on success; of an invalid episode server_error, whatever the verdict was.
 std::string FailureReason(const EpisodeOutcome& outcome);
 
 }  // namespace evalbus::metrics

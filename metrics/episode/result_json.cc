@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalogue.h"
 
 namespace evalbus::metrics {
@@ -204,6 +205,7 @@ ordered_json ExplanationJson(const explanation_t& e) {
 EpisodeResult ResultOf(const episode_summary_t& summary) {
   EpisodeResult result{
       .complete = summary.complete != 0,
+      .invalid = summary.end_reason == end_reason::kServerError,
       .success = summary.metrics.success != 0,
       .failure_reason = summary.failure_reason,
       .values = NumbersOf(ResultJson(summary.metrics), ExtendedJson(summary.extended, summary.metrics)),

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "lcmtypes/end_reason.h"
 #include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
@@ -89,6 +90,7 @@ ordered_json Json(const std::vector<std::pair<std::string, Number>>& counts) {
 EpisodeResult ResultOf(const ordered_json& episode) {
   const ordered_json& metrics = episode.at("metrics");
   EpisodeResult result{.complete = episode.at("complete").get<bool>(),
+                       .invalid = episode.at("end_reason") == end_reason::kServerError,
                        .success = metrics.at(kSuccess) == 1,
                        .failure_reason = episode.at("failure_reason").get<std::string>(),
                        .values = NumbersOf(metrics, episode.at("extended")),
@@ -159,6 +161,7 @@ void RunStatistics::Add(int episode, const EpisodeResult& result) {
   }
   entry = {};
   entry.complete = result.complete;
+  entry.invalid = result.invalid;
   if (!result.complete) return;
   entry.success = result.success;
   entry.failure_reason = result.failure_reason;
@@ -178,6 +181,7 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
   std::vector<const Entry*> results;
   for (const auto& [number, episode] : episodes_) {
     ++summary.episodes;
+    summary.invalid += episode.invalid;
     if (!episode.complete) continue;
     ++summary.complete;
     results.push_back(&episode);
@@ -247,6 +251,7 @@ run_summary_t SummaryMessage(const RunSummary& summary) {
 
 ordered_json RatesJson(const RunSummary& summary) {
   ordered_json json = {{"episodes", summary.episodes}, {"complete", summary.complete}};
+  if (summary.invalid > 0) json["invalid"] = summary.invalid;
   if (summary.samples < summary.complete) json["samples"] = summary.samples;
   json["successes"] = summary.successes;
   json["success_rate"] = summary.success_rate;

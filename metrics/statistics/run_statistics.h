@@ -19,6 +19,8 @@ namespace evalbus::metrics {
 struct EpisodeResult {
   // No tick missing, no sample refused.
   bool complete = false;
+  // Not complete because the policy's server failed, which says nothing of the policy.
+  bool invalid = false;
   bool success = false;
   // Empty on success.
   std::string failure_reason;
@@ -72,6 +74,8 @@ struct StageSummary {
 struct RunSummary {
   int episodes = 0;
   int complete = 0;
+  // Of those that are not complete, the ones whose policy's server failed.
+  int invalid = 0;
   // Different results among the complete ones. Episodes that are equal in every number are one sample,
   // however often they are run: a variation that randomises nothing, and a policy that does the same each
   // time.
@@ -116,7 +120,7 @@ class RunStatistics {
 
  private:
   struct Entry {
-    bool complete = false, success = false;
+    bool complete = false, invalid = false, success = false;
     std::string failure_reason;
     std::vector<std::pair<size_t, double>> values;  // index in names_
     std::vector<std::pair<int, bool>> stages;

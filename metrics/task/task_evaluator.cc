@@ -61,7 +61,7 @@ void TaskEvaluator::Start() {
   for (const auto& distance : distances_) distance->Start();
   for (const auto& error : errors_) error->Start();
   verdict_ = Verdict::kUndecided;
-  judged_ = out_of_bounds_ = false;
+  judged_ = out_of_bounds_ = success_holds_ = false;
   why_.clear();
   stage_reached_.assign(stage_reached_.size(), 0);
   target_distance_.assign(target_distance_.size(), 0);
@@ -92,8 +92,9 @@ void TaskEvaluator::Evaluate(WorldView world, int64_t tick) {
   }
   const bool success = success_->Evaluate(world);
   const bool failure = failure_ && failure_->Evaluate(world);
-  if (verdict_ != Verdict::kUndecided) return;
   const int body = BodyOutOfBounds(world.state);
+  success_holds_ = success && !failure && body < 0;
+  if (verdict_ != Verdict::kUndecided) return;
   if (body >= 0) {
     verdict_ = Verdict::kFailure;
     out_of_bounds_ = true;
@@ -101,7 +102,7 @@ void TaskEvaluator::Evaluate(WorldView world, int64_t tick) {
   } else if (failure) {
     verdict_ = Verdict::kFailure;
     failure_->Explain(&why_);
-  } else if (success) {
+  } else if (success_holds_) {
     verdict_ = Verdict::kSuccess;
     success_->Explain(&why_);
   }

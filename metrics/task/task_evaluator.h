@@ -29,6 +29,8 @@ class TaskEvaluator {
   void Evaluate(WorldView world, int64_t tick);
 
   Verdict verdict() const { return verdict_; }
+  // The last tick by itself would be a success. The verdict stands where it no longer would.
+  bool success_holds() const { return success_holds_; }
   // The failure is the built-in one: a robot body too far away.
   bool out_of_bounds() const { return out_of_bounds_; }
   // What decided: the conditions that made success, or failure, true at that tick; without a verdict those
@@ -55,6 +57,7 @@ class TaskEvaluator {
   std::vector<int> robot_bodies_;
 
   Verdict verdict_ = Verdict::kUndecided;
+  bool success_holds_ = false;
   bool out_of_bounds_ = false;
   // A tick after the reset state was evaluated.
   bool judged_ = false;

@@ -19,9 +19,11 @@
 #include "bus/host.h"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "lcmtypes/end_reason.h"
 #include "models/physics_model.h"
 #include "viz/pictures/overlay.h"
 #include "viz/pictures/renderer.h"
@@ -41,6 +43,8 @@ struct Episode {
   std::vector<state_t> states;
   std::vector<partial_metrics_t> partials;
   std::optional<episode_end_t> end;
+  // How it came out, in the tables' word, once it is scored; until then what ended it.
+  std::string outcome;
 
   int number() const { return states.empty() ? begin->header.episode : states[0].header.episode; }
 };
@@ -75,6 +79,11 @@ class EpisodeReader {
         if (!episode->model || episode->states.empty()) episode->model = model_;
       } else if (event_.channel == channels::kEpisodeEnd) {
         if (!Decode(event_.data, &episode->end.emplace())) episode->end.reset();
+        if (episode->end && episode->outcome.empty()) episode->outcome = episode->end->end_reason;
+      } else if (event_.channel == channels::kEpisodeSummary) {
+        if (episode_summary_t summary{}; Decode(event_.data, &summary)) {
+          episode->outcome = end_reason::Outcome(summary.failure_reason);
+        }
       }
     }
     // Of a realtime run, scores may have arrived out of order.
@@ -178,7 +187,7 @@ void Film(const Episode& episode, const std::string& policy, Renderer* renderer,
   };
   for (size_t n = 0; n < schedule.size(); ++n) film(schedule[n], static_cast<double>(n) / kFilmRate);
   if (episode.end) {
-    text.end_reason = episode.end->end_reason;
+    text.end_reason = episode.outcome;
     for (int hold = 0; hold < kFilmHold; ++hold) {
       film(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond);
     }

@@ -23,7 +23,8 @@ struct OverlayText {
   std::vector<Stage> stages;
   // What went wrong on the way, as far as the run counts it: "slips" and how many.
   std::vector<std::pair<std::string, int64_t>> counts;
-  // episode_end_t.end_reason; empty while the episode runs.
+  // How it came out (end_reason::Outcome), or what ended it where that is not known; empty while the episode
+  // runs.
   std::string end_reason;
 };
 

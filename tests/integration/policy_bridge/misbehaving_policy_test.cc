@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/json_file.h"
 #include "bus/channels.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/component_status_t.hpp"
@@ -37,10 +38,13 @@ class Guest {
     kSaysWhy,
     kDies,
     kHonestAgain,
+    kServerFailsOnce,
+    kServerIsGone,
     kNumEpisodes
   };
 
-  explicit Guest(const std::string& url) : bus_(url) {
+  explicit Guest(const std::string& url, bool server_is_back = false)
+      : bus_(url), server_is_back_(server_is_back) {
     bus_.Subscribe(channels::kModel, [this](const model_info_t& m) { model_ = m; });
     bus_.Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
       if (begin.header.attempt > 0) dead_ = false;  // somebody has started it again
@@ -125,6 +129,12 @@ class Guest {
             return;
           }
           break;
+        case kServerFailsOnce:
+        case kServerIsGone:
+          action.is_server_error =
+              state.header.episode == kServerIsGone ? !server_is_back_ : state.header.attempt == 0;
+          if (action.is_server_error) action.error = "connection closed";
+          break;
         default:
           break;
       }
@@ -135,6 +145,7 @@ class Guest {
   }
 
   Bus bus_;
+  const bool server_is_back_;
   model_info_t model_{};
   component_status_t status_{};
   std::optional<action_t> late_;
@@ -147,14 +158,28 @@ class Guest {
 class MisbehavingPolicy : public testing::Test {
  protected:
   // The guest's episodes first to last; returns what the run said.
-  std::string Run(int first, int last, const char* policy_timeout_s) {
+  std::string Run(int first, int last, const char* policy_timeout_s, bool goes_on = false) {
     std::string only;
     for (int i = first; i <= last; ++i) only += (i > first ? "," : "") + std::to_string(i);
     const std::string url = UniqueUrl();
-    Guest guest(url);
-    Program launcher({"evalbus", "run", task_, "--policy", "lcm", "--url", url, "--episodes",
-                      std::to_string(Guest::kNumEpisodes), "--only", only, "--policy-timeout-s",
-                      policy_timeout_s, "--out", run_});
+    Guest guest(url, goes_on);
+    std::vector<std::string> command = {"evalbus",
+                                        "run",
+                                        task_,
+                                        "--policy",
+                                        "lcm",
+                                        "--url",
+                                        url,
+                                        "--episodes",
+                                        std::to_string(Guest::kNumEpisodes),
+                                        "--only",
+                                        only,
+                                        "--policy-timeout-s",
+                                        policy_timeout_s,
+                                        "--out",
+                                        run_};
+    if (goes_on) command.push_back("--resume");
+    Program launcher(command);
     EXPECT_TRUE(WaitFor([&] {
       guest.Work();
       return !launcher.running();
@@ -210,6 +235,53 @@ TEST_F(MisbehavingPolicy, ThatDiedAndIsBackBeginsItsEpisodeAgain) {
   for (const int i : {Guest::kDies, Guest::kHonestAgain}) {
     ExpectSameTicks(ReadLog(LogFile(run_, i)), ReadLog(LogFile(hold, i)));
   }
+}
+
+TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
+  EVALBUS_NEEDS_BUS();
+  const std::string out = Run(Guest::kHonestAgain, Guest::kServerIsGone, "40");
+  const auto count = [&out](const std::string& text) {
+    int found = 0;
+    for (size_t at = 0; (at = out.find(text, at)) != std::string::npos; ++at) ++found;
+    return found;
+  };
+  EXPECT_EQ(count("13  begun again: the policy's server failed: connection closed\n"), 1) << out;
+  EXPECT_EQ(count("14  begun again: the policy's server failed: connection closed\n"), 2) << out;
+  EXPECT_EQ(count("14  invalid after 3 attempts: the policy's server failed: connection closed\n"), 1) << out;
+  EXPECT_EQ(count("1 of 3 episodes invalid: left out of all this\n"), 1) << out;
+  EXPECT_EQ(count("1 episode is invalid, since the policy's server failed; the same command with --out "), 1)
+      << out;
+  auto episodes = Episodes(run_);
+  ASSERT_EQ(episodes.size(), 3u);
+  EXPECT_EQ(episodes[1]["end_reason"], "time_limit");
+  EXPECT_EQ(episodes[1]["complete"], true);
+  EXPECT_EQ(episodes[2]["end_reason"], "server_error");
+  EXPECT_EQ(episodes[2]["end_detail"], "connection closed");
+  EXPECT_EQ(episodes[2]["complete"], false);
+  auto summary = ReadJsonFile(run_ / "summary.json");
+  EXPECT_EQ(summary["episodes"], 3);
+  EXPECT_EQ(summary["complete"], 2);
+  EXPECT_EQ(summary["invalid"], 1);
+  // Its log is there, and says the same.
+  const Result rescored = RunProgram({"evalbus", "rescore", run_});
+  EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
+
+  // Who asks for others leaves it where it is.
+  Run(Guest::kHonestAgain, Guest::kServerFailsOnce, "40", true);
+  ASSERT_EQ(Episodes(run_).size(), 3u);
+  EXPECT_EQ(Episodes(run_)[2], episodes[2]);
+
+  const std::string resumed = Run(Guest::kHonestAgain, Guest::kServerIsGone, "40", true);
+  EXPECT_NE(resumed.find("1 episode in "), std::string::npos) << resumed;
+  EXPECT_EQ(resumed.find("invalid"), std::string::npos) << resumed;
+  EXPECT_EQ(Episodes(run_)[0], episodes[0]);
+  EXPECT_FALSE(ReadJsonFile(run_ / "summary.json").contains("invalid"));
+  // All are as if no server had ever failed.
+  const fs::path hold = folder_.path() / "hold";
+  Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
+            "--only", "12,13,14"},
+           hold);
+  ExpectSameScores(run_, hold);
 }
 
 // What a frozen container or a suspended machine does: nobody runs, for longer than the policy may take.

@@ -431,6 +431,9 @@ TEST_F(MetricsComponentTest, AnEndThatIsNotTheVerdictsIsAborted) {
   EXPECT_TRUE(play(true, "success").complete);
   EXPECT_TRUE(play(false, "time_limit").complete);
   EXPECT_TRUE(play(false, "policy_error").complete);
+  // A server that failed while an episode went on after its success.
+  for (const bool succeeds : {false, true})
+    EXPECT_EQ(play(succeeds, "server_error").end_reason, "server_error");
   for (const auto& [lifted, end_reason] : {std::pair(false, "success"), std::pair(false, "failure"),
                                            std::pair(true, "time_limit"), std::pair(true, "failure")}) {
     const episode_summary_t summary = play(lifted, end_reason);

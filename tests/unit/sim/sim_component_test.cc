@@ -513,6 +513,185 @@ TEST_F(SimComponentTest, APolicyThatSaysItFailedEndsTheEpisode) {
   EXPECT_EQ(ends_[0].detail, "out of memory");
 }
 
+TEST_F(SimComponentTest, AServersFaultEndsTheEpisodeWithServerError) {
+  MakeSim();
+  Start();
+  action_t action = Action(0);
+  action.error = "connection closed";
+  action.is_server_error = true;
+  Act(action);
+  Score(0);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "server_error");
+  EXPECT_EQ(ends_[0].detail, "connection closed");
+}
+
+TEST_F(SimComponentTest, CountsWristPosesThatCouldNotBeReached) {
+  MakeSim();
+  Start();
+  for (int64_t k = 0; k < 3; ++k) {
+    action_t action = Action(k);
+    action.unreachable_poses = k == 1 ? 0 : 2;
+    action.singular_poses = 1;
+    Act(action);
+    Act(action);  // said again
+    Score(k);
+  }
+  EXPECT_EQ(states_.back().unreachable_poses, 4);
+  EXPECT_EQ(states_.back().singular_poses, 3);
+  Score(3, partial_metrics_t::SUCCESS);
+  Start(1);
+  EXPECT_EQ(states_.back().unreachable_poses + states_.back().singular_poses, 0);
+}
+
+SimOptions GoingOnFor(double after_success_s) {
+  SimOptions options;
+  options.after_success_s = after_success_s;
+  return options;
+}
+
+TEST_F(SimComponentTest, GoesOnAfterASuccessForSoLong) {
+  std::vector<std::vector<double>> qpos[2];
+  for (const int8_t verdict : {partial_metrics_t::UNDECIDED, partial_metrics_t::SUCCESS}) {
+    MakeSim(GoingOnFor(0.1));
+    states_.clear();
+    ends_.clear();
+    Start();
+    for (int64_t k = 0; k <= 7; ++k) {
+      action_t action = Action(k);
+      action.joint_position_rad[0] = 0.02 * static_cast<double>(k);
+      // Also where physics of the next tick is computed before the verdict is there.
+      Act(action);
+      Score(k, k >= 2 ? verdict : int8_t{partial_metrics_t::UNDECIDED});
+      ASSERT_EQ(ends_.size(), verdict == partial_metrics_t::SUCCESS && k == 7 ? 1u : 0u) << k;
+      qpos[verdict == partial_metrics_t::SUCCESS].push_back(states_.back().qpos_mixed);
+    }
+  }
+  EXPECT_EQ(ends_[0].end_reason, "success");
+  EXPECT_EQ(ends_[0].detail, "");
+  EXPECT_EQ(ends_[0].header.tick, 7);
+  EXPECT_EQ(ends_[0].header.sim_time_us, 140'000);
+  qpos[0].pop_back();
+  qpos[1].pop_back();
+  EXPECT_EQ(qpos[0], qpos[1]);
+}
+
+TEST_F(SimComponentTest, TheTimeLimitDoesNotCutWhatComesAfterASuccess) {
+  std::vector<std::vector<double>> qpos[2];
+  for (const int order : {0, 1}) {
+    MakeSim(GoingOnFor(0.04));
+    states_.clear();
+    ends_.clear();
+    Start();
+    const int64_t last = model_.time_limit_us / 20000;
+    for (int64_t k = 0; ends_.empty() && k < 2 * last; ++k) {
+      action_t action = Action(k);
+      action.joint_position_rad[0] = 0.001 * static_cast<double>(k);
+      // The first success is at the last tick of all.
+      const int8_t verdict = k >= last ? partial_metrics_t::SUCCESS : partial_metrics_t::UNDECIDED;
+      if (order == 0) Act(action);
+      Score(k, verdict);
+      if (order == 1 && ends_.empty()) Act(action);
+      if (k >= last) qpos[order].push_back(states_.back().qpos_mixed);
+    }
+    ASSERT_EQ(ends_.size(), 1u);
+    EXPECT_EQ(ends_[0].end_reason, "success");
+    EXPECT_EQ(ends_[0].header.tick, last + 2);
+  }
+  EXPECT_EQ(qpos[0], qpos[1]);
+  EXPECT_NE(qpos[0][0], qpos[0][1]);
+}
+
+TEST_F(SimComponentTest, WhatEndsAnEpisodeAfterItsSuccessDoesNotChangeItsVerdict) {
+  const auto end = [this](const std::function<void()>& what) {
+    SimOptions options = GoingOnFor(1);
+    options.policy_timeout_s = 5;
+    MakeSim(options);
+    states_.clear();
+    ends_.clear();
+    Start();
+    Act(Action(0));
+    Score(0);
+    Act(Action(1));
+    Score(1, partial_metrics_t::SUCCESS);
+    EXPECT_EQ(tick(), 2);
+    Score(2, partial_metrics_t::SUCCESS);
+    what();
+    EXPECT_EQ(ends_.size(), 1u);
+    return ends_.empty() ? "" : ends_[0].end_reason + " | " + ends_[0].detail;
+  };
+  action_t action{};
+  EXPECT_EQ(end([&] {
+              action = Action(2);
+              action.error = "no such grasp";
+              Act(action);
+            }),
+            "success | after the success: policy_error, no such grasp");
+  EXPECT_EQ(end([&] {
+              auto now = std::chrono::steady_clock::now();
+              for (int i = 0; ends_.empty() && i < 100; ++i) {
+                sim_->Poll(now += std::chrono::milliseconds(100));
+                HandleAll();
+              }
+            }),
+            "success | after the success: policy_timeout, no ACTION for tick 2 from policy within 5 s");
+  EXPECT_EQ(end([&] {
+              action.is_server_error = true;
+              Act(action);
+            }),
+            "server_error | no such grasp");
+  command_t stop{};
+  stop.kind = command_t::STOP;
+  EXPECT_EQ(end([&] {
+              bus_->Publish(channels::kCommand, stop);
+              HandleAll();
+            }),
+            "aborted | stopped on command");
+}
+
+TEST_F(SimComponentTest, RealtimeGoesOnFromTheTickOfTheSuccess) {
+  SimOptions options = GoingOnFor(0.1);
+  options.realtime = true;
+  MakeSim(options);
+  Start();
+  const auto play_to = [this](int64_t last) {
+    while (ends_.empty() && tick() < last) {
+      Act(Action(tick()));
+      sim_->Poll(sim_->next_poll());
+      HandleAll();
+    }
+  };
+  play_to(4);
+  Score(1, partial_metrics_t::UNDECIDED);
+  Score(2, partial_metrics_t::SUCCESS);  // two ticks late
+  Score(3, partial_metrics_t::SUCCESS);
+  EXPECT_TRUE(ends_.empty());
+  play_to(7);
+  EXPECT_TRUE(ends_.empty());
+  play_to(8);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "success");
+  EXPECT_EQ(ends_[0].header.tick, 7);
+
+  // A success that is heard of when the time after it is over.
+  ends_.clear();
+  Start(1);
+  play_to(9);
+  Score(2, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "success");
+  EXPECT_EQ(ends_[0].header.tick, 9);
+}
+
+TEST_F(SimComponentTest, TheTimeAfterASuccessIsWholeTicks) {
+  for (const auto& [s, us] :
+       {std::pair(0.0, 0), {0.1, 100'000}, {0.3, 300'000}, {0.05, 60'000}, {0.001, 20'000}}) {
+    MakeSim(GoingOnFor(s));
+    Command(0);
+    EXPECT_EQ(model_.after_success_us, us) << s;
+  }
+}
+
 TEST_F(SimComponentTest, ControlRatesAreWholePhysicsSteps) {
   // 2.5 and 12.5 steps go to the even number, as Python's round() and so RoboEval's have it.
   for (const auto& [hz, substeps] :
@@ -534,6 +713,7 @@ TEST_F(SimComponentTest, RefusesWrongOptions) {
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 10; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 1000; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->rtf = 0; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->after_success_s = -1; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pan"; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->task = "lift_pot/sideways"; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->robot = "/no/such/robot.yaml"; })), InputError);

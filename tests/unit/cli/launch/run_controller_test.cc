@@ -86,12 +86,14 @@ class RunControllerTest : public testing::Test {
     end.detail = detail;
     Say(channels::kEpisodeEnd, end);
   }
-  void SaySummary(int attempt = 0, int64_t slips = 0) {
+  void SaySummary(int attempt = 0, int64_t slips = 0, const std::string& reason = "success",
+                  const std::string& detail = "") {
     episode_summary_t summary{};
     summary.header = Header(attempt);
     summary.seed = Seed();
-    summary.end_reason = "success";
-    summary.complete = true;
+    summary.end_reason = reason;
+    summary.end_detail = detail;
+    summary.complete = reason == "success";
     summary.metrics.slip_count = slips;
     Say(channels::kEpisodeSummary, summary);
   }
@@ -221,6 +223,58 @@ TEST_F(RunControllerTest, GivesUpAfterThreeAttempts) {
   } catch (const EnvironmentError& error) {
     EXPECT_STREQ(error.what(), "episode 0 failed 3 times, the last time: lost again");
   }
+}
+
+TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
+  Begin();
+  SayEnd(0, "server_error", "connection closed");
+  EXPECT_THAT(listener_.remarks,
+              ElementsAre("      0  begun again: the policy's server failed: connection closed"));
+  Dut().Poll(In(seconds(1)));
+  HandleAll();
+  EXPECT_EQ(commands_.back().attempt, 1);
+  EXPECT_EQ(commands_.back().episode, 0);
+  EXPECT_EQ(commands_.back().seed, Seed());
+  // Its EPISODE_END may be lost.
+  Begin(1);
+  SaySummary(1, 0, "server_error", "HTTP 503");
+  EXPECT_EQ(listener_.remarks.back(), "      0  begun again: the policy's server failed: HTTP 503");
+  Begin(2);
+  SayEnd(2);
+  SaySummary(2);
+  SayFinished("recorder", 2);
+  ASSERT_EQ(listener_.done.size(), 1u);
+  EXPECT_EQ(listener_.done[0]["complete"], true);
+  EXPECT_EQ(listener_.remarks.size(), 2u);
+}
+
+TEST_F(RunControllerTest, AServerThatStaysAwayMakesTheEpisodeInvalidAndTheRunGoesOn) {
+  // What else went wrong counts among the tries.
+  Begin();
+  SayEnd(0, "aborted", "lost");
+  Begin(1);
+  SayEnd(1, "server_error", "gone");
+  Begin(2);
+  SayEnd(2, "server_error", "still gone");
+  SaySummary(2, 0, "server_error", "still gone");
+  EXPECT_THAT(listener_.done, IsEmpty());
+  SayFinished("recorder", 2);
+  ASSERT_EQ(listener_.done.size(), 1u);
+  EXPECT_EQ(listener_.done[0]["end_reason"], "server_error");
+  EXPECT_EQ(listener_.done[0]["end_detail"], "still gone");
+  EXPECT_EQ(listener_.done[0]["complete"], false);
+  EXPECT_THAT(
+      listener_.remarks,
+      ElementsAre("      0  begun again: lost", "      0  begun again: the policy's server failed: gone",
+                  "      0  invalid after 3 attempts: the policy's server failed: still gone"));
+  EXPECT_EQ(commands_.back().episode, 1);
+  EXPECT_EQ(commands_.back().attempt, 0);
+  episode_ = 1;
+  Begin();
+  SayEnd();
+  SaySummary();
+  SayFinished("recorder");
+  EXPECT_TRUE(Dut().done());
 }
 
 TEST_F(RunControllerTest, TwoDifferentScoresAreNotChosenFrom) {

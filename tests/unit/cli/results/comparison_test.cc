@@ -164,6 +164,21 @@ TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
   EXPECT_EQ(result.tasks[0].baseline_unmatched, 2);
   EXPECT_EQ(result.remarks[0],
             "lift_pot/position: without a partner, and left out: 1 episode of b and 2 of a");
+  a.runs[0].episodes[2].end_reason = "server_error";
+  EXPECT_THAT(
+      CompareRuns(Run("b", Info(10), First(9, 10), 5), a).remarks,
+      testing::Contains("a: invalid and left out of all rates, since the policy's server failed: episode 2; "
+                        "--resume runs it again"));
+}
+
+TEST_F(CompareTest, SaysThatEpisodesWentOnAfterSuccess) {
+  ordered_json info = Info(2), other = Info(2);
+  info["after_success_s"] = 1.0;
+  other["after_success_s"] = 0.0;
+  EXPECT_THAT(
+      CompareRuns(Run("b", info, First(2, 2), 5), Run("a", other, First(2, 2), 5)).remarks,
+      testing::Contains("b and a were made with after_success_s 1.0 against 0.0: that alone may make them "
+                        "differ"));
 }
 
 TEST_F(CompareTest, RefusesWhatCannotBeCompared) {

@@ -89,6 +89,30 @@ TEST_F(RunReaderTest, InterruptedRunSaysSo) {
                 "left out of all rates, since ticks are missing or samples were refused: episode 1"}));
 }
 
+TEST_F(RunReaderTest, InvalidEpisodesAreCountedForThemselves) {
+  ordered_json invalid = EpisodeLine(1, false), incomplete = EpisodeLine(2);
+  invalid["complete"] = incomplete["complete"] = false;
+  invalid["end_reason"] = invalid["failure_reason"] = "server_error";
+  WriteRun(run_, RunInfo(3), {EpisodeLine(0), invalid, incomplete});
+  const RecordedRun run = ReadRun(run_);
+  EXPECT_EQ(run.invalid(), std::vector<int>{1});
+  EXPECT_EQ(run.incomplete(), std::vector<int>{2});
+  EXPECT_EQ(
+      run.Remarks(),
+      (std::vector<std::string>{
+          "invalid and left out of all rates, since the policy's server failed: episode 1; --resume runs it "
+          "again",
+          "left out of all rates, since ticks are missing or samples were refused: episode 2"}));
+  const metrics::RunSummary summary = run.Statistics().Summary(false);
+  EXPECT_EQ(summary.episodes, 3);
+  EXPECT_EQ(summary.complete, 1);
+  EXPECT_EQ(summary.invalid, 1);
+  EXPECT_EQ(summary.successes, 1);
+  invalid["complete"] = true;
+  EXPECT_EQ(ErrorOfLines(EpisodeLine(0).dump() + "\n" + invalid.dump() + "\n"),
+            "run/episodes.jsonl:2: \"complete\" with \"end_reason\" server_error: no such episode is");
+}
+
 TEST_F(RunReaderTest, RefusesWhatIsNoRunFolder) {
   EXPECT_EQ(Error(run_), "run: no such run folder");
   WriteFile(folder_.path() / "file", "x");

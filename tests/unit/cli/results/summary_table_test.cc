@@ -98,6 +98,21 @@ TEST(SummaryTable, SaysWhatIsLeftOut) {
   EXPECT_EQ(none, "");
   summary.complete = summary.samples = 0;
   EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: left out of all this\n");
+  summary.invalid = 2;
+  EXPECT_EQ(
+      SummaryTable(summary, 80),
+      "2 of 5 episodes invalid: left out of all this\n3 of 5 episodes incomplete: left out of all this\n");
+  summary.invalid = 5;
+  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes invalid: left out of all this\n");
+}
+
+TEST(InvalidText, SaysHowToRunThemAgain) {
+  EXPECT_EQ(InvalidText(0, "runs/a"), "");
+  EXPECT_EQ(
+      InvalidText(1, "runs/a"),
+      "1 episode is invalid, since the policy's server failed; the same command with --out runs/a --resume "
+      "runs it again\n");
+  EXPECT_TRUE(InvalidText(2, "runs/a").starts_with("2 episodes are invalid")) << InvalidText(2, "runs/a");
 }
 
 }  // namespace

@@ -43,6 +43,15 @@ TEST_F(TallyTest, WhatIsNotCompleteIsNoFailure) {
   Tally tally;
   tally.Add(Run("a", {Took(0, 1), incomplete}));
   EXPECT_EQ(tally.Line("a", 1), "a     1 of 1     21 to 100 %     1.00 s  1 incomplete\n");
+  EXPECT_FALSE(tally.Json().contains("invalid"));
+  auto invalid = incomplete;
+  invalid["end_reason"] = invalid["failure_reason"] = "server_error";
+  Tally with;
+  with.Add(Run("b", {Took(0, 1), invalid}));
+  EXPECT_EQ(with.Line("b", 1), "b     1 of 1     21 to 100 %     1.00 s  1 invalid\n");
+  EXPECT_EQ(with.invalid(), 1);
+  EXPECT_EQ(with.Json()["invalid"], 1);
+  EXPECT_EQ(with.Json()["failure_reasons"].dump(), R"({"invalid":1})");
 }
 
 TEST_F(TallyTest, EqualEpisodesAreOneSample) {

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
+#include "bus/message.h"
 #include "lcmtypes/extended_value.h"
 #include "metrics/episode/result_json.h"
 #include "models/robot_description.h"
@@ -194,6 +196,7 @@ TEST_F(EpisodeScorerTest, MessageAndJsonGiveOneResult) {
   const episode_summary_t summary = Summary("time_limit", 1);
   const EpisodeResult a = ResultOf(summary);
   const EpisodeResult b = ResultOf({{"complete", true},
+                                    {"end_reason", "time_limit"},
                                     {"failure_reason", summary.failure_reason},
                                     {"metrics", ResultJson(summary.metrics)},
                                     {"extended", ExtendedJson(summary.extended, summary.metrics)},
@@ -232,12 +235,190 @@ TEST_F(EpisodeScorerTest, DoesNotAllocateAfterTheFirstEpisode) {
 TEST_F(EpisodeScorerTest, CutShortIsNotComplete) {
   for (const auto& [end_reason, complete] :
        {std::pair("time_limit", true), std::pair("policy_error", true), std::pair("aborted", false),
-        std::pair("success", false), std::pair("failure", false)}) {
+        std::pair("server_error", false), std::pair("success", false), std::pair("failure", false)}) {
     dut_.Start();
     dut_.Tick(State(0), Contacts(0));
     dut_.Tick(State(1), Contacts(1));
     EXPECT_EQ(Summary(end_reason, 1).complete != 0, complete) << end_reason;
   }
+}
+
+TEST_F(EpisodeScorerTest, AServersFaultIsNoFailureOfThePolicy) {
+  for (const bool succeeds : {false, true}) {
+    dut_.Start();
+    dut_.Tick(State(0), Contacts(0));
+    state_t state = State(1);
+    if (succeeds) state.body[kPot].position_m[2] = 1.25;
+    dut_.Tick(state, Contacts(1, {}));
+    const episode_summary_t summary = Summary("server_error", 1);
+    EXPECT_FALSE(summary.complete);
+    EXPECT_EQ(summary.failure_reason, "server_error");
+    const std::string start =
+        "server_error at 0.02 s (invalid: the policy's server failed, which says nothing of the policy): ";
+    EXPECT_TRUE(summary.explanation.text.starts_with(start)) << summary.explanation.text;
+    const EpisodeResult result = ResultOf(summary);
+    EXPECT_TRUE(result.invalid);
+    RunStatistics statistics;
+    statistics.Add(0, result);
+    EXPECT_EQ(statistics.Summary(false).invalid, 1);
+    EXPECT_EQ(statistics.Summary(false).complete, 0);
+  }
+}
+
+// Ticks of an episode that goes on for 0.1 s, which are five, after its first success.
+class AfterSuccess : public testing::Test {
+ protected:
+  static model_info_t ModelOf(int64_t after_success_us) {
+    model_info_t model = Model();
+    model.after_success_us = after_success_us;
+    return model;
+  }
+  // Of ticks from 0 on at which the pot is up, or not. It moves and is touched at each.
+  static episode_summary_t Play(EpisodeScorer* dut, const std::vector<bool>& up,
+                                const std::string& end = "success") {
+    dut->Start();
+    for (size_t i = 0; i < up.size(); ++i) {
+      const auto tick = static_cast<int64_t>(i);
+      state_t state = State(tick);
+      state.body[kPot].position_m[2] = up[i] ? 1.25 : 1;
+      for (arm_state_t& arm : state.arm) {
+        arm.wrist_position_m[0] = 0.01 * static_cast<double>(i * i);
+        arm.mechanical_work_J = static_cast<double>(i);
+      }
+      state.action_clips = state.unreachable_poses = state.singular_poses = state.deadline_misses = tick;
+      const bool odd = i % 2 == 1;
+      std::vector<std::pair<int, int>> contacts;
+      if (!up[i]) contacts.push_back({kTop, kWall});
+      if (odd) contacts.insert(contacts.end(), {{kLeftLink, kTop}, {kLeftPad, kWall}});
+      dut->Tick(state, Contacts(tick, contacts));
+    }
+    episode_begin_t begin{};
+    episode_end_t message{};
+    message.header = Header(static_cast<int64_t>(up.size()) - 1);
+    message.end_reason = end;
+    return dut->Summary(begin, message);
+  }
+  static double Value(const episode_summary_t& summary, const std::string& name) {
+    return ExtendedValue(summary.extended, name);
+  }
+  const TaskDescription task_ = ParseTask(kTask, "small.yaml", false);
+  EpisodeScorer dut_{ModelOf(100'000), task_};
+};
+
+TEST_F(AfterSuccess, SaysHowLongSuccessHeldAndWhetherItDoesAtTheEnd) {
+  struct Case {
+    std::vector<bool> up;
+    double once, end, held;
+  };
+  const double kNaN = std::numeric_limits<double>::quiet_NaN();
+  for (const Case& c : {Case{{false, false, true, true, true, true, true, true}, 1, 1, 0.1},
+                        Case{{false, false, true, false, true, true, false, false}, 1, 0, 0.04},
+                        Case{{false, false, true, false, false, false, false, true}, 1, 1, 0.02},
+                        Case{{false, false, true, false, false, false, false, false}, 1, 0, 0},
+                        // Nothing came after it: the policy gave up.
+                        Case{{false, false, true}, 1, 1, 0},
+                        // Ticks later than were asked for, as a realtime episode may have them.
+                        Case{{false, false, true, true, true, true, true, true, false, false}, 1, 1, 0.1},
+                        Case{{false, false, false}, 0, 0, kNaN}}) {
+    const episode_summary_t summary = Play(&dut_, c.up, c.once == 1 ? "success" : "time_limit");
+    const std::string shown = testing::PrintToString(c.up);
+    EXPECT_EQ(summary.verdict, c.once == 1 ? partial_metrics_t::SUCCESS : partial_metrics_t::UNDECIDED)
+        << shown;
+    EXPECT_TRUE(summary.complete) << shown;
+    EXPECT_EQ(summary.metrics.completion_time_s, 0.04) << shown;
+    EXPECT_EQ(Value(summary, "success_once"), c.once) << shown;
+    EXPECT_EQ(Value(summary, "success_end"), c.end) << shown;
+    if (std::isnan(c.held)) {
+      EXPECT_TRUE(std::isnan(Value(summary, "success_held_s"))) << shown;
+      EXPECT_TRUE(ExtendedJson(summary.extended, summary.metrics)["success_held_s"].is_null());
+    } else {
+      EXPECT_EQ(Value(summary, "success_held_s"), c.held) << shown;
+    }
+  }
+}
+
+TEST_F(AfterSuccess, AFailureThatComesLaterIsNoVerdictAndNoSuccessAtTheEnd) {
+  dut_.Start();
+  for (int64_t tick = 0; tick <= 3; ++tick) {
+    state_t state = State(tick);
+    state.body[kPot].position_m[2] = tick > 0 ? 1.25 : 1;
+    // Up all the while, and touching the floor at tick 2; at tick 3 a hand is far away.
+    if (tick == 3) state.body[kLeftHand].position_m[0] = 11;
+    dut_.Tick(state, tick == 2 ? Contacts(tick, {{kFloor, kWall}}) : Contacts(tick, {}));
+    partial_metrics_t partial{};
+    dut_.Partial(&partial);
+    EXPECT_EQ(partial.header.tick, tick);
+    EXPECT_EQ(partial.verdict, tick > 0 ? partial_metrics_t::SUCCESS : partial_metrics_t::UNDECIDED);
+    EXPECT_EQ(ExtendedValue(partial.extended, "success_end"), tick == 1 ? 1 : 0) << tick;
+  }
+  EXPECT_EQ(dut_.verdict_time_us(), 20'000);
+}
+
+TEST_F(AfterSuccess, ChangesNoOtherValue) {
+  EpisodeScorer plain(ModelOf(0), task_);
+  const episode_summary_t before = Play(&plain, {false, false, false, true});
+  for (EpisodeScorer* dut : {&dut_, &plain}) {
+    episode_summary_t after = Play(dut, {false, false, false, true, true, false, false, true, false});
+    EXPECT_EQ(after.header.tick, 8);
+    after.header = before.header;
+    extended_metrics_t& e = after.extended;
+    if (dut == &dut_) {
+      ASSERT_GT(e.num_values, 3);
+      EXPECT_EQ(e.name[e.name.size() - 3], "success_once");
+      e.num_values -= 3;
+      e.name.resize(e.name.size() - 3);
+      e.unit.resize(e.name.size());
+      e.value_mixed.resize(e.name.size());
+    }
+    EXPECT_EQ(Encode(after), Encode(before));
+    EXPECT_EQ(e.action_clips, 3);
+    EXPECT_EQ(e.unreachable_poses, 3);
+    EXPECT_EQ(e.singular_poses, 3);
+  }
+}
+
+TEST_F(AfterSuccess, TicksThatAreMissingMakeItIncomplete) {
+  dut_.Start();
+  for (const int64_t tick : {0, 1, 3}) {
+    state_t state = State(tick);
+    if (tick > 0) state.body[kPot].position_m[2] = 1.25;
+    dut_.Tick(state, Contacts(tick, {}));
+  }
+  episode_end_t end{};
+  end.header = Header(3);
+  end.end_reason = "success";
+  EXPECT_FALSE(dut_.Summary({}, end).complete);
+  // Of what is refused success cannot be told either.
+  dut_.Start();
+  for (const int64_t tick : {0, 1, 2}) {
+    state_t state = State(tick);
+    if (tick > 0) state.body[kPot].position_m[2] = tick == 2 ? 1 / 0. : 1.25;
+    dut_.Tick(state, Contacts(tick, {}));
+  }
+  end.header = Header(2);
+  EXPECT_FALSE(dut_.Summary({}, end).complete);
+  EXPECT_EQ(dut_.refused_samples(), 1);
+}
+
+TEST_F(AfterSuccess, AllocatesNothingAfterTheFirstEpisode) {
+  partial_metrics_t partial{};
+  const contacts_t contacts = Contacts(1, {});
+  std::vector<state_t> states;
+  for (int64_t tick = 0; tick < 8; ++tick) {
+    states.push_back(State(tick));
+    if (tick > 2) states.back().body[kPot].position_m[2] = 1.25;
+  }
+  int64_t before = 0;
+  for (int episode = 0; episode < 2; ++episode) {
+    dut_.Start();
+    for (const state_t& state : states) {
+      // The verdict explains itself at its tick.
+      if (state.header.tick == 4) before = AllocationCount();
+      dut_.Tick(state, contacts);
+      dut_.Partial(&partial);
+    }
+  }
+  EXPECT_EQ(AllocationCount() - before, 0);
 }
 
 // Every task that ships fits the scene it describes.

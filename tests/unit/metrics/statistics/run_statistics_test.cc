@@ -210,7 +210,7 @@ TEST(RunStatistics, OfNothingHaveNoRate) {
 }
 
 TEST(ResultOf, TakesALineOfEpisodes) {
-  ordered_json line = ordered_json::parse(R"({"episode": 3, "complete": true,
+  ordered_json line = ordered_json::parse(R"({"episode": 3, "end_reason": "time_limit", "complete": true,
       "failure_reason": "dropped", "metrics": {"success": 0.0, "task_stage_reached": {"1": true, "12": false},
       "slip_count_per_object": {"object_1": 2, "object_2": 0}, "path": {"left": 2}}, "extended": {"y": 3},
       "explanation": {"text": "", "collisions_per_geom": {"counter": 2}}})");

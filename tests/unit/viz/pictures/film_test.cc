@@ -137,6 +137,30 @@ TEST_F(FilmTest, EqualLogsGiveEqualBytes) {
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
 
+// The word at its end is the one of the tables: why it failed, not what ended it.
+TEST_F(FilmTest, EndsWithTheOutcomeOfTheScore) {
+  const auto film = [this](const std::string& name, const std::string& end_reason,
+                           const std::string& failure_reason) {
+    const fs::path run = folder_.path() / name;
+    const fs::path log = WriteRun(run, visual(), 20000, States(3, 10), end_reason);
+    const fs::path scored = run / "scored.lcmlog";
+    {
+      EventLogReader reader(log);
+      EventLogWriter writer(scored);
+      for (LogEvent event; reader.Next(&event);) writer.Write(event.channel, event.data, event.time_us);
+      episode_summary_t summary{};
+      summary.end_reason = end_reason;
+      summary.failure_reason = failure_reason;
+      if (!failure_reason.empty()) writer.Write(channels::kEpisodeSummary.name, Encode(summary), 60000);
+      writer.Close();
+    }
+    return Bytes(FilmLog(scored, {"front"}, kSize, run)[0]);
+  };
+  const std::string slipped = film("a", "time_limit", "grasp_slip");
+  EXPECT_TRUE(slipped == film("b", "grasp_slip", ""));
+  EXPECT_FALSE(slipped == film("c", "time_limit", ""));
+}
+
 TEST_F(FilmTest, CutFilmPlaysUpToThere) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(151, 1000));
   const fs::path film = FilmLog(log, {"front"}, kSize, log.parent_path())[0];
