@@ -12,6 +12,8 @@ s/    this->(\w+)\.resize\(this->(\w+)\);\n    (for \([^\n]*\n        int32_t __
 s/    this->(\w+)\.resize\(this->(\w+)\);\n    (for \([^\n]*\n        tlen = this->\w+\[a0\]\._decodeNoHash)/    if(this->\2 < 0 || this->\2 > (maxlen - pos) \/ decltype(this->\1)::value_type()._getEncodedSizeNoHash()) return -1;\n    this->\1.resize(this->\2);\n    \3/g
 # Rows of numbers.
 s/    this->(\w+)\.resize\(this->(\w+)\);\n    (for \([^\n]*\n        if\([0-9]+\) \{\n)/    if(this->\2 < 0 || this->\2 > maxlen - pos) return -1;\n    this->\1.resize(this->\2);\n    \3/g
+# Rows of as many numbers as another count says: none of them where that is 0.
+s/    this->(\w+)\.resize\(this->(\w+)\);\n    (for \([^\n]*\n        if\(this->(\w+)\) \{\n)/    if(this->\2 < 0 || this->\4 < 0 || int64_t{this->\2} * (this->\4 ? this->\4 : 1) > maxlen - pos) return -1;\n    this->\1.resize(this->\2);\n    \3/g
 # Lengths of strings count the NUL, which is the first one: encoding stops there, so that a text with another one inside
 # could not be said again.
 s/if\((__\w+_len_*) > maxlen - pos\) return -1;/if(\1 < 1 || \1 > maxlen - pos) return -1;\n    if((int32_t) strnlen((const char*)buf + offset + pos, \1) != \1 - 1) return -1;/g

@@ -92,6 +92,32 @@ TEST(RobotParts, StandCameraExcludeAndGripperGain) {
   EXPECT_EQ(model->actuator_gainprm[mjNGAIN * id(mjOBJ_ACTUATOR, "left/grip")], 500);
 }
 
+constexpr const char* kRobotCameras = R"(cameras:
+  - {name: maker/head, pose: {position_m: [0, 0, 1]}, vertical_fov_deg: 30}
+  - {name: maker/wrist, body: left/link, pose: {position_m: [0, 0, 0.5]}}
+)";
+
+TEST(RobotParts, CamerasOfTheRobotHaveTheirOwnNames) {
+  const RobotFiles files("0", "0", std::string(kRobot) + kRobotCameras);
+  TaskDescription task;
+  task.scene_file = kModelsData / "world.xml";
+  task.robot_base = {.position = {5, 0, 2}, .quaternion = {0, 0, 0, 1}};
+  const Scene scene = BuildScene(task, LoadRobot(files.file));
+  const mjModel& model = *scene.physics;
+  const int head = mj_name2id(&model, mjOBJ_CAMERA, "maker/head");
+  const int wrist = mj_name2id(&model, mjOBJ_CAMERA, "maker/wrist");
+  ASSERT_GE(head, 0);
+  ASSERT_GE(wrist, 0);
+  // Where the robot is and turned as it is, and on a body of it.
+  EXPECT_EQ(model.cam_bodyid[head], 0);
+  EXPECT_EQ(model.cam_pos[3 * head], 5);
+  EXPECT_EQ(model.cam_pos[3 * head + 2], 3);
+  EXPECT_EQ(model.cam_quat[4 * head + 3], 1);
+  EXPECT_EQ(model.cam_fovy[head], 30);
+  EXPECT_EQ(model.cam_bodyid[wrist], mj_name2id(&model, mjOBJ_BODY, "left/link"));
+  EXPECT_EQ(model.cam_fovy[wrist], 45);
+}
+
 TEST(RobotParts, MistakesNameTheLine) {
   const auto error = [](const std::string& from, const std::string& to) {
     const RobotFiles files("0", "0", ReplaceFirst(kRobot, from, to));
@@ -106,6 +132,16 @@ TEST(RobotParts, MistakesNameTheLine) {
             "11: key 'body': arm.xml has no body 'hand'; expected one of base, finger, link");
   EXPECT_EQ(error("vertical_fov_deg: 60", "vertical_fov_deg: 0"),
             "11: key 'vertical_fov_deg': expected a number in [1, 170], got '0'");
+  const auto camera_error = [&](const std::string& from, const std::string& to) {
+    return error("      pad_bodies: [finger]\n",
+                 "      pad_bodies: [finger]\n" + ReplaceFirst(kRobotCameras, from, to));
+  };
+  EXPECT_EQ(camera_error("left/link", "left/lnk"),
+            "23: key 'body': robot.yaml has no body 'left/lnk'; did you mean 'left/link'?");
+  EXPECT_EQ(camera_error("maker/wrist", "maker/head"),
+            "23: key 'name': another camera is called 'maker/head'");
+  EXPECT_EQ(camera_error("maker/head", "my head"),
+            "22: key 'name': expected a name of letters, digits, underscores and slashes, got 'my head'");
   EXPECT_EQ(error("      position_gain_N_per_m: 500\n",
                   "      position_gain_N_per_m: 500\n      position_gain_Nm_per_rad: 1\n"),
             "17: key 'position_gain_Nm_per_rad': give either this or 'position_gain_N_per_m'");
