@@ -261,9 +261,11 @@ Websocket::Websocket(WebsocketUrl url, const std::string& api_key, uint64_t max_
   std::unique_lock lock(to.mutex);
   const bool in_time = to.Wait(&lock, deadline, [&] { return to.connected || to.failure; });
   const std::string late = fmt::format("{} within {} s", to.stage, deadline.seconds);
+  const bool was_connected = to.connected;
   lock.unlock();
   if (!in_time) to.Stop(late, Kind::kTimeout);
-  if (to.failure) {
+  // Where it was connected, what the server said before it went is waiting.
+  if (!was_connected) {
     Abort();
     throw *to.failure;
   }
@@ -289,7 +291,9 @@ bool Websocket::open() const {
 void Websocket::Send(Bytes message, const Deadline& deadline) {
   Connection& to = *connection_;
   std::unique_lock lock(to.mutex);
-  if (to.failure) throw *to.failure;
+  // What the server said before it went, if anything, is waiting; also below.
+  if (to.failure && to.waiting.empty()) throw *to.failure;
+  if (to.failure) return;
   to.sent = false;
   to.outgoing = std::move(message);
   asio::post(to.context, [&to] {
@@ -304,7 +308,6 @@ void Websocket::Send(Bytes message, const Deadline& deadline) {
     });
   });
   const bool in_time = to.Wait(&lock, deadline, [&] { return to.sent || to.failure; });
-  // What the server said before it went is waiting.
   if (in_time && (to.sent || !to.waiting.empty())) return;
   lock.unlock();
   if (!in_time) to.Stop(fmt::format("takes no request within {} s", deadline.seconds), Kind::kTimeout);

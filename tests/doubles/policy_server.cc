@@ -36,7 +36,7 @@ struct PolicyServerDouble::Seen {
   std::condition_variable changed;
   std::vector<Value> requests;
   std::vector<Handshake> handshakes;
-  size_t num_open = 0, num_pongs = 0;
+  size_t num_open = 0, num_pongs = 0, num_goodbyes = 0;
 
   template <class Change>
   void Note(const Change& change) {
@@ -90,6 +90,7 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
 
   void Read() {
     stream.async_read(buffer, [self = shared_from_this()](error_code error, size_t) {
+      if (error == websocket::error::closed) self->seen->Note([&] { ++self->seen->num_goodbyes; });
       if (error) return self->SetOpen(false);
       const auto* bytes = static_cast<const uint8_t*>(self->buffer.data().data());
       const Value message = DecodeMsgpack({bytes, self->buffer.size()});
@@ -265,6 +266,11 @@ std::vector<PolicyServerDouble::Handshake> PolicyServerDouble::Handshakes() cons
   return seen_->handshakes;
 }
 
+size_t PolicyServerDouble::Goodbyes() const {
+  const std::lock_guard lock(seen_->mutex);
+  return seen_->num_goodbyes;
+}
+
 bool PolicyServerDouble::Ping(std::chrono::seconds limit) {
   std::unique_lock lock(seen_->mutex);
   const size_t expected = seen_->num_pongs + seen_->num_open;
@@ -273,7 +279,10 @@ bool PolicyServerDouble::Ping(std::chrono::seconds limit) {
     session->stream.async_ping({}, [session](error_code) {});
   });
   lock.lock();
-  return seen_->changed.wait_for(lock, limit, [&] { return seen_->num_pongs >= expected; });
+  const bool answered = seen_->changed.wait_for(lock, limit, [&] { return seen_->num_pongs >= expected; });
+  lock.unlock();
+  if (!answered) server_->ForEach([](const std::shared_ptr<Session>& session) { session->Drop(); });
+  return answered;
 }
 
 void PolicyServerDouble::SayUnasked(const std::string& message, bool is_text) {

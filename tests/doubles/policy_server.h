@@ -79,7 +79,11 @@ class PolicyServerDouble {
   std::vector<Value> Requests() const;
   std::vector<Handshake> Handshakes() const;
 
-  // Pings all connections, and waits for an answer of each; false if one does not come in time.
+  // Connections that the client ended with a word.
+  size_t Goodbyes() const;
+
+  // Pings all connections, and waits for an answer of each. False if one does not come in time; then drops
+  // them all, as websockets' keep-alive does.
   bool Ping(std::chrono::seconds limit = std::chrono::seconds(30));
   // A message to all connections that wait for a request.
   void SayUnasked(const std::string& message, bool is_text);
