@@ -158,7 +158,7 @@ void AddClearance(const RunWatch& watch, std::vector<RankedLine>* screen) {
   screen->push_back({2, line});
 }
 
-void AddCounters(const RunWatch& watch, std::vector<RankedLine>* screen) {
+void AddCounters(const RunWatch& watch, int width, std::vector<RankedLine>* screen) {
   Line line = Heading("counted");
   for (const MetricInfo& metric : Metrics()) {
     if (!metric.counter) continue;
@@ -166,6 +166,10 @@ void AddCounters(const RunWatch& watch, std::vector<RankedLine>* screen) {
     const std::string shown = watch.has_scores() ? std::to_string(count) : "-";
     line.push_back({fmt::format("{} {}  ", shown, metric.label),
                     watch.has_scores() && count > 0 ? Style::kBad : Style::kQuiet});
+  }
+  // What there is none of makes room for the others.
+  for (size_t k = line.size(); k-- > 1 && LineWidth(line) > width;) {
+    if (line[k].style == Style::kQuiet) line.erase(line.begin() + static_cast<std::ptrdiff_t>(k));
   }
   screen->push_back({6, line});
 }
@@ -332,7 +336,7 @@ std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, in
     screen.push_back({kBlank, {}});
     AddContacts(watch, width, &screen);
     AddClearance(watch, &screen);
-    AddCounters(watch, &screen);
+    AddCounters(watch, width, &screen);
   }
   if (spacious) screen.push_back({kBlank, {}});
   AddEpisodes(watch, width, spacious, &screen);

@@ -161,6 +161,21 @@ TEST_F(MonitorScreenTest, EveryValueHasItsUnit) {
   }
 }
 
+TEST_F(MonitorScreenTest, WhatWasCountedIsShownWhereThereIsNoRoomForAll) {
+  SayModel();
+  SayBegin(0);
+  partial_metrics_t partial{};
+  partial.header = Header(1, 0);
+  partial.metrics = Metrics();
+  partial.extended = Extended();
+  partial.extended.unreachable_poses = 12;
+  partial.extended.singular_poses = 345;
+  Say(channels::kPartial, partial);
+  EXPECT_NE(All(80, 24).find("4 late actions  12 unreachable poses  345 singular poses"), std::string::npos)
+      << All(80, 24);
+  EXPECT_NE(All(120, 40).find("0 missing ticks  0 refused samples"), std::string::npos) << All(120, 40);
+}
+
 TEST_F(MonitorScreenTest, UntrackedMetricsAreAbsent) {
   SayModel();
   SayBegin(0);
