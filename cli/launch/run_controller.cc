@@ -171,7 +171,13 @@ void RunController::OnStatus(const component_status_t& status) {
   if (is_guest || silence_.contains(status.component)) {
     silence_.insert_or_assign(status.component, Silence{Wait(std::chrono::steady_clock::now()), kSilence});
   }
-  if (is_guest && status.state == component_status_t::FAILED) attempt_.policy_error = status.error;
+  if (status.state == component_status_t::FAILED) {
+    if (is_guest) {
+      attempt_.policy_error = status.error;
+    } else if (silence_.contains(status.component)) {
+      attempt_.has_failed_process = true;
+    }
+  }
   if (status.component == "sim" ||
       std::ranges::find(plan_.required, status.component) != plan_.required.end()) {
     Dropped& dropped = dropped_[status.component];
@@ -206,7 +212,7 @@ void RunController::OnLog(const log_t& line) {
 }
 
 void RunController::FinishIfRecorded() {
-  if (!attempt_.ended || !attempt_.summary || !attempt_.recorded) return;
+  if (!attempt_.ended || !attempt_.summary || !attempt_.recorded || attempt_.has_failed_process) return;
   const episode_summary_t& summary = *attempt_.summary;
   nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary);
   if (plan_.realtime) {

@@ -92,6 +92,8 @@ class RunController : public Component {
     bool started = false;
     // Since we look.
     std::optional<Wait> waiting;
+    // A process of ours said that it failed: it is about to end, and how decides what comes next.
+    bool has_failed_process = false;
     // Of an external policy that said it failed.
     std::string policy_error;
     // Since it was over, as the sim said or, where that was lost, as its STATUS showed.
