@@ -1,0 +1,58 @@
+"""What the tests of python/ share. A test program exits with 77, which ctest shows as skipped, where it cannot run."""
+
+import pathlib
+import subprocess
+import sys
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+EXAMPLES = SOURCE / "python" / "examples"
+DEADLINE_S = 90
+
+
+def skip(why):
+    print(f"skipped: {why}", flush=True)
+    sys.exit(77)
+
+
+def need(*modules):
+    missing = []
+    for module in modules:
+        try:
+            __import__(module)
+        except ImportError:
+            missing.append(f"python3-{module}")
+    if missing:
+        skip(f"{sys.executable} lacks packages: apt-get install {' '.join(missing)}")
+
+
+def evaluate(bin_folder, *arguments, out):
+    """`evalbus run` in one process, which needs no network."""
+    command = [f"{bin_folder}/evalbus", "run", *arguments, "--in-process", "--video", "none", "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
+    assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}{done.stderr}"
+
+
+class Server:
+    """A program that serves a policy, on the port that it prints."""
+
+    def __init__(self, *command):
+        self.process = subprocess.Popen(
+            [sys.executable, "-B", *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        for line in self.process.stdout:
+            if line.startswith("policy server ready: ws://"):
+                self.url = line.split(": ")[1].strip()
+                return
+        raise AssertionError(f"no server: {self.process.stderr.read()}")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.communicate(timeout=DEADLINE_S)
+
+
+def main():
+    unittest.main(verbosity=2)
