@@ -7,7 +7,7 @@ Needs PyTorch: apt-get install python3-torch, or pip install torch. Learns for a
 
 Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the two grippers'
 openings (1 open, 0 closed).
-Actions: 50 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed); execute 10 or so of them.
+Actions: 20 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed); execute 10 or so of them.
 It does not see the pot, so it can only know the way of a task in which nothing is randomised.
 """
 
@@ -17,7 +17,7 @@ import evalbus
 import numpy as np
 import torch
 
-STEPS = 50
+STEPS = 20
 
 
 def demonstrations(runs):
@@ -33,7 +33,7 @@ def demonstrations(runs):
             joints = state["arm"]["joint_position_rad"]
             seen = np.hstack([joints.reshape(len(joints), -1), state["gripper"]["opening"]])
             done = np.hstack([action["joint_position_rad"], action["gripper_closing"]])
-            # The last state has no action; after the last action it stays where it is.
+            # The last state may have no action. After the last action it stays where it is.
             ticks = np.arange(len(done))[:, None] + np.arange(STEPS)
             chunks.append(done[np.minimum(ticks, len(done) - 1)])
             states.append(seen[: len(done)])
@@ -46,11 +46,11 @@ class Network(torch.nn.Module):
         self.center, self.scale = states.mean(0), states.std(0) + 1e-2
         self.chunk_center, self.chunk_scale = chunks.mean(0), chunks.std(0) + 1e-2
         self.layers = torch.nn.Sequential(
-            torch.nn.Linear(states.shape[1], 256),
+            torch.nn.Linear(states.shape[1], 128),
             torch.nn.ReLU(),
-            torch.nn.Linear(256, 256),
+            torch.nn.Linear(128, 128),
             torch.nn.ReLU(),
-            torch.nn.Linear(256, chunks[0].numel()),
+            torch.nn.Linear(128, chunks[0].numel()),
         )
 
     def forward(self, states):
@@ -61,7 +61,7 @@ class Network(torch.nn.Module):
         return self(states) * self.chunk_scale + self.chunk_center
 
 
-def train(states, chunks, steps=4000, seed=0):
+def train(states, chunks, steps=2000, seed=0):
     torch.manual_seed(seed)
     states, chunks = (torch.from_numpy(values).float() for values in (states, chunks))
     network = Network(states, chunks)

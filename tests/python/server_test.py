@@ -7,6 +7,7 @@ support.need("numpy", "msgpack", "websockets")
 import asyncio
 import os
 import pathlib
+import socket
 import tempfile
 import unittest
 import urllib.error
@@ -15,11 +16,6 @@ import urllib.request
 import numpy as np
 import websockets
 from evalbus import codec
-
-try:
-    from websockets.asyncio.client import connect
-except ImportError:
-    from websockets import connect
 
 POLICY = pathlib.Path(__file__).with_name("policies_under_test.py")
 
@@ -39,13 +35,11 @@ class ServerTest(unittest.TestCase):
         cls.server.__exit__()
 
     def converse(self, conversation):
-        async def run():
-            async with connect(self.server.url, compression=None, max_size=None) as connection:
-                metadata = codec.unpack(await connection.recv())
-                self.assertEqual(metadata, {"name": "test", "reset_pose": [0, 1.5]})
-                return await conversation(connection)
+        async def checked(connection, metadata):
+            self.assertEqual(metadata, {"name": "test", "reset_pose": [0, 1.5]})
+            return await conversation(connection)
 
-        return asyncio.run(asyncio.wait_for(run(), support.DEADLINE_S))
+        return asyncio.run(support.converse(self.server.url, checked))
 
     def test_one_row_is_a_chunk_of_one_step(self):
         reply = self.converse(lambda c: ask(c, "row", state=np.array([0.5, -1], np.float32)))
@@ -126,17 +120,19 @@ class ServerTest(unittest.TestCase):
 
             self.assertEqual(codec.unpack(self.converse(conversation))["actions"].tolist(), [[0]])
 
-    def test_no_compression(self):
-        async def conversation(connection):
-            response = getattr(connection, "response", None)
-            headers = response.headers if response else connection.response_headers
-            return headers.get("Sec-WebSocket-Extensions")
-
-        async def run():
-            async with connect(self.server.url) as connection:
-                return await conversation(connection)
-
-        self.assertIsNone(asyncio.run(asyncio.wait_for(run(), support.DEADLINE_S)))
+    def test_offers_of_compression_are_declined(self):
+        host, port = self.server.url.removeprefix("ws://").split(":")
+        with socket.create_connection((host, int(port)), timeout=support.DEADLINE_S) as connection:
+            connection.sendall(
+                b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
+                b"Sec-WebSocket-Extensions: permessage-deflate\r\n\r\n"
+            )
+            head = b""
+            while b"\r\n\r\n" not in head:
+                head += connection.recv(4096)
+        self.assertTrue(head.startswith(b"HTTP/1.1 101"), head)
+        self.assertNotIn(b"extensions", head.lower())
 
 
 support.main()

@@ -1,5 +1,6 @@
 """What the tests of python/ share. A test program exits with 77, which ctest shows as skipped, where it cannot run."""
 
+import asyncio
 import pathlib
 import subprocess
 import sys
@@ -16,14 +17,22 @@ def skip(why):
 
 
 def need(*modules):
+    """Skips the program where a module is missing."""
     missing = []
     for module in modules:
         try:
             __import__(module)
         except ImportError:
-            missing.append(f"python3-{module}")
+            missing.append(module)
     if missing:
-        skip(f"{sys.executable} lacks packages: apt-get install {' '.join(missing)}")
+        skip(f"{sys.executable} has no {', '.join(missing)} (scripts/setup.sh installs Debian's packages)")
+
+
+def need_torch(test):
+    try:
+        import torch  # noqa: F401
+    except ImportError:
+        test.skipTest("needs PyTorch: apt-get install python3-torch")
 
 
 def evaluate(bin_folder, *arguments, out):
@@ -52,6 +61,22 @@ class Server:
     def __exit__(self, *_):
         self.process.terminate()
         self.process.communicate(timeout=DEADLINE_S)
+
+
+async def converse(url, conversation):
+    """What conversation(connection, metadata) returns of a new connection."""
+    from evalbus import codec
+
+    try:
+        from websockets.asyncio.client import connect
+    except ImportError:
+        from websockets import connect
+
+    async def run():
+        async with connect(url, compression=None, max_size=None) as connection:
+            return await conversation(connection, codec.unpack(await connection.recv()))
+
+    return await asyncio.wait_for(run(), DEADLINE_S)
 
 
 def main():
