@@ -64,6 +64,7 @@ class Policy:
                 self.say_status()
 
         threading.Thread(target=repeat, daemon=True).start()
+        print("policy ready", flush=True)
         try:
             while True:
                 self.bus.handle()

@@ -25,13 +25,9 @@ HOME = [0, 0, 0, -np.pi / 2, 0, np.pi / 2, -np.pi / 4] * 2
 def run_on_bus(policy, out, *options):
     """`evalbus run` against a program on the bus."""
     command = [f"{BIN}/evalbus", "run", "lift_pot", "--policy", "lcm", "--url", URL, "--video", "none", "--out", out]
-    program = subprocess.Popen([sys.executable, "-B", *policy], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    try:
+    with support.Program(*policy, ready="policy ready"):
         done = subprocess.run([*command, *options], capture_output=True, text=True, timeout=3 * support.DEADLINE_S)
-    finally:
-        program.terminate()
-        _, said = program.communicate(timeout=support.DEADLINE_S)
-    assert done.returncode == 0, f"{done.stdout}{done.stderr}\npolicy: {said}"
+    assert done.returncode == 0, f"{done.stdout}{done.stderr}"
     return evalbus.read_run(out)
 
 

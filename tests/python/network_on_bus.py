@@ -32,6 +32,4 @@ class Policy(lcm_policy.Policy):
 
 
 url, run = sys.argv[1:]
-network = pytorch_policy.train(*pytorch_policy.demonstrations([run]))
-print("trained", flush=True)
-Policy(url, network).run()
+Policy(url, pytorch_policy.train(*pytorch_policy.demonstrations([run]))).run()

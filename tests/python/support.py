@@ -42,18 +42,18 @@ def evaluate(bin_folder, *arguments, out):
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}{done.stderr}"
 
 
-class Server:
-    """A program that serves a policy, on the port that it prints."""
+class Program:
+    """A program in Python, from the line of its output that begins with `ready` on."""
 
-    def __init__(self, *command):
+    def __init__(self, *command, ready):
         self.process = subprocess.Popen(
             [sys.executable, "-B", *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         for line in self.process.stdout:
-            if line.startswith("policy server ready: ws://"):
-                self.url = line.split(": ")[1].strip()
+            if line.startswith(ready):
+                self.line = line.strip()
                 return
-        raise AssertionError(f"no server: {self.process.stderr.read()}")
+        raise AssertionError(f"never said {ready}: {self.process.stderr.read()}")
 
     def __enter__(self):
         return self
@@ -61,6 +61,14 @@ class Server:
     def __exit__(self, *_):
         self.process.terminate()
         self.process.communicate(timeout=DEADLINE_S)
+
+
+class Server(Program):
+    """One that serves a policy; url: on the port that it prints."""
+
+    def __init__(self, *command):
+        super().__init__(*command, ready="policy server ready: ")
+        self.url = self.line.split(": ")[1]
 
 
 async def converse(url, conversation):
