@@ -42,7 +42,10 @@ def read_log(file):
         times.setdefault(channel, []).append(time_us)
         found.setdefault(channel, []).append(message)
     for channel, name in names.items():
-        log[channel] = {"time_us": np.array(times[channel]), **_columns(messages.types()[name], found[channel], 1)}
+        log[channel] = {
+            "time_us": np.array(times[channel]),
+            **_columns(messages.types()[name], found[channel], 1),
+        }
     return log
 
 
@@ -68,7 +71,9 @@ def _messages(file, log):
     if log.damaged_bytes:
         warnings.warn(f"{file}: {log.damaged_bytes} damaged bytes were skipped", stacklevel=2)
     for channel, reason in reasons.items():
-        warnings.warn(f"{file}: {log.not_decoded[channel]} events of {channel} left out: {reason}", stacklevel=2)
+        warnings.warn(
+            f"{file}: {log.not_decoded[channel]} events of {channel} left out: {reason}", stacklevel=2
+        )
 
 
 def _events(file, log):
@@ -134,7 +139,9 @@ def _columns(type_, values, depth):
     for member in type_.members:
         inner = _pick(values, member.name, depth)
         if member.type in messages.types():
-            columns[member.name] = _columns(messages.types()[member.type], inner, depth + len(member.dimensions))
+            columns[member.name] = _columns(
+                messages.types()[member.type], inner, depth + len(member.dimensions)
+            )
         else:
             columns[member.name] = _stacked(inner, member, depth)
     return columns

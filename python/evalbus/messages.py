@@ -134,7 +134,9 @@ def _encode_struct(type_, message, parts, where):
     for member in type_.members:
         for axis, size in enumerate(member.dimensions):
             if isinstance(size, str) and member.name in message:
-                sizes.setdefault(size, np.shape(message[member.name])[axis] if axis else len(message[member.name]))
+                sizes.setdefault(
+                    size, np.shape(message[member.name])[axis] if axis else len(message[member.name])
+                )
     sizes = {name: message.get(name, size) for name, size in sizes.items()}
     for member in type_.members:
         shape = [size if isinstance(size, int) else int(sizes.get(size, 0)) for size in member.dimensions]
@@ -146,7 +148,9 @@ def _encode(name, shape, value, parts, where):
     if name in _DTYPES:
         value = np.zeros(shape) if value is None else np.asarray(value)
         if value.shape != tuple(shape) or value.dtype.kind not in "biuf":
-            raise MessageError(f"{where}: {value.shape} of {value.dtype}, expected numbers of shape {tuple(shape)}")
+            raise MessageError(
+                f"{where}: {value.shape} of {value.dtype}, expected numbers of shape {tuple(shape)}"
+            )
         wire = value.astype(_DTYPES[name])
         if wire.dtype.kind in "iu" and not np.array_equal(wire, value):
             raise MessageError(f"{where}: {value} is no {name}")

@@ -32,7 +32,9 @@ def read_run(folder):
         "summary": _json(summary) if summary.exists() else None,
         "episodes": episodes,
         "scores": _scores(episodes),
-        "logs": {e["episode"]: folder / "episodes" / f"{e['episode']:04}" / "events.lcmlog" for e in episodes},
+        "logs": {
+            e["episode"]: folder / "episodes" / f"{e['episode']:04}" / "events.lcmlog" for e in episodes
+        },
     }
 
 

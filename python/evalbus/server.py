@@ -65,7 +65,9 @@ async def _run(act, hello, host, port):
             except websockets.exceptions.ConnectionClosed:
                 pass
 
-        async with _serve(handle, host, port, compression=None, max_size=None, process_request=_health) as server:
+        async with _serve(
+            handle, host, port, compression=None, max_size=None, process_request=_health
+        ) as server:
             address = next(iter(server.sockets)).getsockname()
             print(f"policy server ready: ws://{host}:{address[1]}", flush=True)
             await asyncio.get_running_loop().create_future()

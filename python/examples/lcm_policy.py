@@ -20,18 +20,27 @@ class Policy:
     def __init__(self, url):
         self.bus = lcm.LCM(url)
         self.model = None
-        self.status = {"component": "policy", "instance": random.getrandbits(62), "episode": -1, "attempt": -1}
+        self.status = {
+            "component": "policy",
+            "instance": random.getrandbits(62),
+            "episode": -1,
+            "attempt": -1,
+        }
         for channel, heard in (
             ("EVALBUS_MODEL", self.on_model),
             ("EVALBUS_EPISODE_BEGIN", self.on_begin),
             ("EVALBUS_STATE", self.on_state),
         ):
             # 0: no message is dropped, however late it is handled.
-            self.bus.subscribe(channel, lambda _, data, heard=heard: heard(messages.decode(data)[1])).set_queue_capacity(0)
+            self.bus.subscribe(
+                channel, lambda _, data, heard=heard: heard(messages.decode(data)[1])
+            ).set_queue_capacity(0)
 
     def act(self, state):
         """(joint targets of all arms, rad; a number for each gripper, 0 open, 1 closed)."""
-        return np.concatenate([arm["joint_home_rad"] for arm in self.model["arm"]]), [0] * len(self.model["gripper"])
+        return np.concatenate([arm["joint_home_rad"] for arm in self.model["arm"]]), [0] * len(
+            self.model["gripper"]
+        )
 
     def on_model(self, model):
         self.model = model
@@ -39,7 +48,12 @@ class Policy:
     def on_begin(self, begin):
         header = begin["header"]
         ready = messages.types()["component_status_t"].constants["READY"]
-        self.status = {**self.status, "state": ready, "episode": header["episode"], "attempt": header["attempt"]}
+        self.status = {
+            **self.status,
+            "state": ready,
+            "episode": header["episode"],
+            "attempt": header["attempt"],
+        }
         self.say_status()
 
     def on_state(self, state):

@@ -24,9 +24,23 @@ HOME = [0, 0, 0, -np.pi / 2, 0, np.pi / 2, -np.pi / 4] * 2
 
 def run_on_bus(policy, out, *options):
     """`evalbus run` against a program on the bus."""
-    command = [f"{BIN}/evalbus", "run", "lift_pot", "--policy", "lcm", "--url", URL, "--video", "none", "--out", out]
+    command = [
+        f"{BIN}/evalbus",
+        "run",
+        "lift_pot",
+        "--policy",
+        "lcm",
+        "--url",
+        URL,
+        "--video",
+        "none",
+        "--out",
+        out,
+    ]
     with support.Program(*policy, ready="policy ready"):
-        done = subprocess.run([*command, *options], capture_output=True, text=True, timeout=3 * support.DEADLINE_S)
+        done = subprocess.run(
+            [*command, *options], capture_output=True, text=True, timeout=3 * support.DEADLINE_S
+        )
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
     return evalbus.read_run(out)
 

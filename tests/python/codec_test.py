@@ -59,7 +59,14 @@ class Codec(unittest.TestCase):
             self.assertTrue(back.flags.writeable)
 
     def test_refuses_to_send_what_is_no_number(self):
-        for value in (np.array([None]), np.array([1j]), np.zeros(1, "i4,f4"), np.complex64(1), object(), {1, 2}):
+        for value in (
+            np.array([None]),
+            np.array([1j]),
+            np.zeros(1, "i4,f4"),
+            np.complex64(1),
+            object(),
+            {1, 2},
+        ):
             with self.assertRaisesRegex(codec.CodecError, "sent"):
                 codec.pack({"x": value})
 

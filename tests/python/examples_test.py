@@ -42,6 +42,14 @@ def actions(example, *arguments, **observation):
 
 
 class ExamplesTest(unittest.TestCase):
+    def test_five_lines(self):
+        """Those of docs/python.md."""
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "policy.py"
+            program.write_text(support.snippet("evalbus.serve(act)"))
+            chunk = actions(program, state=AT_HOME)
+        np.testing.assert_array_equal(chunk, [[*AT_HOME[:14], 0, 0]])
+
     def test_scripted(self):
         chunk = actions("scripted_policy.py", state=AT_HOME + 0.5)
         self.assertEqual(chunk.shape, (10, 16))

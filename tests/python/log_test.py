@@ -63,17 +63,24 @@ class LogTest(unittest.TestCase):
         cls.folder = pathlib.Path(tempfile.mkdtemp())
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         cls.run_folder = cls.folder / "run"
-        support.evaluate(BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "3", out=cls.run_folder)
+        support.evaluate(
+            BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "3", out=cls.run_folder
+        )
         cls.file = cls.run_folder / "episodes" / "0001" / "events.lcmlog"
 
     def test_scores_are_those_of_export(self):
         run = evalbus.read_run(self.run_folder)
         table = self.folder / "table.csv"
-        subprocess.run([f"{BIN}/evalbus", "export", self.run_folder, "--csv", table], check=True, capture_output=True)
+        subprocess.run(
+            [f"{BIN}/evalbus", "export", self.run_folder, "--csv", table], check=True, capture_output=True
+        )
         with open(table) as lines:
             rows = list(csv.DictReader(lines))
         columns = list(rows[0])
-        exported = {name: [float(row[name] or "nan") for row in rows] for name in columns[columns.index("complete") + 1 :]}
+        exported = {
+            name: [float(row[name] or "nan") for row in rows]
+            for name in columns[columns.index("complete") + 1 :]
+        }
         self.assertEqual(list(run["scores"]), list(exported))
         for name, values in exported.items():
             np.testing.assert_array_equal(run["scores"][name], values, err_msg=name)
@@ -82,6 +89,12 @@ class LogTest(unittest.TestCase):
         self.assertEqual(run["summary"]["episodes"], 3)
         self.assertEqual(list(run["logs"]), [0, 1, 2])
         self.assertEqual(run["logs"][1], self.file)
+
+    def test_what_the_documentation_does(self):
+        names = {}
+        exec(support.snippet("evalbus.read_run").replace("runs/expert", str(self.run_folder)), names)
+        # Whatever it looks up is there.
+        self.assertIn(names["channel"], names["log"])
 
     def test_interrupted_and_broken_runs(self):
         copy = self.folder / "copy"
@@ -123,8 +136,13 @@ class LogTest(unittest.TestCase):
 
     def test_messages_are_those_of_lcm(self):
         fingerprints, expected = self.reference()
-        self.assertEqual({name: f"{type_.fingerprint:016x}" for name, type_ in messages.types().items()}, fingerprints)
-        found = [json.loads(json.dumps([time, channel, plain(message)])) for time, channel, message in evalbus.events(self.file)]
+        self.assertEqual(
+            {name: f"{type_.fingerprint:016x}" for name, type_ in messages.types().items()}, fingerprints
+        )
+        found = [
+            json.loads(json.dumps([time, channel, plain(message)]))
+            for time, channel, message in evalbus.events(self.file)
+        ]
         self.assertGreater(len(found), 500)
         self.assertEqual(len(found), len(expected))
         for one, other in zip(found, expected):
@@ -132,8 +150,12 @@ class LogTest(unittest.TestCase):
             self.assertEqual(json.dumps(one, sort_keys=True), json.dumps(other, sort_keys=True))
 
     def test_fingerprints_are_the_pinned_ones(self):
-        pinned = dict(line.split() for line in (support.SOURCE / "tests/data/fingerprints.txt").read_text().splitlines())
-        self.assertEqual({name: f"{type_.fingerprint:016x}" for name, type_ in messages.types().items()}, pinned)
+        pinned = dict(
+            line.split() for line in (support.SOURCE / "tests/data/fingerprints.txt").read_text().splitlines()
+        )
+        self.assertEqual(
+            {name: f"{type_.fingerprint:016x}" for name, type_ in messages.types().items()}, pinned
+        )
 
     def test_columns_are_the_messages(self):
         log = evalbus.read_log(self.file)
@@ -146,7 +168,9 @@ class LogTest(unittest.TestCase):
         np.testing.assert_array_equal(state["qpos_mixed"], [s["qpos_mixed"] for s in states])
         np.testing.assert_array_equal(state["header"]["tick"], np.arange(count))
         self.assertEqual(state["arm"]["joint_position_rad"].shape, (count, 2, 7))
-        np.testing.assert_array_equal(state["arm"]["wrist_position_m"][-1, 1], states[-1]["arm"][1]["wrist_position_m"])
+        np.testing.assert_array_equal(
+            state["arm"]["wrist_position_m"][-1, 1], states[-1]["arm"][1]["wrist_position_m"]
+        )
         self.assertEqual(state["gripper"]["opening"].shape, (count, 2))
         self.assertEqual(state["body"]["quat_wxyz"].shape, (count, len(model["body_name"][0]), 4))
         self.assertEqual(model["task"][0], "lift_pot")

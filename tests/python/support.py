@@ -35,9 +35,25 @@ def need_torch(test):
         test.skipTest("needs PyTorch: apt-get install python3-torch")
 
 
+def snippet(having):
+    """The Python of docs/python.md that has this in it."""
+    blocks = (SOURCE / "docs" / "python.md").read_text().split("```")[1::2]
+    (found,) = [block.removeprefix("python\n") for block in blocks if having in block]
+    return found
+
+
 def evaluate(bin_folder, *arguments, out):
     """`evalbus run` in one process, which needs no network."""
-    command = [f"{bin_folder}/evalbus", "run", *arguments, "--in-process", "--video", "none", "--out", str(out)]
+    command = [
+        f"{bin_folder}/evalbus",
+        "run",
+        *arguments,
+        "--in-process",
+        "--video",
+        "none",
+        "--out",
+        str(out),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}{done.stderr}"
 
@@ -47,7 +63,10 @@ class Program:
 
     def __init__(self, *command, ready):
         self.process = subprocess.Popen(
-            [sys.executable, "-B", *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            [sys.executable, "-B", *map(str, command)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
         )
         for line in self.process.stdout:
             if line.startswith(ready):
