@@ -18,9 +18,10 @@ _MAX_MESSAGE_BYTES = 64 << 20
 class Log(dict):
     """Channel -> columns: each member of the channel's messages, over all of them in the order of the log.
 
-    log["EVALBUS_STATE"]["qpos_mixed"] is an array (T, nq), ["header"]["tick"] one (T,), ["arm"]["joint_position_rad"] one
-    (T, arms, joints), ["time_us"] (T,) when each was recorded. Where sizes differ from message to message, as in
-    ["EVALBUS_CONTACTS"]["contact"]["position_m"], and for texts, it is a list with an entry for each message.
+    log["EVALBUS_STATE"]["qpos_mixed"] is an array (T, nq), ["header"]["tick"] one (T,),
+    ["arm"]["joint_position_rad"] one (T, arms, joints), ["time_us"] (T,) when each was recorded. Where sizes
+    differ from message to message, as in ["EVALBUS_CONTACTS"]["contact"]["position_m"], and for texts, it is
+    a list with an entry for each message.
     """
 
     def __init__(self):
@@ -33,7 +34,7 @@ class Log(dict):
 
 
 def read_log(file):
-    """The messages of a log as numpy arrays, by channel: see Log. What is damaged is left out, counted and warned of."""
+    """The messages of a log as numpy arrays: see Log. What is damaged is left out, counted and warned of."""
     log = Log()
     times, found, names = {}, {}, {}
     for time_us, channel, name, message in _messages(file, log):
@@ -121,7 +122,7 @@ def _is_boundary(data, at):
 
 
 def _event_size(data, at):
-    """The same, 0 also where it is this event's lengths that are damaged: then it claims events that are whole."""
+    """The same, 0 also where these lengths are damaged: then they reach over events that are whole."""
     size = _claimed_size(data, at)
     if not size or _is_boundary(data, at + size):
         return size
@@ -134,7 +135,7 @@ def _event_size(data, at):
 
 
 def _columns(type_, values, depth):
-    """values: messages in `depth` lists within one another, the outermost with one entry for each of the log's."""
+    """values: messages in `depth` lists within one another, the outermost one the log's."""
     columns = {}
     for member in type_.members:
         inner = _pick(values, member.name, depth)

@@ -1,7 +1,7 @@
 """evalbus' messages: LCM's binary format, by the definitions in lcmtypes/*.lcm.
 
-A message is a dictionary of its members: numbers, texts, numpy arrays (arrays of numbers), lists (arrays of texts) and
-dictionaries or lists of them (other messages). No generated code and no other module is needed.
+A message is a dictionary of its members: numbers, texts, numpy arrays (arrays of numbers), lists (arrays of
+texts) and dictionaries or lists of them (other messages). No generated code and no other module is needed.
 """
 
 import dataclasses
@@ -200,7 +200,7 @@ _TOKEN = re.compile(r"//[^\n]*|/\*.*?\*/|([A-Za-z_][\w.]*|[-+]?[\d.][\w.+-]*|\S)
 
 
 def _parse(file):
-    """(name, (members, constants)) of the one struct in a file: what of LCM's language is used in lcmtypes/."""
+    """(name, (members, constants)) of a file's struct, in what of LCM's language lcmtypes/ uses."""
     tokens = [match[1] for match in _TOKEN.finditer(file.read_text()) if match[1]]
     at = 0
 
@@ -242,8 +242,8 @@ def _parse(file):
     return name, (tuple(members), constants)
 
 
-# LCM's fingerprint (lcmgen): a hash of a struct's member names, built-in types and dimensions, to which those of the
-# structs in it are added.
+# LCM's fingerprint (lcmgen): a hash of a struct's member names, built-in types and dimensions, to which those
+# of the structs in it are added.
 
 
 def _signed(value):

@@ -11,10 +11,9 @@ def read_run(folder):
 
     ["run"]       its options: what is in run.json
     ["summary"]   rates and statistics: what is in summary.json; None while the run goes on
-    ["episodes"]  a dictionary for each finished episode: the lines of episodes.jsonl, in the order of episodes
-    ["scores"]    name -> array with one value for each of these episodes; nan where one has no value. Names of nested
-                  values are joined by dots, as in `evalbus export`: "cartesian_path_length.left",
-                  "extended.min_clearance_m"
+    ["episodes"]  a dictionary for each finished episode, in order: the lines of episodes.jsonl
+    ["scores"]    name -> array with a value for each of these episodes; nan where one has none. Names of
+                  nested values are joined by dots, as in `evalbus export`: "extended.min_clearance_m"
     ["logs"]      episode -> file of its log, for read_log
 
     Rates are over episodes whose "complete" is true. Raises ValueError with file and line for what is no run.

@@ -1,7 +1,8 @@
 """Makes a function a policy server: openpi's websocket wire.
 
-The server's first frame is a map, its metadata. Then each binary request, an observation, has one binary reply, a map with
-"actions". When the policy raises, the reply is its traceback as text and the connection is closed with code 1011.
+The server's first frame is a map, its metadata. Then each binary request, an observation, has one binary
+reply, a map with "actions". When the policy raises, the reply is its traceback as text and the connection is
+closed with code 1011.
 GET /healthz says OK. Frames are not compressed and of any size.
 """
 
@@ -40,12 +41,14 @@ except ImportError:
 def serve(act, port=8000, host="127.0.0.1", metadata={}):
     """Serves a policy until the program is interrupted.
 
-    act(observation) is called with a dictionary of numpy arrays and texts and returns an action chunk: an array (H, D) of H
-    steps of D numbers, or (D,), which is a chunk of one step, or a dictionary with such an array as "actions".
+    act(observation) is called with a dictionary of numpy arrays and texts and returns an action chunk: an
+    array (H, D) of H steps of D numbers, or (D,), which is a chunk of one step, or a dictionary with such an
+    array as "actions".
     act.reset(), where there is one, is called at the beginning of each connection.
-    Calls come one at a time, from one thread that is not the caller's. Several connections share one policy: one that
-    remembers the past serves one connection at a time.
-    port 0: any free one; the port is in the line that is printed. Who is not on this machine needs host="0.0.0.0".
+    Calls come one at a time, from one thread that is not the caller's. Several connections share one policy:
+    one that remembers the past serves one connection at a time.
+    port 0: any free one; the port is in the line that is printed. Who is not on this machine needs
+    host="0.0.0.0".
     metadata: what clients are told of the policy; evalbus compares it with its contract.
     """
     hello = codec.pack(dict(metadata))

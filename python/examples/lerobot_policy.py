@@ -5,9 +5,11 @@
 
 CHECKPOINT: folder of a trained ACT policy, with what normalises for it. Without one its weights are random.
 
-Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the two grippers'
-openings (1 open, 0 closed); "image", (224, 224, 3), uint8, RGB: the camera called "head" in training.
-Actions: 20 steps of 16 numbers (a checkpoint: as it was trained): 14 joint targets (rad), then the two grippers.
+Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the two
+grippers' openings (1 open, 0 closed); "image", (224, 224, 3), uint8, RGB: the camera called "head" in
+training.
+Actions: 20 steps of 16 numbers (a checkpoint: as it was trained): 14 joint targets (rad), then the two
+grippers.
 """
 
 import sys
@@ -39,7 +41,8 @@ class Policy:
         else:
             torch.manual_seed(0)
             self.policy = ACTPolicy(ACTConfig(**RANDOM))
-        # LeRobot's policies neither normalise nor unnormalise themselves: without these a trained one acts at random.
+        # LeRobot's policies neither normalise nor unnormalise themselves: without these a trained one acts at
+        # random.
         self.before, self.after = make_pre_post_processors(self.policy.config, checkpoint)
 
     def reset(self):

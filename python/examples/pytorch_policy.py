@@ -5,9 +5,10 @@
 
 Needs PyTorch: apt-get install python3-torch, or pip install torch. Learns for some seconds, then serves.
 
-Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the two grippers'
-openings (1 open, 0 closed).
-Actions: 20 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed); execute 10 or so of them.
+Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the two
+grippers' openings (1 open, 0 closed).
+Actions: 20 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed); execute 10
+or so of them.
 It does not see the pot, so it can only know the way of a task in which nothing is randomised.
 """
 

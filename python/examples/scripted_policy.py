@@ -2,7 +2,8 @@
 
     python3 python/examples/scripted_policy.py
 
-Observation: "state", the 14 joint positions of the two Panda arms (rad, left arm first), then more or nothing.
+Observation: "state", the 14 joint positions of the two Panda arms (rad, left arm first), then more or
+nothing.
 Actions: 10 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed).
 """
 

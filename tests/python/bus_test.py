@@ -1,4 +1,4 @@
-"""Policies in Python on the bus of a real run, with LCM's module from PyPI. Run in a network namespace of its own.
+"""Policies in Python on the bus of a real run, with LCM's module from PyPI, in a network of its own.
 
 usage: bus_test.py BIN   (the folder of evalbus' programs)
 """
@@ -65,7 +65,7 @@ class BusTest(unittest.TestCase):
         np.testing.assert_allclose(joints, np.tile(HOME, (len(joints), 1)), atol=0.01)
 
     def test_the_network_lifts_the_pot(self):
-        """What pytorch_policy.py learns from one expert run, without a wire between: success rises above zero."""
+        """What pytorch_policy.py learns from one expert run, without a wire between."""
         support.need_torch(self)
         support.evaluate(BIN, "lift_pot", "--episodes", "1", "--policy", "expert", out=self.folder / "expert")
         program = pathlib.Path(__file__).with_name("network_on_bus.py")

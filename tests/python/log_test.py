@@ -23,7 +23,8 @@ from evalbus import messages
 
 BIN = sys.argv.pop(1)
 
-# Everything in a log as LCM's own decoders have it, one event a line. Run without our package: theirs has its name.
+# Everything in a log as LCM's own decoders have it, one event a line. Run without our package: theirs has its
+# name.
 REFERENCE = """
 import json, struct, sys
 sys.path.insert(0, sys.argv[1])
@@ -235,6 +236,11 @@ class LogTest(unittest.TestCase):
                     except messages.MessageError:
                         pass
         self.assertIn("EVALBUS_STATE", seen)
+        # Texts end with the one NUL that their length counts.
+        text = messages.encode("log_t", {"text": "abc"})
+        for changed in (b"a\0c\0", b"abcd"):
+            with self.assertRaisesRegex(messages.MessageError, "does not end"):
+                messages.decode(text.replace(b"abc\0", changed))
 
     def damaged(self, change):
         """(log, words of the warnings) of the recorded log with changed bytes."""

@@ -1,4 +1,4 @@
-"""What the tests of python/ share. A test program exits with 77, which ctest shows as skipped, where it cannot run."""
+"""What the tests of python/ share. A program that cannot run exits with 77, which ctest shows as skipped."""
 
 import asyncio
 import pathlib
