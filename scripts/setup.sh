@@ -11,7 +11,7 @@ packages=(
   libcli11-dev libfmt-dev libspdlog-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   libosmesa6-dev libcairo2-dev libturbojpeg0-dev fonts-dejavu-core ffmpeg pkgconf
-  iproute2 python3-jsonschema
+  iproute2 python3-jsonschema python3-numpy python3-msgpack python3-websockets
 )
 
 say() { printf '%s\n' "$*" >&2; }

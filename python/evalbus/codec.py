@@ -1,0 +1,80 @@
+"""msgpack with numpy arrays, as openpi's policy servers and clients write them.
+
+An array is a map {b"__ndarray__": true, b"data": its bytes in C order, b"dtype": numpy's dtype.str, b"shape": its
+sizes}, a numpy scalar {b"__npgeneric__": true, b"data": number, b"dtype": ...}. Keys may come as text, too.
+Nothing here can run code: there is no pickle, and arrays of objects are refused in both directions.
+"""
+
+import msgpack
+import numpy as np
+
+# Booleans, integers, floating-point numbers, and text of a fixed length.
+_KINDS = "biufSU"
+
+
+class CodecError(ValueError):
+    """Bytes that are no message of this wire, or a value that has no form in it."""
+
+
+def pack(value):
+    """Bytes of dictionaries, lists, texts, numbers, None and numpy arrays. Raises CodecError."""
+    try:
+        return msgpack.packb(value, default=_to_map)
+    except (TypeError, OverflowError) as error:
+        raise CodecError(f"cannot be sent: {error}") from None
+
+
+def unpack(data):
+    """The value; arrays are copies that may be written to. Raises CodecError."""
+    try:
+        return msgpack.unpackb(data, object_hook=_from_map)
+    except CodecError:
+        raise
+    except (ValueError, TypeError, msgpack.exceptions.UnpackException) as error:
+        raise CodecError(f"not msgpack: {error or type(error).__name__}") from None
+
+
+def _to_map(value):
+    if isinstance(value, np.ndarray):
+        _check(value.dtype)
+        return {
+            b"__ndarray__": True,
+            b"data": value.tobytes(),
+            b"dtype": value.dtype.str,
+            b"shape": value.shape,
+        }
+    if isinstance(value, np.generic):
+        _check(value.dtype)
+        return {b"__npgeneric__": True, b"data": value.item(), b"dtype": value.dtype.str}
+    raise CodecError(f"cannot be sent: {type(value).__name__}; make it a numpy array, a number or a text")
+
+
+def _from_map(value):
+    named = {key.decode("utf-8", "replace") if isinstance(key, bytes) else key: key for key in value}
+    for mark in ("__ndarray__", "__npgeneric__"):
+        if mark in named:
+            break
+    else:
+        return value
+    try:
+        data, dtype = value[named["data"]], np.dtype(value[named["dtype"]])
+        _check(dtype)
+        if mark == "__npgeneric__":
+            return dtype.type(data)
+        shape = value[named["shape"]]
+        if not isinstance(data, bytes):
+            raise CodecError(f"an array's data is {type(data).__name__}, not bytes")
+        if any(type(size) is not int or size < 0 for size in shape):
+            raise CodecError(f"an array of shape {shape}")
+        return np.frombuffer(data, dtype).reshape(shape).copy()
+    except KeyError as error:
+        raise CodecError(f"an array without {error}") from None
+    except CodecError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise CodecError(f"an array that is none: {error}") from None
+
+
+def _check(dtype):
+    if dtype.kind not in _KINDS:
+        raise CodecError(f"arrays of type {dtype} are not sent: numbers, booleans and texts only")

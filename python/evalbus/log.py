@@ -1,0 +1,164 @@
+"""LCM's event logs, as evalbus records one for each episode (episodes/0007/events.lcmlog)."""
+
+import mmap
+import struct
+import warnings
+
+import numpy as np
+
+from evalbus import messages
+
+_MAGIC = b"\xed\xa1\xda\x01"
+# Magic, number of the event, time in microseconds, bytes of the channel's name, bytes of the message.
+_HEADER = struct.Struct(">4sqqII")
+_MAX_CHANNEL_BYTES = 63
+_MAX_MESSAGE_BYTES = 64 << 20
+
+
+class Log(dict):
+    """Channel -> columns: each member of the channel's messages, over all of them in the order of the log.
+
+    log["EVALBUS_STATE"]["qpos_mixed"] is an array (T, nq), ["header"]["tick"] one (T,),
+    ["arm"]["joint_position_rad"] one (T, arms, joints), ["time_us"] (T,) when each was recorded. Where sizes
+    differ from message to message, as in ["EVALBUS_CONTACTS"]["contact"]["position_m"], and for texts, it is
+    a list with an entry for each message.
+    """
+
+    def __init__(self):
+        super().__init__()
+        # Bytes that belong to no whole event, and in how many places.
+        self.damaged_bytes = 0
+        self.damaged_places = 0
+        # Channel -> how many events on it are no message of this version of evalbus.
+        self.not_decoded = {}
+
+
+def read_log(file):
+    """The messages of a log as numpy arrays: see Log. What is damaged is left out, counted and warned of."""
+    log = Log()
+    times, found, names = {}, {}, {}
+    for time_us, channel, name, message in _messages(file, log):
+        if names.setdefault(channel, name) != name:
+            raise ValueError(f"{file}: {channel} has messages of two types: {names[channel]} and {name}")
+        times.setdefault(channel, []).append(time_us)
+        found.setdefault(channel, []).append(message)
+    for channel, name in names.items():
+        log[channel] = {
+            "time_us": np.array(times[channel]),
+            **_columns(messages.types()[name], found[channel], 1),
+        }
+    return log
+
+
+def events(file):
+    """Yields (time in microseconds, channel, message) for each message of a log; a message is a dictionary.
+
+    Raises OSError for a file that cannot be read, and warns of damage at the end as read_log does.
+    """
+    for time_us, channel, _, message in _messages(file, Log()):
+        yield time_us, channel, message
+
+
+def _messages(file, log):
+    reasons = {}
+    for time_us, channel, data in _events(file, log):
+        try:
+            name, message = messages.decode(data)
+        except messages.MessageError as error:
+            log.not_decoded[channel] = log.not_decoded.get(channel, 0) + 1
+            reasons.setdefault(channel, error)
+        else:
+            yield time_us, channel, name, message
+    if log.damaged_bytes:
+        warnings.warn(f"{file}: {log.damaged_bytes} damaged bytes were skipped", stacklevel=2)
+    for channel, reason in reasons.items():
+        warnings.warn(
+            f"{file}: {log.not_decoded[channel]} events of {channel} left out: {reason}", stacklevel=2
+        )
+
+
+def _events(file, log):
+    with open(file, "rb") as stream:
+        stream.seek(0, 2)
+        size = stream.tell()
+        if size == 0:
+            return
+        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            at = 0
+            while at < size:
+                start = at
+                while at < size and not (event_size := _event_size(data, at)):
+                    at = _find(data, at + 1)
+                if at != start:
+                    log.damaged_bytes += at - start
+                    log.damaged_places += 1
+                if at < size:
+                    _, _, time_us, channel_size, _ = _HEADER.unpack_from(data, at)
+                    body = at + _HEADER.size
+                    channel = data[body : body + channel_size].decode("utf-8", "surrogateescape")
+                    yield time_us, channel, data[body + channel_size : at + event_size]
+                    at += event_size
+
+
+def _find(data, at):
+    """Where the next magic number is, or the end."""
+    found = data.find(_MAGIC, at)
+    return found if found >= 0 else len(data)
+
+
+def _claimed_size(data, at):
+    """Bytes of the event that begins here, by its own lengths; 0 where none can begin."""
+    if len(data) - at < _HEADER.size:
+        return 0
+    magic, _, _, channel_size, data_size = _HEADER.unpack_from(data, at)
+    if magic != _MAGIC or not 0 < channel_size <= _MAX_CHANNEL_BYTES or data_size > _MAX_MESSAGE_BYTES:
+        return 0
+    size = _HEADER.size + channel_size + data_size
+    return size if size <= len(data) - at else 0
+
+
+def _is_boundary(data, at):
+    return at == len(data) or data[at : at + 4] == _MAGIC
+
+
+def _event_size(data, at):
+    """The same, 0 also where these lengths are damaged: then they reach over events that are whole."""
+    size = _claimed_size(data, at)
+    if not size or _is_boundary(data, at + size):
+        return size
+    inside = _find(data, at + 4)
+    while inside < at + size:
+        if (claimed := _claimed_size(data, inside)) and _is_boundary(data, inside + claimed):
+            return 0
+        inside = _find(data, inside + 1)
+    return size
+
+
+def _columns(type_, values, depth):
+    """values: messages in `depth` lists within one another, the outermost one the log's."""
+    columns = {}
+    for member in type_.members:
+        inner = _pick(values, member.name, depth)
+        if member.type in messages.types():
+            columns[member.name] = _columns(
+                messages.types()[member.type], inner, depth + len(member.dimensions)
+            )
+        else:
+            columns[member.name] = _stacked(inner, member, depth)
+    return columns
+
+
+def _pick(values, name, depth):
+    return values[name] if depth == 0 else [_pick(value, name, depth - 1) for value in values]
+
+
+def _stacked(values, member, depth):
+    if depth == 0 or member.type == "string":
+        return values
+    parts = [_stacked(value, member, depth - 1) for value in values]
+    if not parts:
+        shape = [size if isinstance(size, int) else 0 for size in member.dimensions]
+        return np.zeros([0] * depth + shape, messages.dtype(member.type))
+    if any(isinstance(part, list) for part in parts) or len({np.shape(part) for part in parts}) > 1:
+        return parts
+    return np.array(parts, messages.dtype(member.type))

@@ -1,0 +1,80 @@
+"""The folder of a run (docs/run_folder.md)."""
+
+import json
+import pathlib
+
+import numpy as np
+
+
+def read_run(folder):
+    """A finished or interrupted run:
+
+    ["run"]       its options: what is in run.json
+    ["summary"]   rates and statistics: what is in summary.json; None while the run goes on
+    ["episodes"]  a dictionary for each finished episode, in order: the lines of episodes.jsonl
+    ["scores"]    name -> array with a value for each of these episodes; nan where one has none. Names of
+                  nested values are joined by dots, as in `evalbus export`: "extended.min_clearance_m"
+    ["logs"]      episode -> file of its log, for read_log
+
+    Rates are over episodes whose "complete" is true. Raises ValueError with file and line for what is no run.
+    """
+    folder = pathlib.Path(folder)
+    if (folder / "suite.json").exists():
+        runs = _json(folder / "suite.json")["runs"]
+        raise ValueError(f"{folder} is a suite; read one of its runs: {', '.join(runs)}")
+    if not (folder / "run.json").exists():
+        raise ValueError(f"{folder} is no run: it has no run.json")
+    summary = folder / "summary.json"
+    episodes = _episodes(folder / "episodes.jsonl")
+    return {
+        "run": _json(folder / "run.json"),
+        "summary": _json(summary) if summary.exists() else None,
+        "episodes": episodes,
+        "scores": _scores(episodes),
+        "logs": {
+            e["episode"]: folder / "episodes" / f"{e['episode']:04}" / "events.lcmlog" for e in episodes
+        },
+    }
+
+
+def _json(file):
+    try:
+        return json.loads(file.read_bytes())
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
+
+
+def _episodes(file):
+    lines = file.read_bytes().split(b"\n")
+    episodes = {}
+    for number, line in enumerate(lines, 1):
+        if not line and number == len(lines):
+            break
+        try:
+            episode = json.loads(line)
+            index = episode["episode"]
+        except (ValueError, TypeError, KeyError) as error:
+            if number == len(lines):
+                break  # Cut off: the run was killed while it wrote this.
+            raise ValueError(f"{file}:{number}: no line of an episode: {error}") from None
+        if index in episodes:
+            raise ValueError(f"{file}:{number}: episode {index} again")
+        episodes[index] = episode
+    return [episodes[index] for index in sorted(episodes)]
+
+
+def _scores(episodes):
+    rows = []
+    for episode in episodes:
+        rows.append(dict(_numbers(episode["metrics"], "")))
+        rows[-1].update(_numbers(episode["extended"], "extended."))
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in names}
+
+
+def _numbers(values, prefix):
+    for key, value in values.items():
+        if isinstance(value, dict):
+            yield from _numbers(value, f"{prefix}{key}.")
+        elif isinstance(value, (int, float)):
+            yield prefix + key, value

@@ -1,0 +1,120 @@
+"""Makes a function a policy server: openpi's websocket wire.
+
+The server's first frame is a map, its metadata. Then each binary request, an observation, has one binary
+reply, a map with "actions". When the policy raises, the reply is its traceback as text and the connection is
+closed with code 1011.
+GET /healthz says OK. Frames are not compressed and of any size.
+"""
+
+import asyncio
+import concurrent.futures
+import http
+import sys
+import time
+import traceback
+
+import numpy as np
+import websockets
+
+from evalbus import codec
+
+try:
+    # Since websockets 13; the older interface is gone from later ones.
+    from websockets.asyncio.server import serve as _serve
+
+    def _health(connection, request):
+        return connection.respond(http.HTTPStatus.OK, "OK\n") if request.path == "/healthz" else None
+
+except ImportError:
+    from websockets import serve as _serve
+
+    def _health(path, _):
+        return (http.HTTPStatus.OK, [("Content-Type", "text/plain")], b"OK\n") if path == "/healthz" else None
+
+    # A coroutine in that interface.
+    _answer_health = _health
+
+    async def _health(path, headers):
+        return _answer_health(path, headers)
+
+
+def serve(act, port=8000, host="127.0.0.1", metadata={}):
+    """Serves a policy until the program is interrupted.
+
+    act(observation) is called with a dictionary of numpy arrays and texts and returns an action chunk: an
+    array (H, D) of H steps of D numbers, or (D,), which is a chunk of one step, or a dictionary with such an
+    array as "actions".
+    act.reset(), where there is one, is called at the beginning of each connection.
+    Calls come one at a time, from one thread that is not the caller's. Several connections share one policy:
+    one that remembers the past serves one connection at a time.
+    port 0: any free one; the port is in the line that is printed. Who is not on this machine needs
+    host="0.0.0.0".
+    metadata: what clients are told of the policy; evalbus compares it with its contract.
+    """
+    hello = codec.pack(dict(metadata))
+    try:
+        asyncio.run(_run(act, hello, host, port))
+    except KeyboardInterrupt:
+        pass
+
+
+async def _run(act, hello, host, port):
+    # The event loop stays free for pings and other connections while the policy computes.
+    with concurrent.futures.ThreadPoolExecutor(max_workers=1) as worker:
+
+        async def handle(connection):
+            try:
+                await _converse(connection, act, hello, worker)
+            except websockets.exceptions.ConnectionClosed:
+                pass
+
+        async with _serve(
+            handle, host, port, compression=None, max_size=None, process_request=_health
+        ) as server:
+            address = next(iter(server.sockets)).getsockname()
+            print(f"policy server ready: ws://{host}:{address[1]}", flush=True)
+            await asyncio.get_running_loop().create_future()
+
+
+async def _converse(connection, act, hello, worker):
+    loop = asyncio.get_running_loop()
+    await connection.send(hello)
+    try:
+        if hasattr(act, "reset"):
+            await loop.run_in_executor(worker, act.reset)
+        async for request in connection:
+            await connection.send(await loop.run_in_executor(worker, _answer, act, request))
+    except websockets.exceptions.ConnectionClosed:
+        raise
+    except Exception:
+        text = traceback.format_exc()
+        print(text, file=sys.stderr, flush=True)
+        await connection.send(text)
+        await connection.close(1011, "the policy failed; the frame before says how")
+
+
+def _answer(act, request):
+    if isinstance(request, str):
+        raise codec.CodecError("a request is a binary frame, this one is text")
+    observation = codec.unpack(request)
+    if not isinstance(observation, dict):
+        raise codec.CodecError(f"an observation is a map, this one is {type(observation).__name__}")
+    began = time.perf_counter()
+    reply = act(observation)
+    infer_ms = (time.perf_counter() - began) * 1e3
+    if not isinstance(reply, dict):
+        reply = {"actions": reply}
+    if "actions" not in reply:
+        raise ValueError(f'the policy returned a dictionary without "actions": {", ".join(map(str, reply))}')
+    return codec.pack({**reply, "actions": _chunk(reply["actions"]), "server_timing": {"infer_ms": infer_ms}})
+
+
+def _chunk(actions):
+    actions = np.asarray(actions)
+    if actions.dtype.kind not in "biuf":
+        raise ValueError(f"actions are of type {actions.dtype}, expected numbers")
+    if actions.ndim == 1:
+        actions = actions[None]
+    if actions.ndim != 2 or actions.size == 0:
+        raise ValueError(f"actions have the shape {actions.shape}, expected (steps, numbers) or (numbers,)")
+    return actions

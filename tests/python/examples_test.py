@@ -1,0 +1,79 @@
+"""The examples, each served for real and asked once. Those whose packages are not here are skipped.
+
+usage: examples_test.py BIN   (the folder of evalbus' programs)
+"""
+
+import support
+
+support.need("numpy", "msgpack", "websockets")
+
+import asyncio
+import importlib.util
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+from evalbus import codec
+
+BIN = sys.argv.pop(1)
+# The example as it is, on any free port.
+RUN = """
+import functools, runpy, sys
+import evalbus
+evalbus.serve = functools.partial(evalbus.serve, port=0)
+sys.argv = sys.argv[1:]
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+HOME = np.array([0, 0, 0, -np.pi / 2, 0, np.pi / 2, -np.pi / 4] * 2)
+AT_HOME = np.append(HOME, [1, 1]).astype(np.float32)
+
+
+def actions(example, *arguments, **observation):
+    async def ask(connection, _):
+        await connection.send(codec.pack(observation))
+        return await connection.recv()
+
+    with support.Server("-c", RUN, support.EXAMPLES / example, *arguments) as server:
+        reply = asyncio.run(support.converse(server.url, ask))
+    assert isinstance(reply, bytes), reply
+    return codec.unpack(reply)["actions"]
+
+
+class ExamplesTest(unittest.TestCase):
+    def test_five_lines(self):
+        """Those of docs/python.md."""
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "policy.py"
+            program.write_text(support.snippet("evalbus.serve(act)"))
+            chunk = actions(program, state=AT_HOME)
+        np.testing.assert_array_equal(chunk, [[*AT_HOME[:14], 0, 0]])
+
+    def test_scripted(self):
+        chunk = actions("scripted_policy.py", state=AT_HOME + 0.5)
+        self.assertEqual(chunk.shape, (10, 16))
+        np.testing.assert_allclose(chunk[0, :14], HOME + 0.45, atol=1e-6)
+        np.testing.assert_allclose(chunk[-1, :14], HOME, atol=1e-6)
+        np.testing.assert_array_equal(chunk[:, 14:], 0)
+
+    def test_pytorch(self):
+        support.need_torch(self)
+        with tempfile.TemporaryDirectory() as folder:
+            run = pathlib.Path(folder) / "expert"
+            support.evaluate(BIN, "lift_pot", "--episodes", "1", out=run)
+            chunk = actions("pytorch_policy.py", run, state=AT_HOME)
+        self.assertEqual((chunk.shape, chunk.dtype), ((20, 16), np.float32))
+        # The expert sets out from home, with open grippers.
+        np.testing.assert_allclose(chunk[0, :14], HOME, atol=0.1)
+        np.testing.assert_allclose(chunk[:, 14:], 0, atol=0.1)
+
+    def test_lerobot(self):
+        if importlib.util.find_spec("lerobot") is None:
+            self.skipTest("needs LeRobot: scripts/interop lerobot")
+        chunk = actions("lerobot_policy.py", state=AT_HOME, image=np.zeros((224, 224, 3), np.uint8))
+        self.assertEqual((chunk.shape, chunk.dtype), ((20, 16), np.float32))
+        self.assertTrue(np.isfinite(chunk).all())
+
+
+support.main()

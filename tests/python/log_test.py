@@ -1,0 +1,299 @@
+"""read_run and read_log on a real run, against `evalbus export` and LCM's own generated decoders.
+
+usage: log_test.py BIN   (the folder of evalbus' programs)
+"""
+
+import support
+
+support.need("numpy")
+
+import csv
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import warnings
+
+import evalbus
+import numpy as np
+from evalbus import messages
+
+BIN = sys.argv.pop(1)
+
+# Everything in a log as LCM's own decoders have it, one event a line. Run without our package: theirs has its
+# name.
+REFERENCE = """
+import json, struct, sys
+sys.path.insert(0, sys.argv[1])
+import evalbus
+
+def plain(value):
+    if hasattr(value, '__slots__'):
+        return {name: plain(getattr(value, name)) for name in value.__slots__}
+    if isinstance(value, (list, tuple, bytes, map)):
+        return [plain(element) for element in value]
+    return value
+
+types = {getattr(evalbus, name)._get_packed_fingerprint(): getattr(evalbus, name)
+         for name in dir(evalbus) if name.endswith('_t')}
+print(json.dumps({t.__name__: f.hex() for f, t in types.items()}))
+log, at = open(sys.argv[2], 'rb').read(), 0
+while at < len(log):
+    _, _, time_us, channel_size, data_size = struct.unpack_from('>IqqII', log, at)
+    at += 28 + channel_size + data_size
+    data = log[at - data_size:at]
+    channel = log[at - data_size - channel_size:at - data_size].decode()
+    print(json.dumps([time_us, channel, plain(types[data[:8]].decode(data))]))
+"""
+
+
+def plain(value):
+    if isinstance(value, dict):
+        return {name: plain(member) for name, member in value.items()}
+    if isinstance(value, list):
+        return [plain(element) for element in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+class LogTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.run_folder = cls.folder / "run"
+        support.evaluate(
+            BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "3", out=cls.run_folder
+        )
+        cls.file = cls.run_folder / "episodes" / "0001" / "events.lcmlog"
+
+    def test_scores_are_those_of_export(self):
+        run = evalbus.read_run(self.run_folder)
+        table = self.folder / "table.csv"
+        subprocess.run(
+            [f"{BIN}/evalbus", "export", self.run_folder, "--csv", table], check=True, capture_output=True
+        )
+        with open(table) as lines:
+            rows = list(csv.DictReader(lines))
+        columns = list(rows[0])
+        exported = {
+            name: [float(row[name] or "nan") for row in rows]
+            for name in columns[columns.index("complete") + 1 :]
+        }
+        self.assertEqual(list(run["scores"]), list(exported))
+        for name, values in exported.items():
+            np.testing.assert_array_equal(run["scores"][name], values, err_msg=name)
+        self.assertEqual([str(episode["seed"]) for episode in run["episodes"]], [row["seed"] for row in rows])
+        self.assertEqual(run["run"]["policy"], "noisy_expert")
+        self.assertEqual(run["summary"]["episodes"], 3)
+        self.assertEqual(list(run["logs"]), [0, 1, 2])
+        self.assertEqual(run["logs"][1], self.file)
+
+    def test_what_the_documentation_does(self):
+        names = {}
+        exec(support.snippet("evalbus.read_run").replace("runs/expert", str(self.run_folder)), names)
+        # Whatever it looks up is there.
+        self.assertIn(names["channel"], names["log"])
+
+    def test_interrupted_and_broken_runs(self):
+        copy = self.folder / "copy"
+        copy.mkdir()
+        with self.assertRaisesRegex(ValueError, "no run.json"):
+            evalbus.read_run(copy)
+        shutil.copy(self.run_folder / "run.json", copy)
+        lines = (self.run_folder / "episodes.jsonl").read_bytes().splitlines(keepends=True)
+        episodes = copy / "episodes.jsonl"
+        # Workers finish in any order; the last line was cut off.
+        episodes.write_bytes(lines[2] + lines[0] + lines[1][:-40])
+        run = evalbus.read_run(copy)
+        self.assertEqual([episode["episode"] for episode in run["episodes"]], [0, 2])
+        self.assertIsNone(run["summary"])
+        self.assertEqual(len(run["scores"]["completion_time"]), 2)
+        for broken, reason in (
+            (lines[0][:-40] + b"\n" + lines[1], "jsonl:1: "),
+            (lines[0] + lines[0], "jsonl:2: episode 0 again"),
+            (lines[0] + b"[]\n", "jsonl:2: "),
+        ):
+            episodes.write_bytes(broken)
+            with self.assertRaisesRegex(ValueError, reason):
+                evalbus.read_run(copy)
+        (copy / "suite.json").write_text('{"runs": ["lift_pot-base"]}')
+        with self.assertRaisesRegex(ValueError, "suite.*lift_pot-base"):
+            evalbus.read_run(copy)
+
+    def reference(self):
+        python = self.folder / "python"
+        if not python.exists():
+            python.mkdir()
+            definitions = sorted((support.SOURCE / "lcmtypes").glob("*.lcm"))
+            subprocess.run(["lcm-gen", "--python", "--ppath", python, *definitions], check=True)
+        command = [sys.executable, "-B", "-E", "-c", REFERENCE, python, self.file]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=support.DEADLINE_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        lines = [json.loads(line) for line in done.stdout.splitlines()]
+        return lines[0], lines[1:]
+
+    def test_messages_are_those_of_lcm(self):
+        fingerprints, expected = self.reference()
+        self.assertEqual(
+            {name: f"{type_.fingerprint:016x}" for name, type_ in messages.types().items()}, fingerprints
+        )
+        found = [
+            json.loads(json.dumps([time, channel, plain(message)]))
+            for time, channel, message in evalbus.events(self.file)
+        ]
+        self.assertGreater(len(found), 500)
+        self.assertEqual(len(found), len(expected))
+        for one, other in zip(found, expected):
+            # As text: NaN is equal to itself there.
+            self.assertEqual(json.dumps(one, sort_keys=True), json.dumps(other, sort_keys=True))
+
+    def test_fingerprints_are_the_pinned_ones(self):
+        pinned = dict(
+            line.split() for line in (support.SOURCE / "tests/data/fingerprints.txt").read_text().splitlines()
+        )
+        self.assertEqual(
+            {name: f"{type_.fingerprint:016x}" for name, type_ in messages.types().items()}, pinned
+        )
+
+    def test_columns_are_the_messages(self):
+        log = evalbus.read_log(self.file)
+        events = list(evalbus.events(self.file))
+        states = [message for _, channel, message in events if channel == "EVALBUS_STATE"]
+        contacts = [message for _, channel, message in events if channel == "EVALBUS_CONTACTS"]
+        model = log["EVALBUS_MODEL"]
+        state = log["EVALBUS_STATE"]
+        count = len(states)
+        np.testing.assert_array_equal(state["qpos_mixed"], [s["qpos_mixed"] for s in states])
+        np.testing.assert_array_equal(state["header"]["tick"], np.arange(count))
+        self.assertEqual(state["arm"]["joint_position_rad"].shape, (count, 2, 7))
+        np.testing.assert_array_equal(
+            state["arm"]["wrist_position_m"][-1, 1], states[-1]["arm"][1]["wrist_position_m"]
+        )
+        self.assertEqual(state["gripper"]["opening"].shape, (count, 2))
+        self.assertEqual(state["body"]["quat_wxyz"].shape, (count, len(model["body_name"][0]), 4))
+        self.assertEqual(model["task"][0], "lift_pot")
+        self.assertEqual(model["arm"]["joint_name"][0][1][0][:6], "right/")
+        # How many touch differs: an entry for each tick, (0, 3) where nothing does.
+        self.assertGreater(len({message["num_contacts"] for message in contacts}), 1)
+        position = log["EVALBUS_CONTACTS"]["contact"]["position_m"]
+        for tick, message in enumerate(contacts):
+            self.assertEqual(position[tick].shape, (message["num_contacts"], 3))
+            for index, contact in enumerate(message["contact"]):
+                np.testing.assert_array_equal(position[tick][index], contact["position_m"])
+        self.assertEqual((log.damaged_bytes, log.damaged_places, log.not_decoded), (0, 0, {}))
+
+    def test_messages_are_encoded_as_they_were(self):
+        for channel, data in self.raw():
+            name, message = messages.decode(data)
+            self.assertEqual(messages.encode(name, message), data, channel)
+        # Counts and members that are not given follow.
+        action = {"joint_position_rad": [0.5, 1], "header": {"tick": 7}}
+        _, back = messages.decode(messages.encode("action_t", action))
+        self.assertEqual((back["num_joints"], back["num_grippers"], back["error"]), (2, 0, ""))
+        self.assertEqual((back["header"]["tick"], back["joint_position_rad"].tolist()), (7, [0.5, 1]))
+        for broken in (
+            {"tick": 7},
+            {"mode": 1000},
+            {"mode": 0.5},
+            {"num_joints": 3, "joint_position_rad": [1, 2]},
+            {"joint_position_rad": ["a"]},
+            {"error": "a\0b"},
+        ):
+            with self.subTest(broken), self.assertRaises(messages.MessageError):
+                messages.encode("action_t", broken)
+        with self.assertRaisesRegex(messages.MessageError, "no message"):
+            messages.encode("boredom_t", {})
+
+    def raw(self):
+        with open(self.file, "rb") as stream:
+            data = stream.read()
+        at = 0
+        while at < len(data):
+            channel_size, data_size = (int.from_bytes(data[at + k : at + k + 4], "big") for k in (20, 24))
+            body = at + 28 + channel_size
+            yield data[at + 28 : body].decode(), data[body : body + data_size]
+            at = body + data_size
+
+    def test_bytes_that_are_no_message(self):
+        seen = set()
+        for channel, data in self.raw():
+            if channel in seen:
+                continue
+            seen.add(channel)
+            for size in [*range(0, min(len(data), 200)), len(data) - 1]:
+                with self.assertRaises(messages.MessageError):
+                    messages.decode(data[:size])
+            with self.assertRaisesRegex(messages.MessageError, "1 bytes more"):
+                messages.decode(data + b"\0")
+            # Numbers that announce more than there is, anywhere: an error or another message, at once.
+            for at in range(8, min(len(data) - 4, 400)):
+                for count in (b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff"):
+                    try:
+                        messages.decode(data[:at] + count + data[at + 4 :])
+                    except messages.MessageError:
+                        pass
+        self.assertIn("EVALBUS_STATE", seen)
+        # Texts end with the one NUL that their length counts.
+        text = messages.encode("log_t", {"text": "abc"})
+        for changed in (b"a\0c\0", b"abcd"):
+            with self.assertRaisesRegex(messages.MessageError, "does not end"):
+                messages.decode(text.replace(b"abc\0", changed))
+
+    def damaged(self, change):
+        """(log, words of the warnings) of the recorded log with changed bytes."""
+        file = self.folder / "damaged.lcmlog"
+        file.write_bytes(change(self.file.read_bytes()))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            log = evalbus.read_log(file)
+        return log, [str(warning.message) for warning in caught]
+
+    def test_damage_is_skipped_and_told(self):
+        whole = evalbus.read_log(self.file)
+        ticks = len(whole["EVALBUS_STATE"]["time_us"])
+
+        # Cut in the last event.
+        log, words = self.damaged(lambda data: data[:-5])
+        self.assertEqual(log.damaged_places, 1)
+        self.assertIn(f"{log.damaged_bytes} damaged bytes", words[0])
+
+        # Something between two events.
+        first = self.first_event_size()
+        log, words = self.damaged(lambda data: data[:first] + b"boredom" + data[first:])
+        self.assertEqual((log.damaged_bytes, log.damaged_places), (7, 1))
+        self.assertEqual(len(log["EVALBUS_STATE"]["time_us"]), ticks)
+
+        # A length that reaches over events that are whole costs its own event alone.
+        def stretched(data):
+            size = int.from_bytes(data[24:28], "big") + 1000
+            return data[:24] + size.to_bytes(4, "big") + data[28:]
+
+        log, words = self.damaged(stretched)
+        self.assertEqual((log.damaged_bytes, log.damaged_places), (first, 1))
+        self.assertEqual(len(log["EVALBUS_STATE"]["time_us"]), ticks)
+
+        log, words = self.damaged(lambda data: b"\xed\xa1\xda\x01" * 1000)
+        self.assertEqual((dict(log), log.damaged_bytes), ({}, 4000))
+        log, words = self.damaged(lambda data: b"")
+        self.assertEqual((dict(log), words), ({}, []))
+
+    def test_messages_of_another_version_are_told(self):
+        channel = next(self.raw())[0]
+
+        def changed(data):
+            at = 28 + len(channel)
+            return data[:at] + b"\0" * 8 + data[at + 8 :]
+
+        log, words = self.damaged(changed)
+        self.assertEqual(log.not_decoded, {channel: 1})
+        self.assertIn(f"1 events of {channel} left out: 0000000000000000 is no message", words[0])
+
+    def first_event_size(self):
+        channel, data = next(self.raw())
+        return 28 + len(channel) + len(data)
+
+
+support.main()

@@ -1,0 +1,41 @@
+"""A policy that does what an observation asks for; a program of its own, started by server_test."""
+
+import sys
+import threading
+
+import evalbus
+import numpy as np
+
+
+class Policy:
+    def __init__(self):
+        self.resets = 0
+
+    def reset(self):
+        self.resets += 1
+
+    def __call__(self, observation):
+        what = observation.get("what", "row")
+        if what == "row":
+            return observation["state"] * 2
+        if what == "chunk":
+            return np.arange(6.0).reshape(3, 2)
+        if what == "dictionary":
+            return {"actions": [[1, 2]], "resets": self.resets, "thread": threading.get_ident()}
+        if what == "wait":
+            # Computes until the test writes into this pipe.
+            with open(observation["until"]) as pipe:
+                pipe.read()
+            return [0.0]
+        if what == "raise":
+            raise RuntimeError("the pot is too hot")
+        if what == "cube":
+            return np.zeros((1, 2, 3))
+        if what == "no actions":
+            return {"action": [1]}
+        if what == "words":
+            return ["up"]
+        return object()
+
+
+evalbus.serve(Policy(), port=int(sys.argv[1]), metadata={"name": "test", "reset_pose": [0, 1.5]})

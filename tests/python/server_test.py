@@ -1,0 +1,138 @@
+"""serve() in a process of its own, and a client, over the loopback."""
+
+import support
+
+support.need("numpy", "msgpack", "websockets")
+
+import asyncio
+import os
+import pathlib
+import socket
+import tempfile
+import unittest
+import urllib.error
+import urllib.request
+
+import numpy as np
+import websockets
+from evalbus import codec
+
+POLICY = pathlib.Path(__file__).with_name("policies_under_test.py")
+
+
+async def ask(connection, what, **observation):
+    await connection.send(codec.pack({"what": what, **observation}))
+    return await connection.recv()
+
+
+class ServerTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = support.Server(POLICY, 0)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.server.__exit__()
+
+    def converse(self, conversation):
+        async def checked(connection, metadata):
+            self.assertEqual(metadata, {"name": "test", "reset_pose": [0, 1.5]})
+            return await conversation(connection)
+
+        return asyncio.run(support.converse(self.server.url, checked))
+
+    def test_one_row_is_a_chunk_of_one_step(self):
+        reply = self.converse(lambda c: ask(c, "row", state=np.array([0.5, -1], np.float32)))
+        value = codec.unpack(reply)
+        self.assertEqual((value["actions"].dtype, value["actions"].tolist()), (np.float32, [[1, -2]]))
+        self.assertGreaterEqual(value["server_timing"]["infer_ms"], 0)
+        self.assertEqual(set(value), {"actions", "server_timing"})
+
+    def test_chunks_and_dictionaries(self):
+        async def conversation(connection):
+            chunk = codec.unpack(await ask(connection, "chunk"))
+            return chunk, codec.unpack(await ask(connection, "dictionary"))
+
+        chunk, dictionary = self.converse(conversation)
+        self.assertEqual(chunk["actions"].tolist(), [[0, 1], [2, 3], [4, 5]])
+        self.assertEqual(dictionary["actions"].tolist(), [[1, 2]])
+
+    def test_each_connection_begins_with_reset(self):
+        first = codec.unpack(self.converse(lambda c: ask(c, "dictionary")))
+        second = codec.unpack(self.converse(lambda c: ask(c, "dictionary")))
+        self.assertEqual(second["resets"], first["resets"] + 1)
+        self.assertEqual(second["thread"], first["thread"])
+
+    def test_pictures_of_several_megabytes(self):
+        # Larger than the 1 MiB that websockets takes if not told otherwise.
+        picture = np.zeros((1080, 1920, 3), np.uint8)
+        reply = self.converse(lambda c: ask(c, "row", state=picture.reshape(-1)))
+        self.assertEqual(codec.unpack(reply)["actions"].shape, (1, picture.size))
+
+    def expect_failure(self, request, *words):
+        async def conversation(connection):
+            await connection.send(request)
+            text = await connection.recv()
+            try:
+                await connection.recv()
+            except websockets.exceptions.ConnectionClosed as closed:
+                return text, closed.rcvd.code
+            self.fail("the connection is still open")
+
+        text, code = self.converse(conversation)
+        self.assertIsInstance(text, str)
+        for word in ("Traceback", *words):
+            self.assertIn(word, text)
+        self.assertEqual(code, 1011)
+        # The server goes on.
+        self.assertIn("actions", codec.unpack(self.converse(lambda c: ask(c, "chunk"))))
+
+    def test_failures_are_told_and_close_the_connection(self):
+        self.expect_failure(codec.pack({"what": "raise"}), "RuntimeError: the pot is too hot", "__call__")
+        self.expect_failure(codec.pack({"what": "cube"}), "(1, 2, 3)")
+        self.expect_failure(codec.pack({"what": "no actions"}), 'without "actions"')
+        self.expect_failure(codec.pack({"what": "words"}), "expected numbers")
+        self.expect_failure(codec.pack({"what": "an object"}), "expected numbers")
+
+    def test_bad_requests_are_told(self):
+        self.expect_failure("hello", "binary")
+        self.expect_failure(b"\xc1", "not msgpack")
+        self.expect_failure(codec.pack([1]), "is a map")
+
+    def test_health(self):
+        url = self.server.url.replace("ws:", "http:")
+        with urllib.request.urlopen(url + "/healthz", timeout=support.DEADLINE_S) as answer:
+            self.assertEqual((answer.status, answer.read()), (200, b"OK\n"))
+        with self.assertRaises(urllib.error.HTTPError):
+            urllib.request.urlopen(url + "/health", timeout=support.DEADLINE_S)
+
+    def test_answers_pings_and_health_while_the_policy_computes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            until = pathlib.Path(folder) / "until"
+            os.mkfifo(until)
+
+            async def conversation(connection):
+                await connection.send(codec.pack({"what": "wait", "until": str(until)}))
+                await (await connection.ping())
+                await asyncio.get_running_loop().run_in_executor(None, self.test_health)
+                until.write_text("go on")
+                return await connection.recv()
+
+            self.assertEqual(codec.unpack(self.converse(conversation))["actions"].tolist(), [[0]])
+
+    def test_offers_of_compression_are_declined(self):
+        host, port = self.server.url.removeprefix("ws://").split(":")
+        with socket.create_connection((host, int(port)), timeout=support.DEADLINE_S) as connection:
+            connection.sendall(
+                b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
+                b"Sec-WebSocket-Extensions: permessage-deflate\r\n\r\n"
+            )
+            head = b""
+            while b"\r\n\r\n" not in head:
+                head += connection.recv(4096)
+        self.assertTrue(head.startswith(b"HTTP/1.1 101"), head)
+        self.assertNotIn(b"extensions", head.lower())
+
+
+support.main()
