@@ -24,6 +24,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kPositionValues = 3;
+
+// Many small deltas add up: each pose is reached more exactly than the inverse kinematics does by itself,
+// whose pull towards the posture it only lets go of when it begins anew.
+constexpr double kIkTolerance = 1e-9;  // m, and rad
+
+// A search that ends farther away than this from a pose begins again from home.
+constexpr double kStuckPosition = 0.05;  // m
+constexpr double kStuckRotation = 0.2;   // rad
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
 constexpr size_t kMostRotationValues = 6;
 
 int FirstBody(const mjModel& model, const arm_info_t& arm) {
@@ -60,6 +70,30 @@ Isometry3d MakePose(const Vector3d& position, const Matrix3d& rotation) {
   pose.translation() = position;
   pose.linear() = rotation;
   return pose;
+}
+
+bool IsWithin(const Vector6& difference, double position, double rotation) {
+  return difference.head<3>().stableNorm() <= position && difference.tail<3>().norm() <= rotation;
+}
+
+JointVector Solve(const ArmChain& chain, const Isometry3d& pose, const JointVector& start) {
+  const IkResult result = SolveIk(chain, pose, start);
+  if (!result.converged) return result.joints;
+  IkOptions exactly;
+  exactly.tolerance = kIkTolerance;
+  return SolveIk(chain, pose, result.joints, exactly).joints;
+}
+
+// The same for a pose that may be anywhere. From where the last one stretched the arm to, the search may end
+// with a joint at its limit, for good.
+JointVector SolveAnywhere(const ArmChain& chain, const Isometry3d& pose, const JointVector& start) {
+  const JointVector joints = Solve(chain, pose, start);
+  const Vector6 left = PoseDifference(chain.Forward(joints), pose);
+  if (IsWithin(left, kStuckPosition, kStuckRotation)) return joints;
+  const JointVector other = Solve(chain, pose, chain.home());
+  const Vector6 other_left = PoseDifference(chain.Forward(other), pose);
+  // By far, so that the arm does not waver between two that are as near.
+  return other_left.squaredNorm() < left.squaredNorm() / 2 ? other : joints;
 }
 
 void CheckLength(const std::vector<double>& values, int expected, const char* what) {
@@ -324,12 +358,11 @@ void ActionConverter::Convert(std::span<const double> row, const state_t& state,
       // Damping grows with the error: a target out of all reach would hardly be searched for.
       Isometry3d sought = wanted;
       sought.translation() = NoFartherThan(arm.reach, arm.base.translation(), wanted.translation());
-      joints = SolveIk(*arm.chain, sought, arm.target).joints;
+      joints = is_absolute() ? SolveAnywhere(*arm.chain, sought, arm.target)
+                             : Solve(*arm.chain, sought, arm.target);
       Jacobian jacobian;
-      const Eigen::Matrix<double, 6, 1> left = PoseDifference(arm.chain->Forward(joints, &jacobian), wanted);
-      const bool is_reached =
-          left.head<3>().stableNorm() <= kReachedPosition && left.tail<3>().norm() <= kReachedRotation;
-      if (!is_reached) ++action->unreachable_poses;
+      const Vector6 left = PoseDifference(arm.chain->Forward(joints, &jacobian), wanted);
+      if (!IsWithin(left, kReachedPosition, kReachedRotation)) ++action->unreachable_poses;
       if (ConditionNumber(jacobian) > kSingularCondition) ++action->singular_poses;
     }
     std::copy(joints.begin(), joints.end(), action->joint_position_rad.begin() + arm.first_joint);

@@ -51,9 +51,10 @@ class ActionConverter {
   //
   // Joint kinds: the target as the policy says it, beyond the limits too, where the sim clips and counts it;
   // what the next step adds to is within the limits. Eef kinds: inverse kinematics from the last joint
-  // target, which the arm stays near to in its redundancy, within the joints' limits; a pose out of reach
-  // becomes the one nearby with the least sum of squares of metres and radians. unreachable_poses and
-  // singular_poses are those of this row.
+  // target, which the arm stays near to in its redundancy, within the joints' limits. A pose out of reach
+  // becomes the nearest one that the search finds (least sum of squares of metres and radians), a position
+  // beyond the arm's length having been pulled to that. Where an eef_pose is missed by more than 5 cm or 0.2
+  // rad, home is tried as a start, too. unreachable_poses and singular_poses are those of this row.
   //
   // Throws std::runtime_error, one line that says which value and what it is, where the policy's numbers mean
   // nothing (NaN, infinity, a rotation that is none, a row of another length), and where `state` is not of

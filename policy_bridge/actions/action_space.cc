@@ -23,17 +23,8 @@ int NumValues(RotationForm form) {
 }
 
 const char* NameOf(ActionKind kind) {
-  switch (kind) {
-    case ActionKind::kJointPosition:
-      return "joint_position";
-    case ActionKind::kJointDelta:
-      return "joint_delta";
-    case ActionKind::kJointVelocity:
-      return "joint_velocity";
-    case ActionKind::kEefPose:
-      return "eef_pose";
-    case ActionKind::kEefDelta:
-      return "eef_delta";
+  for (const Named<ActionKind>& named : kActionKinds) {
+    if (named.value == kind) return named.name;
   }
   return "";
 }

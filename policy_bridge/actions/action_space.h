@@ -80,7 +80,33 @@ struct ActionSpace {
   std::vector<double> scale, offset, lower, upper;
 };
 
-// "joint_position", ...: as contracts and POLICY_ACTION name them.
+// As contracts name them, and POLICY_ACTION the kind.
+template <typename T>
+struct Named {
+  const char* name;
+  T value;
+};
+inline constexpr Named<ActionKind> kActionKinds[] = {{"joint_position", ActionKind::kJointPosition},
+                                                     {"joint_delta", ActionKind::kJointDelta},
+                                                     {"joint_velocity", ActionKind::kJointVelocity},
+                                                     {"eef_pose", ActionKind::kEefPose},
+                                                     {"eef_delta", ActionKind::kEefDelta}};
+inline constexpr Named<DeltaOn> kDeltaOns[] = {{"target", DeltaOn::kTarget},
+                                               {"measured", DeltaOn::kMeasured}};
+inline constexpr Named<ActionFrame> kActionFrames[] = {
+    {"world", ActionFrame::kWorld}, {"base", ActionFrame::kBase}, {"wrist", ActionFrame::kWrist}};
+inline constexpr Named<EefPoint> kEefPoints[] = {{"flange", EefPoint::kFlange}, {"grip", EefPoint::kGrip}};
+inline constexpr Named<RotationForm> kRotationForms[] = {
+    {"none", RotationForm::kNone},
+    {"quaternion_wxyz", RotationForm::kQuaternionWxyz},
+    {"quaternion_xyzw", RotationForm::kQuaternionXyzw},
+    {"axis_angle", RotationForm::kAxisAngle},
+    {"axis_angle_robosuite", RotationForm::kAxisAngleRobosuite},
+    {"euler_xyz_extrinsic", RotationForm::kEulerXyzExtrinsic},
+    {"euler_xyz_intrinsic", RotationForm::kEulerXyzIntrinsic},
+    {"rotation_6d", RotationForm::kRotation6d},
+    {"rotation_6d_interleaved", RotationForm::kRotation6dInterleaved},
+    {"rotation_6d_rows", RotationForm::kRotation6dRows}};
 const char* NameOf(ActionKind kind);
 
 }  // namespace evalbus::policy
