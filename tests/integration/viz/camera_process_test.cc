@@ -1,0 +1,123 @@
+// The process that draws what a policy asks for: whole pictures over a real bus, equal to those of the same
+// component in this process. The test is sim and policy.
+#include <map>
+
+#include "bus/channels.h"
+#include "evalbus/component_status_t.hpp"
+#include "tests/integration/harness.h"
+#include "tests/unit/viz/viz_scene.h"
+#include "viz/camera_component.h"
+#include "viz/viz_component.h"
+
+namespace evalbus {
+namespace {
+
+class CameraProcess : public testing::Test {
+ protected:
+  // By camera.
+  using Pictures = std::map<std::string, image_t>;
+
+  CameraProcess() {
+    for (const auto& [camera, side] :
+         {std::pair{"roboeval/head", 224}, {"front", 512}, {"left/hand/wrist", 65}}) {
+      view_t view{};
+      view.camera = camera;
+      view.width_px = view.height_px = side;
+      view.shadows = 1;
+      view.encoding = side == 512 ? "depth32" : "rgb8";
+      observe_.view.push_back(view);
+    }
+    observe_.num_views = 3;
+    state_ = viz::StateOf(viz::HomeQpos(*scene_.visual));
+    observe_.header.tick = state_.header.tick = 0;
+  }
+
+  void Hear(Bus* bus, Pictures* pictures) {
+    for (const view_t& view : observe_.view) {
+      const std::string channel = viz::ImageChannel(view.camera);
+      bus->Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
+                     [pictures](const image_t& m) { (*pictures)[m.view.camera] = m; });
+    }
+    bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { status_ = m; });
+  }
+  bool HearUntil(Bus* bus, const std::function<bool()>& condition) {
+    return WaitFor([&] {
+      while (bus->Handle()) {
+      }
+      return condition();
+    });
+  }
+  void Begin(Bus* bus) {
+    bus->Publish(channels::kModel, viz::VisualInfo(folder_.path(), *scene_.visual));
+    bus->Publish(channels::kEpisodeBegin, episode_begin_t{});
+  }
+
+  TemporaryFolder folder_;
+  const Scene scene_ = viz::LiftPotScene();
+  state_t state_{};
+  observe_t observe_{};
+  component_status_t status_{};
+};
+
+TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl();
+  Bus bus(url), bystander(url);
+  Pictures far, near;
+  Hear(&bus, &far);
+  int states_heard = 0;
+  bystander.Subscribe(channels::kState, [&](const state_t&) { ++states_heard; });
+  Program process({"evalbus-viz", "--answer-observe", "--url", url});
+  ASSERT_TRUE(HearUntil(&bus, [&] {
+    if (status_.state != component_status_t::READY) Begin(&bus);
+    return status_.state == component_status_t::READY;
+  })) << process.err();
+  EXPECT_EQ(status_.component, "cameras");
+  // Before its STATE: it waits for it.
+  bus.Publish(channels::kObserve, observe_);
+  bus.Publish(channels::kState, state_);
+  ASSERT_TRUE(HearUntil(&bus, [&] { return far.size() == 3; }));
+
+  Bus own("memq://");
+  Hear(&own, &near);
+  viz::CameraComponent component(&own);
+  Begin(&own);
+  own.Publish(channels::kState, state_);
+  own.Publish(channels::kObserve, observe_);
+  ASSERT_TRUE(HearUntil(&own, [&] { return near.size() == 3; }));
+  for (const view_t& view : observe_.view) {
+    EXPECT_EQ(far[view.camera].view.width_px, view.width_px);
+    EXPECT_TRUE(far[view.camera].data == near[view.camera].data) << view.camera;
+  }
+  // A megabyte of depth is whole, and who did not ask for it has lost nothing.
+  EXPECT_EQ(far["front"].data.size(), 512u * 512 * 4);
+  while (bystander.Handle()) {
+  }
+  EXPECT_EQ(states_heard, 1);
+  EXPECT_EQ(bystander.decode_errors(), 0);
+  EXPECT_EQ(bus.decode_errors(), 0);
+}
+
+TEST_F(CameraProcess, AnUnknownCameraIsOneLine) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl();
+  Bus bus(url);
+  Pictures pictures;
+  Hear(&bus, &pictures);
+  Program process({"evalbus-viz", "--answer-observe", "--url", url});
+  ASSERT_TRUE(HearUntil(&bus, [&] {
+    if (status_.state != component_status_t::READY) Begin(&bus);
+    return status_.state == component_status_t::READY;
+  })) << process.err();
+  observe_.view[1].camera = "nowhere";
+  bus.Publish(channels::kState, state_);
+  bus.Publish(channels::kObserve, observe_);
+  ASSERT_TRUE(HearUntil(&bus, [&] { return status_.state == component_status_t::FAILED; }));
+  EXPECT_EQ(process.Wait(), 1);
+  EXPECT_EQ(status_.error.find("OBSERVE of tick 0: no camera 'nowhere'; this scene has head, "), 0u);
+  EXPECT_NE(process.err().find("error: " + status_.error + "\n"), std::string::npos);
+  EXPECT_TRUE(pictures.empty());
+}
+
+}  // namespace
+}  // namespace evalbus
