@@ -9,6 +9,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <thread>
 
@@ -90,6 +91,7 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
 
   void Read() {
     stream.async_read(buffer, [self = shared_from_this()](error_code error, size_t) {
+      self->is_reading = false;
       if (error == websocket::error::closed) self->seen->Note([&] { ++self->seen->num_goodbyes; });
       if (error) return self->SetOpen(false);
       const auto* bytes = static_cast<const uint8_t*>(self->buffer.data().data());
@@ -98,6 +100,11 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
       self->seen->Note([&] { self->seen->requests.push_back(message); });
       self->Take(message);
     });
+    is_reading = true;
+    while (!waiting.empty()) {
+      waiting.front()();
+      waiting.pop_front();
+    }
   }
 
   void Take(const Value& message) {
@@ -158,11 +165,17 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
         });
   }
 
-  // Beside the read that is pending, where Give() begins one.
+  // At once where a read is pending, so that no write is; else in turn, when the next one is.
+  void WhenReading(std::function<void()> act) { is_reading ? act() : waiting.push_back(std::move(act)); }
+
   void SayUnasked(const std::string& message, bool is_text) {
-    outgoing = message;
+    const auto held = std::make_shared<std::string>(message);
     stream.text(is_text);
-    stream.async_write(asio::buffer(outgoing), [self = shared_from_this()](error_code, size_t) {});
+    stream.async_write(asio::buffer(*held), [self = shared_from_this(), held](error_code, size_t) {});
+  }
+
+  void Ping() {
+    stream.async_ping({}, [self = shared_from_this()](error_code) {});
   }
 
   void WriteRaw(const Raw& raw) {
@@ -197,7 +210,8 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
   http::request<http::string_body> request;
   http::response<http::string_body> refusal;
   std::string outgoing;
-  bool is_open = false;
+  bool is_open = false, is_reading = false;
+  std::deque<std::function<void()>> waiting;
 };
 
 struct PolicyServerDouble::Server {
@@ -276,7 +290,7 @@ bool PolicyServerDouble::Ping(std::chrono::seconds limit) {
   const size_t expected = seen_->num_pongs + seen_->num_open;
   lock.unlock();
   server_->ForEach([](const std::shared_ptr<Session>& session) {
-    session->stream.async_ping({}, [session](error_code) {});
+    session->WhenReading([its = session.get()] { its->Ping(); });
   });
   lock.lock();
   const bool answered = seen_->changed.wait_for(lock, limit, [&] { return seen_->num_pongs >= expected; });
@@ -286,8 +300,9 @@ bool PolicyServerDouble::Ping(std::chrono::seconds limit) {
 }
 
 void PolicyServerDouble::SayUnasked(const std::string& message, bool is_text) {
-  server_->ForEach(
-      [message, is_text](const std::shared_ptr<Session>& session) { session->SayUnasked(message, is_text); });
+  server_->ForEach([=](const std::shared_ptr<Session>& session) {
+    session->WhenReading([=, its = session.get()] { its->SayUnasked(message, is_text); });
+  });
 }
 
 bool PolicyServerDouble::WaitForConnections(size_t count, std::chrono::seconds limit) {
