@@ -48,11 +48,4 @@ double GripperCommand::Step(double value) {
   return is_closed_ ? 1 : 0;
 }
 
-double ReadingOf(const GripperReading& reading, double opening) {
-  const double value = reading.closed + opening * (reading.open - reading.closed);
-  if (!reading.decimals) return value;
-  const double tens = std::pow(10, *reading.decimals);
-  return std::nearbyint(value * tens) / tens;
-}
-
 }  // namespace evalbus::policy

@@ -1,4 +1,4 @@
-// What policies say to grippers, and what they are shown of them.
+// What policies say to grippers.
 #pragma once
 
 #include <optional>
@@ -31,15 +31,5 @@ class GripperCommand {
   // Steps in a row that wanted the other state.
   int wanted_ = 0;
 };
-
-// How a policy is shown a gripper: any quantity that is linear in the opening, such as finger metres, rounded
-// where its training data was.
-struct GripperReading {
-  double open = 1, closed = 0;
-  // Digits after the point, to even from halfway (as numpy.round); nothing: not rounded.
-  std::optional<int> decimals = {};
-};
-// opening: 0 closed, 1 open, as in STATE.
-double ReadingOf(const GripperReading& reading, double opening);
 
 }  // namespace evalbus::policy

@@ -19,68 +19,41 @@ constexpr int kMostSteps = 10'000;
 constexpr int kMostValues = 1000;
 constexpr int kLongestHistory = 1000;  // ticks
 
-// A word of a file, and what it stands for.
-template <class Choice>
-struct Word {
-  const char* word;
-  Choice choice;
-};
-
-constexpr Word<Wire> kWires[] = {{"openpi", Wire::kOpenpi},
-                                 {"roboarena", Wire::kRoboArena},
-                                 {"vla_eval", Wire::kVlaEval},
-                                 {"groot", Wire::kGroot},
-                                 {"rest", Wire::kRest}};
-constexpr Word<ClientOptions::GrootDialect> kDialects[] = {
+constexpr Named<Wire> kWires[] = {{"openpi", Wire::kOpenpi},
+                                  {"roboarena", Wire::kRoboArena},
+                                  {"vla_eval", Wire::kVlaEval},
+                                  {"groot", Wire::kGroot},
+                                  {"rest", Wire::kRest}};
+constexpr Named<ClientOptions::GrootDialect> kDialects[] = {
     {"detect", ClientOptions::GrootDialect::kDetect},
     {"n1.5", ClientOptions::GrootDialect::kN15},
     {"n1.6", ClientOptions::GrootDialect::kN16},
     {"n1.6_flat", ClientOptions::GrootDialect::kN16Flat}};
-constexpr Word<ActionKind> kKinds[] = {{"joint_position", ActionKind::kJointPosition},
-                                       {"joint_delta", ActionKind::kJointDelta},
-                                       {"joint_velocity", ActionKind::kJointVelocity},
-                                       {"eef_pose", ActionKind::kEefPose},
-                                       {"eef_delta", ActionKind::kEefDelta}};
-constexpr Word<DeltaOn> kDeltas[] = {{"target", DeltaOn::kTarget}, {"measured", DeltaOn::kMeasured}};
-constexpr Word<ActionFrame> kFrames[] = {
-    {"world", ActionFrame::kWorld}, {"base", ActionFrame::kBase}, {"wrist", ActionFrame::kWrist}};
-constexpr Word<EefPoint> kPoints[] = {{"flange", EefPoint::kFlange}, {"grip", EefPoint::kGrip}};
-constexpr Word<RotationForm> kRotations[] = {
-    {"none", RotationForm::kNone},
-    {"quaternion_wxyz", RotationForm::kQuaternionWxyz},
-    {"quaternion_xyzw", RotationForm::kQuaternionXyzw},
-    {"axis_angle", RotationForm::kAxisAngle},
-    {"axis_angle_robosuite", RotationForm::kAxisAngleRobosuite},
-    {"euler_xyz_extrinsic", RotationForm::kEulerXyzExtrinsic},
-    {"euler_xyz_intrinsic", RotationForm::kEulerXyzIntrinsic},
-    {"rotation_6d", RotationForm::kRotation6d},
-    {"rotation_6d_interleaved", RotationForm::kRotation6dInterleaved},
-    {"rotation_6d_rows", RotationForm::kRotation6dRows}};
-constexpr Word<const char*> kTypes[] = {{"float32", "<f4"}, {"float64", "<f8"}, {"uint8", "|u1"}};
-constexpr Word<bool> kLayouts[] = {{"hwc", false}, {"chw", true}};
-constexpr Word<bool> kColours[] = {{"rgb", false}, {"bgr", true}};
-constexpr Word<bool> kModes[] = {{"pad", true}, {"stretch", false}};
+constexpr Named<const char*> kTypes[] = {{"float32", "<f4"}, {"float64", "<f8"}, {"uint8", "|u1"}};
+constexpr Named<bool> kLayouts[] = {{"hwc", false}, {"chw", true}};
+constexpr Named<bool> kColours[] = {{"rgb", false}, {"bgr", true}};
+constexpr Named<bool> kModes[] = {{"pad", true}, {"stretch", false}};
 
 template <class Choice, size_t N>
-Choice Choose(const YamlValue& value, const Word<Choice> (&words)[N]) {
+Choice Choose(const YamlValue& value, const Named<Choice> (&words)[N]) {
   const std::string text = value.Text();
   std::vector<std::string> known;
-  for (const auto& [word, choice] : words) {
-    if (text == word) return choice;
-    known.emplace_back(word);
+  for (const auto& [name, choice] : words) {
+    if (text == name) return choice;
+    known.emplace_back(name);
   }
   value.Fail("unknown '" + text + "'" + Suggestion(text, known));
 }
 
 template <class Choice, size_t N>
-void Choose(const YamlMap& map, const char* key, const Word<Choice> (&words)[N], Choice* choice) {
+void Choose(const YamlMap& map, const char* key, const Named<Choice> (&words)[N], Choice* choice) {
   if (const YamlValue* value = map.Find(key)) *choice = Choose(*value, words);
 }
 
 template <class Choice, size_t N>
-const char* WordOf(Choice choice, const Word<Choice> (&words)[N]) {
+const char* WordOf(Choice choice, const Named<Choice> (&words)[N]) {
   for (const auto& word : words) {
-    if (word.choice == choice) return word.word;
+    if (word.value == choice) return word.name;
   }
   return "";
 }
@@ -160,8 +133,8 @@ Signal ReadSignal(const YamlValue& value) {
     if (const YamlValue* scale = map.Find("scale")) signal.scale = scale->Number();
     if (const YamlValue* offset = map.Find("offset")) signal.offset = offset->Number();
     if (const YamlValue* decimals = map.Find("decimals")) signal.decimals = decimals->Integer(0, 9);
-    Choose(map, "frame", kFrames, &signal.frame);
-    Choose(map, "point", kPoints, &signal.point);
+    Choose(map, "frame", kActionFrames, &signal.frame);
+    Choose(map, "point", kEefPoints, &signal.point);
     if (signal.frame == ActionFrame::kWrist) map.Find("frame")->Fail("expected world or base");
   }
   const size_t dot = signal.name.rfind('.');
@@ -298,12 +271,12 @@ void ReadAction(const YamlValue& value, Contract* contract) {
                     {"keys", "delta_on", "frame", "point", "rotation", "chunk_steps", "scale", "offset",
                      "lower", "upper", "first_step_rad"});
   ActionSpace& space = contract->actions;
-  space.kind = Choose(map["kind"], kKinds);
+  space.kind = Choose(map["kind"], kActionKinds);
   space.num_values = map["values"].Integer(1, kMostValues);
-  Choose(map, "delta_on", kDeltas, &space.delta_on);
-  Choose(map, "frame", kFrames, &space.frame);
-  Choose(map, "point", kPoints, &space.point);
-  Choose(map, "rotation", kRotations, &space.rotation);
+  Choose(map, "delta_on", kDeltaOns, &space.delta_on);
+  Choose(map, "frame", kActionFrames, &space.frame);
+  Choose(map, "point", kEefPoints, &space.point);
+  Choose(map, "rotation", kRotationForms, &space.rotation);
   const bool is_eef = space.kind == ActionKind::kEefPose || space.kind == ActionKind::kEefDelta;
   const bool is_delta = space.kind == ActionKind::kJointDelta || space.kind == ActionKind::kEefDelta;
   for (const char* key : {"frame", "point", "rotation"}) {
@@ -371,8 +344,8 @@ nlohmann::ordered_json SignalJson(const Signal& signal) {
   if (signal.scale != 1) json["scale"] = signal.scale;
   if (signal.offset != 0) json["offset"] = signal.offset;
   if (signal.decimals >= 0) json["decimals"] = signal.decimals;
-  if (signal.frame != ActionFrame::kWorld) json["frame"] = WordOf(signal.frame, kFrames);
-  if (signal.point != EefPoint::kFlange) json["point"] = WordOf(signal.point, kPoints);
+  if (signal.frame != ActionFrame::kWorld) json["frame"] = WordOf(signal.frame, kActionFrames);
+  if (signal.point != EefPoint::kFlange) json["point"] = WordOf(signal.point, kEefPoints);
   return json;
 }
 
@@ -405,12 +378,12 @@ nlohmann::ordered_json ActionJson(const Contract& contract) {
   const ActionSpace& space = contract.actions;
   nlohmann::ordered_json json = {{"keys", contract.action_keys}, {"kind", NameOf(space.kind)}};
   if (space.kind == ActionKind::kJointDelta || space.kind == ActionKind::kEefDelta) {
-    json["delta_on"] = WordOf(space.delta_on, kDeltas);
+    json["delta_on"] = WordOf(space.delta_on, kDeltaOns);
   }
   if (space.kind == ActionKind::kEefPose || space.kind == ActionKind::kEefDelta) {
-    json["frame"] = WordOf(space.frame, kFrames);
-    json["point"] = WordOf(space.point, kPoints);
-    json["rotation"] = WordOf(space.rotation, kRotations);
+    json["frame"] = WordOf(space.frame, kActionFrames);
+    json["point"] = WordOf(space.point, kEefPoints);
+    json["rotation"] = WordOf(space.rotation, kRotationForms);
   }
   json["values"] = space.num_values;
   for (const ArmForm& arm : space.arms) {

@@ -8,6 +8,7 @@
 #include <msgpack.hpp>
 #include <string>
 
+#include "policy_bridge/wire/checked_array.h"
 #include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::policy {
@@ -118,19 +119,7 @@ Value ToArray(Map map) {
   array.data = std::move(*data.As<Bytes>());
 
   if (array.dtype.size() >= 2 && array.dtype[1] == 'U') return Describe(array) + " of texts, not read";
-  const size_t item_size = ItemSize(array.dtype);
-  if (item_size == 0) Refuse(Describe(array) + ": this wire has no such dtype");
-  const std::optional<size_t> count = ItemCount(array.shape);
-  if (!count || array.data.size() % item_size != 0 || array.data.size() / item_size != *count) {
-    Refuse(fmt::format("{} of {} bytes", Describe(array), array.data.size()));
-  }
-  if (array.dtype[0] == '>') {
-    for (auto item = array.data.begin(); item != array.data.end(); item += item_size) {
-      std::reverse(item, item + item_size);
-    }
-  }
-  array.dtype[0] = item_size == 1 ? '|' : '<';
-  return array;
+  return CheckedArray(std::move(array));
 }
 
 // What a map means.

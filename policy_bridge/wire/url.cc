@@ -2,37 +2,42 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "base/errors.h"
+#include "base/text.h"
 
 namespace evalbus::policy {
 
 Url ParseUrl(const std::string& text, std::string_view scheme) {
-  const auto refuse = [&] {
-    throw InputError(fmt::format("{}: not the address of a server, {}://HOST:PORT", Printable(text), scheme));
+  const auto refuse = [&](const char* why) {
+    throw InputError(fmt::format("{}: {}; expected {}://HOST:PORT", Printable(text), why, scheme));
   };
   const std::string before = fmt::format("{}://", scheme);
-  if (!text.starts_with(before)) refuse();
-  const size_t slash = std::min(text.find('/', before.size()), text.size());
-  Url url;
-  url.target = text.substr(slash);
-  const std::string authority = text.substr(before.size(), slash - before.size());
-  const size_t colon = authority.rfind(':');
-  if (colon == std::string::npos) refuse();
-  url.host = authority.substr(0, colon);
-  url.port = authority.substr(colon + 1);
-  if (url.host.starts_with('[') && url.host.ends_with(']')) {
-    url.host = url.host.substr(1, url.host.size() - 2);
-  } else if (url.host.find(':') != std::string::npos) {
-    refuse();
+  if (text.starts_with("wss://") || text.starts_with("https://")) {
+    refuse("no TLS here; let a proxy terminate it, or a tunnel (ssh -L) encrypt");
   }
-  int port = 0;
-  const char* end = url.port.data() + url.port.size();
-  if (std::from_chars(url.port.data(), end, port).ptr != end || port < 1 || port > 65535) refuse();
+  if (!text.starts_with(before)) refuse("another scheme");
   // What would end a line of HTTP, or begin something else within it.
-  if (url.host.empty() || text.find_first_of(std::string_view("\0 \t\r\n@#", 7)) != std::string::npos)
-    refuse();
+  if (Printable(text) != text || text.find_first_of(" #") != std::string::npos) {
+    refuse("a space, a # or a control character");
+  }
+  const size_t end = std::min(text.find_first_of("/?", before.size()), text.size());
+  const std::string authority = text.substr(before.size(), end - before.size());
+  Url url{.text = text, .host = {}, .port = {}, .target = text.substr(end)};
+  if (authority.find('@') != std::string::npos) refuse("a user's name or password, which is not sent");
+  const size_t colon = authority.rfind(':');
+  const bool is_ipv6 = authority.starts_with('[');
+  if (colon == std::string::npos || (is_ipv6 && authority[colon - 1] != ']')) refuse("no port");
+  url.port = authority.substr(colon + 1);
+  url.host = is_ipv6 ? authority.substr(1, colon - 2) : authority.substr(0, colon);
+  if (url.host.empty()) refuse("no host");
+  if (!is_ipv6 && url.host.find(':') != std::string::npos) refuse("an IPv6 address stands in []");
+  int port = 0;
+  const char* last = url.port.data() + url.port.size();
+  if (std::from_chars(url.port.data(), last, port).ptr != last || port < 1 || port > 65535)
+    refuse("no such port");
   return url;
 }
 

@@ -48,40 +48,7 @@ constexpr size_t kMaxWaiting = 16;
 
 constexpr auto kGoodbye = std::chrono::seconds(1);
 
-[[noreturn]] void RefuseUrl(const std::string& url, const std::string& why) {
-  throw InputError(fmt::format("{}: {}; expected ws://HOST:PORT[/PATH], e.g. ws://localhost:8000", url, why));
-}
-
 }  // namespace
-
-WebsocketUrl ParseWebsocketUrl(const std::string& text) {
-  constexpr std::string_view kScheme = "ws://";
-  if (text.starts_with("wss://")) {
-    throw InputError(text +
-                     ": no TLS here; use ws://, and let a proxy terminate TLS, or a tunnel (ssh -L) encrypt");
-  }
-  if (!text.starts_with(kScheme)) RefuseUrl(text, "no websocket's URL");
-  if (Printable(text) != text || text.find_first_of(" #") != std::string::npos) {
-    RefuseUrl(Printable(text), "a space, a # or a control character");
-  }
-  const size_t end = std::min(text.find_first_of("/?", kScheme.size()), text.size());
-  std::string authority = text.substr(kScheme.size(), end - kScheme.size());
-  WebsocketUrl url{.text = text, .host = {}, .port = {}, .target = text.substr(end)};
-  if (!url.target.starts_with('/')) url.target.insert(0, "/");
-  if (authority.find('@') != std::string::npos)
-    RefuseUrl(text, "a user's name or password, which is not sent");
-  const size_t colon = authority.rfind(':');
-  const bool is_ipv6 = authority.starts_with('[');
-  if (colon == std::string::npos || (is_ipv6 && authority[colon - 1] != ']')) RefuseUrl(text, "no port");
-  url.port = authority.substr(colon + 1);
-  url.host = is_ipv6 ? authority.substr(1, colon - 2) : authority.substr(0, colon);
-  if (url.host.empty()) RefuseUrl(text, "no host");
-  if (!is_ipv6 && url.host.find(':') != std::string::npos) RefuseUrl(text, "an IPv6 address stands in []");
-  const bool is_number = !url.port.empty() && url.port.size() <= 5 &&
-                         std::ranges::all_of(url.port, [](char c) { return c >= '0' && c <= '9'; });
-  if (!is_number || std::stoi(url.port) < 1 || std::stoi(url.port) > 65535) RefuseUrl(text, "no such port");
-  return url;
-}
 
 Deadline::Deadline(double after_s)
     : seconds(after_s),
@@ -90,7 +57,7 @@ Deadline::Deadline(double after_s)
                std::chrono::duration<double>(std::clamp(after_s, 0.0, 1e8)))) {}
 
 struct Websocket::Connection {
-  explicit Connection(const WebsocketUrl& the_url, uint64_t the_limit) : url(the_url), limit(the_limit) {}
+  explicit Connection(const Url& the_url, uint64_t the_limit) : url(the_url), limit(the_limit) {}
 
   // All of these run on the thread.
 
@@ -129,15 +96,16 @@ struct Websocket::Connection {
     stream.write_buffer_bytes(64 << 10);
     const bool is_ipv6 = url.host.find(':') != std::string::npos;
     const std::string host = (is_ipv6 ? "[" + url.host + "]" : url.host) + ":" + url.port;
-    stream.async_handshake(response, host, url.target, [this](error_code error) {
-      if (error) return FailHandshake(error);
-      {
-        const std::lock_guard lock(mutex);
-        connected = true;
-      }
-      changed.notify_all();
-      Read();
-    });
+    stream.async_handshake(response, host, url.target.starts_with('/') ? url.target : "/" + url.target,
+                           [this](error_code error) {
+                             if (error) return FailHandshake(error);
+                             {
+                               const std::lock_guard lock(mutex);
+                               connected = true;
+                             }
+                             changed.notify_all();
+                             Read();
+                           });
   }
 
   void FailHandshake(const error_code& error) {
@@ -229,7 +197,7 @@ struct Websocket::Connection {
     return message;
   }
 
-  const WebsocketUrl& url;
+  const Url& url;
   const uint64_t limit;
   std::string api_key;
   asio::io_context context{1};
@@ -251,7 +219,7 @@ struct Websocket::Connection {
   std::thread thread;
 };
 
-Websocket::Websocket(WebsocketUrl url, const std::string& api_key, uint64_t max_message_bytes,
+Websocket::Websocket(Url url, const std::string& api_key, uint64_t max_message_bytes,
                      const Deadline& deadline)
     : url_(std::move(url)), connection_(std::make_unique<Connection>(url_, max_message_bytes)) {
   Connection& to = *connection_;

@@ -9,19 +9,10 @@
 #include <string>
 
 #include "policy_bridge/wire/policy_client.h"
+#include "policy_bridge/wire/url.h"
 #include "policy_bridge/wire/value.h"
 
 namespace evalbus::policy {
-
-struct WebsocketUrl {
-  std::string text;  // as the user wrote it
-  std::string host;  // a name or an address; of IPv6, without brackets
-  std::string port;
-  std::string target;  // "/" or the path, with its query
-};
-
-// ws://HOST:PORT[/PATH]; throws InputError.
-WebsocketUrl ParseWebsocketUrl(const std::string& text);
 
 // Of one exchange: what is sent for it, and all that is received.
 struct Deadline {
@@ -44,8 +35,7 @@ class Websocket {
 
   // Connects. The key, where there is one, is sent as "Authorization: Api-Key KEY". A message of more than
   // max_message_bytes is refused when it is announced. Throws ServerError.
-  Websocket(WebsocketUrl url, const std::string& api_key, uint64_t max_message_bytes,
-            const Deadline& deadline);
+  Websocket(Url url, const std::string& api_key, uint64_t max_message_bytes, const Deadline& deadline);
   // Says goodbye where it is open, and does not wait long for an answer.
   ~Websocket();
 
@@ -68,7 +58,7 @@ class Websocket {
 
  private:
   struct Connection;
-  const WebsocketUrl url_;
+  const Url url_;
   const std::unique_ptr<Connection> connection_;
 };
 

@@ -4,13 +4,14 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "policy_bridge/wire/server_words.h"
 
 namespace evalbus::policy {
 
 using Kind = ServerError::Kind;
 
 WebsocketClient::WebsocketClient(const ClientOptions& options, ArrayKeys array_keys)
-    : options_(options), url_(ParseWebsocketUrl(options.url)), array_keys_(array_keys) {
+    : options_(options), url_(ParseUrl(options.url, "ws")), array_keys_(array_keys) {
   if (Printable(options.api_key) != options.api_key) throw InputError("an API key has no control characters");
 }
 
@@ -60,15 +61,8 @@ ServerError WebsocketClient::Ended(Kind kind, const std::string& what) {
 }
 
 ServerError WebsocketClient::Said(const std::string& words) const {
-  std::string_view line = words;
-  const size_t last = line.find_last_not_of(" \t\r\n");
-  line = line.substr(0, last == std::string::npos ? 0 : last + 1);
-  line = line.substr(line.find_last_of('\n') + 1);  // npos + 1 is 0
-  constexpr int kWidth = 500;
-  const std::string printable = Printable(Cut(std::string(line), kWidth));
-  return {Kind::kServer,
-          fmt::format("{}: the server said: {}", url_.text, printable.empty() ? "nothing" : printable),
-          words};
+  const ServerError said = ServerSays(words);
+  return {said.kind(), url_.text + ": " + said.what(), said.details()};
 }
 
 }  // namespace evalbus::policy

@@ -40,7 +40,7 @@ class WebsocketClient : public PolicyClient {
   const ClientOptions options_;
 
  private:
-  const WebsocketUrl url_;
+  const Url url_;
   const ArrayKeys array_keys_;
   std::unique_ptr<Websocket> socket_;
   bool answered_ = false;  // since it is connected

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 29> kOrder = {"base",
+constexpr std::array<std::string_view, 33> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus",
                                                      "bus/recorder",
@@ -31,6 +31,10 @@ constexpr std::array<std::string_view, 29> kOrder = {"base",
                                                      "metrics",
                                                      "policy_bridge/interface",
                                                      "policy_bridge/planning",
+                                                     "policy_bridge/actions",
+                                                     "policy_bridge/wire",
+                                                     "policy_bridge/contract",
+                                                     "policy_bridge/remote",
                                                      "policy_bridge/experts",
                                                      "policy_bridge/policies",
                                                      "policy_bridge",

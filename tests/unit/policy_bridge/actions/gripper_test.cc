@@ -48,33 +48,6 @@ TEST(Gripper, CommandsOfEachConvention) {
   }
 }
 
-struct Shown {
-  const char* name;
-  GripperReading reading;
-  double opening, value;
-};
-
-TEST(Gripper, ReadingsOfEachConvention) {
-  const Shown shown[] = {
-      {"evalbus", {}, 0.3, 0.3},
-      {"RoboEval", {1, 0, 1}, 0.96, 1},
-      {"RoboEval", {1, 0, 1}, 0.94, 0.9},
-      {"RoboEval", {1, 0, 1}, 0.04, 0},
-      // Exactly between: numpy rounds to even.
-      {"RoboEval", {1, 0, 1}, 0.25, 0.2},
-      {"RoboEval", {1, 0, 1}, 0.75, 0.8},
-      {"DROID", {0, 1, {}}, 1, 0},
-      {"DROID", {0, 1, {}}, 0.25, 0.75},
-      // LIBERO shows two finger joints of opposite signs.
-      {"finger metres", {0.04, 0, {}}, 0.5, 0.02},
-      {"other finger", {-0.04, 0, {}}, 0.5, -0.02},
-      {"GR00T close", {0, 1, {}}, 0, 1},
-  };
-  for (const Shown& row : shown) {
-    EXPECT_NEAR(ReadingOf(row.reading, row.opening), row.value, 1e-12) << row.name << " " << row.opening;
-  }
-}
-
 std::vector<double> Steps(const GripperForm& form, const std::vector<double>& values) {
   GripperCommand command(form);
   std::vector<double> closings;

@@ -91,9 +91,11 @@ TEST(Contract, MistakesAreSaidWithLineAndKey) {
        "mine.yaml:10: key 'action': expected 'delta_on', target or measured, with this kind"},
       {"kind: joint_delta", "kind: eef_delta", "mine.yaml:10: key 'action': expected 'frame' with this kind"},
       {"left.joint_position_rad", "left.joint_positions_rad",
-       "mine.yaml:7: key 'state[0]': unknown signal 'joint_positions_rad'; did you mean 'joint_position_rad'?"},
+       "mine.yaml:7: key 'state[0]': unknown signal 'joint_positions_rad'; did you mean "
+       "'joint_position_rad'?"},
       {"left.joint_position_rad", "joint_position_rad",
-       "mine.yaml:7: key 'state[0]': expected ARM.SIGNAL or object.NAME.SIGNAL, as left.joint_position_rad, got "
+       "mine.yaml:7: key 'state[0]': expected ARM.SIGNAL or object.NAME.SIGNAL, as left.joint_position_rad, "
+       "got "
        "'joint_position_rad'"},
       {", size_px: [64, 48]", "",
        "mine.yaml:6: key 'observation[0]': expected 'size_px': [WIDTH, HEIGHT], as the camera's picture is "

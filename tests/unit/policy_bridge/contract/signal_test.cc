@@ -61,6 +61,39 @@ TEST_F(SignalTest, ChosenScaledAndRounded) {
   ExpectNear(Read(Signal{.name = "left.gripper_opening", .indices = {}, .decimals = 1}), {0.2});
 }
 
+// Of an opening, what each convention shows.
+TEST_F(SignalTest, GrippersOfEachConvention) {
+  struct Shown {
+    const char* convention;
+    double scale, offset;
+    int decimals;
+    double opening, value;
+  };
+  const Shown shown[] = {
+      {"evalbus", 1, 0, -1, 0.3, 0.3},
+      {"RoboEval", 1, 0, 1, 0.96, 1},
+      {"RoboEval", 1, 0, 1, 0.94, 0.9},
+      {"RoboEval", 1, 0, 1, 0.04, 0},
+      // Exactly between: numpy rounds to even.
+      {"RoboEval", 1, 0, 1, 0.75, 0.8},
+      {"DROID", -1, 1, -1, 1, 0},
+      {"DROID", -1, 1, -1, 0.25, 0.75},
+      {"finger metres", 0.04, 0, -1, 0.5, 0.02},
+      {"the other finger of LIBERO", -0.04, 0, -1, 0.5, -0.02},
+      {"GR00T close", -1, 1, -1, 0, 1},
+  };
+  for (const Shown& row : shown) {
+    SCOPED_TRACE(row.convention);
+    state_.gripper[0].opening = row.opening;
+    Signal signal;
+    signal.name = "left.gripper_opening";
+    signal.scale = row.scale;
+    signal.offset = row.offset;
+    signal.decimals = row.decimals;
+    ExpectNear(Read(signal), {row.value});
+  }
+}
+
 TEST_F(SignalTest, Fingers) {
   const mjModel& model = GetPolicyScene().model();
   for (const char* name : {"left/hand/finger_joint1", "left/hand/finger_joint2"}) {

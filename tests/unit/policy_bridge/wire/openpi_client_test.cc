@@ -173,7 +173,7 @@ TEST(OpenpiClient, PassesOnWhatTheServerSays) {
     client->Connect();
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, Kind::kServer);
-    EXPECT_EQ(failure.what, "the server said: ValueError: Prompt is required");
+    EXPECT_EQ(failure.what, "the server says: ValueError: Prompt is required");
     EXPECT_EQ(failure.details, traceback);
     EXPECT_FALSE(client->connected());
     EXPECT_EQ(FailureOf([&] { client->Infer(kObservation); }).what, "not connected");
@@ -192,11 +192,11 @@ TEST(OpenpiClient, PrintsNothingThatATerminalWouldObey) {
   Double other(Answering(Double::Text{"\x1b[31mno\x07 \n\n"}));
   const auto second = MakePolicyClient(To(other.url()));
   second->Connect();
-  EXPECT_EQ(FailureOf([&] { second->Infer(kObservation); }).what, "the server said: ?[31mno?");
+  EXPECT_EQ(FailureOf([&] { second->Infer(kObservation); }).what, "the server says: ?[31mno?");
   Double empty(Answering(Double::Text{""}));
   const auto third = MakePolicyClient(To(empty.url()));
   third->Connect();
-  EXPECT_EQ(FailureOf([&] { third->Infer(kObservation); }).what, "the server said: nothing");
+  EXPECT_EQ(FailureOf([&] { third->Infer(kObservation); }).what, "the server fails without a word");
 }
 
 struct Ending {
@@ -297,7 +297,7 @@ TEST(OpenpiClient, RefusesWhatNobodyAskedFor) {
     ASSERT_TRUE(server.Ping());  // after this, it has been read
     const Failure failure = FailureOf([&] { client->Infer(kObservation); });
     EXPECT_EQ(failure.kind, is_text ? Kind::kServer : Kind::kProtocol);
-    EXPECT_EQ(failure.what, is_text ? "the server said: RuntimeError: out of memory"
+    EXPECT_EQ(failure.what, is_text ? "the server says: RuntimeError: out of memory"
                                     : "sent what nobody asked for: map of 0");
     EXPECT_EQ(server.Requests().size(), 0u);
   }
@@ -359,7 +359,7 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
   EXPECT_EQ(failure.what, "begins with list of 0; an openpi server begins with a map of its metadata");
   failure = failure_with(Double::Error{"no model"});
   EXPECT_EQ(failure.kind, Kind::kServer);
-  EXPECT_EQ(failure.what, "the server said: no model");
+  EXPECT_EQ(failure.what, "the server says: no model");
   EXPECT_EQ(failure_with(Double::Message{{0xc1}}).kind, Kind::kProtocol);
   EXPECT_EQ(failure_with(Double::Gone()).kind, Kind::kUnreachable);
 }
@@ -447,7 +447,7 @@ TEST(RoboArena, HasOneAnswerToAReset) {
   };
   Failure failure = failure_with(Double::Error{"Traceback\nKeyError: 'x'"});
   EXPECT_EQ(failure.kind, Kind::kServer);
-  EXPECT_EQ(failure.what, "the server said: KeyError: 'x'");
+  EXPECT_EQ(failure.what, "the server says: KeyError: 'x'");
   EXPECT_EQ(failure_with(Double::Text{"reset successful "}).kind, Kind::kServer);
   failure = failure_with(Value(Map{}));
   EXPECT_EQ(failure.kind, Kind::kProtocol);
@@ -467,10 +467,10 @@ TEST(RoboArena, HasNoTextForAnAnswer) {
 
 TEST(WebsocketUrl, HasHostPortAndTarget) {
   const auto parts = [](const std::string& url) {
-    const WebsocketUrl parsed = ParseWebsocketUrl(url);
+    const Url parsed = ParseUrl(url, "ws");
     return std::vector{parsed.text, parsed.host, parsed.port, parsed.target};
   };
-  EXPECT_THAT(parts("ws://localhost:8000"), ElementsAre("ws://localhost:8000", "localhost", "8000", "/"));
+  EXPECT_THAT(parts("ws://localhost:8000"), ElementsAre("ws://localhost:8000", "localhost", "8000", ""));
   EXPECT_THAT(parts("ws://10.0.0.1:80/a/b?c=d"),
               ElementsAre("ws://10.0.0.1:80/a/b?c=d", "10.0.0.1", "80", "/a/b?c=d"));
   EXPECT_THAT(parts("ws://[::1]:8000/"), ElementsAre("ws://[::1]:8000/", "::1", "8000", "/"));
@@ -485,9 +485,8 @@ TEST(WebsocketUrl, IsRefusedWithTheReason) {
       return error.what();
     }
   };
-  EXPECT_EQ(refusal("localhost:8000"),
-            "localhost:8000: no websocket's URL; expected ws://HOST:PORT[/PATH], e.g. ws://localhost:8000");
-  EXPECT_THAT(refusal("http://localhost:8000"), HasSubstr("no websocket's URL"));
+  EXPECT_EQ(refusal("localhost:8000"), "localhost:8000: another scheme; expected ws://HOST:PORT");
+  EXPECT_THAT(refusal("http://localhost:8000"), HasSubstr("another scheme"));
   EXPECT_EQ(refusal("wss://localhost:8000"),
             "wss://localhost:8000: no TLS here; use ws://, and let a proxy terminate TLS, or a tunnel (ssh "
             "-L) encrypt");

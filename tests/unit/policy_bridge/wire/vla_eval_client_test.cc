@@ -109,7 +109,7 @@ TEST(VlaEvalClient, SurvivesTheServersErrors) {
   client->Connect();
   client->BeginEpisode("lift", 0);
   EXPECT_EQ(FailureOf([&] { client->Infer(kObservation); },
-                      "the server said: observation_failed: KeyError: 'wrist'"),
+                      "the server says: observation_failed: KeyError: 'wrist'"),
             Kind::kServer);
   EXPECT_TRUE(client->connected());
   fails = false;
@@ -129,7 +129,7 @@ TEST(VlaEvalClient, TellsAnEpisodesErrorFromAnActions) {
   client->Connect();
   client->BeginEpisode("lift", 0);
   EXPECT_EQ(
-      FailureOf([&] { client->Infer(kObservation); }, "the server said: episode_start_failed: no such task"),
+      FailureOf([&] { client->Infer(kObservation); }, "the server says: episode_start_failed: no such task"),
       Kind::kServer);
   EXPECT_EQ(client->Infer(kObservation).value, Value(Map{{"actions", 2}}));
 }
@@ -154,7 +154,7 @@ TEST(VlaEvalClient, TakesNoOtherAnswer) {
   check(Double::Message{FromHex("80")}, Kind::kProtocol,
         "sends map of 0; vla-eval's messages have type, payload and seq");
   check(Double::Message{FromHex("c1")}, Kind::kProtocol, "MessagePack: byte 0 begins nothing");
-  check(Double::Text{"Traceback\nboom"}, Kind::kServer, "the server said: boom");
+  check(Double::Text{"Traceback\nboom"}, Kind::kServer, "the server says: boom");
   check(Double::HalfFrame(), Kind::kProtocol, "the connection ended in the middle of a message");
 }
 
@@ -168,7 +168,7 @@ TEST(VlaEvalClient, ExpectsAHello) {
     EXPECT_FALSE(client->connected());
   };
   check(Double::Nothing{}, Kind::kProtocol, "does it speak another wire?");
-  check(Double::Error{"not ready"}, Kind::kServer, "the server said: not ready");
+  check(Double::Error{"not ready"}, Kind::kServer, "the server says: not ready");
   check(Value(Map{{"protocol_version", 2}}), Kind::kProtocol,
         "speaks version 2 of vla-eval's protocol, we speak 1");
   check(Double::Close{1011, "no"}, Kind::kUnreachable, "no)");
