@@ -1,8 +1,6 @@
 // What policies say to grippers.
 #pragma once
 
-#include <optional>
-
 #include "policy_bridge/actions/action_space.h"
 
 namespace evalbus::policy {

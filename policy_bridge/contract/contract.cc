@@ -235,7 +235,7 @@ GripperForm ReadGripper(const YamlValue& value, int num_values) {
   if (const YamlValue* threshold = map.Find("threshold")) {
     const double number = threshold->Number();
     const double closing = (number - gripper.open) / (gripper.closed - gripper.open);
-    if (closing < 0 || closing > 1) threshold->Fail("expected a number between 'open' and 'closed'");
+    if (closing < 0 || closing >= 1) threshold->Fail("expected a number between 'open' and 'closed'");
     gripper.threshold = closing;
   }
   if (const YamlValue* sticky = map.Find("sticky_steps")) {

@@ -2,6 +2,7 @@
 
     pip install lerobot
     python3 python/examples/lerobot_policy.py [CHECKPOINT]
+    evalbus run lift_pot --policy python/examples/lerobot_policy.yaml
 
 CHECKPOINT: folder of a trained ACT policy, with what normalises for it. Without one its weights are random.
 

@@ -1,7 +1,8 @@
 """A small network that has learnt from the expert's runs, behind a server.
 
-    evalbus run lift_pot --episodes 1 --out runs/expert
+    evalbus run lift_pot --control-hz 20 --episodes 1 --out runs/expert
     python3 python/examples/pytorch_policy.py runs/expert
+    evalbus run lift_pot --policy python/examples/pytorch_policy.yaml
 
 Needs PyTorch: apt-get install python3-torch, or pip install torch. Learns for some seconds, then serves.
 

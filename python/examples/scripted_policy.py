@@ -1,6 +1,7 @@
 """A scripted policy behind a server: both arms go home, grippers open.
 
     python3 python/examples/scripted_policy.py
+    evalbus run lift_pot --policy plain
 
 Observation: "state", the 14 joint positions of the two Panda arms (rad, left arm first), then more or
 nothing.
