@@ -7,7 +7,8 @@
 namespace evalbus {
 
 inline bool SameTick(const header_t& a, const header_t& b) {
-  return a.episode == b.episode && a.attempt == b.attempt && a.tick == b.tick && a.sim_time_us == b.sim_time_us;
+  return a.episode == b.episode && a.attempt == b.attempt && a.tick == b.tick &&
+         a.sim_time_us == b.sim_time_us;
 }
 
 inline bool SameView(const view_t& a, const view_t& b) {

@@ -76,8 +76,8 @@ inline const std::string& PolicyName(const RunOptions& options) {
   return options.policy_name.empty() ? options.policy.policy : options.policy_name;
 }
 
-// What a policy's contract says and the user does not: control rate, how long the sim waits for an action, the
-// policy's name. Throws InputError.
+// What a policy's contract says and the user does not: control rate, how long the sim waits for an action,
+// the policy's name. Throws InputError.
 void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options);
 
 // Throws InputError for what is wrong whatever the task is; num_tasks: how many there are.

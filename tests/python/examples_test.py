@@ -14,6 +14,7 @@ import sys
 import tempfile
 import unittest
 
+import evalbus
 import numpy as np
 from evalbus import codec
 
@@ -58,15 +59,18 @@ class ExamplesTest(unittest.TestCase):
         np.testing.assert_array_equal(chunk[:, 14:], 0)
 
     def test_pytorch(self):
+        """Has learnt from one run of the expert to lift the pot where it stands, under its own contract."""
         support.need_torch(self)
         with tempfile.TemporaryDirectory() as folder:
-            run = pathlib.Path(folder) / "expert"
-            support.evaluate(BIN, "lift_pot", "--episodes", "1", out=run)
-            chunk = actions("pytorch_policy.py", run, state=AT_HOME)
-        self.assertEqual((chunk.shape, chunk.dtype), ((20, 16), np.float32))
-        # The expert sets out from home, with open grippers.
-        np.testing.assert_allclose(chunk[0, :14], HOME, atol=0.1)
-        np.testing.assert_allclose(chunk[:, 14:], 0, atol=0.1)
+            expert, learnt = pathlib.Path(folder) / "expert", pathlib.Path(folder) / "learnt"
+            support.evaluate(BIN, "lift_pot", "--control-hz", "20", "--episodes", "1", out=expert)
+            with support.Server("-c", RUN, support.EXAMPLES / "pytorch_policy.py", expert) as server:
+                contract = support.EXAMPLES / "pytorch_policy.yaml"
+                support.evaluate(
+                    BIN, "lift_pot", "--policy", server.url, "--contract", str(contract), "--episodes", "1", out=learnt
+                )
+            run = evalbus.read_run(learnt)
+        self.assertEqual([episode["end_reason"] for episode in run["episodes"]], ["success"])
 
     def test_lerobot(self):
         if importlib.util.find_spec("lerobot") is None:
@@ -74,6 +78,16 @@ class ExamplesTest(unittest.TestCase):
         chunk = actions("lerobot_policy.py", state=AT_HOME, image=np.zeros((224, 224, 3), np.uint8))
         self.assertEqual((chunk.shape, chunk.dtype), ((20, 16), np.float32))
         self.assertTrue(np.isfinite(chunk).all())
+        # Random weights do nothing sensible, under their own contract, to the end.
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "run"
+            with support.Server("-c", RUN, support.EXAMPLES / "lerobot_policy.py") as server:
+                contract = support.EXAMPLES / "lerobot_policy.yaml"
+                support.evaluate(
+                    BIN, "lift_pot", "--policy", server.url, "--contract", str(contract), "--episodes", "1", out=out
+                )
+            run = evalbus.read_run(out)
+        self.assertEqual([episode["complete"] for episode in run["episodes"]], [True])
 
 
 support.main()

@@ -50,7 +50,9 @@ class Network {
     options.episodes = 1;
     Add([](Bus* bus) { return std::make_unique<collision::CollisionComponent>(bus); });
     Add([](Bus* bus) { return std::make_unique<metrics::MetricsComponent>(bus); });
-    Add([&](Bus* bus) { return std::make_unique<policy::PolicyComponent>(bus, policy::PolicyOptions{policy}); });
+    Add([&](Bus* bus) {
+      return std::make_unique<policy::PolicyComponent>(bus, policy::PolicyOptions{policy});
+    });
     Add([&](Bus* bus) { return std::make_unique<sim::SimComponent>(bus, options); });
   }
 
