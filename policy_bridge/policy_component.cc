@@ -31,8 +31,7 @@ void PolicyComponent::OnModel(const model_info_t& model) {
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (!IsOfOurRun(begin.session)) return;
   if (EnterEpisode(begin)) {
-    is_starting_ = false;
-    state_.reset();
+    is_starting_ = is_thinking_ = false;
   }
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
   if (status_.state != component_status_t::IDLE || !model_ || is_starting_) return;
@@ -66,15 +65,16 @@ void PolicyComponent::OnState(const state_t& state) {
     return;
   }
   // Of a state that is being thought about already.
-  if (state_ && state.header.tick <= state_->header.tick) return;
+  if (is_thinking_ && state.header.tick <= state_.header.tick) return;
+  is_thinking_ = false;
+  if (Act(state)) return;
   state_ = state;
-  ActIfReady();
+  is_thinking_ = true;
 }
 
-void PolicyComponent::ActIfReady() {
-  if (!state_) return;
+bool PolicyComponent::Act(const state_t& state) {
   try {
-    const bool is_done = policy_->Think(*state_);
+    const bool is_done = policy_->Think(state);
     const auto now = std::chrono::steady_clock::now();
     if (const observe_t* observe = policy_->Wants(); observe && observe_.Due(now)) {
       if (!std::exchange(hears_pictures_, true)) {
@@ -85,8 +85,8 @@ void PolicyComponent::ActIfReady() {
       observe_.Said(now);
       bus().Publish(channels::kObserve, *observe);
     }
-    if (!is_done) return;
-    policy_->Act(*state_, &action_);
+    if (!is_done) return false;
+    policy_->Act(state, &action_);
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
@@ -96,27 +96,31 @@ void PolicyComponent::ActIfReady() {
     action_.is_server_error = dynamic_cast<const ServerError*>(&error) != nullptr;
     log().Warn("cannot act: {}", error.what());
   }
-  action_.header = state_->header;
+  action_.header = state.header;
   bus().Publish(channels::kAction, action_);
-  Progress(state_->header);
-  state_.reset();
+  Progress(state.header);
+  return true;
+}
+
+void PolicyComponent::ThinkOn() {
+  if (is_thinking_ && Act(state_)) is_thinking_ = false;
 }
 
 void PolicyComponent::OnImage(std::span<const uint8_t> data) {
-  if (!state_ || !policy_->Wants()) return;
+  if (!is_thinking_ || !policy_->Wants()) return;
   if (!Decode(data, &image_)) return bus().CountDecodeError();
   policy_->See(image_);
-  ActIfReady();
+  ThinkOn();
 }
 
 void PolicyComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   StartIfReady();
-  ActIfReady();
+  ThinkOn();
 }
 
 SteadyTime PolicyComponent::next_poll() const {
-  return is_starting_ || state_ ? std::chrono::steady_clock::now() + kAskAgain : SteadyTime::max();
+  return is_starting_ || is_thinking_ ? std::chrono::steady_clock::now() + kAskAgain : SteadyTime::max();
 }
 
 }  // namespace evalbus::policy

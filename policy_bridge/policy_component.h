@@ -35,7 +35,9 @@ class PolicyComponent : public Component {
   void OnImage(std::span<const uint8_t> data);
   // EPISODE_BEGIN is answered once the policy is ready, a state once it has thought.
   void StartIfReady();
-  void ActIfReady();
+  // False while the policy thinks about the state.
+  bool Act(const state_t& state);
+  void ThinkOn();
 
   std::string name_;
   PolicyMaker make_policy_;
@@ -45,8 +47,9 @@ class PolicyComponent : public Component {
   std::unique_ptr<Policy> policy_;
   // Of the episode entered: EPISODE_BEGIN was heard, and the policy is not ready.
   bool is_starting_ = false;
-  // What the policy thinks about.
-  std::optional<state_t> state_;
+  // What the policy thinks about, if it does.
+  bool is_thinking_ = false;
+  state_t state_{};
   Repeater observe_{std::chrono::milliseconds(200)};
   bool hears_pictures_ = false;
   image_t image_{};

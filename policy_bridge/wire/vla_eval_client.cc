@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "base/text.h"
+#include "policy_bridge/wire/server_words.h"
 #include "policy_bridge/wire/websocket_client.h"
 
 namespace evalbus::policy {
@@ -40,7 +40,7 @@ class VlaEvalClient : public WebsocketClient {
     SendMessage("hello", Map{{"harness_version", "evalbus"}, {"protocol_version", kProtocolVersion}},
                 deadline);
     Envelope hello = Opened(ReceiveFirst("hello, with which a vla-eval server answers ours,", deadline));
-    if (hello.type == "error") throw Ended(Kind::kServer, "the server said: " + Printable(ErrorText(hello)));
+    if (hello.type == "error") throw Ended(Kind::kServer, ServerSays(ErrorText(hello)).what());
     if (hello.type != "hello") throw Ended(Kind::kProtocol, "answers our hello with its " + hello.type);
     const Value* version = hello.payload.Find("protocol_version");
     if (!version || *version != Value(kProtocolVersion)) {

@@ -22,6 +22,50 @@
 namespace evalbus {
 namespace {
 
+// For arms of one joint, with a word of every kind.
+constexpr char kSmallContract[] = R"(description: all there is
+wire: groot
+groot_dialect: n1.6_flat
+url: tcp://127.0.0.1:5555
+api_key_env: KEY
+deadlines: {connect_s: 1, first_reply_s: 2, reply_s: 3, return_s: 4}
+rate_hz: 20
+settle_steps: 2
+prompts: {small: go}
+observation:
+  - {key: [video, a], camera: view, size_px: [8, 6], fovy_deg: 50, shadows: false, rotate_deg: 90, mirror: true,
+     resize_px: [4, 4], resize: stretch, colour: bgr, layout: chw, history_ticks: [-2, 0]}
+  - {key: [video, b], depth: view, size_px: [8, 6]}
+  - key: state.all
+    type: float64
+    shape: [1, 6]
+    state:
+      - left.joint_position_rad
+      - {signal: right.gripper_opening, scale: -1, offset: 1, decimals: 1}
+      - {signal: left.position_m, indices: [2, 0], frame: base}
+      - {signal: object.pot.rotation_6d, indices: 0-1}
+  - {key: text, prompt: true}
+  - {key: word, constant: word}
+  - {key: numbers, constant: [1, 2]}
+action:
+  keys: [a, b]
+  kind: eef_delta
+  delta_on: measured
+  frame: wrist
+  point: flange
+  rotation: axis_angle_robosuite
+  values: 8
+  chunk_steps: 4
+  execute_steps: 2
+  first_step_rad: 1
+  scale: 0.5
+  offset: [0, 0, 0, 0, 0, 0, 0, 1]
+  lower: -1
+  upper: 1
+  arms:
+    - {arm: left, indices: 0-5, gripper: {index: 6, open: 1, closed: -1, threshold: 0.5, sticky_steps: 2}}
+)";
+
 // Every predicate, quantity and randomisation that there is.
 constexpr char kAllWords[] = R"(name: words
 title: Every word of a task description
@@ -237,50 +281,6 @@ void WriteAll(const std::filesystem::path& corpus) {
   Write(corpus / "msgpack/texts", EncodeMsgpack(exchange, policy::ArrayKeys::kTexts));
   WriteWires(corpus);
 }
-
-// For arms of one joint, with a word of every kind.
-constexpr char kSmallContract[] = R"(description: all there is
-wire: groot
-groot_dialect: n1.6_flat
-url: tcp://127.0.0.1:5555
-api_key_env: KEY
-deadlines: {connect_s: 1, first_reply_s: 2, reply_s: 3, return_s: 4}
-rate_hz: 20
-settle_steps: 2
-prompts: {small: go}
-observation:
-  - {key: [video, a], camera: view, size_px: [8, 6], fovy_deg: 50, shadows: false, rotate_deg: 90, mirror: true,
-     resize_px: [4, 4], resize: stretch, colour: bgr, layout: chw, history_ticks: [-2, 0]}
-  - {key: [video, b], depth: view, size_px: [8, 6]}
-  - key: state.all
-    type: float64
-    shape: [1, 6]
-    state:
-      - left.joint_position_rad
-      - {signal: right.gripper_opening, scale: -1, offset: 1, decimals: 1}
-      - {signal: left.position_m, indices: [2, 0], frame: base}
-      - {signal: object.pot.rotation_6d, indices: 0-1}
-  - {key: text, prompt: true}
-  - {key: word, constant: word}
-  - {key: numbers, constant: [1, 2]}
-action:
-  keys: [a, b]
-  kind: eef_delta
-  delta_on: measured
-  frame: wrist
-  point: flange
-  rotation: axis_angle_robosuite
-  values: 8
-  chunk_steps: 4
-  execute_steps: 2
-  first_step_rad: 1
-  scale: 0.5
-  offset: [0, 0, 0, 0, 0, 0, 0, 1]
-  lower: -1
-  upper: 1
-  arms:
-    - {arm: left, indices: 0-5, gripper: {index: 6, open: 1, closed: -1, threshold: 0.5, sticky_steps: 2}}
-)";
 
 }  // namespace
 }  // namespace evalbus

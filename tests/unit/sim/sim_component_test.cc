@@ -710,7 +710,7 @@ TEST_F(SimComponentTest, RefusesWrongOptions) {
     change(&options);
     return options;
   };
-  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 10; })), InputError);
+  EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 4; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->control_hz = 1000; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->rtf = 0; })), InputError);
   EXPECT_THROW(MakeSim(with([](SimOptions* o) { o->after_success_s = -1; })), InputError);

@@ -139,15 +139,14 @@ std::string Refusal(const Bytes& bytes) {
 std::string Refusal(const Value& value) { return Refusal(EncodeMsgpack(value, ArrayKeys::kBytes)); }
 
 TEST(MsgpackCodec, RefusesArraysThatDoNotFit) {
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(7), "<f4", List{2})), "MessagePack: array <f4 [2] of 7 bytes");
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(12), "<f4", List{2})), "MessagePack: array <f4 [2] of 12 bytes");
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(4), "<f4", List{-1})), "MessagePack: array <f4 [-1] of 4 bytes");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(7), "<f4", List{2})), "array <f4 [2] of 7 bytes");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(12), "<f4", List{2})), "array <f4 [2] of 12 bytes");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(4), "<f4", List{-1})), "array <f4 [-1] of 4 bytes");
   // The product of the extents is 1, modulo 2^64.
   EXPECT_THAT(Refusal(ArrayMap(Bytes(4), "<f4", List{4294967296 + 1, int64_t{4294967296} - 1})),
               HasSubstr("4 bytes"));
   EXPECT_THAT(Refusal(ArrayMap(Bytes(), "<f4", List{(int64_t{1} << 31) + 1, 0})), HasSubstr("0 bytes"));
-  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "|O", List{1})),
-            "MessagePack: array |O [1]: this wire has no such dtype");
+  EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "|O", List{1})), "array |O [1]: numbers of this type are not read");
   EXPECT_EQ(Refusal(ArrayMap("text", "|u1", List{4})), "MessagePack: an array's data are text \"text\"");
   EXPECT_EQ(Refusal(ArrayMap(Bytes(8), 4, List{1})), "MessagePack: an array's dtype is 4");
   EXPECT_EQ(Refusal(ArrayMap(Bytes(8), "<f8", 1)), "MessagePack: an array's shape is 1");

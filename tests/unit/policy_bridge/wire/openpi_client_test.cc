@@ -487,9 +487,10 @@ TEST(WebsocketUrl, IsRefusedWithTheReason) {
   };
   EXPECT_EQ(refusal("localhost:8000"), "localhost:8000: another scheme; expected ws://HOST:PORT");
   EXPECT_THAT(refusal("http://localhost:8000"), HasSubstr("another scheme"));
-  EXPECT_EQ(refusal("wss://localhost:8000"),
-            "wss://localhost:8000: no TLS here; use ws://, and let a proxy terminate TLS, or a tunnel (ssh "
-            "-L) encrypt");
+  EXPECT_EQ(
+      refusal("wss://localhost:8000"),
+      "wss://localhost:8000: no TLS here; let a proxy terminate it, or a tunnel (ssh -L) encrypt; expected "
+      "ws://HOST:PORT");
   EXPECT_THAT(refusal("ws://localhost"), HasSubstr("no port"));
   EXPECT_THAT(refusal("ws://[::1]"), HasSubstr("no port"));
   EXPECT_THAT(refusal("ws://[::1"), HasSubstr("no port"));
