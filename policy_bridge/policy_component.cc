@@ -107,7 +107,7 @@ void PolicyComponent::ThinkOn() {
 }
 
 void PolicyComponent::OnImage(std::span<const uint8_t> data) {
-  if (!is_thinking_ || !policy_->Wants()) return;
+  if (!policy_ || !policy_->Wants()) return;
   if (!Decode(data, &image_)) return bus().CountDecodeError();
   policy_->See(image_);
   ThinkOn();

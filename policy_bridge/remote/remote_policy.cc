@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <exception>
+#include <utility>
 
 #include "base/errors.h"
 #include "lcmtypes/same.h"
@@ -59,6 +61,7 @@ void RemotePolicy::Begin(const episode_begin_t& begin) {
   tick_ = -1;
   observe_.reset();
   pictures_.clear();
+  failure_ = nullptr;
   rows_.clear();
   held_until_tick_ = contract_.settle_steps;
   observations_.Begin();
@@ -160,6 +163,21 @@ void RemotePolicy::See(const image_t& image) {
   for (size_t i = 0; i < pictures_.size(); ++i) {
     if (SameView(image.view, observe_->view[i])) pictures_[i] = image;
   }
+  // On a realtime clock nobody asks it to think before the next tick.
+  try {
+    Look();
+  } catch (...) {
+    failure_ = std::current_exception();
+  }
+}
+
+void RemotePolicy::Look() {
+  if (!observe_ || !has_all_pictures()) return;
+  std::vector<image_t> pictures;
+  for (auto& picture : pictures_) pictures.push_back(std::move(*picture));
+  observations_.Add(observed_, pictures);
+  observe_.reset();
+  if (rows_.empty() && observed_.header.tick >= contract_.settle_steps) Ask();
 }
 
 void RemotePolicy::Ask() {
@@ -171,14 +189,9 @@ void RemotePolicy::Ask() {
 }
 
 bool RemotePolicy::Think(const state_t& state) {
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   if (state.header.tick != tick_) OnTick(state);
-  if (observe_ && has_all_pictures()) {
-    std::vector<image_t> pictures;
-    for (auto& picture : pictures_) pictures.push_back(std::move(*picture));
-    observations_.Add(observed_, pictures);
-    observe_.reset();
-    if (rows_.empty() && tick_ >= contract_.settle_steps) Ask();
-  }
+  Look();
   if (conversation_.is_busy()) {
     try {
       if (const auto answer = conversation_.Take()) OnAnswer(*answer);

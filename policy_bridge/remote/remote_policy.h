@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <deque>
+#include <exception>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,6 +48,8 @@ class RemotePolicy : public Policy {
 
   void OnTick(const state_t& state);
   bool has_all_pictures() const;
+  // Takes what is observed, once its pictures are there, and asks if it is time to.
+  void Look();
   void Ask();
   Chunk ChunkOf(const Reply& reply);
   void OnAnswer(const Conversation::Answer& answer);
@@ -77,6 +80,8 @@ class RemotePolicy : public Policy {
   std::optional<observe_t> observe_;
   state_t observed_{};
   std::vector<std::optional<image_t>> pictures_;
+  // Of the last Look() between two ticks.
+  std::exception_ptr failure_;
   std::deque<std::vector<double>> rows_;
   // The row is executed only from this tick on.
   int64_t held_until_tick_ = 0;

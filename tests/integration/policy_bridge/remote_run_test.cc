@@ -115,6 +115,25 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
   ExpectSameScores(apart, replayed);
 }
 
+// The world goes on while it looks and thinks; what it is shown is still one tick.
+TEST_F(RemoteRun, LooksOnARealtimeClock) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const fs::path run = folder_.path() / "run";
+  Evaluate(With(Arguments(Contract(), 1), {"--realtime"}), run);
+  const RecordedLog log = ReadLog(LogFile(run, 0));
+  const auto saw = log.Messages(channels::kObservation);
+  const auto states = log.Messages(channels::kState);
+  ASSERT_GE(saw.size(), 2u);
+  EXPECT_EQ(log.Messages(channels::kPolicyAction).size(), saw.size());
+  for (const observation_t& observation : saw) {
+    const auto tick = static_cast<size_t>(observation.header.tick);
+    ASSERT_LT(tick, states.size());
+    EXPECT_EQ(observation.array.at(0).value_mixed.at(0),
+              static_cast<float>(states[tick].arm[0].joint_position_rad[0]));
+  }
+}
+
 TEST_F(RemoteRun, TellsHowItWasMade) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
