@@ -177,11 +177,18 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   run.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
   run.collisions = summary.collisions_per_geom;
   run.remarks = recorded.Remarks();
-  std::ranges::move(results::PolicyNotes(recorded), std::back_inserter(run.remarks));
+  run.notes = results::PolicyNotes(recorded);
   run.metrics = Metrics(summary);
   AddPacing(recorded, &run);
-  for (const auto& [key, value] : recorded.info.items()) {
+  const auto add = [&](const std::string& key, const nlohmann::ordered_json& value) {
     run.made.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+  };
+  for (const auto& [key, value] : recorded.info.items()) {
+    if (!value.is_object()) {
+      add(key, value);
+      continue;
+    }
+    for (const auto& [part, of_part] : value.items()) add(fmt::format("{}.{}", key, part), of_part);
   }
   std::vector<Choice> choices;
   for (const int episode : episodes) choices.push_back({episode, ""});

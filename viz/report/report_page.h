@@ -78,6 +78,8 @@ struct ReportRun {
   std::vector<ReportInterval> intervals;
   // What a reader has to know before the numbers, a sentence each.
   std::vector<std::string> remarks;
+  // How its policy was run, likewise.
+  std::vector<std::string> notes;
   std::vector<ReportStage> stages;
   // Of the complete episodes without success, the most frequent first.
   ReportCounts failure_reasons;

@@ -159,6 +159,7 @@ void WriteSummary(const RunSection& section) {
     html->Element("p", {{"class", "warning"}}, text);
   }
   for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
+  for (const std::string& note : run.notes) html->Element("p", {}, note);
   Tiles(section);
   Strip(section);
   if (!run.times.empty()) TimesTable(section);
