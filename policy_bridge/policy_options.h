@@ -29,12 +29,13 @@ void ForEachOption(Options& options, const F& f) {
   constexpr bool kFixed = true;
   ForEachRow(
       std::tuple{
-          Option{
-              &PolicyOptions::policy, "policy",
-              PolicyHelp() +
-                  "\nCONTRACT: a server's, a file or one of 'evalbus policy list'; ws://HOST:PORT, tcp:// or "
-                  "http://: its\nserver is there, with --contract\nlcm: a process of yours on --url",
-              Range{}, kFixed},
+          Option{&PolicyOptions::policy, "policy",
+                 PolicyHelp() +
+                     "\nCONTRACT: a policy behind a server, by contract file or by name ('evalbus policy "
+                     "list')\n"
+                     "ws://HOST:PORT (tcp://, http://): the same at this address, with --contract\n"
+                     "lcm: a process of yours on --url",
+                 Range{}, kFixed},
           Option{&PolicyOptions::contract, "contract",
                  "what the server at --policy ws://... is shown and says: a file or one of 'evalbus policy "
                  "list'",

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/errors.h"
+#include "cli/results/comparability.h"
 #include "cli/results/comparison_json.h"
 #include "cli/results/comparison_report.h"
 #include "cli/results/comparison_text.h"
@@ -249,6 +250,25 @@ TEST_F(CompareTest, TwoVariationsAreSaidFirst) {
   const std::string text = ComparisonText(result, false);
   EXPECT_TRUE(text.starts_with("b (expert) against a (expert), lift_pot/base against lift_pot/position\n"))
       << text;
+}
+
+TEST_F(CompareTest, SaysWhatTwoContractsHaveDifferently) {
+  ordered_json info = Info(3);
+  info["policy_contract"] = {
+      {"name", "a"}, {"rate_hz", 20}, {"action", {{"kind", "joint_delta"}, {"arms", {1, 2}}}}};
+  const RecordedRuns a = Run("a", info, First(1, 3), 1);
+  info["policy_contract"]["name"] = "b";
+  const RecordedRuns same = Run("b", info, First(1, 3), 1);
+  EXPECT_EQ(MadeDifferently(same.runs[0], a.runs[0]), "");
+  info["policy_contract"]["action"] = {{"kind", "joint_position"}, {"arms", {1}}, {"first_step_rad", 0.5}};
+  const RecordedRuns other = Run("c", info, First(1, 3), 1);
+  EXPECT_EQ(
+      MadeDifferently(other.runs[0], a.runs[0]),
+      "contract: action.first_step_rad 0.5 against none, contract: action.kind \"joint_position\" against "
+      "\"joint_delta\", contract: action.arms.1 none against 2");
+  info["policy_contract"] = nullptr;
+  const RecordedRuns scripted = Run("d", info, First(1, 3), 1);
+  EXPECT_EQ(MadeDifferently(scripted.runs[0], a.runs[0]), "");
 }
 
 TEST_F(CompareTest, SaysWhatElseWasDifferent) {

@@ -1,0 +1,92 @@
+#include "cli/results/policy_calls.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/run_layout.h"
+#include "cli/results/run_reader.h"
+#include "tests/unit/cli/results/run_folders.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::IsEmpty;
+
+policy_action_t Call(int64_t tick, double answered_s, double server_s, int held_ticks = 0) {
+  policy_action_t call{};
+  call.header.tick = tick;
+  call.answered_s = answered_s;
+  call.server_s = server_s;
+  call.held_ticks = held_ticks;
+  return call;
+}
+
+class PolicyNotesTest : public testing::Test {
+ protected:
+  RecordedRun Run(const ordered_json& more) {
+    ordered_json info = RunInfo(2);
+    info.update(more);
+    WriteRun(folder_.path() / "run", info, {EpisodeLine(0, true), EpisodeLine(1, false)});
+    return ReadRun(folder_.path() / "run");
+  }
+  static ordered_json Contract() {
+    return {{"name", "mine"},
+            {"wire", "openpi"},
+            {"rate_hz", 20.0},
+            {"privileged", false},
+            {"action", {{"kind", "joint_delta"}, {"execute_steps", 10}}}};
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(PolicyNotesTest, OfAPolicyWithoutAServerThereAreNone) {
+  EXPECT_THAT(PolicyNotes(Run(ordered_json::object())), IsEmpty());
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", nullptr}})), IsEmpty());
+}
+
+TEST_F(PolicyNotesTest, SaysWhatThinkingCost) {
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}})),
+      ElementsAre("Policy behind a server, contract mine (openpi): joint_delta, 10 steps of each answer "
+                  "executed at 20 Hz; simulated time stood still while the policy thought."));
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}})),
+      ElementsAre(EndsWith("the policy's thinking was charged with 120 ms of simulated time a call.")));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}, {"realtime", true}})),
+              ElementsAre(EndsWith("simulated time ran on while the policy thought (real time).")));
+}
+
+TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
+  ordered_json contract = Contract();
+  contract["privileged"] = true;
+  const RecordedRun run = Run({{"policy_contract", contract}, {"latency", "none"}});
+  PolicyCalls first, second;
+  EXPECT_TRUE(first.empty());
+  first.Add(Call(0, 1.5, 0.004));
+  first.Add(Call(10, 0.010, -1));
+  second.Add(Call(0, 0.020, 0.002, 3));
+  EXPECT_FALSE(first.empty());
+  const auto write = [&](int episode, const PolicyCalls& calls) {
+    const auto file = EpisodeFolder(run.folder, episode) / kPolicyCallsJson;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << calls.Json();
+  };
+  write(0, first);
+  write(1, second);
+  const auto notes = PolicyNotes(run);
+  ASSERT_EQ(notes.size(), 3u);
+  EXPECT_EQ(notes[1], "The policy was shown poses of objects, which no robot knows.");
+  EXPECT_EQ(
+      notes[2],
+      "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median as the "
+      "server says itself; the robot held its last command for 3 ticks.");
+}
+
+}  // namespace
+}  // namespace evalbus::results
