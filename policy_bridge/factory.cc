@@ -86,7 +86,8 @@ PolicyMaker FindPolicy(const std::string& name) {
       return row.open(argument);
     list += (list.empty() ? "" : ", ") + row.usage();
   }
-  throw InputError("there is no policy \"" + name + "\"; there are: " + list);
+  throw InputError("there is no policy \"" + name + "\"; there are: " + list +
+                   "; and contracts of servers ('evalbus policy list')");
 }
 
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info) {

@@ -8,6 +8,7 @@ namespace evalbus::policy {
 
 std::optional<Contract> FindContractOf(const PolicyOptions& options) {
   const std::string& policy = options.policy;
+  if (policy.starts_with("grpc://")) throw InputError("--policy " + policy + ": " + kNoPickles);
   if (policy.find("://") != std::string::npos) {
     if (options.contract.empty()) {
       throw InputError(

@@ -95,11 +95,8 @@ std::string InWords(const ObservationEntry& entry) {
       if (form.chw) words += ", planes first";
       return words;
     }
-    case Source::kState: {
-      Lines signals;
-      for (const policy::Signal& signal : entry.signals) signals.push_back(signal.name);
-      return Joined(signals);
-    }
+    case Source::kState:
+      return fmt::format("{} signal{}", entry.signals.size(), entry.signals.size() == 1 ? "" : "s");
     case Source::kPrompt:
       return "what the robot shall do";
     case Source::kConstant:
@@ -118,6 +115,7 @@ int Show(const PolicyCommandOptions& options) {
   Lines seen;
   for (const ObservationEntry& entry : contract.observation) {
     seen.push_back(fmt::format("{}: {}", entry.KeyText(), InWords(entry)));
+    for (const policy::Signal& signal : entry.signals) seen.push_back("    " + signal.name);
   }
   PrintSection("It is shown", seen);
   Lines said = {
@@ -226,7 +224,8 @@ int Check(PolicyCommandOptions options) {
     throw InputError("--policy " + options.policy.policy + ": not behind a server; nothing to check");
   FirstLook look = Look(options, *contract);
   const mjModel& model = *look.prepared.scene.physics;
-  policy::ObservationBuilder observations(*contract, model, look.prepared.info);
+  policy::ObservationBuilder observations = policy::Fitted(
+      *contract, [&] { return policy::ObservationBuilder(*contract, model, look.prepared.info); });
   Draw(options, observations, &look);
   const auto client = policy::MakePolicyClient(policy::ClientOptionsOf(*contract));
   if (!options.json)

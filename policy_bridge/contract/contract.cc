@@ -438,6 +438,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   contract.file = file;
   contract.text = text;
   if (const YamlValue* description = map.Find("description")) contract.description = description->Text();
+  if (map["wire"].Text() == "lerobot") map["wire"].Fail(kNoPickles);
   contract.wire = Choose(map["wire"], kWires);
   if (const YamlValue* dialect = map.Find("groot_dialect")) {
     if (contract.wire != Wire::kGroot) dialect->Fail("only of the wire groot");
@@ -483,6 +484,10 @@ std::vector<Contract> AllContracts() {
   return contracts;
 }
 
+InputError InContract(const Contract& contract, const std::string& what) {
+  return InputError(contract.file.string() + ": " + what);
+}
+
 bool IsContractFile(const std::string& name) {
   return (name.ends_with(".yaml") || name.ends_with(".yml")) && name.find(':') == std::string::npos;
 }
@@ -511,8 +516,8 @@ ClientOptions ClientOptionsOf(const Contract& contract) {
   if (!contract.api_key_env.empty()) {
     const char* key = std::getenv(contract.api_key_env.c_str());
     if (!key || !*key) {
-      throw InputError(contract.file.string() + ": api_key_env: the environment variable " +
-                       contract.api_key_env + " is not set");
+      throw InContract(contract,
+                       "api_key_env: the environment variable " + contract.api_key_env + " is not set");
     }
     options.api_key = key;
   }

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "base/errors.h"
 #include "policy_bridge/actions/action_space.h"
 #include "policy_bridge/contract/picture_form.h"
 #include "policy_bridge/contract/signal.h"
@@ -87,6 +88,25 @@ struct Contract {
   bool looks() const;
   std::string PromptFor(const std::string& task, const std::string& instruction) const;
 };
+
+// Why LeRobot's server is not among the wires.
+inline constexpr char kNoPickles[] =
+    "LeRobot's gRPC server speaks in pickles, which run the code of whoever sends them (CVE-2026-25874); "
+    "serve the "
+    "policy with evalbus.serve (docs/python.md) or vla-eval's server";
+
+// What is wrong with a contract for some robot or server, with its file before it.
+InputError InContract(const Contract& contract, const std::string& what);
+
+// What `make` makes of a contract for a robot; where that does not fit, an InContract.
+template <class F>
+auto Fitted(const Contract& contract, const F& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    throw InContract(contract, error.what());
+  }
+}
 
 // Throws InputError: file, line, key, what was expected.
 Contract ReadContract(const std::filesystem::path& file);

@@ -265,7 +265,7 @@ const char* NameOf(Verdict verdict) {
 CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
                               const model_info_t& info, const state_t& state,
                               const std::vector<image_t>& pictures, ObservationBuilder* observations) {
-  ActionConverter fits(contract.actions, model, info);
+  Fitted(contract, [&] { return ActionConverter(contract.actions, model, info); });
   observations->Begin();
   observations->Add(state, pictures);
   observation_t record{};

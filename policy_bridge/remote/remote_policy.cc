@@ -49,8 +49,8 @@ RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjMo
       info_(info),
       step_s_(static_cast<double>(info.timestep_us * info.substeps) / 1e6),
       is_realtime_(info.clock == "realtime"),
-      observations_(contract_, model, info),
-      converter_(contract_.actions, model, info),
+      observations_(Fitted(contract_, [&] { return ObservationBuilder(contract_, model, info); })),
+      converter_(Fitted(contract_, [&] { return ActionConverter(contract_.actions, model, info); })),
       conversation_(MakePolicyClient(ClientOptionsOf(contract_))) {}
 
 void RemotePolicy::Begin(const episode_begin_t& begin) {
@@ -100,8 +100,8 @@ bool RemotePolicy::IsReady() {
     if (phase_ == Phase::kConnecting && !std::exchange(has_compared_, true)) {
       const auto contradictions = FindContradictions(contract_, answer->reply.value);
       if (!contradictions.empty()) {
-        throw InputError(fmt::format("{}: not what the server at {} says; {}", contract_.file.string(),
-                                     contract_.url, contradictions.front()));
+        throw InContract(contract_, fmt::format("not what the server at {} says; {}", contract_.url,
+                                                contradictions.front()));
       }
     }
   } catch (const ServerError& error) {
@@ -212,8 +212,8 @@ Chunk RemotePolicy::ChunkOf(const Reply& reply) {
   } catch (const ServerError& error) {
     // The first answer of all: the contract is wrong, and every episode would end so.
     if (has_understood_) throw;
-    throw InputError(fmt::format("{}: not what the server at {} answers: {}", contract_.file.string(),
-                                 contract_.url, error.what()));
+    throw InContract(contract_,
+                     fmt::format("not what the server at {} answers: {}", contract_.url, error.what()));
   }
 }
 
@@ -261,11 +261,12 @@ void RemotePolicy::CheckFirstStep(const state_t& state, const action_t& action) 
     for (size_t j = 0; j < state.arm[i].joint_position_rad.size(); ++j, ++next) {
       const double step = std::abs(action.joint_position_rad.at(next) - state.arm[i].joint_position_rad[j]);
       if (step <= *contract_.first_step_rad) continue;
-      throw InputError(fmt::format(
-          "{}: the policy's first action wants joint {} of arm {} {:.2f} rad from where it is, {:g} at most "
-          "(action.first_step_rad): are its numbers absolute, in this order and unit?",
-          contract_.file.string(), info_.arm[i].joint_name[j], info_.arm[i].name, step,
-          *contract_.first_step_rad));
+      throw InContract(
+          contract_,
+          fmt::format(
+              "the policy's first action wants joint {} of arm {} {:.2f} rad from where it is, {:g} at most "
+              "(action.first_step_rad): are its numbers absolute, in this order and unit?",
+              info_.arm[i].joint_name[j], info_.arm[i].name, step, *contract_.first_step_rad));
     }
   }
 }

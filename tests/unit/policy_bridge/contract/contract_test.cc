@@ -80,6 +80,7 @@ TEST(Contract, IsWhatItsFileSays) {
 TEST(Contract, MistakesAreSaidWithLineAndKey) {
   const std::vector<std::array<std::string, 3>> mistakes = {
       {"wire: openpi", "wire: openpy", "mine.yaml:2: key 'wire': unknown 'openpy'; did you mean 'openpi'?"},
+      {"wire: openpi", "wire: lerobot", std::string("mine.yaml:2: key 'wire': ") + kNoPickles},
       {"rate_hz: 20", "rate_hz: fast",
        "mine.yaml:4: key 'rate_hz': expected a number in [1, 500], got 'fast'"},
       {"rate_hz: 20\n", "", "mine.yaml:1: key 'rate_hz': required here, but missing"},
