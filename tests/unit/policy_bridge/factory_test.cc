@@ -34,7 +34,7 @@ TEST(Factory, WrongNamesAreExplained) {
   const auto unknown = [](const std::string& name) {
     return "there is no policy \"" + name +
            "\"; there are: expert[:TASK], noisy_expert, random, hold, replay:RUN_OR_LOG, "
-           "replay_anyway:RUN_OR_LOG, flawed_expert:FLAW";
+           "replay_anyway:RUN_OR_LOG, flawed_expert:FLAW; and contracts of servers ('evalbus policy list')";
   };
   for (const char* name : {"exprt", "", "expert:", "hold:1", "Expert", "replay_"})
     EXPECT_EQ(Refusal(name), unknown(name));
