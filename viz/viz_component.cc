@@ -6,6 +6,7 @@
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "bus/message.h"
+#include "lcmtypes/end_reason.h"
 #include "models/physics_model.h"
 
 namespace evalbus::viz {
@@ -25,6 +26,7 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
+  bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& m) { OnSummary(m); });
   bus->SetPatience(std::chrono::milliseconds(10));
 }
 
@@ -117,8 +119,16 @@ void VizComponent::OnPartial(const partial_metrics_t& partial) {
 
 void VizComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (end.header.episode != status_.episode || newest_tick_ < 0) return;
-  if (text_.end_reason == end.end_reason) return;  // said again
+  if (!text_.end_reason.empty()) return;  // said again, or known better
   text_.end_reason = end.end_reason;
+  undrawn_ = true;
+}
+
+void VizComponent::OnSummary(const episode_summary_t& summary) {
+  if (summary.header.episode != status_.episode || newest_tick_ < 0) return;
+  const std::string outcome = end_reason::Outcome(summary.failure_reason);
+  if (text_.end_reason == outcome) return;
+  text_.end_reason = outcome;
   undrawn_ = true;
 }
 

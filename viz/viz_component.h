@@ -12,6 +12,7 @@
 
 #include "bus/component.h"
 #include "evalbus/episode_end_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
 #include "evalbus/image_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
@@ -57,6 +58,8 @@ class VizComponent : public Component {
   void OnState(const state_t& state);
   void OnPartial(const partial_metrics_t& partial);
   void OnEpisodeEnd(const episode_end_t& end);
+  // The word that tables have for how the episode came out.
+  void OnSummary(const episode_summary_t& summary);
   // Enters the episode; seed: where it is known.
   void Enter(const episode_begin_t& begin, std::optional<int64_t> seed);
   // Writes into the pictures what MODEL says.

@@ -182,6 +182,22 @@ TEST_F(VizComponentTest, ShowsTheSameAsAFilm) {
   ASSERT_EQ(last.size(), 2u);
   EXPECT_EQ(last[0].header.tick, 5);
   EXPECT_FALSE(last[0].data == images[0].data);
+
+  // The score's word, once it is there, stays.
+  episode_summary_t summary{};
+  summary.header = Header(0, 5);
+  summary.failure_reason = "grasp_slip";
+  bus_.Publish(channels::kEpisodeSummary, summary);
+  Handle();
+  const auto scored = Poll();
+  ASSERT_EQ(scored.size(), 2u);
+  text.end_reason = "grasp_slip";
+  renderer.Render(FindCamera(renderer.model(), "front"), &frame);
+  Overlay(kSize).Draw(text, &frame);
+  EXPECT_TRUE(scored[0].data == JpegEncoder().Encode(frame));
+  bus_.Publish(channels::kEpisodeEnd, end);
+  Handle();
+  EXPECT_TRUE(Poll().empty());
 }
 
 TEST_F(VizComponentTest, MayComeInTheMiddleOfAnEpisode) {
