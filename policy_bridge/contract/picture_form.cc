@@ -19,8 +19,8 @@ std::vector<Taps> TriangleTaps(int size, int to_size) {
   std::vector<Taps> all(static_cast<size_t>(to_size));
   for (int i = 0; i < to_size; ++i) {
     const double centre = (i + 0.5) * scale;
-    const int first = std::max(0, static_cast<int>(centre - support + 0.5));
-    const int end = std::min(size, static_cast<int>(centre + support + 0.5));
+    const int first = std::max(0, static_cast<int>(std::floor(centre - support + 0.5)));
+    const int end = std::min(size, static_cast<int>(std::floor(centre + support + 0.5)));
     std::vector<double> weights;
     double sum = 0;
     for (int x = first; x < end; ++x) {
@@ -49,7 +49,9 @@ struct Pixels {
 // A picture of this size; pixel(x, y, channel) tells its values.
 template <class Pixel>
 Pixels Draw(int width, int height, int channels, const Pixel& pixel) {
-  Pixels to{std::vector<uint8_t>(static_cast<size_t>(width * height * channels)), width, height, channels};
+  const size_t size =
+      static_cast<size_t>(width) * static_cast<size_t>(height) * static_cast<size_t>(channels);
+  Pixels to{std::vector<uint8_t>(size), width, height, channels};
   size_t next = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -126,7 +128,8 @@ Array FormPicture(const PictureForm& form, const image_t& image) {
   const view_t &wanted = form.view, &view = image.view;
   const bool is_depth = wanted.encoding == "depth32";
   const int bytes_per_pixel = is_depth ? 4 : 3;
-  const auto size = static_cast<size_t>(wanted.width_px * wanted.height_px * bytes_per_pixel);
+  const size_t size = static_cast<size_t>(wanted.width_px) * static_cast<size_t>(wanted.height_px) *
+                      static_cast<size_t>(bytes_per_pixel);
   if (view.camera != wanted.camera || view.encoding != wanted.encoding || view.width_px != wanted.width_px ||
       view.height_px != wanted.height_px || image.data.size() != size) {
     throw std::runtime_error("a picture of camera " + view.camera + " is not the one that was asked for");

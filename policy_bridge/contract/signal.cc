@@ -37,7 +37,7 @@ std::vector<std::string> WithRotations(std::vector<std::string> names) {
 }
 
 // How a pose is told; nothing: its position.
-Reader PoseReader(const std::string& what, std::function<Eigen::Isometry3d(const state_t&)> pose) {
+Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d(const state_t&)>& pose) {
   if (what == "position_m") {
     return [pose](const state_t& state, std::vector<double>* values) {
       const Eigen::Vector3d position = pose(state).translation();

@@ -18,6 +18,9 @@ template <class... Functions>
 struct Overloaded : Functions... {
   using Functions::operator()...;
 };
+// Clang 14 does not deduce it.
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
 
 constexpr int kWidth = 100;  // of a value's description, in characters
 
