@@ -15,6 +15,7 @@
 #include "cli/results/episode_json.h"
 #include "cli/results/pacing.h"
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/same.h"
 
 namespace evalbus::launch {
 namespace {
@@ -214,6 +215,11 @@ void RunController::OnLog(const log_t& line) {
 void RunController::FinishIfRecorded() {
   if (!attempt_.ended || !attempt_.summary || !attempt_.recorded || attempt_.has_failed_process) return;
   const episode_summary_t& summary = *attempt_.summary;
+  // Metrics copies both. Ours may not have come yet when all else is there.
+  if (attempt_.end &&
+      (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
+    return BeginAgain("an EPISODE_SUMMARY of another end came: is an old log being played on this bus?");
+  }
   nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary);
   if (plan_.realtime) {
     line["pacing"] = attempt_.end ? results::EpisodePacing(*attempt_.end, summary.extended.deadline_misses)

@@ -285,6 +285,17 @@ TEST_F(RunControllerTest, TwoDifferentScoresAreNotChosenFrom) {
   EXPECT_THAT(listener_.remarks[0], HasSubstr("two different messages on EVALBUS_EPISODE_SUMMARY"));
 }
 
+// Before ours has come, and all else is there.
+TEST_F(RunControllerTest, AnOldLogsScoreIsNotTakenForThatOfOurEpisode) {
+  Begin();
+  SaySummary(0, 0, "failure");
+  SayEnd(0, "success");
+  SayFinished("recorder");
+  EXPECT_TRUE(listener_.done.empty());
+  ASSERT_EQ(listener_.remarks.size(), 1u);
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("an EPISODE_SUMMARY of another end came"));
+}
+
 TEST_F(RunControllerTest, AScoreThatIsSaidAgainIsHeardOnce) {
   Begin();
   SaySummary();
