@@ -14,9 +14,11 @@
 #include "evalbus/command_t.hpp"
 #include "evalbus/component_status_t.hpp"
 #include "evalbus/contacts_t.hpp"
+#include "evalbus/criteria_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
+#include "evalbus/hello_t.hpp"
 #include "evalbus/image_t.hpp"
 #include "evalbus/log_t.hpp"
 #include "evalbus/model_info_t.hpp"
@@ -25,6 +27,7 @@
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/policy_action_t.hpp"
 #include "evalbus/run_summary_t.hpp"
+#include "evalbus/source_state_t.hpp"
 #include "evalbus/state_t.hpp"
 
 namespace evalbus {
@@ -62,18 +65,22 @@ inline constexpr Channel<observe_t> kObserve{"EVALBUS_OBSERVE", "policy", Record
 inline constexpr Channel<observation_t> kObservation{"EVALBUS_OBSERVATION", "policy"};
 inline constexpr Channel<policy_action_t> kPolicyAction{"EVALBUS_POLICY_ACTION", "policy"};
 inline constexpr Channel<partial_metrics_t> kPartial{"EVALBUS_PARTIAL", "metrics", Recorded::kOncePerTick};
+inline constexpr Channel<criteria_t> kCriteria{"EVALBUS_CRITERIA", "metrics", Recorded::kNo};
 inline constexpr Channel<episode_summary_t> kEpisodeSummary{"EVALBUS_EPISODE_SUMMARY", "metrics"};
 inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metrics"};
 inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", kEverybody};
 inline constexpr Channel<command_t> kCommand{"EVALBUS_COMMAND", "run"};
 inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
+inline constexpr Channel<hello_t> kHello{"EVALBUS_HELLO", "source", Recorded::kNo};
+inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", "source"};
 // Of each camera; this is how their names begin.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
 
 // In the order of an episode's tick, then the rest.
-inline constexpr std::tuple kAll{
-    kState,        kContacts,   kAction,         kPartial,    kObserve, kObservation, kPolicyAction, kModel,
-    kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary, kStatus,  kCommand,     kLog,          kImage};
+inline constexpr std::tuple kAll{kState,          kContacts,     kAction, kPartial,      kObserve,
+                                 kObservation,    kPolicyAction, kModel,  kEpisodeBegin, kEpisodeEnd,
+                                 kEpisodeSummary, kRunSummary,   kStatus, kCommand,      kLog,
+                                 kImage,          kCriteria,     kHello,  kSourceState};
 
 // Calls function with each channel.
 template <class Function>

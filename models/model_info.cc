@@ -55,6 +55,7 @@ void FillBodies(const TaskDescription& task, const RobotDescription& robot, cons
   for (const std::string& object : task.objects) {
     info->object_name.push_back(object);
     info->object_entity.push_back(entity_of.at(object));
+    info->object_is_tracked.push_back(1);
   }
   info->num_objects = static_cast<int>(task.objects.size());
 }
@@ -221,6 +222,8 @@ model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& 
   info.task_yaml = task.text;
   info.task_file = task.file.string();
   info.instruction = task.instruction;
+  info.source = "sim";
+  info.has_velocity = info.has_physics = true;
   info.robot = robot.name;
   info.timestep_us = std::llround(model.opt.timestep * 1e6);
   info.time_limit_us = std::llround(task.time_limit * 1e6);

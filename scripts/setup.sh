@@ -10,9 +10,13 @@ packages=(
   nlohmann-json3-dev libsimdjson-dev libboost-math-dev libboost-dev libmsgpack-cxx-dev cppzmq-dev
   libcli11-dev libfmt-dev libspdlog-dev
   libgtest-dev libgmock-dev libbenchmark-dev
-  libosmesa6-dev libcairo2-dev libturbojpeg0-dev fonts-dejavu-core ffmpeg pkgconf
+  libosmesa6-dev libegl-dev libcairo2-dev libturbojpeg0-dev fonts-dejavu-core ffmpeg pkgconf
+  libjs-three zlib1g-dev libzstd-dev libhdf5-dev
   iproute2 python3-jsonschema python3-numpy python3-msgpack python3-websockets
 )
+
+# What tests look at pages and files with, and nothing else needs: `install_missing "${test_packages[@]}"`.
+test_packages=(chromium python3-h5py zstd)
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -22,11 +26,12 @@ took() {
   [ $s -lt 60 ] && printf '%d s' $s || printf '%d min %d s' $((s / 60)) $((s % 60))
 }
 
+# install_missing PACKAGE...
 install_missing() {
   local missing
   # dpkg-query fails for a package it has never heard of, which is one that is missing.
-  missing=$( (dpkg-query -W -f '${Package} ${db:Status-Abbrev}\n' "${packages[@]}" 2>/dev/null || true) |
-    awk -v all="${packages[*]}" '$2 == "ii" { have[$1] = 1 }
+  missing=$( (dpkg-query -W -f '${Package} ${db:Status-Abbrev}\n' "$@" 2>/dev/null || true) |
+    awk -v all="$*" '$2 == "ii" { have[$1] = 1 }
       END { n = split(all, p, " "); for (i = 1; i <= n; i++) if (!(p[i] in have)) print p[i] }' | xargs)
   [ -z "$missing" ] && return
   local as_root=()
@@ -73,4 +78,4 @@ build_targets() {
   [ $((SECONDS - began)) -lt 3 ] || say "built in $(took $began)"
 }
 
-install_missing
+install_missing "${packages[@]}"

@@ -93,6 +93,7 @@ inline model_info_t Model() {
   }
   model.object_name = {"pot"};
   model.object_entity = {4};
+  model.object_is_tracked = {1};
   model.num_objects = 1;
   return model;
 }

@@ -375,6 +375,7 @@ TEST_F(MetricsComponentTest, TakesTheNewModelOfANewRun) {
   model_.num_objects = 0;
   model_.object_name.clear();
   model_.object_entity.clear();
+  model_.object_is_tracked.clear();
   Begin(1);
   SendState(0, 1);
   SendContacts(0, 1);
