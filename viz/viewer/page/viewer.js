@@ -467,8 +467,8 @@ Evalbus.Viewer = class {
     this.conditions.move(ticks);
     this.curves.move(ticks);
     const track = this.tracks[0];
-    Evalbus.setText(this.parts.clock, `${(this.player.shown * track.tickSeconds).toFixed(2)} s`
-      + ` · tick ${Math.min(this.player.shown, track.last)} of ${track.last}`);
+    Evalbus.setText(this.parts.clockTime, `${(this.player.shown * track.tickSeconds).toFixed(2)} s`);
+    Evalbus.setText(this.parts.clockTick, `tick ${this.player.shown} of ${this.player.last}`);
     if (this.scene && this.isSceneReady) {
       this.scene.update(ticks, this.tracks.map((one, k) => this.litObject(one, ticks[k])));
     }
