@@ -22,6 +22,9 @@ using AddCommand = Action(CLI::App* app);
   COMMAND(AddCompare, "compare", "say whether runs, or suites, really differ")                              \
   COMMAND(AddExport, "export", "write the episodes of a run, or of a suite, as a table")                    \
   COMMAND(AddReport, "report", "write a run, or a suite of runs, as one HTML page")                         \
+  COMMAND(AddPlan, "plan", "what a plan of many runs means; check one")                                      \
+  COMMAND(AddMerge, "merge", "make one run, or a plan's results, of parts")                                  \
+  COMMAND(AddStatus, "status", "how far a plan is, from its folder")                                         \
   COMMAND(AddTasks, "tasks", "what there is to run; check a task file")                                     \
   COMMAND(AddPolicy, "policy", "contracts of policies behind a server; check a server")                     \
   COMMAND(AddRobots, "robots", "which robots there are; check a robot's description")                       \
