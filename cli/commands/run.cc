@@ -7,11 +7,15 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
+#include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "cli/plans/part.h"
 #include "cli/plans/plan_run.h"
 #include "cli/plans/slurm.h"
+#include "cli/results/run_reader.h"
 
 namespace evalbus::commands {
 namespace {
@@ -45,10 +49,34 @@ void AddPlanOptions(CLI::App* app, PlanOptions* options) {
   app->add_option("--partition", options->slurm.partition, "of the cluster; default: Slurm's")->group(group);
   app->add_option("--time", options->slurm.time, "limit of a task, as sbatch takes it; default: Slurm's")
       ->group(group);
-  app->add_option("--array-size", options->slurm.array_size, "at most so many tasks of the array")
+  app->add_option("--array-size", options->slurm.array_size,
+                  "tasks of the array; default: such that each takes about ten minutes")
       ->check(CLI::Range(1, 100'000))
-      ->capture_default_str()
       ->group(group);
+}
+
+// The options of a run or of the runs of a suite; the tasks of these.
+std::vector<std::string> TakeOptionsOf(const fs::path& folder, launch::RunOptions* options) {
+  std::vector<std::string> tasks;
+  const auto take = [&](const fs::path& run) {
+    const fs::path file = run / kRunJson;
+    ReadOptions(ReadJsonFile(file), file.string(), options);
+    tasks.push_back(options->sim.task);
+  };
+  if (fs::exists(folder / plans::kPlanJson)) {
+    throw InputError("--like " + folder.string() + ": a plan; 'evalbus run " +
+                     (folder / plans::kPlanJson).string() + "' runs what is missing of it");
+  }
+  if (fs::exists(folder / kSuiteJson)) {
+    for (const std::string& run : results::RunsInSuite(folder)) take(folder / run);
+  } else {
+    take(folder);
+  }
+  // Where it ran is no part of it.
+  options->url.clear();
+  options->workers = 1;
+  options->by_hand = false;
+  return tasks;
 }
 
 void RunPlanOrPart(const launch::RunOptions& options, const PlanOptions& plan_options) {
@@ -95,6 +123,14 @@ void RunPlanOrPart(const launch::RunOptions& options, const PlanOptions& plan_op
 Action AddRun(CLI::App* app) {
   const auto options = std::make_shared<launch::RunOptions>();
   const auto plan = std::make_shared<PlanOptions>();
+  const auto like = std::make_shared<std::vector<std::string>>();
+  // Added first, so it is taken first.
+  app->add_option_function<std::string>(
+         "--like",
+         [options, like](const std::string& folder) { *like = TakeOptionsOf(folder, options.get()); },
+         "run folder or suite: all its options, and where no task is named its tasks; what else the command\n"
+         "line names goes before")
+      ->type_name("FOLDER");
   app->add_option(
       "task", options->tasks,
       "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition; several, TASK/all or all\n"
@@ -111,7 +147,8 @@ Action AddRun(CLI::App* app) {
   AddLogLevel(app);
   // For the workers themselves.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
-  return [options, plan, app] {
+  return [options, plan, like, app] {
+    if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {
       launch::RunWorker(*options);
     } else if (IsPlan(options->tasks)) {
@@ -119,8 +156,8 @@ Action AddRun(CLI::App* app) {
     } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
       throw InputError("--part, --slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
     } else {
-      launch::FollowContract(app->count("--control-hz") > 0, app->count("--policy-timeout-s") > 0,
-                             options.get());
+      launch::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
+                             app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());
       if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' has them)");
       launch::Run(*options);
     }

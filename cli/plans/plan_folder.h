@@ -22,6 +22,8 @@
 namespace evalbus::plans {
 
 inline constexpr char kPlanJson[] = "plan.json";
+// Where comparisons were decided (Plan::until).
+inline constexpr char kStopsJson[] = "stops.json";
 inline constexpr char kPartsFolder[] = "parts";
 inline constexpr char kSlurmFolder[] = "slurm";
 

@@ -17,8 +17,8 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/launch/suite.h"
+#include "cli/plans/plan_report.h"
 #include "cli/results/comparison.h"
-#include "cli/results/comparison_text.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
 #include "metrics/statistics/sequential_mcnemar.h"
@@ -31,7 +31,6 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
-constexpr char kStopsJson[] = "stops.json";
 
 // Runs jobs, so many at a time, and calls ended(name) for each that has ended well. False if it was stopped.
 template <class Ended>
@@ -225,18 +224,32 @@ void FinishPlan(const PlanFolder& folder, int workers) {
   MakeFilms(folder, workers);
   std::vector<results::RecordedRuns> runs;
   std::optional<results::RecordedRuns> baseline;
+  std::vector<launch::Job> pages;
+  const std::string evalbus = (launch::Processes::BinaryFolder() / "evalbus").string();
+  const std::string baseline_folder = folder.policy_folder(plan.baseline).string();
   for (const PlannedPolicy& policy : plan.policies) {
-    results::RecordedRuns suite = results::ReadRuns(folder.policy_folder(policy.name));
+    const fs::path own = folder.policy_folder(policy.name);
+    results::RecordedRuns suite = results::ReadRuns(own);
+    pages.push_back({"report of " + policy.name, {evalbus, "report", own.string()}, LogFile(own, "report")});
     if (policy.name == plan.baseline) {
       baseline = std::move(suite);
-    } else {
-      runs.push_back(std::move(suite));
+      continue;
+    }
+    runs.push_back(std::move(suite));
+    pages.push_back({"comparison of " + policy.name,
+                     {evalbus, "compare", baseline_folder, own.string(), "--report",
+                      ComparisonPageOf(folder, policy.name).string()},
+                     LogFile(own, "compare")});
+  }
+  if (!runs.empty()) {
+    for (const results::Comparison& comparison : results::CompareAll(runs, *baseline)) {
+      fmt::print("\n{}\n", results::Conclusion(comparison));
     }
   }
-  if (runs.empty()) return;
-  for (const results::Comparison& comparison : results::CompareAll(runs, *baseline)) {
-    fmt::print("\n{}\n", results::Conclusion(comparison));
-  }
+  for (const launch::Job& page : pages) fs::create_directories(page.log_file.parent_path());
+  RunJobs(std::move(pages), workers, "pages", [](const std::string&) {});
+  WritePlanReport(folder);
+  fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / "report.html").string());
 }
 
 }  // namespace evalbus::plans

@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 // A task of an array is to take about so long.
 constexpr double kTask_s = 600;
 constexpr int kProbes = 4;
+// Slurm's own limit of an array, where nobody has changed it.
+constexpr int kMostTasks = 1000;
 
 std::string Evalbus() { return (launch::Processes::BinaryFolder() / "evalbus").string(); }
 
@@ -43,21 +45,20 @@ std::string OutputOf(const std::vector<std::string>& command) {
   throw EnvironmentError(command[0] + ": " + Printable(said));
 }
 
-// So many that each takes about ten minutes, as far as can be told here.
 int NumParts(const Plan& plan, const SlurmOptions& options) {
   const int chunks = static_cast<int>(ChunksOf(plan).size());
+  if (options.array_size > 0) return std::min(options.array_size, chunks);
   const Probe probe = ProbePlan(plan, kProbes);
-  int parts = options.array_size;
-  if (probe.episodes > 0) {
-    const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
-    parts = static_cast<int>(std::min<double>(parts, std::ceil(all_s / kTask_s)));
-    fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min\n", probe.seconds_per_episode,
-               parts == 1 ? "1 task" : fmt::format("{} tasks", std::min(parts, chunks)), all_s / parts / 60);
-  } else {
-    fmt::print("no episode could be tried here ({}): {} tasks\n", Printable(probe.problem),
-               std::min(parts, chunks));
+  if (probe.episodes == 0) {
+    throw InputError("--slurm: expected --array-size, how many tasks: no episode can be tried here, " +
+                     Printable(probe.problem));
   }
-  return std::clamp(parts, 1, chunks);
+  const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
+  const int parts = std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1,
+                               std::min(chunks, kMostTasks));
+  fmt::print("an episode takes {:.2g} s here: {} task{} of about {:.0f} min\n", probe.seconds_per_episode,
+             parts, parts == 1 ? "" : "s", std::max(1.0, all_s / parts / 60));
+  return parts;
 }
 
 }  // namespace

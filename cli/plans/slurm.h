@@ -13,8 +13,8 @@ struct SlurmOptions {
   bool submit = false, dry_run = false;
   // As sbatch takes them; empty: the cluster's own.
   std::string partition, time;
-  // At most so many tasks, with so many processors each.
-  int array_size = 100;
+  // So many tasks, with so many processors each; 0: such that each takes about ten minutes.
+  int array_size = 0;
   int cpus = 1;
 };
 
