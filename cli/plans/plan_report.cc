@@ -91,19 +91,34 @@ void WritePlanReport(const PlanFolder& folder) {
     report.tasks.push_back(rows[task]);
     report.tasks.back().cells.resize(report.policies.size());
   }
-  if (!suites.empty()) {
-    for (const results::Comparison& comparison : results::CompareAll(suites, *baseline)) {
-      report.verdicts.push_back(
-          {.policy = comparison.run.name,
-           .text = results::Conclusion(comparison),
-           .p_holm = comparison.success.p_holm,
-           .judgement = results::Word(comparison.success.judgement()),
-           .url = viz::Url(fs::relative(ComparisonPageOf(folder, comparison.run.name), folder.path()))});
-    }
-  }
-  if (const fs::path stops = folder.path() / kStopsJson; fs::exists(stops)) {
+  const auto comparison_url = [&](const std::string& policy) {
+    return viz::Url(fs::relative(ComparisonPageOf(folder, policy), folder.path()));
+  };
+  if (const fs::path stops = folder.path() / kStopsJson; plan.until && fs::exists(stops)) {
+    report.verdict_note = fmt::format(
+        "Looked at every {} episodes of each task, {} at most: p values that hold at any look, by Bonferroni "
+        "over the "
+        "policies.",
+        plan.options.episodes, plan.until->max_episodes);
     for (const auto& stop : ReadJsonFile(stops)) {
-      report.remarks.push_back(stop.value("policy", "") + ": " + stop.value("text", ""));
+      const std::string policy = stop.at("policy");
+      const bool is_better = stop.at("only_policy") > stop.at("only_baseline");
+      report.verdicts.push_back({.policy = policy,
+                                 .text = stop.at("text"),
+                                 .p = stop.at("p"),
+                                 .judgement = !stop.at("is_decided") ? ""
+                                              : is_better            ? "better"
+                                                                     : "worse",
+                                 .url = comparison_url(policy)});
+    }
+  } else if (!suites.empty()) {
+    report.verdict_note = "p values by Holm, over the policies that are compared.";
+    for (const results::Comparison& comparison : results::CompareAll(suites, *baseline)) {
+      report.verdicts.push_back({.policy = comparison.run.name,
+                                 .text = results::Conclusion(comparison),
+                                 .p = comparison.success.p_holm,
+                                 .judgement = results::Word(comparison.success.judgement()),
+                                 .url = comparison_url(comparison.run.name)});
     }
   }
   WriteWhole(folder.path() / "report.html",

@@ -145,7 +145,7 @@ std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
                     {"episodes", stop.episodes},
                     {"only_policy", stop.only_policy},
                     {"only_baseline", stop.only_baseline},
-                    {"p", stop.p},
+                    {"p", std::min(1.0, stop.p * static_cast<double>(stops.size()))},
                     {"is_decided", stop.is_decided},
                     {"text", stop.Text(plan.baseline, *plan.until)}});
   }
@@ -241,7 +241,8 @@ void FinishPlan(const PlanFolder& folder, int workers) {
                       ComparisonPageOf(folder, policy.name).string()},
                      LogFile(own, "compare")});
   }
-  if (!runs.empty()) {
+  // Tests for one look would say too much of what was looked at as it grew.
+  if (!runs.empty() && !plan.until) {
     for (const results::Comparison& comparison : results::CompareAll(runs, *baseline)) {
       fmt::print("\n{}\n", results::Conclusion(comparison));
     }

@@ -63,7 +63,7 @@ void Rates(const PlanReport& report, Markup* html) {
 void Verdicts(const PlanReport& report, Markup* html) {
   if (report.verdicts.empty()) return;
   html->Element("h2", {{"id", "comparisons"}}, "Against " + report.baseline);
-  html->Element("p", {{"class", "note"}}, "p values by Holm, over the policies that are compared.");
+  html->Element("p", {{"class", "note"}}, report.verdict_note);
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
     html->Element("table", {}, [&] {
       html->Element("tbody", {}, [&] {
@@ -75,8 +75,7 @@ void Verdicts(const PlanReport& report, Markup* html) {
             });
             html->Element("td", {{"class", verdict.judgement.empty() ? "none" : verdict.judgement}},
                           verdict.judgement.empty() ? "no difference shown" : verdict.judgement);
-            NumberCell(verdict.p_holm,
-                       verdict.p_holm < 0.001 ? "p < 0.001" : fmt::format("p = {:.3f}", verdict.p_holm),
+            NumberCell(verdict.p, verdict.p < 0.001 ? "p < 0.001" : fmt::format("p = {:.3f}", verdict.p),
                        html);
             html->Element("td", {}, verdict.text);
           });

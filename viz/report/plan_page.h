@@ -25,7 +25,8 @@ struct PlanRow {
 struct PlanVerdict {
   std::string policy;
   std::string text;
-  double p_holm = 1;
+  // Adjusted, as verdict_note says.
+  double p = 1;
   // "better", "worse", "differs"; empty: nothing is shown.
   std::string judgement;
   std::string url;  // of the comparison's page
@@ -39,6 +40,7 @@ struct PlanReport {
   // Over all tasks; not where there is one.
   PlanRow all;
   std::vector<PlanVerdict> verdicts;
+  std::string verdict_note;
   // By policy: reasons with how many episodes failed for them.
   std::vector<std::vector<std::pair<std::string, int>>> failure_reasons;
   std::vector<ReportLink> reports;  // of each policy
