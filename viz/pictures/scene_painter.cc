@@ -91,20 +91,30 @@ void main() {
 // Where the shadow of something that moves falls on what does not, that picture without the light with a
 // shadow.
 constexpr char kShadowVertexShader[] = R"(#version 120
-void main() { gl_Position = gl_Vertex; }
+uniform mat4 shadow_from_clip;
+varying vec4 nearest;
+void main() {
+  gl_Position = gl_Vertex;
+  nearest = shadow_from_clip * vec4(gl_Vertex.xy, -1.0, 1.0);
+}
 )";
 constexpr char kShadowFragmentShader[] = R"(#version 120
 uniform sampler2D dark, depth;
 uniform sampler2DShadow shadow_map;
-uniform mat4 shadow_from_clip;
-uniform vec2 size, buffer;
+uniform vec4 deeper;  // from the nearest that can be seen to the furthest
+uniform vec2 buffer;
+varying vec4 nearest;
 void main() {
-  float z = texture2D(depth, gl_FragCoord.xy / buffer).r;
-  vec4 shadow = shadow_from_clip * vec4(2.0 * vec3(gl_FragCoord.xy / size, z) - 1.0, 1.0);
-  if (z == 1.0 || shadow2D(shadow_map, shadow.xyz / shadow.w).r >= 0.99) discard;
-  gl_FragColor = texture2D(dark, gl_FragCoord.xy / buffer);
+  vec2 here = gl_FragCoord.xy * buffer;
+  vec4 shadow = nearest + texture2D(depth, here).r * deeper;
+  if (shadow2D(shadow_map, shadow.xyz / shadow.w).r >= 0.99) discard;
+  gl_FragColor = texture2D(dark, here);
 }
 )";
+
+// A picture is searched for shadows of what moves by squares of so many pixels each way, and each body's
+// shadow by so many steps along the light.
+constexpr int kTile = 32, kSteps = 32;
 
 // Pictures of what does not move that are kept.
 constexpr size_t kMaxBackdrops = 8;
@@ -115,30 +125,32 @@ struct GlFunctions {
 #define EVALBUS_LOAD(name)                                         \
   name = reinterpret_cast<decltype(name)>(GlFunction("gl" #name)); \
   if (!name) throw EnvironmentError("OpenGL has no gl" #name);
-#define EVALBUS_GL(F)                                                                                  \
-  F(Enable)                                                                                            \
-  F(Disable)                                                                                           \
-  F(Viewport) F(Scissor) F(Clear) F(ClearColor) F(ClearDepth) F(DepthFunc) F(DepthMask) F(DepthRange)  \
-      F(ColorMask) F(BlendFunc) F(CullFace) F(FrontFace) F(PolygonMode) F(MatrixMode) F(LoadIdentity)  \
-          F(LoadMatrixf) F(MultMatrixf) F(PushMatrix) F(PopMatrix) F(Translatef) F(Scalef) F(CallList) \
-              F(Color4fv) F(BindTexture) F(TexParameteri) F(DrawBuffer) F(ReadBuffer) F(GenTextures)   \
-                  F(TexImage2D) F(DeleteTextures) F(Rectf)
+#define EVALBUS_GL(F)                                                                                   \
+  F(Enable)                                                                                             \
+  F(Disable)                                                                                            \
+  F(Viewport)                                                                                           \
+  F(Scissor) F(Clear) F(ClearColor) F(ClearDepth) F(DepthFunc) F(DepthMask) F(DepthRange) F(ColorMask)  \
+      F(BlendFunc) F(CullFace) F(FrontFace) F(PolygonMode) F(MatrixMode) F(LoadIdentity) F(LoadMatrixf) \
+          F(MultMatrixf) F(PushMatrix) F(PopMatrix) F(Translatef) F(Scalef) F(CallList) F(Color4fv)     \
+              F(BindTexture) F(TexParameteri) F(DrawBuffer) F(ReadBuffer) F(GenTextures) F(TexImage2D)  \
+                  F(DeleteTextures) F(Rectf)
     EVALBUS_GL(EVALBUS_LOAD)
 #define EVALBUS_NEW_GL(F)                                                                                   \
   F(ActiveTexture, ACTIVETEXTURE)                                                                           \
   F(BindFramebuffer, BINDFRAMEBUFFER)                                                                       \
   F(CreateShader, CREATESHADER)                                                                             \
-  F(ShaderSource, SHADERSOURCE) F(CompileShader, COMPILESHADER) F(CreateProgram, CREATEPROGRAM)             \
-      F(AttachShader, ATTACHSHADER) F(LinkProgram, LINKPROGRAM) F(GetProgramiv, GETPROGRAMIV) F(            \
-          GetProgramInfoLog, GETPROGRAMINFOLOG) F(UseProgram, USEPROGRAM) F(DeleteShader, DELETESHADER)     \
-          F(DeleteProgram, DELETEPROGRAM) F(GetUniformLocation, GETUNIFORMLOCATION) F(Uniform1i, UNIFORM1I) \
-              F(Uniform3fv, UNIFORM3FV) F(Uniform4fv, UNIFORM4FV) F(UniformMatrix4fv, UNIFORMMATRIX4FV)     \
-                  F(GenFramebuffers, GENFRAMEBUFFERS) F(DeleteFramebuffers, DELETEFRAMEBUFFERS)             \
-                      F(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D) F(BlitFramebuffer, BLITFRAMEBUFFER)     \
-                          F(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)                                 \
-                              F(BindRenderbuffer, BINDRENDERBUFFER)                                         \
-                                  F(GetRenderbufferParameteriv, GETRENDERBUFFERPARAMETERIV)                 \
-                                      F(Uniform2f, UNIFORM2F)
+  F(ShaderSource, SHADERSOURCE)                                                                             \
+  F(CompileShader, COMPILESHADER) F(CreateProgram, CREATEPROGRAM) F(AttachShader, ATTACHSHADER)             \
+      F(LinkProgram, LINKPROGRAM) F(GetProgramiv, GETPROGRAMIV) F(GetProgramInfoLog, GETPROGRAMINFOLOG)     \
+          F(UseProgram, USEPROGRAM) F(DeleteShader, DELETESHADER) F(DeleteProgram, DELETEPROGRAM)           \
+              F(GetUniformLocation, GETUNIFORMLOCATION) F(Uniform1i, UNIFORM1I) F(Uniform3fv, UNIFORM3FV)   \
+                  F(Uniform4fv, UNIFORM4FV) F(UniformMatrix4fv, UNIFORMMATRIX4FV)                           \
+                      F(GenFramebuffers, GENFRAMEBUFFERS) F(DeleteFramebuffers, DELETEFRAMEBUFFERS)         \
+                          F(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D) F(BlitFramebuffer, BLITFRAMEBUFFER) \
+                              F(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)                             \
+                                  F(BindRenderbuffer, BINDRENDERBUFFER)                                     \
+                                      F(GetRenderbufferParameteriv, GETRENDERBUFFERPARAMETERIV)             \
+                                          F(Uniform2f, UNIFORM2F)
 #define EVALBUS_LOAD_NEW(name, type) EVALBUS_LOAD(name)
     EVALBUS_NEW_GL(EVALBUS_LOAD_NEW)
   }
@@ -510,6 +522,13 @@ struct ScenePainter::Impl {
                                std::vector<float> signature);
   void PaintBackdrop(mjrRect view, const mjvScene& scene, bool shadows, const Matrix& projection,
                      const Matrix& eye_from_world);
+  // Where shadows of what moves can be.
+  struct Tiles {
+    int columns, rows;
+    std::vector<char> marked;
+    bool At(int row, int column) const { return marked[static_cast<size_t>(row * columns + column)] != 0; }
+  };
+  Tiles FindShadows(mjrRect view, const mjvScene& scene, const Matrix& clip_from_world) const;
   void PaintShadows(const mjvScene& scene, const mjvLight& light);
   void PaintSky(float far);
   void Paint(mjrRect view, const mjvScene& scene, bool is_fixed, bool keep_shadows);
@@ -532,6 +551,7 @@ struct ScenePainter::Impl {
   // What does not move.
   std::vector<float> unmoved;
   std::vector<Vec> light_direction, light_ambient, light_diffuse, light_specular;
+  Vec light_forward{};
   Matrix shadow_from_world{}, shadow_from_eye{};
   Vec eye{};
   // Outwards, of the picture's four edges.
@@ -543,6 +563,7 @@ void ScenePainter::Impl::PaintShadows(const mjvScene& scene, const mjvLight& lig
   const float clip = context.shadowClip, near = scene.camera[0].frustum_near,
               far = scene.camera[0].frustum_far;
   const Vec direction = Of(light.dir);
+  light_forward = Unit(direction);
   Vec up = Cross(direction, {-1, 0, 0});
   if (Dot(up, up) <= 0.01f) up = Cross(direction, {0, 1, 0});
   const Matrix from_world = LookAlong(Of(light.pos), direction, up);
@@ -775,6 +796,67 @@ const ScenePainter::Impl::Backdrop& ScenePainter::Impl::FindBackdrop(mjrRect vie
   return backdrops.back();
 }
 
+ScenePainter::Impl::Tiles ScenePainter::Impl::FindShadows(mjrRect view, const mjvScene& scene,
+                                                          const Matrix& clip_from_world) const {
+  Tiles tiles{(view.width + kTile - 1) / kTile, (view.height + kTile - 1) / kTile, {}};
+  tiles.marked.resize(static_cast<size_t>(tiles.columns * tiles.rows));
+  const Matrix& m = clip_from_world;
+  const auto row = [&](size_t i, Vec v) { return m[i] * v.x + m[4 + i] * v.y + m[8 + i] * v.z + m[12 + i]; };
+  // How far a unit of length can be in these coordinates.
+  const auto length = [&](size_t i) {
+    return std::sqrt(m[i] * m[i] + m[4 + i] * m[4 + i] + m[8 + i] * m[8 + i]);
+  };
+  // Tiles of all points of which x and w are at most so far from these.
+  const auto span = [](float x, float dx, float w, float dw, int pixels, int count) {
+    const float least = (x - dx) / (x - dx < 0 ? w - dw : w + dw),
+                most = (x + dx) / (x + dx < 0 ? w + dw : w - dw);
+    const auto tile = [&](float at) {
+      const float wide = static_cast<float>(pixels) / kTile;
+      return std::clamp((at + 1) / 2 * wide, -1.0f, static_cast<float>(count));
+    };
+    return std::pair(std::max(0, static_cast<int>(std::floor(tile(least)))),
+                     std::min(count - 1, static_cast<int>(std::floor(tile(most)))));
+  };
+  for (int i = 0; i < scene.ngeom; ++i) {
+    const mjvGeom& caster = scene.geoms[i];
+    if (IsStatic(caster) || caster.category == mjCAT_DECOR) continue;
+    const Vec from = Of(caster.pos);
+    // To the last that the light can reach.
+    float reach = 0;
+    for (int k = 0; k < scene.ngeom; ++k) {
+      const mjvGeom& geom = scene.geoms[k];
+      if (!IsStatic(geom)) continue;
+      const Vec to = Of(geom.pos) - from;
+      if (geom.type == mjGEOM_PLANE) {
+        const Vec normal{geom.mat[2], geom.mat[5], geom.mat[8]};
+        const float slope = Dot(normal, light_forward);
+        if (std::abs(slope) > 0.01f) reach = std::max(reach, Dot(normal, to) / slope);
+      } else {
+        reach = std::max(reach, Dot(to, light_forward) + geom.modelrbound);
+      }
+    }
+    const float step = reach / kSteps, radius = caster.modelrbound + step / 2;
+    for (int k = 0; k <= kSteps; ++k) {
+      const float along = step * static_cast<float>(k);
+      const Vec at{from.x + along * light_forward.x, from.y + along * light_forward.y,
+                   from.z + along * light_forward.z};
+      const float w = row(3, at), dw = radius * length(3);
+      if (caster.modelrbound <= 0 || w - dw <= 0.01f) {
+        // All around the eye, or of unknown size.
+        if (caster.modelrbound > 0 && w + dw < 0) continue;
+        std::ranges::fill(tiles.marked, 1);
+        return tiles;
+      }
+      const auto [left, right] = span(row(0, at), radius * length(0), w, dw, view.width, tiles.columns);
+      const auto [bottom, top] = span(row(1, at), radius * length(1), w, dw, view.height, tiles.rows);
+      for (int y = bottom; y <= top; ++y) {
+        for (int x = left; x <= right; ++x) tiles.marked[static_cast<size_t>(y * tiles.columns + x)] = 1;
+      }
+    }
+  }
+  return tiles;
+}
+
 // What does not move and the sky, as kept, and on it the shadows of what does.
 void ScenePainter::Impl::PaintBackdrop(mjrRect view, const mjvScene& scene, bool shadows,
                                        const Matrix& projection, const Matrix& eye_from_world) {
@@ -795,19 +877,32 @@ void ScenePainter::Impl::PaintBackdrop(mjrRect view, const mjvScene& scene, bool
   if (!shadows) return;
   Begin(context.offFBO, view);
   gl.UseProgram(in_use = shadow_program);
+  const Matrix shadow_from_clip = shadow_from_eye * InverseOfProjection(projection);
   gl.UniformMatrix4fv(gl.GetUniformLocation(shadow_program, "shadow_from_clip"), 1, GL_FALSE,
-                      (shadow_from_eye * InverseOfProjection(projection)).data());
-  gl.Uniform2f(gl.GetUniformLocation(shadow_program, "size"), static_cast<float>(view.width),
-               static_cast<float>(view.height));
-  gl.Uniform2f(gl.GetUniformLocation(shadow_program, "buffer"), static_cast<float>(context.offWidth),
-               static_cast<float>(context.offHeight));
+                      shadow_from_clip.data());
+  const float deeper[4] = {2 * shadow_from_clip[8], 2 * shadow_from_clip[9], 2 * shadow_from_clip[10],
+                           2 * shadow_from_clip[11]};
+  gl.Uniform4fv(gl.GetUniformLocation(shadow_program, "deeper"), 1, deeper);
+  gl.Uniform2f(gl.GetUniformLocation(shadow_program, "buffer"), 1 / static_cast<float>(context.offWidth),
+               1 / static_cast<float>(context.offHeight));
   gl.ActiveTexture(GL_TEXTURE2);
   gl.BindTexture(GL_TEXTURE_2D, backdrop.depth);
   gl.ActiveTexture(GL_TEXTURE0);
   gl.BindTexture(GL_TEXTURE_2D, backdrop.dark);
   gl.Disable(GL_DEPTH_TEST);
   gl.DepthMask(GL_FALSE);
-  gl.Rectf(-1, -1, 1, 1);
+  const Tiles tiles = FindShadows(view, scene, projection * eye_from_world);
+  for (int row = 0; row < tiles.rows; ++row) {
+    for (int begin = 0, end; begin < tiles.columns; begin = end) {
+      for (end = begin; end < tiles.columns && tiles.At(row, end) == tiles.At(row, begin);) ++end;
+      if (!tiles.At(row, begin)) continue;
+      const auto edge = [](int tile, int pixels) {
+        return 2 * static_cast<float>(std::min(tile * kTile, pixels)) / static_cast<float>(pixels) - 1;
+      };
+      gl.Rectf(edge(begin, view.width), edge(row, view.height), edge(end, view.width),
+               edge(row + 1, view.height));
+    }
+  }
   gl.DepthMask(GL_TRUE);
   gl.Enable(GL_DEPTH_TEST);
 }
