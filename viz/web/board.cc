@@ -1,26 +1,19 @@
 #include "viz/web/board.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <utility>
-
-#include "viz/web/json_block.h"
 
 namespace evalbus::viz {
 namespace {
 
 SharedBytes Shared(std::string bytes) { return std::make_shared<const std::string>(std::move(bytes)); }
 
-// A list of JSON objects as JSON.
-template <class Range>
-std::string JsonList(const Range& objects, size_t from, size_t to) {
-  std::string text = "[";
-  for (size_t i = from; i < to; ++i) {
-    if (i > from) text += ',';
-    text += objects[i];
-  }
-  return text + ']';
+template <class Rows>
+auto Part(const Rows& rows, size_t from, size_t to) {
+  return std::vector<typename Rows::value_type>(rows.begin() + static_cast<std::ptrdiff_t>(from),
+                                                rows.begin() + static_cast<std::ptrdiff_t>(to));
 }
 
 }  // namespace
@@ -37,7 +30,7 @@ void Board::SetRun(int run, std::string block) {
   ++to.version;
 }
 
-void Board::SetEpisodes(int run, size_t from, std::vector<std::string> episodes) {
+void Board::SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   from = std::min(from, to.episodes.size());
@@ -52,10 +45,10 @@ size_t Board::num_episodes(int run) const {
   return static_cast<size_t>(run) < runs_.size() ? runs_[static_cast<size_t>(run)]->episodes.size() : 0;
 }
 
-void Board::AddLines(int run, const std::vector<std::string>& lines) {
+void Board::AddLines(int run, const std::vector<LogLine>& lines) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
-  for (const std::string& line : lines) to.lines.push_back(line);
+  for (const LogLine& line : lines) to.lines.push_back(line);
   while (to.lines.size() > kKeptLines) {
     to.lines.pop_front();
     ++to.lines_begin;
@@ -165,9 +158,7 @@ SharedBytes Board::NextOfList(int number, Run* run, Viewer::Seen* seen) {
   const size_t from = seen->episodes, to = std::min(run->episodes.size(), from + kListBlock);
   if (from == to) return nullptr;
   if (!run->list_block || run->list_from != from || run->list_to != to) {
-    run->list_block =
-        Shared(JsonBlock(fmt::format(R"({{"block":"episodes","run":{},"from":{},"episodes":{}}})", number,
-                                     from, JsonList(run->episodes, from, to))));
+    run->list_block = Shared(EpisodesBlock(number, from, Part(run->episodes, from, to)));
     run->list_from = from;
     run->list_to = to;
   }
@@ -180,9 +171,8 @@ SharedBytes Board::NextOfLog(int number, const Run& run, Viewer::Seen* seen) {
   const uint64_t from = std::max(seen->lines, run.lines_begin);
   if (from == end) return nullptr;
   seen->lines = end;
-  return Shared(JsonBlock(
-      fmt::format(R"({{"block":"log","run":{},"lines":{}}})", number,
-                  JsonList(run.lines, static_cast<size_t>(from - run.lines_begin), run.lines.size()))));
+  const auto begin = static_cast<size_t>(from - run.lines_begin);
+  return Shared(LogBlock(number, Part(run.lines, begin, run.lines.size())));
 }
 
 SharedBytes Board::NextOfEpisode(Run* run, Viewer* viewer) {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "viz/viewer/run_block.h"
+
 namespace evalbus::viz {
 
 using SharedBytes = std::shared_ptr<const std::string>;
@@ -46,11 +48,11 @@ class Board {
 
   // A `run` block, in place of the one before.
   void SetRun(int run, std::string block);
-  // The list of a run's episodes: JSON objects. Those from `from` on become these.
-  void SetEpisodes(int run, size_t from, std::vector<std::string> episodes);
+  // The list of a run's episodes: those from `from` on become these.
+  void SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes);
   size_t num_episodes(int run) const;
-  // Lines of logs as JSON objects, behind those there are.
-  void AddLines(int run, const std::vector<std::string>& lines);
+  // Lines of logs, behind those there are.
+  void AddLines(int run, const std::vector<LogLine>& lines);
   // An `episode` block of the episode under way, with all there was up to now; is_new: of another one than
   // before.
   void SetEpisode(int run, std::string block, bool is_new);
@@ -75,13 +77,13 @@ class Board {
   struct Run {
     SharedBytes block;
     uint64_t version = 0;
-    std::vector<std::string> episodes;
+    std::vector<EpisodeRow> episodes;
     // Of the list: a viewer with another one is sent all of it again.
     uint64_t list_version = 1;
     // The last block of the list that was made, for the next viewer at the same place.
     SharedBytes list_block;
     size_t list_from = 0, list_to = 0;
-    std::deque<std::string> lines;
+    std::deque<LogLine> lines;
     uint64_t lines_begin = 0;
     // Blocks of ticks number first_ticks and on.
     std::deque<SharedBytes> ticks;

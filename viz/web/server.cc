@@ -363,17 +363,31 @@ void WebServer::Core::WakeViewers() {
   for (ViewerSession* viewer : viewers) viewer->Write();
 }
 
-WebServer::WebServer(const Address& address, std::shared_ptr<Board> board, Limits limits)
+WebServer::WebServer(const Address& address, std::shared_ptr<Board> board, const Limits& limits)
     : core_(std::make_unique<Core>(address, std::move(board), limits)) {
   core_->Listen();
 }
 
-WebServer::~WebServer() {
+WebServer::WebServer(const Address& address, std::shared_ptr<Board> board)
+    : WebServer(address, std::move(board), Limits()) {}
+
+WebServer::WebServer(int descriptor, std::shared_ptr<Board> board)
+    : core_(std::make_unique<Core>(Address(), std::move(board), Limits())) {
+  error_code error;
+  core_->acceptor.assign(tcp::v4(), descriptor, error);
+  if (!error) core_->port = core_->acceptor.local_endpoint(error).port();
+  if (error) throw InputError("the socket to listen on: " + error.message());
+}
+
+WebServer::~WebServer() { Stop(); }
+
+void WebServer::Stop() {
   core_->context.stop();
   if (core_->thread.joinable()) core_->thread.join();
 }
 
 uint16_t WebServer::port() const { return core_->port; }
+int WebServer::descriptor() const { return core_->acceptor.native_handle(); }
 const std::string& WebServer::token() const { return core_->token; }
 
 std::string WebServer::url() const {

@@ -54,21 +54,24 @@ class WebServer {
 
   // Listens, in the network that this process is in now, and starts no thread yet. Throws InputError where
   // the address is none of this machine or its port is taken.
-  WebServer(const Address& address, std::shared_ptr<Board> board, Limits limits);
-  WebServer(const Address& address, std::shared_ptr<Board> board)
-      : WebServer(address, std::move(board), Limits()) {}
+  WebServer(const Address& address, std::shared_ptr<Board> board, const Limits& limits);
+  WebServer(const Address& address, std::shared_ptr<Board> board);
+  // On a socket that listens on the loopback already, inherited from who started this process: descriptor().
+  WebServer(int descriptor, std::shared_ptr<Board> board);
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
   uint16_t port() const;
+  int descriptor() const;
   // Empty where only this machine is listened to.
   const std::string& token() const;
   // "http://127.0.0.1:8080/", for people.
   std::string url() const;
 
-  // Serves, until it is destroyed.
+  // Serves, until it is stopped or destroyed.
   void Start(Handler handler);
+  void Stop();
   // The board has news.
   void Wake();
 

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include <nlohmann/json.hpp>
+#include "viz/viewer/block.h"
 
 namespace evalbus::viz {
 namespace {
@@ -16,11 +16,12 @@ std::vector<std::string> TakeAll(Board* board, Board::Viewer* viewer) {
   return blocks;
 }
 
-nlohmann::json Head(const std::string& block) {
-  uint32_t length = 0;
-  std::memcpy(&length, block.data(), sizeof length);
-  EXPECT_EQ(block.size() % 8, 0u);
-  return nlohmann::json::parse(block.substr(sizeof length, length));
+nlohmann::ordered_json Head(const std::string& block) { return BlockReader(block).head(); }
+
+std::vector<EpisodeRow> Rows(const std::vector<int>& episodes) {
+  std::vector<EpisodeRow> rows;
+  for (const int episode : episodes) rows.emplace_back().episode = episode;
+  return rows;
 }
 
 TEST(Board, AViewerIsToldWhatIsNewAndNotWhatWasInBetween) {
@@ -137,8 +138,8 @@ TEST(Board, WhoLeavesWaitsForNothing) {
 
 TEST(Board, AListComesInPiecesAndThenWhatIsAdded) {
   Board board;
-  std::vector<std::string> episodes;
-  for (int i = 0; i < 33'000; ++i) episodes.push_back("{\"episode\":" + std::to_string(i) + "}");
+  std::vector<EpisodeRow> episodes(33'000);
+  for (int i = 0; i < 33'000; ++i) episodes[static_cast<size_t>(i)].episode = i;
   board.SetEpisodes(0, 0, episodes);
   Board::Viewer viewer;
   board.Enter(&viewer);
@@ -153,32 +154,40 @@ TEST(Board, AListComesInPiecesAndThenWhatIsAdded) {
   }
   EXPECT_EQ(next, 33'000);
   EXPECT_EQ(blocks, 33u);
-  board.SetEpisodes(0, 33'000, {R"({"episode":33000})"});
+  board.SetEpisodes(0, 33'000, Rows({33'000}));
   const auto added = TakeAll(&board, &viewer);
   ASSERT_EQ(added.size(), 1u);
   EXPECT_EQ(Head(added[0])["from"], 33'000);
   EXPECT_EQ(Head(added[0])["episodes"].size(), 1u);
   // A list that became another one (a run that was gone on with) is told from its begin.
-  board.SetEpisodes(0, 2, {R"({"episode":7})"});
+  board.SetEpisodes(0, 2, Rows({7}));
   const auto anew = TakeAll(&board, &viewer);
   ASSERT_EQ(anew.size(), 1u);
   EXPECT_EQ(Head(anew[0])["from"], 0);
   EXPECT_EQ(Head(anew[0])["episodes"].size(), 3u);
 }
 
+std::vector<LogLine> Lines(std::vector<std::string> texts) {
+  std::vector<LogLine> lines;
+  for (std::string& text : texts) lines.emplace_back().line.text = std::move(text);
+  return lines;
+}
+
 TEST(Board, TheLastLinesOfALogAreKept) {
   Board board;
-  for (size_t i = 0; i < Board::kKeptLines + 5; ++i) board.AddLines(0, {std::to_string(i)});
+  for (size_t i = 0; i < Board::kKeptLines + 5; ++i) board.AddLines(0, Lines({std::to_string(i)}));
   Board::Viewer viewer;
   board.Enter(&viewer);
   auto blocks = TakeAll(&board, &viewer);
   ASSERT_EQ(blocks.size(), 1u);
+  EXPECT_EQ(Head(blocks[0])["block"], "log");
   EXPECT_EQ(Head(blocks[0])["lines"].size(), Board::kKeptLines);
-  EXPECT_EQ(Head(blocks[0])["lines"][0], 5);
-  board.AddLines(0, {"7", "8"});
+  EXPECT_EQ(Head(blocks[0])["lines"][0]["text"], "5");
+  board.AddLines(0, Lines({"a", "b"}));
   blocks = TakeAll(&board, &viewer);
   ASSERT_EQ(blocks.size(), 1u);
-  EXPECT_EQ(Head(blocks[0])["lines"], nlohmann::json({7, 8}));
+  EXPECT_EQ(Head(blocks[0])["lines"].size(), 2u);
+  EXPECT_EQ(Head(blocks[0])["lines"][1]["text"], "b");
 }
 
 }  // namespace

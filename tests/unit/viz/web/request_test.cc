@@ -57,8 +57,8 @@ TEST(WebRequest, NothingElseIsThere) {
 TEST(WebRequest, WithATokenNothingIsThereWithoutIt) {
   EXPECT_EQ(ParseTarget("/secret/", "secret").kind, Kind::kPage);
   EXPECT_EQ(ParseTarget("/secret/live", "secret").kind, Kind::kLive);
-  for (const char* target : {"/", "/live", "/secret", "/secre/", "/secrets/live", "/Secret/live", "//live", "/secret//",
-                             "/?token=secret"}) {
+  for (const char* target : {"/", "/live", "/secret", "/secre/", "/secrets/live", "/Secret/live", "//live",
+                             "/secret//", "/?token=secret"}) {
     EXPECT_EQ(ParseTarget(target, "secret").kind, Kind::kNone) << target;
   }
 }
@@ -66,7 +66,8 @@ TEST(WebRequest, WithATokenNothingIsThereWithoutIt) {
 TEST(WebRequest, SameTextIsTheSameTextOnly) {
   EXPECT_TRUE(SameText("abc", "abc"));
   EXPECT_TRUE(SameText("", ""));
-  for (const char* other : {"", "ab", "abcd", "abd", "xbc", "abcabc"}) EXPECT_FALSE(SameText(other, "abc")) << other;
+  for (const char* other : {"", "ab", "abcd", "abd", "xbc", "abcabc"})
+    EXPECT_FALSE(SameText(other, "abc")) << other;
   EXPECT_FALSE(SameText("aa", "a"));
   EXPECT_FALSE(SameText("a", ""));
 }
@@ -75,9 +76,9 @@ TEST(WebRequest, OnlyLoopbackNamesAreHosts) {
   for (const char* host : {"127.0.0.1:8080", "localhost:1", "[::1]:65535", "127.0.0.1", "localhost"}) {
     EXPECT_TRUE(IsLoopbackHost(host)) << host;
   }
-  for (const char* host : {"", "evil.example", "evil.example:8080", "localhost.evil.example", "127.0.0.1.evil.example",
-                           "localhost:", "localhost:0", "localhost:65536", "localhost:8080:1", "::1", "127.0.0.1:80a",
-                           "user@localhost"}) {
+  for (const char* host : {"", "evil.example", "evil.example:8080", "localhost.evil.example",
+                           "127.0.0.1.evil.example", "localhost:", "localhost:0", "localhost:65536",
+                           "localhost:8080:1", "::1", "127.0.0.1:80a", "user@localhost"}) {
     EXPECT_FALSE(IsLoopbackHost(host)) << host;
   }
 }
@@ -85,8 +86,9 @@ TEST(WebRequest, OnlyLoopbackNamesAreHosts) {
 TEST(WebRequest, OnlyPagesOfOursMayListen) {
   EXPECT_TRUE(IsOwnOrigin("", "localhost:8080"));
   EXPECT_TRUE(IsOwnOrigin("http://localhost:8080", "localhost:8080"));
-  for (const char* origin : {"null", "http://evil.example", "http://localhost:8081", "https://localhost:8080",
-                             "http://localhost:8080/", "http://localhost:8080.evil.example", "http://", "file://"}) {
+  for (const char* origin :
+       {"null", "http://evil.example", "http://localhost:8081", "https://localhost:8080",
+        "http://localhost:8080/", "http://localhost:8080.evil.example", "http://", "file://"}) {
     EXPECT_FALSE(IsOwnOrigin(origin, "localhost:8080")) << origin;
   }
   EXPECT_FALSE(IsOwnOrigin("http://", ""));
