@@ -5,6 +5,7 @@
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
 #include "lcmtypes/clock.h"
+#include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
 
@@ -26,6 +27,8 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
                                                 viz::EpisodeTrack::About about, Scenes* scenes) {
   std::unique_ptr<viz::EpisodeTrack> track;
   partial_metrics_t partial{};
+  criteria_t criteria{};
+  metrics::CriteriaPace criteria_pace;
   Rescorer rescorer;
   rescorer.OnBegin([&](const std::shared_ptr<const model_info_t>& model, const episode_begin_t& begin) {
     nlohmann::ordered_json appearance;
@@ -37,6 +40,8 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
     }
     track = std::make_unique<viz::EpisodeTrack>(model, begin.header, about);
     track->Hear(begin, std::move(appearance));
+    criteria = {};
+    criteria_pace.Start();
   });
   rescorer.OnTick(
       [&](const metrics::EpisodeScorer& scorer, const state_t& state, const contacts_t& contacts) {
@@ -44,9 +49,12 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
         track->Hear(contacts);
         scorer.Partial(&partial);
         track->Hear(partial);
+        scorer.Criteria(&criteria);
+        if (criteria_pace.IsDue(partial.header, partial.verdict)) track->Hear(criteria);
       });
   const RescoredLog scores = rescorer.Rescore(log);
   if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
+  track->Hear(criteria);
   track->Hear(scores.episodes.back().summary);
   return track;
 }
