@@ -29,6 +29,7 @@ using AddCommand = Action(CLI::App* app);
   COMMAND(AddPolicy, "policy", "contracts of policies behind a server; check a server")                     \
   COMMAND(AddRobots, "robots", "which robots there are; check a robot's description")                       \
   COMMAND(AddMonitor, "monitor", "watch a run or a replay while it goes on")                                \
+  COMMAND(AddWeb, "web", "show runs in a browser, while they go on or afterwards")                           \
   COMMAND(AddScore, "score", "score one recorded trajectory (JSON), print the result dictionary")           \
   COMMAND(AddDoctor, "doctor", "check what this machine offers and how to mend it")
 
