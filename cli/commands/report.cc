@@ -17,6 +17,7 @@
 #include "cli/launch/version.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
+#include "cli/results/episode_tracks.h"
 #include "cli/results/pacing.h"
 #include "cli/results/page_links.h"
 #include "cli/results/policy_calls.h"
@@ -114,18 +115,19 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
                viz::ReportRun* run) {
   for (const Choice& choice : choices) {
     try {
-      results::EpisodeTrace trace =
-          results::TraceEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front());
+      const auto track =
+          results::TrackEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front(), {});
+      results::EpisodeTrace trace = results::Trace(*track);
       // What only the logs know.
       if (run->curves.empty()) {
-        const metric_values_t& metrics = trace.summary.metrics;
+        const metric_values_t& metrics = track->summary()->metrics;
         for (int k = 0; k < metrics.num_stages; ++k) {
           for (viz::ReportStage& stage : run->stages) {
             if (stage.index == std::to_string(metrics.stage_index[k])) stage.name = metrics.stage_name[k];
           }
         }
-        run->made.emplace_back("physics_sha256", trace.model->physics_sha256);
-        run->made.emplace_back("visual_sha256", trace.model->visual_sha256);
+        run->made.emplace_back("physics_sha256", track->model().physics_sha256);
+        run->made.emplace_back("visual_sha256", track->model().visual_sha256);
       }
       run->curves.push_back({.episode = choice.episode,
                              .why = choice.why,

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 33> kOrder = {"base",
+constexpr std::array<std::string_view, 34> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus",
                                                      "bus/recorder",
@@ -41,6 +41,7 @@ constexpr std::array<std::string_view, 33> kOrder = {"base",
                                                      "viz/watch",
                                                      "viz/pictures",
                                                      "viz/terminal",
+                                                     "viz/viewer",
                                                      "viz/report",
                                                      "viz",
                                                      "cli/results",
