@@ -31,6 +31,12 @@ void CheckConsistency(const model_info_t& info) {
   CheckIndices(info.geom_body, info.num_bodies, "geom_body");
   CheckIndices(info.object_entity, info.num_entities, "object_entity");
   CheckIndices(info.barred_geom, info.num_geoms, "barred_geom");
+  // A tick of an hour is no tick; times beyond what doubles and sums hold are none either.
+  constexpr int64_t kLongestTick_us = 3'600'000'000;
+  if (info.timestep_us < 1 || info.substeps < 1 || info.timestep_us > kLongestTick_us / info.substeps) {
+    throw InputError("MODEL: a tick is " + std::to_string(info.substeps) + " steps of " +
+                     std::to_string(info.timestep_us) + " us, expected more than none and less than an hour");
+  }
   constexpr int kMany = 1 << 20;
   CheckCoordinates(info, kMany);
   for (const arm_info_t& arm : info.arm) {

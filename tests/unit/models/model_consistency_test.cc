@@ -46,6 +46,16 @@ TEST(ModelConsistency, IndicesStayWithinWhatTheMessageCounts) {
   }
 }
 
+TEST(ModelConsistency, ATickTakesTime) {
+  EXPECT_EQ(ErrorAfter([](model_info_t* m) { m->substeps = -10; }),
+            "MODEL: a tick is -10 steps of 2000 us, expected more than none and less than an hour");
+  for (const int64_t step : {int64_t{0}, int64_t{-2000}, std::numeric_limits<int64_t>::max()}) {
+    EXPECT_EQ(ErrorAfter([&](model_info_t* m) { m->timestep_us = step; }),
+              "MODEL: a tick is 10 steps of " + std::to_string(step) +
+                  " us, expected more than none and less than an hour");
+  }
+}
+
 TEST(ModelConsistency, RangesOfArmsAreRanges) {
   for (const double lower : {3.5, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_EQ(ErrorAfter([&](model_info_t* m) { m->arm[1].joint_lower_rad[0] = lower; }),
