@@ -196,11 +196,6 @@ Evalbus.SceneView = class {
     this.isDirty = true;
   }
 
-  setPalette(palette) {
-    this.palette = palette;
-    this.isDirty = true;
-  }
-
   resize() {
     const width = this.place.clientWidth, height = this.place.clientHeight;
     if (!width || !height || this.isGone) return;

@@ -42,8 +42,9 @@ Evalbus.Viewer = class {
     new IntersectionObserver((entries) => this.setSeen(entries[entries.length - 1].isIntersecting)).observe(this.parts.view);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.palette = Evalbus.paletteOf(place);
-      if (this.scene) this.scene.setPalette(this.palette);
+      if (this.scene) this.scene.palette = this.palette;
       this.showTracks();
+      this.buildScene();
     });
     window.addEventListener("hashchange", () => this.followHash());
     this.showAll();
@@ -452,7 +453,7 @@ Evalbus.Viewer = class {
       return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
     });
     this.parts.labels.replaceChildren(...labels);
-    this.parts.labels.classList.toggle("ev-beside", this.isBeside && this.tracks.length > 1);
+    this.parts.view.classList.toggle("ev-beside", this.isBeside && this.tracks.length > 1);
     this.showEmpty();
     this.moved();
     this.showTransport();
