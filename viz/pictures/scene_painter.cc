@@ -658,7 +658,7 @@ void ScenePainter::Impl::Paint(mjrRect view, const mjvScene& scene, bool is_fixe
   light_direction.clear(), light_ambient.clear(), light_diffuse.clear(), light_specular.clear();
   const auto add = [&](int i) {
     const mjvLight& light = scene.lights[i];
-    const Vec d = Unit(Of(light.dir));
+    const Vec d = Unit(Of(light.headlight ? camera.forward : light.dir));
     const Matrix& m = eye_from_world;
     light_direction.push_back({-(m[0] * d.x + m[4] * d.y + m[8] * d.z),
                                -(m[1] * d.x + m[5] * d.y + m[9] * d.z),
