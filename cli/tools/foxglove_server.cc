@@ -373,7 +373,7 @@ void FoxgloveServer::SetTopics(const std::vector<Topic>& topics) {
     }
     core->topics = topics;
     for (const size_t id : gone) core->kept.erase(id);
-    for (Viewer* viewer : core->viewers) {
+    for (Core::Viewer* viewer : core->viewers) {
       viewer->Forget(gone);
       if (!gone.empty()) viewer->Tell(UnadvertiseText(gone));
       viewer->Tell(AdvertiseText(topics, from));
@@ -384,7 +384,7 @@ void FoxgloveServer::SetTopics(const std::vector<Topic>& topics) {
 void FoxgloveServer::Send(const Message& message) {
   asio::post(core_->context, [core = core_.get(), message] {
     core->kept[message.topic] = message;
-    for (Viewer* viewer : core->viewers) viewer->Send(message);
+    for (Core::Viewer* viewer : core->viewers) viewer->Send(message);
   });
 }
 
@@ -394,7 +394,7 @@ void FoxgloveServer::Forget() {
 
 void FoxgloveServer::SendTime(int64_t time_ns) {
   asio::post(core_->context, [core = core_.get(), time_ns] {
-    for (Viewer* viewer : core->viewers) viewer->TellTime(time_ns);
+    for (Core::Viewer* viewer : core->viewers) viewer->TellTime(time_ns);
   });
 }
 
@@ -403,7 +403,7 @@ void FoxgloveServer::SendPlayback(const PlaybackState& state) {
     core->playback = state;
     core->playback->did_seek = false;
     core->playback->request_id.clear();
-    for (Viewer* viewer : core->viewers) viewer->TellBinary(PlaybackStateBytes(state));
+    for (Core::Viewer* viewer : core->viewers) viewer->TellBinary(PlaybackStateBytes(state));
   });
 }
 
