@@ -178,6 +178,7 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   run.episodes = summary.episodes;
   run.complete = summary.complete;
   run.successes = summary.successes;
+  run.not_judged = summary.complete - summary.judged;
   run.intervals = {{"Wilson", summary.wilson.lower, summary.wilson.upper},
                    {"Clopper-Pearson", summary.clopper_pearson.lower, summary.clopper_pearson.upper}};
   run.stages = Stages(summary);

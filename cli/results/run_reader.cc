@@ -147,10 +147,12 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   const auto metrics = Get<ordered_json>(json, "metrics", "an object", where);
   Get<ordered_json>(json, "extended", "an object", where);
   const auto success = metrics.find("success");
-  if (success == metrics.end() || (*success != 0 && *success != 1)) {
-    Fail(where, "\"metrics\" without a \"success\" of 0 or 1");
+  const bool is_judged = success != metrics.end();
+  if (is_judged != episode.judged() || (is_judged && *success != 0 && *success != 1)) {
+    Fail(where, is_judged && !episode.judged() ? "\"success\" of an episode that was not judged"
+                                               : "\"metrics\" without a \"success\" of 0 or 1");
   }
-  episode.success = *success == 1;
+  episode.success = is_judged && *success == 1;
   Get<std::string>(json, "end_detail", "a text", where);
   Get<double>(metrics, "completion_time", "a number", where);
   Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);

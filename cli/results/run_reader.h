@@ -24,6 +24,9 @@ struct RecordedEpisode {
   bool complete = false;
   // The policy's server failed, which says nothing of the policy: --resume runs it again.
   bool invalid() const { return end_reason == end_reason::kServerError; }
+  // False where the source did not know what success or failure asks for: it has no success, and is in no
+  // rate.
+  bool judged() const { return failure_reason != end_reason::kNotJudged; }
   bool success = false;
   // The whole line.
   nlohmann::ordered_json json;
