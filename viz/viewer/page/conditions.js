@@ -71,19 +71,16 @@ Evalbus.Conditions = class {
     const criteria = this.tracks[0].head.criteria || [];
     this.criteriaRows = criteria.map((criterion, k) => {
       const hasNumber = criterion.first_row !== undefined && criterion.first_row !== null;
-      const about = [criterion.subject, criterion.other].filter(Boolean).map(Evalbus.spaced).join(", ");
       const value = e("span", { class: "ev-value" });
-      const unit = criterion.unit && criterion.unit !== "1" ? ` ${Evalbus.words(criterion.unit)}` : "";
-      const sign = { "<=": "≤", ">=": "≥" }[criterion.comparison] || Evalbus.words(criterion.comparison);
-      const target = hasNumber ? e("span", { class: "ev-target" }, ` ${sign} ${Evalbus.number(criterion.threshold)}${unit}`)
-        : null;
+      const unit = hasNumber && criterion.unit && criterion.unit !== "1"
+        ? e("span", { class: "ev-target" }, ` ${Evalbus.words(criterion.unit)}`) : null;
       const fill = e("i", {}), bar = hasNumber ? e("span", { class: "ev-bar" }, fill) : null;
       const holds = e("span", { class: "ev-holds" });
-      const node = e("div", { class: criterion.failure ? "ev-criterion ev-is-failure" : "ev-criterion",
-        title: Evalbus.words(criterion.text_first) },
-      e("i", { class: "ev-dot", "aria-hidden": "true" }),
-      e("span", { class: "ev-name" }, Evalbus.spaced(criterion.predicate), about ? e("span", { class: "ev-about" }, ` ${about}`) : null),
-      e("span", { class: "ev-numbers" }, hasNumber ? value : holds, target), bar);
+      // In the words of the task: "height of pot at least 1.096 m".
+      const node = e("div", { class: criterion.failure ? "ev-criterion ev-is-failure" : "ev-criterion" },
+        e("i", { class: "ev-dot", "aria-hidden": "true" }),
+        e("span", { class: "ev-name" }, Evalbus.spaced(criterion.text_first || criterion.predicate)),
+        e("span", { class: "ev-numbers" }, hasNumber ? value : holds, unit), bar);
       return { criterion, node, value, fill, holds, index: k, hasNumber };
     });
     const successes = this.criteriaRows.filter((row) => !row.criterion.failure);
@@ -137,7 +134,7 @@ Evalbus.Conditions = class {
       if (!row.hasNumber) continue;
       const values = track.criteria[row.criterion.first_row];
       const value = values && tick < track.ticks ? values.data[tick] : NaN;
-      Evalbus.setText(row.value, Evalbus.number(Evalbus.rounded(value)));
+      Evalbus.setText(row.value, Evalbus.numberAmong(value, Math.abs(row.criterion.threshold) || Math.abs(value)));
       row.fill.style.transform = `scaleX(${this.partOf(values, value, row.criterion.threshold, holds).toFixed(4)})`;
     }
   }
@@ -151,6 +148,3 @@ Evalbus.Conditions = class {
     return whole > 0 ? Math.max(0, Math.min(1, 1 - rest / whole)) : 0;
   }
 };
-
-// Without the digits that single precision makes up.
-Evalbus.rounded = (value) => (Number.isFinite(value) ? Number(value.toPrecision(6)) : value);

@@ -60,6 +60,8 @@ Evalbus.Curves = class {
       const card = { name: curve.name, curve, node, canvas, cursor, parts, otherParts, plot, isSeen: false,
         isLarge: enlarged.has(curve.name) };
       node.classList.toggle("ev-large", card.isLarge);
+      // Three names and more need the room.
+      node.classList.toggle("ev-wide", parts.length > 2);
       this.seen.observe(node);
       return card;
     });
@@ -112,6 +114,8 @@ Evalbus.Curves = class {
       context.font = `10.5px ${this.palette.font}`;
       card.left = 0;
       context.textBaseline = "middle";
+      card.most = range ? Math.max(Math.abs(range.low), Math.abs(range.high)) : 0;
+      card.isWhole = range && this.isWhole(card);
       if (!range) {
         context.fillStyle = this.palette.soft;
         context.textAlign = "left";
@@ -198,13 +202,28 @@ Evalbus.Curves = class {
     if (!card.isSeen || !this.ticks) return;
     const [track, other] = this.tracks;
     for (const part of card.parts) {
-      Evalbus.setText(part.value, Evalbus.number(this.valueOf(track, card, part, Math.floor(this.ticks[0] + 1e-6))));
+      this.write(card, part, this.valueOf(track, card, part, Math.floor(this.ticks[0] + 1e-6)));
     }
     for (const part of card.otherParts) {
-      Evalbus.setText(part.value, Evalbus.number(this.valueOf(other, card, part, Math.floor(this.ticks[1] + 1e-6))));
+      this.write(card, part, this.valueOf(other, card, part, Math.floor(this.ticks[1] + 1e-6)));
     }
     const x = card.left + this.ticks[0] * track.tickSeconds / card.end * (card.right - card.left);
     card.cursor.style.transform = `translateX(${Number.isFinite(x) ? x.toFixed(1) : 0}px)`;
+  }
+
+  write(card, part, value) {
+    Evalbus.setText(part.value, card.isWhole ? Evalbus.number(value) : Evalbus.numberAmong(value, card.most));
+  }
+
+  // Counts have no decimals.
+  isWhole(card) {
+    return card.parts.every(({ row }) => {
+      const { data } = this.tracks[0].rows[row];
+      for (let k = 0; k < this.tracks[0].ticks; ++k) {
+        if (!Number.isNaN(data[k]) && !Number.isInteger(data[k])) return false;
+      }
+      return true;
+    });
   }
 
   valueOf(track, card, part, tick) {

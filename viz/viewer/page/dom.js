@@ -53,9 +53,12 @@ Evalbus.number = (value) => {
   return minus(value.toFixed(decimals));
 };
 
-Evalbus.withUnit = (value, unit) => {
-  if (unit === "1" || !unit) return Evalbus.number(value);
-  return `${Evalbus.number(value)} ${unit}`;
+// One of many that reach up to `most`: all with as many decimals, so that none jumps.
+Evalbus.numberAmong = (value, most) => {
+  if (!Number.isFinite(value) || !(most > 0) || most >= 1e7 || most < 1e-4) return Evalbus.number(value);
+  const decimals = most >= 1000 ? 0 : most >= 100 ? 1 : most >= 10 ? 2 : most >= 0.01 ? 3 : 5;
+  const text = value.toFixed(decimals);
+  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 };
 
 Evalbus.seconds = (value) => (value === null || !Number.isFinite(value) ? "–" : `${value.toFixed(2)} s`);

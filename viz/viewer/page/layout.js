@@ -41,7 +41,9 @@ Evalbus.makeLayout = (place) => {
     icon(Evalbus.ICONS.play, true));
   parts.after = button("forth", "one tick forth (→)");
   parts.end = button("last", "last tick (End)");
-  parts.clock = e("span", { class: "ev-clock" });
+  parts.clockTime = e("b", {});
+  parts.clockTick = e("span", {});
+  parts.clock = e("span", { class: "ev-clock" }, parts.clockTime, parts.clockTick);
   parts.rateChoice = e("select", { class: "ev-speed", "aria-label": "speed", title: "speed (< >)" },
     Evalbus.Player.RATES.map((rate) => e("option", { value: String(rate) }, `${rate} ×`)));
   parts.follow = e("button", { type: "button", class: "ev-follow", title: "follow what comes (l)" }, "Live");

@@ -63,7 +63,7 @@ Evalbus.EpisodeList = class {
   draw() {
     const { ROW } = Evalbus.EpisodeList;
     const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4);
-    const count = Math.min(this.rows.length - first, Math.ceil((this.box.clientHeight || 300) / ROW) + 8);
+    const count = Math.min(this.rows.length - first, Math.ceil(Math.min(this.box.clientHeight || 300, 2000) / ROW) + 8);
     while (this.pool.length < count) this.pool.push(this.makeRow());
     this.pool.forEach((slot, k) => {
       slot.node.hidden = k >= count;
@@ -151,7 +151,7 @@ Evalbus.RunPanel = class {
     const listPlace = e("div", { class: "ev-episodes" }, e("h3", {}, "Episodes"));
     this.list = new Evalbus.EpisodeList(listPlace, actions);
     place.append(this.runs, e("h3", {}, "Success rate"), this.rate, this.rateText, this.rateBar,
-      e("div", { class: "ev-scale", "aria-hidden": "true" }, e("span", {}, "0"), e("span", {}, "50"), e("span", {}, "100 %")),
+      e("div", { class: "ev-scale", "aria-hidden": "true" }, e("span", {}, "0 %"), e("span", {}, "50 %"), e("span", {}, "100 %")),
       this.progress, this.progressText, this.remarks, this.reasonsTitle, this.reasons, listPlace, this.pacingTitle,
       this.pacing, this.healthTitle, this.health, this.logTitle, this.log);
   }

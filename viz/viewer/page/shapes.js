@@ -71,8 +71,8 @@ Evalbus.shapes = {
         point.fromArray(normals, 3 * i).applyMatrix3(turn).normalize().toArray(normal, 3 * (v + i));
         if (!repeat) continue;
         const own = geometry.attributes.uv && geometry.isOwnUv;
-        uv[2 * (v + i)] = own ? geometry.attributes.uv.array[2 * i] : repeat[0] * from[3 * i];
-        uv[2 * (v + i) + 1] = own ? geometry.attributes.uv.array[2 * i + 1] : repeat[1] * from[3 * i + 1];
+        uv[2 * (v + i)] = own ? geometry.attributes.uv.array[2 * i] : repeat[0] * from[3 * i] - 0.5;
+        uv[2 * (v + i) + 1] = own ? geometry.attributes.uv.array[2 * i + 1] : -repeat[1] * from[3 * i + 1] - 0.5;
       }
       if (geometry.index) {
         for (let i = 0; i < geometry.index.count; ++i) index[c++] = v + geometry.index.array[i];

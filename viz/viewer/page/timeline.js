@@ -117,7 +117,7 @@ Evalbus.Timeline = class {
       const top = k * LANE;
       context.fillStyle = palette.soft;
       context.textAlign = "right";
-      context.fillText(lane.label, this.left - 10, top + LANE / 2, this.left - 12);
+      context.fillText(Evalbus.shortened(context, lane.label, this.left - 14), this.left - 10, top + LANE / 2);
       context.strokeStyle = palette.rule;
       context.beginPath();
       context.moveTo(this.left, top + LANE + 0.5);
@@ -151,14 +151,9 @@ Evalbus.Timeline = class {
       context.fillRect(from, top + 4, 3, LANE - 8);
       const name = Evalbus.spaced(stage.name);
       if (to - from > 46) {
-        context.save();
-        context.beginPath();
-        context.rect(from, top, to - from - 4, LANE);
-        context.clip();
         context.fillStyle = this.palette.text;
         context.textAlign = "left";
-        context.fillText(name, from + 8, top + LANE / 2 + 0.5);
-        context.restore();
+        context.fillText(Evalbus.shortened(context, name, to - from - 14), from + 8, top + LANE / 2 + 0.5);
       }
       this.mark(lane, from, Math.max(from + 3, to), `${name} · ${(stage.tick * track.tickSeconds).toFixed(2)} s`);
     });
@@ -187,7 +182,7 @@ Evalbus.Timeline = class {
     const grasps = track.head.events.filter((event) => event.kind === "grasp" && event.gripper === gripper);
     for (const grasp of grasps) {
       const begin = grasp.tick * track.tickSeconds;
-      const end = grasp.duration_s ? begin + grasp.duration_s : track.last * track.tickSeconds;
+      const end = Math.min(track.last * track.tickSeconds, grasp.duration_s ? begin + grasp.duration_s : Infinity);
       const from = this.xOf(begin), to = this.xOf(end);
       context.fillStyle = colour;
       context.fillRect(from, top + LANE / 2 - 4, Math.max(2, to - from), 8);
@@ -256,6 +251,14 @@ Evalbus.eventMarks = {
       : palette.soft;
     context.fillRect(x - 2, y - 9, 4, 18);
   },
+};
+
+// As much of a text as fits.
+Evalbus.shortened = (context, text, width) => {
+  if (context.measureText(text).width <= width) return text;
+  let length = text.length;
+  while (length > 0 && context.measureText(`${text.slice(0, length)}…`).width > width) --length;
+  return length > 0 ? `${text.slice(0, length).trimEnd()}…` : "";
 };
 
 Evalbus.polygon = (context, points, colour, isFilled) => {

@@ -42,8 +42,9 @@ Evalbus.Viewer = class {
     new IntersectionObserver((entries) => this.setSeen(entries[entries.length - 1].isIntersecting)).observe(this.parts.view);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.palette = Evalbus.paletteOf(place);
-      if (this.scene) this.scene.setPalette(this.palette);
+      if (this.scene) this.scene.palette = this.palette;
       this.showTracks();
+      this.buildScene();
     });
     window.addEventListener("hashchange", () => this.followHash());
     this.showAll();
@@ -133,6 +134,7 @@ Evalbus.Viewer = class {
       this.tracks[0] = track;
       this.player.setLength(track.ticks, track.tickSeconds);
       this.showTracks();
+      if (!this.scene || !this.isSceneReady || !this.scene.exchange(shown, track)) this.buildScene();
       return;
     }
     this.followNewest();
@@ -349,6 +351,7 @@ Evalbus.Viewer = class {
         this.scene = new Evalbus.SceneView(this.parts.view, this.assets, this.palette);
         this.scene.onCamera = (name) => { this.parts.camera.value = name || ""; };
         Object.assign(this.scene.layers, this.layers);
+        if (this.isPacked) this.scene.zoomOnFocus();
       }
     } catch (error) {
       this.sceneProblem = `no picture: ${error.message}; numbers and time line are all here`;
@@ -452,7 +455,7 @@ Evalbus.Viewer = class {
       return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
     });
     this.parts.labels.replaceChildren(...labels);
-    this.parts.labels.classList.toggle("ev-beside", this.isBeside && this.tracks.length > 1);
+    this.parts.view.classList.toggle("ev-beside", this.isBeside && this.tracks.length > 1);
     this.showEmpty();
     this.moved();
     this.showTransport();
@@ -467,8 +470,8 @@ Evalbus.Viewer = class {
     this.conditions.move(ticks);
     this.curves.move(ticks);
     const track = this.tracks[0];
-    Evalbus.setText(this.parts.clock, `${(this.player.shown * track.tickSeconds).toFixed(2)} s`
-      + ` · tick ${Math.min(this.player.shown, track.last)} of ${track.last}`);
+    Evalbus.setText(this.parts.clockTime, `${(this.player.shown * track.tickSeconds).toFixed(2)} s`);
+    Evalbus.setText(this.parts.clockTick, `tick ${this.player.shown} of ${this.player.last}`);
     if (this.scene && this.isSceneReady) {
       this.scene.update(ticks, this.tracks.map((one, k) => this.litObject(one, ticks[k])));
     }
@@ -608,7 +611,6 @@ Evalbus.Viewer = class {
     if (!wanted) return;
     this.open(wanted.run, wanted.episode, wanted.time, false)
       .then(() => wanted.other && this.compare(wanted.other[0], wanted.other[1], wanted.other[2]));
-    if (this.isPacked) this.place.scrollIntoView();
   }
 
   writeHash() {
@@ -655,10 +657,21 @@ for (const place of document.querySelectorAll("[data-from]")) {
   } else {
     // A report begins it when one comes near.
     const watch = new IntersectionObserver((entries) => {
-      if (!entries.some((entry) => entry.isIntersecting)) return;
+      if (entries.some((entry) => entry.isIntersecting)) start();
+    }, { rootMargin: "300px" });
+    const isAskedFor = () => location.hash.startsWith("#view:");
+    const start = () => {
+      if (window.evalbusViewer) return;
       watch.disconnect();
       begin();
-    }, { rootMargin: "300px" });
+    };
     watch.observe(place);
+    const look = () => {
+      if (!isAskedFor()) return;
+      start();
+      place.scrollIntoView();
+    };
+    window.addEventListener("hashchange", look);
+    look();
   }
 }
