@@ -121,8 +121,10 @@ int Compare(const CompareOptions& options) {
         results::ComparisonReport(comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),
                                   static_cast<size_t>(options.megabytes * 1e6));
     WriteWhole(options.report, page.html);
-    fmt::print("\nreport   {}  {:.1f} MB{}\n", options.report.string(),
-               static_cast<double>(page.html.size()) / 1e6, page.note.empty() ? "" : "; " + page.note);
+    fmt::print("\nreport   {}\n", options.report.string());
+    if (!page.note.empty()) {
+      fmt::print("{} It has {:.1f} MB.\n", page.note, static_cast<double>(page.html.size()) / 1e6);
+    }
   }
   return 0;
 }

@@ -285,8 +285,10 @@ int WriteReport(const ReportOptions& options) {
   if (options.megabytes > 0) AddViewer(runs, options, links, &report);
   const std::string page = viz::ReportPage(report);
   WriteWhole(out, page);
-  fmt::print("{}  {:.1f} MB{}\n", fs::proximate(out).string(), static_cast<double>(page.size()) / 1e6,
-             report.viewer ? "; " + report.viewer->note : "");
+  fmt::print("{}\n", fs::proximate(out).string());
+  if (report.viewer) {
+    fmt::print("{} It has {:.1f} MB.\n", report.viewer->note, static_cast<double>(page.size()) / 1e6);
+  }
   return 0;
 }
 

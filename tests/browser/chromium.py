@@ -8,6 +8,10 @@ import subprocess
 import sys
 
 
+# WebGL drawn by the processor, for pages with pictures in 3D.
+SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+
+
 class Browser:
     """Chromium's DevTools protocol over its pipe: JSON messages that end with a NUL."""
 

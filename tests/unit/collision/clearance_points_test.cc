@@ -52,15 +52,17 @@ const std::vector<Kind> kKinds = {
        const Vector3d slope(p.x() / (.05 * .05), p.y() / (.08 * .08), p.z() / (.1 * .1));
        return std::abs(scaled.squaredNorm() - 1) / (2 * slope.norm());
      }},
-    {R"(type="mesh" mesh="cube")",
+    // Its principal axes in order of falling inertia, as MuJoCo has them, are its own.
+    {R"(type="mesh" mesh="block")",
      [](const Vector3d& p) {
-       return ToBox(p, {.1, .1, .1});
+       return ToBox(p, {.05, .08, .1});
      }},
 };
 const Kind kPlane = {R"(type="plane" size="1 1 .1")", [](const Vector3d& p) { return std::abs(p.z()); }};
 
 constexpr char kMesh[] = R"(<asset>
-  <mesh name="cube" vertex="-.1 -.1 -.1 .1 -.1 -.1 -.1 .1 -.1 .1 .1 -.1 -.1 -.1 .1 .1 -.1 .1 -.1 .1 .1 .1 .1 .1"/>
+  <mesh name="block" vertex="-.05 -.08 -.1 .05 -.08 -.1 -.05 .08 -.1 .05 .08 -.1
+    -.05 -.08 .1 .05 -.08 .1 -.05 .08 .1 .05 .08 .1"/>
 </asset>)";
 
 CollisionScene MakeScene(const std::string& robot, const std::string& scene) {
@@ -100,7 +102,7 @@ void Check(const Kind& robot, const Kind& fixture) {
     EXPECT_LT(fixture.to_surface(InGeom(scene, found->scene_geom, b)), 2e-6) << "of the scene";
   }
   EXPECT_GT(apart, 20);
-  EXPECT_GT(touching, 2);
+  EXPECT_GT(touching, 0);
 }
 
 TEST(ClearancePoints, LieOnBothSurfacesAsFarApartAsItSays) {

@@ -71,6 +71,11 @@ Evalbus.Marks = class {
     return slot < 0 ? null : { slot, offset: new THREE.Vector3(...(wrist ? wrist.position_m : [0, 0, 0])) };
   }
 
+  follow(track) {
+    this.track = track;
+    for (const trail of this.trails) trail.filled = 0;
+  }
+
   kindOf(a, b) {
     const kinds = [this.kindOfGeom.get(a), this.kindOfGeom.get(b)];
     const robots = kinds.filter((kind) => kind === "robot").length;

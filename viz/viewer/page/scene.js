@@ -56,6 +56,13 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
+  // In a page that scrolls, the wheel is the page's until one has pressed into the picture.
+  zoomOnFocus() {
+    this.controls.enableZoom = false;
+    this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
+    this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
+  }
+
   // tracks: one, or two to compare. Resolves when they are drawn; a later call overtakes an earlier one.
   async show(tracks, isBeside) {
     const turn = this.turn = (this.turn || 0) + 1;
@@ -90,6 +97,18 @@ Evalbus.SceneView = class {
     this.cameras = head.cameras.map((camera) => camera.name);
     this.applyLayers();
     this.resize();
+    return true;
+  }
+
+  // The same episode once more, with what was not known before. False: it looks otherwise, show() it.
+  exchange(before, track) {
+    const looks = (one) => JSON.stringify([one.head.scene, one.head.bodies, one.head.arms, one.head.appearance]);
+    if (looks(before) !== looks(track)) return false;
+    for (const { world, marks } of this.views) {
+      if (world.track !== before) continue;
+      world.track = track;
+      marks.follow(track);
+    }
     return true;
   }
 

@@ -26,8 +26,8 @@ Evalbus.LiveSource = class {
     this.tracks = new Map();  // of episodes under way, by run
     this.pause_ms = 500;
     this.blocks = new Evalbus.Once((id) => this.fetchBlock(`block/${encodeURIComponent(id)}`));
-    // The part behind "?" may hold the token that lets this page in.
-    this.address = (path) => new URL(path + location.search, location.href);
+    // Relative, for what lies before the page's own name may be the token that lets one in.
+    this.address = (path) => new URL(path, location.href);
   }
 
   start() {
@@ -37,7 +37,6 @@ Evalbus.LiveSource = class {
   connect() {
     const address = this.address("live");
     address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
-    address.hash = "";
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
     socket.addEventListener("open", () => {

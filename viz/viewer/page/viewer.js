@@ -134,6 +134,7 @@ Evalbus.Viewer = class {
       this.tracks[0] = track;
       this.player.setLength(track.ticks, track.tickSeconds);
       this.showTracks();
+      if (!this.scene || !this.isSceneReady || !this.scene.exchange(shown, track)) this.buildScene();
       return;
     }
     this.followNewest();
@@ -350,6 +351,7 @@ Evalbus.Viewer = class {
         this.scene = new Evalbus.SceneView(this.parts.view, this.assets, this.palette);
         this.scene.onCamera = (name) => { this.parts.camera.value = name || ""; };
         Object.assign(this.scene.layers, this.layers);
+        if (this.isPacked) this.scene.zoomOnFocus();
       }
     } catch (error) {
       this.sceneProblem = `no picture: ${error.message}; numbers and time line are all here`;
@@ -609,7 +611,6 @@ Evalbus.Viewer = class {
     if (!wanted) return;
     this.open(wanted.run, wanted.episode, wanted.time, false)
       .then(() => wanted.other && this.compare(wanted.other[0], wanted.other[1], wanted.other[2]));
-    if (this.isPacked) this.place.scrollIntoView();
   }
 
   writeHash() {
@@ -656,10 +657,21 @@ for (const place of document.querySelectorAll("[data-from]")) {
   } else {
     // A report begins it when one comes near.
     const watch = new IntersectionObserver((entries) => {
-      if (!entries.some((entry) => entry.isIntersecting)) return;
+      if (entries.some((entry) => entry.isIntersecting)) start();
+    }, { rootMargin: "300px" });
+    const isAskedFor = () => location.hash.startsWith("#view:");
+    const start = () => {
+      if (window.evalbusViewer) return;
       watch.disconnect();
       begin();
-    }, { rootMargin: "300px" });
+    };
     watch.observe(place);
+    const look = () => {
+      if (!isAskedFor()) return;
+      start();
+      place.scrollIntoView();
+    };
+    window.addEventListener("hashchange", look);
+    look();
   }
 }

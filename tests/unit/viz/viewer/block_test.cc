@@ -20,9 +20,9 @@ TEST(Block, TheBytesByHand) {
   const std::string bytes = block.Bytes();
   const std::string head = R"({"block":"log","arrays":{"a":{"type":"u16","shape":[3],"offset":0},)"
                            R"("b":{"type":"u8","shape":[1],"offset":8}}})";
-  ASSERT_EQ(head.size(), 107u);
-  // 107 and the 4 of the length are 111: one zero to 112, which is 14 times 8.
-  EXPECT_EQ(bytes, std::string("\x6b\0\0\0", 4) + head + std::string("\0", 1) +
+  ASSERT_EQ(head.size(), 109u);
+  // 109 and the 4 of the length are 113: seven zeros to 120, which is 15 times 8.
+  EXPECT_EQ(bytes, std::string("\x6d\0\0\0", 4) + head + std::string(7, '\0') +
                        std::string("\1\0\2\0\4\3\0\0\7", 9));
 }
 

@@ -1,0 +1,295 @@
+#!/usr/bin/env python3
+"""Opens a page with the viewer (a report, or a server's address) in headless Chromium and reads back what it shows.
+
+usage: check_viewer.py PAGE.html|URL RUN [FOLDER]
+
+RUN: folder of the run that the page shows first. Fails (exit code 1) where a body is not where STATE of the log says,
+read from the scene graph; a metric is not the summary's; a press on the time line leads elsewhere; a name of others
+becomes markup; the page is wider than the screen; the console has something to say; or a packed page asks for
+anything from outside of itself. Writes pictures into FOLDER. Exit code 77: skipped, Chromium is not installed.
+"""
+import base64
+import json
+import math
+import pathlib
+import re
+import struct
+import sys
+import tempfile
+import time
+import zlib
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "python"))
+
+from chromium import SOFTWARE_GL, Browser, complaints, find_chromium  # noqa: E402
+from evalbus.log import read_log  # noqa: E402
+
+SIZES = ((1280, 900), (400, 850), (2500, 1300))
+# Half of a step of 0.02 mm, and what single precision adds.
+POSITION_M, QUATERNION = 2e-5, 2e-4
+# As a shown unit is to the one of the summary: a curve's unit says what it is in.
+SHOWN = {"mm": 1e3, "%": 1e2}
+HOSTILE = "<img src=x onerror=alert(1)><b>&amp;\u202e\u0007" + "long " * 40
+
+
+def wait_until(browser, expression, what, limit_s=60):
+    end = time.monotonic() + limit_s
+    while not browser.evaluate(expression):
+        if time.monotonic() > end:
+            sys.exit(f"error: after {limit_s} s: {what}: {browser.evaluate('JSON.stringify(window.evalbusViewer && evalbusViewer.summary())')[:2000]}")
+        # Frames go on meanwhile; a headless page has nothing that would tell us.
+        browser.evaluate("new Promise((done) => requestAnimationFrame(() => done()))")
+
+
+def open_page(browser, url, width, height, scheme):
+    browser.screen(width, height, scheme)
+    browser.events.clear()
+    browser.call("Page.navigate", url="about:blank")
+    browser.wait_for("Page.loadEventFired")
+    browser.events.clear()
+    browser.call("Page.navigate", url=url)
+    browser.wait_for("Page.loadEventFired")
+    browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
+    wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().hasPicture)", "there is no picture")
+
+
+def shown(browser):
+    return browser.evaluate("evalbusViewer.summary()")
+
+
+def frame(browser):
+    browser.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+
+
+def compare_poses(browser, log, tick, found):
+    """Of every body of MODEL; how many were compared."""
+    browser.evaluate(f"evalbusViewer.seek({tick})")
+    frame(browser)
+    state, model = log["EVALBUS_STATE"], log["EVALBUS_MODEL"]
+    row = list(state["header"]["tick"]).index(tick)
+    for body, name in enumerate(model["body_name"][0]):
+        pose = browser.evaluate(f"evalbusViewer.pose({json.dumps(name)})")
+        position = state["body"]["position_m"][row][body]
+        quat = state["body"]["quat_wxyz"][row][body]
+        away = max(abs(a - b) for a, b in zip(pose["position_m"], position))
+        turned = 1 - abs(sum(a * b for a, b in zip(pose["quat_wxyz"], quat)))
+        if not (away < POSITION_M and turned < QUATERNION):
+            found.append(f"tick {tick}: {name} is at {pose}, not at {list(position)} {list(quat)}")
+    return len(model["body_name"][0])
+
+
+def numbers(value):
+    """A metric of a summary as a list: one number, or one for each arm; whole numbers for truth."""
+    values = list(value.values()) if isinstance(value, dict) else [value]
+    return [math.nan if one is None else float(one) for one in values]
+
+
+def compare_values(browser, head, summary, found):
+    """At the last tick the curves end where the summary does; how many metrics were compared."""
+    browser.evaluate("evalbusViewer.seek(1e9)")
+    values = browser.evaluate(
+        "JSON.stringify(Object.fromEntries(Object.entries(evalbusViewer.values()).map(([name, list]) =>"
+        " [name, list.map((one) => Number.isNaN(one) ? null : one)])))")
+    values = json.loads(values)
+    compared = 0
+    for curve in head["curves"]:
+        metric, table = curve["name"], summary["metrics"]
+        if metric.startswith("extended."):
+            metric, table = metric[len("extended."):], summary["extended"]
+        if metric not in table:
+            continue
+        expected = [one * SHOWN.get(curve["unit"], 1) for one in numbers(table[metric])]
+        got = [math.nan if one is None else one for one in values[curve["name"]]]
+        same = len(got) == len(expected) and all(
+            (math.isnan(a) and math.isnan(b)) or math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-9)
+            for a, b in zip(got, expected))
+        if not same:
+            found.append(f"{curve['name']}: the page has {got}, the summary {expected}")
+        compared += 1
+    return compared
+
+
+def press_time_line(browser, part):
+    """As a mouse does, at a part of the episode's time."""
+    place = browser.evaluate("""(() => {
+      const t = evalbusViewer.timeline, box = t.slider.getBoundingClientRect(), track = evalbusViewer.tracks[0];
+      t.slider.scrollIntoView({block: 'center'});
+      const now = t.slider.getBoundingClientRect();
+      return {x: now.left + t.xOf(%r * track.last * track.tickSeconds), y: now.top + 12, last: track.last};
+    })()""" % part)
+    for kind in ("mousePressed", "mouseReleased"):
+        browser.call("Input.dispatchMouseEvent", type=kind, x=place["x"], y=place["y"], button="left", clickCount=1)
+    return browser.evaluate("evalbusViewer.tick"), place["last"]
+
+
+def check_time(browser, log, found):
+    tick, last = press_time_line(browser, 0.5)
+    if abs(tick - last / 2) > 1 + last / 300:
+        found.append(f"a press in the middle of {last} ticks leads to tick {tick}")
+    compare_poses(browser, log, tick, found)
+    # The keys, of whichever part has the focus.
+    browser.evaluate("evalbusViewer.parts.app.tabIndex = -1; evalbusViewer.parts.app.focus()")
+    for key, expected in (("ArrowRight", tick + 1), ("ArrowLeft", tick), ("Home", 0), ("End", last)):
+        for kind in ("keyDown", "keyUp"):
+            browser.call("Input.dispatchKeyEvent", type=kind, key=key, code=key)
+        if browser.evaluate("evalbusViewer.tick") != expected:
+            found.append(f"{key} leads to tick {browser.evaluate('evalbusViewer.tick')}, not {expected}")
+
+
+def check_play(browser, found):
+    browser.evaluate("evalbusViewer.seek(0); evalbusViewer.togglePlay()")
+    wait_until(browser, "evalbusViewer.tick > 10", "it does not play", 20)
+    browser.evaluate("evalbusViewer.togglePlay()")
+    tick = browser.evaluate("evalbusViewer.tick")
+    frame(browser)
+    if browser.evaluate("evalbusViewer.tick") != tick:
+        found.append("it goes on while it is paused")
+
+
+def check_sizes(browser, url, folder, found):
+    for width, height in SIZES:
+        for scheme in ("light", "dark"):
+            open_page(browser, url, width, height, scheme)
+            page = browser.evaluate("document.documentElement.scrollWidth")
+            if page > width:
+                found.append(f"{page} pixels wide on a screen of {width}")
+            if browser.evaluate("document.querySelector('.ev-view').clientHeight") < 150:
+                found.append(f"{width} {scheme}: nearly no picture")
+            frame(browser)
+            if folder:
+                browser.picture(folder / f"viewer-{width}-{scheme}.png")
+            found += [f"{width} {scheme}: {one}" for one in complaints(browser.events, own_addresses(url))]
+
+
+def own_addresses(url):
+    own = ("file:", "data:", "blob:", "about:")
+    return own if url.startswith("file:") else (*own, url.split("#")[0], url.split("#")[0].replace("http:", "ws:"))
+
+
+def poisoned(text):
+    """The page with every word of others in its blocks made hostile."""
+    def words(value, key=None):
+        if isinstance(value, dict):
+            return {k: words(v, k) for k, v in value.items()}
+        if isinstance(value, list):
+            return [words(one, key) for one in value]
+        keep = ("block", "type", "shape", "scene", "mesh", "texture", "kind", "comparison", "clock", "interval_kind",
+                "unit", "png")
+        return HOSTILE if isinstance(value, str) and value and key not in keep else value
+
+    def replace(match):
+        raw = zlib.decompress(base64.b64decode(match[2]))
+        length = struct.unpack("<I", raw[:4])[0]
+        head = json.loads(raw[4:4 + length])
+        if head["block"] in ("mesh", "texture"):
+            return match[0]
+        arrays = head.pop("arrays", {})
+        head = {**words(head), "arrays": arrays}
+        changed = json.dumps(head).encode()
+        bytes_ = struct.pack("<I", len(changed)) + changed
+        bytes_ += b"\0" * (-len(bytes_) % 8) + raw[-(-(4 + length) // 8) * 8:]
+        return match[1] + base64.b64encode(zlib.compress(bytes_)).decode() + match[3]
+
+    pattern = r'(<script[^>]*type="application/x-evalbus"[^>]*>)([^<]*)(</script>)'
+    changed, count = re.subn(pattern, replace, text)
+    if not count:
+        sys.exit("error: the page has no blocks")
+    return changed
+
+
+def check_hostile(browser, page, folder, found):
+    poisoned_page = folder / "poisoned.html"
+    poisoned_page.write_text(poisoned(page.read_text(encoding="utf-8")), encoding="utf-8")
+    for width in (1280, 400):
+        open_page(browser, poisoned_page.as_uri(), width, 900, "light")
+        browser.evaluate("evalbusViewer.parts.runTab.click()")
+        frame(browser)
+        if browser.evaluate("document.querySelectorAll('.evalbus-viewer :is(img, script, iframe)').length"):
+            found.append("a name has become markup")
+        text = browser.evaluate("document.querySelector('.ev-title').textContent")
+        if "<img src=x" not in text or any(ord(c) < 32 or c == "\u202e" for c in text):
+            found.append(f"a hostile name is shown as {text!r}")
+        page_width = browser.evaluate("document.documentElement.scrollWidth")
+        if page_width > width:
+            found.append(f"long names make the page {page_width} pixels wide on a screen of {width}")
+        browser.picture(folder / f"hostile-{width}.png")
+        found += [f"hostile: {one}" for one in complaints(browser.events, own_addresses("file:"))]
+
+
+def check_without_gl(program, url, profile, found):
+    """Numbers and time line are there without a picture, and a line says why."""
+    browser = Browser(program, profile, ("--disable-gpu", "--disable-3d-apis"))
+    try:
+        for domain in ("Page", "Runtime"):
+            browser.call(f"{domain}.enable")
+        browser.screen(1280, 900, "light")
+        browser.call("Page.navigate", url=url)
+        browser.wait_for("Page.loadEventFired")
+        browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
+        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "nothing says that there is no picture")
+        if "WebGL" not in shown(browser)["note"]:
+            found.append(f"without WebGL it says: {shown(browser)['note']}")
+        browser.evaluate("evalbusViewer.seek(5)")
+        if browser.evaluate("evalbusViewer.tick") != 5 or not browser.evaluate("Object.keys(evalbusViewer.values()).length"):
+            found.append("without WebGL there are no numbers")
+        found += [f"without WebGL: {one}" for one in complaints(browser.events)]
+    finally:
+        browser.close()
+
+
+def check(browser, url, run, folder, found):
+    open_page(browser, url, 1280, 900, "light")
+    head = shown(browser)["heads"][0]
+    # Alone, where two are compared.
+    browser.evaluate("evalbusViewer.compare(null)")
+    episode = run / "episodes" / f"{head['episode']:04d}"
+    wait_until(browser, "evalbusViewer.summary().hasPicture", "there is no picture")
+    log = read_log(episode / "events.lcmlog")
+    ticks = list(log["EVALBUS_STATE"]["header"]["tick"])
+    if head["ticks"] != ticks[-1] + 1:
+        found.append(f"{head['ticks']} ticks, the log has {ticks[-1] + 1}")
+    bodies = 0
+    for tick in (0, ticks[len(ticks) // 3], ticks[-1]):
+        bodies += compare_poses(browser, log, tick, found)
+    metrics = compare_values(browser, head, json.loads((episode / "summary.json").read_text()), found)
+    if bodies < 3 or metrics < 20:
+        found.append(f"only {bodies} poses and {metrics} metrics were compared")
+    check_time(browser, log, found)
+    check_play(browser, found)
+    found += complaints(browser.events, own_addresses(url))
+    return bodies, metrics
+
+
+def main():
+    if len(sys.argv) not in (3, 4):
+        sys.exit("usage: check_viewer.py PAGE.html|URL RUN [FOLDER]")
+    program = find_chromium()
+    is_page = not sys.argv[1].startswith("http")
+    url = pathlib.Path(sys.argv[1]).resolve(strict=True).as_uri() if is_page else sys.argv[1]
+    run = pathlib.Path(sys.argv[2])
+    folder = pathlib.Path(sys.argv[3]) if len(sys.argv) == 4 else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
+    found = []
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        browser = Browser(program, profile, SOFTWARE_GL)
+        try:
+            for domain in ("Page", "Runtime", "Log", "Network"):
+                browser.call(f"{domain}.enable")
+            bodies, metrics = check(browser, url, run, folder, found)
+            check_sizes(browser, url, folder, found)
+            if is_page:
+                check_hostile(browser, pathlib.Path(sys.argv[1]), folder or pathlib.Path(profile), found)
+        finally:
+            browser.close()
+    if is_page:
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+            check_without_gl(program, url, profile, found)
+    for one in found:
+        print(one)
+    print(f"{sys.argv[1]}: {len(found)} complaints; {bodies} poses and {metrics} metrics compared")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()
