@@ -232,6 +232,42 @@ class Tools(unittest.TestCase):
             with self.assertRaises(websockets.InvalidStatus):
                 asyncio.run(connect(server.url, additional_headers={"Host": "evil.example"}))
 
+    def test_who_never_reads_stalls_nobody(self):
+        async def watch(url):
+            options = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None}
+            async with websockets.connect(url, max_queue=1, **options) as slow:
+                async with websockets.connect(url, **options) as fast:
+                    for viewer in (slow, fast):
+                        await viewer.recv()
+                        channels = json.loads(await viewer.recv())["channels"]
+                        everything = [{"id": k, "channelId": c["id"]} for k, c in enumerate(channels)]
+                        await viewer.send(json.dumps({"op": "subscribe", "subscriptions": everything}))
+                    times = [m[0] for m in self.messages["/tf"]]
+                    (tf,) = [k for k, c in enumerate(channels) if c["topic"] == "/tf"]
+                    for _ in range(12):
+                        # From the beginning, 20 times as fast.
+                        await fast.send(struct.pack("<BBfBQI", 3, 0, 20.0, 1, 0, 0))
+                        got, has_begun = [], False
+                        while True:
+                            frame = await asyncio.wait_for(fast.recv(), support.DEADLINE_S)
+                            if isinstance(frame, str):
+                                continue
+                            if frame[0] == 5:
+                                has_begun |= frame[14] == 1
+                                if has_begun and frame[1] == 3:
+                                    break
+                            elif frame[0] == 1 and has_begun:
+                                _, subscription, t = struct.unpack_from("<BIQ", frame)
+                                got += [t] if subscription == tf else []
+                        self.assertLessEqual(set(got), set(times))
+                # What waited for it is bounded, and it is told.
+                frames = []
+                while not any(isinstance(frame, str) and "too slowly" in frame for frame in frames):
+                    frames.append(await asyncio.wait_for(slow.recv(), support.DEADLINE_S))
+
+        with Server(self.recorded, "--episode", "0") as server:
+            asyncio.run(watch(server.url))
+
     def test_a_run_that_goes_on(self):
         """Foxglove's client and PlotJuggler's datagrams, both of one live run."""
         out = pathlib.Path(self.folder.name) / "live"
