@@ -17,6 +17,8 @@ namespace evalbus::tools {
 
 // The first of those a client offers that we speak; empty: none. offered: header Sec-WebSocket-Protocol.
 std::string ChooseSubprotocol(std::string_view offered);
+// The older one has no player, and its clients break off at a message about one.
+inline bool KnowsPlayback(std::string_view subprotocol) { return subprotocol == "foxglove.sdk.v1"; }
 
 // Text messages of a client. What is not for us (a client's own channels, parameters) is empty.
 struct ClientText {

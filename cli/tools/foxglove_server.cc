@@ -82,6 +82,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
 
   void Start(const http::request<http::empty_body>& request) {
     const std::string subprotocol = ChooseSubprotocol(View(request[http::field::sec_websocket_protocol]));
+    has_playback_ = core_->options.playback_end_ns && KnowsPlayback(subprotocol);
     beast::get_lowest_layer(stream_).expires_never();
     stream_.set_option(websocket::stream_base::timeout{kPatience, 2 * kPatience, /*keep_alive_pings=*/true});
     stream_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
@@ -100,8 +101,9 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     control_.push_back({false, std::move(text)});
     Write();
   }
-  void TellBinary(std::string bytes) {
-    control_.push_back({true, std::move(bytes)});
+  void TellPlayback(const PlaybackState& state) {
+    if (!has_playback_) return;
+    control_.push_back({true, PlaybackStateBytes(state)});
     Write();
   }
   // Only the newest is of interest.
@@ -132,10 +134,11 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     core_->viewers.insert(this);
     core_->num_viewers = static_cast<int>(core_->viewers.size());
     const Options& options = core_->options;
-    Tell(ServerInfoText(options.name, options.session, options.playback_end_ns));
+    Tell(ServerInfoText(options.name, options.session,
+                        has_playback_ ? options.playback_end_ns : std::nullopt));
     if (!core_->topics.empty()) Tell(AdvertiseText(core_->topics, 0));
     if (!core_->gone.empty()) Tell(UnadvertiseText({core_->gone.begin(), core_->gone.end()}));
-    if (core_->playback) TellBinary(PlaybackStateBytes(*core_->playback));
+    if (core_->playback) TellPlayback(*core_->playback);
   }
 
   void Enqueue(uint32_t id, const Message& message) {
@@ -208,7 +211,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     if (bytes[0] != '\x03') return true;
     const auto control = ParsePlaybackControl(bytes);
     if (!control) return false;
-    if (core_->options.playback_end_ns && core_->options.on_control) core_->options.on_control(*control);
+    if (has_playback_ && core_->options.on_control) core_->options.on_control(*control);
     return true;
   }
 
@@ -234,7 +237,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
   std::optional<int64_t> time_;
   int64_t dropped_ = 0;
   Frame writing_{};
-  bool is_writing_ = false, is_closing_ = false;
+  bool has_playback_ = false, is_writing_ = false, is_closing_ = false;
 };
 
 // A connection until it is a viewer, or refused.
@@ -277,6 +280,7 @@ class FoxgloveServer::Core::Handshake : public std::enable_shared_from_this<Hand
 
 std::string FoxgloveServer::Core::Refusal(const http::request<http::empty_body>& request) {
   const std::string_view host = View(request[http::field::host]);
+  if (request.count(http::field::host) != 1) return "one Host header is needed";
   if (is_loopback && !viz::IsLoopbackHost(host)) return "this server is known by another name";
   if (!websocket::is_upgrade(request))
     return "a WebSocket for Foxglove is here: open ws://" + std::string(host);
@@ -403,7 +407,7 @@ void FoxgloveServer::SendPlayback(const PlaybackState& state) {
     core->playback = state;
     core->playback->did_seek = false;
     core->playback->request_id.clear();
-    for (Core::Viewer* viewer : core->viewers) viewer->TellBinary(PlaybackStateBytes(state));
+    for (Core::Viewer* viewer : core->viewers) viewer->TellPlayback(state);
   });
 }
 

@@ -40,8 +40,10 @@ std::string Base64(const std::vector<uint8_t>& bytes) {
 }  // namespace
 
 nlohmann::ordered_json SceneSource::Of(const model_info_t& model, std::optional<int64_t> seed) {
+  // RUN/model/visual.mjb
+  const fs::path run = run_.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run_;
   try {
-    return SceneEntities(scenes_.Of(model, run_), seed);
+    return SceneEntities(scenes_.Of(model, run), seed);
   } catch (const InputError& error) {
     remark_ = fmt::format("no scene: {}", error.what());
     return nullptr;

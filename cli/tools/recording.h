@@ -12,8 +12,8 @@
 
 namespace evalbus::tools {
 
-// Encoder::SceneOf for MODELs of a run in this folder. A model that is gone or not its own draws nothing, and
-// its remark says why, once.
+// Encoder::SceneOf for MODELs of a run in this folder; empty: where they say. A model that is gone or not its
+// own draws nothing, and its remark says why, once.
 class SceneSource {
  public:
   explicit SceneSource(std::filesystem::path run) : run_(std::move(run)) {}

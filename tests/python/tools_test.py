@@ -74,12 +74,12 @@ class Tools(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        cls.run = pathlib.Path(cls.folder.name) / "run"
-        support.evaluate(BIN, "lift_pot/position", "--policy", "expert", "--episodes", "1", out=cls.run)
-        cls.log = cls.run / "episodes" / "0000" / "events.lcmlog"
-        cls.mcap = cls.run / "e.mcap"
+        cls.recorded = pathlib.Path(cls.folder.name) / "run"
+        support.evaluate(BIN, "lift_pot/position", "--policy", "expert", "--episodes", "1", out=cls.recorded)
+        cls.log = cls.recorded / "episodes" / "0000" / "events.lcmlog"
+        cls.mcap = cls.recorded / "e.mcap"
         subprocess.run(
-            [f"{BIN}/evalbus", "export", cls.run, "--mcap", cls.mcap, "--camera", "overview"],
+            [f"{BIN}/evalbus", "export", cls.recorded, "--mcap", cls.mcap, "--camera", "overview"],
             check=True,
             capture_output=True,
         )
@@ -139,7 +139,7 @@ class Tools(unittest.TestCase):
             self.assertEqual([joint["position"] for joint in measured["joints"]], positions)
 
     def test_scores_are_those_of_episodes_jsonl(self):
-        episode = json.loads((self.run / "episodes.jsonl").read_text().splitlines()[0])
+        episode = json.loads((self.recorded / "episodes.jsonl").read_text().splitlines()[0])
         _, last = self.messages["/metrics"][-1]
         self.assertEqual(last["completion_time_s"], episode["metrics"]["completion_time"])
         self.assertEqual(last["slip_count"], episode["metrics"]["slip_count"])
@@ -170,31 +170,32 @@ class Tools(unittest.TestCase):
             self.assertEqual(base64.b64decode(picture["data"], validate=True)[:2], b"\xff\xd8")
 
     def test_foxgloves_client_sees_the_same(self):
-        for subprotocol in ("foxglove.websocket.v1", "foxglove.sdk.v1"):
-            with Server(self.run, "--episode", "0") as server:
-                file = pathlib.Path(self.folder.name) / subprotocol
-                ended_well(node(server.url, file, SUBPROTOCOL=subprotocol))
-            lines = [json.loads(line) for line in file.read_text().splitlines()]
-            info = next(line["serverInfo"] for line in lines if "serverInfo" in line)
-            self.assertIn("playbackControl", info["capabilities"])
-            heard = {}
-            for line in lines:
-                if "message" in line:
-                    self.check(line["topic"], line["message"])
-                    heard.setdefault(line["topic"], []).append((line["time_ns"], line["message"]))
-            for topic in ("/tf", "/metrics", "/contacts", "/joint_states"):
-                recorded = {t: m for t, m in self.messages[topic]}
-                self.assertGreater(len(heard[topic]), len(recorded) / 2)
-                for t, message in heard[topic]:
-                    self.assertEqual(message, recorded[t])
-                self.assertEqual(heard[topic][-1][0], self.messages[topic][-1][0])
-            self.assertEqual([m for _, m in self.messages["/scene"]], [m for _, m in heard["/scene"]])
+        """By the older subprotocol, which has no player: it plays as soon as somebody looks."""
+        with Server(self.recorded, "--episode", "0") as server:
+            file = pathlib.Path(self.folder.name) / "played.jsonl"
+            ended_well(node(server.url, file))
+        lines = [json.loads(line) for line in file.read_text().splitlines()]
+        info = next(line["serverInfo"] for line in lines if "serverInfo" in line)
+        self.assertEqual(info["capabilities"], ["time"])
+        heard = {}
+        for line in lines:
+            if "message" in line:
+                self.check(line["topic"], line["message"])
+                heard.setdefault(line["topic"], []).append((line["time_ns"], line["message"]))
+        for topic in ("/tf", "/metrics", "/contacts", "/joint_states"):
+            recorded = dict(self.messages[topic])
+            self.assertGreater(len(heard[topic]), len(recorded) / 2)
+            for t, message in heard[topic]:
+                self.assertEqual(message, recorded[t])
+            self.assertEqual(heard[topic][-1][0], self.messages[topic][-1][0])
+        self.assertEqual([m for _, m in self.messages["/scene"]], [m for _, m in heard["/scene"]])
 
     def test_playback_obeys(self):
         async def drive(url):
             async with websockets.connect(url, subprotocols=["foxglove.sdk.v1"], max_size=None) as socket_:
                 self.assertEqual(socket_.subprotocol, "foxglove.sdk.v1")
-                self.assertEqual(json.loads(await socket_.recv())["op"], "serverInfo")
+                info = json.loads(await socket_.recv())
+                self.assertEqual((info["op"], info["capabilities"]), ("serverInfo", ["time", "playbackControl"]))
                 channels = json.loads(await socket_.recv())["channels"]
                 (tf,) = [c["id"] for c in channels if c["topic"] == "/tf"]
                 await socket_.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": 9, "channelId": tf}]}))
@@ -214,7 +215,7 @@ class Tools(unittest.TestCase):
                 self.assertEqual(state[1:5], (1, target, 1.0, 1))
                 self.assertEqual(last, (1, 9, self.messages["/tf"][50][0]))
 
-        with Server(self.run, "--episode", "0") as server:
+        with Server(self.recorded, "--episode", "0") as server:
             asyncio.run(drive(server.url))
 
     def test_pages_of_others_are_refused(self):
@@ -222,7 +223,7 @@ class Tools(unittest.TestCase):
             async with websockets.connect(url, subprotocols=["foxglove.sdk.v1"], **options):
                 pass
 
-        with Server(self.run, "--episode", "0", "--allow-origin", "https://ours.example") as server:
+        with Server(self.recorded, "--episode", "0", "--allow-origin", "https://ours.example") as server:
             for origin in (None, "https://app.foxglove.dev", "https://ours.example"):
                 asyncio.run(connect(server.url, origin=origin))
             for origin in ("https://evil.example", "null", "https://app.foxglove.dev.evil.example"):
@@ -230,6 +231,42 @@ class Tools(unittest.TestCase):
                     asyncio.run(connect(server.url, origin=origin))
             with self.assertRaises(websockets.InvalidStatus):
                 asyncio.run(connect(server.url, additional_headers={"Host": "evil.example"}))
+
+    def test_who_never_reads_stalls_nobody(self):
+        async def watch(url):
+            options = {"subprotocols": ["foxglove.sdk.v1"], "max_size": None}
+            async with websockets.connect(url, max_queue=1, **options) as slow:
+                async with websockets.connect(url, **options) as fast:
+                    for viewer in (slow, fast):
+                        await viewer.recv()
+                        channels = json.loads(await viewer.recv())["channels"]
+                        everything = [{"id": k, "channelId": c["id"]} for k, c in enumerate(channels)]
+                        await viewer.send(json.dumps({"op": "subscribe", "subscriptions": everything}))
+                    times = [m[0] for m in self.messages["/tf"]]
+                    (tf,) = [k for k, c in enumerate(channels) if c["topic"] == "/tf"]
+                    for _ in range(12):
+                        # From the beginning, 20 times as fast.
+                        await fast.send(struct.pack("<BBfBQI", 3, 0, 20.0, 1, 0, 0))
+                        got, has_begun = [], False
+                        while True:
+                            frame = await asyncio.wait_for(fast.recv(), support.DEADLINE_S)
+                            if isinstance(frame, str):
+                                continue
+                            if frame[0] == 5:
+                                has_begun |= frame[14] == 1
+                                if has_begun and frame[1] == 3:
+                                    break
+                            elif frame[0] == 1 and has_begun:
+                                _, subscription, t = struct.unpack_from("<BIQ", frame)
+                                got += [t] if subscription == tf else []
+                        self.assertLessEqual(set(got), set(times))
+                # What waited for it is bounded, and it is told.
+                frames = []
+                while not any(isinstance(frame, str) and "too slowly" in frame for frame in frames):
+                    frames.append(await asyncio.wait_for(slow.recv(), support.DEADLINE_S))
+
+        with Server(self.recorded, "--episode", "0") as server:
+            asyncio.run(watch(server.url))
 
     def test_a_run_that_goes_on(self):
         """Foxglove's client and PlotJuggler's datagrams, both of one live run."""
@@ -247,7 +284,7 @@ class Tools(unittest.TestCase):
         self.assertIn("sending", tap.stdout.readline())
         file = pathlib.Path(self.folder.name) / "live.jsonl"
         with Server("--url", url) as server:
-            client = node(server.url, file)
+            client = node(server.url, file, SUBPROTOCOL="foxglove.sdk.v1")
             # Connected before it begins.
             deadline = time.monotonic() + support.DEADLINE_S
             while not (file.exists() and "\"channel\"" in file.read_text()):
@@ -272,6 +309,7 @@ class Tools(unittest.TestCase):
 
         openings = {}
         receiver.setblocking(False)
+        self.addCleanup(receiver.close)
         while True:
             try:
                 datagram = receiver.recv(65536)
@@ -283,7 +321,6 @@ class Tools(unittest.TestCase):
                 self.assertIsInstance(value, (int, float), path)
                 if path == "/robot/gripper_opening/left":
                     openings[round(numbers["timestamp"] * 1e9)] = value
-        receiver.close()
         self.assertGreater(len(openings), 0.5 * len(states))
         left = [gripper["name"] for gripper in self.model["gripper"]].index("left")
         for t, value in openings.items():

@@ -7,8 +7,8 @@ if (process.argv[2] === "--schemas") {
   const schemas = require("@foxglove/schemas/jsonschema");
   const named = {};
   for (const [name, schema] of Object.entries(schemas)) named["foxglove." + name] = schema;
-  process.stdout.write(JSON.stringify(named));
-  process.exit(0);
+  process.stdout.write(JSON.stringify(named), () => process.exit(0));
+  return;
 }
 
 const { FoxgloveClient } = require("@foxglove/ws-protocol");

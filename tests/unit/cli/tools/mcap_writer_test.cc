@@ -112,7 +112,7 @@ TEST(Mcap, EveryMessageIsFoundByTheIndex) {
   const std::string bytes = File();
   const std::string_view inner = std::string_view(bytes).substr(8, bytes.size() - 16);
   EXPECT_THAT(bytes, StartsWith("\x89MCAP0\r\n"));
-  const std::vector<Record> records = Records(bytes.substr(0, bytes.size() - 8), 8);
+  const std::vector<Record> records = Records(std::string_view(bytes).substr(0, bytes.size() - 8), 8);
   ASSERT_EQ(records.front().op, 0x01);
   ASSERT_EQ(records.back().op, 0x02);
   EXPECT_EQ(inner.size() + 8, records.back().offset + records.back().size);
@@ -169,7 +169,8 @@ TEST(Mcap, EveryMessageIsFoundByTheIndex) {
       seen_index += found.size;
       Reader entries(found.content);
       EXPECT_EQ(entries.Int<uint16_t>(), channel);
-      EXPECT_EQ(entries.Int<uint32_t>(), entries.left());
+      const auto entries_bytes = entries.Int<uint32_t>();
+      EXPECT_EQ(entries_bytes, entries.left());
       for (uint64_t last = 0; !entries.empty();) {
         const auto time = entries.Int<uint64_t>(), offset = entries.Int<uint64_t>();
         EXPECT_GE(time, last);
