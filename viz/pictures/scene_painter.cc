@@ -77,7 +77,7 @@ varying vec3 shaded, shadow, place;
 void main() {
   vec4 colour = plain;
 #ifdef SHADOWS
-  colour.rgb = min(colour.rgb + step(0.99, shadow2D(shadow_map, shadow).r) * shaded, 1.0);
+  colour.rgb += step(0.99, shadow2D(shadow_map, shadow).r) * shaded;
 #endif
 #if defined(FLAT) || defined(EXPLICIT)
   colour *= texture2D(flat_texture, place.xy);
