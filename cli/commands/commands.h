@@ -21,6 +21,7 @@ using AddCommand = Action(CLI::App* app);
   COMMAND(AddRescore, "rescore", "score recorded episodes again, offline; compare with what was recorded")  \
   COMMAND(AddCompare, "compare", "say whether runs, or suites, really differ")                              \
   COMMAND(AddExport, "export", "write the episodes of a run, or of a suite, as a table")                    \
+  COMMAND(AddDemo, "demo", "what demonstrations of RoboEval hold; the same with fewer steps")               \
   COMMAND(AddReport, "report", "write a run, or a suite of runs, as one HTML page")                         \
   COMMAND(AddTasks, "tasks", "what there is to run; check a task file")                                     \
   COMMAND(AddPolicy, "policy", "contracts of policies behind a server; check a server")                     \
