@@ -20,7 +20,7 @@ using AddCommand = Action(CLI::App* app);
   COMMAND(AddReplay, "replay", "play recorded episodes into fresh metrics; compare with what was recorded") \
   COMMAND(AddRescore, "rescore", "score recorded episodes again, offline; compare with what was recorded")  \
   COMMAND(AddCompare, "compare", "say whether runs, or suites, really differ")                              \
-  COMMAND(AddExport, "export", "write the episodes of a run, or of a suite, as a table")                    \
+  COMMAND(AddExport, "export", "write the episodes of a run, or of a suite, as a table or a training set")  \
   COMMAND(AddDemo, "demo", "what demonstrations of RoboEval hold; the same with fewer steps")               \
   COMMAND(AddReport, "report", "write a run, or a suite of runs, as one HTML page")                         \
   COMMAND(AddTasks, "tasks", "what there is to run; check a task file")                                     \
