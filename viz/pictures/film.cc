@@ -1,7 +1,6 @@
 #include "viz/pictures/film.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -12,6 +11,7 @@
 #include "base/errors.h"
 #include "bus/host.h"
 #include "viz/pictures/overlay.h"
+#include "viz/pictures/panel_film.h"
 #include "viz/pictures/recorded_episode.h"
 #include "viz/pictures/renderer.h"
 #include "viz/pictures/video_writer.h"
@@ -69,9 +69,15 @@ void Film(const RecordedEpisode& episode, const std::string& policy, Renderer* r
 
 }  // namespace
 
-std::string FilmName(std::string camera) {
+FilmLayout ParseFilmLayout(const std::string& name) {
+  if (name == "plain") return FilmLayout::kPlain;
+  if (name == kFullLayout) return FilmLayout::kFull;
+  throw InputError("--layout " + name + ": there are plain and full");
+}
+
+std::string FilmName(std::string camera, const std::string& ending) {
   std::replace(camera.begin(), camera.end(), '/', '_');
-  return camera + ".mp4";
+  return camera + ending;
 }
 
 void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras) {
@@ -103,10 +109,13 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
   const auto is_wanted = [&](int number) {
     return options.episodes.empty() || std::ranges::find(options.episodes, number) != options.episodes.end();
   };
-  for (const int number : options.episodes) {
-    if (std::ranges::find(numbers, number) != numbers.end()) continue;
-    throw InputError(fmt::format("{} has no episode {}; it has {}", log.string(), number,
-                                 fmt::join(std::set(numbers.begin(), numbers.end()), ", ")));
+  CheckEpisodes(log, numbers, options.episodes);
+  if (!options.file.empty()) {
+    const auto films = std::ranges::count_if(numbers, is_wanted) *
+                       (options.layout == FilmLayout::kFull ? 1 : static_cast<ptrdiff_t>(cameras.size()));
+    if (films != 1) {
+      throw InputError(fmt::format("{} films do not go into one file: {}", films, options.file.string()));
+    }
   }
   const auto wanted = static_cast<double>(std::ranges::count_if(numbers, is_wanted));
   std::vector<std::filesystem::path> files;
@@ -131,14 +140,25 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
       before = fmt::format("episode_{:04}_", number);
       if (const int n = ++times[number]; n > 1) before += fmt::format("{}_", n);
     }
+    const auto progress = [&](double share) {
+      if (options.progress) options.progress((done + share) / wanted);
+    };
+    const auto file = [&](const std::string& what) {
+      return options.file.empty() ? folder / (before + FilmName(what, options.ending)) : options.file;
+    };
+    if (options.layout == FilmLayout::kFull) {
+      files.push_back(file(kFullLayout));
+      FilmFull(ToFilm(episode, options.policy, log), &*renderer,
+               cameras.empty() ? FullCameras(renderer->model()) : cameras, size, files.back(), progress);
+      ++done;
+      continue;
+    }
     std::vector<View> views;
     for (const std::string& camera : cameras) {
-      views.push_back({FindCamera(renderer->model(), camera), folder / (before + FilmName(camera)), nullptr});
+      views.push_back({FindCamera(renderer->model(), camera), file(camera), nullptr});
     }
     for (View& view : views) view.video = std::make_unique<VideoWriter>(view.file, size, kFilmRate);
-    Film(episode, options.policy, &*renderer, size, views, [&](double share) {
-      if (options.progress) options.progress((done + share) / wanted);
-    });
+    Film(episode, options.policy, &*renderer, size, views, progress);
     for (View& view : views) {
       view.video->Close();
       files.push_back(view.file);

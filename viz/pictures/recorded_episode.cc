@@ -1,7 +1,11 @@
 #include "viz/pictures/recorded_episode.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <iostream>
+#include <set>
 #include <utility>
 
 #include "base/errors.h"
@@ -103,6 +107,15 @@ std::vector<int> EpisodesOf(const std::filesystem::path& log) {
   if (!reader.has_model()) throw InputError(log.string() + ": no whole MODEL message in this log");
   if (numbers.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
   return numbers;
+}
+
+void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& numbers,
+                   const std::vector<int>& wanted) {
+  for (const int number : wanted) {
+    if (std::ranges::find(numbers, number) != numbers.end()) continue;
+    throw InputError(fmt::format("{} has no episode {}; it has {}", log.string(), number,
+                                 fmt::join(std::set(numbers.begin(), numbers.end()), ", ")));
+  }
 }
 
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {

@@ -63,6 +63,10 @@ class EpisodeReader {
 // Throws InputError for a log without MODEL or STATE.
 std::vector<int> EpisodesOf(const std::filesystem::path& log);
 
+// Throws InputError, with those there are, for one that is wanted and is none of the log's.
+void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& numbers,
+                   const std::vector<int>& wanted);
+
 // The model of the run folder that the log is in, wherever the log says that it was; for a log alone, that.
 // Throws InputError.
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log);
