@@ -190,6 +190,14 @@ void Renderer::SetState(const state_t& state) {
   mj_camlight(model_.get(), data_.get());
 }
 
+CameraPose Renderer::PoseOf(int camera) const {
+  CameraPose pose{};
+  mju_copy3(pose.position_m, data_->cam_xpos + 3 * camera);
+  mju_copy(pose.rotation, data_->cam_xmat + 9 * camera, 9);
+  pose.fovy_deg = model_->cam_fovy[camera];
+  return pose;
+}
+
 void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
   if (!gl_ || width > gl_->buffer.width || height > gl_->buffer.height) {
     auto& global = model_->vis.global;

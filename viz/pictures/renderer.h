@@ -14,6 +14,7 @@
 #include "evalbus/state_t.hpp"
 #include "models/mujoco_ptr.h"
 #include "viz/pictures/frame.h"
+#include "viz/pictures/projection.h"
 
 namespace evalbus::viz {
 
@@ -52,6 +53,8 @@ class Renderer {
   // say, all others where its coordinates put them. Throws InputError if it is not this model's.
   void SetState(const state_t& state);
   void Render(int camera, Frame* frame);
+  // Where it is at that STATE.
+  CameraPose PoseOf(int camera) const;
   // Rows from the top; red, green and blue of each pixel, a byte each. The first picture that is larger than
   // any before takes longer. Equal to what Render shows where size, field of view and shadows are.
   void RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb);
