@@ -61,6 +61,7 @@ void MetricsComponent::Prepare() {
     task.Apply(model_->variation);
     task.ApplyRobot(model_->robot, ArmNames(*model_));
     scorer_ = std::make_unique<EpisodeScorer>(*model_, task);
+    criteria_ = {};
     log().Debug("scores {}/{}", model_->task, model_->variation);
     is_lockstep_ = model_->clock == clock_name::kLockstep;
     model_is_new_ = false;
@@ -68,6 +69,7 @@ void MetricsComponent::Prepare() {
   scorer_->Start();
   merger_.Start();
   conflicts_.Start();
+  criteria_pace_.Start();
   partial_.header.tick = -1;
   missing_before_ += missing_here_;
   missing_here_ = 0;
@@ -101,8 +103,15 @@ void MetricsComponent::ScoreTicks() {
     status_.missing_ticks = missing_before_ + missing_here_;
     Progress(header);
     bus().Publish(channels::kPartial, partial_);
+    // Nobody waits for it.
+    if (criteria_pace_.IsDue(header, partial_.verdict)) PublishCriteria();
   }
   if (running_ && merger_.finished()) FinishEpisode();
+}
+
+void MetricsComponent::PublishCriteria() {
+  scorer_->Criteria(&criteria_);
+  bus().Publish(channels::kCriteria, criteria_);
 }
 
 void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
@@ -141,6 +150,7 @@ void MetricsComponent::Poll(SteadyTime now) {
 void MetricsComponent::FinishEpisode() {
   running_ = false;
   last_ticks_.reset();
+  if (partial_.header.tick >= 0 && !criteria_pace_.IsSaid(partial_.header)) PublishCriteria();
   scorer_->EndAt(end_.header.tick);
   missing_here_ = scorer_->missing_ticks();
   status_.missing_ticks = missing_before_ + missing_here_;

@@ -1,6 +1,6 @@
 // The metrics process: listens to MODEL, EPISODE_BEGIN, STATE, CONTACTS and EPISODE_END; publishes PARTIAL
-// for each tick whose STATE and CONTACTS it has, EPISODE_SUMMARY after each episode, then RUN_SUMMARY over
-// the episodes so far; RUN_SUMMARY again once a second.
+// for each tick whose STATE and CONTACTS it has, CRITERIA now and then, EPISODE_SUMMARY after each episode,
+// then RUN_SUMMARY over the episodes so far; RUN_SUMMARY again once a second.
 #pragma once
 
 #include <memory>
@@ -13,6 +13,7 @@
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
+#include "metrics/episode/criteria_pace.h"
 #include "metrics/episode/episode_scorer.h"
 #include "metrics/episode/tick_merger.h"
 #include "metrics/statistics/run_statistics.h"
@@ -38,6 +39,7 @@ class MetricsComponent : public Component {
   // Begins the episode entered once its model is there.
   void Prepare();
   void ScoreTicks();
+  void PublishCriteria();
   void FinishEpisode();
   void PublishRunSummary();
 
@@ -53,6 +55,8 @@ class MetricsComponent : public Component {
   episode_begin_t begin_{};
   episode_end_t end_{};
   partial_metrics_t partial_{};
+  CriteriaPace criteria_pace_;
+  criteria_t criteria_{};
   // Between Prepare() and FinishEpisode().
   bool running_ = false;
   // From FinishEpisode() until the next episode begins.

@@ -57,4 +57,10 @@ ModelPtr LoadVisualModel(const model_info_t& info) {
   return Load(info, info.visual_file, info.visual_sha256, kVisualModel);
 }
 
+void UseModelsIn(const std::filesystem::path& run, model_info_t* info) {
+  const std::filesystem::path folder = std::filesystem::absolute(run).lexically_normal() / kModelFolder;
+  if (std::filesystem::exists(folder / kPhysicsModel)) info->physics_file = folder / kPhysicsModel;
+  if (std::filesystem::exists(folder / kVisualModel)) info->visual_file = folder / kVisualModel;
+}
+
 }  // namespace evalbus

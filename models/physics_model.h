@@ -1,6 +1,8 @@
 // The compiled models of a run, as its processes share them: files, named with their hashes in MODEL.
 #pragma once
 
+#include <filesystem>
+
 #include "evalbus/model_info_t.hpp"
 #include "models/mujoco_ptr.h"
 
@@ -14,5 +16,9 @@ void CheckMessageVersion(const model_info_t& info);
 ModelPtr LoadPhysicsModel(const model_info_t& info);
 // The same for info.visual_file.
 ModelPtr LoadVisualModel(const model_info_t& info);
+
+// Names the models in a run's folder, which may have been moved or copied since MODEL was said; a file that
+// is not there leaves what MODEL says.
+void UseModelsIn(const std::filesystem::path& run, model_info_t* info);
 
 }  // namespace evalbus

@@ -21,6 +21,7 @@
 #include "cli/results/comparison_report.h"
 #include "cli/results/comparison_text.h"
 #include "cli/results/run_reader.h"
+#include "cli/results/viewer_pack.h"
 #include "models/scene.h"
 
 namespace evalbus::commands {
@@ -36,6 +37,8 @@ struct CompareOptions {
   std::filesystem::path json;
   // HTML page; empty: none is written.
   std::filesystem::path report;
+  // Of that page with its viewer; 0: none.
+  double megabytes = results::kPageMegabytes;
 };
 
 // The hash of the physics model, by which runs are comparable; it stands beside run.json.
@@ -90,6 +93,11 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
                   "default: the first");
   app->add_option("--json", options->json, "write the comparison to this file, too");
   app->add_option("--report", options->report, "write the comparison as one HTML page to this file, too");
+  app->add_option("--mb", options->megabytes,
+                  "largest size of that page in megabytes, which says how many pairs of episodes are packed\n"
+                  "into it to be shown in 3D, flipped seeds first; 0: none")
+      ->check(CLI::Range(0.0, 2000.0))
+      ->capture_default_str();
 }
 
 // Returns the exit code: 0, whatever the verdict. Throws InputError.
@@ -109,9 +117,12 @@ int Compare(const CompareOptions& options) {
     fmt::print("\njson     {}\n", options.json.string());
   }
   if (!options.report.empty()) {
-    WriteWhole(options.report, results::ComparisonReport(comparisons, options.report,
-                                                         fmt::format("{} ({})", kVersion, kGitCommit)));
-    fmt::print("\nreport   {}\n", options.report.string());
+    const results::ComparisonPage page =
+        results::ComparisonReport(comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),
+                                  static_cast<size_t>(options.megabytes * 1e6));
+    WriteWhole(options.report, page.html);
+    fmt::print("\nreport   {}  {:.1f} MB{}\n", options.report.string(),
+               static_cast<double>(page.html.size()) / 1e6, page.note.empty() ? "" : "; " + page.note);
   }
   return 0;
 }

@@ -18,10 +18,12 @@
 #include "cli/plans/plan_report.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
+#include "cli/results/episode_tracks.h"
 #include "cli/results/pacing.h"
 #include "cli/results/page_links.h"
 #include "cli/results/policy_calls.h"
 #include "cli/results/run_reader.h"
+#include "cli/results/viewer_pack.h"
 #include "metrics/statistics/run_statistics.h"
 #include "viz/report/report_page.h"
 
@@ -35,8 +37,11 @@ struct ReportOptions {
   std::filesystem::path run;
   // Empty: report.html in that folder.
   std::filesystem::path out;
-  // Whose curves are drawn; empty: the first failures and the median success.
+  // Whose curves are drawn, and who is shown in 3D; empty: the first failures and the median success, and in
+  // 3D what there is room for.
   std::vector<int> episodes;
+  // Of the page with its viewer; 0: none.
+  double megabytes = results::kPageMegabytes;
 };
 
 constexpr size_t kFailuresDrawn = 2;
@@ -115,18 +120,19 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
                viz::ReportRun* run) {
   for (const Choice& choice : choices) {
     try {
-      results::EpisodeTrace trace =
-          results::TraceEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front());
+      const auto track =
+          results::TrackEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front(), {});
+      results::EpisodeTrace trace = results::Trace(*track);
       // What only the logs know.
       if (run->curves.empty()) {
-        const metric_values_t& metrics = trace.summary.metrics;
+        const metric_values_t& metrics = track->summary()->metrics;
         for (int k = 0; k < metrics.num_stages; ++k) {
           for (viz::ReportStage& stage : run->stages) {
             if (stage.index == std::to_string(metrics.stage_index[k])) stage.name = metrics.stage_name[k];
           }
         }
-        run->made.emplace_back("physics_sha256", trace.model->physics_sha256);
-        run->made.emplace_back("visual_sha256", trace.model->visual_sha256);
+        run->made.emplace_back("physics_sha256", track->model().physics_sha256);
+        run->made.emplace_back("visual_sha256", track->model().visual_sha256);
       }
       run->curves.push_back({.episode = choice.episode,
                              .why = choice.why,
@@ -210,12 +216,45 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
       ->type_name("FILE");
   app->add_option(
          "--episode", options->episodes,
-         "numbers of episodes whose curves are drawn, with commas; default: the first failures and the "
-         "success of median time")
+         "numbers of episodes whose curves are drawn and which are shown in 3D, with commas; default: the "
+         "first failures and the success of median time, and in 3D as many as there is room for")
       ->delimiter(',');
+  app->add_option(
+         "--mb", options->megabytes,
+         "largest size of the page in megabytes, which says how many episodes are packed into it to\n"
+         "be shown in 3D; 0: none")
+      ->check(CLI::Range(0.0, 2000.0))
+      ->capture_default_str();
 }
 
-// Prints the page's path. Returns the exit code. Throws InputError, EnvironmentError.
+// Of each run first the episodes with curves, then its failures, then the others; of a suite one of each run,
+// then the next of each.
+void AddViewer(const results::RecordedRuns& runs, const ReportOptions& options,
+               const results::PageLinks& links, viz::Report* report) {
+  results::ViewerPack pack(links);
+  std::vector<std::vector<int>> order;
+  size_t longest = 0;
+  for (size_t run = 0; run < runs.runs.size(); ++run) {
+    pack.Add(runs.runs[run]);
+    std::vector<int> first;
+    for (const viz::ReportCurves& curves : report->runs[run].curves) first.push_back(curves.episode);
+    order.push_back(options.episodes.empty() ? results::FailuresFirst(runs.runs[run], first)
+                                             : options.episodes);
+    longest = std::max(longest, order.back().size());
+  }
+  std::vector<std::vector<results::ViewerPack::Wanted>> wanted;
+  for (size_t k = 0; k < longest; ++k) {
+    for (size_t run = 0; run < order.size(); ++run) {
+      if (k < order[run].size()) wanted.push_back({{static_cast<int>(run), order[run][k]}});
+    }
+  }
+  pack.Pack(wanted, viz::ReportPage(*report).size(), static_cast<size_t>(options.megabytes * 1e6));
+  for (const std::string& remark : pack.remarks()) report->remarks.push_back(remark);
+  report->viewer = pack.Viewer();
+}
+
+// Prints the page's path, its size and what is packed. Returns the exit code. Throws InputError,
+// EnvironmentError.
 int WriteReport(const ReportOptions& options) {
   if (fs::exists(options.run / plans::kPlanJson)) {
     if (!options.out.empty() || !options.episodes.empty()) {
@@ -242,8 +281,11 @@ int WriteReport(const ReportOptions& options) {
   report.title = runs.is_suite ? fmt::format("{} run{} in {}", runs.runs.size(),
                                              runs.runs.size() == 1 ? "" : "s", runs.name)
                                : runs.runs[0].task_name();
-  WriteWhole(out, viz::ReportPage(report));
-  fmt::print("{}\n", fs::proximate(out).string());
+  if (options.megabytes > 0) AddViewer(runs, options, links, &report);
+  const std::string page = viz::ReportPage(report);
+  WriteWhole(out, page);
+  fmt::print("{}  {:.1f} MB{}\n", fs::proximate(out).string(), static_cast<double>(page.size()) / 1e6,
+             report.viewer ? "; " + report.viewer->note : "");
   return 0;
 }
 

@@ -135,6 +135,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
   fmt::print("{}", results::Tally::Title("task", width));
   std::fflush(stdout);
   const bool is_terminal = isatty(fileno(stdout)) != 0;
+  const auto policy_pool = policy::OpenPool(options.policy, options.workers);
   JobPool pool(suite.Jobs(), options.workers, [&](const std::string& why) {
     fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
   });

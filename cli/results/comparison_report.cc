@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
+#include <memory>
+#include <optional>
 
 #include "cli/results/page_links.h"
+#include "cli/results/viewer_pack.h"
 #include "viz/report/comparison_page.h"
 
 namespace evalbus::results {
@@ -83,10 +87,43 @@ viz::ReportTaskComparison Task(const TaskComparison& task, const PageLinks& link
   return report;
 }
 
+// The runs of the page, each once, whichever comparisons it is in.
+struct PackedRuns {
+  explicit PackedRuns(const PageLinks& links) : pack(links) {}
+
+  int Number(const std::filesystem::path& folder) {
+    const auto known = std::ranges::find(folders, folder);
+    if (known != folders.end()) return static_cast<int>(known - folders.begin());
+    folders.push_back(folder);
+    runs.push_back(std::make_unique<RecordedRun>(ReadRun(folder)));
+    return pack.Add(*runs.back());
+  }
+  // Pairs of episodes, the baseline's first.
+  void AddPairs(const TaskComparison& task, std::vector<std::vector<ViewerPack::Wanted>>* flipped,
+                std::vector<std::vector<ViewerPack::Wanted>>* others) {
+    const int baseline = Number(task.baseline_folder), run = Number(task.folder);
+    for (const FlippedPair& pair : task.flipped) {
+      flipped->push_back({{baseline, pair.baseline_episode}, {run, pair.episode}});
+    }
+    for (const RecordedEpisode& a : runs[static_cast<size_t>(baseline)]->episodes) {
+      const bool is_flipped =
+          std::ranges::find(task.flipped, a.seed, &FlippedPair::seed) != task.flipped.end();
+      const auto& episodes = runs[static_cast<size_t>(run)]->episodes;
+      const auto b = std::ranges::find(episodes, a.seed, &RecordedEpisode::seed);
+      if (!is_flipped && b != episodes.end()) others->push_back({{baseline, a.episode}, {run, b->episode}});
+    }
+  }
+
+  ViewerPack pack;
+  std::vector<std::filesystem::path> folders;
+  // Where they stay.
+  std::vector<std::unique_ptr<RecordedRun>> runs;
+};
+
 }  // namespace
 
-std::string ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,
-                             const std::string& made_by) {
+ComparisonPage ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,
+                                const std::string& made_by, size_t most) {
   const PageLinks links(file);
   std::vector<viz::ReportComparison> reports;
   for (const Comparison& comparison : comparisons) {
@@ -103,7 +140,21 @@ std::string ComparisonReport(const std::vector<Comparison>& comparisons, const s
         "table. Each metric's interval is drawn on its own scale.");
     reports.push_back(std::move(report));
   }
-  return viz::ComparisonPage("Comparison with " + reports.front().baseline, reports, made_by);
+  const auto html = [&](const std::optional<viz::PackedViewer>& viewer) {
+    return viz::ComparisonPage("Comparison with " + reports.front().baseline, reports, made_by, viewer);
+  };
+  if (most == 0) return {html({}), ""};
+  PackedRuns packed(links);
+  std::vector<std::vector<ViewerPack::Wanted>> flipped, others;
+  for (const Comparison& comparison : comparisons) {
+    for (const TaskComparison& task : comparison.tasks) packed.AddPairs(task, &flipped, &others);
+  }
+  // Flips of all tasks before the rest.
+  flipped.insert(flipped.end(), others.begin(), others.end());
+  packed.pack.Pack(flipped, html({}).size(), most);
+  for (const std::string& remark : packed.pack.remarks()) reports.front().notes.push_back(remark);
+  const viz::PackedViewer viewer = packed.pack.Viewer();
+  return {html(viewer), viewer.note};
 }
 
 }  // namespace evalbus::results

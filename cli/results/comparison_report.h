@@ -9,8 +9,16 @@
 
 namespace evalbus::results {
 
-// The HTML page, to be written to this file, so that it links films. `made_by`: version and commit.
-std::string ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,
-                             const std::string& made_by);
+struct ComparisonPage {
+  std::string html;
+  // Which episodes are shown in 3D, a sentence; empty: none.
+  std::string note;
+};
+
+// The HTML page, to be written to this file, so that it links films. `made_by`: version and commit. most:
+// bytes that it may have with pairs of episodes shown in 3D, flipped seeds first; 0: none are. Throws
+// InputError where the runs cannot be read any more, EnvironmentError without three.js.
+ComparisonPage ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,
+                                const std::string& made_by, size_t most);
 
 }  // namespace evalbus::results

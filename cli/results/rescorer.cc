@@ -103,6 +103,7 @@ void Rescorer::Begin(const episode_begin_t& begin) {
   merger_.Start();
   conflicts_.Start();
   running_ = true;
+  if (on_begin_) on_begin_(model_, begin_);
 }
 
 template <class Message>

@@ -53,6 +53,10 @@ class Rescorer {
   // before that, it is not complete ("unconfirmed" or "aborted").
   explicit Rescorer(std::optional<TaskDescription> task = std::nullopt) : task_(std::move(task)) {}
 
+  // Called when an episode begins.
+  using BeginListener =
+      std::function<void(const std::shared_ptr<const model_info_t>&, const episode_begin_t&)>;
+  void OnBegin(BeginListener listener) { on_begin_ = std::move(listener); }
   // Called after each tick that was scored.
   using TickListener = std::function<void(const metrics::EpisodeScorer&, const state_t&, const contacts_t&)>;
   void OnTick(TickListener listener) { on_tick_ = std::move(listener); }
@@ -79,6 +83,7 @@ class Rescorer {
   void Finish(const std::optional<episode_summary_t>& recorded, RescoredLog* log);
 
   std::optional<TaskDescription> task_;
+  BeginListener on_begin_;
   TickListener on_tick_;
   // MODEL as last heard; the episode under way goes on with the one that it began with.
   std::vector<uint8_t> model_bytes_;

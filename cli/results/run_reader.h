@@ -82,6 +82,9 @@ RecordedRun ReadRun(const std::filesystem::path& folder);
 RecordedRuns ReadRuns(const std::filesystem::path& folder);
 // Of a folder with run.json; there may be no finished episode yet.
 RecordedRun ReadRunAsFarAsItGot(const std::filesystem::path& folder);
+// A line of episodes.jsonl of this run, which `where` names.
+RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::string& where,
+                            const RecordedRun& run);
 // What run.json alone says.
 RecordedRun ReadRunInfo(const std::filesystem::path& folder);
 // The folders in that of a suite, as suite.json names them.

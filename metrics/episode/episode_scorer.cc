@@ -268,6 +268,11 @@ void EpisodeScorer::Partial(partial_metrics_t* partial) const {
   FillExtended(false, &partial->extended);
 }
 
+void EpisodeScorer::Criteria(criteria_t* criteria) const {
+  criteria->header = header_;
+  evaluator_.Criteria(criteria);
+}
+
 episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const episode_end_t& end) const {
   episode_summary_t summary{};
   summary.header = end.header;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "evalbus/contacts_t.hpp"
+#include "evalbus/criteria_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
@@ -44,6 +45,8 @@ class EpisodeScorer {
 
   // The score after the last tick.
   void Partial(partial_metrics_t* partial) const;
+  // How every condition of the verdict stands after the last tick (TaskEvaluator::Criteria).
+  void Criteria(criteria_t* criteria) const;
   // The final score; header and what else comes from the sim is copied from its messages. Not complete where
   // ticks are missing, samples were refused, the policy's server failed, or the episode was cut short:
   // aborted, or ended on a verdict that these ticks do not give.

@@ -56,10 +56,27 @@ void Relation::Explain(std::vector<condition_t>* conditions) const {
   conditions->push_back(std::move(condition));
 }
 
+void Relation::Stand(bool wanted, Standing* standing) const {
+  condition_t& condition =
+      standing->Next(condition_, [&] { return wanted ? text_if_true_ : text_if_false_; });
+  condition.holds = holds_ == wanted;
+  SetTick(header_, &condition);
+}
+
 bool Within::Evaluate(const WorldView& world) {
   header_ = world.state.header;
   value_ = Value(world);
-  return lower_ <= value_ && value_ <= upper_;
+  return Holds();
+}
+
+void Within::Stand(bool wanted, Standing* standing) const {
+  condition_t& condition = standing->Next(condition_, [&] { return Describe(wanted).front(); });
+  condition.holds = Holds() == wanted;
+  condition.has_value = true;
+  condition.value_mixed = value_;
+  condition.threshold_mixed = IsUpperNearer() ? upper_ : lower_;
+  condition.comparison = IsUpperNearer() == wanted ? "<=" : ">=";
+  SetTick(header_, &condition);
 }
 
 std::vector<std::string> Within::Describe(bool value) const {
@@ -76,11 +93,10 @@ std::vector<std::string> Within::Describe(bool value) const {
 }
 
 void Within::Explain(std::vector<condition_t>* conditions) const {
-  // Of two limits the nearer one, which is the violated one where one is.
-  const bool is_upper = upper_ - value_ < value_ - lower_;
+  const bool is_upper = IsUpperNearer();
   const double limit = is_upper ? upper_ : lower_;
   condition_t condition = condition_;
-  condition.holds = lower_ <= value_ && value_ <= upper_;
+  condition.holds = Holds();
   condition.has_value = true;
   condition.value_mixed = value_;
   condition.threshold_mixed = limit;

@@ -21,6 +21,27 @@ struct WorldView {
   std::span<const uint8_t> stage_reached = {};
 };
 
+// Conditions as they stand, one after the other. The first time they are appended; from then on only what
+// changes from tick to tick is written, so that nothing is allocated.
+class Standing {
+ public:
+  explicit Standing(std::vector<condition_t>* conditions) : conditions_(*conditions) {}
+
+  // The next one; `fixed` has what never changes, and words() what it asks for, once.
+  template <class Words>
+  condition_t& Next(const condition_t& fixed, const Words& words) {
+    if (next_ == conditions_.size()) {
+      conditions_.push_back(fixed);
+      conditions_.back().text = words();
+    }
+    return conditions_[next_++];
+  }
+
+ private:
+  std::vector<condition_t>& conditions_;
+  size_t next_ = 0;
+};
+
 class Predicate {
  public:
   virtual ~Predicate() = default;
@@ -31,6 +52,10 @@ class Predicate {
   // all that a true `all` needs, the first unmet one of a false `all`, the first that makes an `any` true,
   // all of a false `any`.
   virtual void Explain(std::vector<condition_t>* conditions) const = 0;
+  // Every condition in it after the last Evaluate(), also those that decided nothing, in the order of the
+  // description. wanted: false below a `not`. text says what is asked for, holds whether that is so,
+  // comparison and threshold what it takes.
+  virtual void Stand(bool wanted, Standing* standing) const = 0;
   // What it means to be `value`, in words, before any tick: lines, those of operands indented.
   virtual std::vector<std::string> Describe(bool value) const = 0;
 };
@@ -40,6 +65,7 @@ class Relation : public Predicate {
  public:
   bool Evaluate(const WorldView& world) final;
   void Explain(std::vector<condition_t>* conditions) const final;
+  void Stand(bool wanted, Standing* standing) const final;
   std::vector<std::string> Describe(bool value) const final {
     return {value ? text_if_true_ : text_if_false_};
   }
@@ -59,8 +85,10 @@ class Relation : public Predicate {
 // A condition that a number is within limits, both included. A class fills in the members and Value().
 class Within : public Predicate {
  public:
+  void Start() override { value_ = 0; }
   bool Evaluate(const WorldView& world) final;
   void Explain(std::vector<condition_t>* conditions) const final;
+  void Stand(bool wanted, Standing* standing) const final;
   std::vector<std::string> Describe(bool value) const final;
 
  protected:
@@ -75,6 +103,10 @@ class Within : public Predicate {
   double upper_ = std::numeric_limits<double>::infinity();
 
  private:
+  bool Holds() const { return lower_ <= value_ && value_ <= upper_; }
+  // Of two limits the nearer one, which is the violated one where one is.
+  bool IsUpperNearer() const { return upper_ - value_ < value_ - lower_; }
+
   header_t header_{};
   double value_ = 0;
 };

@@ -260,6 +260,9 @@ class Combination : public Predicate {
   void Start() override {
     for (const auto& operand : operands_) operand->Start();
   }
+  void Stand(bool wanted, Standing* standing) const override {
+    for (const auto& operand : operands_) operand->Stand(wanted, standing);
+  }
 
  protected:
   int CountTrue(const WorldView& world) {
@@ -323,6 +326,7 @@ class Not : public Combination {
   }
   bool Evaluate(const WorldView& world) override { return CountTrue(world) == 0; }
   void Explain(std::vector<condition_t>* conditions) const override { operands_[0]->Explain(conditions); }
+  void Stand(bool wanted, Standing* standing) const override { Combination::Stand(!wanted, standing); }
   std::vector<std::string> Describe(bool value) const override { return operands_[0]->Describe(!value); }
 };
 
@@ -331,6 +335,8 @@ class Latched : public Combination {
  public:
   Latched(const Expression& expression, const CompileContext& context) : Combination(expression, context) {
     NeedOne(expression);
+    condition_.predicate = "latched";
+    condition_.kind = condition_t::PROGRESS;
   }
   void Start() override {
     Combination::Start();
@@ -338,6 +344,7 @@ class Latched : public Combination {
     why_.clear();
   }
   bool Evaluate(const WorldView& world) override {
+    header_ = world.state.header;
     if (CountTrue(world) > 0 && !latched_) {
       latched_ = true;
       operands_[0]->Explain(&why_);
@@ -348,6 +355,14 @@ class Latched : public Combination {
     if (!latched_) return operands_[0]->Explain(conditions);
     conditions->insert(conditions->end(), why_.begin(), why_.end());
   }
+  // The operand as it is now, then whether it ever was so.
+  void Stand(bool wanted, Standing* standing) const override {
+    Combination::Stand(true, standing);
+    condition_t& condition = standing->Next(condition_, [&] { return Describe(wanted).front(); });
+    condition.holds = latched_ == wanted;
+    condition.tick = header_.tick;
+    condition.time_s = Seconds(header_.sim_time_us);
+  }
   std::vector<std::string> Describe(bool value) const override {
     return DescribeEach(value ? "at any time so far" : "at no time so far");
   }
@@ -355,6 +370,8 @@ class Latched : public Combination {
  private:
   bool latched_ = false;
   std::vector<condition_t> why_;
+  header_t header_{};
+  condition_t condition_{};
 };
 
 // The operand has been true without a break for min_s or longer.
@@ -396,6 +413,16 @@ class Lasts : public Combination {
     condition.tick = header_.tick;
     condition.time_s = Seconds(header_.sim_time_us);
     conditions->push_back(std::move(condition));
+  }
+  // The operand, then for how long it has been so.
+  void Stand(bool wanted, Standing* standing) const override {
+    Combination::Stand(true, standing);
+    condition_t& condition = standing->Next(condition_, [&] { return Describe(wanted).front(); });
+    condition.holds = Holds() == wanted;
+    condition.comparison = wanted ? ">=" : "<=";
+    condition.value_mixed = since_us_ ? Seconds(header_.sim_time_us - *since_us_) : 0;
+    condition.tick = header_.tick;
+    condition.time_s = Seconds(header_.sim_time_us);
   }
   std::vector<std::string> Describe(bool value) const override {
     return DescribeEach(

@@ -264,7 +264,10 @@ class QuantityWithin : public Within {
     condition_.unit = row.unit;
     quantity_ = quantity_of_->words();
   }
-  void Start() override { quantity_of_->Start(); }
+  void Start() override {
+    Within::Start();
+    quantity_of_->Start();
+  }
 
  protected:
   double Value(const WorldView& world) override { return quantity_of_->Evaluate(world) * scale_; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lcmtypes/clock.h"
 
@@ -123,6 +124,23 @@ std::vector<condition_t> TaskEvaluator::ExplainUnmet() const {
   const std::vector<condition_t> verdict = ExplainVerdict();
   conditions.insert(conditions.end(), verdict.begin(), verdict.end());
   return conditions;
+}
+
+void TaskEvaluator::Criteria(criteria_t* criteria) const {
+  Standing success(&criteria->success), failure(&criteria->failure);
+  success_->Stand(true, &success);
+  if (failure_) failure_->Stand(true, &failure);
+  criteria->num_success = static_cast<int32_t>(criteria->success.size());
+  criteria->num_failure = static_cast<int32_t>(criteria->failure.size());
+  if (judged_) return;
+  for (auto* conditions : {&criteria->success, &criteria->failure}) {
+    for (condition_t& condition : *conditions) {
+      condition.holds = false;
+      if (condition.has_value) condition.value_mixed = std::numeric_limits<double>::quiet_NaN();
+      condition.tick = 0;
+      condition.time_s = 0;
+    }
+  }
 }
 
 }  // namespace evalbus::metrics

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "evalbus/criteria_t.hpp"
 #include "metrics/task/expressions.h"
 #include "models/model_names.h"
 #include "models/task_description.h"
@@ -38,6 +39,10 @@ class TaskEvaluator {
   std::vector<condition_t> ExplainVerdict() const;
   // Why each stage that was not reached is not, then what ExplainVerdict() says.
   std::vector<condition_t> ExplainUnmet() const;
+  // Every condition of success and of failure after the last tick (see Predicate::Stand), without the
+  // built-in one. Before tick 1 none holds and no number is there (NaN). Filled again, it allocates nothing;
+  // header is left as it is.
+  void Criteria(criteria_t* criteria) const;
   // In the order of TaskDescription: stages, target_distance (m), pose_error (rad).
   const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }
   const std::vector<double>& target_distance() const { return target_distance_; }

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/run_layout.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
@@ -125,10 +124,8 @@ class EpisodeReader {
 
 // The model of the run folder that the log is in, wherever the log says that it was; for a log alone, that.
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {
-  const auto run =
-      std::filesystem::absolute(log).lexically_normal().parent_path().parent_path().parent_path();
-  const auto own = run / kModelFolder / kVisualModel;
-  if (std::filesystem::exists(own)) info.visual_file = own.string();
+  UseModelsIn(std::filesystem::absolute(log).lexically_normal().parent_path().parent_path().parent_path(),
+              &info);
   return LoadVisualModel(info);
 }
 

@@ -1,4 +1,8 @@
-// Draws a model off screen, in software (OSMesa), as its cameras see it. Needs no display and no GPU.
+// Draws a model off screen as its cameras see it, in software (OSMesa) or with EGL: gl_context.h. Needs no
+// display.
+//
+// A renderer is one thread's at a time; several may draw in threads of their own. What is drawn depends on
+// the model, the state and the shot alone.
 #pragma once
 
 #include <memory>
@@ -19,10 +23,6 @@ inline constexpr char kDefaultCamera[] = "overview";
 // Throws InputError, with the names there are, for a camera that the model has not.
 int FindCamera(const mjModel& model, const std::string& name);
 
-// Throws EnvironmentError if OSMesa is missing. A Renderer does so itself; this is for those who want to know
-// before they have a model.
-void LoadOsMesa();
-
 // A picture as a policy asks for it.
 struct Shot {
   int camera;
@@ -36,7 +36,7 @@ struct Shot {
 class Renderer {
  public:
   // model: with visual geoms; light and shadows are those of its <visual>. Throws InputError for an odd or
-  // absurd size, EnvironmentError if OSMesa is missing or refuses.
+  // absurd size, EnvironmentError if OpenGL is missing or refuses.
   Renderer(ModelPtr model, FrameSize size);
   ~Renderer();
   Renderer(const Renderer&) = delete;

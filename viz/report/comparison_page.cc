@@ -138,13 +138,15 @@ void Write(const ReportComparison& comparison, Markup* html) {
 }  // namespace
 
 std::string ComparisonPage(const std::string& title, const std::vector<ReportComparison>& comparisons,
-                           const std::string& made_by) {
-  return Page(title, made_by, [&](Markup* html) {
+                           const std::string& made_by, const std::optional<PackedViewer>& viewer) {
+  const auto content = [&](Markup* html) {
     for (const ReportComparison& comparison : comparisons) {
       html->Element("h2", {}, comparison.run + " against " + comparison.baseline);
       Write(comparison, html);
     }
-  });
+    if (viewer) WriteViewer(*viewer, html);
+  };
+  return Page(title, made_by, content, viewer ? &*viewer : nullptr);
 }
 
 }  // namespace evalbus::viz

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,7 +54,8 @@ struct ReportComparison {
   std::vector<std::string> notes;
 };
 
+// viewer: nothing for none.
 std::string ComparisonPage(const std::string& title, const std::vector<ReportComparison>& comparisons,
-                           const std::string& made_by);
+                           const std::string& made_by, const std::optional<PackedViewer>& viewer);
 
 }  // namespace evalbus::viz

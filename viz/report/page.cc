@@ -3,14 +3,43 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "viz/report/assets.h"
 #include "viz/report/scale.h"
 
 namespace evalbus::viz {
 
+namespace {
+
+// Blocks are no scripts that a browser knows, which leaves them alone.
+void WriteScripts(const PackedViewer& viewer, Markup* html) {
+  for (const auto& [name, packed] : viewer.blocks) {
+    html->Element("script", {{"type", "application/x-evalbus"}, {"data-block", name}}, packed);
+  }
+  const auto script = [&](const std::string& code) {
+    html->Element("script", {}, [&] { html->Verbatim(code); });
+  };
+  script(viewer.libraries.three);
+  script(viewer.libraries.orbit_controls);
+  for (const PageFile& file : PageFiles()) {
+    if (std::string_view(file.name).ends_with(".js")) script(file.text);
+  }
+}
+
+}  // namespace
+
+void WriteViewer(const PackedViewer& viewer, Markup* html) {
+  html->Element("section", {{"class", "in-3d"}}, [&] {
+    html->Element("h2", {{"id", "in-3d"}}, "In 3D");
+    html->Element("p", {{"class", "note"}}, viewer.note);
+    html->Element("div", {{"id", "viewer"}, {"data-from", "page"}},
+                  [&] { html->Element("noscript", {}, "Without scripts nothing is drawn in 3D here."); });
+  });
+}
+
 std::string Page(const std::string& title, const std::string& made_by,
-                 const std::function<void(Markup*)>& content) {
+                 const std::function<void(Markup*)>& content, const PackedViewer* viewer) {
   Markup html;
   html.Doctype();
   html.Element("html", {{"lang", "en"}}, [&] {
@@ -21,6 +50,7 @@ std::string Page(const std::string& title, const std::string& made_by,
       html.Empty("link", {{"rel", "icon"}, {"href", "data:,"}});
       html.Element("title", {}, title);
       html.Element("style", {}, [&] { html.Verbatim(kReportCss); });
+      if (viewer) html.Element("style", {}, [&] { html.Verbatim(PageStyle()); });
     });
     html.Element("body", {}, [&] {
       html.Element("main", {}, [&] {
@@ -29,6 +59,7 @@ std::string Page(const std::string& title, const std::string& made_by,
       });
       html.Element("footer", {}, "Made by evalbus " + made_by + ".");
       html.Element("script", {}, [&] { html.Verbatim(kReportJs); });
+      if (viewer) WriteScripts(*viewer, &html);
     });
   });
   return html.str() + "\n";

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "viz/report/markup.h"
+#include "viz/viewer/pack.h"
 
 namespace evalbus::viz {
 
@@ -20,9 +21,13 @@ std::string Plural(int count, const std::string& noun);
 // Links one after the other.
 void Links(const std::vector<ReportLink>& links, Markup* html);
 
-// A whole page with the title as its heading. `made_by`: version and commit.
+// A whole page with the title as its heading. `made_by`: version and commit. viewer: null for none; it is
+// where the content calls WriteViewer().
 std::string Page(const std::string& title, const std::string& made_by,
-                 const std::function<void(Markup*)>& content);
+                 const std::function<void(Markup*)>& content, const PackedViewer* viewer = nullptr);
+
+// The section of the episodes that can be looked at in 3D.
+void WriteViewer(const PackedViewer& viewer, Markup* html);
 
 // "95 %"; "-" for what is not finite.
 std::string Percent(double share);

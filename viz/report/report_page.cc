@@ -75,23 +75,26 @@ void SuiteTable(const Report& report, Markup* html) {
 }  // namespace
 
 std::string ReportPage(const Report& report) {
-  return Page(report.title, report.made_by, [&](Markup* html) {
+  const auto content = [&](Markup* html) {
     const bool suite = report.runs.size() > 1;
     for (const std::string& remark : report.remarks) html->Element("p", {{"class", "warning"}}, remark);
     if (suite) SuiteTable(report, html);
+    if (suite && report.viewer) WriteViewer(*report.viewer, html);
     for (size_t i = 0; i < report.runs.size(); ++i) {
       const ReportRun& run = report.runs[i];
       if (suite) html->Element("h2", {{"id", Id(i)}}, run.task + "/" + run.variation);
       Subtitle(run, html);
       const RunSection section{run, suite ? Id(i) : "", suite ? "h3" : "h2", suite ? "h4" : "h3", html};
       WriteSummary(section);
+      if (!suite && report.viewer) WriteViewer(*report.viewer, html);
       WriteStages(section);
       WriteDistributions(section);
       WriteEpisodes(section);
       WriteCurves(section);
       WriteMade(section);
     }
-  });
+  };
+  return Page(report.title, report.made_by, content, report.viewer ? &*report.viewer : nullptr);
 }
 
 }  // namespace evalbus::viz

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -102,6 +103,8 @@ struct Report {
   // At least one; with several, a table of them comes first.
   std::vector<ReportRun> runs;
   std::vector<std::string> remarks;
+  // Nothing: none.
+  std::optional<PackedViewer> viewer;
   // Version and commit of the program that wrote the page.
   std::string made_by;
 };

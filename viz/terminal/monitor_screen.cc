@@ -36,19 +36,6 @@ Style StyleOf(const std::string& outcome) {
   return outcome == end_reason::kSuccess ? Style::kGood : outcome.empty() ? Style::kPlain : Style::kBad;
 }
 
-const char* StateName(const component_status_t& status) {
-  switch (status.state) {
-    case component_status_t::READY:
-      return status.last_tick < 0 ? "ready" : "running";
-    case component_status_t::FAILED:
-      return "failed";
-    case component_status_t::STOPPED:
-      return "stopped";
-    default:
-      return "idle";
-  }
-}
-
 Line Title(const RunWatch& watch, const std::string& url, int width, SteadyTime now) {
   Line line = {{"evalbus monitor", Style::kStrong}};
   std::string where = url;
@@ -229,7 +216,7 @@ void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine
     screen->push_back(
         {2,
          {{Fit(name, 12)},
-          {Fit(health.silent ? "✕ silent" : StateName(status), 9),
+          {Fit(health.silent ? "✕ silent" : StateWord(status), 9),
            health.is_bad() ? Style::kBad : Style::kPlain},
           {fmt::format("{:>6}{:>6}", status.last_tick < 0 ? "-" : std::to_string(status.last_tick),
                        health.lag < 0 ? "-" : std::to_string(health.lag))},

@@ -25,6 +25,19 @@ double Seconds(SteadyTime::duration duration) { return std::chrono::duration<dou
 
 }  // namespace
 
+const char* StateWord(const component_status_t& status) {
+  switch (status.state) {
+    case component_status_t::READY:
+      return status.last_tick < 0 ? "ready" : "running";
+    case component_status_t::FAILED:
+      return "failed";
+    case component_status_t::STOPPED:
+      return "stopped";
+    default:
+      return "idle";
+  }
+}
+
 void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now) {
   RollWindow(now);
   heard_at_ = now;

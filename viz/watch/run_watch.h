@@ -25,6 +25,9 @@
 
 namespace evalbus::viz {
 
+// "idle", "ready", "running", "failed" or "stopped".
+const char* StateWord(const component_status_t& status);
+
 class RunWatch {
  public:
   // A component that says nothing for longer counts as silent (they all speak every 0.4 s).

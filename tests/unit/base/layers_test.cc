@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 33> kOrder = {"base",
+constexpr std::array<std::string_view, 35> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus",
                                                      "bus/recorder",
@@ -41,9 +41,12 @@ constexpr std::array<std::string_view, 33> kOrder = {"base",
                                                      "viz/watch",
                                                      "viz/pictures",
                                                      "viz/terminal",
+                                                     "viz/viewer",
                                                      "viz/report",
+                                                     "viz/web",
                                                      "viz",
                                                      "cli/results",
+                                                     "cli/tools",
                                                      "cli/launch",
                                                      "cli/commands",
                                                      "cli",

@@ -344,14 +344,14 @@ TEST_F(CompareTest, ThePageLinksTheFilmsOfSeedsThatFlipped) {
   const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
   const Comparison comparison = CompareRuns(b, a);
   const std::filesystem::path page = folder_.path() / "pages/comparison.html";
-  std::string html = ComparisonReport({comparison}, page, "0.1.0");
+  std::string html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
   EXPECT_THAT(html, testing::HasSubstr("2 seeds with success on one side only"));
   EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 1))));
   EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 3))));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr(std::to_string(EpisodeSeed(7, 2)))));
   EXPECT_THAT(html, testing::HasSubstr("evalbus render"));
   WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "film");
-  html = ComparisonReport({comparison}, page, "0.1.0");
+  html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
   EXPECT_THAT(html, testing::HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr("evalbus render")));
 }

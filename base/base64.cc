@@ -1,0 +1,26 @@
+#include "base/base64.h"
+
+#include <openssl/evp.h>
+
+#include <algorithm>
+
+namespace evalbus {
+
+std::string Base64(std::string_view bytes) {
+  // OpenSSL counts in int; three bytes make four characters, so that parts of whole threes can be joined.
+  constexpr size_t kPart = size_t{3} << 20;
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (size_t begin = 0; begin < bytes.size(); begin += kPart) {
+    const std::string_view part = bytes.substr(begin, kPart);
+    // And a zero behind them.
+    std::string piece((part.size() + 2) / 3 * 4 + 1, '\0');
+    const int length =
+        EVP_EncodeBlock(reinterpret_cast<unsigned char*>(piece.data()),
+                        reinterpret_cast<const unsigned char*>(part.data()), static_cast<int>(part.size()));
+    text.append(piece, 0, static_cast<size_t>(length));
+  }
+  return text;
+}
+
+}  // namespace evalbus

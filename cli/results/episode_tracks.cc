@@ -1,0 +1,104 @@
+#include "cli/results/episode_tracks.h"
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "cli/results/episode_logs.h"
+#include "cli/results/rescorer.h"
+#include "lcmtypes/clock.h"
+#include "metrics/episode/criteria_pace.h"
+#include "metrics/statistics/run_statistics.h"
+#include "models/physics_model.h"
+
+namespace evalbus::results {
+
+const viz::SceneBlocks& Scenes::Of(model_info_t model, const std::filesystem::path& run) {
+  UseModelsIn(run, &model);
+  // Names and the description's variation stand in MODEL alone.
+  const std::string key = model.visual_sha256 + model.physics_sha256 + model.robot + model.variation;
+  std::unique_ptr<viz::SceneBlocks>& scene = scenes_[key];
+  if (!scene) {
+    scene = std::make_unique<viz::SceneBlocks>(model);
+    blocks_.insert(scene->blocks().begin(), scene->blocks().end());
+  }
+  return *scene;
+}
+
+std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
+                                                viz::EpisodeTrack::About about, Scenes* scenes) {
+  std::unique_ptr<viz::EpisodeTrack> track;
+  partial_metrics_t partial{};
+  criteria_t criteria{};
+  metrics::CriteriaPace criteria_pace;
+  Rescorer rescorer;
+  rescorer.OnBegin([&](const std::shared_ptr<const model_info_t>& model, const episode_begin_t& begin) {
+    nlohmann::ordered_json appearance;
+    if (scenes) {
+      const viz::SceneBlocks& scene = scenes->Of(*model, RunFolderOf(log));
+      about.scene = scene.id();
+      about.bodies = scene.moving_bodies();
+      appearance = scene.Appearance(begin.seed);
+    }
+    track = std::make_unique<viz::EpisodeTrack>(model, begin.header, about);
+    track->Hear(begin, std::move(appearance));
+    criteria = {};
+    criteria_pace.Start();
+  });
+  rescorer.OnTick(
+      [&](const metrics::EpisodeScorer& scorer, const state_t& state, const contacts_t& contacts) {
+        track->Hear(state);
+        track->Hear(contacts);
+        scorer.Partial(&partial);
+        track->Hear(partial);
+        scorer.Criteria(&criteria);
+        if (criteria_pace.IsDue(partial.header, partial.verdict)) track->Hear(criteria);
+      });
+  const RescoredLog scores = rescorer.Rescore(log);
+  if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
+  track->Hear(criteria);
+  track->Hear(scores.episodes.back().summary);
+  return track;
+}
+
+std::string RunBlock(const RecordedRun& run, int number) {
+  const metrics::RunSummary summary = run.Statistics().Summary(false);
+  viz::RunNumbers numbers;
+  numbers.task = run.task;
+  numbers.variation = run.variation;
+  const auto realtime = run.info.find("realtime");
+  const bool is_realtime = realtime != run.info.end() && *realtime == true;
+  numbers.clock = is_realtime ? clock_name::kRealtime : clock_name::kLockstep;
+  numbers.planned = run.planned;
+  numbers.done = summary.episodes;
+  numbers.complete = summary.complete;
+  numbers.successes = summary.successes;
+  numbers.lower = summary.wilson.lower;
+  numbers.upper = summary.wilson.upper;
+  numbers.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
+  return viz::RunBlock(
+      numbers,
+      {.run = number, .name = run.name, .policy = run.policy, .is_live = false, .remarks = run.Remarks()});
+}
+
+viz::EpisodeRow RowOf(const RecordedEpisode& episode, const RecordedRun& run) {
+  viz::EpisodeRow row;
+  row.episode = episode.episode;
+  row.seed = episode.seed;
+  row.task = run.task;
+  row.variation = run.variation;
+  row.end_reason = episode.end_reason;
+  row.failure_reason = episode.failure_reason;
+  row.success = episode.success;
+  row.complete = episode.complete;
+  row.time = episode.json["metrics"].value("completion_time", 0.0);
+  row.text = episode.json["explanation"].value("text", "");
+  row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
+  return row;
+}
+
+std::vector<viz::EpisodeRow> EpisodeRows(const RecordedRun& run) {
+  std::vector<viz::EpisodeRow> rows;
+  for (const RecordedEpisode& episode : run.episodes) rows.push_back(RowOf(episode, run));
+  return rows;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,89 @@
+// A block of the viewer's data: a head in JSON and arrays, as docs/viewer_data.md has them.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace evalbus::viz {
+
+// As an array's "type" in the head.
+template <class T>
+constexpr const char* TypeName() {
+  if constexpr (std::is_same_v<T, uint8_t>) return "u8";
+  if constexpr (std::is_same_v<T, int16_t>) return "i16";
+  if constexpr (std::is_same_v<T, uint16_t>) return "u16";
+  if constexpr (std::is_same_v<T, int32_t>) return "i32";
+  if constexpr (std::is_same_v<T, uint32_t>) return "u32";
+  if constexpr (std::is_same_v<T, float>) return "f32";
+}
+
+class BlockWriter {
+ public:
+  explicit BlockWriter(const std::string& kind) { head_["block"] = kind; }
+
+  // Everything but "block" and "arrays".
+  nlohmann::ordered_json& head() { return head_; }
+
+  // Row-major; the shape's product is the number of values. Returns the array's description, for scale and
+  // origin.
+  template <class T>
+  nlohmann::ordered_json& Add(const std::string& name, const std::vector<size_t>& shape,
+                              const std::vector<T>& values) {
+    return Add(name, TypeName<T>(), shape, values.data(), values.size() * sizeof(T));
+  }
+  // As differences along the last axis, which wrap around like the type's own numbers.
+  template <class T>
+  nlohmann::ordered_json& AddDeltas(const std::string& name, const std::vector<size_t>& shape,
+                                    std::vector<T> values) {
+    const size_t row = shape.back();
+    for (size_t end = values.size(); row > 0 && end > 0; end -= row) {
+      for (size_t i = end - 1; i > end - row; --i) {
+        using Bits = std::make_unsigned_t<T>;
+        values[i] = static_cast<T>(
+            static_cast<Bits>(static_cast<Bits>(values[i]) - static_cast<Bits>(values[i - 1])));
+      }
+    }
+    nlohmann::ordered_json& array = Add(name, shape, values);
+    array["delta"] = true;
+    return array;
+  }
+
+  // Words in the head may be of others, any bytes: they are made printable (base/text.h).
+  std::string Bytes() const;
+
+ private:
+  nlohmann::ordered_json& Add(const std::string& name, const char* type, const std::vector<size_t>& shape,
+                              const void* data, size_t bytes);
+
+  nlohmann::ordered_json head_ = nlohmann::ordered_json::object();
+  nlohmann::ordered_json arrays_ = nlohmann::ordered_json::object();
+  std::string data_;
+};
+
+// Reads one, as the page does.
+class BlockReader {
+ public:
+  // Throws InputError: no block.
+  explicit BlockReader(const std::string& bytes);
+
+  const nlohmann::ordered_json& head() const { return head_; }
+  bool Has(const std::string& array) const { return head_["arrays"].contains(array); }
+  std::vector<size_t> Shape(const std::string& array) const;
+  // Real values: differences added up, with scale and origin. Throws InputError where there is no such array.
+  std::vector<double> Values(const std::string& array) const;
+  // An array's bytes as they are.
+  std::string Raw(const std::string& array) const;
+
+ private:
+  const nlohmann::ordered_json& Find(const std::string& array) const;
+
+  nlohmann::ordered_json head_;
+  std::string data_;
+};
+
+}  // namespace evalbus::viz

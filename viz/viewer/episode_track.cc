@@ -1,0 +1,522 @@
+#include "viz/viewer/episode_track.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bus/message.h"
+#include "lcmtypes/clock.h"
+#include "lcmtypes/end_reason.h"
+
+namespace evalbus::viz {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Kind = TrackEvent::Kind;
+
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
+constexpr double kUnit = 32767;
+constexpr int64_t kSameTouch_us = 100'000;
+// Where no scores come, or some are lost: ticks so far behind the newest STATE are given without.
+constexpr int64_t kPatience = 50;
+
+// In the order of TrackEvent::Kind.
+constexpr const char* kKindWords[] = {"stage",     "slip",           "grasp", "release",
+                                      "collision", "self_collision", "end"};
+
+int16_t Fraction(double value) {
+  return static_cast<int16_t>(std::lround(std::clamp(value, -1.0, 1.0) * kUnit));
+}
+
+bool IsFinite(std::span<const double> values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+// NaN has no place in JSON.
+Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+const char* BetterWord(Better better) { return better == Better::kHigher ? "higher" : "lower"; }
+
+}  // namespace
+
+EpisodeTrack::EpisodeTrack(std::shared_ptr<const model_info_t> model, const header_t& episode, About about)
+    : model_(std::move(model)), names_(*model_), episode_(episode), about_(std::move(about)) {
+  std::erase_if(about_.bodies, [&](int body) { return body < 0 || body >= model_->num_bodies; });
+}
+
+EpisodeTrack::Tick* EpisodeTrack::At(const header_t& header) {
+  if (!IsOurs(header) || !IsPlausible(header)) return nullptr;
+  if (header.tick >= kMaxTicks) {
+    is_cut_ = true;
+    return nullptr;
+  }
+  const auto tick = static_cast<size_t>(header.tick);
+  if (tick >= ticks_.size()) ticks_.resize(tick + 1);
+  if (!ticks_[tick]) ticks_[tick] = std::make_unique<Tick>();
+  return ticks_[tick].get();
+}
+
+const EpisodeTrack::Tick* EpisodeTrack::Find(int64_t tick) const {
+  return tick >= 0 && tick < static_cast<int64_t>(ticks_.size()) ? ticks_[static_cast<size_t>(tick)].get()
+                                                                 : nullptr;
+}
+
+void EpisodeTrack::Fill(Tick* tick, const partial_metrics_t* partial) {
+  std::vector<double> values;
+  curves_.Values({.partial = partial, .opening = tick->opening, .clearance = tick->clearance}, &values);
+  tick->values.resize(values.size(), std::numeric_limits<double>::quiet_NaN());
+  for (size_t row = 0; row < values.size(); ++row) {
+    if (std::isfinite(values[row])) tick->values[row] = values[row];
+  }
+}
+
+void EpisodeTrack::Hear(const episode_begin_t& begin, Json appearance) {
+  if (!IsOurs(begin.header) || begin_) return;
+  begin_ = begin;
+  appearance_ = std::move(appearance);
+  ++layout_;
+}
+
+void EpisodeTrack::Hear(const state_t& state) {
+  if (state.num_bodies != model_->num_bodies || state.num_grippers != model_->num_grippers) return;
+  const bool is_finite = std::ranges::all_of(about_.bodies, [&](int body) {
+    const body_pose_t& pose = state.body[static_cast<size_t>(body)];
+    // Further away than a whole number of steps can say is as good as nowhere.
+    return IsFinite(pose.position_m) && IsFinite(pose.quat_wxyz) &&
+           std::ranges::all_of(pose.position_m, [](double x) { return std::abs(x) < 4e4; });
+  });
+  Tick* tick = is_finite ? At(state.header) : nullptr;
+  if (!tick || tick->has_state) return;
+  tick->has_state = true;
+  const Tick* before = Find(state.header.tick - 1);
+  for (size_t i = 0; i < about_.bodies.size(); ++i) {
+    const body_pose_t& pose = state.body[static_cast<size_t>(about_.bodies[i])];
+    auto& position = tick->position.emplace_back();
+    for (size_t k = 0; k < 3; ++k) {
+      position[k] = static_cast<int32_t>(std::lround(pose.position_m[k] / kPositionStep));
+    }
+    auto& quat = tick->quat.emplace_back();
+    double along = 0;
+    for (size_t k = 0; k < 4; ++k) {
+      if (before && before->has_state) along += pose.quat_wxyz[k] * before->quat[i][k];
+    }
+    for (size_t k = 0; k < 4; ++k) quat[k] = Fraction(along < 0 ? -pose.quat_wxyz[k] : pose.quat_wxyz[k]);
+  }
+  for (const gripper_state_t& gripper : state.gripper) tick->opening.push_back(gripper.opening);
+  Fill(tick, nullptr);
+}
+
+void EpisodeTrack::Hear(const contacts_t& contacts) {
+  const bool is_right = std::ranges::all_of(contacts.contact, [&](const contact_t& contact) {
+    return std::min(contact.geom_a, contact.geom_b) >= 0 &&
+           std::max(contact.geom_a, contact.geom_b) < model_->num_geoms && IsFinite(contact.position_m) &&
+           IsFinite(contact.normal);
+  });
+  Tick* tick = is_right ? At(contacts.header) : nullptr;
+  if (!tick || tick->has_contacts) return;
+  tick->has_contacts = true;
+  for (const contact_t& contact : contacts.contact) {
+    Contact& kept = tick->contacts.emplace_back();
+    kept.a = static_cast<uint16_t>(contact.geom_a);
+    kept.b = static_cast<uint16_t>(contact.geom_b);
+    for (size_t k = 0; k < 3; ++k) {
+      kept.position[k] = static_cast<float>(contact.position_m[k]);
+      kept.normal[k] = Fraction(contact.normal[k]);
+    }
+    kept.depth = static_cast<float>(-contact.distance_m);
+  }
+  if (contacts.has_clearance) {
+    tick->clearance = contacts.clearance_m;
+    for (size_t k = 0; k < 3; ++k) {
+      tick->clearance_points[k] = static_cast<float>(contacts.clearance_robot_point_m[k]);
+      tick->clearance_points[3 + k] = static_cast<float>(contacts.clearance_scene_point_m[k]);
+    }
+    tick->clearance_geoms = {static_cast<int16_t>(contacts.clearance_robot_geom),
+                             static_cast<int16_t>(contacts.clearance_scene_geom)};
+  }
+  WatchTouches(contacts);
+  Fill(tick, nullptr);
+}
+
+void EpisodeTrack::WatchTouches(const contacts_t& contacts) {
+  if (contacts.header.tick <= last_contacts_) return;
+  last_contacts_ = contacts.header.tick;
+  const int64_t now = contacts.header.sim_time_us;
+  for (const contact_t& contact : contacts.contact) {
+    const auto [last, is_new] = last_touch_us_.emplace(std::pair(contact.geom_a, contact.geom_b), now);
+    const bool is_another = is_new || now - last->second >= kSameTouch_us;
+    last->second = now;
+    if (!is_another) continue;
+    const bool robot_a = names_.IsRobot(contact.geom_a), robot_b = names_.IsRobot(contact.geom_b);
+    const int robot = robot_a ? contact.geom_a : contact.geom_b;
+    const int other = robot_a ? contact.geom_b : contact.geom_a;
+    if (robot_a == robot_b ? !robot_a : names_.IsObject(other)) continue;
+    touches_.push_back(
+        MakeEvent(robot_b && robot_a ? Kind::kSelfCollision : Kind::kCollision, contacts.header.tick,
+                  fmt::format("{} touches {}", names_.GeomName(robot), names_.GeomName(other))));
+  }
+}
+
+void EpisodeTrack::Hear(const partial_metrics_t& partial) {
+  Tick* tick = At(partial.header);
+  if (!tick) return;
+  if (curves_.curves().empty()) {
+    curves_ = CurveTable(*model_, partial);
+    ++layout_;
+    for (auto& other : ticks_) {
+      if (other) Fill(other.get(), nullptr);
+    }
+  }
+  Fill(tick, &partial);
+  if (partial_ && partial.header.tick <= partial_->header.tick) return;
+  if (partial_) WatchScores(*partial_, partial);
+  partial_ = partial;
+}
+
+// Who let go of what, only the summary knows; until then slips and grasps are seen by their counts.
+void EpisodeTrack::WatchScores(const partial_metrics_t& before, const partial_metrics_t& now) {
+  const metric_values_t &a = before.metrics, &b = now.metrics;
+  for (size_t k = 0; k < std::min(a.slip_count_per_object.size(), b.slip_count_per_object.size()); ++k) {
+    if (b.slip_count_per_object[k] <= a.slip_count_per_object[k]) continue;
+    TrackEvent event = MakeEvent(Kind::kSlip, now.header.tick, b.object_name[k] + " slips");
+    event.object = b.object_name[k];
+    scores_events_.push_back(std::move(event));
+  }
+  const extended_metrics_t &e = before.extended, &f = now.extended;
+  for (size_t k = 0; k < std::min(e.name.size(), f.name.size()); ++k) {
+    if (!f.name[k].starts_with("grasp_count") || !(f.value_mixed[k] > e.value_mixed[k])) continue;
+    const size_t dot = f.name[k].find('.');
+    TrackEvent event = MakeEvent(Kind::kGrasp, now.header.tick, "");
+    event.gripper = dot == std::string::npos ? "" : f.name[k].substr(dot + 1);
+    if (event.gripper.empty() && model_->num_grippers > 0) event.gripper = model_->gripper[0].name;
+    event.text = event.gripper + " grasps";
+    scores_events_.push_back(std::move(event));
+  }
+}
+
+void EpisodeTrack::Hear(const criteria_t& criteria) {
+  if (!IsOurs(criteria.header) || !IsPlausible(criteria.header)) return;
+  if (!criteria_) {
+    criteria_ = criteria;
+    ++layout_;
+  }
+  if (criteria.num_success != criteria_->num_success || criteria.num_failure != criteria_->num_failure)
+    return;
+  CriteriaAt at{.tick = criteria.header.tick, .value = {}, .holds = {}};
+  for (const auto* list : {&criteria.success, &criteria.failure}) {
+    for (const condition_t& condition : *list) {
+      at.value.push_back(condition.has_value ? static_cast<float>(condition.value_mixed) : kNoNumber);
+      at.holds.push_back(condition.holds != 0);
+    }
+  }
+  const auto place = std::ranges::lower_bound(criteria_at_, at.tick, {}, &CriteriaAt::tick);
+  if (place != criteria_at_.end() && place->tick == at.tick) return;
+  criteria_at_.insert(place, std::move(at));
+}
+
+void EpisodeTrack::Hear(const episode_end_t& end) {
+  if (!IsOurs(end.header) || end_ || !IsPlausible(end.header)) return;
+  end_ = end;
+}
+
+void EpisodeTrack::Hear(const episode_summary_t& summary) {
+  if (!IsOurs(summary.header) || summary_ || !IsPlausible(summary.header)) return;
+  summary_ = summary;
+  ++layout_;
+}
+
+int64_t EpisodeTrack::ticks() const {
+  const auto all = static_cast<int64_t>(ticks_.size());
+  if (is_over()) return all;
+  // CRITERIA of a tick comes before the PARTIAL of the next one.
+  const int64_t scored = partial_ ? std::min(partial_->header.tick, all) : 0;
+  return std::max<int64_t>({scored, all - kPatience, 0});
+}
+
+double EpisodeTrack::Value(size_t row, int64_t tick) const {
+  const Tick* found = Find(tick);
+  return found && row < found->values.size() ? found->values[row] : std::numeric_limits<double>::quiet_NaN();
+}
+
+double EpisodeTrack::Time(int64_t tick) const { return TickTime(tick, ControlPeriod(*model_)); }
+
+TrackEvent EpisodeTrack::MakeEvent(Kind kind, int64_t tick, std::string text) const {
+  TrackEvent event;
+  event.kind = kind;
+  event.tick = tick;
+  event.time = Time(tick);
+  event.text = std::move(text);
+  return event;
+}
+
+std::vector<TrackEvent> EpisodeTrack::Events() const {
+  std::vector<TrackEvent> events;
+  const metric_values_t* metrics = summary_ ? &summary_->metrics : partial_ ? &partial_->metrics : nullptr;
+  const extended_metrics_t* extended = summary_   ? &summary_->extended
+                                       : partial_ ? &partial_->extended
+                                                  : nullptr;
+  const double dt = ControlPeriod(*model_);
+  for (size_t k = 0; metrics && k < metrics->stage_reached.size() && k < extended->stage_time_s.size(); ++k) {
+    if (!metrics->stage_reached[k] || !std::isfinite(extended->stage_time_s[k])) continue;
+    events.push_back(MakeEvent(Kind::kStage, std::llround(extended->stage_time_s[k] / dt),
+                               fmt::format("stage {}: {}", metrics->stage_index[k], metrics->stage_name[k])));
+  }
+  if (!summary_) events.insert(events.end(), scores_events_.begin(), scores_events_.end());
+  if (summary_) {
+    const auto add = [&](Kind kind, const object_event_t& event, int64_t tick, std::string text) {
+      TrackEvent& added = events.emplace_back(MakeEvent(kind, tick, std::move(text)));
+      added.gripper = event.gripper;
+      added.object = event.object;
+      added.duration = kind == Kind::kGrasp ? event.duration_s : 0;
+    };
+    for (const object_event_t& slip : summary_->explanation.slip) {
+      add(Kind::kSlip, slip, slip.tick, fmt::format("{} slips from {}", slip.object, slip.gripper));
+    }
+    for (const object_event_t& grasp : summary_->explanation.grasp) {
+      add(Kind::kGrasp, grasp, grasp.tick, fmt::format("{} grasps {}", grasp.gripper, grasp.object));
+      const int64_t release = grasp.tick + std::llround(grasp.duration_s / dt);
+      if (release <= summary_->header.tick) {
+        add(Kind::kRelease, grasp, release, fmt::format("{} releases {}", grasp.gripper, grasp.object));
+      }
+    }
+  }
+  events.insert(events.end(), touches_.begin(), touches_.end());
+  std::stable_sort(events.begin(), events.end(),
+                   [](const TrackEvent& a, const TrackEvent& b) { return a.tick < b.tick; });
+  if (summary_) {
+    std::string end = summary_->end_reason;
+    if (!summary_->failure_reason.empty() && summary_->failure_reason != end) {
+      end += ": " + summary_->failure_reason;
+    }
+    if (!summary_->end_detail.empty()) end += ": " + summary_->end_detail;
+    events.push_back(MakeEvent(Kind::kEnd, summary_->header.tick, end));
+  } else if (end_) {
+    events.push_back(MakeEvent(Kind::kEnd, end_->header.tick, end_->end_reason));
+  }
+  return events;
+}
+
+Json EpisodeTrack::CriteriaJson() const {
+  Json list = Json::array();
+  if (!criteria_) return list;
+  size_t row = 0;
+  const auto add = [&](const condition_t& condition, bool is_failure) {
+    Json json = {{"predicate", condition.predicate},
+                 {"subject", condition.subject},
+                 {"other", condition.other},
+                 {"unit", condition.unit},
+                 {"comparison", condition.comparison}};
+    if (condition.has_value) {
+      json["threshold"] = NumberOrNull(condition.threshold_mixed);
+      json["first_row"] = row++;
+    }
+    json["text_first"] = condition.text;
+    if (is_failure) json["failure"] = true;
+    list.push_back(std::move(json));
+  };
+  for (const condition_t& condition : criteria_->success) add(condition, false);
+  for (const condition_t& condition : criteria_->failure) add(condition, true);
+  return list;
+}
+
+void EpisodeTrack::AddHead(Json* head_in) const {
+  Json& head = *head_in;
+  head["run"] = about_.run;
+  head["episode"] = episode_.episode;
+  head["attempt"] = episode_.attempt;
+}
+
+// What "ticks" repeats.
+void EpisodeTrack::AddChanging(Json* head_in) const {
+  Json& head = *head_in;
+  head["ticks"] = ticks();
+  if (is_cut_) head["is_cut"] = true;
+  head["is_over"] = is_over();
+  head["end_reason"] = nullptr;
+  head["failure_reason"] = nullptr;
+  head["explanation"] = nullptr;
+  head["success"] = nullptr;
+  head["complete"] = nullptr;
+  if (end_) head["end_reason"] = end_->end_reason;
+  if (summary_) {
+    head["end_reason"] = summary_->end_reason;
+    head["failure_reason"] = summary_->failure_reason;
+    head["explanation"] = summary_->explanation.text;
+    head["success"] = summary_->metrics.success != 0;
+    head["complete"] = summary_->complete != 0;
+  }
+  Json& stages = head["stages"] = Json::array();
+  const metric_values_t* metrics = summary_ ? &summary_->metrics : partial_ ? &partial_->metrics : nullptr;
+  const extended_metrics_t* extended = summary_   ? &summary_->extended
+                                       : partial_ ? &partial_->extended
+                                                  : nullptr;
+  for (size_t k = 0; metrics && k < metrics->stage_name.size(); ++k) {
+    const double time = k < extended->stage_time_s.size() ? extended->stage_time_s[k] : -1;
+    const bool is_reached = metrics->stage_reached[k] && std::isfinite(time) && time >= 0;
+    stages.push_back({{"name", metrics->stage_name[k]},
+                      {"index", metrics->stage_index[k]},
+                      {"tick", is_reached ? Json(std::llround(time / ControlPeriod(*model_))) : Json()}});
+  }
+  Json& events = head["events"] = Json::array();
+  for (const TrackEvent& event : Events()) {
+    Json& json = events.emplace_back(
+        Json{{"tick", event.tick}, {"kind", kKindWords[static_cast<int>(event.kind)]}, {"text", event.text}});
+    if (!event.gripper.empty()) json["gripper"] = event.gripper;
+    if (!event.object.empty()) json["object"] = event.object;
+    if (event.duration > 0) json["duration_s"] = event.duration;
+  }
+}
+
+void EpisodeTrack::AddArrays(int64_t from, BlockWriter* block) const {
+  const int64_t to = ticks();
+  const auto n = static_cast<size_t>(std::max<int64_t>(0, to - from));
+  const size_t bodies = about_.bodies.size();
+  // What is shown of each tick: it, or where it never came the one before, or where there is none the first.
+  std::vector<const Tick*> shown(n, nullptr);
+  std::vector<uint32_t> missing;
+  const Tick* last = nullptr;
+  for (int64_t tick = from - 1; !last && tick >= 0; --tick) {
+    if (const Tick* found = Find(tick); found && found->has_state) last = found;
+  }
+  for (int64_t tick = from; !last && tick < to; ++tick) {
+    if (const Tick* found = Find(tick); found && found->has_state) last = found;
+  }
+  for (size_t i = 0; i < n; ++i) {
+    const Tick* found = Find(from + static_cast<int64_t>(i));
+    if (found && found->has_state) {
+      last = found;
+    } else {
+      missing.push_back(static_cast<uint32_t>(from + static_cast<int64_t>(i)));
+    }
+    shown[i] = last;
+  }
+  if (last) {
+    std::vector<int32_t> position(bodies * 3 * n);
+    std::vector<int16_t> quat(bodies * 4 * n);
+    for (size_t i = 0; i < n; ++i) {
+      for (size_t body = 0; body < bodies; ++body) {
+        for (size_t k = 0; k < 3; ++k) position[(body * 3 + k) * n + i] = shown[i]->position[body][k];
+        for (size_t k = 0; k < 4; ++k) quat[(body * 4 + k) * n + i] = shown[i]->quat[body][k];
+      }
+    }
+    block->AddDeltas("position_m", {bodies, 3, n}, std::move(position))["scale"] = kPositionStep;
+    block->AddDeltas("quat", {bodies, 4, n}, std::move(quat))["scale"] = 1 / kUnit;
+  }
+
+  std::vector<float> curves(curves_.rows() * n, kNoNumber);
+  for (const Curve& curve : curves_.curves()) {
+    for (size_t row = curve.first_row; row < curve.first_row + curve.parts.size(); ++row) {
+      for (size_t i = 0; i < n; ++i) {
+        curves[row * n + i] = static_cast<float>(Value(row, from + static_cast<int64_t>(i)) * curve.scale);
+      }
+    }
+  }
+  block->Add("curves", {curves_.rows(), n}, curves);
+
+  if (criteria_) {
+    const size_t count = criteria_->success.size() + criteria_->failure.size();
+    std::vector<size_t> with_value;
+    for (size_t k = 0; k < count; ++k) {
+      const bool is_failure = k >= criteria_->success.size();
+      const condition_t& condition =
+          is_failure ? criteria_->failure[k - criteria_->success.size()] : criteria_->success[k];
+      if (condition.has_value) with_value.push_back(k);
+    }
+    std::vector<float> value(with_value.size() * n, kNoNumber);
+    std::vector<uint8_t> holds(count * n);
+    size_t next = 0;
+    for (size_t i = 0; i < n; ++i) {
+      while (next < criteria_at_.size() && criteria_at_[next].tick <= from + static_cast<int64_t>(i)) ++next;
+      if (next == 0) continue;
+      const CriteriaAt& at = criteria_at_[next - 1];
+      for (size_t row = 0; row < with_value.size(); ++row) value[row * n + i] = at.value[with_value[row]];
+      for (size_t k = 0; k < count; ++k) holds[k * n + i] = at.holds[k];
+    }
+    block->Add("criteria", {with_value.size(), n}, value);
+    block->Add("criteria_hold", {count, n}, holds);
+  }
+
+  std::vector<float> points(6 * n, kNoNumber);
+  std::vector<int16_t> clearance_geoms(2 * n, -1);
+  std::vector<uint32_t> contact_from;
+  std::vector<const Contact*> contacts;
+  for (size_t i = 0; i < n; ++i) {
+    contact_from.push_back(static_cast<uint32_t>(contacts.size()));
+    const Tick* tick = Find(from + static_cast<int64_t>(i));
+    if (!tick) continue;
+    for (const Contact& contact : tick->contacts) contacts.push_back(&contact);
+    if (!std::isfinite(tick->clearance)) continue;
+    for (size_t k = 0; k < 6; ++k) points[k * n + i] = tick->clearance_points[k];
+    for (size_t k = 0; k < 2; ++k) clearance_geoms[k * n + i] = tick->clearance_geoms[k];
+  }
+  contact_from.push_back(static_cast<uint32_t>(contacts.size()));
+  block->Add("clearance_points_m", {6, n}, points);
+  block->Add("clearance_geoms", {2, n}, clearance_geoms);
+  const size_t c = contacts.size();
+  std::vector<uint16_t> geoms(2 * c);
+  std::vector<float> position(3 * c), depth(c);
+  std::vector<int16_t> normal(3 * c);
+  for (size_t i = 0; i < c; ++i) {
+    geoms[i] = contacts[i]->a;
+    geoms[c + i] = contacts[i]->b;
+    depth[i] = contacts[i]->depth;
+    for (size_t k = 0; k < 3; ++k) position[k * c + i] = contacts[i]->position[k];
+    for (size_t k = 0; k < 3; ++k) normal[k * c + i] = contacts[i]->normal[k];
+  }
+  block->Add("contact_from", {n + 1}, contact_from);
+  block->Add("contact_geoms", {2, c}, geoms);
+  block->Add("contact_position_m", {3, c}, position);
+  block->Add("contact_normal", {3, c}, normal)["scale"] = 1 / kUnit;
+  block->Add("contact_depth_m", {c}, depth);
+  block->Add("missing", {missing.size()}, missing);
+}
+
+std::string EpisodeTrack::EpisodeBlock() const {
+  BlockWriter block("episode");
+  Json& head = block.head();
+  AddHead(&head);
+  head["seed"] = begin_ ? Json(begin_->seed) : summary_ ? Json(summary_->seed) : Json();
+  head["scene"] = about_.scene.empty() ? Json() : Json(about_.scene);
+  head["task"] = model_->task;
+  head["variation"] = model_->variation;
+  head["policy"] = about_.policy;
+  head["clock"] = model_->clock;
+  head["tick_s"] = ControlPeriod(*model_);
+  head["time_limit_s"] = Seconds(model_->time_limit_us);
+  AddChanging(&head);
+  head["appearance"] = appearance_;
+  Json& parameters = head["parameters"] = Json::array();
+  for (size_t k = 0; begin_ && k < begin_->parameter_name.size(); ++k) {
+    parameters.push_back({begin_->parameter_name[k], NumberOrNull(begin_->parameter_value_mixed[k])});
+  }
+  head["bodies"] = about_.bodies;
+  head["arms"] = ArmNames(*model_);
+  Json& grippers = head["grippers"] = Json::array();
+  for (const gripper_info_t& gripper : model_->gripper) grippers.push_back(gripper.name);
+  head["objects"] = model_->object_name;
+  Json& curves = head["curves"] = Json::array();
+  for (const Curve& curve : curves_.curves()) {
+    curves.push_back({{"name", curve.name},
+                      {"label", curve.label},
+                      {"unit", curve.unit},
+                      {"parts", curve.parts},
+                      {"better", curve.better == Better::kNeither ? Json() : Json(BetterWord(curve.better))},
+                      {"first_row", curve.first_row}});
+    if (curve.is_sparse) curves.back()["sparse"] = true;
+  }
+  head["criteria"] = CriteriaJson();
+  AddArrays(0, &block);
+  return block.Bytes();
+}
+
+std::string EpisodeTrack::TicksBlock(int64_t from) const {
+  BlockWriter block("ticks");
+  AddHead(&block.head());
+  block.head()["from"] = from;
+  AddChanging(&block.head());
+  AddArrays(from, &block);
+  return block.Bytes();
+}
+
+}  // namespace evalbus::viz

@@ -1,0 +1,150 @@
+// How an episode stands: its verdict and the reason, its stages, its conditions against their thresholds, what happened.
+"use strict";
+
+Evalbus.Conditions = class {
+  constructor(place, onSeek) {
+    this.onSeek = onSeek;
+    const e = Evalbus.element;
+    this.verdict = e("p", { class: "ev-verdict", "aria-live": "polite" });
+    this.reason = e("p", { class: "ev-reason" });
+    this.other = e("p", { class: "ev-reason ev-b" });
+    this.stages = e("ol", { class: "ev-stages" });
+    this.stagesTitle = e("h3", {}, "Stages");
+    this.criteria = e("div", { class: "ev-criteria" });
+    this.criteriaTitle = e("h3", {}, "Conditions");
+    this.events = e("ol", { class: "ev-events" });
+    this.eventsTitle = e("summary", {}, "Events");
+    this.eventsPlace = e("details", { class: "ev-fold" }, this.eventsTitle, this.events);
+    place.append(this.verdict, this.reason, this.other, this.stagesTitle, this.stages, this.criteriaTitle, this.criteria,
+      this.eventsPlace);
+  }
+
+  show(tracks) {
+    this.tracks = tracks;
+    const [track, other] = tracks;
+    const outcome = track.outcome();
+    const words = { success: "Success", failure: "Failure", incomplete: "Not scored", running: "Running" };
+    const why = outcome === "failure" ? Evalbus.spaced(track.head.failure_reason || track.head.end_reason) : "";
+    Evalbus.setText(this.verdict, why ? `${words[outcome]}: ${why}` : words[outcome]);
+    this.verdict.dataset.outcome = outcome;
+    let reason = Evalbus.words(track.head.explanation);
+    if (!reason && outcome === "running") {
+      reason = track.head.time_limit_s ? `goes on until ${track.head.time_limit_s} s at the most` : "";
+    }
+    if (track.missing.size) reason += ` ${track.missing.size} ticks never came.`;
+    if (track.head.is_cut) reason += " It is cut: there were more ticks than are kept.";
+    Evalbus.setText(this.reason, reason);
+    const otherOutcome = other ? other.outcome() : "";
+    Evalbus.setText(this.other, other ? `B: ${words[otherOutcome].toLowerCase()}. ${Evalbus.words(other.head.explanation)}` : "");
+    this.other.hidden = !other;
+
+    const layout = JSON.stringify([tracks.map((one) => [one.key, (one.head.stages || []).map((s) => s.name)]),
+      track.head.criteria]);
+    if (layout !== this.layout) {
+      this.layout = layout;
+      this.buildStages();
+      this.buildCriteria();
+      this.eventsLayout = null;
+    }
+    this.showEvents();
+  }
+
+  buildStages() {
+    const e = Evalbus.element;
+    const [track, other] = this.tracks;
+    this.stageRows = (track.head.stages || []).map((stage, k) => {
+      const time = e("span", { class: "ev-time-of" });
+      const otherTime = other ? e("span", { class: "ev-time-of ev-other" }) : null;
+      const name = Evalbus.spaced(stage.name);
+      const button = e("button", { type: "button", title: name, onclick: () => {
+        const now = this.tracks[0].head.stages[k];
+        if (now && now.tick !== null) this.onSeek(now.tick);
+      } }, e("i", { class: "ev-dot", "aria-hidden": "true" }), e("span", { class: "ev-name" }, name), time, otherTime);
+      return { node: e("li", {}, button), button, time, otherTime };
+    });
+    this.stages.replaceChildren(...this.stageRows.map((row) => row.node));
+    this.stagesTitle.hidden = this.stages.hidden = this.stageRows.length === 0;
+  }
+
+  buildCriteria() {
+    const e = Evalbus.element;
+    const criteria = this.tracks[0].head.criteria || [];
+    this.criteriaRows = criteria.map((criterion, k) => {
+      const hasNumber = criterion.first_row !== undefined && criterion.first_row !== null;
+      const value = e("span", { class: "ev-value" });
+      const unit = hasNumber && criterion.unit && criterion.unit !== "1"
+        ? e("span", { class: "ev-target" }, ` ${Evalbus.words(criterion.unit)}`) : null;
+      const fill = e("i", {}), bar = hasNumber ? e("span", { class: "ev-bar" }, fill) : null;
+      const holds = e("span", { class: "ev-holds" });
+      // In the words of the task: "height of pot at least 1.096 m".
+      const node = e("div", { class: criterion.failure ? "ev-criterion ev-is-failure" : "ev-criterion" },
+        e("i", { class: "ev-dot", "aria-hidden": "true" }),
+        e("span", { class: "ev-name" }, Evalbus.spaced(criterion.text_first || criterion.predicate)),
+        e("span", { class: "ev-numbers" }, hasNumber ? value : holds, unit), bar);
+      return { criterion, node, value, fill, holds, index: k, hasNumber };
+    });
+    const successes = this.criteriaRows.filter((row) => !row.criterion.failure);
+    const failures = this.criteriaRows.filter((row) => row.criterion.failure);
+    const group = (title, rows) => (rows.length ? [e("p", { class: "ev-group" }, title), ...rows.map((row) => row.node)] : []);
+    this.criteria.replaceChildren(...group("all of these for a success", successes),
+      ...group("any of these is a failure", failures));
+    this.criteriaTitle.hidden = this.criteria.hidden = criteria.length === 0;
+  }
+
+  showEvents() {
+    const track = this.tracks[0];
+    const events = track.head.events || [];
+    const layout = JSON.stringify(events);
+    if (layout === this.eventsLayout) return;
+    this.eventsLayout = layout;
+    Evalbus.setText(this.eventsTitle, `Events (${events.length})`);
+    this.eventsPlace.hidden = events.length === 0;
+    // Thousands of touches are no reading.
+    const shown = events.slice(0, 400);
+    this.events.replaceChildren(...shown.map((event) => Evalbus.element("li", {},
+      Evalbus.element("button", { type: "button", onclick: () => this.onSeek(event.tick) },
+        Evalbus.element("span", { class: "ev-time-of" }, Evalbus.seconds(event.tick * track.tickSeconds)),
+        Evalbus.element("span", { class: "ev-name" }, Evalbus.words(event.text))))));
+    if (events.length > shown.length) {
+      this.events.append(Evalbus.element("li", { class: "ev-note" }, `and ${events.length - shown.length} more`));
+    }
+  }
+
+  move(ticks) {
+    if (!this.tracks) return;
+    const [track, other] = this.tracks;
+    const tick = Math.floor(ticks[0] + 1e-6);
+    const isOver = tick >= track.last && track.head.is_over;
+    let isCurrent = true;
+    (this.stageRows || []).forEach((row, k) => {
+      const stage = track.head.stages[k];
+      const isReached = stage && stage.tick !== null && stage.tick <= tick;
+      const state = isReached ? "reached" : isCurrent && !isOver ? "current" : "open";
+      if (!isReached) isCurrent = false;
+      if (row.button.dataset.state !== state) row.button.dataset.state = state;
+      const time = (one, at) => (at && at.tick !== null ? Evalbus.seconds(at.tick * one.tickSeconds) : "–");
+      Evalbus.setText(row.time, isReached ? time(track, stage) : state === "current" ? "now" : "");
+      if (row.otherTime) Evalbus.setText(row.otherTime, other ? time(other, (other.head.stages || [])[k]) : "");
+    });
+    for (const row of this.criteriaRows || []) {
+      const holds = track.holds[row.index] && tick < track.ticks ? Boolean(track.holds[row.index].data[tick]) : false;
+      const state = row.criterion.failure ? (holds ? "failed" : "open") : holds ? "holds" : "open";
+      if (row.node.dataset.state !== state) row.node.dataset.state = state;
+      Evalbus.setText(row.holds, holds ? "yes" : "no");
+      if (!row.hasNumber) continue;
+      const values = track.criteria[row.criterion.first_row];
+      const value = values && tick < track.ticks ? values.data[tick] : NaN;
+      Evalbus.setText(row.value, Evalbus.numberAmong(value, Math.abs(row.criterion.threshold) || Math.abs(value)));
+      row.fill.style.transform = `scaleX(${this.partOf(values, value, row.criterion.threshold, holds).toFixed(4)})`;
+    }
+  }
+
+  // How much of the way from the first value to the threshold is done.
+  partOf(values, value, threshold, holds) {
+    if (holds) return 1;
+    if (!values || Number.isNaN(value) || threshold === null || threshold === undefined) return 0;
+    const first = values.data[0];
+    const whole = Math.abs(threshold - first), rest = Math.abs(threshold - value);
+    return whole > 0 ? Math.max(0, Math.min(1, 1 - rest / whole)) : 0;
+  }
+};

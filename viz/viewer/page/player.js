@@ -1,0 +1,71 @@
+// Where in an episode one looks: a time in ticks that plays, stands, or follows what comes.
+"use strict";
+
+Evalbus.Player = class {
+  constructor() {
+    this.tick = 0;
+    this.last = 0;
+    this.tickSeconds = 0.02;
+    this.rate = 1;
+    this.isPlaying = false;
+    this.isFollowing = false;
+    // At the end, for how long.
+    this.rested_s = 0;
+    this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  }
+
+  // The tick whose numbers are shown.
+  get shown() {
+    return Math.min(Math.floor(this.tick + 1e-6), this.last);
+  }
+
+  setLength(ticks, tickSeconds) {
+    this.last = Math.max(0, ticks - 1);
+    this.tickSeconds = tickSeconds;
+    this.tick = Math.min(this.tick, this.last);
+  }
+
+  seek(tick) {
+    this.isFollowing = false;
+    this.tick = Math.max(0, Math.min(this.last, Math.round(tick)));
+  }
+
+  step(ticks) {
+    this.pause();
+    this.seek(this.shown + ticks);
+  }
+
+  play() {
+    if (this.tick >= this.last && !this.isFollowing) this.tick = 0;
+    this.isPlaying = true;
+  }
+
+  pause() {
+    this.isPlaying = false;
+    this.isFollowing = false;
+    this.tick = Math.max(0, Math.min(this.last, Math.round(this.tick)));
+  }
+
+  follow() {
+    this.isFollowing = true;
+    this.isPlaying = true;
+    this.rate = 1;
+  }
+
+  // Goes on by so many seconds of the wall clock; whether that moved anything.
+  advance(elapsed_s) {
+    const before = this.tick;
+    if (this.isFollowing) {
+      // What comes in bursts is shown smoothly, a tenth of a second behind.
+      const part = this.isCalm ? 1 : 1 - Math.exp(-elapsed_s / 0.12);
+      this.tick = this.last - this.tick < 0.02 ? this.last : this.tick + (this.last - this.tick) * part;
+    } else if (this.isPlaying) {
+      this.tick = Math.min(this.last, this.tick + elapsed_s * this.rate / this.tickSeconds);
+      if (this.tick >= this.last) this.isPlaying = false;
+    }
+    this.rested_s = this.tick >= this.last ? this.rested_s + elapsed_s : 0;
+    return this.tick !== before;
+  }
+};
+
+Evalbus.Player.RATES = [0.1, 0.25, 0.5, 1, 2, 4];

@@ -1,0 +1,263 @@
+// A run and its episodes: how often it succeeds, why it fails, who is well, what the components say.
+"use strict";
+
+// Rows of one height, of which only those in sight exist: a run may have a hundred thousand.
+Evalbus.EpisodeList = class {
+  constructor(place, actions) {
+    const e = Evalbus.element;
+    this.actions = actions;
+    this.rows = [];
+    this.filter = "all";
+    this.all = e("button", { type: "button", onclick: () => this.setFilter("all") }, "All");
+    this.failed = e("button", { type: "button", onclick: () => this.setFilter("failed") }, "Failures");
+    this.reasonOnly = e("button", { type: "button", class: "ev-reason-only", hidden: "", title: "show all again",
+      onclick: () => this.setFilter("all") });
+    this.count = e("span", { class: "ev-note" });
+    this.filler = e("div", { class: "ev-filler" });
+    this.window = e("div", { class: "ev-rows" });
+    this.box = e("div", { class: "ev-list", role: "listbox", tabindex: "0", "aria-label": "episodes" }, this.filler,
+      this.window);
+    place.append(e("div", { class: "ev-filter" }, e("span", { class: "ev-segments" }, this.all, this.failed),
+      this.reasonOnly, this.count), this.box);
+    this.pool = [];
+    this.box.addEventListener("scroll", () => this.draw(), { passive: true });
+    this.box.addEventListener("keydown", (event) => this.key(event));
+    new ResizeObserver(() => this.draw()).observe(this.box);
+    this.setFilter("all");
+  }
+
+  setFilter(filter) {
+    this.filter = filter;
+    this.all.setAttribute("aria-pressed", String(filter === "all"));
+    this.failed.setAttribute("aria-pressed", String(filter === "failed"));
+    this.reasonOnly.hidden = filter === "all" || filter === "failed";
+    Evalbus.setText(this.reasonOnly, `${Evalbus.spaced(filter)} ×`);
+    this.box.scrollTop = 0;
+    this.apply();
+  }
+
+  // current, other: keys of the episodes shown; live: number of the one under way, or null.
+  show(rows, current, other, live) {
+    this.current = current;
+    this.other = other;
+    this.live = live;
+    this.all_rows = rows;
+    this.apply();
+  }
+
+  static isFailure(row) {
+    return !row.success || !row.complete;
+  }
+
+  apply() {
+    const rows = this.all_rows || [];
+    this.rows = this.filter === "all" ? rows : this.filter === "failed" ? rows.filter(Evalbus.EpisodeList.isFailure)
+      : rows.filter((row) => row.failure_reason === this.filter || row.end_reason === this.filter);
+    const whole = rows.length.toLocaleString("en");
+    Evalbus.setText(this.count, this.rows.length === rows.length ? `${whole} finished`
+      : `${this.rows.length.toLocaleString("en")} of ${whole}`);
+    this.filler.style.height = `${this.rows.length * Evalbus.EpisodeList.ROW}px`;
+    this.draw();
+  }
+
+  draw() {
+    const { ROW } = Evalbus.EpisodeList;
+    const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4);
+    const count = Math.min(this.rows.length - first, Math.ceil((this.box.clientHeight || 300) / ROW) + 8);
+    while (this.pool.length < count) this.pool.push(this.makeRow());
+    this.pool.forEach((slot, k) => {
+      slot.node.hidden = k >= count;
+      if (k < count) this.fill(slot, this.rows[first + k]);
+    });
+    this.window.style.transform = `translateY(${first * ROW}px)`;
+  }
+
+  makeRow() {
+    const e = Evalbus.element;
+    const slot = { sign: e("i", { class: "ev-sign", "aria-hidden": "true" }), number: e("span", { class: "ev-number" }),
+      text: e("span", { class: "ev-name" }), time: e("span", { class: "ev-time-of" }) };
+    slot.versus = e("button", { type: "button", class: "ev-versus", title: "compare with what is shown",
+      onclick: (event) => {
+        event.stopPropagation();
+        this.actions.compare(slot.row);
+      } }, "vs");
+    slot.node = e("div", { class: "ev-row", role: "option", onclick: () => this.actions.open(slot.row) }, slot.sign,
+      slot.number, slot.text, slot.time, slot.versus);
+    this.window.append(slot.node);
+    return slot;
+  }
+
+  fill(slot, row) {
+    slot.row = row;
+    const outcome = !row.complete ? "incomplete" : row.success ? "success" : "failure";
+    slot.sign.dataset.outcome = outcome;
+    Evalbus.setText(slot.number, String(row.episode));
+    const why = outcome === "success" ? "success" : Evalbus.spaced(row.failure_reason || row.end_reason);
+    const text = outcome === "incomplete" ? `not scored: ${why}` : why;
+    Evalbus.setText(slot.text, text);
+    slot.node.title = `seed ${row.seed}${row.text ? `: ${Evalbus.words(row.text)}` : ""}`;
+    Evalbus.setText(slot.time, row.time_s === null ? "" : `${row.time_s.toFixed(2)} s`);
+    const key = `${row.run}/${row.episode}`;
+    slot.node.setAttribute("aria-selected", String(key === this.current));
+    slot.node.classList.toggle("ev-is-b", key === this.other);
+    const canOpen = this.actions.canOpen(row);
+    slot.node.classList.toggle("ev-shut", !canOpen);
+    slot.versus.hidden = !canOpen || key === this.current;
+  }
+
+  key(event) {
+    const way = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10 }[event.key];
+    if (!way || !this.rows.length) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const at = this.rows.findIndex((row) => `${row.run}/${row.episode}` === this.current);
+    const row = this.rows[Math.max(0, Math.min(this.rows.length - 1, at + way))];
+    this.actions.open(row);
+    this.reveal(row);
+  }
+
+  reveal(row) {
+    const { ROW } = Evalbus.EpisodeList;
+    const top = this.rows.indexOf(row) * ROW;
+    if (top < this.box.scrollTop) this.box.scrollTop = top;
+    if (top + ROW > this.box.scrollTop + this.box.clientHeight) this.box.scrollTop = top + ROW - this.box.clientHeight;
+  }
+};
+
+Evalbus.EpisodeList.ROW = 30;
+
+Evalbus.RunPanel = class {
+  constructor(place, actions) {
+    const e = Evalbus.element;
+    this.actions = actions;
+    this.runs = e("div", { class: "ev-runs ev-segments", hidden: "" });
+    this.rate = e("span", { class: "ev-big" });
+    this.rateText = e("p", { class: "ev-note" });
+    this.interval = e("i", { class: "ev-interval" });
+    this.rateMark = e("i", { class: "ev-rate-mark" });
+    this.rateBar = e("div", { class: "ev-rate" }, this.interval, this.rateMark);
+    this.done = e("i", {});
+    this.progress = e("div", { class: "ev-progress", role: "progressbar", "aria-label": "episodes done" }, this.done);
+    this.progressText = e("p", { class: "ev-note" });
+    this.remarks = e("div", { class: "ev-remarks" });
+    this.reasonsTitle = e("h3", {}, "Why it fails");
+    this.reasons = e("div", { class: "ev-reasons" });
+    this.health = e("div", { class: "ev-health" });
+    this.healthTitle = e("h3", {}, "Components");
+    this.pacing = e("dl", { class: "ev-pacing" });
+    this.pacingTitle = e("h3", {}, "Real time");
+    this.log = e("ol", { class: "ev-log", tabindex: "0", "aria-label": "log" });
+    this.logTitle = e("h3", {}, "Log");
+    const listPlace = e("div", { class: "ev-episodes" }, e("h3", {}, "Episodes"));
+    this.list = new Evalbus.EpisodeList(listPlace, actions);
+    place.append(this.runs, e("h3", {}, "Success rate"), this.rate, this.rateText, this.rateBar,
+      e("div", { class: "ev-scale", "aria-hidden": "true" }, e("span", {}, "0"), e("span", {}, "50"), e("span", {}, "100 %")),
+      this.progress, this.progressText, this.remarks, this.reasonsTitle, this.reasons, listPlace, this.pacingTitle,
+      this.pacing, this.healthTitle, this.health, this.logTitle, this.log);
+  }
+
+  // runs: all, run: the one to show, as {info, episodes, lines}.
+  show(runs, run, current, other) {
+    const info = run.info;
+    this.showRuns(runs, info.run);
+    Evalbus.setText(this.rate, Evalbus.percent(info.rate));
+    const interval = info.interval;
+    const kind = info.interval_kind === "anytime" ? "valid at any time" : Evalbus.words(info.interval_kind);
+    Evalbus.setText(this.rateText, info.complete
+      ? `${info.successes} of ${info.complete}${interval ? `; 95 % interval ${(100 * interval[0]).toFixed(0)} to `
+        + `${(100 * interval[1]).toFixed(0)} %${kind ? ` (${kind})` : ""}` : ""}` : "no episode is scored yet");
+    this.interval.hidden = !interval;
+    if (interval) {
+      this.interval.style.left = `${100 * interval[0]}%`;
+      this.interval.style.width = `${100 * (interval[1] - interval[0])}%`;
+    }
+    this.rateMark.hidden = info.rate === null;
+    this.rateMark.style.left = `${100 * (info.rate || 0)}%`;
+    const planned = info.planned || 0;
+    this.progress.hidden = !(planned > 0 && info.is_live && !info.is_over);
+    this.done.style.transform = `scaleX(${planned > 0 ? Math.min(1, info.done / planned) : 0})`;
+    this.progress.setAttribute("aria-valuenow", String(info.done));
+    const speed = info.speed && !info.is_over && info.is_live ? `, ${Evalbus.number(Number(info.speed.toPrecision(2)))} times real time` : "";
+    Evalbus.setText(this.progressText, planned > 0 ? `${info.done} of ${planned} episodes${speed}` : `${info.done} episodes${speed}`);
+    this.remarks.replaceChildren(...(info.remarks || []).map((remark) =>
+      Evalbus.element("p", { class: "ev-remark" }, Evalbus.words(remark))));
+    if (info.garbled > 0) {
+      this.remarks.append(Evalbus.element("p", { class: "ev-remark" }, `${info.garbled} messages did not decode`));
+    }
+    this.showReasons(info);
+    this.showPacing(info);
+    this.showHealth(info);
+    this.showLog(run.lines);
+    this.list.show(run.episodes, current, other, info.episode);
+  }
+
+  showRuns(runs, shown) {
+    this.runs.hidden = runs.length < 2;
+    const layout = JSON.stringify([runs.map((run) => [run.info.run, run.info.name, run.info.policy]), shown]);
+    if (layout === this.runsLayout) return;
+    this.runsLayout = layout;
+    this.runs.replaceChildren(...runs.map(({ info }) => Evalbus.element("button", { type: "button",
+      "aria-pressed": String(info.run === shown), title: Evalbus.words(info.name), onclick: () => this.actions.chooseRun(info.run) },
+    Evalbus.words(info.name) || `run ${info.run}`)));
+  }
+
+  showReasons(info) {
+    const layout = JSON.stringify(info.failure_reasons);
+    if (layout === this.reasonsLayout) return;
+    this.reasonsLayout = layout;
+    const reasons = (info.failure_reasons || []).slice().sort((a, b) => b[1] - a[1]);
+    this.reasonsTitle.hidden = this.reasons.hidden = reasons.length === 0;
+    const most = Math.max(1, ...reasons.map(([, count]) => count));
+    this.reasons.replaceChildren(...reasons.slice(0, 8).map(([reason, count]) => {
+      const fill = Evalbus.element("i", {});
+      fill.style.transform = `scaleX(${count / most})`;
+      return Evalbus.element("button", { type: "button", class: "ev-reason-row", title: "only these episodes",
+        onclick: () => this.list.setFilter(this.list.filter === reason ? "all" : reason) },
+      Evalbus.element("span", { class: "ev-name" }, Evalbus.spaced(reason)),
+      Evalbus.element("span", { class: "ev-value" }, String(count)), Evalbus.element("span", { class: "ev-bar" }, fill));
+    }));
+  }
+
+  showPacing(info) {
+    const pacing = info.pacing;
+    this.pacingTitle.hidden = this.pacing.hidden = !pacing;
+    if (!pacing) return;
+    const ms = (seconds) => (seconds === null || seconds === undefined ? "–" : `${(1000 * seconds).toFixed(1)} ms`);
+    const rows = [["action latency, median", ms(pacing.action_latency_p50_s)],
+      ["action latency, 99th percentile", ms(pacing.action_latency_p99_s)],
+      ["pacing error, 99th percentile", ms(pacing.error_p99_s)],
+      ["deadlines missed", Evalbus.number(pacing.deadline_misses)], ["late ticks", Evalbus.number(pacing.late_ticks)]];
+    this.pacing.replaceChildren(...rows.flatMap(([name, value]) =>
+      [Evalbus.element("dt", {}, name), Evalbus.element("dd", {}, value)]));
+  }
+
+  showHealth(info) {
+    const components = info.components || [];
+    this.healthTitle.hidden = this.health.hidden = components.length === 0;
+    this.health.replaceChildren(...components.map((component) => {
+      const silent = component.silent_s ? `silent for ${component.silent_s.toFixed(0)} s` : "";
+      const lag = component.lag_ticks ? `${component.lag_ticks} ticks behind` : "";
+      const state = [Evalbus.words(component.state), lag, silent].filter(Boolean).join(", ");
+      return Evalbus.element("div", { class: component.is_bad ? "ev-component ev-bad" : "ev-component",
+        title: Evalbus.words(component.text) }, Evalbus.element("i", { class: "ev-dot", "aria-hidden": "true" }),
+      Evalbus.element("span", { class: "ev-name" }, Evalbus.words(component.name)),
+      Evalbus.element("span", { class: "ev-state" }, state),
+      component.is_bad && component.text ? Evalbus.element("span", { class: "ev-why" }, Evalbus.words(component.text)) : null);
+    }));
+  }
+
+  showLog(lines) {
+    this.logTitle.hidden = this.log.hidden = lines.length === 0;
+    if (this.shownLines === lines && this.shownCount === lines.length) return;
+    const isAtEnd = this.log.scrollTop + this.log.clientHeight > this.log.scrollHeight - 20;
+    this.shownLines = lines;
+    this.shownCount = lines.length;
+    this.log.replaceChildren(...lines.slice(-200).map((line) => {
+      const where = line.episode === null ? "" : `ep. ${line.episode}`;
+      return Evalbus.element("li", { class: `ev-${Evalbus.words(line.level)}` },
+        Evalbus.element("span", { class: "ev-from" }, [Evalbus.words(line.component), where].filter(Boolean).join(" · ")),
+        ` ${Evalbus.words(line.text)}`);
+    }));
+    if (isAtEnd) this.log.scrollTop = this.log.scrollHeight;
+  }
+};

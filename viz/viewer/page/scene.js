@@ -1,0 +1,295 @@
+// The picture: a canvas with one or two episodes in it, its cameras, and when it is drawn anew: only where something
+// has changed.
+"use strict";
+
+Evalbus.SceneView = class {
+  // Throws Error where the browser has no WebGL.
+  constructor(place, assets, palette) {
+    this.place = place;
+    this.assets = assets;
+    this.palette = palette;
+    this.canvas = Evalbus.element("canvas", { class: "ev-canvas", tabindex: "-1", "aria-label": "the scene in 3D" });
+    // A browser without WebGL says so by null; three.js would write errors into the console.
+    const options = { antialias: true, alpha: false, powerPreference: "high-performance", stencil: false };
+    const context = this.canvas.getContext("webgl2", options) || this.canvas.getContext("webgl", options);
+    if (!context) throw new Error("this browser has no WebGL");
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, context, antialias: true });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.autoClear = false;
+    place.prepend(this.canvas);
+    this.label = Evalbus.element("div", { class: "ev-clearance", hidden: "" });
+    place.append(this.label);
+
+    this.camera = new THREE.PerspectiveCamera(40, 4 / 3, 0.01, 60);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new THREE.OrbitControls(this.camera, this.canvas);
+    this.controls.enableKeys = false;
+    this.controls.enableDamping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.controls.dampingFactor = 0.15;
+    this.controls.minDistance = 0.05;
+    this.controls.maxDistance = 20;
+    this.controls.screenSpacePanning = true;
+    this.controls.addEventListener("change", () => { this.isDirty = true; });
+    this.controls.addEventListener("start", () => this.setFree());
+    this.cameraName = null;  // null: free
+    this.fovy = 40;
+    this.onCamera = () => {};
+    this.views = [];  // {world, marks, scene} of A and, where compared, B
+    this.isBeside = false;
+    this.layers = { contacts: true, trails: true, collision: false, clearance: false, shadows: true, highlight: true };
+    this.isDirty = true;
+    this.matrix = new THREE.Matrix4();
+    this.scratch = new THREE.Vector3();
+    this.watcher = new ResizeObserver(() => this.resize());
+    this.watcher.observe(place);
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      this.isLost = true;
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      this.isLost = false;
+      this.isDirty = true;
+    });
+    this.slow = 0;
+    this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.resize();
+  }
+
+  // tracks: one, or two to compare. Resolves when they are drawn; a later call overtakes an earlier one.
+  async show(tracks, isBeside) {
+    const turn = this.turn = (this.turn || 0) + 1;
+    const scenes = await Promise.all(tracks.map((track) => this.assets.scene(track.head.scene)));
+    if (turn !== this.turn || this.isGone) return false;
+    this.clear();
+    this.isBeside = isBeside && tracks.length > 1;
+    tracks.forEach((track, k) => {
+      const isGhost = k > 0 && !this.isBeside;
+      const world = new Evalbus.World(scenes[k], track, isGhost ? this.palette.c1 : null);
+      const marks = new Evalbus.Marks(world, this.palette);
+      let scene = isGhost ? this.views[0].scene : null;
+      if (!scene) {
+        scene = new THREE.Scene();
+        scene.add(this.skyOf(world.head.sky));
+        const headlight = world.head.headlight;
+        if (headlight) {
+          // Shines from the camera; its place follows in draw().
+          scene.headlight = new THREE.DirectionalLight(new THREE.Color(...headlight.diffuse), 1);
+          scene.add(scene.headlight, scene.headlight.target);
+        }
+      }
+      scene.add(world.root, marks.group);
+      this.views.push({ world, marks, scene });
+    });
+    const head = scenes[0].head;
+    if (this.sceneId !== tracks[0].head.scene) {
+      const isFirst = this.sceneId === undefined;
+      this.sceneId = tracks[0].head.scene;
+      if (isFirst || (this.cameraName && !this.cameraOf(this.cameraName))) this.home();
+    }
+    this.cameras = head.cameras.map((camera) => camera.name);
+    this.applyLayers();
+    this.resize();
+    return true;
+  }
+
+  clear() {
+    for (const { world, marks } of this.views) {
+      world.dispose();
+      marks.dispose();
+    }
+    this.views = [];
+  }
+
+  skyOf(sky) {
+    const colour = (rgb, other) => new THREE.Color(...(rgb || other));
+    const material = new THREE.ShaderMaterial({
+      uniforms: {
+        above: { value: colour(sky && sky.above, [0.24, 0.29, 0.35]) },
+        below: { value: colour(sky && sky.below, [0.6, 0.63, 0.66]) },
+      },
+      vertexShader: "varying vec3 way; void main() { way = position; gl_Position = projectionMatrix * "
+        + "vec4(mat3(modelViewMatrix) * position, 1.0); }",
+      fragmentShader: "varying vec3 way; uniform vec3 above; uniform vec3 below; void main() { "
+        + "gl_FragColor = vec4(mix(below, above, 0.5 + 0.5 * normalize(way).z), 1.0); }",
+      side: THREE.BackSide, depthTest: false, depthWrite: false,
+    });
+    const mesh = new THREE.Mesh(new THREE.SphereBufferGeometry(10, 32, 24), material);
+    mesh.frustumCulled = false;
+    mesh.renderOrder = -10;
+    return mesh;
+  }
+
+  cameraOf(name) {
+    const view = this.views[0];
+    return view && view.world.cameras.find((camera) => camera.name === name);
+  }
+
+  // Where the films are taken from, but free.
+  home() {
+    const view = this.views[0];
+    if (!view) return;
+    const overview = view.world.cameras.find((camera) => camera.name === "overview") || view.world.cameras[0];
+    const middle = view.world.head.center_m || [0, 0, 0], reach = view.world.head.extent_m || 1;
+    if (overview) {
+      this.useCamera(overview);
+      this.setFree();
+    } else {
+      this.camera.position.set(middle[0] + 1.4 * reach, middle[1] - 1.2 * reach, middle[2] + reach);
+      this.controls.target.set(...middle);
+      this.fovy = 40;
+      this.setFree();
+      this.camera.lookAt(this.controls.target);
+    }
+    this.resize();
+  }
+
+  setCamera(name) {
+    if (name === null) {
+      this.home();
+      return;
+    }
+    if (!this.cameraOf(name)) return;
+    this.cameraName = name;
+    this.isDirty = true;
+    this.onCamera(name);
+    this.resize();
+  }
+
+  // From where it is now, round what is in its middle.
+  setFree() {
+    if (this.cameraName === null && this.isFreed) return;
+    const way = this.camera.getWorldDirection(new THREE.Vector3());
+    const view = this.views[0];
+    const middle = new THREE.Vector3(...((view && view.world.head.center_m) || [0, 0, 0]));
+    const distance = Math.max(0.3, middle.sub(this.camera.position).dot(way));
+    this.controls.target.copy(this.camera.position).addScaledVector(way, distance);
+    this.cameraName = null;
+    this.isFreed = true;
+    this.isDirty = true;
+    this.onCamera(null);
+  }
+
+  useCamera(camera) {
+    this.views[0].world.placeOf(camera.body, camera.position_m, camera.quat_wxyz, this.matrix);
+    this.matrix.decompose(this.camera.position, this.camera.quaternion, this.scratch);
+    if (this.fovy !== camera.fovy_deg) {
+      this.fovy = camera.fovy_deg;
+      this.resize();
+    }
+  }
+
+  setLayer(name, isShown) {
+    this.layers[name] = isShown;
+    this.applyLayers();
+  }
+
+  applyLayers() {
+    this.renderer.shadowMap.autoUpdate = this.layers.shadows;
+    for (const { world, marks } of this.views) {
+      world.showCollision(this.layers.collision);
+      for (const light of world.root.children) {
+        if (light.shadow) light.castShadow = this.layers.shadows && light.shadow.mapSize.x === 2048;
+      }
+      marks.shows = { ...this.layers };
+    }
+    this.isDirty = true;
+  }
+
+  setPalette(palette) {
+    this.palette = palette;
+    this.isDirty = true;
+  }
+
+  resize() {
+    const width = this.place.clientWidth, height = this.place.clientHeight;
+    if (!width || !height || this.isGone) return;
+    this.renderer.setPixelRatio(this.ratio);
+    this.renderer.setSize(width, height, false);
+    this.width = width;
+    this.height = height;
+    const aspect = (this.isBeside ? width / 2 : width) / height;
+    // A tall window sees as much from side to side as a film of 4 to 3.
+    const half = Math.tan(this.fovy * Math.PI / 360) * Math.max(1, 4 / 3 / aspect);
+    this.camera.fov = 360 / Math.PI * Math.atan(half);
+    this.camera.aspect = aspect;
+    this.camera.updateProjectionMatrix();
+    this.isDirty = true;
+  }
+
+  // ticks: of A, and of B. lit: the object of the current stage, of each.
+  update(ticks, lit) {
+    const colour = this.litColour || (this.litColour = new THREE.Color());
+    colour.set(this.palette.c4).multiplyScalar(0.3);
+    this.views.forEach(({ world, marks }, k) => {
+      world.update(ticks[k]);
+      world.light(this.layers.highlight ? lit[k] : -1, colour);
+      marks.update(ticks[k]);
+    });
+    this.isDirty = true;
+  }
+
+  // Called for each frame of the screen; draws if there is something new.
+  draw() {
+    if (this.isGone || this.isLost || !this.views.length) return false;
+    if (this.cameraName === null) {
+      this.controls.update();
+    } else {
+      const camera = this.cameraOf(this.cameraName);
+      if (camera) this.useCamera(camera);
+    }
+    if (!this.isDirty) return false;
+    this.isDirty = false;
+    const began = performance.now();
+    this.camera.updateMatrixWorld();
+    const scenes = this.isBeside ? this.views.map((view) => view.scene) : [this.views[0].scene];
+    this.renderer.setScissorTest(true);
+    scenes.forEach((scene, k) => {
+      if (scene.headlight) {
+        scene.headlight.position.copy(this.camera.position);
+        this.camera.getWorldDirection(scene.headlight.target.position).add(this.camera.position);
+      }
+      const left = k * this.width / scenes.length, width = this.width / scenes.length;
+      this.renderer.setViewport(left, 0, width, this.height);
+      this.renderer.setScissor(left, 0, width, this.height);
+      this.renderer.clear();
+      this.renderer.render(scene, this.camera);
+    });
+    this.drawLabel();
+    this.adapt(performance.now() - began);
+    return true;
+  }
+
+  drawLabel() {
+    const middle = this.views[0].marks.clearanceMiddle();
+    this.label.hidden = !middle;
+    if (!middle) return;
+    const p = this.views[0].marks.clearance.geometry.attributes.position.array;
+    const length = Math.hypot(p[0] - p[3], p[1] - p[4], p[2] - p[5]);
+    Evalbus.setText(this.label, `${(1000 * length).toFixed(1)} mm`);
+    middle.project(this.camera);
+    const width = this.isBeside ? this.width / 2 : this.width;
+    this.label.style.transform =
+      `translate(${((middle.x + 1) / 2 * width + 8).toFixed(1)}px, ${((1 - middle.y) / 2 * this.height).toFixed(1)}px)`;
+  }
+
+  // A machine that draws in software gets fewer pixels, not fewer frames.
+  adapt(took_ms) {
+    this.slow = took_ms > 24 ? this.slow + 1 : Math.max(0, this.slow - 1);
+    if (this.slow < 30 || this.ratio <= 1) return;
+    this.slow = 0;
+    this.ratio = 1;
+    this.resize();
+  }
+
+  dispose() {
+    this.isGone = true;
+    this.watcher.disconnect();
+    this.clear();
+    this.controls.dispose();
+    this.renderer.dispose();
+    if (this.renderer.forceContextLoss) this.renderer.forceContextLoss();
+    this.canvas.remove();
+    this.label.remove();
+  }
+};

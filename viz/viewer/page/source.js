@@ -1,0 +1,152 @@
+// Where blocks come from: a server (LiveSource) or the page itself (PackedSource). Both tell `listener` what they hear,
+// as {run, episodes, log, track, ticks, connection}, and give blocks and episodes on demand.
+"use strict";
+
+// Of things by key, each made once; a failure is not kept.
+Evalbus.Once = class {
+  constructor(make) {
+    this.make = make;
+    this.made = new Map();
+  }
+
+  get(key) {
+    if (!this.made.has(key)) {
+      const promise = this.make(key);
+      promise.catch(() => this.made.delete(key));
+      this.made.set(key, promise);
+    }
+    return this.made.get(key);
+  }
+};
+
+Evalbus.LiveSource = class {
+  constructor(listener) {
+    this.listener = listener;
+    this.isLive = true;
+    this.tracks = new Map();  // of episodes under way, by run
+    this.pause_ms = 500;
+    this.blocks = new Evalbus.Once((id) => this.fetchBlock(`block/${encodeURIComponent(id)}`));
+    // The part behind "?" may hold the token that lets this page in.
+    this.address = (path) => new URL(path + location.search, location.href);
+  }
+
+  start() {
+    this.connect();
+  }
+
+  connect() {
+    const address = this.address("live");
+    address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+    address.hash = "";
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    socket.addEventListener("open", () => {
+      this.pause_ms = 500;
+      this.tracks.clear();
+      this.listener.connection("open");
+    });
+    socket.addEventListener("message", (event) => this.hear(event.data));
+    socket.addEventListener("close", () => {
+      this.socket = null;
+      this.listener.connection("lost");
+      setTimeout(() => this.connect(), this.pause_ms);
+      this.pause_ms = Math.min(5000, 1.6 * this.pause_ms);
+    });
+    this.socket = socket;
+  }
+
+  hear(data) {
+    const block = new Evalbus.Block(data);
+    const run = block.head.run;
+    if (block.kind === "run") this.listener.run(block.head);
+    if (block.kind === "episodes") this.listener.episodes(block.head);
+    if (block.kind === "log") this.listener.log(block.head);
+    if (block.kind === "episode") {
+      const track = new Evalbus.Track(block);
+      this.tracks.set(run, track);
+      this.listener.track(track);
+    }
+    if (block.kind === "ticks") {
+      const track = this.tracks.get(run);
+      // Without the ticks between, the server gives the whole episode again.
+      if (track && track.isOf(block) && track.append(block)) this.listener.ticks(track);
+    }
+  }
+
+  watch(run) {
+    if (this.socket && this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ watch: run }));
+  }
+
+  async fetchBlock(path) {
+    let answer;
+    try {
+      answer = await fetch(this.address(path));
+    } catch (error) {
+      throw new Error("the server does not answer");
+    }
+    if (!answer.ok) throw new Error(Evalbus.words((await answer.text()).slice(0, 200)) || `error ${answer.status}`);
+    return new Evalbus.Block(await answer.arrayBuffer());
+  }
+
+  block(id) {
+    return this.blocks.get(id);
+  }
+
+  async episode(run, episode) {
+    return new Evalbus.Track(await this.fetchBlock(`episode/${run}/${episode}`));
+  }
+
+  // Whether episode(run, episode) can be had at all.
+  has() {
+    return true;
+  }
+};
+
+Evalbus.PackedSource = class {
+  constructor(listener) {
+    this.listener = listener;
+    this.isLive = false;
+    this.places = new Map();
+    for (const script of document.querySelectorAll("script[type='application/x-evalbus']")) {
+      this.places.set(script.dataset.block, script);
+    }
+    this.blocks = new Evalbus.Once((id) => this.unpack(id));
+  }
+
+  async start() {
+    if (typeof DecompressionStream === "undefined") {
+      this.listener.connection("unsupported");
+      return;
+    }
+    for (const kind of ["run", "episodes"]) {
+      for (const id of this.places.keys()) {
+        if (id.startsWith(`${kind}/`)) this.listener[kind]((await this.unpack(id)).head);
+      }
+    }
+    this.listener.connection("packed");
+  }
+
+  async unpack(id) {
+    const place = this.places.get(id);
+    if (!place) throw new Error("this page has not packed that");
+    const text = atob(place.textContent.trim());
+    const bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Evalbus.Block(await new Response(stream).arrayBuffer());
+  }
+
+  watch() {}
+
+  block(id) {
+    return this.blocks.get(id);
+  }
+
+  async episode(run, episode) {
+    return new Evalbus.Track(await this.unpack(`episode/${run}/${episode}`));
+  }
+
+  has(run, episode) {
+    return this.places.has(`episode/${run}/${episode}`);
+  }
+};

@@ -1,0 +1,664 @@
+// The viewer: what is shown of which run, at what time; the rest of the page is told by it.
+"use strict";
+
+Evalbus.Viewer = class {
+  constructor(place) {
+    this.place = place;
+    place.classList.add("evalbus-viewer");
+    this.isPacked = place.dataset.from === "page";
+    place.classList.toggle("ev-whole-page", !this.isPacked);
+    this.parts = Evalbus.makeLayout(place);
+    this.palette = Evalbus.paletteOf(place);
+    this.player = new Evalbus.Player();
+    this.runs = new Map();
+    this.shownRun = null;
+    this.tracks = [];  // A, and B
+    this.isBeside = false;
+    this.recent = new Map();  // tracks of episodes that are over, the newest last
+    this.problem = "";
+    this.connectionState = "connecting";
+    const seek = (tick) => this.seek(tick);
+    this.timeline = new Evalbus.Timeline(this.parts.lanes, seek);
+    this.conditions = new Evalbus.Conditions(this.parts.conditions, seek);
+    this.curves = new Evalbus.Curves(this.parts.curves, seek);
+    this.runPanel = new Evalbus.RunPanel(this.parts.run, {
+      open: (row) => this.open(row.run, row.episode),
+      compare: (row) => this.compare(row.run, row.episode),
+      chooseRun: (run) => this.chooseRun(run),
+      canOpen: (row) => row.has_track !== false && this.source.has(row.run, row.episode),
+    });
+    const Source = this.isPacked ? Evalbus.PackedSource : Evalbus.LiveSource;
+    this.source = new Source({
+      run: (head) => this.hearRun(head), episodes: (head) => this.hearEpisodes(head), log: (head) => this.hearLog(head),
+      track: (track) => this.hearTrack(track), ticks: (track) => this.hearTicks(track),
+      connection: (state) => this.hearConnection(state),
+    });
+    this.assets = new Evalbus.Assets(this.source);
+    this.bindParts();
+    this.wanted = this.readHash();
+    this.player.isFollowing = !this.isPacked && !this.wanted;
+    this.player.isPlaying = this.player.isFollowing;
+    // Pictures are made only while one sees them: a page of many may not hold on to the graphics card.
+    new IntersectionObserver((entries) => this.setSeen(entries[entries.length - 1].isIntersecting)).observe(this.parts.view);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      this.palette = Evalbus.paletteOf(place);
+      if (this.scene) this.scene.setPalette(this.palette);
+      this.showTracks();
+    });
+    window.addEventListener("hashchange", () => this.followHash());
+    this.showAll();
+    Promise.resolve(this.source.start()).catch((error) => this.complain(error));
+    this.last = performance.now();
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  bindParts() {
+    const p = this.parts;
+    p.play.addEventListener("click", () => this.togglePlay());
+    p.first.addEventListener("click", () => this.seek(0));
+    p.end.addEventListener("click", () => this.seek(this.player.last));
+    p.before.addEventListener("click", () => this.step(-1));
+    p.after.addEventListener("click", () => this.step(1));
+    p.rateChoice.value = "1";
+    p.rateChoice.addEventListener("change", () => { this.player.rate = Number(p.rateChoice.value); });
+    p.follow.addEventListener("click", () => this.follow());
+    p.mode.addEventListener("click", () => this.toggleBeside());
+    p.uncompare.addEventListener("click", () => this.compare(null));
+    p.sameSeed.addEventListener("click", () => this.compareSameSeed());
+    p.help.addEventListener("click", () => p.keys.showModal());
+    p.camera.addEventListener("change", () => {
+      if (this.scene) this.scene.setCamera(p.camera.value === "" ? null : p.camera.value);
+    });
+    const layers = [["contacts", "contacts"], ["trails", "ways of the wrists"], ["highlight", "object of the stage"],
+      ["shadows", "shadows"], ["collision", "collision shapes"], ["clearance", "clearance"]];
+    this.layers = { contacts: true, trails: true, highlight: true, shadows: true, collision: false, clearance: false };
+    p.layerList.append(...layers.map(([name, text]) => {
+      const box = Evalbus.element("input", { type: "checkbox" });
+      box.checked = this.layers[name];
+      box.addEventListener("change", () => this.setLayer(name, box.checked));
+      return Evalbus.element("label", {}, box, ` ${text}`);
+    }));
+    const target = this.isPacked ? p.app : document;
+    if (this.isPacked) p.app.tabIndex = -1;
+    target.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  setLayer(name, isShown) {
+    this.layers[name] = isShown;
+    if (this.scene) {
+      this.scene.setLayer(name, isShown);
+      this.moved();
+    }
+  }
+
+  // ---- what is heard
+
+  runOf(number) {
+    if (!this.runs.has(number)) this.runs.set(number, { info: { run: number }, episodes: [], lines: [], track: null });
+    return this.runs.get(number);
+  }
+
+  hearRun(head) {
+    const run = this.runOf(head.run);
+    // Another one has taken its place: a server was started anew.
+    if (run.info.name !== undefined && run.info.name !== head.name) Object.assign(run, { episodes: [], lines: [], track: null });
+    run.info = head;
+    if (this.shownRun === null) this.shownRun = head.run;
+    this.showRun();
+    this.showHead();
+  }
+
+  hearEpisodes(head) {
+    const run = this.runOf(head.run);
+    run.episodes.length = Math.min(run.episodes.length, head.from);
+    for (const row of head.episodes) run.episodes.push({ ...row, run: head.run });
+    this.showRun();
+    this.openFirst();
+  }
+
+  hearLog(head) {
+    const run = this.runOf(head.run);
+    run.lines = run.lines.concat(head.lines).slice(-500);
+    this.showRun();
+  }
+
+  hearTrack(track) {
+    const run = this.runOf(track.run);
+    const before = run.track;
+    run.track = track;
+    if (before && before.head.is_over) this.keep(before);
+    const shown = this.tracks[0];
+    if (shown && shown.key === track.key && shown.attempt === track.attempt) {
+      // The same once more, with what was not known before.
+      this.tracks[0] = track;
+      this.player.setLength(track.ticks, track.tickSeconds);
+      this.showTracks();
+      return;
+    }
+    this.followNewest();
+    this.openFirst();
+  }
+
+  hearTicks(track) {
+    if (this.tracks[0] !== track) return;
+    this.player.setLength(track.ticks, track.tickSeconds);
+    this.areNumbersOld = true;
+  }
+
+  hearConnection(state) {
+    this.connectionState = state;
+    if (state === "packed") this.openFirst();
+    if (state === "unsupported") this.complain(new Error("this browser cannot unpack the episodes (it has no DecompressionStream); newer ones can"));
+    this.showHead();
+    if (this.tracks.length === 0) this.showEmpty();
+  }
+
+  // A new episode has begun while one follows. The one before stays until its end has been seen.
+  followNewest() {
+    if (!this.player.isFollowing) return;
+    const run = this.runs.get(this.shownRun);
+    const next = run && run.track;
+    const shown = this.tracks[0];
+    if (!next || next === shown || next.ticks === 0) return;
+    const isSeen = !shown || shown.run !== next.run || (this.player.tick >= this.player.last && this.player.rested_s > 0.9);
+    if (!isSeen) return;
+    this.setTracks([next]);
+    this.player.tick = 0;
+    this.player.rested_s = 0;
+  }
+
+  // ---- what is shown
+
+  keep(track) {
+    this.recent.delete(track.key);
+    this.recent.set(track.key, track);
+    if (this.recent.size > 12) this.recent.delete(this.recent.keys().next().value);
+  }
+
+  async trackOf(run, episode) {
+    const key = `${run}/${episode}`;
+    const live = this.runs.has(run) && this.runs.get(run).track;
+    if (live && live.key === key) return live;
+    if (this.recent.has(key)) return this.recent.get(key);
+    const track = await this.source.episode(run, episode);
+    this.keep(track);
+    return track;
+  }
+
+  // Shows an episode from its beginning (or a time in s) and plays it, if not told otherwise.
+  async open(run, episode, time_s, isPlaying = true) {
+    const turn = this.turn = (this.turn || 0) + 1;
+    this.wanted = null;
+    try {
+      const track = await this.trackOf(run, episode);
+      if (turn !== this.turn) return;
+      this.problem = "";
+      this.player.pause();
+      this.shownRun = run;
+      this.setTracks([track]);
+      this.player.seek(time_s === undefined ? 0 : time_s / track.tickSeconds);
+      if (isPlaying && !this.player.isCalm) this.player.play();
+    } catch (error) {
+      if (turn === this.turn) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+    }
+    this.showAll();
+  }
+
+  // Beside what is shown; null: nothing.
+  async compare(run, episode, isBeside) {
+    if (run === null) {
+      this.setTracks(this.tracks.slice(0, 1));
+      this.showAll();
+      return;
+    }
+    try {
+      const track = await this.trackOf(run, episode);
+      if (!this.tracks.length) return;
+      if (isBeside !== undefined) this.isBeside = isBeside;
+      this.player.isFollowing = false;
+      this.setTracks([this.tracks[0], track]);
+    } catch (error) {
+      this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+    }
+    this.showAll();
+  }
+
+  // The episode of the same seed in the next run, null without.
+  twin() {
+    const track = this.tracks[0];
+    if (!track || this.runs.size < 2) return null;
+    for (const [number, run] of this.runs) {
+      if (number === track.run) continue;
+      const row = run.episodes.find((one) => one.seed === track.head.seed && one.task === track.head.task
+        && one.variation === track.head.variation && this.source.has(number, one.episode) && one.has_track !== false);
+      if (row) return { ...row, name: run.info.name || `run ${number}` };
+    }
+    return null;
+  }
+
+  compareSameSeed() {
+    const twin = this.twin();
+    if (twin) this.compare(twin.run, twin.episode);
+  }
+
+  toggleBeside() {
+    this.isBeside = !this.isBeside;
+    this.setTracks(this.tracks);
+    this.showAll();
+  }
+
+  chooseRun(run) {
+    this.shownRun = run;
+    this.source.watch(run);
+    if (this.player.isFollowing) this.followNewest();
+    else if (!this.isPacked) this.follow();
+    this.showAll();
+  }
+
+  follow() {
+    if (this.isPacked) return;
+    this.player.follow();
+    const run = this.runs.get(this.shownRun);
+    if (run && run.track) {
+      this.setTracks([run.track]);
+      this.player.tick = this.player.last;
+    }
+    this.showAll();
+  }
+
+  // What a link asks for; without one, in a report the first failure, and of a run that is over its first episode.
+  openFirst() {
+    if (this.tracks.length) return;
+    if (this.wanted) {
+      const { run, episode, time, other } = this.wanted;
+      const row = this.runs.has(run) && this.runs.get(run).episodes.find((one) => one.episode === episode);
+      const live = this.runs.has(run) && this.runs.get(run).track;
+      if (!row && !(live && live.episode === episode)) return;
+      this.open(run, episode, time, false).then(() => other && this.compare(other[0], other[1], other[2]));
+      return;
+    }
+    if (this.player.isFollowing) {
+      this.followNewest();
+      const run = this.runs.get(this.shownRun);
+      const isGoingOn = !run || run.track || !run.info.is_over;
+      if (this.tracks.length || isGoingOn) return;
+    } else if (this.isPacked && this.connectionState !== "packed") {
+      return;
+    }
+    for (const [number, run] of this.runs) {
+      const rows = run.episodes.filter((row) => row.has_track !== false && this.source.has(number, row.episode));
+      const row = rows.find((one) => one.complete && !one.success) || rows[0];
+      if (!row) continue;
+      this.open(number, row.episode, this.isPacked ? Infinity : 0, !this.isPacked).then(() => {
+        const twin = this.isPacked && this.twin();
+        if (twin) this.compare(twin.run, twin.episode);
+      });
+      return;
+    }
+  }
+
+  setTracks(tracks) {
+    this.tracks = tracks;
+    const [track, other] = tracks;
+    if (!track) return;
+    const ticks = other ? Math.max(track.ticks, Math.ceil(other.ticks * other.tickSeconds / track.tickSeconds)) : track.ticks;
+    this.player.setLength(ticks, track.tickSeconds);
+    this.showTracks();
+    this.buildScene();
+  }
+
+  ticksShown() {
+    const [track, other] = this.tracks;
+    const tick = this.player.tick;
+    const own = Math.min(tick, track.last);
+    return other ? [own, Math.min(tick * track.tickSeconds / other.tickSeconds, other.last)] : [own];
+  }
+
+  // The object that the first stage not yet reached is about: the only one, or the one that its name names.
+  litObject(track, tick) {
+    const objects = track.head.objects || [];
+    const stage = (track.head.stages || []).find((one) => one.tick === null || one.tick > tick);
+    if (!stage || !objects.length || (track.head.is_over && tick >= track.last)) return -1;
+    if (objects.length === 1) return 0;
+    return objects.findIndex((name) => `_${stage.name}_`.includes(`_${name}_`));
+  }
+
+  // ---- the picture
+
+  setSeen(isSeen) {
+    this.isSeen = isSeen;
+    if (isSeen && !this.scene && !this.sceneProblem) this.buildScene();
+    if (!isSeen && this.scene && this.isPacked) {
+      this.scene.dispose();
+      this.scene = null;
+      this.assets = new Evalbus.Assets(this.source);
+      this.isSceneReady = false;
+    }
+  }
+
+  async buildScene() {
+    if (!this.isSeen || !this.tracks.length || this.sceneProblem) return;
+    const tracks = this.tracks.filter((track) => track.head.scene);
+    if (!tracks.length) {
+      this.noteScene("no picture: the model files of this run are not there");
+      return;
+    }
+    try {
+      if (typeof THREE === "undefined") throw new Error("three.js was not loaded");
+      if (!this.scene) {
+        this.scene = new Evalbus.SceneView(this.parts.view, this.assets, this.palette);
+        this.scene.onCamera = (name) => { this.parts.camera.value = name || ""; };
+        Object.assign(this.scene.layers, this.layers);
+      }
+    } catch (error) {
+      this.sceneProblem = `no picture: ${error.message}; numbers and time line are all here`;
+      this.noteScene(this.sceneProblem);
+      return;
+    }
+    const scene = this.scene;
+    try {
+      this.isSceneReady = false;
+      if (!await scene.show(tracks, this.isBeside)) return;
+      this.isSceneReady = true;
+      this.noteScene("");
+      this.showCameras();
+      this.moved();
+    } catch (error) {
+      this.noteScene(`no picture: ${error.message}`);
+    }
+  }
+
+  noteScene(text) {
+    Evalbus.setText(this.parts.note, Evalbus.words(text));
+    this.parts.note.hidden = text === "";
+  }
+
+  showCameras() {
+    const names = this.scene.cameras;
+    const layout = JSON.stringify(names);
+    if (layout !== this.camerasLayout) {
+      this.camerasLayout = layout;
+      this.parts.camera.replaceChildren(Evalbus.element("option", { value: "" }, "free camera"),
+        ...names.map((name) => Evalbus.element("option", { value: name }, Evalbus.words(name))));
+    }
+    this.parts.camera.value = this.scene.cameraName || "";
+  }
+
+  // ---- telling the parts
+
+  showAll() {
+    this.showHead();
+    this.showRun();
+    this.showTransport();
+    this.showEmpty();
+  }
+
+  showHead() {
+    const run = this.runs.get(this.shownRun);
+    const info = run ? run.info : {};
+    const p = this.parts;
+    Evalbus.setText(p.title, Evalbus.words(info.name) || (this.isPacked ? "Episodes" : "evalbus"));
+    const task = [Evalbus.words(info.task), Evalbus.words(info.variation)].filter(Boolean).join("/");
+    Evalbus.setText(p.subtitle, [task, Evalbus.words(info.policy), Evalbus.words(info.clock)].filter(Boolean).join(" · "));
+    Evalbus.setText(p.rate, info.complete ? `${info.successes} of ${info.complete} · ${Evalbus.percent(info.rate)}` : "");
+    const states = {
+      connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "recorded"],
+      lost: ["gone", this.runs.size ? "server gone; trying again" : "no server yet; trying again"],
+      open: info.is_over ? ["still", info.is_live === false ? "recorded" : "run ended"]
+        : info.is_live === false ? ["still", "recorded"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
+    };
+    const [kind, text] = states[this.connectionState];
+    p.state.dataset.kind = kind;
+    Evalbus.setText(p.state, text);
+    p.follow.hidden = this.isPacked || info.is_live === false;
+  }
+
+  showRun() {
+    const run = this.runs.get(this.shownRun);
+    if (!run || this.isRunDue) return;
+    // However often it is told, a frame shows it once.
+    this.isRunDue = true;
+    requestAnimationFrame(() => {
+      this.isRunDue = false;
+      const now = this.runs.get(this.shownRun);
+      if (now) this.runPanel.show([...this.runs.values()], now, this.tracks[0] && this.tracks[0].key, this.tracks[1] && this.tracks[1].key);
+    });
+  }
+
+  showEmpty() {
+    const text = this.problem || (this.tracks.length ? "" : this.connectionState === "lost"
+      ? "The server does not answer. This page tries again by itself." : "No episode has begun yet.");
+    Evalbus.setText(this.parts.empty, text);
+    this.parts.empty.hidden = text === "";
+    this.parts.episodeBody.hidden = this.tracks.length === 0;
+  }
+
+  complain(error) {
+    this.problem = Evalbus.words(error.message);
+    this.showEmpty();
+  }
+
+  showTracks() {
+    if (!this.tracks.length) return;
+    this.areNumbersOld = false;
+    this.timeline.show(this.tracks, this.palette);
+    this.conditions.show(this.tracks);
+    this.curves.show(this.tracks, this.palette);
+    const labels = this.tracks.map((track, k) => {
+      const run = this.runs.get(track.run);
+      const name = this.tracks.length > 1 && this.runs.size > 1 && run ? `${Evalbus.words(run.info.name)} · ` : "";
+      const letter = this.tracks.length > 1 ? Evalbus.element("b", { class: k === 0 ? "ev-a" : "ev-b" }, k === 0 ? "A" : "B") : null;
+      const ghost = k > 0 && !this.isBeside ? " · ghost" : "";
+      return Evalbus.element("span", { class: "ev-label-chip" }, letter, `${name}${track.title()}${ghost}`);
+    });
+    this.parts.labels.replaceChildren(...labels);
+    this.parts.labels.classList.toggle("ev-beside", this.isBeside && this.tracks.length > 1);
+    this.showEmpty();
+    this.moved();
+    this.showTransport();
+    this.showRun();
+  }
+
+  // The time has changed: what depends on it, and nothing else.
+  moved() {
+    if (!this.tracks.length) return;
+    const ticks = this.ticksShown();
+    this.timeline.move(this.player.tick);
+    this.conditions.move(ticks);
+    this.curves.move(ticks);
+    const track = this.tracks[0];
+    Evalbus.setText(this.parts.clockTime, `${(this.player.shown * track.tickSeconds).toFixed(2)} s`);
+    Evalbus.setText(this.parts.clockTick, `tick ${this.player.shown} of ${this.player.last}`);
+    if (this.scene && this.isSceneReady) {
+      this.scene.update(ticks, this.tracks.map((one, k) => this.litObject(one, ticks[k])));
+    }
+  }
+
+  showTransport() {
+    const p = this.parts, player = this.player;
+    const isPlaying = player.isPlaying;
+    if (p.play.dataset.playing !== String(isPlaying)) {
+      p.play.dataset.playing = String(isPlaying);
+      p.play.replaceChildren(Evalbus.icon(Evalbus.ICONS[isPlaying ? "pause" : "play"], true));
+      p.play.setAttribute("aria-label", isPlaying ? "pause" : "play");
+      p.play.title = `${isPlaying ? "pause" : "play"} (space)`;
+    }
+    p.follow.setAttribute("aria-pressed", String(player.isFollowing));
+    p.rateChoice.value = String(player.rate);
+    const isCompared = this.tracks.length > 1;
+    p.mode.hidden = p.uncompare.hidden = !isCompared;
+    Evalbus.setText(p.mode, this.isBeside ? "Show as ghost" : "Side by side");
+    const twin = isCompared ? null : this.twin();
+    p.sameSeed.hidden = !twin;
+    if (twin) Evalbus.setText(p.sameSeed, `Same seed in ${Evalbus.words(twin.name)}`);
+  }
+
+  frame(now) {
+    const elapsed_s = Math.min(0.25, (now - this.last) / 1000);
+    this.last = now;
+    const wasPlaying = this.player.isPlaying;
+    const hasMoved = this.player.advance(elapsed_s);
+    // Numbers of what comes: ten times a second is as fast as one reads.
+    if (this.areNumbersOld && now - (this.shownAt || 0) > 100) {
+      this.shownAt = now;
+      this.showTracks();
+    } else if (hasMoved) {
+      this.moved();
+    }
+    if (wasPlaying !== this.player.isPlaying) this.showTransport();
+    if (this.player.isFollowing) this.followNewest();
+    if (this.scene && this.isSeen) this.scene.draw();
+    requestAnimationFrame((next) => this.frame(next));
+  }
+
+  // ---- what one does
+
+  seek(tick) {
+    this.player.pause();
+    this.player.seek(tick);
+    this.moved();
+    this.showTransport();
+    this.writeHash();
+  }
+
+  step(ticks) {
+    this.player.step(ticks);
+    this.moved();
+    this.showTransport();
+    this.writeHash();
+  }
+
+  togglePlay() {
+    if (this.player.isPlaying) {
+      this.player.pause();
+      this.moved();
+      this.writeHash();
+    } else {
+      this.player.play();
+    }
+    this.showTransport();
+  }
+
+  changeRate(way) {
+    const rates = Evalbus.Player.RATES;
+    this.player.isFollowing = false;
+    this.player.rate = rates[Math.max(0, Math.min(rates.length - 1, rates.indexOf(this.player.rate) + way))];
+    this.showTransport();
+  }
+
+  jump(way) {
+    const track = this.tracks[0];
+    if (!track) return;
+    const ticks = track.head.events.map((event) => event.tick).sort((a, b) => a - b);
+    const next = way > 0 ? ticks.find((tick) => tick > this.player.shown) : ticks.reverse().find((tick) => tick < this.player.shown);
+    if (next !== undefined) this.seek(next);
+  }
+
+  openNeighbour(way) {
+    const run = this.runs.get(this.shownRun), track = this.tracks[0];
+    if (!run || !track) return;
+    const rows = this.runPanel.list.rows.filter((row) => row.has_track !== false && this.source.has(row.run, row.episode));
+    const at = rows.findIndex((row) => row.episode === track.episode && row.run === track.run);
+    const row = at < 0 ? rows[way > 0 ? 0 : rows.length - 1] : rows[at + way];
+    if (!row) return;
+    this.open(row.run, row.episode);
+    this.runPanel.list.reveal(row);
+  }
+
+  nextCamera() {
+    if (!this.scene || !this.isSceneReady) return;
+    const names = [null, ...this.scene.cameras];
+    this.scene.setCamera(names[(names.indexOf(this.scene.cameraName) + 1) % names.length]);
+    this.parts.camera.value = this.scene.cameraName || "";
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const at = event.target;
+    if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || this.parts.keys.open) return;
+    // Space and Enter belong to the button that has the focus.
+    if ((event.key === " " || event.key === "Enter") && at instanceof Element && at.closest("button, summary, input, a")) return;
+    const actions = {
+      " ": () => this.togglePlay(), ArrowLeft: () => this.step(event.shiftKey ? -10 : -1),
+      ArrowRight: () => this.step(event.shiftKey ? 10 : 1), Home: () => this.seek(0), End: () => this.seek(this.player.last),
+      "[": () => this.jump(-1), "]": () => this.jump(1), "<": () => this.changeRate(-1), ">": () => this.changeRate(1),
+      l: () => this.follow(), p: () => this.openNeighbour(-1), n: () => this.openNeighbour(1), c: () => this.nextCamera(),
+      v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.compare(null), "?": () => this.parts.keys.showModal(),
+    };
+    if (!Object.hasOwn(actions, event.key)) return;
+    event.preventDefault();
+    actions[event.key]();
+  }
+
+  // ---- the address: #view:run=0,episode=3,t=1.24,other=1/3
+
+  readHash() {
+    const match = /^#view:(.*)$/.exec(decodeURIComponent(location.hash));
+    if (!match) return null;
+    const values = Object.fromEntries(match[1].split(",").map((pair) => pair.split("=")));
+    const episode = Number(values.episode);
+    if (!Number.isInteger(episode)) return null;
+    const other = /^(\d+)\/(\d+)(?:\/(beside))?$/.exec(values.other || "");
+    return { run: Number(values.run || 0), episode, time: values.t === undefined ? 0 : Number(values.t) || 0,
+      other: other && [Number(other[1]), Number(other[2]), Boolean(other[3])] };
+  }
+
+  followHash() {
+    const wanted = this.readHash();
+    if (!wanted) return;
+    this.open(wanted.run, wanted.episode, wanted.time, false)
+      .then(() => wanted.other && this.compare(wanted.other[0], wanted.other[1], wanted.other[2]));
+    if (this.isPacked) this.place.scrollIntoView();
+  }
+
+  writeHash() {
+    const [track, other] = this.tracks;
+    if (!track) return;
+    const time = (this.player.shown * track.tickSeconds).toFixed(3);
+    const more = other ? `,other=${other.key}${this.isBeside ? "/beside" : ""}` : "";
+    history.replaceState(null, "", `#view:run=${track.run},episode=${track.episode},t=${time}${more}`);
+  }
+
+  // ---- for tests: what stands on the page
+
+  get tick() {
+    return this.player.shown;
+  }
+
+  // World pose of a body, as drawn: {position_m, quat_wxyz}; of A, or of B.
+  pose(name, which = 0) {
+    const world = this.scene.views[which].world;
+    const index = world.head.bodies.findIndex((body) => body.name === name);
+    const matrix = world.placeOf(index, [0, 0, 0], [1, 0, 0, 0], new THREE.Matrix4());
+    const position = new THREE.Vector3(), quat = new THREE.Quaternion(), size = new THREE.Vector3();
+    matrix.decompose(position, quat, size);
+    return { position_m: position.toArray(), quat_wxyz: [quat.w, quat.x, quat.y, quat.z] };
+  }
+
+  values() {
+    return this.curves.values();
+  }
+
+  summary() {
+    const run = this.runs.get(this.shownRun);
+    return { connection: this.connectionState, info: run && run.info, episodes: run ? run.episodes.length : 0,
+      shown: this.tracks.map((track) => track.key), heads: this.tracks.map((track) => track.head), tick: this.tick,
+      isPlaying: this.player.isPlaying, isFollowing: this.player.isFollowing, hasPicture: Boolean(this.scene && this.isSceneReady),
+      problem: this.problem, note: this.parts.note.textContent };
+  }
+};
+
+for (const place of document.querySelectorAll("[data-from]")) {
+  const begin = () => { window.evalbusViewer = new Evalbus.Viewer(place); };
+  if (place.dataset.from !== "page") {
+    begin();
+  } else {
+    // A report begins it when one comes near.
+    const watch = new IntersectionObserver((entries) => {
+      if (!entries.some((entry) => entry.isIntersecting)) return;
+      watch.disconnect();
+      begin();
+    }, { rootMargin: "300px" });
+    watch.observe(place);
+  }
+}

@@ -1,0 +1,252 @@
+// The bodies of one episode as a scene graph: what stands still in a few meshes, a group for each body that moves.
+"use strict";
+
+// Geometry and pictures of blocks, kept over episodes: the robots of a run are always the same.
+Evalbus.Assets = class {
+  constructor(source) {
+    this.source = source;
+    this.meshes = new Evalbus.Once(async (id) => {
+      const block = await source.block(id);
+      const geometry = Evalbus.shapes.mesh(block);
+      geometry.isOwnUv = block.has("uv");
+      return geometry;
+    });
+    this.textures = new Evalbus.Once(async (id) => {
+      const png = (await source.block(id)).raw("png");
+      const image = await createImageBitmap(new Blob([png], { type: "image/png" }));
+      const texture = new THREE.Texture(image);
+      texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+      texture.flipY = false;
+      texture.anisotropy = 4;
+      texture.needsUpdate = true;
+      return texture;
+    });
+  }
+
+  // {head, meshes, textures} of a scene, everything there.
+  async scene(id) {
+    const head = (await this.source.block(id)).head;
+    const load = async (once, ids) => {
+      const list = [...new Set(ids.filter((one) => one))];
+      const made = await Promise.all(list.map((one) => once.get(one)));
+      return new Map(list.map((one, k) => [one, made[k]]));
+    };
+    const [meshes, textures] = await Promise.all([
+      load(this.meshes, head.geoms.map((geom) => geom.mesh)),
+      load(this.textures, head.materials.map((material) => material.texture))]);
+    return { head, meshes, textures };
+  }
+};
+
+Evalbus.World = class {
+  // look: null, or the colour in which all that moves is drawn as a ghost.
+  constructor(scene, track, look) {
+    this.head = scene.head;
+    this.track = track;
+    this.root = new THREE.Group();
+    this.isGhost = Boolean(look);
+    const appearance = track.head.appearance || {};
+    const changed = (list, changes) => {
+      const copy = list.slice();
+      for (const [index, change] of changes || []) copy[index] = { ...copy[index], ...change };
+      return copy;
+    };
+    this.materials = changed(this.head.materials, appearance.materials);
+    this.lights = changed(this.head.lights, appearance.lights);
+    this.cameras = changed(this.head.cameras, appearance.cameras);
+    const visual = this.head.geoms.filter((geom) => !geom.collision);
+    for (const [index, change] of appearance.geoms || []) visual[index] = { ...visual[index], ...change };
+    this.visual = visual;
+    this.scene = scene;
+    this.look = look;
+    this.made = [];
+    this.bodies = this.head.bodies.map((body) => this.makeBody(body));
+    this.objectMaterials = [];  // [{object, material}]
+    this.visualMeshes = this.build(visual, (geom) => this.materialOf(geom));
+    this.collisionMeshes = null;
+    if (!this.isGhost) this.addLights();
+    this.update(0);
+  }
+
+  makeBody(body) {
+    if (!body.moves) return null;
+    const group = new THREE.Group();
+    group.name = body.name;
+    this.root.add(group);
+    return group;
+  }
+
+  kindOf(body) {
+    const entity = this.head.entities[this.head.bodies[body].entity];
+    return entity ? entity.kind : "world";
+  }
+
+  objectOf(body) {
+    const entity = this.head.entities[this.head.bodies[body].entity];
+    return entity && entity.object !== undefined && entity.object !== null ? entity.object : -1;
+  }
+
+  // Geoms of one body and one material, or of all bodies that stand still, make one mesh.
+  build(geoms, materialOf) {
+    const groups = new Map();
+    for (const geom of geoms) {
+      const body = this.head.bodies[geom.body];
+      if (this.isGhost && !body.moves) continue;
+      const { key, make, repeat } = materialOf(geom);
+      const place = body.moves ? geom.body : -1;
+      const name = `${place} ${key}`;
+      if (!groups.has(name)) groups.set(name, { place, key, make, parts: [] });
+      const matrix = Evalbus.shapes.pose(geom.position_m, geom.quat_wxyz);
+      if (!body.moves) matrix.premultiply(Evalbus.shapes.pose(body.position_m, body.quat_wxyz));
+      const geometry = geom.shape === "mesh" ? this.scene.meshes.get(geom.mesh)
+        : Evalbus.shapes.primitive(geom.shape, geom.size_m, 10 * (this.head.extent_m || 1));
+      groups.get(name).parts.push({ geometry, matrix, repeat: repeat && repeat(geom) });
+    }
+    const materials = new Map(), meshes = [];
+    for (const { place, key, make, parts } of groups.values()) {
+      if (!materials.has(key)) materials.set(key, make());
+      const geometry = Evalbus.shapes.merge(parts);
+      const mesh = new THREE.Mesh(geometry, materials.get(key));
+      this.made.push(geometry, materials.get(key));
+      mesh.matrixAutoUpdate = false;
+      mesh.castShadow = !this.isGhost && place >= 0 || place < 0 && !this.isGhost;
+      mesh.receiveShadow = !this.isGhost;
+      mesh.isOfVisual = true;
+      (place >= 0 ? this.bodies[place] : this.root).add(mesh);
+      meshes.push(mesh);
+    }
+    return meshes;
+  }
+
+  // OpenGL's shading of old, which MuJoCo draws with: the brightest point of a shine is light times material, for any
+  // shininess. three.js' grows with it.
+  materialOf(geom) {
+    if (this.look) return { key: "ghost", make: () => this.ghostMaterial() };
+    const own = geom.material === undefined || geom.material === null ? null : this.materials[geom.material];
+    const rgba = geom.rgba || (own ? own.rgba : [0.5, 0.5, 0.5, 1]);
+    const object = this.objectOf(geom.body);
+    const texture = own && own.texture ? this.scene.textures.get(own.texture) : null;
+    const key = `${geom.material} ${rgba} ${object}`;
+    const make = () => {
+      const shininess = Math.max(1, 128 * (own ? own.shininess : 0.5));
+      const shine = (own ? own.specular : 0.5) * 0.6 / (0.25 * (shininess / 2 + 1));
+      const colour = new THREE.Color(rgba[0], rgba[1], rgba[2]);
+      const material = new THREE.MeshPhongMaterial({
+        color: colour, specular: new THREE.Color(shine, shine, shine), shininess, map: texture,
+        emissive: colour.clone().multiplyScalar(own ? own.emission : 0),
+        transparent: rgba[3] < 1, opacity: rgba[3], depthWrite: rgba[3] >= 1,
+      });
+      if (object >= 0) this.objectMaterials.push({ object, material, emissive: material.emissive.clone() });
+      return material;
+    };
+    return { key, make, repeat: texture ? (one) => this.repeatOf(own, one) : null };
+  }
+
+  // A picture is laid over a shape of two half sizes once; `uniform`: over so many metres.
+  repeatOf(material, geom) {
+    const [x, y] = geom.size_m || [1, 1];
+    return material.repeat.map((times, k) => 0.5 * times / (material.uniform ? 1 : (k === 0 ? x : y) || 1));
+  }
+
+  ghostMaterial() {
+    return new THREE.MeshPhongMaterial({
+      color: this.look, emissive: new THREE.Color(this.look).multiplyScalar(0.25), specular: 0, transparent: true,
+      opacity: 0.42, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+    });
+  }
+
+  showCollision(isShown) {
+    if (isShown && !this.collisionMeshes) {
+      const colours = { robot: 0x5b8fb9, object: 0xe3a23a, fixture: 0xa9aeb3, world: 0x8d9297 };
+      this.collisionMeshes = this.build(this.head.geoms.filter((geom) => geom.collision), (geom) => {
+        if (this.look) return { key: "ghost", make: () => this.ghostMaterial() };
+        const kind = this.kindOf(geom.body);
+        return {
+          key: `collision ${kind}`,
+          make: () => new THREE.MeshPhongMaterial({ color: colours[kind], specular: 0x111111, shininess: 20 }),
+        };
+      });
+    }
+    for (const mesh of this.visualMeshes) mesh.visible = !isShown;
+    for (const mesh of this.collisionMeshes || []) mesh.visible = isShown;
+  }
+
+  addLights() {
+    const colour = (rgb) => new THREE.Color(rgb[0], rgb[1], rgb[2]);
+    const ambient = new THREE.Color(0, 0, 0);
+    if (this.head.headlight) ambient.add(colour(this.head.headlight.ambient));
+    for (const light of this.lights) {
+      ambient.add(colour(light.ambient));
+      this.root.add(...this.lightOf(light, colour(light.diffuse)));
+    }
+    this.root.add(new THREE.AmbientLight(ambient));
+  }
+
+  lightOf(light, colour) {
+    const body = this.bodies[light.body];
+    const still = this.head.bodies[light.body];
+    const matrix = body || !still ? new THREE.Matrix4() : Evalbus.shapes.pose(still.position_m, still.quat_wxyz);
+    const position = new THREE.Vector3(...light.position_m).applyMatrix4(matrix);
+    const direction = new THREE.Vector3(...light.direction).transformDirection(matrix);
+    const reach = this.head.extent_m || 1;
+    let made;
+    if (light.directional) {
+      made = new THREE.DirectionalLight(colour, 1);
+      // Shadows fall where the action is.
+      const middle = new THREE.Vector3(...(this.head.center_m || [0, 0, 0]));
+      made.target.position.copy(middle);
+      made.position.copy(middle).addScaledVector(direction, -3 * reach);
+      Object.assign(made.shadow.camera, { left: -1.1 * reach, right: 1.1 * reach, top: 1.1 * reach, bottom: -1.1 * reach,
+        near: 0.5 * reach, far: 6 * reach });
+    } else {
+      const angle = Math.min(light.cutoff_deg || 45, 89) * Math.PI / 180;
+      made = new THREE.SpotLight(colour, 1, 0, angle, 0.3, 0);
+      made.position.copy(position);
+      made.target.position.copy(position).add(direction);
+    }
+    if (light.shadow) {
+      made.castShadow = true;
+      made.shadow.mapSize.set(2048, 2048);
+      made.shadow.bias = -0.0006;
+      made.shadow.radius = 1.6;
+    }
+    if (body) {
+      body.add(made, made.target);
+      return [];
+    }
+    return [made, made.target];
+  }
+
+  update(tick) {
+    this.track.head.bodies.forEach((body, slot) => {
+      const group = this.bodies[body];
+      if (group && this.track.hasPoses()) this.track.poseAt(slot, tick, group.position, group.quaternion);
+    });
+  }
+
+  // Lit: the object that the current stage is about, -1 for none.
+  light(object, colour) {
+    for (const entry of this.objectMaterials) {
+      entry.material.emissive.copy(entry.emissive);
+      if (entry.object === object) entry.material.emissive.add(colour);
+    }
+  }
+
+  // World pose of a place in a body's frame.
+  placeOf(body, position, quat, into) {
+    const still = this.head.bodies[body];
+    const group = this.bodies[body];
+    const local = Evalbus.shapes.pose(position, quat);
+    if (group) {
+      group.updateMatrix();
+      into.multiplyMatrices(group.matrix, local);
+    } else {
+      into.multiplyMatrices(Evalbus.shapes.pose(still.position_m, still.quat_wxyz), local);
+    }
+    return into;
+  }
+
+  dispose() {
+    for (const one of this.made) one.dispose();
+  }
+};
