@@ -6,7 +6,9 @@
 
 namespace evalbus {
 
-// The program of this name in PATH; empty where there is none.
+// The program of this name: the system's own, else the first in PATH; empty where there is none. (Of ffmpeg,
+// say, a conda environment may have another, with other encoders.) EVALBUS_PATH, folders with colons, goes
+// before both.
 std::filesystem::path FindProgram(const std::string& name);
 
 }  // namespace evalbus

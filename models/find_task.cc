@@ -82,8 +82,16 @@ std::vector<TaskDescription> AllTasks() {
 }
 
 std::filesystem::path ModelsFolder() {
-  const char* folder = std::getenv("EVALBUS_MODELS");
-  return folder && *folder ? std::filesystem::path(folder) : std::filesystem::path(EVALBUS_MODELS_FOLDER);
+  namespace fs = std::filesystem;
+  if (const char* folder = std::getenv("EVALBUS_MODELS"); folder && *folder) return folder;
+  // Beside an installed program, wherever that is; in the source tree of one that was built there.
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path beside = (program.parent_path() / "../share/evalbus/models").lexically_normal();
+  for (const fs::path& folder : {beside, fs::path(EVALBUS_MODELS_FOLDER)}) {
+    if (fs::is_directory(folder / "tasks", error)) return folder;
+  }
+  return "/usr/share/evalbus/models";
 }
 
 std::filesystem::path TasksFolder() { return ModelsFolder() / "tasks"; }

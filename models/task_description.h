@@ -161,7 +161,8 @@ bool IsTaskFile(const std::string& name);
 // Every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
 
-// Folder with robots/, props/ and tasks/: the source tree's, or $EVALBUS_MODELS.
+// Folder with robots/, props/ and tasks/: $EVALBUS_MODELS; else ../share/evalbus/models beside an installed
+// program, the source tree's, or /usr/share/evalbus/models.
 std::filesystem::path ModelsFolder();
 std::filesystem::path TasksFolder();
 

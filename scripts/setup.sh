@@ -1,6 +1,13 @@
 # Sourced by ./run, ./test and scripts/check: installs missing Debian packages and configures the build. Sets `root`
 # (the source folder) and `build`; targets are built with `build_targets NAME...`.
 
+# Of Debian, whatever conda, pyenv or a module system have put in front: their compilers, CMake files and libraries are
+# not those that the packages below go with.
+export PATH=/usr/sbin:/usr/bin:/sbin:/bin
+unset CC CXX CPP LD CFLAGS CXXFLAGS CPPFLAGS LDFLAGS LD_LIBRARY_PATH LD_PRELOAD LIBRARY_PATH CPATH C_INCLUDE_PATH \
+  CPLUS_INCLUDE_PATH PKG_CONFIG_PATH PKG_CONFIG_LIBDIR CMAKE_PREFIX_PATH CMAKE_TOOLCHAIN_FILE CMAKE_GENERATOR PYTHONPATH \
+  PYTHONHOME
+
 root=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 build=$root/build
 

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <string>
 
+#include "base/find_program.h"
 #include "base/realtime.h"
 #include "bus/bus.h"
 #include "bus/private_network.h"
@@ -57,7 +58,7 @@ int Doctor() {
   void* osmesa = dlopen("libOSMesa.so.8", RTLD_LAZY);
   Print(osmesa != nullptr, "OSMesa, which renders films", "apt-get install libosmesa6");
   if (osmesa) dlclose(osmesa);
-  const bool has_ffmpeg = std::system("command -v ffmpeg >/dev/null 2>&1") == 0;
+  const bool has_ffmpeg = !FindProgram("ffmpeg").empty();
   Print(has_ffmpeg, "ffmpeg, which encodes films", "apt-get install ffmpeg");
 
   try {

@@ -14,10 +14,12 @@
 #include <cerrno>
 #include <cstring>
 #include <initializer_list>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/find_program.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
 
@@ -127,7 +129,16 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   std::vector<char*> argv;
   for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  const int error = posix_spawnp(&ffmpeg_, "ffmpeg", &actions, nullptr, argv.data(), environ);
+  const std::string program = FindProgram("ffmpeg").string();
+  // What is in front of the system's libraries for somebody else is not for it.
+  std::vector<char*> environment;
+  for (char** variable = environ; *variable; ++variable) {
+    if (!std::string_view(*variable).starts_with("LD_LIBRARY_PATH=")) environment.push_back(*variable);
+  }
+  environment.push_back(nullptr);
+  const int error = program.empty() ? ENOENT
+                                    : posix_spawn(&ffmpeg_, program.c_str(), &actions, nullptr, argv.data(),
+                                                  environment.data());
   posix_spawn_file_actions_destroy(&actions);
   close(sockets[1]);
   if (error != 0) {

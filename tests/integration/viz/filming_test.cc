@@ -75,7 +75,7 @@ TEST(Filming, MissingFfmpegCostsTheFilmAndNotTheResults) {
   const fs::path run = folder.path() / "run";
   const Result result = RunProgram({"evalbus", "run", task, "--policy", "hold", "--episodes", "1",
                                     "--in-process", "--video", "front", "--out", run},
-                                   {{}, [] { setenv("PATH", "/nonexistent", 1); }});
+                                   {{}, [] { setenv("EVALBUS_PATH", "/nonexistent", 1); }});
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(result.err,
             "error: no film: films need the ffmpeg program: install it with 'apt-get install ffmpeg'\n");

@@ -348,11 +348,10 @@ TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
             std::string::npos);
   EXPECT_THROW(film("head", {161, 120})(), InputError);
   EXPECT_THROW(FilmLog(folder_.path() / "none.lcmlog", {"front"}, kSize, folder_.path()), InputError);
-  const std::string path = getenv("PATH");
-  setenv("PATH", "/nonexistent", 1);
+  setenv("EVALBUS_PATH", "/nonexistent", 1);
   EXPECT_EQ(MessageOf<EnvironmentError>(film("head", kSize)),
             "films need the ffmpeg program: install it with 'apt-get install ffmpeg'");
-  setenv("PATH", path.c_str(), 1);
+  unsetenv("EVALBUS_PATH");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
 }
 
@@ -373,9 +372,9 @@ class FakeFfmpeg : public testing::Test {
     fs::create_directories(program.parent_path());
     std::ofstream(program) << "#!/bin/sh\n" << words << "\n";
     fs::permissions(program, fs::perms::owner_all);
-    setenv("PATH", (program.parent_path().string() + ":" + path_).c_str(), 1);
+    setenv("EVALBUS_PATH", program.parent_path().c_str(), 1);
   }
-  ~FakeFfmpeg() override { setenv("PATH", path_.c_str(), 1); }
+  ~FakeFfmpeg() override { unsetenv("EVALBUS_PATH"); }
   // What becomes of a film of 1000 frames.
   template <class Error>
   std::string Film(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
@@ -387,7 +386,6 @@ class FakeFfmpeg : public testing::Test {
   }
 
   TemporaryFolder folder_;
-  const std::string path_ = getenv("PATH");
   const fs::path film_ = folder_.path() / "film.mp4";
 };
 
