@@ -67,7 +67,7 @@ Evalbus.makeLayout = (place) => {
 
   parts.keys = e("dialog", { class: "ev-keys" }, e("h3", {}, "Keys"), e("dl", {}, Evalbus.KEYS.flatMap(([key, what]) =>
     [e("dt", {}, key.split(" ").flatMap((one, k) => (k ? [" ", e("kbd", {}, one)] : [e("kbd", {}, one)]))), e("dd", {}, what)])),
-  e("form", { method: "dialog" }, e("button", {}, "Close")));
+  e("button", { type: "button", onclick: () => parts.keys.close() }, "Close"));
 
   parts.app = e("div", { class: "ev-app", "data-tab": "episode" }, head, parts.view,
     e("div", { class: "ev-time" }, transport, parts.lanes), tabs, parts.episode, parts.run, parts.keys);

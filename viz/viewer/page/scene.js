@@ -234,7 +234,7 @@ Evalbus.SceneView = class {
   // ticks: of A, and of B. lit: the object of the current stage, of each.
   update(ticks, lit) {
     const colour = this.litColour || (this.litColour = new THREE.Color());
-    colour.set(this.palette.c4).multiplyScalar(0.3);
+    colour.set(this.palette.c4).multiplyScalar(0.16);
     this.views.forEach(({ world, marks }, k) => {
       world.update(ticks[k]);
       world.light(this.layers.highlight ? lit[k] : -1, colour);

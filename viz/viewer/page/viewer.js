@@ -191,6 +191,7 @@ Evalbus.Viewer = class {
   async open(run, episode, time_s, isPlaying = true) {
     const turn = this.turn = (this.turn || 0) + 1;
     this.wanted = null;
+    this.isOpening = true;
     try {
       const track = await this.trackOf(run, episode);
       if (turn !== this.turn) return;
@@ -202,6 +203,8 @@ Evalbus.Viewer = class {
       if (isPlaying && !this.player.isCalm) this.player.play();
     } catch (error) {
       if (turn === this.turn) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+    } finally {
+      if (turn === this.turn) this.isOpening = false;
     }
     this.showAll();
   }
@@ -270,7 +273,7 @@ Evalbus.Viewer = class {
 
   // What a link asks for; without one, in a report the first failure, and of a run that is over its first episode.
   openFirst() {
-    if (this.tracks.length) return;
+    if (this.tracks.length || this.isOpening) return;
     if (this.wanted) {
       const { run, episode, time, other } = this.wanted;
       const row = this.runs.has(run) && this.runs.get(run).episodes.find((one) => one.episode === episode);
