@@ -106,7 +106,7 @@ struct Report {
   std::vector<ReportRun> runs;
   std::vector<std::string> remarks;
   // Nothing: none.
-  std::optional<PackedViewer> viewer;
+  std::optional<PackedViewer> viewer = {};
   // Version and commit of the program that wrote the page.
   std::string made_by;
 };

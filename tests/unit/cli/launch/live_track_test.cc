@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 
 #include "base/run_layout.h"
@@ -109,6 +110,24 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   EXPECT_LT(worst, 2e-5);
   EXPECT_LT(worst_angle, 1e-4);
   EXPECT_GT(worst, 1e-6) << "as if nothing were rounded";
+  // The two points of a clearance, of which the curve is in mm.
+  size_t clearance_row = 0;
+  for (const auto& curve : block.head()["curves"]) {
+    if (curve["name"] == "clearance_m") clearance_row = curve["first_row"];
+  }
+  const std::vector<double> curves = block.Values("curves"), points = block.Values("clearance_points_m");
+  int measured = 0;
+  for (size_t tick = 0; tick < n; ++tick) {
+    const double clearance = curves[clearance_row * n + tick] * 1e-3;
+    if (std::isnan(clearance)) continue;
+    Eigen::Vector3d between;
+    for (size_t k = 0; k < 3; ++k) {
+      between[static_cast<int>(k)] = points[(3 + k) * n + tick] - points[k * n + tick];
+    }
+    EXPECT_NEAR(between.norm(), std::max(0.0, clearance), 1e-6);
+    ++measured;
+  }
+  EXPECT_GT(measured, 20);
   // What does not move stands where STATE says, too.
   const viz::BlockReader scene(scenes.blocks().at(block.head()["scene"].get<std::string>()));
   for (size_t i = 0; i < states[0].body.size(); ++i) {

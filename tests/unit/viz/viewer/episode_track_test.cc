@@ -148,6 +148,26 @@ TEST(EpisodeTrack, ABlockHasWhatTheMessagesSaid) {
   EXPECT_TRUE(block.Values("missing").empty());
 }
 
+TEST(EpisodeTrack, WhatTheSourceDoesNotKnowHasNoCurve) {
+  EpisodeTrack track = MakeTrack();
+  for (int64_t tick = 0; tick < 3; ++tick) {
+    track.Hear(State(tick));
+    track.Hear(Contacts(tick));
+    partial_metrics_t partial = Partial(tick);
+    partial.metrics.tracks_collisions = true;
+    partial.metrics.env_collision_count = -1;
+    partial.metrics.self_collision_count = 4;
+    partial.extended.action_clips = -1;
+    partial.metrics.target_distance_m[0] = std::numeric_limits<double>::quiet_NaN();
+    track.Hear(partial);
+  }
+  const BlockReader block(track.EpisodeBlock());
+  EXPECT_TRUE(std::isnan(RowOf(block, "env_collision_count")[1]));
+  EXPECT_EQ(RowOf(block, "self_collision_count")[1], 4);
+  EXPECT_TRUE(std::isnan(RowOf(block, "extended.action_clips")[1]));
+  EXPECT_TRUE(std::isnan(RowOf(block, "target_distance")[1]));
+}
+
 TEST(EpisodeTrack, CriteriaHoldUntilTheNext) {
   EpisodeTrack track = MakeTrack();
   for (int64_t tick = 0; tick < 6; ++tick) {
