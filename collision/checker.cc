@@ -174,6 +174,8 @@ struct CollisionChecker::Impl {
   void Place(int index, const Vector3d& position, const Matrix3d& rotation);
   // Fills candidates: pairs whose bounding boxes overlap.
   void FindCandidates();
+  // Where the two shapes of a pair are nearest to one another.
+  void FindPoints(const Pair& pair, Vector3d* on_a, Vector3d* on_b);
   // Contact of a pair, or nothing; `true_distance` asks for the distance of separated shapes too (normal and
   // point are then valid for closed forms only).
   bool Evaluate(const Pair& pair, bool true_distance, Proximity* result);
@@ -347,6 +349,25 @@ bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Prox
   return true_distance || result->distance <= contact_t::TOUCH_DISTANCE_M;
 }
 
+void CollisionChecker::Impl::FindPoints(const Pair& pair, Vector3d* on_a, Vector3d* on_b) {
+  Proximity proximity;
+  Evaluate(pair, true, &proximity);
+  if (proximity.distance <= contact_t::TOUCH_DISTANCE_M) {
+    *on_a = *on_b = proximity.point;
+  } else if (pair.method == Method::kFcl) {
+    // Of the grown shapes.
+    const Vector3d first = distance_result.nearest_points[0], second = distance_result.nearest_points[1];
+    const Vector3d growth = kGrowth * (second - first).normalized();
+    *on_a = first - growth;
+    *on_b = second + growth;
+    if (pair.swapped) std::swap(*on_a, *on_b);
+  } else {
+    // The point is midway.
+    *on_a = proximity.point - 0.5 * proximity.distance * proximity.normal;
+    *on_b = proximity.point + 0.5 * proximity.distance * proximity.normal;
+  }
+}
+
 CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& info) : impl_(new Impl) {
   const mjModel& m = *model;
   if (info.num_geoms != m.ngeom || info.num_bodies != m.nbody) {
@@ -475,15 +496,27 @@ std::optional<Clearance> CollisionChecker::FindClearance(double below) {
   const auto nearest = impl_->nearest->Find(below, gap, measure);
   if (!nearest) return std::nullopt;
   const Pair& pair = pairs[nearest->pair];
-  return Clearance{nearest->distance, impl_->geoms[pair.a].id, impl_->geoms[pair.b].id};
+  Clearance clearance{.distance = nearest->distance,
+                      .robot_geom = impl_->geoms[pair.a].id,
+                      .scene_geom = impl_->geoms[pair.b].id};
+  Vector3d robot, scene;
+  impl_->FindPoints(pair, &robot, &scene);
+  Eigen::Map<Vector3d>(clearance.robot_point.data()) = robot;
+  Eigen::Map<Vector3d>(clearance.scene_point.data()) = scene;
+  return clearance;
 }
 
 std::optional<Clearance> CollisionChecker::AsClearance(const contact_t& contact) const {
   const Geom& a = impl_->geoms[impl_->geom_of[contact.geom_a]];
   const Geom& b = impl_->geoms[impl_->geom_of[contact.geom_b]];
-  if (a.is_moving_robot && b.is_scene) return Clearance{contact.distance_m, a.id, b.id};
-  if (b.is_moving_robot && a.is_scene) return Clearance{contact.distance_m, b.id, a.id};
-  return std::nullopt;
+  const bool is_ours = a.is_moving_robot && b.is_scene;
+  if (!is_ours && !(b.is_moving_robot && a.is_scene)) return std::nullopt;
+  const auto& point = contact.position_m;
+  return Clearance{.distance = contact.distance_m,
+                   .robot_geom = is_ours ? a.id : b.id,
+                   .scene_geom = is_ours ? b.id : a.id,
+                   .robot_point = {point[0], point[1], point[2]},
+                   .scene_point = {point[0], point[1], point[2]}};
 }
 
 bool CollisionChecker::IsChecked(int geom_a, int geom_b) const {

@@ -8,6 +8,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <array>
 #include <evalbus/contact_t.hpp>
 #include <evalbus/model_info_t.hpp>
 #include <limits>
@@ -22,6 +23,9 @@ struct Clearance {
   double distance = 0;
   int robot_geom = -1;
   int scene_geom = -1;
+  // Where they are that far from one another, world frame, m; of a touching pair both are its contact point.
+  std::array<double, 3> robot_point{};
+  std::array<double, 3> scene_point{};
 };
 
 // Whether SetBodyPose takes these numbers: all are finite, and the quaternion can be normalised.

@@ -1,5 +1,6 @@
 #include "collision/collision_component.h"
 
+#include <algorithm>
 #include <string>
 
 #include "bus/channels.h"
@@ -68,6 +69,9 @@ void CollisionComponent::OnState(const state_t& state) {
   contacts_.clearance_m = clearance ? clearance->distance : 0;
   contacts_.clearance_robot_geom = clearance ? clearance->robot_geom : -1;
   contacts_.clearance_scene_geom = clearance ? clearance->scene_geom : -1;
+  const Clearance points = clearance.value_or(Clearance{});
+  std::ranges::copy(points.robot_point, contacts_.clearance_robot_point_m);
+  std::ranges::copy(points.scene_point, contacts_.clearance_scene_point_m);
   bus().Publish(channels::kContacts, contacts_);
   Progress(state.header);
 }

@@ -19,8 +19,14 @@ inline constexpr char kPolicyTimeout[] = "policy_timeout";
 inline constexpr char kServerError[] = "server_error";
 // The physics diverged.
 inline constexpr char kUnstable[] = "unstable";
+// What somebody else recorded, or sends, ends here.
+inline constexpr char kEndOfData[] = "end_of_data";
 // Its result would say nothing of the policy: begun again, and in no rate.
 inline constexpr char kAborted[] = "aborted";
+
+// No end of an episode but a reason why it has no verdict: what success or failure asks for is not known.
+// Says nothing of the policy, and is in no rate of success.
+inline constexpr char kNotJudged[] = "not_judged";
 
 // What a verdict (partial_metrics_t) ends an episode with; empty while it is undecided.
 inline const char* Of(int8_t verdict) {

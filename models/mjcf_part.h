@@ -37,7 +37,8 @@ class Part {
   tinyxml2::XMLElement* MainDefault();
 
   // Writes what MuJoCo 2.2 does not know of position servos (kv, inheritrange) in its own words, and gives
-  // those that are named another stiffness (N m / rad, N / m) in place of theirs, without a velocity gain.
+  // those that are named another stiffness (N m / rad, N / m) in place of theirs, without a velocity gain;
+  // motors, which have none, become servos with it.
   // Before CheckSchema().
   void WriteServos(const std::map<std::string, double>& stiffness);
   // Checks every element and attribute against the installed MuJoCo.
@@ -53,6 +54,8 @@ class Part {
   void CollectClasses(tinyxml2::XMLElement* definition);
   // The default classes that a class takes values over from, the outermost first, itself last.
   std::vector<const tinyxml2::XMLElement*> ClassChain(const std::string& name) const;
+  // Makes the range of a motor's commands, torques, that of its force, and its commands angles.
+  void ServoOfMotor(tinyxml2::XMLElement* motor);
   // Makes a multiple of its joint's range the range of the actuator's commands.
   void InheritRange(tinyxml2::XMLElement* actuator, double factor);
   // An attribute's value as the element or its default class says.

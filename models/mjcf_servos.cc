@@ -61,7 +61,10 @@ void Part::WriteServos(const std::map<std::string, double>& stiffness) {
       const auto replaced = stiffness.find(name);
       if (!IsServo(actuator)) {
         if (replaced == stiffness.end()) continue;
-        Fail(actuator, "actuator '" + name + "' is a " + actuator->Name() + ", which has no position gain");
+        if (!Is(actuator, "motor")) {
+          Fail(actuator, "actuator '" + name + "' is a " + actuator->Name() + ", which has no position gain");
+        }
+        ServoOfMotor(actuator);
       }
       Servo servo;
       for (const XMLElement* defaults : ClassChain(Get(actuator, "class", "main"))) {
@@ -100,6 +103,21 @@ void Part::WriteServos(const std::map<std::string, double>& stiffness) {
       for (const char* attribute : kLater) position->DeleteAttribute(attribute);
     }
   }
+}
+
+void Part::ServoOfMotor(XMLElement* motor) {
+  const std::string gear = Effective(motor, "main", "gear").value_or("1");
+  const std::vector<double> ratio = ParseNumbers(motor, "gear", gear, 0);
+  if (ratio.empty() || ratio[0] != 1) {
+    Fail(motor, Tag(motor) + ": attribute 'gear': a motor with a gear is not made a position servo");
+  }
+  // What it commanded was the torque; now that is what the servo may use.
+  if (const auto torque = Effective(motor, "main", "ctrlrange"); torque && !motor->Attribute("forcerange")) {
+    Set(motor, "forcelimited", "true");
+    Set(motor, "forcerange", *torque);
+  }
+  Set(motor, "ctrllimited", "false");
+  motor->DeleteAttribute("ctrlrange");
 }
 
 void Part::InheritRange(XMLElement* actuator, double factor) {

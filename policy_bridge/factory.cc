@@ -5,6 +5,7 @@
 
 #include "base/errors.h"
 #include "policy_bridge/experts/expert.h"
+#include "policy_bridge/policies/demo_policy.h"
 #include "policy_bridge/policies/flawed_policy.h"
 #include "policy_bridge/policies/replay_policy.h"
 #include "policy_bridge/policies/simple_policies.h"
@@ -52,6 +53,12 @@ PolicyMaker MakeReplay(const std::string& path) {
   };
 }
 
+PolicyMaker MakeDemo(const std::string& path) {
+  return [files = DemonstrationFiles(path)](const mjModel&, const model_info_t& info) {
+    return std::make_unique<DemoPolicy>(files, info);
+  };
+}
+
 PolicyMaker MakeFlawed(const std::string& flaw_name) {
   return [flaw = FindFlaw(flaw_name)](const mjModel& model, const model_info_t& info) {
     return std::make_unique<FlawedPolicy>(MakeExpert(info.task, model, info), flaw, model, info);
@@ -69,6 +76,8 @@ const std::vector<Row>& Policies() {
       {"replay", ":RUN_OR_LOG", "the actions of a recorded run again", MakeReplay<false>},
       {"replay_anyway", ":RUN_OR_LOG",
        "the same in another task, variation, robot, control rate or with another seed", MakeReplay<true>},
+      {"demo", ":FILE_OR_FOLDER", "demonstrations of RoboEval (safetensors), one for each episode, open loop",
+       MakeDemo},
       {"flawed_expert", ":FLAW", "the expert fails on purpose: " + FlawNames(), MakeFlawed},
   };
   return rows;

@@ -1,5 +1,7 @@
 #include "policy_bridge/policy_options.h"
 
+#include <cstdlib>
+
 #include "base/errors.h"
 #include "models/task_description.h"
 #include "policy_bridge/remote/remote_policy.h"
@@ -25,6 +27,15 @@ std::optional<Contract> FindContractOf(const PolicyOptions& options) {
   }
   if (policy == kExternalPolicy || !IsContract(policy)) return std::nullopt;
   return FindContract(policy);
+}
+
+std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients) {
+  const std::optional<Contract> contract = FindContractOf(options);
+  if (!contract || contract->batch_size == 1 || num_clients == 1 || std::getenv(kPoolVariable))
+    return nullptr;
+  auto pool = std::make_unique<PolicyPool>(ClientOptionsOf(*contract), contract->batch_size);
+  setenv(kPoolVariable, pool->url().c_str(), 1);
+  return pool;
 }
 
 PolicyMaker FindPolicy(const PolicyOptions& options) {

@@ -1,6 +1,7 @@
 // What a policy process is told: the part of a run's options that `evalbus run` and `evalbus-policy` share.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -8,6 +9,7 @@
 #include "base/options.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/factory.h"
+#include "policy_bridge/wire/policy_pool.h"
 
 namespace evalbus::policy {
 
@@ -52,6 +54,10 @@ void ForEachOption(Options& options, const F& f) {
 // The contract that these options mean, with the address of its server; nothing where the policy is none
 // behind a server. Throws InputError.
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
+
+// What asks the policy's server for all processes that this one starts from now on; nothing where the policy
+// is none of batches, or such a pool is there already. num_clients: how many play at the same time.
+std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients);
 
 // What plays. Throws InputError, as FindPolicy and FindContractOf do.
 PolicyMaker FindPolicy(const PolicyOptions& options);

@@ -16,7 +16,7 @@ packages=(
 )
 
 # What tests look at pages and files with, and nothing else needs: `install_missing "${test_packages[@]}"`.
-test_packages=(chromium python3-h5py zstd)
+test_packages=(chromium python3-h5py zstd slurm-wlm munge)
 
 say() { printf '%s\n' "$*" >&2; }
 

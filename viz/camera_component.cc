@@ -11,6 +11,7 @@
 #include "bus/message.h"
 #include "lcmtypes/same.h"
 #include "models/physics_model.h"
+#include "viz/pictures/gl_context.h"
 #include "viz/pictures/view_picture.h"
 #include "viz/viz_component.h"
 
@@ -23,7 +24,7 @@ constexpr size_t kMaxViews = 32;
 }  // namespace
 
 CameraComponent::CameraComponent(Bus* bus) : Component(bus, "cameras") {
-  LoadOsMesa();
+  UseGl("osmesa");
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });

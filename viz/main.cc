@@ -11,6 +11,7 @@
 #include "bus/attach.h"
 #include "bus/host.h"
 #include "viz/camera_component.h"
+#include "viz/pictures/gl_context.h"
 #include "viz/viz_component.h"
 
 int main(int argc, char** argv) {
@@ -38,7 +39,7 @@ int main(int argc, char** argv) {
   try {
     options.size = evalbus::viz::ParseFrameSize(size);
     evalbus::viz::CheckFrameSize(options.size);
-    evalbus::viz::LoadOsMesa();
+    evalbus::viz::UseGl("osmesa");
     // Drawing takes all the time there is; the run goes first. Before any thread begins, so that all inherit
     // it.
     setpriority(PRIO_PROCESS, 0, 19);

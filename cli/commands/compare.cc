@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/write_whole.h"
+#include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/version.h"
 #include "cli/results/comparison.h"
@@ -23,6 +25,8 @@
 #include "cli/results/run_reader.h"
 #include "cli/results/viewer_pack.h"
 #include "models/scene.h"
+#include "viz/pictures/panel_film.h"
+#include "viz/pictures/video_writer.h"
 
 namespace evalbus::commands {
 namespace {
@@ -39,6 +43,10 @@ struct CompareOptions {
   std::filesystem::path report;
   // Of that page with its viewer; 0: none.
   double megabytes = results::kPageMegabytes;
+  // Both on one seed, side by side; empty: none is made.
+  std::filesystem::path film;
+  // Of the film; nothing: the first that only one of them succeeded with.
+  std::optional<int64_t> seed;
 };
 
 // The hash of the physics model, by which runs are comparable; it stands beside run.json.
@@ -98,6 +106,68 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
                   "into it to be shown in 3D, flipped seeds first; 0: none")
       ->check(CLI::Range(0.0, 2000.0))
       ->capture_default_str();
+  app->add_option("--film", options->film,
+                  "film of both on one seed, side by side: .mp4, .gif or .webp; two runs or suites");
+  app->add_option("--seed", options->seed,
+                  "of the film's episodes; default: the first that only one of the two succeeded with");
+}
+
+// An episode of a run, and whose it is.
+viz::FilmedEpisode EpisodeToFilm(const fs::path& run, const std::string& name, int episode) {
+  const std::string policy = results::ReadRunInfo(run).policy;
+  auto filmed = viz::ReadEpisodesToFilm(EpisodeLog(run, episode), {episode}, policy);
+  filmed.back().name = name;
+  return std::move(filmed.back());
+}
+
+// The episodes of two runs of a task with one seed.
+struct SeedPair {
+  const results::RecordedRun* run;
+  const results::RecordedRun* baseline;
+  int64_t seed;
+  int episode, baseline_episode;
+};
+
+// Of all tasks that both have; the given seed, or the first that they came out differently with, or the
+// first.
+std::optional<SeedPair> FindPair(const results::RecordedRuns& runs, const results::RecordedRuns& baselines,
+                                 std::optional<int64_t> seed) {
+  std::optional<SeedPair> first;
+  for (const results::RecordedRun& run : runs.runs) {
+    for (const results::RecordedRun& baseline : baselines.runs) {
+      if (run.task_name() != baseline.task_name()) continue;
+      for (const results::RecordedEpisode& episode : run.episodes) {
+        const auto other =
+            std::ranges::find(baseline.episodes, episode.seed, &results::RecordedEpisode::seed);
+        if (other == baseline.episodes.end() || (seed && *seed != episode.seed)) continue;
+        const SeedPair pair{&run, &baseline, episode.seed, episode.episode, other->episode};
+        if (seed || episode.success != other->success) return pair;
+        if (!first) first = pair;
+      }
+    }
+  }
+  return first;
+}
+
+// The baseline on the left.
+void Film(const results::RecordedRuns& run, const results::RecordedRuns& baseline,
+          const CompareOptions& options) {
+  const std::optional<SeedPair> pair = FindPair(run, baseline, options.seed);
+  if (!pair) {
+    throw InputError(options.seed ? fmt::format("--film: seed {} is not in both", *options.seed)
+                                  : "--film: the two have no seed of a task in common");
+  }
+  viz::JointFilmOptions film;
+  film.title = pair->run->task_name();
+  film.subtitle = fmt::format("seed {}", pair->seed);
+  if (options.film.extension() != ".mp4") film.size = {640, 360};
+  const std::string ours = pair->run->policy, theirs = pair->baseline->policy;
+  const bool same = ours == theirs;
+  InstallStopSignals();
+  viz::FilmPair({EpisodeToFilm(pair->baseline->folder, same ? baseline.name : theirs, pair->baseline_episode),
+                 EpisodeToFilm(pair->run->folder, same ? run.name : ours, pair->episode)},
+                film, options.film);
+  fmt::print("\nfilm     {}  (seed {})\n", options.film.string(), pair->seed);
 }
 
 // Returns the exit code: 0, whatever the verdict. Throws InputError.
@@ -105,6 +175,9 @@ int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(Read(folder));
   NameApart(&runs);
+  if (!options.film.empty() && runs.size() != 2) throw InputError("--film: expected two runs or suites");
+  if (!options.film.empty()) viz::CheckFilmEnding(options.film.extension().string());
+  if (options.seed && options.film.empty()) throw InputError("--seed: is of --film, which is not given");
   const results::RecordedRuns baseline = TakeBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("compare needs two runs, there is only " + baseline.folder.string());
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
@@ -121,9 +194,12 @@ int Compare(const CompareOptions& options) {
         results::ComparisonReport(comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),
                                   static_cast<size_t>(options.megabytes * 1e6));
     WriteWhole(options.report, page.html);
-    fmt::print("\nreport   {}  {:.1f} MB{}\n", options.report.string(),
-               static_cast<double>(page.html.size()) / 1e6, page.note.empty() ? "" : "; " + page.note);
+    fmt::print("\nreport   {}\n", options.report.string());
+    if (!page.note.empty()) {
+      fmt::print("{} It has {:.1f} MB.\n", page.note, static_cast<double>(page.html.size()) / 1e6);
+    }
   }
+  if (!options.film.empty()) Film(runs[0], baseline, options);
   return 0;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "base/errors.h"
@@ -194,7 +195,11 @@ fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract
 void Print(const CheckReport& report, const fs::path& folder, bool has_pictures) {
   constexpr const char* kMarks[] = {"ok  ", "    ", "?   ", "BAD "};
   for (const CheckLine& line : report.lines) {
-    fmt::print("{}{}\n", kMarks[static_cast<int>(line.level)], Printable(line.text));
+    // A server's traceback has many.
+    std::istringstream text(line.text);
+    const char* mark = kMarks[static_cast<int>(line.level)];
+    for (std::string part; std::getline(text, part); mark = "    ")
+      fmt::print("{}{}\n", mark, Printable(part));
   }
   if (has_pictures) fmt::print("    pictures as they were sent: {}\n", (folder / "*.png").string());
   const char* words = "";

@@ -7,17 +7,21 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/film_progress.h"
 #include "cli/launch/filming.h"
 #include "cli/results/episode_logs.h"
 #include "viz/pictures/film.h"
+#include "viz/pictures/panel_film.h"
 #include "viz/pictures/renderer.h"
+#include "viz/pictures/video_writer.h"
 
 namespace evalbus::commands {
 namespace {
@@ -29,8 +33,17 @@ struct RenderOptions {
   std::filesystem::path recording;
   // Empty: every finished episode.
   std::vector<int> episodes;
-  std::vector<std::string> cameras = {viz::kDefaultCamera};
-  std::string size = "640x480";
+  // Empty: what the layout shows.
+  std::vector<std::string> cameras;
+  std::string layout = "plain";
+  // Empty: what is usual for the kind of film.
+  std::string size;
+  bool has_grid = false;
+  // Empty: as many cells as there are episodes.
+  std::string grid;
+  // Empty: beside the log, or in the run's folder.
+  std::filesystem::path out;
+  std::string format = "mp4";
   // For who started us and reads our log.
   bool say_progress = false;
 };
@@ -41,11 +54,28 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("--episode", options->episodes, "numbers of episodes, with commas; default: all")
       ->delimiter(',')
       ->allow_extra_args(false);
-  app->add_option("--camera", options->cameras, "names of cameras, with commas")
+  app->add_option("--camera", options->cameras,
+                  "names of cameras, with commas; default: overview. Full: the main one, then up to three\n"
+                  "insets; default: overview, head, wrists")
       ->delimiter(',')
-      ->allow_extra_args(false)
+      ->allow_extra_args(false);
+  app->add_option("--layout", options->layout,
+                  "plain: what a camera sees; full: with insets, stages, curves, time line and end card")
       ->capture_default_str();
-  app->add_option("--size", options->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
+  app->add_option_function<std::string>(
+         "--grid",
+         [options](const std::string& shape) {
+           options->has_grid = true;
+           options->grid = shape;
+         },
+         "one film of many episodes, COLUMNSxROWS or as many as fit (36)")
+      ->expected(0, 1)
+      ->default_str("");
+  app->add_option("--size", options->size,
+                  "WIDTHxHEIGHT in pixels; default: 640x480, with panels 1280x720 (GIF, WebP: 640x360)");
+  app->add_option("--format", options->format, "mp4; gif or webp, which READMEs show")->capture_default_str();
+  app->add_option("-o,--out", options->out,
+                  "the film, whose ending says the format; default: beside the log");
   app->add_flag("--say-progress", options->say_progress)->group("");
 }
 
@@ -74,15 +104,90 @@ class Progress {
   steady_clock::time_point shown_{};
 };
 
+// "lift_pot/position 7" where there are several tasks.
+std::string CellName(const viz::FilmedEpisode& episode, bool several_tasks) {
+  return several_tasks ? fmt::format("{} {}", episode.facts.task, episode.facts.episode)
+                       : fmt::format("episode {}", episode.facts.episode);
+}
+
+void PrintFilm(const fs::path& file) {
+  fmt::print("{}\n", fs::proximate(file).string());
+  std::fflush(stdout);
+}
+
+// One film of many episodes, in the order of their numbers.
+void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
+                const std::string& ending) {
+  if (options.cameras.size() > 1) throw InputError("--grid: expected one --camera");
+  viz::JointFilmOptions joint;
+  joint.size = size;
+  if (!options.cameras.empty()) joint.camera = options.cameras[0];
+  const bool is_shaped = !options.grid.empty();
+  if (is_shaped) joint.shape = viz::ParseGridShape(options.grid);
+  const size_t cells =
+      is_shaped ? static_cast<size_t>(joint.shape.columns * joint.shape.rows) : viz::kMostCells;
+  std::vector<viz::FilmedEpisode> episodes;
+  std::set<std::string> tasks, makers;
+  // Of the logs that are not read there is one episode each.
+  size_t known = logs.size();
+  for (const fs::path& log : logs) {
+    if (episodes.size() >= cells) break;
+    const auto run = results::RunOf(log);
+    const std::vector<int> wanted = logs.size() == 1 ? options.episodes : std::vector<int>();
+    for (viz::FilmedEpisode& episode : viz::ReadEpisodesToFilm(log, wanted, run ? run->policy : "")) {
+      tasks.insert(episode.facts.task);
+      makers.insert(episode.facts.maker);
+      episodes.push_back(std::move(episode));
+    }
+  }
+  if (logs.size() == 1) known = episodes.size();
+  if (episodes.size() > cells) episodes.resize(cells);
+  if (!is_shaped) joint.shape = viz::ShapeFor(static_cast<int>(episodes.size()));
+  for (viz::FilmedEpisode& episode : episodes) episode.name = CellName(episode, tasks.size() > 1);
+  joint.title = tasks.size() == 1 ? *tasks.begin() : NameOfRun(options.recording);
+  joint.subtitle = makers.size() == 1 ? *makers.begin() : fmt::format("{} tasks", tasks.size());
+  joint.subtitle += episodes.size() < known ? fmt::format(", {} of {} episodes", episodes.size(), known)
+                                            : fmt::format(", {} episodes", known);
+  const fs::path folder = fs::is_directory(options.recording) ? options.recording : logs[0].parent_path();
+  const fs::path file = options.out.empty() ? folder / ("grid" + ending) : options.out;
+  Progress progress(1, options.say_progress);
+  joint.progress = [&](double share) { progress.Show(share); };
+  viz::FilmGrid(episodes, joint, file);
+  progress.Clear();
+  PrintFilm(file);
+  if (episodes.size() < known) {
+    fmt::print("shows {} of {} episodes, from {} to {}; --episode chooses others\n", episodes.size(), known,
+               episodes.front().name, episodes.back().name);
+  }
+}
+
 // Prints the films' paths. Returns the exit code. Throws InputError, EnvironmentError.
 int Render(const RenderOptions& options) {
-  const viz::FrameSize size = viz::ParseFrameSize(options.size);
-  const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
   viz::FilmOptions film;
-  // A log that was named may hold several.
-  if (logs.size() == 1) film.episodes = options.episodes;
+  film.layout = viz::ParseFilmLayout(options.layout);
+  film.file = options.out;
+  film.ending = options.out.empty() ? "." + options.format : options.out.extension().string();
+  viz::CheckFilmEnding(film.ending);
+  const bool has_panels = options.has_grid || film.layout == viz::FilmLayout::kFull;
+  const std::string usual = !has_panels ? "640x480" : film.ending == ".mp4" ? "1280x720" : "640x360";
+  const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
+  const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
   // A film that is stopped takes its half-written file with it.
   InstallStopSignals();
+  if (options.has_grid) {
+    RenderGrid(options, logs, size, film.ending);
+    return 0;
+  }
+  if (!options.out.empty() && logs.size() > 1) {
+    throw InputError(
+        fmt::format("--out {}: {} episodes do not go into one film; --episode chooses one, --grid "
+                    "shows them together",
+                    options.out.string(), logs.size()));
+  }
+  std::vector<std::string> cameras = options.cameras;
+  if (cameras.empty() && film.layout == viz::FilmLayout::kPlain) cameras = {viz::kDefaultCamera};
+  // A log that was named may hold several.
+  if (logs.size() == 1) film.episodes = options.episodes;
   Progress progress(logs.size(), options.say_progress);
   size_t unfilmed = 0;
   for (size_t i = 0; i < logs.size(); ++i) {
@@ -90,10 +195,9 @@ int Render(const RenderOptions& options) {
     film.policy = run ? run->policy : "";
     film.progress = [&](double share) { progress.Show(static_cast<double>(i) + share); };
     try {
-      const auto films = viz::FilmLog(logs[i], options.cameras, size, logs[i].parent_path(), film);
+      const auto films = viz::FilmLog(logs[i], cameras, size, logs[i].parent_path(), film);
       progress.Clear();
-      for (const fs::path& file : films) fmt::print("{}\n", fs::proximate(file).string());
-      std::fflush(stdout);
+      for (const fs::path& file : films) PrintFilm(file);
     } catch (const InputError& error) {
       // Other logs may be good, where this one is what is wrong.
       if (logs.size() == 1 || !std::string(error.what()).starts_with(logs[i].string())) throw;

@@ -15,6 +15,7 @@
 #include "bus/recorder/recorder.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/version.h"
+#include "cli/plans/plan_report.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_trace.h"
 #include "cli/results/episode_tracks.h"
@@ -177,6 +178,7 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   run.episodes = summary.episodes;
   run.complete = summary.complete;
   run.successes = summary.successes;
+  run.not_judged = summary.complete - summary.judged;
   run.intervals = {{"Wilson", summary.wilson.lower, summary.wilson.upper},
                    {"Clopper-Pearson", summary.clopper_pearson.lower, summary.clopper_pearson.upper}};
   run.stages = Stages(summary);
@@ -210,7 +212,7 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
 }
 
 void AddOptions(CLI::App* app, ReportOptions* options) {
-  app->add_option("run", options->run, "folder of a run or of a suite")->required();
+  app->add_option("run", options->run, "folder of a run, of a suite or of a plan")->required();
   app->add_option("-o,--out", options->out, "HTML file; default: report.html in that folder")
       ->type_name("FILE");
   app->add_option(
@@ -255,6 +257,16 @@ void AddViewer(const results::RecordedRuns& runs, const ReportOptions& options,
 // Prints the page's path, its size and what is packed. Returns the exit code. Throws InputError,
 // EnvironmentError.
 int WriteReport(const ReportOptions& options) {
+  if (fs::exists(options.run / plans::kPlanJson)) {
+    if (!options.out.empty() || !options.episodes.empty()) {
+      throw InputError(options.run.string() +
+                       ": a plan; its page is report.html in its folder, and -o and --episode "
+                       "are of runs");
+    }
+    plans::WritePlanReport(plans::PlanFolder(options.run));
+    fmt::print("{}\n", fs::proximate(options.run / "report.html").string());
+    return 0;
+  }
   const results::RecordedRuns runs = results::ReadRuns(options.run);
   if (runs.is_suite && !options.episodes.empty()) {
     throw InputError("--episode: " + options.run.string() + " is a suite; name one of its runs");
@@ -273,8 +285,10 @@ int WriteReport(const ReportOptions& options) {
   if (options.megabytes > 0) AddViewer(runs, options, links, &report);
   const std::string page = viz::ReportPage(report);
   WriteWhole(out, page);
-  fmt::print("{}  {:.1f} MB{}\n", fs::proximate(out).string(), static_cast<double>(page.size()) / 1e6,
-             report.viewer ? "; " + report.viewer->note : "");
+  fmt::print("{}\n", fs::proximate(out).string());
+  if (report.viewer) {
+    fmt::print("{} It has {:.1f} MB.\n", report.viewer->note, static_cast<double>(page.size()) / 1e6);
+  }
   return 0;
 }
 

@@ -1,21 +1,143 @@
 // evalbus run: evaluates a policy on a task.
 #include "cli/launch/run.h"
 
+#include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "base/arguments.h"
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
+#include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
+#include "cli/plans/part.h"
+#include "cli/plans/plan_run.h"
+#include "cli/plans/slurm.h"
+#include "cli/results/run_reader.h"
 
 namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PlanOptions {
+  // "K/N"; empty: all of it.
+  std::string part;
+  plans::SlurmOptions slurm;
+};
+
+// A plan, or the folder's file of one that was begun.
+bool IsPlan(const std::vector<std::string>& tasks) {
+  return tasks.size() == 1 &&
+         (plans::IsPlanFile(tasks[0]) || fs::path(tasks[0]).filename() == plans::kPlanJson);
+}
+
+void AddPlanOptions(CLI::App* app, PlanOptions* options) {
+  const std::string group = "Of a plan";
+  app->add_option("--part", options->part,
+                  "K/N: the Kth of N parts of the plan only, into the folder --out that all parts share;\n"
+                  "'evalbus merge' makes the results of them")
+      ->type_name("K/N")
+      ->group(group);
+  app->add_flag("--slurm", options->slurm.submit,
+                "submit the plan to Slurm: a job array and a job that merges")
+      ->group(group);
+  app->add_flag("--slurm-dry-run", options->slurm.dry_run, "show the scripts that --slurm would submit")
+      ->group(group);
+  app->add_option("--partition", options->slurm.partition, "of the cluster; default: Slurm's")->group(group);
+  app->add_option("--time", options->slurm.time, "limit of a task, as sbatch takes it; default: Slurm's")
+      ->group(group);
+  app->add_option("--array-size", options->slurm.array_size,
+                  "tasks of the array; default: such that each takes about ten minutes")
+      ->check(CLI::Range(1, 100'000))
+      ->group(group);
+}
+
+// The options of a run or of the runs of a suite; the tasks of these.
+std::vector<std::string> TakeOptionsOf(const fs::path& folder, launch::RunOptions* options) {
+  std::vector<std::string> tasks;
+  const auto take = [&](const fs::path& run) {
+    const fs::path file = run / kRunJson;
+    ReadOptions(ReadJsonFile(file), file.string(), options);
+    tasks.push_back(options->sim.task);
+  };
+  if (fs::exists(folder / plans::kPlanJson)) {
+    throw InputError("--like " + folder.string() + ": a plan; 'evalbus run " +
+                     (folder / plans::kPlanJson).string() + "' runs what is missing of it");
+  }
+  if (fs::exists(folder / kSuiteJson)) {
+    for (const std::string& run : results::RunsInSuite(folder)) take(folder / run);
+  } else {
+    take(folder);
+  }
+  // Where it ran is no part of it.
+  options->url.clear();
+  options->workers = 1;
+  options->by_hand = false;
+  return tasks;
+}
+
+void RunPlanOrPart(const launch::RunOptions& options, const PlanOptions& plan_options) {
+  const fs::path file = options.tasks[0];
+  const bool is_begun = file.filename() == plans::kPlanJson;
+  if (is_begun && !options.out.empty()) throw InputError("--out: " + file.string() + " says the folder");
+  const bool is_shared = !plan_options.part.empty() || plan_options.slurm.submit;
+  if (is_shared && !is_begun && options.out.empty()) {
+    throw InputError("--part, --slurm: expected --out, the folder that all parts share");
+  }
+  const auto in_folder = [&](const auto& work) {
+    is_begun ? work(plans::PlanFolder(file.parent_path()))
+             : work(plans::PlanFolder(plans::ReadPlan(file), options.out, !plan_options.slurm.dry_run));
+  };
+  if (is_shared || plan_options.slurm.dry_run) {
+    const plans::Plan plan = is_begun ? plans::PlanFolder(file.parent_path()).plan() : plans::ReadPlan(file);
+    if (plan.until)
+      throw InputError(
+          "--part, --slurm: a plan with 'until' looks at all results as they come: run it on one machine");
+  }
+  plans::SlurmOptions slurm = plan_options.slurm;
+  slurm.cpus = options.workers;
+  if (!plan_options.part.empty()) {
+    int part = 0, parts = 0, end = 0;
+    if (std::sscanf(plan_options.part.c_str(), "%d/%d%n", &part, &parts, &end) != 2 ||
+        end != static_cast<int>(plan_options.part.size()) || part < 1 || part > parts) {
+      throw InputError("--part " + plan_options.part + ": expected K/N, as 3/16");
+    }
+    in_folder([&](const plans::PlanFolder& folder) { plans::RunPart(folder, part, parts, options.workers); });
+  } else if (slurm.submit || slurm.dry_run) {
+    in_folder([&](const plans::PlanFolder& folder) { plans::RunOnSlurm(folder, slurm); });
+  } else {
+    if (!is_begun && !options.resume && !options.out.empty() && fs::exists(options.out) &&
+        !fs::is_empty(options.out)) {
+      throw InputError("--out " + options.out.string() +
+                       ": exists and is not an empty folder; choose another name, or add --resume");
+    }
+    in_folder([&](const plans::PlanFolder& folder) { plans::RunPlan(folder, options.workers); });
+  }
+}
+
+}  // namespace
 
 Action AddRun(CLI::App* app) {
   const auto options = std::make_shared<launch::RunOptions>();
+  const auto plan = std::make_shared<PlanOptions>();
+  const auto like = std::make_shared<std::vector<std::string>>();
+  // Added first, so it is taken first.
+  app->add_option_function<std::string>(
+         "--like",
+         [options, like](const std::string& folder) { *like = TakeOptionsOf(folder, options.get()); },
+         "run folder or suite: all its options, and where no task is named its tasks; what else the command\n"
+         "line names goes before")
+      ->type_name("FOLDER");
   app->add_option(
       "task", options->tasks,
       "TASK[/VARIATION] or RoboEval's name: lift_pot/position, LiftPotPosition; several, TASK/all or all\n"
       "make a suite: a folder of runs with one summary. Without VARIATION: the task's first one, which in\n"
-      "all of ours is base, where nothing is random: of a policy like expert all episodes are equal");
+      "all of ours is base, where nothing is random: of a policy like expert all episodes are equal.\n"
+      "Or a plan: a YAML file of policies and tasks (docs/plans.md)");
+  AddPlanOptions(app, plan.get());
   AddOptions(app, options.get());
   // For those whom a run starts: a run that a person starts has a folder of its own.
   app->get_option("--options")->group("");
@@ -25,12 +147,17 @@ Action AddRun(CLI::App* app) {
   AddLogLevel(app);
   // For the workers themselves.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
-  return [options, app] {
+  return [options, plan, like, app] {
+    if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {
       launch::RunWorker(*options);
+    } else if (IsPlan(options->tasks)) {
+      RunPlanOrPart(*options, *plan);
+    } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
+      throw InputError("--part, --slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
     } else {
-      launch::FollowContract(app->count("--control-hz") > 0, app->count("--policy-timeout-s") > 0,
-                             options.get());
+      launch::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
+                             app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());
       if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' has them)");
       launch::Run(*options);
     }

@@ -1,16 +1,19 @@
-// evalbus score: scores one recorded trajectory, prints the result dictionary.
+// evalbus score: scores recorded trajectories. One in our own format (JSON): prints the result dictionary.
+// Columns of other files with a YAML that maps them to a task: writes a run folder.
 #include <fmt/format.h>
 
 #include <memory>
 
+#include "base/errors.h"
 #include "cli/commands/commands.h"
+#include "cli/launch/trajectory_score.h"
 #include "metrics/episode/score_file.h"
 
 namespace evalbus::commands {
 namespace {
 
 struct Options {
-  std::string file;
+  std::string file, data, out;
   metrics::ScoreOptions score;
 };
 
@@ -18,11 +21,26 @@ struct Options {
 
 Action AddScore(CLI::App* app) {
   const auto options = std::make_shared<Options>();
-  app->add_option("file", options->file, "trajectory in the format of docs/metrics.md")->required();
+  app->add_option(
+         "file", options->file,
+         "trajectory in the format of docs/metrics.md, or a YAML that maps columns to a task (docs/data.md)")
+      ->required();
+  app->add_option("data", options->data,
+                  "with a YAML: a .csv, .npz or .hdf5 file, or a folder of them, an episode each");
+  app->add_option("--out", options->out, "with a YAML: run folder to write; default: runs/score-DATE-TIME");
   app->add_option("--collision-sample-window", options->score.collision_sample_window,
                   "look at contacts every this many steps; 0 = the file's slip_sample_window")
       ->capture_default_str();
   return [options] {
+    const bool is_map = options->file.ends_with(".yaml") || options->file.ends_with(".yml");
+    if (is_map) {
+      if (options->data.empty()) throw InputError("which file, or folder, does " + options->file + " map?");
+      launch::ScoreTrajectories(options->file, options->data, options->out);
+      return 0;
+    }
+    if (!options->data.empty() || !options->out.empty()) {
+      throw InputError(options->file + ": expected a YAML before a second file and --out");
+    }
     fmt::print("{}\n", metrics::ScoreFile(options->file, options->score).dump(2));
     return 0;
   };

@@ -111,9 +111,9 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
   std::vector<std::string> lines = {"", first};
   // It goes over all episodes, so not where nothing is drawn.
   if (!summary_) summary_ = statistics_.Summary(false);
-  if (summary_->complete > 0) {
+  if (summary_->judged > 0) {
     lines.push_back(fmt::format(
-        "  success  {} of {}, {}", summary_->successes, summary_->complete,
+        "  success  {} of {}, {}", summary_->successes, summary_->judged,
         viz::AnytimeRateText(summary_->success_rate, summary_->anytime.lower, summary_->anytime.upper)));
   }
   if (has_scores()) AddScores(watch_, &lines);

@@ -73,7 +73,7 @@ std::filesystem::path Processes::BinaryFolder() {
 }
 
 void Processes::Start(const std::string& name, const std::vector<std::string>& command,
-                      const std::filesystem::path& log_file) {
+                      const std::filesystem::path& log_file, int input) {
   if (access(command[0].c_str(), X_OK) != 0) {
     throw EnvironmentError("cannot start " + command[0] + ": " + std::strerror(errno));
   }
@@ -90,8 +90,7 @@ void Processes::Start(const std::string& name, const std::vector<std::string>& c
     if (getppid() != parent) _exit(127);       // the launcher died in between
     close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // liblcm's socket, for one
     setpgid(0, 0);  // Ctrl-C reaches the launcher alone, which then stops us in order
-    const int null = open("/dev/null", O_RDONLY);
-    dup2(null, STDIN_FILENO);
+    dup2(input < 0 ? open("/dev/null", O_RDONLY) : input, STDIN_FILENO);
     dup2(log, STDOUT_FILENO);
     dup2(log, STDERR_FILENO);
     execv(argv[0], argv.data());

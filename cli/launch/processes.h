@@ -24,9 +24,10 @@ class Processes {
   Processes(const Processes&) = delete;
   Processes& operator=(const Processes&) = delete;
 
-  // Starts a program; its stdout and stderr are appended to log_file. Throws EnvironmentError.
+  // Starts a program; its stdout and stderr are appended to log_file. input: what it has as stdin; -1:
+  // nothing to read. Throws EnvironmentError.
   void Start(const std::string& name, const std::vector<std::string>& command,
-             const std::filesystem::path& log_file);
+             const std::filesystem::path& log_file, int input = -1);
 
   struct Exit {
     std::string name;

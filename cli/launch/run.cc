@@ -18,11 +18,9 @@
 #include "cli/launch/suite.h"
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
-#include "cli/results/policy_calls.h"
-#include "cli/results/run_reader.h"
+#include "cli/results/run_summary.h"
 #include "cli/results/summary_table.h"
 #include "lcmtypes/clock.h"
-#include "metrics/statistics/run_statistics.h"
 #include "viz/pictures/film.h"
 #include "viz/terminal/terminal.h"
 
@@ -63,27 +61,7 @@ void Evaluate(const PreparedRun& run, LiveView* view, Filming* filming) {
   view->Finish();
 }
 
-struct Summary {
-  metrics::RunSummary statistics;
-  // As in summary.json; null where no episode has one.
-  nlohmann::ordered_json pacing;
-  std::vector<std::string> policy_notes;
-};
-
-// summary.json, from episodes.jsonl.
-Summary WriteSummary(const PreparedRun& run) {
-  const results::RecordedRun recorded = results::ReadRunAsFarAsItGot(run.folder.path());
-  std::vector<nlohmann::ordered_json> episodes;
-  for (const results::RecordedEpisode& episode : recorded.episodes) episodes.push_back(episode.json);
-  if (!episodes.empty()) run.folder.WriteEpisodes(episodes);
-  Summary summary{recorded.Statistics().Summary(true), nullptr, results::PolicyNotes(recorded)};
-  auto json = metrics::SummaryJson(run.plan.task, run.plan.variation, summary.statistics);
-  if (run.options.sim.realtime) summary.pacing = json["pacing"] = results::RunPacing(episodes);
-  run.folder.WriteJson(kSummaryJson, json);
-  return summary;
-}
-
-void PrintSummary(const PreparedRun& run, const Summary& summary, double wall_s) {
+void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, double wall_s) {
   fmt::print("\n{}", results::SummaryTable(summary.statistics, viz::TerminalWidth(stdout)));
   if (run.options.sim.realtime && summary.statistics.episodes > 0) {
     fmt::print("\n{}", results::PacingText(summary.pacing));
@@ -120,7 +98,7 @@ void RunOne(RunOptions options) {
   }
   run.folder.RemoveHalfWritten();
   const double wall_s = SecondsSince(started);
-  const Summary summary = WriteSummary(run);
+  const results::RunSummary summary = results::WriteRunSummary(run.folder.path());
   PrintSummary(run, summary, wall_s);
 
   const size_t unfilmed = filming->Finish();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 
@@ -14,13 +15,10 @@
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "bus/host.h"
-#include "cli/launch/job_pool.h"
 #include "cli/launch/prepared_run.h"
 #include "cli/launch/workers.h"
-#include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
-#include "cli/results/tally.h"
 #include "models/robot_description.h"
 #include "models/task_description.h"
 
@@ -29,11 +27,6 @@ namespace {
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
 
-std::string FolderName(std::string task) {
-  std::replace(task.begin(), task.end(), '/', '-');
-  return task;
-}
-
 // Throws InputError if the suite was made differently or has runs that would not be in it any more. Further
 // ones may come in.
 void CheckResumable(const std::filesystem::path& folder, const RunOptions& options,
@@ -41,7 +34,7 @@ void CheckResumable(const std::filesystem::path& folder, const RunOptions& optio
   const std::filesystem::path file = folder / kSuiteJson;
   CheckFixedOptions(file, ReadJsonFile<nlohmann::ordered_json>(file), options);
   std::set<std::string> wanted;
-  for (const std::string& task : tasks) wanted.insert(FolderName(task));
+  for (const std::string& task : tasks) wanted.insert(FolderOfTask(task));
   for (const std::string& run : results::RunsInSuite(folder)) {
     if (wanted.contains(run)) continue;
     throw InputError("--resume: " + file.string() + ": the suite has the run " + run +
@@ -49,7 +42,16 @@ void CheckResumable(const std::filesystem::path& folder, const RunOptions& optio
   }
 }
 
+results::RunFolder OpenFolder(const RunOptions& options) {
+  return results::RunFolder::OfSuite(options.out, "suite-" + ShortPolicyName(options), options.resume);
+}
+
 }  // namespace
+
+std::string FolderOfTask(std::string task) {
+  std::replace(task.begin(), task.end(), '/', '-');
+  return task;
+}
 
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   std::vector<std::string> tasks;
@@ -57,7 +59,7 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   std::map<std::string, std::string> by_folder;
   const auto add = [&](const std::string& name) {
     if (!seen.insert(name).second) throw InputError("task '" + name + "' is there twice");
-    const auto [other, is_new] = by_folder.emplace(FolderName(name), name);
+    const auto [other, is_new] = by_folder.emplace(FolderOfTask(name), name);
     if (!is_new) {
       throw InputError("tasks '" + other->second + "' and '" + name + "' would both be in the folder " +
                        other->first + " of the suite: rename one of the files");
@@ -86,29 +88,41 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
   return tasks;
 }
 
-void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
+Suite::Suite(RunOptions options, const std::vector<std::string>& tasks)
+    : tasks_(tasks), folder_(OpenFolder(options)) {
   // As each of its runs will have it.
   if (!options.sim.robot.empty()) options.sim.robot = std::filesystem::absolute(FindRobot(options.sim.robot));
-  const results::RunFolder suite =
-      results::RunFolder::OfSuite(options.out, "suite-" + ShortPolicyName(options), options.resume);
-  if (std::filesystem::exists(suite.path() / kSuiteJson)) CheckResumable(suite.path(), options, tasks);
-
+  if (std::filesystem::exists(folder_.path() / kSuiteJson)) CheckResumable(folder_.path(), options, tasks);
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
-  std::vector<Job> jobs;
-  size_t width = 0;
-  for (const std::string& task : tasks) {
-    runs.push_back(FolderName(task));
-    width = std::max(width, task.size());
-    Job job{task, RunCommand(suite.path() / kSuiteJson), suite.log_file(FolderName(task))};
-    const auto folder = suite.path() / FolderName(task);
-    job.command.insert(job.command.end(), {task, "--out", folder.string(), "--workers", "1", "--resume"});
-    jobs.push_back(std::move(job));
-  }
+  for (const std::string& task : tasks) runs.push_back(FolderOfTask(task));
   nlohmann::ordered_json json = {{"runs", runs}};
   json.update(OptionsJson(options));
   // What it says ends here.
-  std::filesystem::remove(suite.path() / kSummaryJson);
-  suite.WriteJson(kSuiteJson, json);
+  std::filesystem::remove(folder_.path() / kSummaryJson);
+  folder_.WriteJson(kSuiteJson, json);
+}
+
+std::vector<Job> Suite::Jobs() const {
+  std::vector<Job> jobs;
+  for (const std::string& task : tasks_) {
+    Job job{task, RunCommand(folder_.path() / kSuiteJson), folder_.log_file(FolderOfTask(task))};
+    job.command.insert(job.command.end(),
+                       {task, "--out", run_folder(task).string(), "--workers", "1", "--resume"});
+    jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+const results::Tally& Suite::Ended(const std::string& task) {
+  tally_.Add(task, results::ReadRun(run_folder(task)));
+  ++num_done_;
+  return tally_.of_task(task);
+}
+
+void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
+  Suite suite(options, tasks);
+  size_t width = 0;
+  for (const std::string& task : tasks) width = std::max(width, task.size());
 
   InstallStopSignals();
   const auto started = std::chrono::steady_clock::now();
@@ -121,26 +135,18 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
   fmt::print("{}", results::Tally::Title("task", width));
   std::fflush(stdout);
   const bool is_terminal = isatty(fileno(stdout)) != 0;
-  JobPool pool(std::move(jobs), options.workers, [&](const std::string& why) {
+  const auto policy_pool = policy::OpenPool(options.policy, options.workers);
+  JobPool pool(suite.Jobs(), options.workers, [&](const std::string& why) {
     fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
   });
-  std::map<std::string, results::Tally> variations, families;
-  results::Tally all;
-  int done = 0;
   const auto progress = [&] {
     if (!is_terminal) return;
-    fmt::print("\x1b[K{} of {} runs, {}\r", done, tasks.size(), elapsed());
+    fmt::print("\x1b[K{} of {} runs, {}\r", suite.num_done(), tasks.size(), elapsed());
     std::fflush(stdout);
   };
   while (!pool.done() && !stop_requested()) {
     if (const auto ended = pool.Poll()) {
-      const results::RecordedRun run = results::ReadRun(suite.path() / FolderName(*ended));
-      results::Tally& tally = variations[*ended];
-      tally.Add(run);
-      families[run.task].Add(run);
-      all.Add(run);
-      ++done;
-      fmt::print("{}{}", is_terminal ? "\x1b[K" : "", tally.Line(*ended, width));
+      fmt::print("{}{}", is_terminal ? "\x1b[K" : "", suite.Ended(*ended).Line(*ended, width));
       std::fflush(stdout);
     } else {
       progress();
@@ -148,25 +154,21 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
     }
   }
   if (is_terminal) fmt::print("\x1b[K");
-  nlohmann::ordered_json summary = {{"all", all.Json()}};
-  for (const auto& [name, tally] : families) summary["by_task"][name] = tally.Json();
-  for (const std::string& task : tasks) {
-    if (variations.contains(task)) summary["by_variation"][task] = variations[task].Json();
-  }
-  suite.WriteJson(kSummaryJson, summary);
+  suite.WriteSummary();
+  const results::SuiteTally& tally = suite.tally();
   fmt::print("\n{}", results::Tally::Title("family", width));
-  for (const auto& [name, tally] : families) fmt::print("{}", tally.Line(name, width));
-  if (families.size() > 1) fmt::print("{}", all.Line("all", width));
-  const auto shown = suite.shown();
-  if (const std::string note = results::InvalidText(all.invalid(), shown.string()); !note.empty()) {
+  for (const auto& [name, family] : tally.families()) fmt::print("{}", family.Line(name, width));
+  if (tally.families().size() > 1) fmt::print("{}", tally.all().Line("all", width));
+  const auto shown = suite.folder().shown();
+  if (const std::string note = results::InvalidText(tally.all().invalid(), shown.string()); !note.empty()) {
     fmt::print("\n{}", note);
   }
-  fmt::print("\n{} of {} runs in {}\nresults  {}\n", done, tasks.size(), elapsed(),
+  fmt::print("\n{} of {} runs in {}\nresults  {}\n", suite.num_done(), tasks.size(), elapsed(),
              (shown / "*" / kEpisodesJsonl).string());
-  if (done < static_cast<int>(tasks.size())) {
+  if (suite.num_done() < static_cast<int>(tasks.size())) {
     throw EnvironmentError(
-        fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on", done,
-                    tasks.size(), shown.string()));
+        fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on",
+                    suite.num_done(), tasks.size(), shown.string()));
   }
 }
 

@@ -36,6 +36,7 @@ std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, 
 
 void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                      RunListener* listener) {
+  const auto pool = policy::OpenPool(options.policy, options.workers);
   std::vector<Job> jobs;
   for (int worker = 0; worker < options.workers; ++worker) {
     if (EpisodesOfWorker(plan.episodes, worker, options.workers).empty()) continue;

@@ -200,10 +200,12 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
   SuccessComparison& success = result.success;
   success.paired = result.paired;
   for (const auto& [seed, scored] : own) {
+    if (!scored.episode->judged()) continue;
     ++success.trials;
     success.successes += scored.episode->success;
     if (!result.paired) continue;
     const RecordedEpisode& partner_of = *other.at(seed).episode;
+    if (!partner_of.judged()) continue;
     const bool a = scored.episode->success, b = partner_of.success;
     if (a != b) {
       result.flipped.push_back({.seed = seed,
@@ -219,6 +221,7 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
   }
   std::ranges::sort(result.flipped, {}, &FlippedPair::episode);
   for (const auto& [seed, scored] : other) {
+    if (!scored.episode->judged()) continue;
     ++success.baseline_trials;
     success.baseline_successes += scored.episode->success;
   }

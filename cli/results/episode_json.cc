@@ -1,11 +1,16 @@
 #include "cli/results/episode_json.h"
 
+#include <utility>
+
+#include "lcmtypes/end_reason.h"
 #include "metrics/episode/result_json.h"
 
 namespace evalbus::results {
 
 nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& variation,
                                    const episode_summary_t& summary) {
+  nlohmann::ordered_json metrics = metrics::ResultJson(summary.metrics);
+  if (summary.failure_reason == end_reason::kNotJudged) metrics.erase("success");
   return {{"task", task},
           {"variation", variation},
           {"episode", summary.header.episode},
@@ -14,7 +19,7 @@ nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& v
           {"end_detail", summary.end_detail},
           {"failure_reason", summary.failure_reason},
           {"complete", summary.complete != 0},
-          {"metrics", metrics::ResultJson(summary.metrics)},
+          {"metrics", std::move(metrics)},
           {"extended", metrics::ExtendedJson(summary.extended, summary.metrics)},
           {"explanation", metrics::ExplanationJson(summary.explanation)}};
 }

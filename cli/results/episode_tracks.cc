@@ -79,22 +79,25 @@ std::string RunBlock(const RecordedRun& run, int number) {
       {.run = number, .name = run.name, .policy = run.policy, .is_live = false, .remarks = run.Remarks()});
 }
 
+viz::EpisodeRow RowOf(const RecordedEpisode& episode, const RecordedRun& run) {
+  viz::EpisodeRow row;
+  row.episode = episode.episode;
+  row.seed = episode.seed;
+  row.task = run.task;
+  row.variation = run.variation;
+  row.end_reason = episode.end_reason;
+  row.failure_reason = episode.failure_reason;
+  row.success = episode.success;
+  row.complete = episode.complete;
+  row.time = episode.json["metrics"].value("completion_time", 0.0);
+  row.text = episode.json["explanation"].value("text", "");
+  row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
+  return row;
+}
+
 std::vector<viz::EpisodeRow> EpisodeRows(const RecordedRun& run) {
   std::vector<viz::EpisodeRow> rows;
-  for (const RecordedEpisode& episode : run.episodes) {
-    viz::EpisodeRow& row = rows.emplace_back();
-    row.episode = episode.episode;
-    row.seed = episode.seed;
-    row.task = run.task;
-    row.variation = run.variation;
-    row.end_reason = episode.end_reason;
-    row.failure_reason = episode.failure_reason;
-    row.success = episode.success;
-    row.complete = episode.complete;
-    row.time = episode.json["metrics"].value("completion_time", 0.0);
-    row.text = episode.json["explanation"].value("text", "");
-    row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
-  }
+  for (const RecordedEpisode& episode : run.episodes) rows.push_back(RowOf(episode, run));
   return rows;
 }
 

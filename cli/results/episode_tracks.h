@@ -34,6 +34,7 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
 
 // The blocks "run" and "episodes" of a run on disk.
 std::string RunBlock(const RecordedRun& run, int number);
+viz::EpisodeRow RowOf(const RecordedEpisode& episode, const RecordedRun& run);
 std::vector<viz::EpisodeRow> EpisodeRows(const RecordedRun& run);
 
 }  // namespace evalbus::results

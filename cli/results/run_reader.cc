@@ -59,53 +59,6 @@ void CheckPacing(const ordered_json& json, const std::string& where) {
   }
 }
 
-RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, const RecordedRun& run) {
-  RecordedEpisode episode;
-  if (!json.is_object()) Fail(where, "not a JSON object");
-  const auto task = Get<std::string>(json, "task", "a name", where);
-  const auto variation = Get<std::string>(json, "variation", "a name", where);
-  if (task != run.task || variation != run.variation) {
-    Fail(where, fmt::format("an episode of {}/{} in a run of {}: runs must not be mixed in one file", task,
-                            variation, run.task_name()));
-  }
-  const auto number = Get<int64_t>(json, "episode", "a number", where);
-  if (number < 0 || number > 99'999'999) {
-    Fail(where, fmt::format("\"episode\" is {}, expected a number from 0", number));
-  }
-  episode.episode = static_cast<int>(number);
-  episode.seed = Get<int64_t>(json, "seed", "a whole number", where);
-  if (episode.seed != EpisodeSeed(run.seed, episode.episode)) {
-    Fail(where, fmt::format("seed {} is not that of episode {} in a run with seed {}: a line of another run",
-                            episode.seed, number, run.seed));
-  }
-  episode.end_reason = Get<std::string>(json, "end_reason", "a name", where);
-  episode.failure_reason = Get<std::string>(json, "failure_reason", "a name, empty on success", where);
-  episode.complete = Get<bool>(json, "complete", "true or false", where);
-  if (episode.invalid() && episode.complete) {
-    Fail(where, fmt::format("\"complete\" with \"end_reason\" {}: no such episode is", episode.end_reason));
-  }
-  const auto metrics = Get<ordered_json>(json, "metrics", "an object", where);
-  Get<ordered_json>(json, "extended", "an object", where);
-  const auto success = metrics.find("success");
-  if (success == metrics.end() || (*success != 0 && *success != 1)) {
-    Fail(where, "\"metrics\" without a \"success\" of 0 or 1");
-  }
-  episode.success = *success == 1;
-  Get<std::string>(json, "end_detail", "a text", where);
-  Get<double>(metrics, "completion_time", "a number", where);
-  Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
-  CheckPacing(json, where);
-  try {
-    metrics::ResultOf(json);
-  } catch (const nlohmann::json::exception&) {
-    Fail(where, "stages, slips or collisions are no numbers");
-  } catch (const InputError& error) {
-    Fail(where, error.what());
-  }
-  episode.json = json;
-  return episode;
-}
-
 void ReadEpisodes(RecordedRun* run) {
   const fs::path file = run->folder / kEpisodesJsonl;
   const std::string text = ReadFile(file);
@@ -165,6 +118,55 @@ void CheckFolder(const fs::path& folder) {
 }
 
 }  // namespace
+
+RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, const RecordedRun& run) {
+  RecordedEpisode episode;
+  if (!json.is_object()) Fail(where, "not a JSON object");
+  const auto task = Get<std::string>(json, "task", "a name", where);
+  const auto variation = Get<std::string>(json, "variation", "a name", where);
+  if (task != run.task || variation != run.variation) {
+    Fail(where, fmt::format("an episode of {}/{} in a run of {}: runs must not be mixed in one file", task,
+                            variation, run.task_name()));
+  }
+  const auto number = Get<int64_t>(json, "episode", "a number", where);
+  if (number < 0 || number > 99'999'999) {
+    Fail(where, fmt::format("\"episode\" is {}, expected a number from 0", number));
+  }
+  episode.episode = static_cast<int>(number);
+  episode.seed = Get<int64_t>(json, "seed", "a whole number", where);
+  if (episode.seed != EpisodeSeed(run.seed, episode.episode)) {
+    Fail(where, fmt::format("seed {} is not that of episode {} in a run with seed {}: a line of another run",
+                            episode.seed, number, run.seed));
+  }
+  episode.end_reason = Get<std::string>(json, "end_reason", "a name", where);
+  episode.failure_reason = Get<std::string>(json, "failure_reason", "a name, empty on success", where);
+  episode.complete = Get<bool>(json, "complete", "true or false", where);
+  if (episode.invalid() && episode.complete) {
+    Fail(where, fmt::format("\"complete\" with \"end_reason\" {}: no such episode is", episode.end_reason));
+  }
+  const auto metrics = Get<ordered_json>(json, "metrics", "an object", where);
+  Get<ordered_json>(json, "extended", "an object", where);
+  const auto success = metrics.find("success");
+  const bool is_judged = success != metrics.end();
+  if (is_judged != episode.judged() || (is_judged && *success != 0 && *success != 1)) {
+    Fail(where, is_judged && !episode.judged() ? "\"success\" of an episode that was not judged"
+                                               : "\"metrics\" without a \"success\" of 0 or 1");
+  }
+  episode.success = is_judged && *success == 1;
+  Get<std::string>(json, "end_detail", "a text", where);
+  Get<double>(metrics, "completion_time", "a number", where);
+  Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
+  CheckPacing(json, where);
+  try {
+    metrics::ResultOf(json);
+  } catch (const nlohmann::json::exception&) {
+    Fail(where, "stages, slips or collisions are no numbers");
+  } catch (const InputError& error) {
+    Fail(where, error.what());
+  }
+  episode.json = json;
+  return episode;
+}
 
 std::vector<std::pair<std::string, double>> RecordedEpisode::Values() const {
   auto values = metrics::FlattenedValues(json.at("metrics"));

@@ -24,6 +24,9 @@ struct RecordedEpisode {
   bool complete = false;
   // The policy's server failed, which says nothing of the policy: --resume runs it again.
   bool invalid() const { return end_reason == end_reason::kServerError; }
+  // False where the source did not know what success or failure asks for: it has no success, and is in no
+  // rate.
+  bool judged() const { return failure_reason != end_reason::kNotJudged; }
   bool success = false;
   // The whole line.
   nlohmann::ordered_json json;
@@ -82,6 +85,9 @@ RecordedRun ReadRun(const std::filesystem::path& folder);
 RecordedRuns ReadRuns(const std::filesystem::path& folder);
 // Of a folder with run.json; there may be no finished episode yet.
 RecordedRun ReadRunAsFarAsItGot(const std::filesystem::path& folder);
+// A line of episodes.jsonl of this run, which `where` names.
+RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::string& where,
+                            const RecordedRun& run);
 // What run.json alone says.
 RecordedRun ReadRunInfo(const std::filesystem::path& folder);
 // The folders in that of a suite, as suite.json names them.

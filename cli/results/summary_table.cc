@@ -66,8 +66,10 @@ std::vector<Statistic> Statistics() {
 }
 
 std::string RateText(const metrics::RunSummary& summary, int width) {
-  const std::string rate = fmt::format("Success in {} of {} episodes: {:.0f} %", summary.successes,
-                                       summary.complete, summary.success_rate * 100);
+  if (summary.judged == 0) return "Success was not judged: poses of objects are missing\n";
+  const std::string rate =
+      fmt::format("Success in {} of {} {}episodes: {:.0f} %", summary.successes, summary.judged,
+                  summary.judged < summary.complete ? "judged " : "", summary.success_rate * 100);
   const std::string interval = fmt::format("(95 % interval {:.0f} to {:.0f} %, Wilson)",
                                            summary.wilson.lower * 100, summary.wilson.upper * 100);
   const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;

@@ -53,8 +53,11 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   if (summary.samples < summary.complete) {
     add(fmt::format("{} sample{}", summary.samples, summary.samples == 1 ? "" : "s"));
   }
-  return Row(name, width, fmt::format("{} of {}", summary.successes, summary.complete),
-             fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100),
+  const bool judged = summary.judged > 0 || summary.complete == 0;
+  return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",
+             judged
+                 ? fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100)
+                 : "-",
              time ? fmt::format("{:.2f} s", time->mean) : "-", notes);
 }
 

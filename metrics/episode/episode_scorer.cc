@@ -11,13 +11,17 @@
 namespace evalbus::metrics {
 namespace {
 
-std::vector<std::string> NamesOf(const std::vector<NamedExpression>& expressions) {
+std::vector<std::string> NamesOf(const std::vector<NamedExpression>& expressions,
+                                 const std::vector<uint8_t>& is_known) {
   std::vector<std::string> names;
-  for (const NamedExpression& expression : expressions) names.push_back(expression.name);
+  for (size_t k = 0; k < expressions.size(); ++k) {
+    if (is_known[k]) names.push_back(expressions[k].name);
+  }
   return names;
 }
 
-MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
+MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task,
+                         const TaskEvaluator& evaluator) {
   const model_info_t& model = names.model();
   MetricsConfig config;
   for (const arm_info_t& arm : model.arm) {
@@ -37,9 +41,12 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task) {
   }
 
   static_cast<MetricsOptions&>(config) = task.metrics;
-  for (const Stage& stage : task.stages) config.stages.push_back({.index = stage.index, .name = stage.name});
-  config.target_distances = NamesOf(task.target_distance);
-  config.pose_errors = NamesOf(task.pose_error);
+  for (size_t k = 0; k < task.stages.size(); ++k) {
+    if (!evaluator.knows_stage()[k]) continue;
+    config.stages.push_back({.index = task.stages[k].index, .name = task.stages[k].name});
+  }
+  config.target_distances = NamesOf(task.target_distance, evaluator.knows_distance());
+  config.pose_errors = NamesOf(task.pose_error, evaluator.knows_error());
   return config;
 }
 
@@ -62,7 +69,8 @@ EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& t
     : model_(model),
       names_(model_),
       evaluator_(task, names_),
-      metrics_(MakeConfig(names_, task)),
+      known_(model_, evaluator_),
+      metrics_(MakeConfig(names_, task, evaluator_)),
       history_(model_.object_name.size(), model_.gripper.size()),
       grasps_(metrics_.config()) {
   for (const Stage& stage : task.stages) stage_index_.push_back(stage.index);
@@ -112,6 +120,19 @@ bool EpisodeScorer::Fits(const state_t& state) const {
   return sum == 0;
 }
 
+std::span<const contact_t> EpisodeScorer::KnownContacts(const contacts_t& contacts) {
+  const std::vector<uint8_t>& unknown = evaluator_.objects().unknown_geoms();
+  if (unknown.empty()) return contacts.contact;
+  known_contacts_.clear();
+  const auto is_unknown = [&](int geom) {
+    return geom >= 0 && static_cast<size_t>(geom) < unknown.size() && unknown[geom];
+  };
+  for (const contact_t& contact : contacts.contact) {
+    if (!is_unknown(contact.geom_a) && !is_unknown(contact.geom_b)) known_contacts_.push_back(contact);
+  }
+  return known_contacts_;
+}
+
 void EpisodeScorer::FindHolds(std::span<const contact_t> contacts) {
   for (size_t gripper = 0; gripper < fingers_.size(); ++gripper) {
     for (size_t object = 0; object < objects_.size(); ++object) {
@@ -146,7 +167,7 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
 void EpisodeScorer::WatchSuccess(const state_t& state, const contacts_t& contacts) {
   // Of a realtime episode more ticks may come than were asked for.
   if (state.header.sim_time_us > decided_->sim_time_us + model_.after_success_us) return;
-  evaluator_.Evaluate({state, contacts.contact}, state.header.tick);
+  evaluator_.Evaluate({state, KnownContacts(contacts)}, state.header.tick);
   holds_ = evaluator_.success_holds();
   held_ticks_ += holds_;
 }
@@ -159,13 +180,15 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
                 .joint_velocity = arm.joint_velocity_radps,
                 .wrist_position = {p[0], p[1], p[2]},
                 .wrist_quat = {q[0], q[1], q[2], q[3]},
-                .mechanical_work = arm.mechanical_work_J};
+                .mechanical_work = {}};
+    if (model_.has_physics) arms_[k].mechanical_work = arm.mechanical_work_J;
   }
   for (size_t k = 0; k < opening_.size(); ++k) opening_[k] = state.gripper[k].opening;
   for (size_t k = 0; k < height_.size(); ++k) height_[k] = state.body[object_body_[k]].position_m[2];
-  FindHolds(contacts.contact);
+  const std::span<const contact_t> known = KnownContacts(contacts);
+  FindHolds(known);
   contacts_.clear();
-  for (const contact_t& contact : contacts.contact) {
+  for (const contact_t& contact : known) {
     contacts_.push_back({contact.geom_a, contact.geom_b, contact.distance_m});
   }
   const double time = Seconds(header_.sim_time_us);
@@ -184,7 +207,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
     started_ = true;
     metrics_.Start(opening_, holding_);
     history_.Add(header_.tick, opening_, holding_, height_, false);
-    if (header_.tick == 0) evaluator_.Evaluate({state, contacts.contact}, 0);
+    if (header_.tick == 0) evaluator_.Evaluate({state, known}, 0);
   }
   if (header_.tick > 0) {
     if (!metrics_.Step(sample)) return;
@@ -192,16 +215,18 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
     history_.Add(header_.tick, opening_, holding_, height_, !collisions.empty());
     grasps_.Add(header_.tick, pinched_);
     if (first_collision_.tick == 0 && !collisions.empty()) first_collision_ = {header_.tick, collisions[0]};
-    evaluator_.Evaluate({state, contacts.contact}, header_.tick);
+    evaluator_.Evaluate({state, known}, header_.tick);
   }
   for (size_t k = 0; k < stage_index_.size(); ++k) {
     if (evaluator_.stage_reached()[k]) metrics_.SetStage(stage_index_[k], true);
   }
-  for (size_t k = 0; k < evaluator_.target_distance().size(); ++k) {
-    metrics_.SetTargetDistance(k, evaluator_.target_distance()[k]);
+  for (size_t k = 0, of_metrics = 0; k < evaluator_.target_distance().size(); ++k) {
+    if (evaluator_.knows_distance()[k])
+      metrics_.SetTargetDistance(of_metrics++, evaluator_.target_distance()[k]);
   }
-  for (size_t k = 0; k < evaluator_.pose_error().size(); ++k)
-    metrics_.SetPoseError(k, evaluator_.pose_error()[k]);
+  for (size_t k = 0, of_metrics = 0; k < evaluator_.pose_error().size(); ++k) {
+    if (evaluator_.knows_error()[k]) metrics_.SetPoseError(of_metrics++, evaluator_.pose_error()[k]);
+  }
   metrics_.SetSuccess(evaluator_.verdict() == Verdict::kSuccess);
   if (evaluator_.verdict() != Verdict::kUndecided) decided_ = header_;
   holds_ = evaluator_.success_holds();
@@ -259,12 +284,14 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
     add("success_held_s", "s", succeeded ? held : std::numeric_limits<double>::quiet_NaN());
   }
   e.num_values = static_cast<int32_t>(e.name.size());
+  known_.RemoveUnknown(extended);
 }
 
 void EpisodeScorer::Partial(partial_metrics_t* partial) const {
   partial->header = header_;
   partial->verdict = verdict();
   metrics_.Values(&partial->metrics);
+  known_.RemoveUnknown(&partial->metrics);
   FillExtended(false, &partial->extended);
 }
 
@@ -284,6 +311,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                                .history = history_,
                                .slips = metrics_.slips(),
                                .verdict = evaluator_.verdict(),
+                               .can_succeed = evaluator_.can_succeed(),
                                .out_of_bounds = evaluator_.out_of_bounds(),
                                .end_reason = end.end_reason,
                                .last_tick = header_.tick,
@@ -294,6 +322,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                      end.end_reason != end_reason::kAborted && end.end_reason != end_reason::kServerError &&
                      summary.failure_reason != kUnconfirmed;
   metrics_.Values(&summary.metrics);
+  known_.RemoveUnknown(&summary.metrics);
   FillExtended(true, &summary.extended);
   summary.explanation =
       Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());

@@ -19,6 +19,7 @@
 #include "metrics/episode/episode_history.h"
 #include "metrics/episode/explanation.h"
 #include "metrics/episode/rollout_metrics.h"
+#include "metrics/episode/what_is_known.h"
 #include "metrics/sample/grasps.h"
 #include "metrics/task/task_evaluator.h"
 
@@ -61,6 +62,8 @@ class EpisodeScorer {
 
  private:
   bool Fits(const state_t& state) const;
+  // Those of a tick but for the geoms of objects whose poses are not known.
+  std::span<const contact_t> KnownContacts(const contacts_t& contacts);
   // Sets holding_ and pinched_.
   void FindHolds(std::span<const contact_t> contacts);
   // A tick up to the verdict, and one later than it.
@@ -72,11 +75,13 @@ class EpisodeScorer {
   model_info_t model_;
   ModelNames names_;
   TaskEvaluator evaluator_;
+  WhatIsKnown known_;
   RolloutMetrics metrics_;
   EpisodeHistory history_;
   Grasps grasps_;
   FirstCollision first_collision_;
   std::vector<int> stage_index_;
+  std::vector<contact_t> known_contacts_;
   // What STATE must have at least, for the joints of MODEL.
   int num_coordinates_ = 0;
   std::vector<std::vector<std::vector<uint8_t>>> fingers_;  // by gripper, finger, geom: its pads

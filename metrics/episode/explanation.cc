@@ -42,6 +42,9 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
   if (reason == end_reason::kServerError) {
     text += " (invalid: the policy's server failed, which says nothing of the policy)";
   }
+  if (reason == end_reason::kNotJudged) {
+    text += " (what success or failure asks for is not known: poses of objects are missing)";
+  }
   // Of an `any`, several operands may wait for the same.
   std::set<std::string> said;
   for (const condition_t& condition : e.condition) {

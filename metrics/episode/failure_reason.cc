@@ -118,7 +118,10 @@ std::string FailureReason(const EpisodeOutcome& outcome) {
   if (outcome.end_reason == end_reason::kSuccess || outcome.end_reason == end_reason::kFailure) {
     return kUnconfirmed;
   }
-  if (outcome.end_reason != end_reason::kTimeLimit) return outcome.end_reason;
+  if (outcome.end_reason != end_reason::kTimeLimit && outcome.end_reason != end_reason::kEndOfData) {
+    return outcome.end_reason;
+  }
+  if (!outcome.can_succeed) return end_reason::kNotJudged;
   if (Dropped(outcome)) return "dropped";
   if (Slipped(outcome)) return "grasp_slip";
   if (Stuck(outcome)) return "collision";

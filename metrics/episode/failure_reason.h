@@ -22,6 +22,8 @@ struct EpisodeOutcome {
   const EpisodeHistory& history;
   const std::vector<Slip>& slips;
   Verdict verdict = Verdict::kUndecided;
+  // False where what success or failure asks for is not known.
+  bool can_succeed = true;
   bool out_of_bounds = false;
   // As in episode_end_t, and the last tick with a sample.
   std::string end_reason;

@@ -7,6 +7,7 @@
 
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/unknown.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -64,10 +65,10 @@ void Add(const MetricInfo& metric, const metric_values_t& v, ordered_json* resul
     case MetricKind::kNumber:
     case MetricKind::kOfStages:
     case MetricKind::kOfTwoArms:
-      (*result)[name] = v.*metric.number;
+      if (!std::isnan(v.*metric.number)) (*result)[name] = v.*metric.number;
       break;
     case MetricKind::kCount:
-      (*result)[name] = v.*metric.count;
+      if (v.*metric.count != kUnknownCount) (*result)[name] = v.*metric.count;
       break;
     case MetricKind::kByStage:
       for (int k = 0; k < v.num_stages; ++k) {
@@ -75,10 +76,11 @@ void Add(const MetricInfo& metric, const metric_values_t& v, ordered_json* resul
       }
       break;
     case MetricKind::kByObject:
-      (*result)[name] = ordered_json::object();
       for (int k = 0; k < v.num_objects; ++k) {
+        if (v.slip_count_per_object[k] == kUnknownCount) continue;
         (*result)[name]["object_" + std::to_string(k + 1)] = v.slip_count_per_object[k];
       }
+      if (v.num_objects == 0) (*result)[name] = ordered_json::object();
       break;
     case MetricKind::kByName: {
       const std::vector<std::string>& names = v.*metric.names;
@@ -132,7 +134,9 @@ ordered_json ExtendedJson(const extended_metrics_t& e, const metric_values_t& v)
     }
   }
   for (const MetricInfo& metric : Metrics()) {
-    if (metric.counter) result[std::string(metric.wire_name())] = e.*metric.counter;
+    if (metric.counter && e.*metric.counter != kUnknownCount) {
+      result[std::string(metric.wire_name())] = e.*metric.counter;
+    }
   }
   return result;
 }

@@ -16,12 +16,12 @@ namespace evalbus::metrics {
 
 // The rates p with (n + 1) C(n, k) p^k (1 - p)^(n - k) > alpha, of k successes in n trials. [0, 1] without
 // trials.
-inline Interval ConfidenceSequence(double successes, double trials) {
+inline Interval ConfidenceSequence(double successes, double trials, double alpha = kAlpha) {
   if (trials == 0) return {0, 1};
   const double failures = trials - successes;
   const double log_weight = std::log(trials + 1) + boost::math::lgamma(trials + 1) -
                             boost::math::lgamma(successes + 1) - boost::math::lgamma(failures + 1) -
-                            std::log(kAlpha);
+                            std::log(alpha);
   // Positive within the interval: at the rate itself it is, since that is the likeliest.
   const auto inside = [&](double p) {
     // Its limit at p = 0 and 1, where no infinity may come in.

@@ -18,6 +18,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr char kObject[] = "object_";
+constexpr int kMostObjects = 10'000;
 constexpr char kSuccess[] = "success", kStages[] = "task_stage_reached", kSlips[] = "slip_count_per_object";
 
 void Flatten(const ordered_json& value, const std::string& name,
@@ -91,7 +93,7 @@ EpisodeResult ResultOf(const ordered_json& episode) {
   const ordered_json& metrics = episode.at("metrics");
   EpisodeResult result{.complete = episode.at("complete").get<bool>(),
                        .invalid = episode.at("end_reason") == end_reason::kServerError,
-                       .success = metrics.at(kSuccess) == 1,
+                       .success = metrics.value(kSuccess, 0.0) == 1,
                        .failure_reason = episode.at("failure_reason").get<std::string>(),
                        .values = NumbersOf(metrics, episode.at("extended")),
                        .stages = {},
@@ -101,7 +103,15 @@ EpisodeResult ResultOf(const ordered_json& episode) {
   for (const auto& [index, reached] : stages.items()) {
     result.stages.emplace_back(StageIndex(index), reached.get<bool>());
   }
-  for (const ordered_json& count : Member(metrics, kSlips)) result.slips.push_back(count.get<int64_t>());
+  const ordered_json slips = Member(metrics, kSlips);
+  for (const auto& [object, count] : slips.items()) {
+    // "object_2"; those before it that are not there are not known.
+    const int number = object.starts_with(kObject) ? StageIndex(object.substr(sizeof kObject - 1)) : 0;
+    if (number < 1 || number > kMostObjects)
+      throw InputError(std::string(kSlips) + ": unknown key '" + object + "'");
+    result.slips.resize(std::max(result.slips.size(), static_cast<size_t>(number)), -1);
+    result.slips[static_cast<size_t>(number) - 1] = count.get<int64_t>();
+  }
   Member(Member(episode, "explanation"), "collisions_per_geom").get_to(result.collisions);
   return result;
 }
@@ -185,12 +195,15 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     if (!episode.complete) continue;
     ++summary.complete;
     results.push_back(&episode);
+    summary.judged += episode.failure_reason != end_reason::kNotJudged;
     summary.successes += episode.success;
     if (!episode.success) Count(episode.failure_reason, 1, &summary.failure_reasons);
     for (const auto& [index, reached] : episode.stages) Count(index, int{reached}, &stages);
     std::vector<int64_t>& slips = summary.slips_per_object;
     slips.resize(std::max(slips.size(), episode.slips.size()));
-    for (size_t k = 0; k < episode.slips.size(); ++k) slips[k] += episode.slips[k];
+    for (size_t k = 0; k < episode.slips.size(); ++k) {
+      slips[k] = slips[k] < 0 || episode.slips[k] < 0 ? -1 : slips[k] + episode.slips[k];
+    }
     for (const auto& [geom, count] : episode.collisions) Count(geom, count, &summary.collisions_per_geom);
   }
   const auto is_before = [](const Entry* a, const Entry* b) { return *a < *b; };
@@ -200,9 +213,8 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
   for (const auto& [index, reached] : stages) summary.stages.push_back({index, reached});
   MostFrequentFirst(&summary.failure_reasons);
   MostFrequentFirst(&summary.collisions_per_geom);
-  summary.success_rate =
-      summary.complete > 0 ? static_cast<double>(summary.successes) / summary.complete : kNaN;
-  const double successes = summary.InSamples(summary.successes), trials = summary.samples;
+  summary.success_rate = summary.judged > 0 ? static_cast<double>(summary.successes) / summary.judged : kNaN;
+  const double successes = summary.InSamples(summary.successes), trials = summary.InSamples(summary.judged);
   summary.wilson = WilsonInterval(successes, trials);
   summary.clopper_pearson = ClopperPearsonInterval(successes, trials);
   summary.anytime = ConfidenceSequence(successes, trials);
@@ -253,6 +265,7 @@ ordered_json RatesJson(const RunSummary& summary) {
   ordered_json json = {{"episodes", summary.episodes}, {"complete", summary.complete}};
   if (summary.invalid > 0) json["invalid"] = summary.invalid;
   if (summary.samples < summary.complete) json["samples"] = summary.samples;
+  if (summary.judged < summary.complete) json["judged"] = summary.judged;
   json["successes"] = summary.successes;
   json["success_rate"] = summary.success_rate;
   json["success_rate_wilson_95"] = Json(summary.wilson);
@@ -273,7 +286,8 @@ ordered_json SummaryJson(const std::string& task, const std::string& variation, 
   json["failure_reasons"] = Json(summary.failure_reasons);
   ordered_json& slips = json["slips_per_object"] = ordered_json::object();
   for (size_t k = 0; k < summary.slips_per_object.size(); ++k) {
-    slips["object_" + std::to_string(k + 1)] = summary.slips_per_object[k];
+    if (summary.slips_per_object[k] < 0) continue;
+    slips[kObject + std::to_string(k + 1)] = summary.slips_per_object[k];
   }
   json["collisions_per_geom"] = Json(summary.collisions_per_geom);
   ordered_json& metrics = json["metrics"] = ordered_json::object();

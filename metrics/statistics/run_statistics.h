@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "evalbus/run_summary_t.hpp"
+#include "lcmtypes/end_reason.h"
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/wilson.h"
 
@@ -24,11 +25,13 @@ struct EpisodeResult {
   bool success = false;
   // Empty on success.
   std::string failure_reason;
+  // False where the source did not know what success or failure asks for: in no rate of success.
+  bool judged() const { return failure_reason != end_reason::kNotJudged; }
   // Every number of the result by its name as in summary.json, but for success and reached stages.
   std::vector<std::pair<std::string, double>> values;
   // Index, and whether it was reached.
   std::vector<std::pair<int, bool>> stages;
-  // By object.
+  // By object; -1: not known.
   std::vector<int64_t> slips;
   // New collisions by geom of the scene, or by pair of the robot's ("left/hand + right/hand").
   std::map<std::string, int64_t> collisions;
@@ -80,9 +83,11 @@ struct RunSummary {
   // however often they are run: a variation that randomises nothing, and a policy that does the same each
   // time.
   int samples = 0;
-  // Of the complete ones.
+  // Of the complete ones, those with a verdict about success (EpisodeResult::judged), and those that
+  // succeeded.
+  int judged = 0;
   int successes = 0;
-  // NaN without complete episodes.
+  // Of the judged ones; NaN without them.
   double success_rate = 0;
   // Of that rate among as many trials as there are samples. For one look when the run is over: wilson,
   // clopper_pearson; for looks while it goes on: anytime (statistics/confidence_sequence.h).
@@ -90,7 +95,7 @@ struct RunSummary {
   std::vector<StageSummary> stages;
   // Of the complete episodes that did not succeed; most frequent first.
   std::vector<std::pair<std::string, int>> failure_reasons;
-  // Totals by object, in the order of slip_count_per_object.
+  // Totals by object, in the order of slip_count_per_object; -1: not known.
   std::vector<int64_t> slips_per_object;
   // Totals; most frequent first.
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;

@@ -37,17 +37,27 @@ condition_t OutOfBounds(const state_t& state, const std::string& name, int body)
 
 TaskEvaluator::TaskEvaluator(const TaskDescription& task, const ModelNames& names)
     : names_(names),
+      objects_(names.model()),
+      knows_success_(objects_.Knows(task.success, task)),
+      knows_failure_(objects_.Knows(task.failure, task)),
       stage_reached_(task.stages.size()),
       target_distance_(task.target_distance.size()),
       pose_error_(task.pose_error.size()) {
   const CompileContext context{names, task};
-  for (const Stage& stage : task.stages)
+  for (const Stage& stage : task.stages) {
     stages_.push_back(CompilePredicate(stage.when, {names, task, stages_.size()}));
+    knows_stage_.push_back(objects_.Knows(stage.when, task));
+  }
   success_ = CompilePredicate(task.success, context);
   if (!task.failure.name.empty()) failure_ = CompilePredicate(task.failure, context);
-  for (const NamedExpression& d : task.target_distance)
+  for (const NamedExpression& d : task.target_distance) {
     distances_.push_back(CompileQuantity(d.expression, context));
-  for (const NamedExpression& e : task.pose_error) errors_.push_back(CompileQuantity(e.expression, context));
+    knows_distance_.push_back(objects_.Knows(d.expression, task));
+  }
+  for (const NamedExpression& e : task.pose_error) {
+    errors_.push_back(CompileQuantity(e.expression, context));
+    knows_error_.push_back(objects_.Knows(e.expression, task));
+  }
 
   const model_info_t& model = names.model();
   for (int body = 0; body < model.num_bodies; ++body) {
@@ -89,10 +99,10 @@ void TaskEvaluator::Evaluate(WorldView world, int64_t tick) {
   if (tick == 0) return;
   judged_ = true;
   for (size_t k = 0; k < stages_.size(); ++k) {
-    if (stages_[k]->Evaluate(world)) stage_reached_[k] = 1;
+    if (stages_[k]->Evaluate(world) && knows_stage_[k]) stage_reached_[k] = 1;
   }
-  const bool success = success_->Evaluate(world);
-  const bool failure = failure_ && failure_->Evaluate(world);
+  const bool success = success_->Evaluate(world) && can_succeed();
+  const bool failure = failure_ && failure_->Evaluate(world) && knows_failure_;
   const int body = BodyOutOfBounds(world.state);
   success_holds_ = success && !failure && body < 0;
   if (verdict_ != Verdict::kUndecided) return;
@@ -110,7 +120,7 @@ void TaskEvaluator::Evaluate(WorldView world, int64_t tick) {
 }
 
 std::vector<condition_t> TaskEvaluator::ExplainVerdict() const {
-  if (verdict_ != Verdict::kUndecided || !judged_) return why_;
+  if (verdict_ != Verdict::kUndecided || !judged_ || !can_succeed()) return why_;
   std::vector<condition_t> conditions;
   success_->Explain(&conditions);
   return conditions;
@@ -119,7 +129,7 @@ std::vector<condition_t> TaskEvaluator::ExplainVerdict() const {
 std::vector<condition_t> TaskEvaluator::ExplainUnmet() const {
   std::vector<condition_t> conditions;
   for (size_t k = 0; judged_ && k < stages_.size(); ++k) {
-    if (!stage_reached_[k]) stages_[k]->Explain(&conditions);
+    if (!stage_reached_[k] && knows_stage_[k]) stages_[k]->Explain(&conditions);
   }
   const std::vector<condition_t> verdict = ExplainVerdict();
   conditions.insert(conditions.end(), verdict.begin(), verdict.end());

@@ -2,12 +2,15 @@
 // model.
 #pragma once
 
+#include <algorithm>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "evalbus/criteria_t.hpp"
 #include "metrics/task/expressions.h"
+#include "metrics/task/known_objects.h"
 #include "models/model_names.h"
 #include "models/task_description.h"
 
@@ -26,10 +29,19 @@ class TaskEvaluator {
 
   // The world at a tick, without its stages; ticks in order. The verdict is undecided at tick 0, the reset
   // state; from tick 1 on the first success or failure stands, and failure goes before success. A stage once
-  // reached stays so.
+  // reached stays so. What needs the pose of an object that is not known is never reached, and gives no
+  // verdict: no success either where it is the failure that cannot be judged.
   void Evaluate(WorldView world, int64_t tick);
 
   Verdict verdict() const { return verdict_; }
+  const KnownObjects& objects() const { return objects_; }
+  // Success can be judged, and so can failure, which goes before it.
+  bool can_succeed() const { return knows_success_ && knows_failure_; }
+  bool knows_all_stages() const { return std::ranges::all_of(knows_stage_, std::identity()); }
+  // By stage, target_distance and pose_error of the task.
+  const std::vector<uint8_t>& knows_stage() const { return knows_stage_; }
+  const std::vector<uint8_t>& knows_distance() const { return knows_distance_; }
+  const std::vector<uint8_t>& knows_error() const { return knows_error_; }
   // The last tick by itself would be a success. The verdict stands where it no longer would.
   bool success_holds() const { return success_holds_; }
   // The failure is the built-in one: a robot body too far away.
@@ -53,6 +65,9 @@ class TaskEvaluator {
   int BodyOutOfBounds(const state_t& state) const;
 
   const ModelNames& names_;
+  const KnownObjects objects_;
+  bool knows_success_, knows_failure_;
+  std::vector<uint8_t> knows_stage_, knows_distance_, knows_error_;
 
   std::vector<std::unique_ptr<Predicate>> stages_;
   std::unique_ptr<Predicate> success_;

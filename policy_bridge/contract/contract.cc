@@ -17,6 +17,7 @@ constexpr double kLongest = 1e6;  // s
 constexpr int kMostPixels = 2048;
 constexpr int kMostSteps = 10'000;
 constexpr int kMostValues = 1000;
+constexpr int kLargestBatch = 1024;
 constexpr int kLongestHistory = 1000;  // ticks
 
 constexpr Named<Wire> kWires[] = {{"openpi", Wire::kOpenpi},
@@ -431,8 +432,9 @@ std::string Contract::PromptFor(const std::string& task, const std::string& inst
 }
 
 Contract ParseContract(const std::string& text, const std::filesystem::path& file) {
-  const YamlMap map(ParseYaml(text, file.string()), {"wire", "url", "rate_hz", "observation", "action"},
-                    {"description", "groot_dialect", "api_key_env", "deadlines", "settle_steps", "prompts"});
+  const YamlMap map(
+      ParseYaml(text, file.string()), {"wire", "url", "rate_hz", "observation", "action"},
+      {"description", "groot_dialect", "api_key_env", "deadlines", "batch_size", "settle_steps", "prompts"});
   Contract contract;
   contract.name = file.stem();
   contract.file = file;
@@ -456,6 +458,12 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
     read("first_reply_s", &contract.deadlines.first_reply_s);
     read("reply_s", &contract.deadlines.reply_s);
     read("return_s", &contract.deadlines.return_s);
+  }
+  if (const YamlValue* batch = map.Find("batch_size")) {
+    if (contract.wire != Wire::kGroot) {
+      batch->Fail("only of the wire groot; a server of another may put together what its connections ask");
+    }
+    contract.batch_size = batch->Integer(1, kLargestBatch);
   }
   contract.rate_hz = map["rate_hz"].Number({.min = 1, .max = 500});
   if (const YamlValue* settle = map.Find("settle_steps"))
@@ -521,6 +529,7 @@ ClientOptions ClientOptionsOf(const Contract& contract) {
     }
     options.api_key = key;
   }
+  if (const char* pool = std::getenv(kPoolVariable); pool && contract.batch_size > 1) options.pool_url = pool;
   return options;
 }
 

@@ -62,6 +62,9 @@ struct Contract {
   // Name of the environment variable with the key; empty: none is sent.
   std::string api_key_env;
   Deadlines deadlines;
+  // How many observations of several workers a request may have. More than 1: the server answers each by
+  // itself, whatever else it is asked, and keeps nothing of an episode.
+  int batch_size = 1;
 
   // Control rate that the policy was trained for.
   double rate_hz = 20;
@@ -121,8 +124,11 @@ Contract FindContract(const std::string& name);
 std::vector<Contract> AllContracts();
 std::filesystem::path PoliciesFolder();
 
-// What the client of this contract is made with; api key from the environment. Throws InputError if the
-// variable is not set.
+// Names, for the processes of a run, the pool that asks the server for all of them (wire/policy_pool.h).
+inline constexpr char kPoolVariable[] = "EVALBUS_POLICY_POOL";
+
+// What the client of this contract is made with; api key and, where there may be batches, pool from the
+// environment. Throws InputError if the key's variable is not set.
 ClientOptions ClientOptionsOf(const Contract& contract);
 
 const char* NameOf(Wire wire);

@@ -8,6 +8,7 @@
 #include "models/yaml_reader.h"
 #include "policy_bridge/actions/action_converter.h"
 #include "policy_bridge/actions/rotation.h"
+#include "policy_bridge/planning/kinematics.h"
 #include "policy_bridge/planning/robot.h"
 
 namespace evalbus::policy {
@@ -36,8 +37,11 @@ std::vector<std::string> WithRotations(std::vector<std::string> names) {
   return names;
 }
 
-// How a pose is told; nothing: its position.
-Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d(const state_t&)>& pose) {
+using Rotation = std::function<Eigen::Quaterniond(const state_t&)>;
+
+// How a pose is told.
+Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d(const state_t&)>& pose,
+                  const Rotation& rotation) {
   if (what == "position_m") {
     return [pose](const state_t& state, std::vector<double>* values) {
       const Eigen::Vector3d position = pose(state).translation();
@@ -45,11 +49,16 @@ Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d
     };
   }
   const auto found = std::ranges::find(kRotations, what, &RotationSignal::name);
-  return [pose, form = found->form](const state_t& state, std::vector<double>* values) {
+  return [rotation, form = found->form](const state_t& state, std::vector<double>* values) {
     const size_t size = values->size();
     values->resize(size + static_cast<size_t>(NumValues(form)));
-    WriteRotation(form, Eigen::Quaterniond(pose(state).linear()), std::span(*values).subspan(size));
+    WriteRotation(form, rotation(state), std::span(*values).subspan(size));
   };
+}
+
+// Of these a quaternion's sign is seen.
+bool ShowsSign(const std::string& what) {
+  return what.starts_with("quaternion_") || what == "axis_angle_robosuite_rad";
 }
 
 // Joints of the fingers that carry a gripper's pads, by their coordinates.
@@ -81,7 +90,9 @@ class Readers {
       throw InputError("signal object." + object + "." + what + ": poses of objects are told in the world");
     }
     const int body = ObjectBody(info_, object);
-    return PoseReader(what, [body](const state_t& state) { return BodyPose(state, body); });
+    const auto pose = [body](const state_t& state) { return BodyPose(state, body); };
+    return PoseReader(what, pose,
+                      [pose](const state_t& state) { return Eigen::Quaterniond(pose(state).linear()); });
   }
 
   Reader OfArm(const std::string& arm, const std::string& what, const Signal& signal) {
@@ -106,7 +117,11 @@ class Readers {
       };
     }
     if (what == "gripper_opening" || what.starts_with("finger_")) return OfGripper(index, what, signal.name);
-    return PoseReader(what, Pose(index, signal));
+    const auto pose = Pose(index, signal);
+    return PoseReader(
+        what, pose, ShowsSign(what) ? Signed(index, signal) : [pose](const state_t& state) {
+          return Eigen::Quaterniond(pose(state).linear());
+        });
   }
 
   Reader OfGripper(size_t arm, const std::string& what, const std::string& name) {
@@ -129,14 +144,44 @@ class Readers {
     };
   }
 
-  // Of an arm's flange or grip, in the world or its base.
-  std::function<Eigen::Isometry3d(const state_t&)> Pose(size_t arm, const Signal& signal) {
+  // What an arm's signal is told from, and the flange's way to its point.
+  std::pair<Eigen::Isometry3d, Eigen::Isometry3d> Ends(size_t arm, const Signal& signal) {
     Eigen::Isometry3d from = Eigen::Isometry3d::Identity(), to = Eigen::Isometry3d::Identity();
     if (signal.frame == ActionFrame::kBase) from = BasePose(model_, info_.arm[arm]).inverse();
     if (signal.point == EefPoint::kGrip) to = MakeArms(model_, info_).at(arm).grip;
-    return [arm, from, to](const state_t& state) {
+    return {from, to};
+  }
+
+  // Of an arm's flange or grip, in the world or its base.
+  std::function<Eigen::Isometry3d(const state_t&)> Pose(size_t arm, const Signal& signal) {
+    const auto [from, to] = Ends(arm, signal);
+    return [arm, from = from, to = to](const state_t& state) {
       const arm_state_t& now = state.arm.at(arm);
       return from * ToPose(now.wrist_position_m, now.wrist_quat_wxyz) * to;
+    };
+  }
+
+  // The same pose's quaternion with the sign that simulators give to a body's: composed along the joints, it
+  // changes without a jump as the arm moves. robosuite's eef_quat is one (sim.data.get_body_xquat), and with
+  // it LIBERO's axis-angle. Its largest component is positive at home.
+  Rotation Signed(size_t arm, const Signal& signal) {
+    const auto [from, to] = Ends(arm, signal);
+    const auto rotation = [chain = ArmChain(model_, info_.arm[arm]),
+                           before = Eigen::Quaterniond(from.linear()),
+                           behind = Eigen::Quaterniond(to.linear())](const JointVector& q) {
+      return before * chain.Rotation(q) * behind;
+    };
+    const JointVector home = ArmChain(model_, info_.arm[arm]).home();
+    Eigen::Index largest = 0;
+    rotation(home).coeffs().cwiseAbs().maxCoeff(&largest);
+    const double sign = std::copysign(1.0, rotation(home).coeffs()[largest]);
+    return [arm, rotation, sign, pose = Pose(arm, signal)](const state_t& state) {
+      const std::vector<double>& joints = state.arm.at(arm).joint_position_rad;
+      const JointVector q =
+          Eigen::Map<const Eigen::VectorXd>(joints.data(), static_cast<Eigen::Index>(joints.size()));
+      Eigen::Quaterniond shown(pose(state).linear());
+      if (sign * rotation(q).dot(shown) < 0) shown.coeffs() *= -1;
+      return shown;
     };
   }
 

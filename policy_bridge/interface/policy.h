@@ -45,7 +45,7 @@ class Policy {
   // Pictures that it needs before it can go on thinking; null: none. They are given to See() as they come.
   virtual const observe_t* Wants() const { return nullptr; }
   virtual void See(const image_t& /*image*/) {}
-  virtual void SetRecord(PolicyRecord /*record*/) {}
+  virtual void SetRecord(const PolicyRecord& /*record*/) {}
 };
 
 }  // namespace evalbus::policy

@@ -57,6 +57,16 @@ ArmChain::ArmChain(const mjModel& model, const arm_info_t& arm) {
   home_ = ToVector(arm.joint_home_rad);
 }
 
+Eigen::Quaterniond ArmChain::Rotation(const JointVector& q) const {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  for (int i = 0; i < num_joints(); ++i) {
+    const Joint& joint = joints_[static_cast<size_t>(i)];
+    rotation = rotation * Eigen::Quaterniond(joint.before.linear()) *
+               Eigen::Quaterniond(Eigen::AngleAxisd(q[i] - joint.reference, joint.axis));
+  }
+  return rotation * Eigen::Quaterniond(wrist_.linear());
+}
+
 Eigen::Isometry3d ArmChain::Forward(const JointVector& q, Jacobian* jacobian) const {
   const int n = num_joints();
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();

@@ -33,6 +33,10 @@ class ArmChain {
   // Pose of the wrist in the world for joint positions q (rad).
   Eigen::Isometry3d Forward(const JointVector& q) const { return Forward(q, nullptr); }
 
+  // Its rotation alone, with the sign that a quaternion gets where those of bodies and joints are multiplied
+  // along the arm, as MuJoCo does for a body: it never jumps as the arm moves.
+  Eigen::Quaterniond Rotation(const JointVector& q) const;
+
   // The same with the wrist's Jacobian: rows 0-2 linear velocity (m/s), 3-5 angular velocity (rad/s), world
   // frame.
   Eigen::Isometry3d Forward(const JointVector& q, Jacobian* jacobian) const;

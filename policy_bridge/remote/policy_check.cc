@@ -48,7 +48,10 @@ class Check {
     try {
       Connect();
       Call(observation);
-      if (report_.verdict == Verdict::kGood) Repeat(observation);
+      if (report_.verdict == Verdict::kGood) {
+        Repeat(observation);
+        AskTogether(observation);
+      }
     } catch (const ServerError& error) {
       Bad(VerdictOf(error.kind()), error.what());
       if (!error.details().empty()) Add(Level::kNote, error.details());
@@ -213,12 +216,7 @@ class Check {
       double seconds = 0;
       const Chunk again = Ask(observation, &seconds);
       took.push_back(seconds);
-      for (size_t k = 0; k < std::min(again.rows.size(), first_.rows.size()); ++k) {
-        for (size_t i = 0; i < again.rows[k].size(); ++i) {
-          report_.repeat_difference =
-              std::max(report_.repeat_difference, std::abs(again.rows[k][i] - first_.rows[k][i]));
-        }
-      }
+      report_.repeat_difference = std::max(report_.repeat_difference, Difference(again));
     }
     std::ranges::sort(took);
     report_.steady_call_s = took[took.size() / 2];
@@ -233,6 +231,40 @@ class Check {
               "exactly with this server (replay: of its log can)",
               kRepeats + 1, report_.repeat_difference));
     }
+  }
+
+  void AskTogether(const Value& observation) {
+    if (contract_.batch_size == 1) return;
+    const std::vector<Value> two(2, observation);
+    double difference = 0;
+    try {
+      for (const Reply& reply : client_->InferBatch(two)) {
+        difference = std::max(difference, Difference(ReadChunk(contract_, reply.value)));
+      }
+    } catch (const ServerError& error) {
+      return Bad(Verdict::kContract,
+                 fmt::format("batch_size: two observations in one request: {}", error.what()));
+    }
+    if (difference == 0) {
+      Good("two observations in one request: the same answers as alone");
+    } else {
+      Add(Level::kNote,
+          fmt::format(
+              "two observations in one request: answers differ by up to {:.3g} from the one alone, so "
+              "results depend on --workers",
+              difference));
+    }
+  }
+
+  // How far an answer is from the first one.
+  double Difference(const Chunk& chunk) const {
+    double difference = 0;
+    for (size_t k = 0; k < std::min(chunk.rows.size(), first_.rows.size()); ++k) {
+      for (size_t i = 0; i < chunk.rows[k].size(); ++i) {
+        difference = std::max(difference, std::abs(chunk.rows[k][i] - first_.rows[k][i]));
+      }
+    }
+    return difference;
   }
 
   const Contract& contract_;

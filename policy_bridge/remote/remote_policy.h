@@ -40,7 +40,7 @@ class RemotePolicy : public Policy {
   bool Think(const state_t& state) override;
   const observe_t* Wants() const override;
   void See(const image_t& image) override;
-  void SetRecord(PolicyRecord record) override { record_ = std::move(record); }
+  void SetRecord(const PolicyRecord& record) override { record_ = record; }
 
  private:
   using Clock = std::chrono::steady_clock;

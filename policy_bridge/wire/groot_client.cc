@@ -2,137 +2,57 @@
 
 #include <fmt/format.h>
 
-#include <array>
-#include <chrono>
-#include <cstring>
+#include <algorithm>
 #include <optional>
 #include <utility>
-#include <zmq.hpp>
 
 #include "base/errors.h"
 #include "base/text.h"
 #include "policy_bridge/wire/groot_codec.h"
+#include "policy_bridge/wire/resolve.h"
 #include "policy_bridge/wire/server_words.h"
 #include "policy_bridge/wire/url.h"
+#include "policy_bridge/wire/zeromq.h"
 
 namespace evalbus::policy {
 namespace {
 
 using Kind = ServerError::Kind;
 using Dialect = ClientOptions::GrootDialect;
-using Clock = std::chrono::steady_clock;
-
-Clock::time_point In(double seconds) {
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
-// A socket for requests, and one that tells what becomes of its connection.
-struct Sockets {
-  explicit Sockets(zmq::context_t& context)
-      : requests(context, zmq::socket_type::req), events(context, zmq::socket_type::pair) {}
-  // An event that nobody takes any more would hold up ZeroMQ's thread for ever, and with it all later
-  // connections.
-  ~Sockets() { zmq_socket_monitor(requests.handle(), nullptr, 0); }
-
-  zmq::socket_t requests, events;
-};
-
-// One connection, which is not made again when it is lost: a request without one would wait for its deadline.
-class Connection {
- public:
-  // Throws ServerError if there is none within limit_s.
-  Connection(zmq::context_t& context, int number, const ClientOptions& options)
-      : url_(options.url), sockets_(context) {
-    sockets_.requests.set(zmq::sockopt::linger, 0);
-    sockets_.requests.set(zmq::sockopt::ipv6, true);
-    sockets_.requests.set(zmq::sockopt::reconnect_ivl, -1);
-    sockets_.requests.set(zmq::sockopt::maxmsgsize, static_cast<int64_t>(options.max_reply_bytes));
-    sockets_.events.set(zmq::sockopt::linger, 0);
-    const std::string name = fmt::format("inproc://events-{}", number);
-    constexpr int kEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
-                            ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH |
-                            ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CLOSED;
-    if (zmq_socket_monitor(sockets_.requests.handle(), name.c_str(), kEvents) != 0) throw zmq::error_t();
-    sockets_.events.connect(name);
-    try {
-      sockets_.requests.connect(url_);
-    } catch (const zmq::error_t& error) {
-      throw ServerError(Kind::kUnreachable, fmt::format("{}: {}", url_, error.what()));
-    }
-    if (!Wait(In(options.connect_s))) {
-      throw ServerError(Kind::kTimeout, fmt::format("{}: no connection in {} s", url_, options.connect_s));
-    }
-    switch (NextEvent()) {
-      case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
-        return;
-      case ZMQ_EVENT_CLOSED:
-        throw ServerError(Kind::kUnreachable, url_ + ": no server there");
-      default:
-        throw ServerError(Kind::kProtocol, url_ + ": something else than a ZeroMQ server answers there");
-    }
-  }
-
-  // One frame there, one frame back.
-  Bytes Ask(const Bytes& request, double limit_s, uint64_t max_reply_bytes) {
-    const Clock::time_point deadline = In(limit_s);
-    if (!sockets_.requests.send(zmq::buffer(request), zmq::send_flags::dontwait)) Lost();
-    zmq::message_t reply;
-    while (true) {
-      if (!Wait(deadline)) {
-        throw ServerError(Kind::kTimeout, fmt::format("{}: no answer in {} s", url_, limit_s));
-      }
-      // Before the events: the last that a server says as it goes counts.
-      if (sockets_.requests.recv(reply, zmq::recv_flags::dontwait)) break;
-      if (NextEvent() != 0) {
-        Lost(fmt::format("without an answer, or one of more than {} bytes was coming", max_reply_bytes));
-      }
-    }
-    if (reply.more()) throw ServerError(Kind::kProtocol, url_ + ": an answer of several frames");
-    const auto* begin = reply.data<uint8_t>();
-    return {begin, begin + reply.size()};
-  }
-
- private:
-  [[noreturn]] void Lost(const std::string& how = "before a request") const {
-    throw ServerError(Kind::kUnreachable, fmt::format("{}: the connection ended {}", url_, how));
-  }
-
-  // Until there is an answer or an event; false: neither by the deadline.
-  bool Wait(Clock::time_point deadline) {
-    while (true) {
-      std::array<zmq::pollitem_t, 2> items = {
-          {{sockets_.requests.handle(), 0, ZMQ_POLLIN, 0}, {sockets_.events.handle(), 0, ZMQ_POLLIN, 0}}};
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
-      try {
-        if (zmq::poll(items.data(), items.size(), std::max(left, std::chrono::milliseconds(0))) > 0)
-          return true;
-        if (Clock::now() >= deadline) return false;
-      } catch (const zmq::error_t& error) {
-        if (error.num() != EINTR) throw;
-      }
-    }
-  }
-
-  // 0: none has come.
-  int NextEvent() {
-    zmq::message_t event, address;
-    if (!sockets_.events.recv(event, zmq::recv_flags::dontwait) || event.size() < sizeof(uint16_t)) return 0;
-    if (event.more()) std::ignore = sockets_.events.recv(address, zmq::recv_flags::none);
-    uint16_t number = 0;
-    std::memcpy(&number, event.data(), sizeof number);
-    return number;
-  }
-
-  std::string url_;
-  Sockets sockets_;
-};
-
 constexpr std::string_view kVideo = "video.", kState = "state.", kAction = "action.";
 
-// (...) -> (1, ...).
-Array Batched(Array array) {
-  array.shape.insert(array.shape.begin(), 1);
-  return array;
+// Observations, each a map of the same entries.
+using Batch = std::vector<Map>;
+
+// Whether these can be one request: the same keys, in the same order, arrays of one form.
+bool FitTogether(const Batch& batch) {
+  return std::ranges::all_of(batch, [&](const Map& observation) {
+    return std::ranges::equal(observation, batch.front(), [](const auto& one, const auto& other) {
+      const Array *array = one.second.template As<Array>(), *same = other.second.template As<Array>();
+      return one.first == other.first && (array != nullptr) == (same != nullptr) &&
+             (!array || (array->dtype == same->dtype && array->shape == same->shape));
+    });
+  });
+}
+
+// The i-th entries, (...) each -> (observations, ...).
+Array Stacked(const Batch& batch, size_t i) {
+  Array stacked = *batch.front()[i].second.As<Array>();
+  stacked.shape.insert(stacked.shape.begin(), static_cast<int64_t>(batch.size()));
+  for (size_t b = 1; b < batch.size(); ++b) {
+    const Bytes& data = batch[b][i].second.As<Array>()->data;
+    stacked.data.insert(stacked.data.end(), data.begin(), data.end());
+  }
+  return stacked;
+}
+
+// (observations, ...) -> the n-th (...).
+Array Nth(const Array& stacked, size_t n) {
+  Array one{stacked.dtype, {stacked.shape.begin() + 1, stacked.shape.end()}, {}};
+  const size_t size = stacked.data.size() / static_cast<size_t>(stacked.shape[0]);
+  const auto begin = stacked.data.begin() + static_cast<std::ptrdiff_t>(n * size);
+  one.data.assign(begin, begin + static_cast<std::ptrdiff_t>(size));
+  return one;
 }
 
 // An observation's entry as all dialects have it, but for its batch.
@@ -171,7 +91,7 @@ class GrootClient : public PolicyClient {
   Value Connect() override {
     connection_.reset();
     try {
-      connection_.emplace(context_, ++num_connections_, options_);
+      Open();
       answered_ = false;
       horizon_.reset();
       dialect_ = options_.groot_dialect;
@@ -193,23 +113,21 @@ class GrootClient : public PolicyClient {
     ClosedByFailure([&] { return Ask("reset", Map{{"options", nullptr}}, options_.reply_s); });
   }
 
-  Reply Infer(const Value& observation) override {
+  Reply Infer(const Value& observation) override { return InferBatch({&observation, 1}).front(); }
+
+  std::vector<Reply> InferBatch(std::span<const Value> observations) override {
     return ClosedByFailure([&] {
-      if (!observation.Is<Map>())
-        throw InputError("observation: " + Describe(observation) + ", but a map is sent");
-      Map entries = *observation.As<Map>();
-      for (auto& [key, value] : entries) value = Checked(key, value);
-      Value answer;
-      try {
-        answer = GetAction(entries);
-      } catch (const ServerError& error) {
-        if (dialect_ != Dialect::kDetect || !AsksForFlat(error, entries)) throw;
-        dialect_ = Dialect::kN16Flat;
-        answer = GetAction(entries);
+      Batch batch;
+      for (const Value& observation : observations) {
+        if (!observation.Is<Map>())
+          throw InputError("observation: " + Describe(observation) + ", but a map is sent");
+        batch.push_back(*observation.As<Map>());
+        for (auto& [key, value] : batch.back()) value = Checked(key, value);
       }
-      if (dialect_ == Dialect::kDetect) dialect_ = Dialect::kN16;
-      answered_ = true;
-      return Reply{Actions(std::move(answer)), {}};
+      if (FitTogether(batch)) return InferTogether(batch);
+      std::vector<Reply> replies;
+      for (const Map& one : batch) replies.push_back(InferTogether({one}).front());
+      return replies;
     });
   }
 
@@ -239,12 +157,42 @@ class GrootClient : public PolicyClient {
     }
   }
 
+  // The first of the host's addresses where a server is.
+  void Open() {
+    const Url url = ParseUrl(options_.url, "tcp");
+    const std::vector<std::string> addresses = Resolve(url, options_.connect_s);
+    for (const std::string& address : addresses) {
+      const bool is_ipv6 = address.find(':') != std::string::npos;
+      try {
+        connection_.emplace(fmt::format("tcp://{}:{}", is_ipv6 ? '[' + address + ']' : address, url.port),
+                            options_.connect_s, options_.max_reply_bytes);
+        return;
+      } catch (const ServerError& error) {
+        if (error.kind() != Kind::kUnreachable || &address == &addresses.back()) throw;
+      }
+    }
+  }
+
+  std::vector<Reply> InferTogether(const Batch& batch) {
+    Value answer;
+    try {
+      answer = GetAction(batch);
+    } catch (const ServerError& error) {
+      if (dialect_ != Dialect::kDetect || !AsksForFlat(error, batch.front())) throw;
+      dialect_ = Dialect::kN16Flat;
+      answer = GetAction(batch);
+    }
+    if (dialect_ == Dialect::kDetect) dialect_ = Dialect::kN16;
+    answered_ = true;
+    return Actions(std::move(answer), batch.size());
+  }
+
   Value Ask(const std::string& endpoint, std::optional<Value> data, double limit_s) {
     if (!connection_) throw ServerError(Kind::kUnreachable, options_.url + ": not connected");
     Map request = {{"endpoint", endpoint}};
     if (data) request.emplace_back("data", std::move(*data));
     if (!options_.api_key.empty()) request.emplace_back("api_token", options_.api_key);
-    const Bytes reply = connection_->Ask(EncodeGroot(request), limit_s, options_.max_reply_bytes);
+    const Bytes reply = connection_->Ask(EncodeGroot(request), limit_s);
     // The oldest servers' only word for every failure.
     constexpr std::string_view kError = "ERROR";
     if (std::equal(reply.begin(), reply.end(), kError.begin(), kError.end())) throw ServerSays("ERROR");
@@ -286,31 +234,32 @@ class GrootClient : public PolicyClient {
     if (prefixed && dialect_ == Dialect::kDetect) dialect_ = Dialect::kN15;
   }
 
-  // As kN16 until the server says otherwise.
-  Value GetAction(const Map& entries) {
-    Map sent;
-    if (dialect_ == Dialect::kN15) {
-      sent = entries;
-      for (auto& [key, value] : sent) {
-        if (value.Is<std::string>()) value = List{std::move(value)};
-      }
-    } else {
-      Map video, state, language, flat;
-      for (const auto& [key, value] : entries) {
-        const Array* array = value.As<Array>();
-        flat.emplace_back(key, array ? Value(Batched(*array)) : Value(List{value}));
-        if (!array) {
-          language.emplace_back(key, List{Value(List{value})});
-        } else if (key.starts_with(kVideo)) {
-          video.emplace_back(key.substr(kVideo.size()), flat.back().second);
-        } else {
-          state.emplace_back(key.substr(kState.size()), flat.back().second);
+  // As kN16 until the server says otherwise. N1.5 takes one observation as it is; all else has a batch.
+  Value GetAction(const Batch& batch) {
+    Map video, state, language, flat;
+    for (size_t i = 0; i < batch.front().size(); ++i) {
+      const auto& [key, value] = batch.front()[i];
+      if (!value.Is<Array>()) {
+        List texts, nested;
+        for (const Map& observation : batch) {
+          texts.push_back(observation[i].second);
+          nested.push_back(List{observation[i].second});
         }
+        flat.emplace_back(key, std::move(texts));
+        language.emplace_back(key, std::move(nested));
+        continue;
       }
+      const bool is_bare = dialect_ == Dialect::kN15 && batch.size() == 1;
+      flat.emplace_back(key, is_bare ? value : Value(Stacked(batch, i)));
+      (key.starts_with(kVideo) ? video : state)
+          .emplace_back(key.substr((key.starts_with(kVideo) ? kVideo : kState).size()), flat.back().second);
+    }
+    Value sent = flat;
+    if (dialect_ != Dialect::kN15) {
       if (dialect_ != Dialect::kN16Flat) {
         flat = {{"video", std::move(video)}, {"state", std::move(state)}, {"language", std::move(language)}};
       }
-      sent = {{"observation", std::move(flat)}, {"options", nullptr}};
+      sent = Map{{"observation", std::move(flat)}, {"options", nullptr}};
     }
     return Ask("get_action", std::move(sent), answered_ ? options_.reply_s : options_.first_reply_s);
   }
@@ -325,7 +274,8 @@ class GrootClient : public PolicyClient {
     return false;
   }
 
-  Value Actions(Value answer) const {
+  // Of each observation of the batch.
+  std::vector<Reply> Actions(Value answer, size_t batch_size) const {
     if (dialect_ != Dialect::kN15) {
       List* parts = answer.As<List>();  // actions, information
       if (!parts || parts->size() != 2 || !(*parts)[0].Is<Map>()) {
@@ -337,16 +287,26 @@ class GrootClient : public PolicyClient {
       answer = Value((*parts)[0]);
     }
     CheckMap("get_action", answer);
-    Map actions;
+    std::vector<Map> actions(batch_size);
     for (auto& [key, value] : *answer.As<Map>()) {
-      if (const Array* array = value.As<Array>()) {
-        actions.emplace_back(key.starts_with(kAction) ? key.substr(kAction.size()) : key,
-                             WithoutBatch(key, *array));
+      const Array* array = value.As<Array>();
+      if (!array) continue;
+      const std::string name = key.starts_with(kAction) ? key.substr(kAction.size()) : key;
+      if (batch_size == 1) {
+        actions[0].emplace_back(name, WithoutBatch(key, *array));
+        continue;
       }
+      if (array->shape.size() != 3 || array->shape[0] != static_cast<int64_t>(batch_size)) {
+        throw ServerError(Kind::kReply, fmt::format("action {} is {}, not [{}, steps, length]",
+                                                    Printable(key), Describe(*array), batch_size));
+      }
+      for (size_t n = 0; n < batch_size; ++n) actions[n].emplace_back(name, Nth(*array, n));
     }
-    if (actions.empty())
+    if (actions[0].empty())
       throw ServerError(Kind::kReply, "the server answers an observation without any action");
-    return actions;
+    std::vector<Reply> replies;
+    for (Map& map : actions) replies.push_back({std::move(map), {}});
+    return replies;
   }
 
   // (1, H, D) or (H, D) -> (H, D); N1.5 leaves out every 1.
@@ -369,9 +329,7 @@ class GrootClient : public PolicyClient {
   Dialect dialect_;  // kDetect until the server has shown it
   std::optional<size_t> horizon_;
   bool answered_ = false;
-  int num_connections_ = 0;
-  zmq::context_t context_{1};
-  std::optional<Connection> connection_;
+  std::optional<RequestSocket> connection_;
 };
 
 }  // namespace

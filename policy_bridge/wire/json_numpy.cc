@@ -11,14 +11,12 @@
 #include "base/text.h"
 #include "policy_bridge/wire/checked_array.h"
 #include "policy_bridge/wire/policy_client.h"
+#include "policy_bridge/wire/tree_builder.h"
 
 namespace evalbus::policy {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// A reply has some dozens of values, four levels deep; one may take a hundred times its bytes in memory.
-constexpr size_t kMaxLevels = 32, kMaxValues = 1 << 20;
 
 [[noreturn]] void Refuse(const std::string& why) {
   throw ServerError(ServerError::Kind::kProtocol, "JSON: " + why);
@@ -100,7 +98,7 @@ Value Meaning(Map map) {
 // What nlohmann's parser says as it goes; a tree of its own would take its memory unchecked.
 class Reader : public nlohmann::json_sax<Json> {
  public:
-  Value Take() { return std::move(whole_); }
+  Value Take() { return tree_.Take(); }
 
   bool null() override { return Add(nullptr); }
   bool boolean(bool truth) override { return Add(truth); }
@@ -115,51 +113,33 @@ class Reader : public nlohmann::json_sax<Json> {
   bool binary(Json::binary_t&) override { return false; }  // JSON has none
   bool start_object(size_t) override { return Open(Map{}); }
   bool key(std::string& key) override {
-    open_.back().key = std::move(key);
+    tree_.SetKey(std::move(key));
     return true;
   }
   bool end_object() override {
-    open_.back().value = Meaning(std::move(*open_.back().value.As<Map>()));
-    return Close();
+    tree_.CloseMap(Meaning);
+    return true;
   }
   bool start_array(size_t) override { return Open(List{}); }
-  bool end_array() override { return Close(); }
+  bool end_array() override {
+    tree_.CloseList();
+    return true;
+  }
   bool parse_error(size_t position, const std::string&, const nlohmann::detail::exception&) override {
     Refuse(fmt::format("malformed at byte {}", position));
   }
 
  private:
-  // A list or a map that has begun, and the key of a map's next value.
-  struct Opened {
-    Value value;
-    std::string key;
-  };
-
-  bool Open(Value value) {
-    if (open_.size() == kMaxLevels) Refuse(fmt::format("more than {} levels", kMaxLevels));
-    open_.push_back({std::move(value), {}});
+  bool Open(Value container) {
+    tree_.Open(std::move(container));
     return true;
-  }
-  bool Close() {
-    Value value = std::move(open_.back().value);
-    open_.pop_back();
-    return Add(std::move(value));
   }
   bool Add(Value value) {
-    if (++num_values_ > kMaxValues) Refuse(fmt::format("more than {} values", kMaxValues));
-    if (open_.empty()) {
-      whole_ = std::move(value);
-    } else if (List* list = open_.back().value.As<List>()) {
-      list->push_back(std::move(value));
-    } else {
-      open_.back().value.As<Map>()->emplace_back(std::move(open_.back().key), std::move(value));
-    }
+    tree_.Add(std::move(value));
     return true;
   }
 
-  std::vector<Opened> open_;
-  size_t num_values_ = 0;
-  Value whole_;
+  TreeBuilder tree_{"JSON"};
 };
 
 }  // namespace

@@ -10,11 +10,10 @@
 
 #include "policy_bridge/wire/checked_array.h"
 #include "policy_bridge/wire/policy_client.h"
+#include "policy_bridge/wire/tree_builder.h"
 
 namespace evalbus::policy {
 namespace {
-
-constexpr size_t kMaxLevels = 32, kMaxValues = 1 << 20;
 
 [[noreturn]] void Refuse(const std::string& why) {
   throw ServerError(ServerError::Kind::kProtocol, "MessagePack: " + why);
@@ -154,7 +153,10 @@ class Builder : public msgpack::null_visitor {
 
   // Nothing is allocated for what a count announces, only for what comes.
   bool start_array(uint32_t) { return Open(List()); }
-  bool end_array() { return Close(); }
+  bool end_array() {
+    tree_.CloseList();
+    return true;
+  }
   bool start_map(uint32_t) { return Open(Map()); }
   bool start_map_key() { return is_key_ = true; }
   bool end_map_key() {
@@ -162,49 +164,29 @@ class Builder : public msgpack::null_visitor {
     return true;
   }
   bool end_map() {
-    open_.back().value = Meaning(std::move(*open_.back().value.As<Map>()));
-    return Close();
+    tree_.CloseMap(Meaning);
+    return true;
   }
   void insufficient_bytes(size_t, size_t) { Refuse("it ends in the middle"); }
   void parse_error(size_t, size_t at) { Refuse(fmt::format("byte {} begins nothing", at)); }
 
-  Value Take() { return std::move(whole_); }
+  Value Take() { return tree_.Take(); }
 
  private:
-  // A list or a map that has begun, and the key of a map's next value.
-  struct Opened {
-    Value value;
-    std::string key;
-  };
-
   bool SetKey(const char* text, uint32_t size) {
-    open_.back().key.assign(text, size);
+    tree_.SetKey({text, size});
     return true;
   }
 
-  bool Open(Value value) {
-    CheckKey(value);
-    if (open_.size() == kMaxLevels) Refuse(fmt::format("more than {} levels", kMaxLevels));
-    open_.push_back({std::move(value), {}});
+  bool Open(Value container) {
+    CheckKey(container);
+    tree_.Open(std::move(container));
     return true;
-  }
-
-  bool Close() {
-    Value value = std::move(open_.back().value);
-    open_.pop_back();
-    return Add(std::move(value));
   }
 
   bool Add(Value value) {
     CheckKey(value);
-    if (++num_values_ > kMaxValues) Refuse("more than a million values");
-    if (open_.empty()) {
-      whole_ = std::move(value);
-    } else if (Opened& parent = open_.back(); List* list = parent.value.As<List>()) {
-      list->push_back(std::move(value));
-    } else {
-      parent.value.As<Map>()->emplace_back(std::move(parent.key), std::move(value));
-    }
+    tree_.Add(std::move(value));
     return true;
   }
 
@@ -212,10 +194,8 @@ class Builder : public msgpack::null_visitor {
     if (is_key_) Refuse("a key is " + Describe(value) + " and no text");
   }
 
-  std::vector<Opened> open_;
+  TreeBuilder tree_{"MessagePack"};
   bool is_key_ = false;
-  size_t num_values_ = 0;
-  Value whole_;
 };
 
 }  // namespace

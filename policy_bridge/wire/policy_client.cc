@@ -2,12 +2,20 @@
 
 #include "policy_bridge/wire/groot_client.h"
 #include "policy_bridge/wire/openpi_client.h"
+#include "policy_bridge/wire/policy_pool.h"
 #include "policy_bridge/wire/rest_client.h"
 #include "policy_bridge/wire/vla_eval_client.h"
 
 namespace evalbus::policy {
 
+std::vector<Reply> PolicyClient::InferBatch(std::span<const Value> observations) {
+  std::vector<Reply> replies;
+  for (const Value& observation : observations) replies.push_back(Infer(observation));
+  return replies;
+}
+
 std::unique_ptr<PolicyClient> MakePolicyClient(const ClientOptions& options) {
+  if (!options.pool_url.empty()) return MakePoolClient(options);
   switch (options.wire) {
     case Wire::kOpenpi:
     case Wire::kRoboArena:

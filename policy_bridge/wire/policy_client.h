@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ struct ClientOptions {
   std::string url;
   // Sent as "Authorization: Api-Key KEY" (websockets, REST) or as api_token (GR00T); empty: nothing is sent.
   std::string api_key;
+  // Of the pool (policy_pool.h) that speaks to the server; empty: this client does.
+  std::string pool_url;
   // Deadlines, s. The first answer after a connection is that of a server that compiles its model.
   double connect_s = 10, first_reply_s = 600, reply_s = 30;
   // A longer answer is refused before it is read.
@@ -81,6 +84,10 @@ class PolicyClient {
   // One observation, a map as the contract builds it (keys as the server names them; GR00T: "video.NAME",
   // "state.NAME", language key, which the client nests where the dialect wants that). Throws ServerError.
   virtual Reply Infer(const Value& observation) = 0;
+
+  // Several, each answered by itself, in their order: one request where the wire has a batch (GR00T) and
+  // their keys and shapes are the same, else one after the other. Throws ServerError, which concerns all.
+  virtual std::vector<Reply> InferBatch(std::span<const Value> observations);
 
   // The wire's own name for the path taken, for people: "openpi websocket", "GR00T N1.6 (flat)".
   virtual std::string Name() const = 0;

@@ -10,6 +10,7 @@
 #include <chrono>
 
 #include "policy_bridge/wire/json_numpy.h"
+#include "policy_bridge/wire/resolve.h"
 #include "policy_bridge/wire/server_words.h"
 #include "policy_bridge/wire/url.h"
 
@@ -76,19 +77,13 @@ class RestClient : public PolicyClient {
   }
 
   beast::tcp_stream Open(asio::io_context& io) const {
-    tcp::resolver resolver(io);
-    tcp::resolver::results_type addresses;
-    error_code error = asio::error::timed_out;
-    resolver.async_resolve(url_.host, url_.port, [&](error_code resolved, tcp::resolver::results_type found) {
-      error = resolved;
-      addresses = std::move(found);
-    });
-    if (io.run_for(Duration(options_.connect_s)); error) {
-      Fail(Kind::kUnreachable, fmt::format("no address of this host: {}", error.message()));
+    std::vector<tcp::endpoint> endpoints;
+    for (const std::string& address : Resolve(url_, options_.connect_s)) {
+      endpoints.emplace_back(asio::ip::make_address(address), static_cast<uint16_t>(std::stoi(url_.port)));
     }
     beast::tcp_stream stream(io);
     stream.expires_after(Duration(options_.connect_s));
-    error = Finish(io, [&](auto done) { stream.async_connect(addresses, done); });
+    const error_code error = Finish(io, [&](auto done) { stream.async_connect(endpoints, done); });
     if (error == beast::error::timeout) {
       Fail(Kind::kTimeout, fmt::format("no connection in {} s", options_.connect_s));
     }

@@ -37,7 +37,9 @@ class Value {
   Value() = default;
   // From anything that Variant can be made of, and from an int or a text.
   template <class T>
-  requires(!std::is_same_v<std::decay_t<T>, Value> && std::is_constructible_v<Variant, T>) Value(T&& value)
+  requires(!std::is_same_v<std::decay_t<T>, Value> && std::is_constructible_v<Variant, T>)
+      // NOLINTNEXTLINE(bugprone-forwarding-reference-overload): clang-tidy 14 does not see what it requires
+      Value(T&& value)
       : value_(std::forward<T>(value)) {}
   Value(int value) : value_(int64_t{value}) {}
   Value(const char* text) : value_(std::string(text)) {}

@@ -17,6 +17,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "policy_bridge/wire/resolve.h"
 
 namespace evalbus::policy {
 namespace {
@@ -61,16 +62,13 @@ struct Websocket::Connection {
 
   // All of these run on the thread.
 
-  void Resolve() {
-    resolver.async_resolve(url.host, url.port, [this](error_code error, const auto& endpoints) {
-      if (error) return Fail(Kind::kUnreachable, fmt::format("no such host ({})", error.message()));
-      asio::async_connect(stream.next_layer(), endpoints, [this](error_code connect_error, const auto&) {
-        if (connect_error == asio::error::connection_refused) {
-          return Fail(Kind::kUnreachable, "refused: is the policy server running there?");
-        }
-        if (connect_error) return Fail(Kind::kUnreachable, connect_error.message());
-        Handshake();
-      });
+  void Open() {
+    asio::async_connect(stream.next_layer(), endpoints, [this](error_code error, const auto&) {
+      if (error == asio::error::connection_refused) {
+        return Fail(Kind::kUnreachable, "refused: is the policy server running there?");
+      }
+      if (error) return Fail(Kind::kUnreachable, error.message());
+      Handshake();
     });
   }
 
@@ -201,7 +199,7 @@ struct Websocket::Connection {
   const uint64_t limit;
   std::string api_key;
   asio::io_context context{1};
-  asio::ip::tcp::resolver resolver{context};
+  std::vector<asio::ip::tcp::endpoint> endpoints;
   websocket::stream<Socket> stream{context};
   websocket::response_type response;
   beast::flat_buffer buffer;
@@ -224,7 +222,10 @@ Websocket::Websocket(Url url, const std::string& api_key, uint64_t max_message_b
     : url_(std::move(url)), connection_(std::make_unique<Connection>(url_, max_message_bytes)) {
   Connection& to = *connection_;
   to.api_key = api_key;
-  to.Resolve();
+  for (const std::string& address : Resolve(url_, deadline.seconds)) {
+    to.endpoints.emplace_back(asio::ip::make_address(address), static_cast<uint16_t>(std::stoi(url_.port)));
+  }
+  to.Open();
   to.thread = std::thread([&to] { to.Run(); });
   std::unique_lock lock(to.mutex);
   const bool in_time = to.Wait(&lock, deadline, [&] { return to.connected || to.failure; });
@@ -235,7 +236,7 @@ Websocket::Websocket(Url url, const std::string& api_key, uint64_t max_message_b
   // Where it was connected, what the server said before it went is waiting.
   if (!was_connected) {
     Abort();
-    throw *to.failure;
+    throw ServerError(*to.failure);
   }
 }
 
@@ -260,7 +261,7 @@ void Websocket::Send(Bytes message, const Deadline& deadline) {
   Connection& to = *connection_;
   std::unique_lock lock(to.mutex);
   // What the server said before it went, if anything, is waiting; also below.
-  if (to.failure && to.waiting.empty()) throw *to.failure;
+  if (to.failure && to.waiting.empty()) throw ServerError(*to.failure);
   if (to.failure) return;
   to.sent = false;
   to.outgoing = std::move(message);
@@ -279,14 +280,14 @@ void Websocket::Send(Bytes message, const Deadline& deadline) {
   if (in_time && (to.sent || !to.waiting.empty())) return;
   lock.unlock();
   if (!in_time) to.Stop(fmt::format("takes no request within {} s", deadline.seconds), Kind::kTimeout);
-  throw *to.failure;
+  throw ServerError(*to.failure);
 }
 
 std::optional<Websocket::Message> Websocket::Receive(const Deadline& deadline) {
   Connection& to = *connection_;
   std::unique_lock lock(to.mutex);
   if (!to.Wait(&lock, deadline, [&] { return !to.waiting.empty() || to.failure; })) return std::nullopt;
-  if (to.waiting.empty()) throw *to.failure;
+  if (to.waiting.empty()) throw ServerError(*to.failure);
   return to.Take();
 }
 

@@ -11,7 +11,7 @@ import pathlib
 import sys
 import tempfile
 
-from chromium import Browser, complaints, find_chromium
+from chromium import SOFTWARE_GL, Browser, complaints, find_chromium
 
 WIDTHS = (1280, 400)
 
@@ -95,7 +95,7 @@ def main():
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        browser = Browser(program, profile)
+        browser = Browser(program, profile, SOFTWARE_GL)
         try:
             for domain in ("Page", "Runtime", "Log", "Network"):
                 browser.call(f"{domain}.enable")

@@ -108,6 +108,9 @@ def complaints(events, own=("file:", "data:", "blob:")):
         elif method == "Runtime.consoleAPICalled":
             found.append("console: " + json.dumps(parameters["args"]))
         elif method == "Log.entryAdded":
+            # Taking a picture of what the processor draws is slow, says the driver.
+            if "GL Driver Message (OpenGL, Performance" in parameters["entry"]["text"]:
+                continue
             found.append(f"{parameters['entry']['level']}: {parameters['entry']['text']}"
                          f" {parameters['entry'].get('url', '')}")
         elif method == "Network.requestWillBeSent":

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <zmq.hpp>
 
@@ -74,6 +76,11 @@ std::vector<Value> GrootServer::requests() const {
   return requests_;
 }
 
+std::vector<int> GrootServer::batches() const {
+  const std::lock_guard lock(mutex_);
+  return batches_;
+}
+
 void GrootServer::SayNext(const std::string& endpoint, const Bytes& frame) {
   const std::lock_guard lock(mutex_);
   fates_[endpoint].push({Fate::kSay, frame});
@@ -119,7 +126,7 @@ void GrootServer::Serve() {
   socket.close();
 }
 
-Value GrootServer::Answer(const Value& request) const {
+Value GrootServer::Answer(const Value& request) {
   try {
     if (!options_.token.empty()) {
       const Value* token = request.Find("api_token");
@@ -168,7 +175,7 @@ Value GrootServer::Configuration() const {
              modality("action", {"arm", "gripper"}, horizon), modality("language", {kLanguage}, {0})};
 }
 
-Value GrootServer::Act(const Value& data) const {
+Value GrootServer::Act(const Value& data) {
   const bool n15 = options_.dialect == Dialect::kN15, nested = options_.dialect == Dialect::kN16;
   const Value* observation = n15 ? &data : data.Find("observation");
   Demand(observation && (n15 || data.Find("options")), "get_action takes observation and options");
@@ -178,31 +185,50 @@ Value GrootServer::Act(const Value& data) const {
     return *observation->Find(modality);
   };
   const std::string video = nested ? "" : "video.", state = nested ? "" : "state.";
-  const size_t batch = n15 ? 0 : 1;
+  // N1.5 takes one observation without a batch, too.
+  const Value* state_of_arm = part("state").Find(state + "arm");
+  const Array* any = state_of_arm ? state_of_arm->As<Array>() : nullptr;
+  const bool is_bare = n15 && any && any->shape.size() == 2;
+  const size_t batch = is_bare ? 0 : 1;
   const Array& front = ArrayOf(part("video"), video + "front", "|u1", 4 + batch);
   Demand(front.shape.back() == 3 && front.shape[batch] == 1, "front is no picture");
   const Array& arm = ArrayOf(part("state"), state + "arm", "<f4", 2 + batch);
   const Array& gripper = ArrayOf(part("state"), state + "gripper", "<f4", 2 + batch);
   Demand(gripper.shape.back() == 1 && gripper.shape[batch] == 1, "gripper is no number");
+  const int64_t size = is_bare ? 1 : arm.shape[0], horizon = options_.horizon, length = arm.shape.back();
+  Demand(is_bare || (front.shape[0] == size && gripper.shape[0] == size), "not one batch");
   const Value* language = part("language").Find(kLanguage);
   Demand(language, fmt::format("Key '{}' must be in observation", kLanguage));
   const List* texts = language->As<List>();
-  Demand(texts && texts->size() == 1, "language is no list of one");
-  const List* inner = texts->front().As<List>();
-  Demand(nested ? inner && inner->size() == 1 && inner->front().Is<std::string>()
-                : texts->front().Is<std::string>(),
-         "language has no text");
-
-  const std::vector<double> now = policy::Numbers(arm);
-  std::vector<double> arms, grippers;
-  for (int i = 0; i < options_.horizon; ++i) {
-    arms.insert(arms.end(), {now[0] + i, now[1] + i});
-    grippers.push_back(i);
+  Demand(texts && static_cast<int64_t>(texts->size()) == size, "language is no list of the batch");
+  for (const Value& text : *texts) {
+    const List* inner = text.As<List>();
+    Demand(nested ? inner && inner->size() == 1 && inner->front().Is<std::string>() : text.Is<std::string>(),
+           "language has no text");
   }
-  const int64_t horizon = options_.horizon;
-  Array arm_action = policy::FloatArray(arms, {1, horizon, 2});
-  Array gripper_action = policy::FloatArray(grippers, {1, horizon, 1});
-  if (n15) {
+
+  const std::vector<double> now = policy::Numbers(arm), levels = policy::Numbers(front);
+  std::vector<double> arms, grippers;
+  for (int64_t n = 0; n < size; ++n) {
+    const auto pixels = static_cast<std::ptrdiff_t>(levels.size()) / size;
+    const double seen = std::accumulate(levels.begin() + n * pixels, levels.begin() + (n + 1) * pixels, 0.0);
+    for (int64_t i = 0; i < horizon; ++i) {
+      for (int64_t j = 0; j < length; ++j) {
+        const double at = now[static_cast<size_t>(n * length + j)];
+        Demand(std::isfinite(at), "Observation is not finite");
+        arms.push_back(at + static_cast<double>(i) * options_.step + options_.per_level * seen);
+      }
+      grippers.push_back(static_cast<double>(i));
+    }
+  }
+  {
+    std::unique_lock lock(mutex_);
+    batches_.push_back(static_cast<int>(size));
+    stop_.wait_for(lock, options_.thinks, [&] { return stopping_; });
+  }
+  Array arm_action = policy::FloatArray(arms, {size, horizon, length});
+  Array gripper_action = policy::FloatArray(grippers, {size, horizon, 1});
+  if (is_bare) {
     arm_action = Squeezed(arm_action);
     gripper_action = Squeezed(gripper_action);
   }

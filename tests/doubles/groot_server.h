@@ -1,6 +1,7 @@
 // A GR00T inference server of any dialect, with a policy of a few lines behind it.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <map>
 #include <memory>
@@ -16,9 +17,9 @@
 
 namespace evalbus::doubles {
 
-// Its robot: camera "front", states "arm" (length 2 or more) and "gripper" (1), language key
-// "annotation.human.task_description"; actions "arm" (horizon, 2), row i of which is the arm's state + i, and
-// "gripper" (horizon, 1), row i of which is i.
+// Its robot: camera "front", states "arm" (any length) and "gripper" (1), language key
+// "annotation.human.task_description"; actions "arm" (horizon, length), row i of which is the arm's state +
+// i * step, and "gripper" (horizon, 1), row i of which is i; each for every observation of a batch.
 class GrootServer {
  public:
   struct Options {
@@ -28,6 +29,11 @@ class GrootServer {
     enum class Configuration { kJsonText, kMap, kDict, kNone } configuration = Configuration::kMap;
     std::string token;
     int port = 0;  // any that is free
+    double step = 1;
+    // Added to the arm for each level of each pixel.
+    double per_level = 0;
+    // How long actions take to be thought of.
+    std::chrono::milliseconds thinks{0};
   };
   explicit GrootServer(const Options& options);
   ~GrootServer();
@@ -36,6 +42,9 @@ class GrootServer {
   int port() const { return port_; }
   // Of all requests so far, oldest first, whether answered or not.
   std::vector<policy::Value> requests() const;
+
+  // Observations in each of these requests that asked for actions.
+  std::vector<int> batches() const;
 
   // The next request to this endpoint gets exactly these bytes, no answer at all, or the end of the
   // connection, after which nobody listens.
@@ -51,9 +60,9 @@ class GrootServer {
   struct Sockets;  // keeps ZeroMQ out of here
 
   void Serve();
-  policy::Value Answer(const policy::Value& request) const;
+  policy::Value Answer(const policy::Value& request);
   policy::Value Configuration() const;
-  policy::Value Act(const policy::Value& data) const;
+  policy::Value Act(const policy::Value& data);
 
   const Options options_;
   int port_ = 0;
@@ -62,6 +71,7 @@ class GrootServer {
   bool stopping_ = false;
   std::map<std::string, std::queue<Fate>> fates_;
   std::vector<policy::Value> requests_;
+  std::vector<int> batches_;
   std::unique_ptr<Sockets> sockets_;
   std::thread thread_;
 };

@@ -17,6 +17,7 @@
 #include "sim/sim_component.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
+#include "viz/camera_component.h"
 #include "viz/terminal/monitor_screen.h"
 #include "viz/viz_component.h"
 
@@ -74,7 +75,7 @@ void Drain(Bus* bus) {
 
 class Run {
  public:
-  static constexpr int kNumParts = 9, kRealtimeSim = 2, kExpert = 4;
+  static constexpr int kNumParts = 10, kRealtimeSim = 2, kExpert = 4;
 
   Run() {
     sim_.task = folder_.Write("small.yaml", SmallTask());
@@ -119,6 +120,8 @@ class Run {
       }
       case 7:
         return std::make_unique<Monitor>(bus);
+      case 9:
+        return std::make_unique<viz::CameraComponent>(bus);
       default:
         return std::make_unique<viz::VizComponent>(bus, viz::VizOptions{{"overview"}, {32, 32}, 15});
     }
@@ -191,6 +194,16 @@ class Run {
       sim.Poll(steady_clock::now());
       metrics.Poll(steady_clock::now());
       Drain(&bus);
+    }
+    // What a policy that looks would have asked for.
+    observe_t observe{};
+    for (const char* encoding : {"rgb8", "depth32"}) {
+      observe.view.push_back({"overview", 16, 12, 0, false, encoding});
+      observe.num_views = static_cast<int32_t>(observe.view.size());
+      state_t state{};
+      Decode(samples_[channels::kState.name].at(observe.view.size()), &state);
+      observe.header = state.header;
+      samples_[channels::kObserve.name].push_back(Encode(observe));
     }
   }
 

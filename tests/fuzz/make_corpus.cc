@@ -232,6 +232,14 @@ void WriteAll(const std::filesystem::path& corpus) {
   Bytes recorded = {128, channel(channels::kModel), 0, 0, channel(channels::kEpisodeBegin), 0, 0};
   recorded.insert(recorded.end(), conversation.begin(), conversation.end());
   Write(corpus / "event_log" / "conversation", recorded);
+  // Cameras, which hear what a policy asks for, before and after its STATE.
+  conversation = {9};
+  for (uint8_t tick = 0; tick < 5; ++tick) {
+    say(channels::kObserve.name, tick);
+    say(channels::kState.name, tick);
+    say(channels::kObserve.name, tick);
+  }
+  Write(corpus / "components/episode_9", conversation);
 
   // The same as a log.
   const std::filesystem::path file = corpus / "event_log" / "episode";

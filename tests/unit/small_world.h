@@ -95,6 +95,7 @@ inline model_info_t Model() {
   model.object_entity = {4};
   model.object_is_tracked = {1};
   model.num_objects = 1;
+  model.has_velocity = model.has_physics = 1;
   return model;
 }
 

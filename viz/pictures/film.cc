@@ -1,30 +1,18 @@
 #include "viz/pictures/film.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
-#include <utility>
 
 #include "base/errors.h"
-#include "bus/bus.h"
-#include "bus/channels.h"
-#include "bus/event_log.h"
 #include "bus/host.h"
-#include "evalbus/episode_begin_t.hpp"
-#include "evalbus/episode_end_t.hpp"
-#include "evalbus/episode_summary_t.hpp"
-#include "evalbus/model_info_t.hpp"
-#include "evalbus/partial_metrics_t.hpp"
-#include "evalbus/state_t.hpp"
-#include "lcmtypes/end_reason.h"
-#include "models/physics_model.h"
 #include "viz/pictures/overlay.h"
+#include "viz/pictures/panel_film.h"
+#include "viz/pictures/recorded_episode.h"
 #include "viz/pictures/renderer.h"
 #include "viz/pictures/video_writer.h"
 
@@ -32,118 +20,6 @@ namespace evalbus::viz {
 namespace {
 
 constexpr int64_t kSecond = 1000000;  // us
-// A STATE further ahead of the one before is damaged: the film would hold a picture for hours.
-constexpr int64_t kLongestGap = 60 * kSecond;
-
-// What a film needs of an episode. Of a log that was cut or damaged, the beginning may be missing.
-struct Episode {
-  std::optional<model_info_t> model;
-  std::optional<episode_begin_t> begin;
-  std::vector<state_t> states;
-  std::vector<partial_metrics_t> partials;
-  std::optional<episode_end_t> end;
-  // How it came out, in the tables' word, once it is scored; until then what ended it.
-  std::string outcome;
-
-  int number() const { return states.empty() ? begin->header.episode : states[0].header.episode; }
-};
-
-// The episodes of a log, one after the other.
-class EpisodeReader {
- public:
-  explicit EpisodeReader(const std::filesystem::path& log) : reader_(log) {}
-
-  // False where there is none any more. States of an episode that is not wanted are not kept.
-  bool Next(
-      Episode* episode, const std::function<bool(int)>& is_wanted = [](int) { return true; }) {
-    *episode = {};
-    episode->begin = std::exchange(next_begin_, std::nullopt);
-    episode->model = model_;
-    while (reader_.Next(&event_)) {
-      if (event_.channel == channels::kEpisodeBegin) {
-        episode_begin_t begin{};
-        if (!Decode(event_.data, &begin)) continue;
-        if (IsAnother(begin, *episode)) {
-          next_begin_ = begin;
-          break;
-        }
-        episode->begin = begin;
-      } else if (event_.channel == channels::kState) {
-        if (Decode(event_.data, &state_) && is_wanted(state_.header.episode)) AddState(episode);
-      } else if (event_.channel == channels::kPartial) {
-        if (!Decode(event_.data, &episode->partials.emplace_back())) episode->partials.pop_back();
-      } else if (event_.channel == channels::kModel) {
-        if (model_info_t model{}; Decode(event_.data, &model)) model_ = std::move(model);
-        // Later ones are the same again, or of the run that comes next.
-        if (!episode->model || episode->states.empty()) episode->model = model_;
-      } else if (event_.channel == channels::kEpisodeEnd) {
-        if (!Decode(event_.data, &episode->end.emplace())) episode->end.reset();
-        if (episode->end && episode->outcome.empty()) episode->outcome = episode->end->end_reason;
-      } else if (event_.channel == channels::kEpisodeSummary) {
-        if (episode_summary_t summary{}; Decode(event_.data, &summary)) {
-          episode->outcome = end_reason::Outcome(summary.failure_reason);
-        }
-      }
-    }
-    // Of a realtime run, scores may have arrived out of order.
-    std::stable_sort(episode->partials.begin(), episode->partials.end(),
-                     [](const auto& a, const auto& b) { return a.header.tick < b.header.tick; });
-    return episode->begin || !episode->states.empty();
-  }
-
-  const EventLogReader& log() const { return reader_; }
-  bool has_model() const { return model_.has_value(); }
-
- private:
-  // EPISODE_BEGIN is repeated until everybody is ready.
-  static bool IsAnother(const episode_begin_t& begin, const Episode& episode) {
-    if (episode.end) return true;
-    if (!episode.begin) return !episode.states.empty();
-    const header_t& ours = episode.begin->header;
-    return begin.header.episode != ours.episode || begin.header.attempt != ours.attempt ||
-           begin.seed != episode.begin->seed;
-  }
-  void AddState(Episode* episode) {
-    const header_t* ours = episode->begin            ? &episode->begin->header
-                           : episode->states.empty() ? nullptr
-                                                     : &episode->states[0].header;
-    if (ours && (state_.header.episode != ours->episode || state_.header.attempt != ours->attempt)) return;
-    const int64_t last = episode->states.empty() ? -1 : episode->states.back().header.sim_time_us;
-    // Only forwards: a repeated tick says nothing new.
-    if (state_.header.sim_time_us > last && state_.header.sim_time_us <= last + kLongestGap) {
-      episode->states.push_back(state_);
-    }
-  }
-
-  EventLogReader reader_;
-  LogEvent event_;
-  state_t state_{};
-  std::optional<model_info_t> model_;
-  std::optional<episode_begin_t> next_begin_;
-};
-
-// The model of the run folder that the log is in, wherever the log says that it was; for a log alone, that.
-ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {
-  UseModelsIn(std::filesystem::absolute(log).lexically_normal().parent_path().parent_path().parent_path(),
-              &info);
-  return LoadVisualModel(info);
-}
-
-// Numbers of the episodes that can be filmed.
-std::vector<int> EpisodesOf(const std::filesystem::path& log) {
-  EpisodeReader reader(log);
-  std::vector<int> numbers;
-  for (Episode episode; reader.Next(&episode);) {
-    if (!episode.states.empty()) numbers.push_back(episode.number());
-  }
-  if (reader.log().damaged_places() > 0) {
-    std::cerr << "warning: " << log.string() << ": " << reader.log().damaged_bytes()
-              << " damaged bytes skipped; the film holds the picture where ticks are missing" << std::endl;
-  }
-  if (!reader.has_model()) throw InputError(log.string() + ": no whole MODEL message in this log");
-  if (numbers.empty()) throw InputError(log.string() + ": no whole STATE message in this log");
-  return numbers;
-}
 
 struct View {
   int camera;
@@ -152,7 +28,7 @@ struct View {
 };
 
 // Writes the frames of an episode; progress: of this episode.
-void Film(const Episode& episode, const std::string& policy, Renderer* renderer, FrameSize size,
+void Film(const RecordedEpisode& episode, const std::string& policy, Renderer* renderer, FrameSize size,
           const std::vector<View>& views, const std::function<void(double)>& progress) {
   const Overlay overlay(size);
   Frame frame(size);
@@ -184,7 +60,7 @@ void Film(const Episode& episode, const std::string& policy, Renderer* renderer,
   };
   for (size_t n = 0; n < schedule.size(); ++n) film(schedule[n], static_cast<double>(n) / kFilmRate);
   if (episode.end) {
-    text.end_reason = episode.outcome;
+    text.end_reason = episode.outcome();
     for (int hold = 0; hold < kFilmHold; ++hold) {
       film(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond);
     }
@@ -193,9 +69,15 @@ void Film(const Episode& episode, const std::string& policy, Renderer* renderer,
 
 }  // namespace
 
-std::string FilmName(std::string camera) {
+FilmLayout ParseFilmLayout(const std::string& name) {
+  if (name == "plain") return FilmLayout::kPlain;
+  if (name == kFullLayout) return FilmLayout::kFull;
+  throw InputError("--layout " + name + ": there are plain and full");
+}
+
+std::string FilmName(std::string camera, const std::string& ending) {
   std::replace(camera.begin(), camera.end(), '/', '_');
-  return camera + ".mp4";
+  return camera + ending;
 }
 
 void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras) {
@@ -227,10 +109,13 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
   const auto is_wanted = [&](int number) {
     return options.episodes.empty() || std::ranges::find(options.episodes, number) != options.episodes.end();
   };
-  for (const int number : options.episodes) {
-    if (std::ranges::find(numbers, number) != numbers.end()) continue;
-    throw InputError(fmt::format("{} has no episode {}; it has {}", log.string(), number,
-                                 fmt::join(std::set(numbers.begin(), numbers.end()), ", ")));
+  CheckEpisodes(log, numbers, options.episodes);
+  if (!options.file.empty()) {
+    const auto films = std::ranges::count_if(numbers, is_wanted) *
+                       (options.layout == FilmLayout::kFull ? 1 : static_cast<ptrdiff_t>(cameras.size()));
+    if (films != 1) {
+      throw InputError(fmt::format("{} films do not go into one file: {}", films, options.file.string()));
+    }
   }
   const auto wanted = static_cast<double>(std::ranges::count_if(numbers, is_wanted));
   std::vector<std::filesystem::path> files;
@@ -239,7 +124,7 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
   EpisodeReader reader(log);
   std::string model_sha256;
   std::optional<Renderer> renderer;
-  for (Episode episode; reader.Next(&episode, is_wanted);) {
+  for (RecordedEpisode episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
     const int number = episode.number();
     if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");
@@ -255,14 +140,25 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
       before = fmt::format("episode_{:04}_", number);
       if (const int n = ++times[number]; n > 1) before += fmt::format("{}_", n);
     }
+    const auto progress = [&](double share) {
+      if (options.progress) options.progress((done + share) / wanted);
+    };
+    const auto file = [&](const std::string& what) {
+      return options.file.empty() ? folder / (before + FilmName(what, options.ending)) : options.file;
+    };
+    if (options.layout == FilmLayout::kFull) {
+      files.push_back(file(kFullLayout));
+      FilmFull(ToFilm(episode, options.policy, log), &*renderer,
+               cameras.empty() ? FullCameras(renderer->model()) : cameras, size, files.back(), progress);
+      ++done;
+      continue;
+    }
     std::vector<View> views;
     for (const std::string& camera : cameras) {
-      views.push_back({FindCamera(renderer->model(), camera), folder / (before + FilmName(camera)), nullptr});
+      views.push_back({FindCamera(renderer->model(), camera), file(camera), nullptr});
     }
     for (View& view : views) view.video = std::make_unique<VideoWriter>(view.file, size, kFilmRate);
-    Film(episode, options.policy, &*renderer, size, views, [&](double share) {
-      if (options.progress) options.progress((done + share) / wanted);
-    });
+    Film(episode, options.policy, &*renderer, size, views, progress);
     for (View& view : views) {
       view.video->Close();
       files.push_back(view.file);

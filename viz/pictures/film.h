@@ -24,8 +24,16 @@ inline constexpr int kFilmHold = 30;  // frames at the end
 // index of the last time at or before n / 30 s. sim_time_us: increasing.
 std::vector<size_t> FilmSchedule(const std::vector<int64_t>& sim_time_us);
 
+// What a film shows: what one camera sees, with an overlay; or a main camera, insets, curves and an end card
+// (viz/pictures/panel_film.h).
+enum class FilmLayout { kPlain, kFull };
+// As people name the full one, and its film.
+inline constexpr char kFullLayout[] = "full";
+// Throws InputError.
+FilmLayout ParseFilmLayout(const std::string& name);
+
 // "left_hand_wrist.mp4" for the camera "left/hand/wrist".
-std::string FilmName(std::string camera);
+std::string FilmName(std::string camera, const std::string& ending = ".mp4");
 
 // Throws InputError for a camera that the scene has not, and for two that make the same file.
 void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras);
@@ -35,13 +43,19 @@ struct FilmOptions {
   std::vector<int> episodes;
   // Whose films they are, written into the picture; empty where that is not known.
   std::string policy;
+  FilmLayout layout = FilmLayout::kPlain;
+  // Which kind of film: .mp4, .gif or .webp (video_writer.h).
+  std::string ending = ".mp4";
+  // The film itself, where there is one only; empty: named by what it shows, in the folder.
+  std::filesystem::path file;
   // Called often with the share of the log's films that is done, 0 to 1.
   std::function<void(double)> progress;
 };
 
-// Films what each camera sees into FOLDER/<FilmName>, and returns these files. Of a log with several episodes
-// there is one film of each: "episode_0007_front.mp4", and "episode_0007_2_front.mp4" where there is a second
-// try of it or a second run. The visual model is the file that MODEL names, or, when the run has been moved,
+// Films what each camera sees into FOLDER/<FilmName>, and returns these files; of the full layout there is
+// one, "full.mp4", and without cameras it has FullCameras. Of a log with several episodes there is one film
+// of each: "episode_0007_front.mp4", and "episode_0007_2_front.mp4" where there is a second try of it or a
+// second run. The visual model is the file that MODEL names, or, when the run has been moved,
 // ../../model/visual.mjb as seen from the log. Throws InputError (no such log or episode, cameras as above,
 // log without MODEL or STATE), EnvironmentError.
 std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,

@@ -1,16 +1,18 @@
 #include "viz/pictures/renderer.h"
 
-#include <GL/osmesa.h>
-#include <dlfcn.h>
+#include <GL/gl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <mutex>
 #include <vector>
 
 #include "base/errors.h"
 #include "models/mujoco_errors.h"
 #include "models/randomised_model.h"
 #include "models/task_description.h"
+#include "viz/pictures/gl_context.h"
+#include "viz/pictures/scene_painter.h"
 
 namespace evalbus::viz {
 namespace {
@@ -21,42 +23,15 @@ constexpr int kMaxGeoms = 10000;
 // shadows and textures become smooth, too.
 constexpr int kDrawn = 3, kShown = 2;
 
-// The functions of OSMesa, loaded once and never unloaded. MuJoCo finds OpenGL's through the same library.
-struct OsMesa {
-  OsMesa() {
-    void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
-    if (!library) {
-      throw EnvironmentError("rendering needs OSMesa: install it with 'apt-get install libosmesa6' (" +
-                             std::string(dlerror()) + ")");
-    }
-    const auto load = [library](auto* function, const char* name) {
-      *function = reinterpret_cast<std::remove_pointer_t<decltype(function)>>(dlsym(library, name));
-      if (!*function) throw EnvironmentError(std::string("libOSMesa.so.8 has no ") + name);
-    };
-    load(&create, "OSMesaCreateContextExt");
-    load(&make_current, "OSMesaMakeCurrent");
-    load(&destroy, "OSMesaDestroyContext");
-  }
-
-  decltype(&OSMesaCreateContextExt) create;
-  decltype(&OSMesaMakeCurrent) make_current;
-  decltype(&OSMesaDestroyContext) destroy;
-};
-
-const OsMesa& Mesa() {
-  static const OsMesa mesa;
-  return mesa;
-}
-
 // One row of pixels from the drawn row that it covers wholly and the one that it covers half. kRed: where red
 // stands in a pixel of so many bytes, green being in the middle.
 template <size_t kPixelBytes, size_t kRed>
 void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* pixel) {
-  for (size_t i = 0; i < width; i += 2, whole += 9, half += 9, pixel += 2 * kPixelBytes) {
+  for (size_t i = 0; i < width; i += 2, whole += 12, half += 12, pixel += 2 * kPixelBytes) {
     for (size_t c = 0; c < 3; ++c) {
       const int left = 2 * whole[c] + half[c];
-      const int middle = 2 * whole[c + 3] + half[c + 3];
-      const int right = 2 * whole[c + 6] + half[c + 6];
+      const int middle = 2 * whole[c + 4] + half[c + 4];
+      const int right = 2 * whole[c + 8] + half[c + 8];
       const size_t place = kRed == 0 ? c : kRed - c;
       pixel[place] = static_cast<uint8_t>((2 * left + middle + 4) / 9);
       pixel[place + kPixelBytes] = static_cast<uint8_t>((2 * right + middle + 4) / 9);
@@ -70,7 +45,7 @@ template <size_t kPixelBytes, size_t kRed>
 void ShrinkAll(const std::vector<uint8_t>& drawn, FrameSize size, std::vector<uint8_t>* pixels) {
   static_assert(kDrawn == 3 && kShown == 2);
   const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
-  const size_t row_bytes = width / 2 * 3 * 3;
+  const size_t row_bytes = width / 2 * 3 * 4;
   for (size_t row = 0; row < height; row += 2) {
     const uint8_t* bottom = &drawn[(height - 2 - row) / 2 * 3 * row_bytes];
     const uint8_t* middle = bottom + row_bytes;
@@ -84,22 +59,20 @@ void ShrinkAll(const std::vector<uint8_t>& drawn, FrameSize size, std::vector<ui
 // The same for what was drawn twice as large, which any size can be.
 void HalveAll(const std::vector<uint8_t>& drawn, FrameSize size, std::vector<uint8_t>* rgb) {
   const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
-  const size_t row_bytes = 2 * width * 3;
+  const size_t row_bytes = 2 * width * 4;
   for (size_t row = 0; row < height; ++row) {
     const uint8_t* below = &drawn[2 * (height - 1 - row) * row_bytes];
     const uint8_t* above = below + row_bytes;
     uint8_t* pixel = &(*rgb)[row * width * 3];
-    for (size_t i = 0; i < width; ++i, below += 6, above += 6, pixel += 3) {
+    for (size_t i = 0; i < width; ++i, below += 8, above += 8, pixel += 3) {
       for (size_t c = 0; c < 3; ++c) {
-        pixel[c] = static_cast<uint8_t>((below[c] + below[c + 3] + above[c] + above[c + 3] + 2) / 4);
+        pixel[c] = static_cast<uint8_t>((below[c] + below[c + 4] + above[c] + above[c + 4] + 2) / 4);
       }
     }
   }
 }
 
 }  // namespace
-
-void LoadOsMesa() { Mesa(); }
 
 int FindCamera(const mjModel& model, const std::string& name) {
   const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
@@ -113,61 +86,62 @@ int FindCamera(const mjModel& model, const std::string& name) {
 }
 
 struct Renderer::Gl {
-  // Everything is drawn into MuJoCo's own offscreen buffer; OSMesa's is there because it insists on one.
-  static constexpr int kUnused = 16;
-
   explicit Gl(const mjModel& model) : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
     mjv_defaultScene(&scene);
     mjr_defaultContext(&context);
     mjv_defaultOption(&option);
     mjv_defaultCamera(&camera);
     camera.type = mjCAMERA_FIXED;
+    read_pixels = reinterpret_cast<decltype(read_pixels)>(GlFunction("glReadPixels"));
     try {
-      mesa = Mesa().create(OSMESA_RGBA, 24, 8, 0, nullptr);
-      if (!mesa) throw EnvironmentError("OSMesa cannot create an OpenGL context");
-      MakeCurrent();
       mjv_makeScene(&model, &scene, kMaxGeoms);
-      mjr_makeContext(&model, &context, mjFONTSCALE_50);
+      {
+        // It looks for OpenGL's functions each time, and keeps them where all threads find them.
+        static std::mutex one_at_a_time;
+        const std::lock_guard lock(one_at_a_time);
+        mjr_makeContext(&model, &context, mjFONTSCALE_50);
+      }
       mjr_setBuffer(mjFB_OFFSCREEN, &context);
       if (context.currentBuffer != mjFB_OFFSCREEN) {
-        throw EnvironmentError("OSMesa offers no offscreen buffer of this size");
+        throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
       }
+      painter = std::make_unique<ScenePainter>(model, context);
     } catch (...) {
       Free();
       throw;
     }
   }
-  ~Gl() { Free(); }
+  ~Gl() {
+    gl.MakeCurrent();
+    Free();
+  }
   Gl(const Gl&) = delete;
   Gl& operator=(const Gl&) = delete;
 
-  void MakeCurrent() {
-    if (!Mesa().make_current(mesa, unused, GL_UNSIGNED_BYTE, kUnused, kUnused)) {
-      throw EnvironmentError("OSMesa refuses its own context");
-    }
-  }
-  void ReadRgb() {
-    rgb.resize(size_t(view.width) * size_t(view.height) * 3);
-    mjr_readPixels(rgb.data(), nullptr, view, &context);
+  // Four bytes a pixel, as they are in the buffer.
+  void ReadRgba() {
+    rgba.resize(size_t(view.width) * size_t(view.height) * 4);
+    read_pixels(0, 0, view.width, view.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
   }
   void Free() {
-    if (!mesa) return;
-    Mesa().make_current(mesa, unused, GL_UNSIGNED_BYTE, kUnused, kUnused);
+    painter.reset();
     mjr_freeContext(&context);
     mjv_freeScene(&scene);
-    Mesa().destroy(mesa);
   }
 
-  OSMesaContext mesa = nullptr;
-  uint8_t unused[kUnused * kUnused * 4];
+  GlContext gl;
   mjvScene scene;
   mjrContext context;
   mjvOption option;
   mjvCamera camera;
+  std::unique_ptr<ScenePainter> painter;
+  decltype(glReadPixels)* read_pixels;
   FrameSize buffer;
+  // The map of shadows is that of the state that is shown.
+  bool has_shadows = false;
   // Of the picture that was drawn last.
   mjrRect view{};
-  std::vector<uint8_t> rgb;
+  std::vector<uint8_t> rgba;
 };
 
 Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), size_(size) {
@@ -184,6 +158,7 @@ Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), s
 Renderer::~Renderer() = default;
 
 void Renderer::SetAppearance(const model_info_t& info, std::optional<int64_t> seed) {
+  if (gl_) gl_->has_shadows = false;
   const TaskDescription task = ParseTask(info.task_yaml, info.task_file, false);
   const Variation& variation = task.variation(info.variation);
   if (unchanged_) mj_copyModel(model_.get(), unchanged_.get());
@@ -201,6 +176,7 @@ void Renderer::SetState(const state_t& state) {
     throw InputError(
         fmt::format("STATE has {} bodies, the visual model {}", state.num_bodies, model_->nbody));
   }
+  if (gl_) gl_->has_shadows = false;
   std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
   for (int body = 0; body < model_->nbody && model_->nmocap > 0; ++body) {
     const int mocap = model_->body_mocapid[body];
@@ -214,6 +190,14 @@ void Renderer::SetState(const state_t& state) {
   mj_camlight(model_.get(), data_.get());
 }
 
+CameraPose Renderer::PoseOf(int camera) const {
+  CameraPose pose{};
+  mju_copy3(pose.position_m, data_->cam_xpos + 3 * camera);
+  mju_copy(pose.rotation, data_->cam_xmat + 9 * camera, 9);
+  pose.fovy_deg = model_->cam_fovy[camera];
+  return pose;
+}
+
 void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
   if (!gl_ || width > gl_->buffer.width || height > gl_->buffer.height) {
     auto& global = model_->vis.global;
@@ -222,7 +206,7 @@ void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
     gl_.reset();
     gl_ = std::make_unique<Gl>(*model_);
   }
-  gl_->MakeCurrent();
+  gl_->gl.MakeCurrent();
   gl_->camera.fixedcamid = shot.camera;
   gl_->scene.flags[mjRND_SHADOW] = shot.shadows && !is_depth;
   // Nothing but shapes: the sky would be as near as it is drawn.
@@ -233,13 +217,21 @@ void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
   mjv_updateScene(model_.get(), data_.get(), &gl_->option, nullptr, &gl_->camera, mjCAT_ALL, &gl_->scene);
   fovy = own_fovy;
   gl_->view = {0, 0, width, height};
-  mjr_render(gl_->view, &gl_->scene, &gl_->context);
+  if (ScenePainter::Knows(gl_->scene, gl_->context)) {
+    const bool is_fixed = model_->cam_mode[shot.camera] == mjCAMLIGHT_FIXED &&
+                          model_->body_weldid[model_->cam_bodyid[shot.camera]] == 0;
+    gl_->painter->Paint(gl_->view, gl_->scene, is_fixed, gl_->has_shadows);
+    gl_->has_shadows |= gl_->scene.flags[mjRND_SHADOW] != 0;
+  } else {
+    mjr_render(gl_->view, &gl_->scene, &gl_->context);
+    gl_->has_shadows = false;
+  }
 }
 
 void Renderer::Render(int camera, Frame* frame) {
   Draw({camera, size_}, size_.width / kShown * kDrawn, size_.height / kShown * kDrawn);
-  gl_->ReadRgb();
-  ShrinkAll<4, 2>(gl_->rgb, size_, &frame->bgrx);
+  gl_->ReadRgba();
+  ShrinkAll<4, 2>(gl_->rgba, size_, &frame->bgrx);
 }
 
 void Renderer::RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb) {
@@ -248,12 +240,12 @@ void Renderer::RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb) {
   const bool is_even = width % kShown == 0 && height % kShown == 0;
   if (is_even) {
     Draw(shot, width / kShown * kDrawn, height / kShown * kDrawn);
-    gl_->ReadRgb();
-    ShrinkAll<3, 0>(gl_->rgb, shot.size, rgb);
+    gl_->ReadRgba();
+    ShrinkAll<3, 0>(gl_->rgba, shot.size, rgb);
   } else {
     Draw(shot, 2 * width, 2 * height);
-    gl_->ReadRgb();
-    HalveAll(gl_->rgb, shot.size, rgb);
+    gl_->ReadRgba();
+    HalveAll(gl_->rgba, shot.size, rgb);
   }
 }
 

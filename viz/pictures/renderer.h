@@ -1,4 +1,8 @@
-// Draws a model off screen, in software (OSMesa), as its cameras see it. Needs no display and no GPU.
+// Draws a model off screen as its cameras see it, in software (OSMesa) or with EGL: gl_context.h. Needs no
+// display.
+//
+// A renderer is one thread's at a time; several may draw in threads of their own. What is drawn depends on
+// the model, the state and the shot alone.
 #pragma once
 
 #include <memory>
@@ -10,6 +14,7 @@
 #include "evalbus/state_t.hpp"
 #include "models/mujoco_ptr.h"
 #include "viz/pictures/frame.h"
+#include "viz/pictures/projection.h"
 
 namespace evalbus::viz {
 
@@ -18,10 +23,6 @@ inline constexpr char kDefaultCamera[] = "overview";
 
 // Throws InputError, with the names there are, for a camera that the model has not.
 int FindCamera(const mjModel& model, const std::string& name);
-
-// Throws EnvironmentError if OSMesa is missing. A Renderer does so itself; this is for those who want to know
-// before they have a model.
-void LoadOsMesa();
 
 // A picture as a policy asks for it.
 struct Shot {
@@ -36,7 +37,7 @@ struct Shot {
 class Renderer {
  public:
   // model: with visual geoms; light and shadows are those of its <visual>. Throws InputError for an odd or
-  // absurd size, EnvironmentError if OSMesa is missing or refuses.
+  // absurd size, EnvironmentError if OpenGL is missing or refuses.
   Renderer(ModelPtr model, FrameSize size);
   ~Renderer();
   Renderer(const Renderer&) = delete;
@@ -52,6 +53,8 @@ class Renderer {
   // say, all others where its coordinates put them. Throws InputError if it is not this model's.
   void SetState(const state_t& state);
   void Render(int camera, Frame* frame);
+  // Where it is at that STATE.
+  CameraPose PoseOf(int camera) const;
   // Rows from the top; red, green and blue of each pixel, a byte each. The first picture that is larger than
   // any before takes longer. Equal to what Render shows where size, field of view and shadows are.
   void RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb);

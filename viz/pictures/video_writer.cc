@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -25,67 +26,87 @@ namespace {
 
 // While ffmpeg is waited for, milliseconds: for room, for its end.
 constexpr int kLook = 100, kShortLook = 2;
+// Of GIF and WebP, which have no differences between pictures to speak of, frames per second.
+constexpr int kLoopRate = 10;
+
+// One thread and no versions or dates inside: equal frames, equal bytes.
+std::vector<std::string> Command(FrameSize size, int frames_per_second, const std::string& ending) {
+  std::vector<std::string> command = {"ffmpeg",
+                                      "-nostdin",
+                                      "-loglevel",
+                                      "error",
+                                      "-y",
+                                      "-f",
+                                      "rawvideo",
+                                      "-pixel_format",
+                                      "bgr0",
+                                      "-video_size",
+                                      fmt::format("{}x{}", size.width, size.height),
+                                      "-framerate",
+                                      std::to_string(frames_per_second),
+                                      "-i",
+                                      "pipe:0"};
+  const auto add = [&command](std::initializer_list<std::string> words) {
+    command.insert(command.end(), words);
+  };
+  if (ending == ".gif") {
+    // 256 colours chosen for this film. Ordered dither stays where nothing moves, which keeps the file small.
+    add({"-vf",
+         fmt::format("fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:"
+                     "bayer_scale=5:diff_mode=rectangle",
+                     kLoopRate),
+         "-loop", "0", "-f", "gif"});
+  } else if (ending == ".webp") {
+    add({"-vf", fmt::format("fps={}", kLoopRate), "-pix_fmt", "yuv420p", "-c:v", "libwebp_anim", "-quality",
+         "60", "-loop", "0", "-f", "webp"});
+  } else {
+    // A fragment a second: a film that is cut plays up to the last whole one. Colours are BT.709, and say so.
+    add({"-vf",
+         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",
+         "-pix_fmt",
+         "yuv420p",
+         "-c:v",
+         "libx264",
+         "-preset",
+         "veryfast",
+         "-crf",
+         "20",
+         "-g",
+         std::to_string(frames_per_second),
+         "-colorspace",
+         "bt709",
+         "-color_primaries",
+         "bt709",
+         "-color_trc",
+         "bt709",
+         "-color_range",
+         "tv",
+         "-movflags",
+         "frag_keyframe+empty_moov+default_base_moof",
+         "-f",
+         "mp4"});
+  }
+  add({"-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1", "pipe:1"});
+  return command;
+}
 
 }  // namespace
+
+void CheckFilmEnding(const std::string& ending) {
+  if (ending == ".mp4" || ending == ".gif" || ending == ".webp") return;
+  throw InputError("films end in .mp4, .gif or .webp, not in '" + ending + "'");
+}
 
 VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
                          std::chrono::milliseconds patience)
     : file_(file), size_(size), patience_(patience) {
+  const std::string ending = file.extension().string();
+  CheckFilmEnding(ending);
   if (size.width % 2 != 0 || size.height % 2 != 0) {
     throw InputError(
         fmt::format("film of {}x{}: H.264 needs an even width and height", size.width, size.height));
   }
-  // One thread and no versions or dates inside: equal frames, equal bytes. A fragment a second: a film that
-  // is cut plays up to the last whole one. Colours are BT.709, and say so.
-  const std::vector<std::string> command = {
-      "ffmpeg",
-      "-nostdin",
-      "-loglevel",
-      "error",
-      "-y",
-      "-f",
-      "rawvideo",
-      "-pixel_format",
-      "bgr0",
-      "-video_size",
-      fmt::format("{}x{}", size.width, size.height),
-      "-framerate",
-      std::to_string(frames_per_second),
-      "-i",
-      "pipe:0",
-      "-vf",
-      "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",
-      "-pix_fmt",
-      "yuv420p",
-      "-c:v",
-      "libx264",
-      "-preset",
-      "veryfast",
-      "-crf",
-      "20",
-      "-threads",
-      "1",
-      "-g",
-      std::to_string(frames_per_second),
-      "-colorspace",
-      "bt709",
-      "-color_primaries",
-      "bt709",
-      "-color_trc",
-      "bt709",
-      "-color_range",
-      "tv",
-      "-fflags",
-      "+bitexact",
-      "-flags:v",
-      "+bitexact",
-      "-map_metadata",
-      "-1",
-      "-movflags",
-      "frag_keyframe+empty_moov+default_base_moof",
-      "-f",
-      "mp4",
-      "pipe:1"};
+  const std::vector<std::string> command = Command(size, frames_per_second, ending);
   // A socket, not a pipe: writing to an ffmpeg that has gone is then an error and not a signal. The film and
   // its complaints go to memory, which never fills up like a pipe that nobody reads.
   int sockets[2];

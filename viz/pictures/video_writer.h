@@ -1,4 +1,5 @@
-// Encodes frames into a film: H.264 in a fragmented MP4, by the ffmpeg program. Equal frames give equal bytes
+// Encodes frames into a film by the ffmpeg program, of the kind that the file's name ends in: H.264 in a
+// fragmented MP4; GIF or WebP, which repeat themselves, at 10 frames a second. Equal frames give equal bytes
 // (of one version of ffmpeg).
 #pragma once
 
@@ -13,10 +14,14 @@
 
 namespace evalbus::viz {
 
+// ".mp4", ".gif", ".webp"; throws InputError for others.
+void CheckFilmEnding(const std::string& ending);
+
 class VideoWriter {
  public:
-  // The file is made by Close, whole. Throws InputError for an odd size, EnvironmentError if ffmpeg is
-  // missing, fails, or does nothing for longer than `patience`; so do the others.
+  // The file is made by Close, whole. Throws InputError for an odd size and an unknown ending,
+  // EnvironmentError if ffmpeg is missing, fails, or does nothing for longer than `patience`; so do the
+  // others.
   VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
               std::chrono::milliseconds patience = std::chrono::seconds(60));
   // Without Close: the film is thrown away.

@@ -40,7 +40,8 @@ double Statistic(const ReportMetric* metric, const std::string& name) {
 }
 
 double SuccessRate(const ReportRun& run) {
-  return run.complete > 0 ? static_cast<double>(run.successes) / run.complete : kNaN;
+  const int judged = run.complete - run.not_judged;
+  return judged > 0 ? static_cast<double>(run.successes) / judged : kNaN;
 }
 
 ReportInterval FirstInterval(const ReportRun& run) {

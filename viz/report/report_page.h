@@ -75,6 +75,8 @@ struct ReportRun {
   std::string policy;
   // Episodes that are finished, those that are complete, and successes among the complete ones.
   int episodes = 0, complete = 0, successes = 0;
+  // Complete ones of which nobody can say whether they succeeded: in no rate.
+  int not_judged = 0;
   // 95 %; the first one is the one that is drawn and quoted.
   std::vector<ReportInterval> intervals;
   // What a reader has to know before the numbers, a sentence each.
@@ -104,7 +106,7 @@ struct Report {
   std::vector<ReportRun> runs;
   std::vector<std::string> remarks;
   // Nothing: none.
-  std::optional<PackedViewer> viewer;
+  std::optional<PackedViewer> viewer = {};
   // Version and commit of the program that wrote the page.
   std::string made_by;
 };

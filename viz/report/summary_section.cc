@@ -14,10 +14,16 @@ namespace {
 // "19 of 20 episodes succeeded: 95 % (95 % interval 76 to 99 %, Wilson)."
 std::string RateSentence(const ReportRun& run) {
   if (run.complete == 0) return "No episode is complete, so there is no success rate.";
-  std::string text =
-      fmt::format("{} of {} succeeded: {}", run.successes,
-                  Plural(run.complete, run.complete < run.episodes ? "complete episode" : "episode"),
-                  Percent(SuccessRate(run)));
+  const int judged = run.complete - run.not_judged;
+  if (judged == 0) {
+    return "Success was not judged: what success or failure asks for is not known, poses of objects are "
+           "missing.";
+  }
+  std::string text = fmt::format("{} of {} succeeded: {}", run.successes,
+                                 Plural(judged, run.not_judged > 0            ? "judged episode"
+                                                : run.complete < run.episodes ? "complete episode"
+                                                                              : "episode"),
+                                 Percent(SuccessRate(run)));
   if (!run.intervals.empty()) {
     const ReportInterval& interval = run.intervals[0];
     text += fmt::format(" (95 % interval {:.0f} to {:.0f} %, {})", interval.lower * 100, interval.upper * 100,

@@ -19,6 +19,9 @@ double At(const std::vector<double>& values, size_t index) {
   return index < values.size() ? values[index] : kNaN;
 }
 
+// A negative one is not known to the source.
+double Count(int64_t count) { return count < 0 ? kNaN : static_cast<double>(count); }
+
 Curve MakeCurve(const std::string& name) {
   const MetricNumber number = FindMetric(name);
   Curve curve;
@@ -112,7 +115,7 @@ void CurveTable::AddRoboEval(const MetricInfo& metric, const metric_values_t& v,
           [&metric](const Tick& tick) { return tick.partial ? tick.partial->metrics.*metric.number : kNaN; });
     case MetricKind::kCount:
       return one([&metric](const Tick& tick) {
-        return tick.partial ? static_cast<double>(tick.partial->metrics.*metric.count) : kNaN;
+        return tick.partial ? Count(tick.partial->metrics.*metric.count) : kNaN;
       });
     case MetricKind::kByName:
       return each(name, v.*metric.names, metric.values);
@@ -144,7 +147,7 @@ void CurveTable::AddExtended(const extended_metrics_t& e, std::vector<Entry>* en
     Entry& entry = entries->emplace_back(Entry{MakeCurve(std::string(metric.name)), {}});
     entry.curve.parts = {""};
     entry.rows.push_back([&metric](const Tick& tick) {
-      return tick.partial ? static_cast<double>(tick.partial->extended.*metric.counter) : kNaN;
+      return tick.partial ? Count(tick.partial->extended.*metric.counter) : kNaN;
     });
   }
 }

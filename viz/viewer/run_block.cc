@@ -55,11 +55,28 @@ std::string Bytes(const Json& head) {
   return block.Bytes();
 }
 
+void AddCounted(const RunNumbers& numbers, Json* head) {
+  (*head)["planned"] = numbers.planned;
+  (*head)["done"] = numbers.done;
+  (*head)["complete"] = numbers.complete;
+  (*head)["successes"] = numbers.successes;
+  (*head)["rate"] = Share(numbers.successes, numbers.complete);
+  if (numbers.complete > 0) {
+    (*head)["interval"] = Json{numbers.lower, numbers.upper};
+    (*head)["interval_kind"] = numbers.is_over ? "Wilson" : "anytime";
+  }
+  (*head)["failure_reasons"] = Json::array();
+  for (const auto& [reason, count] : numbers.failure_reasons) {
+    (*head)["failure_reasons"].push_back({reason, count});
+  }
+}
+
 double SecondsOf(SteadyTime::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
 }  // namespace
 
-std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now) {
+std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now,
+                     const RunNumbers* counted) {
   Json head = Labelled(label);
   if (const model_info_t* model = watch.model()) {
     head["task"] = model->task;
@@ -105,6 +122,7 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
         {"action_latency_p99_s", NumberOrNull(pacing->action_latency.p99_s)}};
   }
   head["garbled"] = watch.garbled();
+  if (counted) AddCounted(*counted, &head);
   return Bytes(head);
 }
 
@@ -113,22 +131,10 @@ std::string RunBlock(const RunNumbers& numbers, const RunLabel& label) {
   head["task"] = numbers.task;
   head["variation"] = numbers.variation;
   head["clock"] = numbers.clock;
-  head["planned"] = numbers.planned;
   head["is_over"] = numbers.is_over;
-  head["done"] = numbers.done;
-  head["complete"] = numbers.complete;
-  head["successes"] = numbers.successes;
-  head["rate"] = Share(numbers.successes, numbers.complete);
-  if (numbers.complete > 0) {
-    head["interval"] = Json{numbers.lower, numbers.upper};
-    head["interval_kind"] = "Wilson";
-  }
-  for (const auto& [reason, count] : numbers.failure_reasons) {
-    head["failure_reasons"].push_back({reason, count});
-  }
+  AddCounted(numbers, &head);
   return Bytes(head);
 }
-
 EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, const std::string& variation) {
   EpisodeRow row;
   row.episode = summary.header.episode;

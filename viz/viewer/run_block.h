@@ -24,18 +24,21 @@ struct RunLabel {
   std::vector<std::string> remarks;
 };
 
-// now: as for RunWatch, which is brought up to it before.
-std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now);
-
-// The same of a run that is not listened to.
+// Of a run as its folder has it.
 struct RunNumbers {
   std::string task, variation, clock;
   int planned = 0, done = 0, complete = 0, successes = 0;
-  // 95 %, in shares; of a run that is over Wilson's.
+  // 95 %, in shares; of a run that is over Wilson's, else that which holds at every look.
   double lower = 0, upper = 1;
   bool is_over = true;
   std::vector<std::pair<std::string, int64_t>> failure_reasons;
 };
+
+// now: as for RunWatch, which is brought up to it before. counted: what the run's folder says of its
+// episodes, where it has one; it goes before RUN_SUMMARY, which may be of a part of them.
+std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now,
+                     const RunNumbers* counted = nullptr);
+// Of a run that is not listened to.
 std::string RunBlock(const RunNumbers& numbers, const RunLabel& label);
 
 // A line of the list of episodes.

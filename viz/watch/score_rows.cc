@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "base/text.h"
 #include "lcmtypes/extended_value.h"
+#include "lcmtypes/unknown.h"
 
 namespace evalbus::viz {
 namespace {
@@ -56,7 +58,7 @@ void AddRoboEval(const MetricInfo& metric, const metric_values_t& v, std::vector
     case MetricKind::kByStage:
       break;
     case MetricKind::kOfStages:
-      if (v.num_stages > 0) rows->push_back(One(metric, v.*metric.number));
+      if (v.num_stages > 0 && !std::isnan(v.*metric.number)) rows->push_back(One(metric, v.*metric.number));
       break;
     case MetricKind::kOfTwoArms:
       if (v.num_arms == 2) rows->push_back(One(metric, v.*metric.number));
@@ -65,11 +67,13 @@ void AddRoboEval(const MetricInfo& metric, const metric_values_t& v, std::vector
       rows->push_back(One(metric, v.*metric.number));
       break;
     case MetricKind::kCount:
-      rows->push_back(One(metric, static_cast<double>(v.*metric.count)));
+      if (v.*metric.count != kUnknownCount)
+        rows->push_back(One(metric, static_cast<double>(v.*metric.count)));
       break;
     case MetricKind::kByObject:
       // Of a single one it is the sum.
       for (size_t k = 0; v.object_name.size() > 1 && k < v.object_name.size(); ++k) {
+        if (v.slip_count_per_object[k] == kUnknownCount) continue;
         rows->push_back(One(metric, static_cast<double>(v.slip_count_per_object[k])));
         rows->back().label += ", " + Printable(v.object_name[k]);
       }
@@ -93,7 +97,12 @@ void AddRoboEval(const MetricInfo& metric, const metric_values_t& v, std::vector
 }
 
 void AddExtended(const MetricInfo& metric, const extended_metrics_t& e, std::vector<ScoreRow>* rows) {
-  if (metric.counter) return rows->push_back(One(metric, static_cast<double>(e.*metric.counter)));
+  if (metric.counter) {
+    if (e.*metric.counter != kUnknownCount) {
+      rows->push_back(One(metric, static_cast<double>(e.*metric.counter)));
+    }
+    return;
+  }
   const std::string name(metric.wire_name());
   std::vector<std::string> of;
   std::vector<double> values;
@@ -165,10 +174,12 @@ std::string DoneText(const run_summary_t& run, int planned) {
   if (planned > 0) text += fmt::format(" of {}", planned);
   text += run.is_part ? " counted here" : " done";
   const bool is_over = planned > 0 && run.num_episodes >= planned && !run.is_part;
-  if (run.num_complete > 0 && is_over) {
+  // NaN where success cannot be judged.
+  const bool has_rate = run.num_complete > 0 && !std::isnan(run.success_rate);
+  if (has_rate && is_over) {
     text += fmt::format(", success {:.0f} % (95 % CI {:.0f} to {:.0f}, Wilson)", run.success_rate * 100,
                         run.success_rate_wilson_lower * 100, run.success_rate_wilson_upper * 100);
-  } else if (run.num_complete > 0) {
+  } else if (has_rate) {
     text += ", success " +
             AnytimeRateText(run.success_rate, run.success_rate_anytime_lower, run.success_rate_anytime_upper);
   }

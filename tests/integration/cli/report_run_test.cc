@@ -4,6 +4,9 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "tests/integration/harness.h"
 
@@ -74,6 +77,48 @@ TEST_F(ReportRunTest, PageHasTheNumbersOfSummaryJson) {
       EXPECT_EQ(table[metric][name], expected) << metric << " " << name;
     }
   }
+}
+
+// Names of the blocks that a page has.
+std::vector<std::string> BlocksOf(const tinyxml2::XMLDocument& page) {
+  std::vector<std::string> names;
+  ForAll(page.RootElement(), [&](const XMLElement& element) {
+    if (const char* name = element.Attribute("data-block")) names.emplace_back(name);
+  });
+  return names;
+}
+
+TEST_F(ReportRunTest, AsManyEpisodesArePackedAsTheSizeAllows) {
+  const fs::path file = run_ / "report.html";
+  const auto report = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"evalbus", "report", run_.string()});
+    const Result result = RunProgram(more);
+    EXPECT_EQ(result.code, 0) << result.err;
+    tinyxml2::XMLDocument page;
+    Load(file, &page);
+    std::set<std::string> episodes;
+    for (const std::string& name : BlocksOf(page)) {
+      if (name.starts_with("episode/")) episodes.insert(name);
+    }
+    // It says what it has.
+    if (!episodes.empty()) {
+      EXPECT_NE(result.out.find(std::to_string(episodes.size())), std::string::npos) << result.out;
+    }
+    return episodes;
+  };
+  EXPECT_EQ(report({}).size(), 8u);
+  const std::string whole = ReadText(file);
+  EXPECT_LT(whole.size(), size_t{8'000'000});
+  report({});
+  EXPECT_EQ(ReadText(file), whole) << "equal runs, equal bytes";
+
+  const std::set<std::string> some = report({"--mb", "1.6"});
+  EXPECT_LE(fs::file_size(file), 1'600'000u);
+  EXPECT_GT(some.size(), 0u);
+  EXPECT_LT(some.size(), 8u);
+  EXPECT_EQ(report({"--episode", "2,5"}), (std::set<std::string>{"episode/0/2", "episode/0/5"}));
+  EXPECT_EQ(report({"--mb", "0"}).size(), 0u);
+  EXPECT_EQ(ReadText(file).find("THREE"), std::string::npos);
 }
 
 TEST_F(ReportRunTest, LinksLeadToFilesAlsoFromAnotherFolder) {

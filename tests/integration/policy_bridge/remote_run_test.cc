@@ -1,9 +1,11 @@
 // Policies behind a server, in whole runs: what is scored, what is said again from a log, and what becomes of
 // a server that fails.
+#include <algorithm>
 #include <atomic>
 #include <limits>
 
 #include "bus/channels.h"
+#include "tests/doubles/groot_server.h"
 #include "tests/doubles/policy_server.h"
 #include "tests/integration/harness.h"
 
@@ -113,6 +115,48 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
   const fs::path replayed = folder_.path() / "replayed";
   Evaluate(With(Arguments("replay:" + apart.string(), 3), {"--control-hz", "20"}), replayed);
   ExpectSameScores(apart, replayed);
+}
+
+// What the workers ask together is one request, and their results are those of one worker.
+TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
+  EVALBUS_NEEDS_BUS();
+  doubles::GrootServer::Options options;
+  options.dialect = policy::ClientOptions::GrootDialect::kN15;
+  options.horizon = kSteps;
+  options.step = 1e-3;
+  options.per_level = 1e-8;
+  // So that others come meanwhile.
+  options.thinks = std::chrono::milliseconds(100);
+  const doubles::GrootServer server(options);
+  const fs::path contract = folder_.path() / "groot.yaml";
+  WriteText(contract, "wire: groot\nurl: " + server.url() +
+                          "\nrate_hz: 20\nbatch_size: 8\n"
+                          "observation:\n"
+                          "  - {key: video.front, camera: head, size_px: [48, 32], history_ticks: [0]}\n"
+                          "  - {key: state.arm, state: left.joint_position_rad, history_ticks: [0]}\n"
+                          "  - {key: state.gripper, state: left.gripper_opening, history_ticks: [0]}\n"
+                          "  - {key: annotation.human.task_description, prompt: true}\n"
+                          "action:\n  keys: [arm, gripper]\n  kind: joint_position\n  values: 8\n"
+                          "  execute_steps: 3\n"
+                          "  arms: [{arm: left, indices: 0-6, gripper: {index: 7, open: 0, closed: 4}}]\n");
+  const Result check =
+      RunProgram({"evalbus", "policy", "check", contract, "--out", (folder_.path() / "check").string()});
+  EXPECT_NE(check.out.find("two observations in one request: the same answers as alone"), std::string::npos)
+      << check.out << check.err;
+  std::vector<fs::path> runs;
+  for (const char* workers : {"1", "2", "4"}) {
+    runs.push_back(folder_.path() / workers);
+    const size_t before = server.batches().size();
+    Evaluate(With(Arguments(contract, 8), {"--workers", workers}), runs.back());
+    const std::vector<int> batches = server.batches();
+    const int largest =
+        *std::max_element(batches.begin() + static_cast<std::ptrdiff_t>(before), batches.end());
+    EXPECT_EQ(largest > 1, std::string(workers) != "1") << largest;
+    ExpectSameScores(runs.front(), runs.back());
+  }
+  for (int episode = 0; episode < 8; ++episode) {
+    ExpectSameTicks(ReadLog(LogFile(runs.front(), episode)), ReadLog(LogFile(runs.back(), episode)));
+  }
 }
 
 // The world goes on while it looks and thinks; what it is shown is still one tick.

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 34> kOrder = {"base",
+constexpr std::array<std::string_view, 36> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus",
                                                      "bus/recorder",
@@ -43,8 +43,10 @@ constexpr std::array<std::string_view, 34> kOrder = {"base",
                                                      "viz/terminal",
                                                      "viz/viewer",
                                                      "viz/report",
+                                                     "viz/web",
                                                      "viz",
                                                      "cli/results",
+                                                     "cli/tools",
                                                      "cli/launch",
                                                      "cli/commands",
                                                      "cli",

@@ -118,6 +118,30 @@ TEST_F(MetricsComponentTest, ScoresTwoEpisodes) {
             runs_[1].metric_name.end());
 }
 
+TEST_F(MetricsComponentTest, CriteriaAreSaidNowAndThenAndAtTheLastTick) {
+  std::vector<criteria_t> said;
+  bus_.Subscribe(channels::kCriteria, [&](const criteria_t& m) { said.push_back(m); });
+  for (int32_t episode = 0; episode < 2; ++episode) {
+    said.clear();
+    Begin(episode);
+    // Ticks of 20 ms: every third; and the verdict's, at which the pot is up.
+    for (int64_t tick = 0; tick <= 8; ++tick) {
+      SendState(tick, episode, tick >= 7 ? 1.2 : 1);
+      SendContacts(tick, episode, {});
+    }
+    End(8, episode, "success");
+    std::vector<int64_t> ticks;
+    for (const criteria_t& criteria : said) ticks.push_back(criteria.header.tick);
+    EXPECT_EQ(ticks, (std::vector<int64_t>{0, 3, 6, 7, 8}));
+    ASSERT_EQ(said.size(), 5u);
+    EXPECT_TRUE(std::isnan(said[0].success[1].value_mixed));
+    EXPECT_EQ(said[2].success[1].value_mixed, 1);
+    EXPECT_FALSE(said[2].success[1].holds);
+    EXPECT_TRUE(said[3].success[1].holds);
+    EXPECT_EQ(said[3].header.episode, episode);
+  }
+}
+
 TEST_F(MetricsComponentTest, TheOrderOfArrivalChangesNoBit) {
   constexpr int kTicks = 40;
   // With something of everything, in every order: as it happened, contacts first, backwards, shuffled; the

@@ -27,7 +27,9 @@ constexpr const char* kServos = R"(<mujoco>
     <position name="own" joint="j" class="whole" kp="30" kv="4"/>
     <position name="plain" joint="j" kp="7"/>
     <position name="critical" joint="j" class="small" dampratio="1"/>
-    <motor name="motor" joint="j"/>
+    <motor name="motor" joint="j" ctrlrange="-80 80" ctrllimited="true"/>
+    <velocity name="velocity" joint="j"/>
+    <motor name="geared" joint="j" gear="50"/>
   </actuator>
 </mujoco>)";
 
@@ -92,6 +94,17 @@ TEST(MjcfServos, AStiffnessLeavesTheCommandItsUnit) {
   EXPECT_EQ(servo.velocity_gain, 0);
 }
 
+// robosuite's arms are driven by torques.
+TEST(MjcfServos, AMotorWithAStiffnessIsAServoOfItsTorque) {
+  const ModelPtr model = Compose(Servos("radian", "-1", "3"), {{"critical", 40}, {"motor", 700}});
+  EXPECT_EQ(ServoIn(*model, "motor"), (Servo{700, 700, 0}));
+  const int id = mj_name2id(model.get(), mjOBJ_ACTUATOR, "p/motor");
+  EXPECT_TRUE(model->actuator_forcelimited[id]);
+  EXPECT_EQ(model->actuator_forcerange[2 * id], -80);
+  EXPECT_EQ(model->actuator_forcerange[2 * id + 1], 80);
+  EXPECT_FALSE(model->actuator_ctrllimited[id]);
+}
+
 TEST(MjcfServos, WhatCannotBeMappedIsNamed) {
   const auto error = [](const std::map<std::string, double>& stiffness) {
     const std::string message = ErrorOf([&] { Compose(Servos("radian", "-1", "3"), stiffness); });
@@ -100,8 +113,10 @@ TEST(MjcfServos, WhatCannotBeMappedIsNamed) {
   EXPECT_EQ(error({}), "part.xml:18: <position>: attribute 'dampratio' is not known to MuJoCo " +
                            std::string(mj_versionString()) +
                            "; give the robot's description a position gain");
-  EXPECT_EQ(error({{"critical", 1}, {"motor", 1}}),
-            "part.xml:19: actuator 'motor' is a motor, which has no position gain");
+  EXPECT_EQ(error({{"critical", 1}, {"velocity", 1}}),
+            "part.xml:20: actuator 'velocity' is a velocity, which has no position gain");
+  EXPECT_EQ(error({{"critical", 1}, {"geared", 1}}),
+            "part.xml:21: <motor>: attribute 'gear': a motor with a gear is not made a position servo");
 }
 
 }  // namespace

@@ -57,6 +57,8 @@ inline model_info_t VisualInfo(const std::filesystem::path& run, const mjModel& 
   info.variation = "base";
   info.robot = "bimanual_panda";
   info.task_yaml = FindTask("lift_pot").task.text;
+  info.timestep_us = 2000;
+  info.substeps = 10;
   info.visual_file = run / "model/visual.mjb";
   mj_saveModel(&visual, info.visual_file.c_str(), nullptr, 0);
   info.visual_sha256 = Sha256File(info.visual_file);

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/errors.h"
+#include "tests/unit/allocation_count.h"
 #include "tests/unit/set_array.h"
 #include "tests/unit/small_world.h"
 
@@ -310,6 +311,89 @@ TEST_F(TaskEvaluatorTest, KeepsStagesAndTheFirstVerdict) {
   dut_.Start();
   EXPECT_EQ(dut_.verdict(), Verdict::kUndecided);
   EXPECT_EQ(dut_.stage_reached(), (std::vector<uint8_t>{0, 0}));
+}
+
+// Success of small.yaml: not touching(pot, counter), height of the pot at least 1.1 m; failure: it touches
+// the world.
+TEST_F(TaskEvaluatorTest, CriteriaAreAllConditionsMetOrNot) {
+  dut_.Start();
+  Evaluate(0, {{kTop, kWall}});
+  criteria_t criteria{};
+  dut_.Criteria(&criteria);
+  ASSERT_EQ(criteria.num_success, 2);
+  ASSERT_EQ(criteria.num_failure, 1);
+  // The reset state is not judged.
+  for (const condition_t& condition : criteria.success) EXPECT_FALSE(condition.holds) << condition.text;
+  EXPECT_TRUE(std::isnan(criteria.success[1].value_mixed));
+  EXPECT_EQ(criteria.success[1].threshold_mixed, 1.1);
+
+  state_.header = Header(1);
+  state_.body[kPot].position_m[2] = 1.2;
+  Evaluate(1, {{kTop, kWall}});
+  const int64_t before = AllocationCount();
+  dut_.Criteria(&criteria);
+  EXPECT_EQ(AllocationCount(), before);
+  ASSERT_EQ(criteria.success.size(), 2u);
+  EXPECT_EQ(criteria.success[0].predicate, "touching");
+  EXPECT_EQ(criteria.success[0].text, "pot does not touch counter");
+  EXPECT_FALSE(criteria.success[0].holds);
+  EXPECT_FALSE(criteria.success[0].has_value);
+  EXPECT_EQ(criteria.success[1].text, "height of pot at least 1.1 m");
+  EXPECT_TRUE(criteria.success[1].holds);
+  EXPECT_EQ(criteria.success[1].value_mixed, 1.2);
+  EXPECT_EQ(criteria.success[1].comparison, ">=");
+  EXPECT_EQ(criteria.success[1].tick, 1);
+  EXPECT_EQ(criteria.failure[0].text, "pot touches world");
+  EXPECT_FALSE(criteria.failure[0].holds);
+
+  Evaluate(2, {});
+  dut_.Criteria(&criteria);
+  EXPECT_TRUE(criteria.success[0].holds);
+  Evaluate(3, {{kFloor, kWall}});
+  dut_.Criteria(&criteria);
+  EXPECT_TRUE(criteria.failure[0].holds);
+}
+
+TEST_F(TaskEvaluatorTest, CriteriaOfWhatLastsIsLatchedOrNotWithin) {
+  std::string text = kTask;
+  const size_t begin = text.find("success:"), end = text.find("failure:");
+  text.replace(begin, end - begin,
+               "success:\n  all:\n"
+               "    - not: {height_above: {object: pot, min_m: 1.1}}\n"
+               "    - latched: {touching: {a: pot, b: counter}}\n"
+               "    - lasts: {min_s: 0.04, when: {touching: {a: pot, b: world}}}\n");
+  TaskEvaluator dut(ParseTask(text, "small.yaml", false), names_);
+  dut.Start();
+  criteria_t criteria{};
+  const auto evaluate = [&](int64_t tick, const std::vector<std::pair<int, int>>& pairs) {
+    state_.header = Header(tick);
+    contacts_ = Contacts(tick, pairs);
+    dut.Evaluate({state_, contacts_.contact}, tick);
+    dut.Criteria(&criteria);
+  };
+  evaluate(1, {{kTop, kWall}});
+  ASSERT_EQ(criteria.num_success, 5);
+  const std::vector<condition_t>& c = criteria.success;
+  EXPECT_EQ(c[0].text, "height of pot not at least 1.1 m");
+  EXPECT_TRUE(c[0].holds);
+  EXPECT_EQ(c[0].comparison, "<=");
+  EXPECT_TRUE(c[1].holds);
+  EXPECT_EQ(c[2].text, "at any time so far");
+  EXPECT_TRUE(c[2].holds);
+  EXPECT_EQ(c[4].text, "for 0.04 s or longer");
+  EXPECT_FALSE(c[4].holds);
+  EXPECT_EQ(c[4].value_mixed, 0);
+  // Off the counter and on the floor, for 0, 20 and 40 ms.
+  evaluate(2, {{kFloor, kWall}});
+  EXPECT_FALSE(c[1].holds);
+  EXPECT_TRUE(c[2].holds);
+  EXPECT_TRUE(c[3].holds);
+  EXPECT_FALSE(c[4].holds);
+  evaluate(3, {{kFloor, kWall}});
+  EXPECT_EQ(c[4].value_mixed, 0.02);
+  evaluate(4, {{kFloor, kWall}});
+  EXPECT_EQ(c[4].value_mixed, 0.04);
+  EXPECT_TRUE(c[4].holds);
 }
 
 TEST_F(TaskEvaluatorTest, StartUnlatchesEverything) {

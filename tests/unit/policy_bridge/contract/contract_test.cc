@@ -101,6 +101,9 @@ TEST(Contract, MistakesAreSaidWithLineAndKey) {
       {", size_px: [64, 48]", "",
        "mine.yaml:6: key 'observation[0]': expected 'size_px': [WIDTH, HEIGHT], as the camera's picture is "
        "drawn"},
+      {"rate_hz: 20", "rate_hz: 20\nbatch_size: 8",
+       "mine.yaml:5: key 'batch_size': only of the wire groot; a server of another may put together what its "
+       "connections ask"},
       {"mirror: true", "rotate_deg: 45", "mine.yaml:6: key 'rotate_deg': expected 0, 90, 180 or 270"},
       {"key: prompt", "key: state", "mine.yaml:8: key 'observation[2]': key 'state' given twice"},
       {"prompt: true", "prompt: true, mirror: true", "mine.yaml:8: key 'mirror': only of a camera or depth"},

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "base/errors.h"
+#include "base/random.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
 namespace evalbus::policy {
@@ -116,6 +120,47 @@ TEST_F(SignalTest, PosesInEachForm) {
   ExpectNear(Read("left.euler_xyz_extrinsic_rad"), {0, 0, quarter});
   // The columns are y and -x.
   ExpectNear(Read("left.rotation_6d"), {0, 1, 0, -1, 0, 0});
+}
+
+// As MuJoCo composes the quaternion of the wrist's body along the arm, wherever it is: no jump, where the
+// quaternion made of a matrix has one. robosuite's and LIBERO's are such.
+TEST_F(SignalTest, QuaternionsKeepTheSignOfTheBodysAllOverTheRange) {
+  const PolicyScene& scene = GetPolicyScene();
+  const mjModel& model = scene.model();
+  const arm_info_t& arm = scene.info().arm[0];
+  const int site = mj_name2id(&model, mjOBJ_SITE, arm.wrist_site.c_str());
+  const DataPtr data(mj_makeData(&model));
+  // Of the site: its body's, times the site's own.
+  const auto composed = [&](const std::vector<double>& joints) {
+    for (size_t j = 0; j < joints.size(); ++j) data->qpos[arm.joint_qpos_index[j]] = joints[j];
+    mj_kinematics(&model, data.get());
+    std::vector<double> quat(4);
+    mju_mulQuat(quat.data(), data->xquat + 4 * model.site_bodyid[site], model.site_quat + 4 * site);
+    state_.arm[0].joint_position_rad = joints;
+    std::copy_n(data->site_xpos + 3 * site, 3, state_.arm[0].wrist_position_m);
+    mju_mat2Quat(state_.arm[0].wrist_quat_wxyz, data->site_xmat + 9 * site);
+    return quat;
+  };
+  const SignalReader reader({Signal{.name = "left.quaternion_wxyz", .indices = {}}}, model, scene.info());
+  const std::vector<double> home = composed(arm.joint_home_rad), shown_home = reader.Read(state_);
+  const auto largest =
+      std::ranges::max_element(shown_home, [](double a, double b) { return std::abs(a) < std::abs(b); });
+  EXPECT_GT(*largest, 0);
+  const double sign = home[static_cast<size_t>(largest - shown_home.begin())] > 0 ? 1 : -1;
+  Random random(4, 0);
+  int flipped = 0;
+  for (int i = 0; i < 200; ++i) {
+    std::vector<double> joints;
+    for (size_t j = 0; j < arm.joint_lower_rad.size(); ++j)
+      joints.push_back(random.Uniform(arm.joint_lower_rad[j], arm.joint_upper_rad[j]));
+    std::vector<double> expected = composed(joints);
+    for (double& value : expected) value *= sign;
+    ExpectNear(reader.Read(state_), expected);
+    const double* made = state_.arm[0].wrist_quat_wxyz;
+    flipped += std::inner_product(made, made + 4, expected.begin(), 0.0) < 0;
+  }
+  // What STATE has would have been shown with the other sign so often.
+  EXPECT_GT(flipped, 20);
 }
 
 // The arms stand at y = +-0.3, 0.6 m above the robot's origin, which is where the task puts it.

@@ -1,4 +1,5 @@
-// Robots of MuJoCo Menagerie, where EVALBUS_MENAGERIE names a folder with them (scripts/interop does).
+// Robots of others, where the environment names folders with their models (scripts/interop does): those of
+// MuJoCo Menagerie, robosuite and gym-aloha.
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -12,14 +13,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The folder, if it has the file; else the test says what is missing.
-#define MENAGERIE_WITH(folder, ...)                                                               \
-  const char* const named = std::getenv("EVALBUS_MENAGERIE");                                     \
-  if (!named) GTEST_SKIP() << "EVALBUS_MENAGERIE names no folder with MuJoCo Menagerie's models"; \
-  const fs::path folder = named;                                                                  \
-  for (const char* file : {__VA_ARGS__}) {                                                        \
-    if (!fs::exists(folder / file)) GTEST_SKIP() << (folder / file).string() << " is not there";  \
+// The folder that the variable names, if it has the files; else the test says what is missing.
+#define MODELS_WITH(variable, folder, ...)                                                       \
+  const char* const named = std::getenv(variable);                                               \
+  if (!named) GTEST_SKIP() << variable " names no folder with models";                           \
+  const fs::path folder = named;                                                                 \
+  for (const char* file : {__VA_ARGS__}) {                                                       \
+    if (!fs::exists(folder / file)) GTEST_SKIP() << (folder / file).string() << " is not there"; \
   }
+#define MENAGERIE_WITH(folder, ...) MODELS_WITH("EVALBUS_MENAGERIE", folder, __VA_ARGS__)
 
 TEST(Menagerie, TwoPandasLiftThePot) {
   MENAGERIE_WITH(folder, "franka_emika_panda/panda_nohand.xml", "franka_emika_panda/hand.xml");
@@ -172,6 +174,96 @@ arms:
       pad_bodies: [left/left_finger_link, left/right_finger_link]
 )";
   EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.1);
+}
+
+// A copy of a folder of others, to change what evalbus refuses, with a line that says what.
+class Copy {
+ public:
+  Copy(const fs::path& from, const std::string& name) {
+    fs::copy(from, folder_.path() / name, fs::copy_options::recursive);
+  }
+  const fs::path& path() const { return folder_.path(); }
+  void Replace(const std::string& file, const std::string& what, const std::string& by) const {
+    std::ifstream stream(path() / file);
+    std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    ASSERT_NE(text.find(what), std::string::npos) << file << " has no " << what;
+    text.replace(text.find(what), what.size(), by);
+    std::ofstream(path() / file) << text;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+// robosuite's arms are driven by motors: the gains make servos of them.
+TEST(Robosuite, XArm7) {
+  MODELS_WITH("EVALBUS_ROBOSUITE", folder, "robots/xarm7/robot.xml");
+  ExpectItHoldsHome(folder,
+                    {"robots/xarm7/robot.xml", "joint1, joint2, joint3, joint4, joint5, joint6, joint7",
+                     "torq_j1, torq_j2, torq_j3, torq_j4, torq_j5, torq_j6, torq_j7",
+                     "0, -0.247, 0, 0.909, 0, 1.15644, 0", "ee", "right_hand"},
+                    "    position_gain_Nm_per_rad: [1500, 1500, 1000, 1000, 1000, 800, 800]\n" +
+                        std::string(kSevenDampings));
+}
+
+// Its wrist has no site.
+TEST(Robosuite, Gen3) {
+  MODELS_WITH("EVALBUS_ROBOSUITE", folder, "robots/kinova3/robot.xml");
+  const Copy copy(folder / "robots/kinova3", "kinova3");
+  const std::string hand = R"(<body name="right_hand" pos="0 0 -0.0615" quat="0 0.707105 -0.707108 0">)";
+  copy.Replace("kinova3/robot.xml", hand, hand + R"(<site name="wrist"/>)");
+  ExpectItHoldsHome(
+      copy.path(),
+      {"kinova3/robot.xml", "Actuator1, Actuator2, Actuator3, Actuator4, Actuator5, Actuator6, Actuator7",
+       "torq_j1, torq_j2, torq_j3, torq_j4, torq_j5, torq_j6, torq_j7",
+       "0, 0.262, 3.142, -2.269, 0, 0.96, 1.571", "wrist", "right_hand"},
+      "    position_gain_Nm_per_rad: [2000, 2000, 2000, 2000, 500, 500, 500]\n"
+      "    joint_damping_Nms_per_rad: [50, 50, 40, 40, 10, 10, 10]\n");
+}
+
+// Its files have both arms, and an actuator for each finger: here one arm, its fingers coupled as Menagerie's
+// are. All bodies that move have inertias of their own.
+TEST(GymAloha, ViperX) {
+  MODELS_WITH("EVALBUS_GYM_ALOHA", folder, "vx300s_dependencies.xml", "vx300s_left.xml");
+  const Copy here(folder, "aloha");
+  here.Replace("aloha/vx300s_dependencies.xml", R"( inertiagrouprange="4 5")", "");
+  std::ofstream(here.path() / "aloha/arm.xml") << R"(<mujoco>
+  <include file="vx300s_dependencies.xml"/>
+  <worldbody><include file="vx300s_left.xml"/></worldbody>
+  <equality>
+    <joint joint1="vx300s_left/left_finger" joint2="vx300s_left/right_finger" polycoef="0 -1 0 0 0"/>
+  </equality>
+  <actuator>
+    <position name="waist" joint="vx300s_left/waist" kp="800"/>
+    <position name="shoulder" joint="vx300s_left/shoulder" kp="1600"/>
+    <position name="elbow" joint="vx300s_left/elbow" kp="800"/>
+    <position name="forearm_roll" joint="vx300s_left/forearm_roll" kp="10"/>
+    <position name="wrist_angle" joint="vx300s_left/wrist_angle" kp="50"/>
+    <position name="wrist_rotate" joint="vx300s_left/wrist_rotate" kp="20"/>
+    <position name="fingers" joint="vx300s_left/left_finger" kp="200"/>
+  </actuator>
+</mujoco>)";
+  const fs::path file = here.path() / "robot.yaml";
+  std::ofstream(file) << R"(name: viperx
+arms:
+  - name: arm
+    model: aloha/arm.xml
+    base: {position_m: [0, 0, 0.6]}
+    joints: [vx300s_left/waist, vx300s_left/shoulder, vx300s_left/elbow, vx300s_left/forearm_roll,
+             vx300s_left/wrist_angle, vx300s_left/wrist_rotate]
+    actuators: [waist, shoulder, elbow, forearm_roll, wrist_angle, wrist_rotate]
+    wrist_site: cali_left_site1
+    home_rad: [0, -0.96, 1.16, 0, -0.3, 0]
+    gripper:
+      joints: [vx300s_left/left_finger, vx300s_left/right_finger]
+      joint_open_m: 0.057
+      joint_closed_m: 0.021
+      actuator: fingers
+      command_open: 0.057
+      command_closed: 0.021
+      pad_bodies: [vx300s_left/left_finger_link, vx300s_left/right_finger_link]
+)";
+  EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
 }
 
 }  // namespace

@@ -7,12 +7,14 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 
 #include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
+#include "viz/pictures/panel_film.h"
 #include "viz/pictures/video_writer.h"
 
 namespace evalbus::viz {
@@ -42,6 +44,15 @@ std::string Probe(const fs::path& film) {
   std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   char line[200] = "";
   return fgets(line, sizeof line, pipe.get()) ? line : "";
+}
+
+int NumFrames(const fs::path& film) {
+  const std::string command =
+      "ffprobe -v error -count_frames -select_streams v -show_entries stream=nb_read_frames -of csv=p=0 '" +
+      film.string() + "'";
+  std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  char line[200] = "";
+  return fgets(line, sizeof line, pipe.get()) ? std::atoi(line) : -1;
 }
 
 std::string Bytes(const fs::path& file) {
@@ -159,6 +170,78 @@ TEST_F(FilmTest, EndsWithTheOutcomeOfTheScore) {
   const std::string slipped = film("a", "time_limit", "grasp_slip");
   EXPECT_TRUE(slipped == film("b", "grasp_slip", ""));
   EXPECT_FALSE(slipped == film("c", "time_limit", ""));
+}
+
+TEST_F(FilmTest, FullLayoutIsOneFilmWithTwoSecondsOfEndCard) {
+  const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
+  FilmOptions options;
+  options.layout = FilmLayout::kFull;
+  const auto films = FilmLog(log, {}, {640, 360}, log.parent_path(), options);
+  EXPECT_EQ(films, (std::vector<fs::path>{log.parent_path() / "full.mp4"}));
+  EXPECT_EQ(Probe(films[0]), "h264,640,360,yuv420p,30/1\n");
+  EXPECT_EQ(NumFrames(films[0]), 31 + kPanelHold);
+  const std::string first = Bytes(films[0]);
+  FilmLog(log, {}, {640, 360}, log.parent_path(), options);
+  EXPECT_TRUE(first == Bytes(films[0]));
+  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {}, kSize, log.parent_path(), options); }),
+            "--size 160x120: films with panels need 640x360 or more");
+  EXPECT_EQ(MessageOf<InputError>([&] {
+              FilmLog(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
+                      log.parent_path(), options);
+            }),
+            "the full layout shows 4 cameras at most, the first one large; these are 5");
+  EXPECT_EQ(MessageOf<InputError>([] { ParseFilmLayout("big"); }), "--layout big: there are plain and full");
+}
+
+// Longer ones go on while those that are over hold their last picture.
+TEST_F(FilmTest, GridAndPairLastAsLongAsTheLongest) {
+  const fs::path a = WriteRun(folder_.path() / "a", visual(), 20000, States(51, 1000));
+  const fs::path b = WriteRun(folder_.path() / "b", visual(), 20000, States(21, 1000), "time_limit");
+  std::vector<FilmedEpisode> episodes;
+  for (const fs::path& log : {a, b}) episodes.push_back(ReadEpisodesToFilm(log, {}, "expert")[0]);
+  EXPECT_EQ(episodes[0].states.size(), 31u);
+  EXPECT_EQ(episodes[1].states.size(), 13u);
+  JointFilmOptions options;
+  options.size = {640, 360};
+  options.shape = {2, 1};
+  FilmGrid(episodes, options, folder_.path() / "grid.mp4");
+  EXPECT_EQ(NumFrames(folder_.path() / "grid.mp4"), 31 + kPanelHold);
+  FilmPair(episodes, options, folder_.path() / "pair.mp4");
+  EXPECT_EQ(NumFrames(folder_.path() / "pair.mp4"), 31 + kPanelHold);
+  EXPECT_EQ(MessageOf<InputError>([&] { ReadEpisodesToFilm(a, {3}, ""); }),
+            a.string() + " has no episode 3; it has 0");
+  options.camera = "nowhere";
+  EXPECT_THROW(FilmGrid(episodes, options, folder_.path() / "none.mp4"), InputError);
+  EXPECT_FALSE(fs::exists(folder_.path() / "none.mp4"));
+}
+
+// 31 frames of 1 s and 30 that are held: 2 s, at 10 a second.
+TEST_F(FilmTest, GifAndWebpAreOfTheSameLength) {
+  const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
+  FilmOptions options;
+  options.file = folder_.path() / "film.gif";
+  const fs::path gif = FilmLog(log, {"front"}, kSize, log.parent_path(), options)[0];
+  EXPECT_EQ(Bytes(gif).substr(0, 6), "GIF89a");
+  EXPECT_NEAR(NumFrames(gif), 20, 1);
+  options.file = folder_.path() / "film.webp";
+  const std::string webp = Bytes(FilmLog(log, {"front"}, kSize, log.parent_path(), options)[0]);
+  EXPECT_EQ(webp.substr(0, 4), "RIFF");
+  EXPECT_EQ(webp.substr(8, 4), "WEBP");
+  // The size that it says is its own; an animation that repeats for ever has 0 after its background colour.
+  uint32_t size = 0;
+  std::memcpy(&size, webp.data() + 4, 4);
+  EXPECT_EQ(size + 8, webp.size());
+  const size_t anim = webp.find("ANIM");
+  ASSERT_NE(anim, std::string::npos);
+  EXPECT_EQ(webp.substr(anim + 12, 2), std::string(2, '\0'));
+  options.file = folder_.path() / "film.avi";
+  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kSize, log.parent_path(), options); }),
+            "films end in .mp4, .gif or .webp, not in '.avi'");
+  options.file = folder_.path() / "film.gif";
+  EXPECT_EQ(MessageOf<InputError>([&] {
+              FilmLog(log, {"front", "head"}, kSize, log.parent_path(), options);
+            }),
+            "2 films do not go into one file: " + options.file.string());
 }
 
 TEST_F(FilmTest, CutFilmPlaysUpToThere) {

@@ -1,0 +1,158 @@
+// evalbus demo: what demonstrations of RoboEval hold, and the same with fewer steps. No simulation.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "cli/commands/commands.h"
+#include "policy_bridge/policies/demonstration.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+using policy::Demonstration;
+
+// Of one demonstration, or of all of a task.
+struct Facts {
+  int demos = 0;
+  size_t steps = 0;
+  double seconds = 0, shortest = INFINITY, longest = 0;
+  std::array<double, 2> path{};  // rad: sums of |change| of all joints of an arm
+  std::array<int, 2> closings{}, openings{};
+  std::array<double, policy::kDemoWidth> min, max;
+  double hz = 0;
+
+  Facts() {
+    min.fill(INFINITY);
+    max.fill(-INFINITY);
+  }
+  void Add(const Demonstration& demo) {
+    ++demos;
+    steps += demo.steps.size();
+    hz = demo.hz;
+    seconds += demo.seconds();
+    shortest = std::min(shortest, demo.seconds());
+    longest = std::max(longest, demo.seconds());
+    for (size_t i = 0; i < demo.steps.size(); ++i) {
+      for (size_t c = 0; c < policy::kDemoWidth; ++c) {
+        min[c] = std::min(min[c], demo.steps[i][c]);
+        max[c] = std::max(max[c], demo.steps[i][c]);
+      }
+      if (i == 0) continue;
+      for (size_t arm = 0; arm < 2; ++arm) {
+        double squared = 0;
+        for (size_t j = 0; j < 7; ++j) {
+          const double change = demo.steps[i][7 * arm + j] - demo.steps[i - 1][7 * arm + j];
+          squared += change * change;
+        }
+        path[arm] += std::sqrt(squared);
+        const bool was = demo.steps[i - 1][policy::kDemoJoints + arm] > 0.5;
+        const bool is = demo.steps[i][policy::kDemoJoints + arm] > 0.5;
+        closings[arm] += !was && is;
+        openings[arm] += was && !is;
+      }
+    }
+  }
+};
+
+nlohmann::ordered_json Json(const Facts& facts) {
+  nlohmann::ordered_json json = {
+      {"demonstrations", facts.demos}, {"steps", facts.steps},         {"hz", facts.hz},
+      {"seconds", facts.seconds},      {"shortest_s", facts.shortest}, {"longest_s", facts.longest}};
+  json["joint_path_length_rad"] = {{"left", facts.path[0]}, {"right", facts.path[1]}};
+  json["gripper_closings"] = {{"left", facts.closings[0]}, {"right", facts.closings[1]}};
+  json["gripper_openings"] = {{"left", facts.openings[0]}, {"right", facts.openings[1]}};
+  json["min"] = facts.min;
+  json["max"] = facts.max;
+  return json;
+}
+
+int Info(const fs::path& path, bool as_json) {
+  std::map<std::string, Facts> tasks;
+  for (const fs::path& file : policy::DemonstrationFiles(path)) {
+    const Demonstration demo = policy::ReadDemonstration(file);
+    tasks[demo.task.empty() ? "(no task's folder)" : demo.task].Add(demo);
+  }
+  if (as_json) {
+    nlohmann::ordered_json json;
+    for (const auto& [task, facts] : tasks) json[task] = Json(facts);
+    fmt::print("{}\n", ToText(json, 2));
+    return 0;
+  }
+  for (const auto& [task, facts] : tasks) {
+    const double n = facts.demos;
+    fmt::print("{}\n", Printable(task));
+    fmt::print("  {} demonstration{}, {} steps at {:g} Hz, {:.2f} s each ({:.2f} to {:.2f})\n", facts.demos,
+               facts.demos == 1 ? "" : "s", facts.steps, facts.hz, facts.seconds / n, facts.shortest,
+               facts.longest);
+    for (size_t arm = 0; arm < 2; ++arm) {
+      fmt::print("  {:<5}  joint path {:.2f} rad, gripper closes {:.1f} and opens {:.1f} times, on average\n",
+                 arm == 0 ? "left" : "right", facts.path[arm] / n, facts.closings[arm] / n,
+                 facts.openings[arm] / n);
+      fmt::print("         rad ");
+      for (size_t j = 7 * arm; j < 7 * arm + 7; ++j)
+        fmt::print(" [{:.2f} {:.2f}]", facts.min[j], facts.max[j]);
+      fmt::print("\n");
+    }
+  }
+  return 0;
+}
+
+int Convert(const fs::path& path, const fs::path& out, double hz, bool as_csv) {
+  const auto files = policy::DemonstrationFiles(path);
+  const bool is_folder = fs::is_directory(path);
+  if (fs::exists(out)) throw InputError("--out " + out.string() + ": exists; choose another name");
+  // All are read before anything is written.
+  std::vector<std::pair<fs::path, std::string>> results;
+  for (const fs::path& file : files) {
+    const Demonstration demo = policy::AtRate(policy::ReadDemonstration(file), hz);
+    fs::path name = out;
+    if (is_folder) name /= fs::relative(file, path).replace_extension(as_csv ? ".csv" : ".safetensors");
+    results.emplace_back(name, as_csv ? policy::AsCsv(demo) : policy::AsSafetensors(demo));
+  }
+  for (const auto& [name, text] : results) {
+    if (is_folder) fs::create_directories(name.parent_path());
+    WriteWhole(name, text);
+  }
+  fmt::print("{} demonstration{} at {:g} Hz  {}\n", files.size(), files.size() == 1 ? "" : "s", hz,
+             out.string());
+  return 0;
+}
+
+}  // namespace
+
+Action AddDemo(CLI::App* app) {
+  struct Options {
+    fs::path path, out;
+    bool json = false, csv = false;
+    double hz = 20;
+  };
+  const auto options = std::make_shared<Options>();
+  app->require_subcommand(1);
+  CLI::App* info = app->add_subcommand("info", "length, path, gripper events and ranges, task by task");
+  info->add_option("path", options->path, "a *.safetensors file, or a folder of them")->required();
+  info->add_flag("--json", options->json, "as JSON");
+  CLI::App* convert = app->add_subcommand(
+      "convert",
+      "fewer steps by RoboEval's rule: of each window the mean of the joints, the last of the grippers");
+  convert->add_option("path", options->path, "a *.safetensors file, or a folder of them")->required();
+  convert->add_option("--hz", options->hz, "steps per second")->capture_default_str();
+  convert->add_option("--out", options->out, "file, or folder, to write")->required();
+  convert->add_flag("--csv", options->csv, "as tables instead of safetensors");
+  return [=] {
+    return info->parsed() ? Info(options->path, options->json)
+                          : Convert(options->path, options->out, options->hz, options->csv);
+  };
+}
+
+}  // namespace evalbus::commands

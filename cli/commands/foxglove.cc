@@ -1,0 +1,199 @@
+// evalbus foxglove: a run that goes on, or a recorded episode, as a server that Foxglove connects to.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "base/errors.h"
+#include "bus/attach.h"
+#include "bus/bus.h"
+#include "bus/host.h"
+#include "bus/live_runs.h"
+#include "cli/commands/commands.h"
+#include "cli/results/episode_logs.h"
+#include "cli/tools/foxglove_server.h"
+#include "cli/tools/recording.h"
+
+namespace evalbus::commands {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr auto kFrame = std::chrono::milliseconds(20);
+
+struct FoxgloveOptions {
+  Address address;
+  std::vector<int> episode;
+  tools::FoxgloveServer::Options server;
+};
+
+void AddOptions(CLI::App* app, FoxgloveOptions* options) {
+  AddAddressOptions(app, &options->address);
+  app->add_option("--episode", options->episode, "a recorded episode of the run; default: the first finished")
+      ->expected(1);
+  app->add_option("--port", options->server.port, "0: any that is free")->capture_default_str();
+  app->add_option("--listen", options->server.host,
+                  "IP address to listen on; anybody who reaches another than this machine's own can look on")
+      ->capture_default_str();
+  app->add_option("--allow-origin", options->server.origins,
+                  "pages from there may connect, too, as those of https://app.foxglove.dev may");
+}
+
+void SayWhere(const tools::FoxgloveServer& server, const FoxgloveOptions& options, const std::string& what) {
+  fmt::print("{}\nin Foxglove: Open connection, Foxglove WebSocket, ws://{}:{}\n", what,
+             options.server.host == "127.0.0.1" ? "localhost" : options.server.host, server.port());
+  std::fflush(stdout);
+}
+
+// An episode begins, or is shown anew: nothing of the one before is to be shown beside it.
+bool IsBegin(const tools::Message& message) {
+  return message.topic == tools::kEpisode && message.time_ns == 0;
+}
+
+int ShowLive(const FoxgloveOptions& options, tools::FoxgloveServer* server) {
+  const Attached attached = Attach(options.address);
+  InstallStopSignals();
+  Bus bus(attached.url);
+  server->Start();
+  tools::SceneSource scene(options.address.run);
+  std::string remark;
+  size_t topics = 0;
+  tools::Encoder encoder(
+      [&](const tools::Message& message) {
+        if (encoder.topics().size() > topics) {
+          server->SetTopics(encoder.topics());
+          topics = encoder.topics().size();
+        }
+        if (IsBegin(message)) server->Forget();
+        server->Send(message);
+        if (message.topic == tools::kTransforms) server->SendTime(message.time_ns);
+      },
+      [&](const model_info_t& model, std::optional<int64_t> seed) { return scene.Of(model, seed); });
+  server->SetTopics(encoder.topics());
+  topics = encoder.topics().size();
+  bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
+    encoder.Hear(channel, data);
+  });
+  bus.SetPatience(kFrame);
+  SayWhere(*server, options, "listening to " + attached.url);
+  while (!stop_requested()) {
+    bus.Handle(steady_clock::now() + std::chrono::milliseconds(100));
+    if (scene.remark() == remark) continue;
+    remark = scene.remark();
+    fmt::print(stderr, "warning: {}\n", remark);
+  }
+  return 0;
+}
+
+// What viewers press, from the server's thread to the player's.
+class Controls {
+ public:
+  void Add(const tools::PlaybackControl& control) {
+    const std::lock_guard lock(mutex_);
+    // One that nobody has taken yet is a drag of the seek bar: the last place counts.
+    if (controls_.size() >= 100) controls_.pop_front();
+    controls_.push_back(control);
+  }
+  std::deque<tools::PlaybackControl> Take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(controls_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::deque<tools::PlaybackControl> controls_;
+};
+
+int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& options) {
+  InstallStopSignals();
+  const tools::EncodedEpisode episode = tools::EncodeEpisode(log);
+  for (const std::string& remark : episode.remarks) fmt::print(stderr, "warning: {}\n", remark);
+  const int64_t end = episode.messages.back().time_ns;
+  Controls controls;
+  tools::FoxgloveServer::Options server_options = options.server;
+  server_options.playback_end_ns = end;
+  server_options.on_control = [&](const tools::PlaybackControl& control) { controls.Add(control); };
+  tools::FoxgloveServer server(server_options);
+  server.Start();
+  server.SetTopics(episode.topics);
+  SayWhere(server, options, "playing " + log.string());
+
+  tools::Playback playback(end);
+  size_t next = 0;
+  const auto send_until = [&](int64_t time) {
+    for (; next < episode.messages.size() && episode.messages[next].time_ns <= time; ++next) {
+      server.Send(episode.messages[next]);
+    }
+    server.SendTime(time);
+  };
+  // What is to be seen at a time: the last of each topic.
+  const auto show = [&](int64_t time) {
+    server.Forget();
+    const auto behind = std::ranges::upper_bound(episode.messages, time, {}, &tools::Message::time_ns);
+    next = static_cast<size_t>(behind - episode.messages.begin());
+    std::set<size_t> shown;
+    std::vector<size_t> last;
+    for (size_t i = next; i-- > 0;) {
+      if (shown.insert(episode.messages[i].topic).second) last.push_back(i);
+    }
+    for (size_t i = last.size(); i-- > 0;) server.Send(episode.messages[last[i]]);
+    server.SendTime(time);
+  };
+  show(0);
+  int viewers = 0;
+  bool has_begun = false;
+  tools::PlaybackStatus status = tools::PlaybackStatus::kPaused;
+  while (!stop_requested()) {
+    std::this_thread::sleep_for(kFrame);
+    const auto now = steady_clock::now();
+    std::deque<tools::PlaybackControl> pressed = controls.Take();
+    // It begins when somebody looks.
+    if (!std::exchange(has_begun, has_begun || server.viewers() > 0) && server.viewers() > 0) {
+      pressed.push_front({.play = true, .speed = 1, .seek_ns = {}, .request_id = {}});
+    }
+    for (const tools::PlaybackControl& control : pressed) {
+      const tools::PlaybackState state = playback.Control(control, now);
+      server.SendPlayback(state);
+      if (state.did_seek) show(state.time_ns);
+      status = state.status;
+    }
+    const tools::PlaybackState state = playback.State(now);
+    if (state.status == tools::PlaybackStatus::kPlaying || state.status != status) send_until(state.time_ns);
+    if (state.status != status || server.viewers() != viewers) server.SendPlayback(state);
+    status = state.status;
+    viewers = server.viewers();
+  }
+  return 0;
+}
+
+// Returns the exit code. Throws InputError, EnvironmentError.
+int Foxglove(FoxgloveOptions options) {
+  options.server.session = std::to_string(DrawSession());
+  auto told = std::make_shared<std::set<std::string>>();
+  options.server.on_refused = [told](const std::string& text) {
+    if (told->size() < 20 && told->insert(text).second) fmt::print(stderr, "{}\n", Printable(text));
+  };
+  const std::filesystem::path& run = options.address.run;
+  const bool is_live = run.empty() || (options.episode.empty() && !LiveRunsOf(FindLiveRuns(), run).empty());
+  if (!is_live) return ShowRecording(results::EpisodeLogs(run, options.episode).front(), options);
+  if (!options.episode.empty()) throw InputError("--episode: of which run? its folder is needed");
+  tools::FoxgloveServer server(options.server);
+  return ShowLive(options, &server);
+}
+
+}  // namespace
+
+Action AddFoxglove(CLI::App* app) {
+  const auto options = std::make_shared<FoxgloveOptions>();
+  AddOptions(app, options.get());
+  return [options] { return Foxglove(*options); };
+}
+
+}  // namespace evalbus::commands

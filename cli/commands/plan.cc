@@ -1,0 +1,139 @@
+// evalbus plan, merge, status: plans of many runs, on one machine or a cluster.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "cli/commands/commands.h"
+#include "cli/plans/merge.h"
+#include "cli/plans/plan_run.h"
+#include "cli/plans/probe.h"
+#include "cli/plans/status.h"
+#include "cli/results/summary_table.h"
+#include "metrics/statistics/power.h"
+
+namespace evalbus::commands {
+namespace {
+
+namespace fs = std::filesystem;
+using plans::Plan;
+
+std::string Size(double bytes) {
+  const char* const units[] = {"B", "kB", "MB", "GB", "TB"};
+  int unit = 0;
+  for (; bytes >= 1000 && unit < 4; ++unit) bytes /= 1000;
+  return fmt::format("{:.3g} {}", bytes, units[unit]);
+}
+
+void Show(const Plan& plan, bool probe) {
+  const int runs = plan.num_runs(), episodes = plan.options.episodes;
+  const auto tasks = static_cast<int>(plan.tasks.size());
+  fmt::print("plan      {}\n", plan.name);
+  for (size_t i = 0; i < plan.policies.size(); ++i) {
+    const plans::PlannedPolicy& policy = plan.policies[i];
+    fmt::print("{}  {}{}{}\n", i == 0 ? "policies" : "        ", policy.name,
+               policy.name == policy.policy ? "" : "  (" + policy.policy + ")",
+               policy.name == plan.baseline && plan.policies.size() > 1 ? "  baseline" : "");
+  }
+  for (int i = 0; i < tasks; ++i) {
+    fmt::print("{}  {}\n", i == 0 ? "tasks   " : "        ", plan.tasks[static_cast<size_t>(i)]);
+  }
+  const int64_t all = int64_t{runs} * episodes;
+  fmt::print("episodes  {} of each, seed {}: {} runs, {} episodes\n", episodes, plan.options.seed, runs, all);
+  fmt::print("films     {}\n", plans::FilmsText(plan.films));
+  if (plan.until) {
+    fmt::print(
+        "until     decided at {:g} over all comparisons, looking every {} episodes of each task, {} at "
+        "most\n",
+        plan.until->alpha, episodes, plan.until->max_episodes);
+  }
+  if (plan.policies.size() > 1) {
+    fmt::print(
+        "power     success rates that differ by {:.0f} points over all tasks, or by {:.0f} on one, are told\n"
+        "          apart four times in five (around 50 %, where it is hardest; equal seeds help)\n",
+        100 * metrics::DetectableDifference(episodes * tasks), 100 * metrics::DetectableDifference(episodes));
+  }
+  if (!probe) return;
+  constexpr int kProbes = 6;
+  const plans::Probe found = plans::ProbePlan(plan, kProbes);
+  if (found.episodes > 0) {
+    fmt::print(
+        "time      {} on one core, films apart ({:.2g} s an episode, of {} tried)\n"
+        "disk      {} ({} an episode)\n",
+        results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
+        found.seconds_per_episode, found.episodes, Size(found.bytes_per_episode * static_cast<double>(all)),
+        Size(found.bytes_per_episode));
+  }
+  if (!found.problem.empty()) fmt::print("not tried {}\n", Printable(found.problem));
+}
+
+int Merge(const fs::path& folder, const std::vector<fs::path>& parts) {
+  if (!parts.empty()) {
+    if (fs::exists(folder)) throw InputError(folder.string() + ": exists; name a folder that is to be made");
+    plans::MergeRuns(parts, fs::absolute(folder));
+    fmt::print("{}\n", folder.string());
+    return 0;
+  }
+  const plans::PlanFolder plan(folder);
+  const std::vector<plans::Chunk> missing = plans::MergePlan(plan);
+  if (!missing.empty()) {
+    throw EnvironmentError(
+        fmt::format("{}: {} of {} chunks are missing, the first is {}; what is whole was merged",
+                    folder.string(), missing.size(), plans::ChunksOf(plan.plan()).size(), missing[0].name()));
+  }
+  plans::FinishPlan(plan, 1);
+  return 0;
+}
+
+}  // namespace
+
+Action AddPlan(CLI::App* app) {
+  struct Options {
+    fs::path file;
+    bool no_probe = false;
+  };
+  const auto options = std::make_shared<Options>();
+  app->require_subcommand(1);
+  CLI::App* const show = app->add_subcommand("show", "what a plan means: runs, episodes, time, disk, power");
+  show->add_option("plan", options->file, "YAML file (docs/plans.md)")->required();
+  show->add_flag("--no-probe", options->no_probe, "run no episode to find time and disk");
+  CLI::App* const check = app->add_subcommand("check", "whether a plan can be run");
+  check->add_option("plan", options->file, "YAML file")->required();
+  return [options, check] {
+    const Plan plan = plans::ReadPlan(options->file);
+    if (check->parsed()) {
+      fmt::print("{}: {} runs of {} episodes\n", options->file.string(), plan.num_runs(),
+                 plan.options.episodes);
+    } else {
+      Show(plan, !options->no_probe);
+    }
+    return 0;
+  };
+}
+
+Action AddMerge(CLI::App* app) {
+  struct Options {
+    fs::path folder;
+    std::vector<fs::path> parts;
+  };
+  const auto options = std::make_shared<Options>();
+  app->add_option("folder", options->folder, "folder of a plan; with RUNs, the run folder to be made of them")
+      ->required();
+  app->add_option("run", options->parts, "run folders with some of the episodes each, made with --only");
+  return [options] { return Merge(options->folder, options->parts); };
+}
+
+Action AddStatus(CLI::App* app) {
+  const auto folder = std::make_shared<fs::path>();
+  app->add_option("folder", *folder, "folder of a plan, on any machine that sees it")->required();
+  return [folder] {
+    fmt::print("{}", plans::StatusOf(plans::PlanFolder(*folder)).Text());
+    return 0;
+  };
+}
+
+}  // namespace evalbus::commands

@@ -1,0 +1,25 @@
+// evalbus web: runs in a browser, while they go on or afterwards.
+#include "cli/launch/web.h"
+
+#include <memory>
+
+#include "cli/commands/commands.h"
+
+namespace evalbus::commands {
+
+Action AddWeb(CLI::App* app) {
+  const auto options = std::make_shared<launch::WebOptions>();
+  app->add_option("run", options->runs,
+                  "folders of runs or suites, finished or not, or what is replayed; default: the bus of\n"
+                  "EVALBUS_URL, or the one run or replay on this machine");
+  app->add_option("--url", options->url, "bus to listen to, udpm://ADDRESS:PORT?ttl=0");
+  app->add_option("--port", options->port, "0: any that is free; default: 8080 if it is");
+  app->add_option(
+      "--listen", options->listen,
+      "address of this machine at which others can look, too, 0.0.0.0 for all; the page's URL then\n"
+      "has a token, and who knows it can look. Default: this machine alone");
+  app->add_flag(launch::kWebChildOption, options->is_child)->group("");
+  return [options] { return launch::Web(*options); };
+}
+
+}  // namespace evalbus::commands

@@ -1,0 +1,406 @@
+#include "cli/launch/web.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <ctime>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "bus/host.h"
+#include "bus/live_runs.h"
+#include "bus/private_network.h"
+#include "cli/launch/web_jobs.h"
+#include "cli/results/run_follower.h"
+#include "viz/web/live_feed.h"
+#include "viz/web/page_files.h"
+#include "viz/web/server.h"
+
+namespace evalbus::launch {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+
+constexpr int kUsualPort = 8080;
+constexpr int kNice = 10;
+// How often it is looked for runs that have begun, and at folders; how long messages may wait.
+constexpr auto kDiscover = std::chrono::seconds(1);
+constexpr auto kLook = std::chrono::milliseconds(200);
+constexpr auto kPatience = std::chrono::milliseconds(10);
+// Messages of one bus in a row.
+constexpr int kInARow = 1000;
+constexpr size_t kMaxRuns = 1000;
+
+std::string TimeOfDay() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  return fmt::format("{:%H:%M:%S}", local);
+}
+
+// A run of the page: on disk, on a bus, or both.
+class ShownRun {
+ public:
+  // folder: of a run, or a log that is played; may be empty.
+  ShownRun(int number, fs::path folder, std::string suffix, viz::Board* board, WebJobs* jobs)
+      : number_(number), folder_(std::move(folder)), suffix_(std::move(suffix)), board_(board), jobs_(jobs) {
+    if (!folder_.empty() && !fs::is_regular_file(folder_)) follower_.emplace(folder_);
+    Tell();
+  }
+
+  const fs::path& folder() const { return folder_; }
+  bool has_bus() const { return bus_ != nullptr; }
+  const std::string& url() const { return url_; }
+  bool is_on(const LiveRun& run) const { return has_bus() && url_ == run.url; }
+
+  void Attach(const LiveRun& run) {
+    const results::RecordedRun* info = follower_ ? follower_->info() : nullptr;
+    url_ = run.url;
+    is_replay_ = run.is_replay;
+    bus_ = std::make_unique<Bus>(run.url);
+    feed_ = std::make_unique<viz::LiveFeed>(number_, info ? info->policy : "", info ? info->planned : 0);
+    for (const std::string_view channel : viz::LiveFeed::kChannels) {
+      bus_->SubscribeRaw(std::string(channel),
+                         [this](std::string_view name, std::span<const uint8_t> data, int64_t) {
+                           feed_->Hear(name, data, steady_clock::now(), TimeOfDay());
+                         });
+    }
+    bus_->SetPatience(kPatience);
+    asked_model_.reset();
+    asked_history_.reset();
+    remark_.clear();
+  }
+  // Its processes are gone; what was heard stays.
+  void Detach() {
+    bus_.reset();
+    Tell();
+  }
+  void SetRemark(const std::string& remark) {
+    if (remark_ != remark) Tell();
+    remark_ = remark;
+  }
+
+  // Handles what has come; false if there was nothing.
+  bool Handle() {
+    bool any = false;
+    for (int i = 0; bus_ && i < kInARow && bus_->Handle(); ++i) any = true;
+    return any;
+  }
+  void WaitForMessage(SteadyTime until) { bus_->Handle(until); }
+
+  // What is new in the folder. False if there may be more at once.
+  bool Look() {
+    if (!follower_) return true;
+    results::RunFollower::News news = follower_->Look();
+    if (news.is_changed) Tell();
+    const bool is_all = news.rows.size() < results::RunFollower::kLinesAtOnce;
+    // Of several workers' entries the first has the list.
+    if (suffix_.empty() && news.is_changed) board_->SetEpisodes(number_, news.from, std::move(news.rows));
+    return is_all;
+  }
+
+  void Publish(SteadyTime now) {
+    if (!feed_) {
+      if (std::exchange(has_news_, false)) board_->SetRun(number_, viz::RunBlock(Numbers(), Label()));
+      return;
+    }
+    AskForWhatIsMissing();
+    std::vector<viz::EpisodeRow> done = feed_->TakeDone();
+    if (!follower_) {
+      for (viz::EpisodeRow& row : done) {
+        row.has_track = false;  // nobody kept it
+        board_->SetEpisodes(number_, board_->num_episodes(number_), {std::move(row)});
+      }
+    }
+    const viz::RunNumbers counted = Numbers();
+    feed_->Publish(board_, Label(), follower_ && follower_->info() ? &counted : nullptr, now);
+  }
+
+ private:
+  void Tell() {
+    has_news_ = true;
+    const results::RecordedRun* info = follower_ ? follower_->info() : nullptr;
+    jobs_->SetRun(number_, follower_ ? folder_ : fs::path(), info ? info->policy : "");
+  }
+
+  viz::RunNumbers Numbers() const {
+    viz::RunNumbers numbers;
+    if (follower_) numbers = follower_->numbers();
+    return numbers;
+  }
+
+  viz::RunLabel Label() const {
+    viz::RunLabel label;
+    label.run = number_;
+    label.name = folder_.empty() ? url_ : NameOfRun(folder_);
+    if (!suffix_.empty()) label.name += ", " + suffix_;
+    if (is_replay_) label.name += ", replay";
+    if (follower_ && follower_->info()) label.policy = follower_->info()->policy;
+    label.is_live = has_bus() && !feed_->watch().is_over();
+    if (follower_ && !follower_->error().empty()) label.remarks.push_back(follower_->error());
+    if (!remark_.empty()) label.remarks.push_back(remark_);
+    return label;
+  }
+
+  void AskForWhatIsMissing() {
+    if (const auto& model = feed_->model_without_scene(); model && asked_model_ != model) {
+      asked_model_ = model;
+      jobs_->AskScene(model, follower_ ? folder_ : fs::path(),
+                      [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
+                        if (!error.empty()) SetRemark("without a picture: " + error);
+                        if (feed_) feed_->SetScene(model, std::move(scene));
+                      });
+    }
+    const auto episode = feed_->episode_without_begin();
+    if (!episode || (asked_history_ && asked_history_->episode == episode->episode &&
+                     asked_history_->attempt == episode->attempt)) {
+      return;
+    }
+    asked_history_ = episode;
+    // A recording that is played is another thing than what its run once wrote.
+    if (!follower_ || is_replay_) return feed_->SetHistory(*episode, {});
+    jobs_->AskHistory(folder_, episode->episode, episode->tick - 1,
+                      [this, episode](std::vector<viz::LiveFeed::Message> messages) {
+                        if (feed_) feed_->SetHistory(*episode, messages);
+                      });
+  }
+
+  const int number_;
+  const fs::path folder_;
+  const std::string suffix_;
+  viz::Board* const board_;
+  WebJobs* const jobs_;
+  std::optional<results::RunFollower> follower_;
+  std::string url_;
+  bool is_replay_ = false, has_news_ = true;
+  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<viz::LiveFeed> feed_;
+  std::shared_ptr<const model_info_t> asked_model_;
+  std::optional<header_t> asked_history_;
+  std::string remark_;
+};
+
+class WebPage {
+ public:
+  WebPage(const WebOptions& options, viz::Board* board, WebJobs* jobs)
+      : options_(options), board_(board), jobs_(jobs) {}
+
+  // Finds what is to be shown, and joins its networks, for which this process must have one thread.
+  void Begin() {
+    if (!options_.runs.empty() && !options_.url.empty()) {
+      throw InputError("run folders and --url exclude each other");
+    }
+    const std::vector<LiveRun> live = FindLiveRuns();
+    if (!options_.runs.empty()) {
+      for (const fs::path& run : options_.runs) CheckFolder(run, live);
+      Discover(live);
+    } else if (const std::string url = options_.url.empty() ? UrlOfEnvironment() : options_.url;
+               !url.empty()) {
+      LiveRun run;
+      run.url = url;
+      if (std::ranges::count(live, url, &LiveRun::url) == 1) run = ChooseLiveRun(live, url);
+      folders_.push_back(run.folder);
+      Attach(run, Add(run.folder, ""));
+    } else {
+      // Several workers of a run are one run.
+      const bool is_one = !live.empty() && std::ranges::all_of(live, [&](const LiveRun& run) {
+        return !run.folder.empty() && run.folder == live[0].folder;
+      });
+      const LiveRun run = is_one ? live[0] : ChooseLiveRun(live);
+      folders_.push_back(run.folder);
+      if (run.folder.empty()) {
+        Attach(run, Add("", ""));
+      } else {
+        Discover(live);
+      }
+    }
+  }
+
+  void Run(viz::WebServer* server) {
+    SteadyTime discover_at = steady_clock::now() + kDiscover, look_at{}, publish_at{};
+    while (!stop_requested()) {
+      const auto now = steady_clock::now();
+      if (now >= discover_at) {
+        Discover(FindLiveRuns());
+        discover_at = now + kDiscover;
+      }
+      if (now >= look_at) {
+        bool is_all = true;
+        for (const auto& run : runs_) is_all = run->Look() && is_all;
+        // A long list is read at once, with messages handled in between.
+        look_at = is_all ? now + kLook : now;
+      }
+      jobs_->TakeAnswers();
+      if (now >= publish_at) {
+        for (const auto& run : runs_) run->Publish(now);
+        server->Wake();
+        publish_at = now + viz::LiveFeed::kTicksPeriod;
+      }
+      HandleMessages(std::min({publish_at, look_at, now + kPatience}));
+    }
+  }
+
+ private:
+  void HandleMessages(SteadyTime until) {
+    bool any = false;
+    ShownRun* listening = nullptr;
+    for (const auto& run : runs_) {
+      if (!run->has_bus()) continue;
+      any = run->Handle() || any;
+      listening = run.get();
+    }
+    if (any) return;
+    if (listening) {
+      listening->WaitForMessage(until);
+    } else {
+      std::this_thread::sleep_until(until);
+    }
+  }
+
+  // Remembers a folder to be followed; throws if there is nothing to be shown of it.
+  void CheckFolder(const fs::path& folder, const std::vector<LiveRun>& live) {
+    const bool is_known =
+        fs::exists(folder / kRunJson) || fs::exists(folder / kSuiteJson) || !LiveRunsOf(live, folder).empty();
+    if (!is_known && !options_.is_child) {
+      throw InputError(folder.string() + (fs::is_regular_file(folder) ? ": nobody plays this log"
+                                          : fs::exists(folder)        ? ": not a run folder or a suite"
+                                                                      : ": there is no such run"));
+    }
+    folders_.push_back(folder);
+  }
+
+  ShownRun* Add(const fs::path& folder, const std::string& suffix) {
+    runs_.push_back(
+        std::make_unique<ShownRun>(static_cast<int>(runs_.size()), folder, suffix, board_, jobs_));
+    runs_.back()->Look();
+    return runs_.back().get();
+  }
+
+  void Attach(const LiveRun& live, ShownRun* run) {
+    try {
+      if (live.other_network) JoinNetwork(live);
+      run->Attach(live);
+    } catch (const std::exception& error) {
+      run->SetRemark(error.what());
+    }
+  }
+
+  // Folders of suites have runs; runs that go on have a bus, those of several workers several.
+  void Discover(const std::vector<LiveRun>& live) {
+    std::vector<fs::path> folders;
+    for (const fs::path& folder : folders_) {
+      if (!fs::exists(folder / kSuiteJson)) {
+        folders.push_back(folder);
+        continue;
+      }
+      try {
+        for (const std::string& name : results::RunsInSuite(folder)) folders.push_back(folder / name);
+      } catch (const InputError&) {
+        // It is being written.
+      }
+    }
+    for (const fs::path& folder : folders) {
+      if (folder.empty() || runs_.size() >= kMaxRuns) continue;
+      const auto is_of = [&](const auto& run) { return run->folder() == folder; };
+      if (std::ranges::none_of(runs_, is_of)) Add(folder, "");
+      FollowBuses(folder, LiveRunsOf(live, folder));
+    }
+    for (const auto& run : runs_) {
+      const bool is_there =
+          std::ranges::any_of(live, [&](const LiveRun& other) { return run->is_on(other); });
+      // A bus that was named may be of another machine.
+      if (run->has_bus() && !is_there && !run->folder().empty()) run->Detach();
+    }
+  }
+
+  void FollowBuses(const fs::path& folder, const std::vector<LiveRun>& live) {
+    for (const LiveRun& bus : live) {
+      ShownRun* free = nullptr;
+      bool is_followed = false;
+      int workers = 0;
+      for (const auto& run : runs_) {
+        if (run->folder() != folder) continue;
+        ++workers;
+        is_followed = is_followed || run->is_on(bus);
+        const bool is_gone =
+            std::ranges::none_of(live, [&](const LiveRun& other) { return run->is_on(other); });
+        if (!free && is_gone) free = run.get();
+      }
+      if (is_followed) continue;
+      if (!free && runs_.size() < kMaxRuns) free = Add(folder, fmt::format("worker {}", workers + 1));
+      if (free) Attach(bus, free);
+    }
+  }
+
+  const WebOptions& options_;
+  viz::Board* const board_;
+  WebJobs* const jobs_;
+  // Of runs and suites; of a run without one, empty.
+  std::vector<fs::path> folders_;
+  std::vector<std::unique_ptr<ShownRun>> runs_;
+};
+
+std::unique_ptr<viz::WebServer> Listen(const WebOptions& options, const std::shared_ptr<viz::Board>& board) {
+  if (options.is_child) return std::make_unique<viz::WebServer>(dup(STDIN_FILENO), board);
+  const std::string host = options.listen.empty() ? viz::WebServer::Address().host : options.listen;
+  const auto listen = [&](int port) {
+    return std::make_unique<viz::WebServer>(viz::WebServer::Address{host, static_cast<uint16_t>(port)},
+                                            board);
+  };
+  if (options.port) {
+    if (*options.port < 0 || *options.port > 65535) throw InputError("--port: expected 0 to 65535");
+    return listen(*options.port);
+  }
+  try {
+    return listen(kUsualPort);
+  } catch (const InputError&) {
+    return listen(0);
+  }
+}
+
+void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply) {
+  using Kind = viz::WebTarget::Kind;
+  if (target.kind == Kind::kEpisode) return jobs->AskEpisode(target.run, target.episode, std::move(reply));
+  if (target.kind == Kind::kBlock) {
+    viz::WebAnswer answer;
+    answer.type = "application/octet-stream";
+    answer.body = jobs->Block(target.name);
+    answer.is_forever = true;
+    return reply(answer.body ? answer : viz::WebAnswer::Text(404, "no such block"));
+  }
+  reply(viz::PageFile(target.kind == Kind::kPage ? "index.html" : target.name));
+}
+
+}  // namespace
+
+int Web(const WebOptions& options) {
+  // Whoever evaluates goes first.
+  if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
+  const auto board = std::make_shared<viz::Board>();
+  InstallStopSignals();
+  // Before the network of a run is joined, where no browser is.
+  const std::unique_ptr<viz::WebServer> server = Listen(options, board);
+  WebJobs jobs;
+  WebPage page(options, board.get(), &jobs);
+  page.Begin();
+  // The server's thread asks for jobs, whose answers go to connections of the server.
+  struct Stopping {
+    viz::WebServer* server;
+    ~Stopping() { server->Stop(); }
+  } stopping{server.get()};
+  jobs.Start();
+  server->Start([&jobs](const viz::WebTarget& target, viz::WebServer::Reply reply) {
+    Serve(target, &jobs, std::move(reply));
+  });
+  if (!options.is_child) fmt::print("page {}  (Ctrl-C ends it)\n", server->url());
+  std::fflush(stdout);
+  page.Run(server.get());
+  return 0;
+}
+
+}  // namespace evalbus::launch

@@ -1,0 +1,34 @@
+// `evalbus web`: the runs of folders, and those that go on, on a page for browsers. Only listens to their
+// buses and only reads their folders: nobody waits for it. It is no process of high priority.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace evalbus::launch {
+
+struct WebOptions {
+  // Folders of runs or suites, or a log that is played; empty: the run or replay that goes on on this
+  // machine.
+  std::vector<std::filesystem::path> runs;
+  // A bus instead, of a run whose folder is not known.
+  std::string url;
+  // Empty: this machine alone can look.
+  std::string listen;
+  // Without one: 8080, or one that is free.
+  std::optional<int> port;
+  // Started by a run or replay of `runs`, which may not have begun yet; listens on the socket that is its
+  // stdin.
+  bool is_child = false;
+};
+
+inline constexpr char kWebChildOption[] = "--on-stdin";
+
+// Serves until SIGINT or SIGTERM; says the page's URL first. Returns the exit code. Throws InputError,
+// EnvironmentError.
+int Web(const WebOptions& options);
+
+}  // namespace evalbus::launch

@@ -1,0 +1,174 @@
+#include "cli/plans/plan_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <ctime>
+#include <map>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/file_errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "base/write_whole.h"
+#include "cli/launch/suite.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path Hidden(const PlanFolder& folder, const Chunk& chunk, const std::string& ending) {
+  return folder.path() / kPartsFolder / fmt::format(".{}.{}", chunk.name(), ending);
+}
+
+// What another machine is to see must be on the disk before its name is.
+void Sync(const fs::path& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool good = fd >= 0 && fsync(fd) == 0;
+  const int error = errno;
+  if (fd >= 0) close(fd);
+  if (!good) ThrowFileError("cannot write " + path.string(), error);
+}
+
+fs::path NewFolder(const std::string& name) {
+  char stamp[32];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
+  return fs::path("runs") / (name + "-" + stamp);
+}
+
+}  // namespace
+
+std::string ThisProcess() {
+  char host[256] = {};
+  gethostname(host, sizeof host - 1);
+  return fmt::format("{}-{}", host, getpid());
+}
+
+std::string Chunk::name() const {
+  return fmt::format("{}+{}+{:04}-{:04}", policy, launch::FolderOfTask(task), first, last);
+}
+
+std::vector<Chunk> ChunksOf(const Plan& plan) {
+  std::vector<Chunk> chunks;
+  for (const PlannedPolicy& policy : plan.policies) {
+    for (const std::string& task : plan.tasks) {
+      for (int first = 0; first < plan.options.episodes; first += plan.chunk_episodes) {
+        chunks.push_back(
+            {policy.name, task, first, std::min(first + plan.chunk_episodes, plan.options.episodes) - 1});
+      }
+    }
+  }
+  return chunks;
+}
+
+std::vector<Chunk> ChunksOfPart(const std::vector<Chunk>& chunks, int part, int parts) {
+  std::vector<Chunk> mine;
+  for (size_t i = static_cast<size_t>(part - 1); i < chunks.size(); i += static_cast<size_t>(parts)) {
+    mine.push_back(chunks[i]);
+  }
+  return mine;
+}
+
+PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
+    : plan_(plan), path_(fs::absolute(out.empty() ? NewFolder(plan.name) : out).lexically_normal()) {
+  if (!path_.has_filename()) path_ = path_.parent_path();
+  const fs::path file = path_ / kPlanJson;
+  if (!make && !fs::exists(file)) return;
+  std::error_code error;
+  fs::create_directories(path_ / kPartsFolder, error);
+  if (error) ThrowFileError("--out " + path_.string() + ": cannot create", error.value());
+  const auto json = PlanJson(plan_);
+  if (!fs::exists(file)) {
+    for (const auto& entry : fs::directory_iterator(path_)) {
+      if (entry.path().filename() == kPartsFolder || ParseTemporaryName(entry.path().filename())) continue;
+      throw InputError("--out " + path_.string() + ": exists and is no plan's folder; it has no " +
+                       kPlanJson);
+    }
+    // Another part of the plan may begin at the same moment: it writes the same.
+    WriteWhole(file, ToText(json, 2) + "\n");
+    return;
+  }
+  const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
+  for (const auto& [key, value] : json.items()) {
+    if (before.contains(key) && before[key] == value) continue;
+    throw InputError(fmt::format("--out {}: the plan there has another \"{}\": {}, not {}", file.string(),
+                                 key, before.contains(key) ? ToText(before[key]) : "none", ToText(value)));
+  }
+}
+
+PlanFolder::PlanFolder(const fs::path& folder) : path_(fs::absolute(folder).lexically_normal()) {
+  if (!path_.has_filename()) path_ = path_.parent_path();
+  const fs::path file = path_ / kPlanJson;
+  if (!fs::exists(file)) throw InputError(folder.string() + ": no plan's folder; it has no " + kPlanJson);
+  plan_ = PlanOfJson(ReadJsonFile(file), file.string());
+}
+
+fs::path PlanFolder::run_folder(const std::string& policy, const std::string& task) const {
+  return policy_folder(policy) / launch::FolderOfTask(task);
+}
+
+bool PlanFolder::has_run(const std::string& policy, const std::string& task) const {
+  return fs::exists(run_folder(policy, task) / kSummaryJson);
+}
+
+bool PlanFolder::has(const Chunk& chunk) const {
+  return fs::exists(chunk_folder(chunk)) || has_run(chunk.policy, chunk.task);
+}
+
+void PlanFolder::Put(const Chunk& chunk, const fs::path& finished) const {
+  const fs::path coming = Hidden(*this, chunk, ThisProcess() + ".coming");
+  std::error_code ignored;
+  try {
+    fs::remove_all(coming);
+    fs::create_directories(coming.parent_path());
+    fs::copy(finished, coming, fs::copy_options::recursive);
+    for (const auto& entry : fs::recursive_directory_iterator(coming)) Sync(entry.path());
+  } catch (const fs::filesystem_error& error) {
+    fs::remove_all(coming, ignored);
+    ThrowFileError("cannot write " + coming.string(), error.code().value());
+  } catch (...) {
+    fs::remove_all(coming, ignored);
+    throw;
+  }
+  if (rename(coming.c_str(), chunk_folder(chunk).c_str()) == 0) return;
+  const int error = errno;
+  fs::remove_all(coming, ignored);
+  // Its twin has been quicker.
+  if (!has(chunk)) ThrowFileError("cannot write " + chunk_folder(chunk).string(), error);
+}
+
+AtWork::AtWork(const PlanFolder& folder, const Chunk& chunk)
+    : file_(Hidden(folder, chunk, ThisProcess())), told_(std::chrono::steady_clock::now()) {
+  WriteWhole(file_, "");
+}
+
+AtWork::~AtWork() {
+  std::error_code ignored;
+  fs::remove(file_, ignored);
+}
+
+void AtWork::Tell() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - told_ < kTold) return;
+  told_ = now;
+  // By the clock of the file's own machine.
+  utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
+}
+
+void SayFailed(const PlanFolder& folder, const Chunk& chunk, const std::string& why) {
+  const fs::path file = Hidden(folder, chunk, "failed");
+  std::error_code ignored;
+  if (why.empty()) {
+    fs::remove(file, ignored);
+  } else {
+    WriteWhole(file, why + "\n");
+  }
+}
+
+}  // namespace evalbus::plans

@@ -1,0 +1,256 @@
+#include "cli/plans/plan_run.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "bus/host.h"
+#include "cli/launch/suite.h"
+#include "cli/plans/plan_report.h"
+#include "cli/results/comparison.h"
+#include "cli/results/run_reader.h"
+#include "cli/results/summary_table.h"
+#include "metrics/statistics/sequential_mcnemar.h"
+#include "viz/pictures/film.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr auto kPoll = std::chrono::milliseconds(20);
+
+// Runs jobs, so many at a time, and calls ended(name) for each that has ended well. False if it was stopped.
+template <class Ended>
+bool RunJobs(std::vector<launch::Job> jobs, int at_once, const std::string& what, const Ended& ended) {
+  const size_t all = jobs.size();
+  const bool is_terminal = isatty(fileno(stdout)) != 0;
+  const auto began = std::chrono::steady_clock::now();
+  launch::JobPool pool(std::move(jobs), at_once, [&](const std::string& why) {
+    fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+  });
+  for (size_t done = 0; !pool.done() && !stop_requested();) {
+    if (const auto name = pool.Poll()) {
+      ++done;
+      if (is_terminal) fmt::print("\x1b[K");
+      ended(*name);
+      std::fflush(stdout);
+    } else {
+      if (is_terminal) {
+        const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+        fmt::print("\x1b[K{} of {} {}, {}\r", done, all, what, results::FormatDuration(s));
+        std::fflush(stdout);
+      }
+      std::this_thread::sleep_for(kPoll);
+    }
+  }
+  if (is_terminal) fmt::print("\x1b[K");
+  return !stop_requested();
+}
+
+// The suites of these policies, each with so many episodes of each task.
+void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, int episodes, int workers) {
+  const Plan& plan = folder.plan();
+  std::map<std::string, launch::Suite> suites;
+  std::map<std::string, std::pair<std::string, std::string>> of_job;  // policy and task
+  std::vector<launch::Job> jobs;
+  size_t width = 0;
+  for (const PlannedPolicy& policy : plan.policies) {
+    if (!policies.contains(policy.name)) continue;
+    launch::RunOptions options = plan.OptionsOf(policy);
+    options.episodes = episodes;
+    options.out = folder.policy_folder(policy.name);
+    options.resume = true;
+    const launch::Suite& suite = suites
+                                     .emplace(std::piecewise_construct, std::forward_as_tuple(policy.name),
+                                              std::forward_as_tuple(options, plan.tasks))
+                                     .first->second;
+    for (launch::Job& job : suite.Jobs()) {
+      const std::string task = job.name;
+      job.name = policy.name + "  " + task;
+      width = std::max(width, job.name.size());
+      of_job[job.name] = {policy.name, task};
+      jobs.push_back(std::move(job));
+    }
+  }
+  fmt::print("{} runs of {} episode{}, {} at a time\n{}", jobs.size(), episodes, episodes == 1 ? "" : "s",
+             workers, results::Tally::Title("policy, task", width));
+  std::fflush(stdout);
+  const bool is_whole = RunJobs(std::move(jobs), workers, "runs", [&](const std::string& job) {
+    const auto& [policy, task] = of_job.at(job);
+    fmt::print("{}", suites.at(policy).Ended(task).Line(job, width));
+  });
+  for (const auto& [name, suite] : suites) suite.WriteSummary();
+  if (is_whole) return;
+  throw EnvironmentError(fmt::format("stopped; the same command with --out {} --resume goes on",
+                                     fs::proximate(folder.path()).string()));
+}
+
+Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
+          double alpha) {
+  const results::Comparison comparison =
+      results::CompareRuns(results::ReadRuns(folder.policy_folder(policy)),
+                           results::ReadRuns(folder.policy_folder(folder.plan().baseline)));
+  Stop stop = before;
+  stop.policy = policy;
+  stop.episodes = episodes;
+  stop.only_policy = comparison.success.pairs.only_a;
+  stop.only_baseline = comparison.success.pairs.only_b;
+  stop.p = std::min(before.p, metrics::SequentialMcNemar(stop.only_policy, stop.only_baseline));
+  stop.is_decided = stop.p <= alpha;
+  return stop;
+}
+
+// Episodes are added until each comparison is decided: the baseline's as long as anybody's goes on.
+std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  std::map<std::string, Stop> stops;
+  std::set<std::string> going;
+  for (const PlannedPolicy& policy : plan.policies) {
+    going.insert(policy.name);
+    if (policy.name != plan.baseline) stops[policy.name];
+  }
+  // By Bonferroni: each comparison may err with its share of alpha.
+  const double alpha = plan.until->alpha / static_cast<double>(stops.size());
+  for (int episodes = plan.options.episodes;;
+       episodes = std::min(episodes + plan.options.episodes, plan.until->max_episodes)) {
+    RunSuites(folder, going, episodes, workers);
+    for (auto& [policy, stop] : stops) {
+      if (!going.contains(policy)) continue;
+      stop = Look(folder, policy, stop, episodes, alpha);
+      if (!stop.is_decided && episodes < plan.until->max_episodes) continue;
+      fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
+      going.erase(policy);
+    }
+    fmt::print("\n");
+    if (going.size() <= 1) break;
+  }
+  std::vector<Stop> result;
+  ordered_json json = ordered_json::array();
+  for (const auto& [policy, stop] : stops) {
+    result.push_back(stop);
+    json.push_back({{"policy", policy},
+                    {"episodes", stop.episodes},
+                    {"only_policy", stop.only_policy},
+                    {"only_baseline", stop.only_baseline},
+                    {"p", std::min(1.0, stop.p * static_cast<double>(stops.size()))},
+                    {"is_decided", stop.is_decided},
+                    {"text", stop.Text(plan.baseline, *plan.until)}});
+  }
+  WriteWhole(folder.path() / kStopsJson, ToText(json, 2) + "\n");
+  return result;
+}
+
+std::vector<int> EpisodesToFilm(const PlannedFilms& films, const results::RecordedRun& run) {
+  using Which = PlannedFilms::Which;
+  std::vector<int> episodes;
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    const bool is_wanted = films.which == Which::kAll ||
+                           (films.which == Which::kFailures && !episode.success) ||
+                           (films.which == Which::kFirst && episode.episode < films.first);
+    const auto is_there = [&](const std::string& camera) {
+      return fs::exists(EpisodeFolder(run.folder, episode.episode) / viz::FilmName(camera));
+    };
+    if (is_wanted && !std::ranges::all_of(films.cameras, is_there)) episodes.push_back(episode.episode);
+  }
+  return episodes;
+}
+
+void MakeFilms(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  std::vector<launch::Job> jobs;
+  if (plan.films.which == PlannedFilms::Which::kNone) return;
+  for (const PlannedPolicy& policy : plan.policies) {
+    for (const std::string& task : plan.tasks) {
+      const fs::path run = folder.run_folder(policy.name, task);
+      const std::vector<int> episodes = EpisodesToFilm(plan.films, results::ReadRun(run));
+      if (episodes.empty()) continue;
+      jobs.push_back({policy.name + "  " + task,
+                      {(launch::Processes::BinaryFolder() / "evalbus").string(), "render", run.string(),
+                       "--episode", fmt::format("{}", fmt::join(episodes, ",")), "--camera",
+                       fmt::format("{}", fmt::join(plan.films.cameras, ","))},
+                      LogFile(run, "film")});
+    }
+  }
+  if (!RunJobs(std::move(jobs), workers, "runs filmed", [](const std::string&) {})) {
+    throw EnvironmentError("stopped before all was filmed; the same command with --resume goes on");
+  }
+}
+
+}  // namespace
+
+std::string Stop::Text(const std::string& baseline, const Until& until) const {
+  const std::string counts =
+      fmt::format("{} pairs won and {} lost, p {:.2g} at any look", only_policy, only_baseline, p);
+  if (!is_decided) {
+    return fmt::format(
+        "not decided against {} after {} episodes of each task, the most that the plan allows: {}", baseline,
+        until.max_episodes, counts);
+  }
+  return fmt::format("{} than {}, decided after {} of {} episodes of each task: {}",
+                     only_policy > only_baseline ? "better" : "worse", baseline, episodes, until.max_episodes,
+                     counts);
+}
+
+void RunPlan(const PlanFolder& folder, int workers) {
+  InstallStopSignals();
+  const Plan& plan = folder.plan();
+  fmt::print("plan {}: {} polic{} on {} task{}\n", plan.name, plan.policies.size(),
+             plan.policies.size() == 1 ? "y" : "ies", plan.tasks.size(), plan.tasks.size() == 1 ? "" : "s");
+  if (plan.until) {
+    RunUntilDecided(folder, workers);
+  } else {
+    std::set<std::string> all;
+    for (const PlannedPolicy& policy : plan.policies) all.insert(policy.name);
+    RunSuites(folder, all, plan.options.episodes, workers);
+  }
+  FinishPlan(folder, workers);
+}
+
+void FinishPlan(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  MakeFilms(folder, workers);
+  std::vector<results::RecordedRuns> runs;
+  std::optional<results::RecordedRuns> baseline;
+  std::vector<launch::Job> pages;
+  const std::string evalbus = (launch::Processes::BinaryFolder() / "evalbus").string();
+  const std::string baseline_folder = folder.policy_folder(plan.baseline).string();
+  for (const PlannedPolicy& policy : plan.policies) {
+    const fs::path own = folder.policy_folder(policy.name);
+    results::RecordedRuns suite = results::ReadRuns(own);
+    pages.push_back({"report of " + policy.name, {evalbus, "report", own.string()}, LogFile(own, "report")});
+    if (policy.name == plan.baseline) {
+      baseline = std::move(suite);
+      continue;
+    }
+    runs.push_back(std::move(suite));
+    pages.push_back({"comparison of " + policy.name,
+                     {evalbus, "compare", baseline_folder, own.string(), "--report",
+                      ComparisonPageOf(folder, policy.name).string()},
+                     LogFile(own, "compare")});
+  }
+  // Tests for one look would say too much of what was looked at as it grew.
+  if (!runs.empty() && !plan.until) {
+    for (const results::Comparison& comparison : results::CompareAll(runs, *baseline)) {
+      fmt::print("\n{}\n", results::Conclusion(comparison));
+    }
+  }
+  for (const launch::Job& page : pages) fs::create_directories(page.log_file.parent_path());
+  RunJobs(std::move(pages), workers, "pages", [](const std::string&) {});
+  WritePlanReport(folder);
+  fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / "report.html").string());
+}
+
+}  // namespace evalbus::plans

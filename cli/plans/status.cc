@@ -1,0 +1,108 @@
+#include "cli/plans/status.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "cli/results/run_reader.h"
+#include "cli/results/summary_table.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::chrono::minutes kRecent{10};
+
+// How long ago a file came or was told of; machines whose clocks differ by more than that are out of luck.
+std::chrono::duration<double> Age(const fs::path& file) {
+  std::error_code error;
+  const auto then = fs::last_write_time(file, error);
+  return error ? std::chrono::hours(1000)
+               : std::chrono::duration<double>(fs::file_time_type::clock::now() - then);
+}
+
+std::string FirstLine(const fs::path& file) {
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  return Printable(line);
+}
+
+int Lines(const fs::path& file) {
+  std::ifstream stream(file);
+  return static_cast<int>(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'));
+}
+
+}  // namespace
+
+PlanStatus StatusOf(const PlanFolder& folder) {
+  PlanStatus status;
+  std::map<std::string, int> sizes;
+  double oldest = 0;
+  int recent = 0;
+  std::map<fs::path, int> lines_left;  // of runs that go on in their own folder
+  for (const Chunk& chunk : ChunksOf(folder.plan())) {
+    status.episodes += chunk.size();
+    sizes[chunk.name()] = chunk.size();
+    if (!folder.has(chunk)) {
+      const fs::path run = folder.run_folder(chunk.policy, chunk.task);
+      const auto [left, is_new] = lines_left.emplace(run, 0);
+      if (is_new) left->second = Lines(run / kEpisodesJsonl);
+      const int there = std::min(left->second, chunk.size());
+      left->second -= there;
+      status.done += there;
+      status.by_policy[chunk.policy] += there;
+      continue;
+    }
+    status.done += chunk.size();
+    status.by_policy[chunk.policy] += chunk.size();
+    const fs::path come = fs::exists(folder.chunk_folder(chunk))
+                              ? folder.chunk_folder(chunk) / kRunJson
+                              : folder.run_folder(chunk.policy, chunk.task);
+    if (const double age = Age(come).count(); age < std::chrono::duration<double>(kRecent).count()) {
+      recent += chunk.size();
+      oldest = std::max(oldest, age);
+    }
+  }
+  // The first of them took as long as the others.
+  if (recent > 0 && oldest > 0) status.rate = recent / oldest;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, none)) {
+    const std::string name = entry.path().filename();
+    if (!name.starts_with(".")) continue;
+    const size_t dot = name.find('.', 1);
+    const std::string chunk = name.substr(1, dot - 1),
+                      rest = dot == std::string::npos ? "" : name.substr(dot + 1);
+    if (!sizes.contains(chunk)) continue;
+    if (rest == "failed") {
+      status.failed.push_back({chunk, FirstLine(entry.path())});
+    } else if (entry.is_regular_file(none) && Age(entry.path()) < AtWork::kGone) {
+      status.running += sizes[chunk];
+      status.at_work.push_back(fmt::format("{}  {}", rest, chunk));
+    }
+  }
+  std::ranges::sort(status.at_work);
+  std::ranges::sort(status.failed, {}, &PlanStatus::Failed::chunk);
+  return status;
+}
+
+std::string PlanStatus::Text() const {
+  std::string text = fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} chunk{} failed\n", done,
+                                 episodes, 100.0 * done / std::max(episodes, 1), running, failed.size(),
+                                 failed.size() == 1 ? "" : "s");
+  if (done < episodes && rate > 0) {
+    text += fmt::format("{:.3g} episodes/s, about {} left\n", rate,
+                        results::FormatDuration((episodes - done) / rate));
+  }
+  for (const auto& [policy, count] : by_policy)
+    text += fmt::format("  {}  {}\n", Pad(std::to_string(count), 8), policy);
+  for (const std::string& who : at_work) text += "at work: " + who + "\n";
+  for (const Failed& one : failed) text += fmt::format("failed: {}: {}\n", one.chunk, one.why);
+  return text;
+}
+
+}  // namespace evalbus::plans

@@ -1,0 +1,180 @@
+#include "cli/results/hdf5_file.h"
+
+#include <hdf5.h>
+#include <unistd.h>
+
+#include <utility>
+
+#include "base/errors.h"
+
+namespace evalbus::results {
+namespace {
+
+// An identifier of HDF5's library, given back by the function that its kind asks for.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+std::vector<hsize_t> Extents(const std::vector<int64_t>& shape) { return {shape.begin(), shape.end()}; }
+
+// Groups on the way to a dataset are made.
+hid_t WithGroups() {
+  const hid_t list = H5Pcreate(H5P_LINK_CREATE);
+  H5Pset_create_intermediate_group(list, 1);
+  return list;
+}
+
+hid_t TextType() {
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  return type;
+}
+
+}  // namespace
+
+Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path) {
+  constexpr hsize_t kMost = 100'000'000;
+  const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (file < 0) fail("no HDF5 file, or it is cut off");
+  const Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  if (set < 0) fail("no dataset '" + path + "'");
+  const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
+  const H5T_class_t kind = H5Tget_class(type);
+  if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("'" + path + "' holds no numbers");
+  const int dimensions = H5Sget_simple_extent_ndims(space);
+  if (dimensions < 1 || dimensions > 2) fail("'" + path + "' is no table of one or two dimensions");
+  hsize_t extents[2] = {0, 1};
+  H5Sget_simple_extent_dims(space, extents, nullptr);
+  if (extents[0] > kMost || extents[1] > kMost || extents[0] * extents[1] > kMost) {
+    fail("'" + path + "' has more than 100 million numbers");
+  }
+  Hdf5Numbers result;
+  for (int i = 0; i < dimensions; ++i) result.shape.push_back(static_cast<int64_t>(extents[i]));
+  result.numbers.resize(extents[0] * extents[1]);
+  if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.numbers.data()) < 0) {
+    fail("'" + path + "' cannot be read: is the file damaged?");
+  }
+  return result;
+}
+
+void Hdf5File::Need(bool good, const std::string& what) const {
+  if (!good) throw EnvironmentError("cannot write " + file_.string() + ": HDF5 refused " + what);
+}
+
+Hdf5File::Hdf5File(const std::filesystem::path& file)
+    : file_(file), temporary_(file.string() + "." + std::to_string(getpid()) + ".partial") {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  id_ = H5Fcreate(temporary_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  Need(id_ >= 0, "to create it");
+}
+
+Hdf5File::~Hdf5File() {
+  if (id_ < 0) return;
+  H5Fclose(id_);
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+}
+
+void Hdf5File::Finish() {
+  const bool flushed = H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0;
+  const bool closed = H5Fclose(std::exchange(id_, -1)) >= 0;
+  std::error_code error;
+  if (flushed && closed) std::filesystem::rename(temporary_, file_, error);
+  if (flushed && closed && !error) return;
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+  Need(false, "to finish it (is the disk full?)");
+}
+
+void Hdf5File::Write(const std::string& path, const std::vector<double>& numbers,
+                     const std::vector<int64_t>& shape) {
+  const std::vector<hsize_t> extents = Extents(shape);
+  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose);
+  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_IEEE_F64LE, space, links, H5P_DEFAULT, H5P_DEFAULT),
+                   H5Dclose);
+  Need(set >= 0 && H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) >= 0,
+       path);
+}
+
+void Hdf5File::Write(const std::string& path, const std::vector<std::string>& texts) {
+  const hsize_t extent = texts.size();
+  const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose);
+  const Handle type(TextType(), H5Tclose);
+  const Handle set(H5Dcreate2(id_, path.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  std::vector<const char*> pointers;
+  for (const std::string& text : texts) pointers.push_back(text.c_str());
+  Need(
+      set >= 0 && (texts.empty() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) >= 0),
+      path);
+}
+
+void Hdf5File::CreateBytes(const std::string& path, const std::vector<int64_t>& shape) {
+  const std::vector<hsize_t> extents = Extents(shape);
+  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose);
+  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, H5P_DEFAULT, H5P_DEFAULT),
+                   H5Dclose);
+  Need(set >= 0, path);
+}
+
+void Hdf5File::WriteRow(const std::string& path, int64_t row, std::span<const uint8_t> bytes) {
+  const Handle set(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+  const Handle space(H5Dget_space(set), H5Sclose);
+  std::vector<hsize_t> extents(static_cast<size_t>(H5Sget_simple_extent_ndims(space)));
+  H5Sget_simple_extent_dims(space, extents.data(), nullptr);
+  std::vector<hsize_t> begin(extents.size(), 0), count = extents;
+  begin[0] = static_cast<hsize_t>(row);
+  count[0] = 1;
+  const Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
+  const bool selected =
+      H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr) >= 0;
+  Need(selected && H5Sget_simple_extent_npoints(memory) == static_cast<hssize_t>(bytes.size()) &&
+           H5Dwrite(set, H5T_NATIVE_UINT8, memory, space, H5P_DEFAULT, bytes.data()) >= 0,
+       path);
+}
+
+void Hdf5File::SetAttribute(const std::string& path, const std::string& name, const std::string& text) {
+  const Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle type(TextType(), H5Tclose);
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const char* pointer = text.c_str();
+  Need(attribute >= 0 && H5Awrite(attribute, type, &pointer) >= 0, path + ", attribute " + name);
+}
+
+void Hdf5File::SetAttribute(const std::string& path, const std::string& name, int64_t number) {
+  const Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
+  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_INT64, &number) >= 0, path + ", attribute " + name);
+}
+
+void Hdf5File::SetAttribute(const std::string& path, const std::string& name,
+                            const std::vector<double>& numbers) {
+  const Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  const hsize_t extent = numbers.size();
+  const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
+  const Handle attribute(H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose);
+  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_DOUBLE, numbers.data()) >= 0,
+       path + ", attribute " + name);
+}
+
+}  // namespace evalbus::results

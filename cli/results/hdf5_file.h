@@ -1,0 +1,50 @@
+// A file in HDF5's format, written from beginning to end; a thin cover of HDF5's C library.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace evalbus::results {
+
+// Reads a dataset of one or two dimensions of whole or floating numbers. Throws InputError, one line: no such
+// dataset, another kind or shape, more than 100 million numbers, a damaged file.
+struct Hdf5Numbers {
+  std::vector<int64_t> shape;
+  std::vector<double> numbers;
+};
+Hdf5Numbers ReadHdf5(const std::filesystem::path& file, const std::string& path);
+
+class Hdf5File {
+ public:
+  // Creates the file under a temporary name beside it. Throws EnvironmentError, as do the other functions.
+  explicit Hdf5File(const std::filesystem::path& file);
+  // Takes the half-written file away, unless it was finished.
+  ~Hdf5File();
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+
+  // Paths like "data/demo_0/obs/joint_position"; groups on the way are made.
+  void Write(const std::string& path, const std::vector<double>& numbers, const std::vector<int64_t>& shape);
+  void Write(const std::string& path, const std::vector<std::string>& texts);
+  // A dataset of bytes of which rows are written one by one; the first extent counts them.
+  void CreateBytes(const std::string& path, const std::vector<int64_t>& shape);
+  void WriteRow(const std::string& path, int64_t row, std::span<const uint8_t> bytes);
+  void SetAttribute(const std::string& path, const std::string& name, const std::string& text);
+  void SetAttribute(const std::string& path, const std::string& name, int64_t number);
+  void SetAttribute(const std::string& path, const std::string& name, const std::vector<double>& numbers);
+
+  // Closes it and gives it its name.
+  void Finish();
+
+ private:
+  void Need(bool good, const std::string& what) const;
+
+  std::filesystem::path file_, temporary_;
+  int64_t id_ = -1;
+};
+
+}  // namespace evalbus::results

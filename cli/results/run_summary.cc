@@ -1,0 +1,42 @@
+#include "cli/results/run_summary.h"
+
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "base/write_whole.h"
+#include "cli/results/pacing.h"
+#include "cli/results/policy_calls.h"
+
+namespace evalbus::results {
+
+RunSummary WriteRunSummary(const std::filesystem::path& folder) {
+  const RecordedRun recorded = ReadRunAsFarAsItGot(folder);
+  std::vector<nlohmann::ordered_json> episodes;
+  std::string lines;
+  for (const RecordedEpisode& episode : recorded.episodes) {
+    episodes.push_back(episode.json);
+    lines += ToText(episode.json) + "\n";
+  }
+  if (!episodes.empty()) WriteWhole(folder / kEpisodesJsonl, lines);
+  RunSummary summary{recorded.Statistics().Summary(true), nullptr, PolicyNotes(recorded)};
+  auto json = metrics::SummaryJson(recorded.task, recorded.variation, summary.statistics);
+  if (recorded.info.value("realtime", false)) summary.pacing = json["pacing"] = RunPacing(episodes);
+  WriteWhole(folder / kSummaryJson, ToText(json, 2) + "\n");
+  return summary;
+}
+
+void SuiteTally::Add(const std::string& name, const RecordedRun& run) {
+  by_task_[name].Add(run);
+  families_[run.task].Add(run);
+  all_.Add(run);
+}
+
+nlohmann::ordered_json SuiteTally::Json(const std::vector<std::string>& names) const {
+  nlohmann::ordered_json json = {{"all", all_.Json()}};
+  for (const auto& [name, tally] : families_) json["by_task"][name] = tally.Json();
+  for (const std::string& name : names) {
+    if (by_task_.contains(name)) json["by_variation"][name] = by_task_.at(name).Json();
+  }
+  return json;
+}
+
+}  // namespace evalbus::results

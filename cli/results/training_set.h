@@ -1,0 +1,49 @@
+// Training sets from the logs of runs: robomimic's HDF5, RoboEval's safetensors. What is in them:
+// docs/data.md.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evalbus/action_t.hpp"
+#include "evalbus/episode_begin_t.hpp"
+#include "evalbus/episode_summary_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+
+namespace evalbus::results {
+
+// An episode of a log as learners want it: the action of step i was commanded on the state of tick i and led
+// to that of tick i + 1.
+struct EpisodeSteps {
+  std::filesystem::path log;
+  model_info_t model{};
+  episode_begin_t begin{};
+  std::vector<state_t> states;    // ticks 0 to N
+  std::vector<action_t> actions;  // of ticks 0 to N - 1
+  std::optional<episode_summary_t> summary;
+
+  bool success() const { return summary && summary->complete && summary->metrics.success; }
+};
+
+// Throws InputError, one line that names the log: damaged, no or several episodes, no actions, ticks missing.
+EpisodeSteps ReadSteps(const std::filesystem::path& log);
+
+struct PictureOptions {
+  std::vector<std::string> cameras;
+  int width = 256, height = 256;
+};
+
+// `progress`: share of all steps, from 0 to 1. Both throw InputError and EnvironmentError and leave nothing
+// half-written. Episodes in this order are demo_0, demo_1, ...
+void WriteRobomimic(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& file,
+                    const PictureOptions& pictures, const std::function<void(double)>& progress);
+// Of two arms with seven joints only. A file for each episode; returns their paths.
+std::vector<std::filesystem::path> WriteSafetensors(const std::vector<std::filesystem::path>& logs,
+                                                    const std::filesystem::path& folder,
+                                                    const std::function<void(double)>& progress);
+
+}  // namespace evalbus::results

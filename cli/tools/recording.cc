@@ -1,0 +1,140 @@
+#include "cli/tools/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "bus/channels.h"
+#include "cli/results/episode_logs.h"
+#include "cli/tools/mcap_writer.h"
+#include "cli/tools/scene.h"
+#include "cli/tools/schemas.h"
+#include "models/physics_model.h"
+#include "viz/pictures/film.h"
+#include "viz/pictures/jpeg.h"
+#include "viz/pictures/renderer.h"
+
+namespace evalbus::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kPicturePeriod_us = 100'000;
+
+std::string Base64(const std::vector<uint8_t>& bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    const auto at = [&](size_t k) { return k < bytes.size() ? uint32_t{bytes[k]} : 0; };
+    const uint32_t three = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+    text += kDigits[three >> 18];
+    text += kDigits[three >> 12 & 63];
+    text += i + 1 < bytes.size() ? kDigits[three >> 6 & 63] : '=';
+    text += i + 2 < bytes.size() ? kDigits[three & 63] : '=';
+  }
+  return text;
+}
+
+}  // namespace
+
+nlohmann::ordered_json SceneSource::Of(const model_info_t& model, std::optional<int64_t> seed) {
+  // RUN/model/visual.mjb
+  const fs::path run = run_.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run_;
+  try {
+    return SceneEntities(scenes_.Of(model, run), seed);
+  } catch (const InputError& error) {
+    remark_ = fmt::format("no scene: {}", error.what());
+    return nullptr;
+  }
+}
+
+EncodedEpisode EncodeEpisode(const fs::path& log) {
+  EncodedEpisode episode;
+  SceneSource scene(results::RunFolderOf(log));
+  Encoder encoder(
+      [&](const Message& message) {
+        // Another one begins.
+        if (message.topic == kEpisode && message.time_ns == 0) episode.messages.clear();
+        episode.messages.push_back(message);
+      },
+      [&](const model_info_t& model, std::optional<int64_t> seed) { return scene.Of(model, seed); });
+  EventLogReader reader(log);
+  for (LogEvent event; reader.Next(&event);) encoder.Hear(event.channel, event.data);
+  if (episode.messages.empty()) throw InputError(log.string() + ": no episode in this log");
+  std::ranges::stable_sort(episode.messages, {}, &Message::time_ns);
+  episode.topics = encoder.topics();
+  if (!scene.remark().empty()) episode.remarks.push_back(scene.remark());
+  if (reader.damaged_bytes() > 0) {
+    episode.remarks.push_back(
+        fmt::format("{}: {} damaged bytes were skipped", log.string(), reader.damaged_bytes()));
+  }
+  if (encoder.garbled() > 0) {
+    episode.remarks.push_back(fmt::format("{}: {} messages are not ours", log.string(), encoder.garbled()));
+  }
+  return episode;
+}
+
+void AddPictures(const fs::path& log, const std::vector<std::string>& cameras, const std::string& size,
+                 EncodedEpisode* episode) {
+  std::unique_ptr<viz::Renderer> renderer;
+  std::vector<int> ids;
+  std::vector<Message> pictures;
+  viz::JpegEncoder jpeg;
+  viz::Frame frame(viz::ParseFrameSize(size));
+  std::optional<model_info_t> model;
+  int64_t next_us = 0;
+  const size_t first = episode->topics.size();
+  for (const std::string& camera : cameras) {
+    episode->topics.push_back({"/camera/" + camera, "foxglove.CompressedImage", CompressedImageSchema()});
+  }
+  EventLogReader reader(log);
+  for (LogEvent event; reader.Next(&event);) {
+    if (channels::kModel == event.channel) {
+      model_info_t heard{};
+      if (Decode(event.data, &heard)) model = heard;
+    } else if (channels::kEpisodeBegin == event.channel && model) {
+      episode_begin_t begin{};
+      if (!Decode(event.data, &begin)) continue;
+      if (!renderer) {
+        UseModelsIn(results::RunFolderOf(log), &*model);
+        renderer = std::make_unique<viz::Renderer>(LoadVisualModel(*model), frame.size);
+        viz::CheckCameras(renderer->model(), cameras);
+        for (const std::string& camera : cameras) {
+          ids.push_back(viz::FindCamera(renderer->model(), camera));
+        }
+      }
+      renderer->SetAppearance(*model, begin.seed);
+      pictures.clear();
+      next_us = 0;
+    } else if (channels::kState == event.channel && renderer) {
+      state_t state{};
+      if (!Decode(event.data, &state) || state.header.sim_time_us < next_us) continue;
+      next_us = state.header.sim_time_us + kPicturePeriod_us;
+      renderer->SetState(state);
+      const int64_t time = state.header.sim_time_us * 1000;
+      for (size_t k = 0; k < ids.size(); ++k) {
+        renderer->Render(ids[k], &frame);
+        const nlohmann::ordered_json json = {{"timestamp", TimeJson(time)},
+                                             {"frame_id", cameras[k]},
+                                             {"data", Base64(jpeg.Encode(frame))},
+                                             {"format", "jpeg"}};
+        pictures.push_back({first + k, time, std::make_shared<const std::string>(ToText(json))});
+      }
+    }
+  }
+  episode->messages.insert(episode->messages.end(), pictures.begin(), pictures.end());
+  std::ranges::stable_sort(episode->messages, {}, &Message::time_ns);
+}
+
+std::string McapFile(const EncodedEpisode& episode) {
+  McapWriter writer("evalbus");
+  for (const Topic& topic : episode.topics) writer.AddChannel(topic.name, topic.schema_name, topic.schema);
+  for (const Message& message : episode.messages) {
+    writer.Add(static_cast<uint16_t>(message.topic), message.time_ns, *message.json);
+  }
+  return writer.Finish();
+}
+
+}  // namespace evalbus::tools

@@ -1,0 +1,48 @@
+#include "metrics/task/known_objects.h"
+
+#include <algorithm>
+
+namespace evalbus::metrics {
+
+KnownObjects::KnownObjects(const model_info_t& model) {
+  for (int object = 0; object < model.num_objects; ++object) {
+    if (model.object_is_tracked[object]) continue;
+    unknown_.push_back(model.object_name[object]);
+    unknown_geoms_.resize(model.num_geoms);
+    for (int geom = 0; geom < model.num_geoms; ++geom) {
+      if (model.body_entity[model.geom_body[geom]] != model.object_entity[object]) continue;
+      unknown_geoms_[geom] = 1;
+      lacks_barred_geoms_ |= std::ranges::count(model.barred_geom, geom) > 0;
+    }
+  }
+}
+
+bool KnownObjects::KnowsNames(const YamlValue& value) const {
+  if (value.is_map()) {
+    return std::ranges::all_of(value.Entries(), [this](const YamlValue& entry) {
+      return entry.key() == "axis" || KnowsNames(entry);
+    });
+  }
+  if (value.is_list()) {
+    return std::ranges::all_of(value.List(), [this](const YamlValue& one) { return KnowsNames(one); });
+  }
+  if (!value.is_scalar()) return true;
+  const std::string name = value.Text();
+  return std::ranges::none_of(
+      unknown_, [&](const std::string& object) { return name == object || name.starts_with(object + "/"); });
+}
+
+bool KnownObjects::Knows(const Expression& expression, const TaskDescription& task) const {
+  if (unknown_.empty() || expression.name.empty()) return true;
+  if (expression.name == "reached") {
+    const std::string name = YamlMap(expression.arguments, {"stage"})["stage"].Text();
+    const auto stage = std::ranges::find(task.stages, name, &Stage::name);
+    return stage == task.stages.end() || Knows(stage->when, task);
+  }
+  // Of a combination the arguments are what its operands were read from.
+  if (expression.operands.empty()) return KnowsNames(expression.arguments);
+  return std::ranges::all_of(expression.operands,
+                             [&](const Expression& operand) { return Knows(operand, task); });
+}
+
+}  // namespace evalbus::metrics

@@ -1,0 +1,39 @@
+#include "policy_bridge/wire/tree_builder.h"
+
+#include "policy_bridge/wire/policy_client.h"
+
+namespace evalbus::policy {
+namespace {
+
+constexpr size_t kMaxLevels = 32, kMaxValues = 1 << 20;
+
+}  // namespace
+
+void TreeBuilder::Open(Value container) {
+  if (open_.size() == kMaxLevels) Refuse("more than 32 levels");
+  open_.push_back({std::move(container), {}});
+}
+
+void TreeBuilder::Add(Value value) {
+  if (++num_values_ > kMaxValues) Refuse("more than a million values");
+  if (open_.empty()) {
+    whole_ = std::move(value);
+  } else if (Opened& parent = open_.back(); List* list = parent.value.As<List>()) {
+    list->push_back(std::move(value));
+  } else {
+    parent.value.As<Map>()->emplace_back(std::move(parent.key), std::move(value));
+  }
+}
+
+void TreeBuilder::CloseList() { Close(std::move(open_.back().value)); }
+
+void TreeBuilder::Close(Value value) {
+  open_.pop_back();
+  Add(std::move(value));
+}
+
+void TreeBuilder::Refuse(const char* what) const {
+  throw ServerError(ServerError::Kind::kProtocol, std::string(format_) + ": " + what);
+}
+
+}  // namespace evalbus::policy

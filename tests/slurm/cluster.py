@@ -1,0 +1,128 @@
+"""A Slurm cluster for a while: two nodes of one machine, all of it in one folder, without systemd, on loopback alone."""
+
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "scontrol", "squeue", "scancel", "sinfo")
+NODES = ("n1", "n2")
+# Slurm works in steps of a second or more.
+DEADLINE_S = 120
+_NAMESPACE = "EVALBUS_TEST_NAMESPACE"
+
+
+def enter_namespace():
+    """Starts this program again where it has a network, host name and processes of its own. Exits 77 where it cannot."""
+    missing = [program for program in PROGRAMS if not shutil.which(program)]
+    if missing:
+        print(f"skipped: no {', '.join(missing)} (apt-get install slurm-wlm munge)")
+        sys.exit(77)
+    if os.environ.get(_NAMESPACE):
+        subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+        socket.sethostname("localhost")
+        return
+    inside = ["unshare", "--net", "--uts", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc"]
+    if subprocess.run([*inside, "true"], capture_output=True).returncode != 0:
+        print("skipped: no namespaces here (needs root)")
+        sys.exit(77)
+    os.environ[_NAMESPACE] = "1"
+    os.execvp(inside[0], [*inside, sys.executable, *sys.argv])
+
+
+def wait_for(condition, what, deadline_s=DEADLINE_S):
+    end = time.monotonic() + deadline_s
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"waited {deadline_s} s for {what}")
+        time.sleep(0.05)
+
+
+class Cluster:
+    def __init__(self, folder, cpus=1):
+        self.folder = pathlib.Path(folder)
+        self.cpus = cpus
+        self.conf = self.folder / "slurm.conf"
+        os.environ["SLURM_CONF"] = str(self.conf)
+
+    def start(self):
+        for name in ("log", "run", "spool"):
+            (self.folder / name).mkdir(parents=True)
+        for name in ("munge", "state"):
+            (self.folder / name).mkdir(mode=0o700)
+        key = self.folder / "munge" / "key"
+        key.touch(mode=0o600)
+        key.write_bytes(os.urandom(128))
+        (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
+        self._write_conf()
+        run = self.folder / "run"
+        self._call("munged", f"--key-file={key}", f"--socket={run}/munge.sock", f"--pid-file={run}/munged.pid",
+                   f"--log-file={self.folder}/munge/log", f"--seed-file={self.folder}/munge/seed")
+        self._call("slurmctld", "-c")
+        for node in NODES:
+            self._call("slurmd", "-c", "-N", node)
+        wait_for(lambda: self.say("sinfo", "-h", "-N", "-o", "%T").split() == ["idle"] * len(NODES), "idle nodes")
+
+    def _write_conf(self):
+        folder = self.folder
+        settings = {
+            "ClusterName": "test", "SlurmctldHost": "localhost(127.0.0.1)", "SlurmctldPort": 16817,
+            "SlurmUser": "root", "SlurmdUser": "root", "AuthType": "auth/munge", "CredType": "cred/munge",
+            "AuthInfo": f"socket={folder}/run/munge.sock,cred_expire=5",
+            # Without another network even 127.0.0.1 is only found so.
+            "CommunicationParameters": "NoInAddrAny,NoCtldInAddrAny,EnableIPv6",
+            "StateSaveLocation": f"{folder}/state", "SlurmdSpoolDir": f"{folder}/spool/%n",
+            "SlurmctldPidFile": f"{folder}/run/slurmctld.pid", "SlurmdPidFile": f"{folder}/run/slurmd.%n.pid",
+            "SlurmctldLogFile": f"{folder}/log/slurmctld.log", "SlurmdLogFile": f"{folder}/log/slurmd.%n.log",
+            "ProctrackType": "proctrack/linuxproc", "TaskPlugin": "task/none", "MpiDefault": "none",
+            "MailProg": "/bin/true", "JobAcctGatherType": "jobacct_gather/none",
+            "AccountingStorageType": "accounting_storage/none", "SchedulerType": "sched/backfill",
+            "SchedulerParameters": "batch_sched_delay=1,bf_interval=2,sched_interval=2",
+            "SelectType": "select/cons_tres", "SelectTypeParameters": "CR_CPU",
+            "SlurmdParameters": "config_overrides", "ReturnToService": 2, "SlurmdTimeout": 10,
+            "SlurmctldTimeout": 10, "BatchStartTimeout": 10, "KillWait": 2, "JobRequeue": 1,
+        }
+        lines = [f"{key}={value}" for key, value in settings.items()]
+        for i, node in enumerate(NODES):
+            lines.append(f"NodeName={node} NodeHostname=localhost NodeAddr=127.0.0.1 Port={16821 + i} "
+                         f"CPUs={self.cpus} RealMemory=500 State=UNKNOWN")
+        lines.append(f"PartitionName=test Nodes={','.join(NODES)} Default=YES MaxTime=10 State=UP")
+        self.conf.write_text("\n".join(lines) + "\n")
+
+    def _call(self, *command):
+        done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
+        assert done.returncode == 0, f"{' '.join(command)}: {done.stdout}{done.stderr}"
+        return done.stdout
+
+    def say(self, *command):
+        """What a client says; empty where the controller does not answer."""
+        done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
+        return done.stdout if done.returncode == 0 else ""
+
+    def jobs(self):
+        """{"12_3": "RUNNING", ...} of jobs that are not over."""
+        lines = self.say("squeue", "-h", "-r", "-o", "%i %T").splitlines()
+        return dict(line.split() for line in lines)
+
+    def wait_until_done(self, deadline_s=DEADLINE_S):
+        wait_for(lambda: not self._release() and not self.jobs(), "the last job", deadline_s)
+
+    def _release(self):
+        """What was requeued begins at once, and not after the two minutes in which its credential might be used."""
+        for job, state in self.jobs().items():
+            if state == "PENDING" and "BeginTime" in self.say("squeue", "-h", "-r", "-j", job, "-o", "%r"):
+                self.say("scontrol", "update", f"jobid={job}", "StartTime=now")
+
+    def stop(self):
+        for state in ("PENDING", "RUNNING"):
+            self.say("scancel", f"--state={state}")
+        # The others go with the namespace.
+        for file in sorted((self.folder / "run").glob("*.pid")):
+            try:
+                os.kill(int(file.read_text()), signal.SIGKILL)
+            except (ProcessLookupError, ValueError):
+                pass

@@ -1,0 +1,60 @@
+#include "policy_bridge/wire/resolve.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+
+#include "tests/unit/policy_bridge/wire/server_failure.h"
+
+namespace evalbus::policy {
+namespace {
+
+using Kind = ServerError::Kind;
+
+const Url kUrl = ParseUrl("ws://robot.example:8000", "ws");
+
+TEST(Resolve, FindsNumbersAndThisMachine) {
+  EXPECT_EQ(Resolve(ParseUrl("ws://127.0.0.1:1", "ws"), 60), std::vector<std::string>{"127.0.0.1"});
+  EXPECT_EQ(Resolve(ParseUrl("ws://[::1]:1", "ws"), 60), std::vector<std::string>{"::1"});
+  const auto here = Resolve(ParseUrl("ws://localhost:1", "ws"), 60);
+  EXPECT_NE(std::ranges::find(here, "127.0.0.1"), here.end());
+}
+
+TEST(Resolve, SaysWhatTheLookupSays) {
+  const auto nobody = [](const std::string& host) -> std::vector<std::string> {
+    throw std::runtime_error(host + "? never heard");
+  };
+  EXPECT_THAT(
+      FailureOf([&] { Resolve(kUrl, 60, nobody); }),
+      FailsAs(Kind::kUnreachable, "ws://robot.example:8000: no such host (robot.example? never heard)"));
+}
+
+// A name server that does not answer: the lookup goes on, and its late result is nobody's.
+TEST(Resolve, KeepsItsDeadline) {
+  struct Gate {
+    std::mutex mutex;
+    std::condition_variable changed;
+    bool open = false, passed = false;
+  };
+  const auto gate = std::make_shared<Gate>();
+  const auto late = [gate](const std::string&) {
+    std::unique_lock lock(gate->mutex);
+    gate->changed.wait(lock, [&] { return gate->open; });
+    gate->passed = true;
+    gate->changed.notify_all();
+    return std::vector<std::string>{"127.0.0.1"};
+  };
+  EXPECT_THAT(FailureOf([&] { Resolve(kUrl, 0.05, late); }),
+              FailsAs(Kind::kUnreachable, "nobody said within 0.05 s what host this is"));
+  std::unique_lock lock(gate->mutex);
+  EXPECT_FALSE(gate->passed);
+  gate->open = true;
+  gate->changed.notify_all();
+  gate->changed.wait(lock, [&] { return gate->passed; });
+}
+
+}  // namespace
+}  // namespace evalbus::policy

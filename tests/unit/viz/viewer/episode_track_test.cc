@@ -1,0 +1,349 @@
+#include "viz/viewer/episode_track.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/unit/small_world.h"
+
+namespace evalbus::viz {
+namespace {
+
+using namespace small_world;
+
+const std::vector<int> kMoving = {kLeftHand, kPot};
+
+EpisodeTrack MakeTrack() {
+  return EpisodeTrack(std::make_shared<model_info_t>(Model()), Header(0),
+                      {.run = 3, .policy = "expert", .scene = "abc", .bodies = kMoving});
+}
+
+partial_metrics_t Partial(int64_t tick) {
+  partial_metrics_t partial{};
+  partial.header = Header(tick);
+  metric_values_t& m = partial.metrics;
+  m.num_samples = tick;
+  m.num_stages = 2;
+  m.stage_index = {1, 2};
+  m.stage_name = {"held", "lifted"};
+  m.stage_reached = {tick >= 2, 0};
+  m.num_target_distances = 2;
+  m.target_distance_name = {"lift", "left_gripper_to_pot"};
+  m.target_distance_m = {0.5 - 0.1 * static_cast<double>(tick), 1};
+  m.num_arms = 2;
+  m.arm_name = {"left", "right"};
+  m.tracks_cartesian_path_length = true;
+  m.cartesian_path_length_m = {0.25 * static_cast<double>(tick), 0};
+  m.num_objects = 1;
+  m.object_name = {"pot"};
+  m.slip_count_per_object = {tick >= 3};
+  partial.extended.num_stages = 2;
+  partial.extended.stage_time_s = {tick >= 2 ? 0.04 : -1, -1};
+  partial.extended.num_values = 2;
+  partial.extended.name = {"min_clearance_m", "grasp_count.left"};
+  partial.extended.unit = {"m", "count"};
+  partial.extended.value_mixed = {0.125, static_cast<double>(tick >= 4)};
+  return partial;
+}
+
+criteria_t Criteria(int64_t tick, double height) {
+  criteria_t criteria{};
+  criteria.header = Header(tick);
+  criteria.success.resize(2);
+  criteria.success[0].predicate = "touching";
+  criteria.success[0].text = "pot does not touch counter";
+  criteria.success[0].holds = tick > 0;
+  criteria.success[1].predicate = "height_above";
+  criteria.success[1].has_value = true;
+  criteria.success[1].value_mixed = height;
+  criteria.success[1].threshold_mixed = 1.1;
+  criteria.success[1].comparison = ">=";
+  criteria.num_success = 2;
+  return criteria;
+}
+
+// Everything that a tick brings, in the order in which it comes.
+void Hear(int64_t tick, EpisodeTrack* track) {
+  state_t state = State(tick);
+  state.body[kPot].position_m[2] = 1 + 0.01 * static_cast<double>(tick);
+  track->Hear(state);
+  contacts_t contacts = Contacts(tick);
+  contacts.has_clearance = tick % 2 == 0;
+  contacts.clearance_m = 0.5;
+  contacts.clearance_robot_geom = kLeftPad;
+  contacts.clearance_scene_geom = kTop;
+  contacts.clearance_robot_point_m[2] = 0.25;
+  track->Hear(contacts);
+  track->Hear(Partial(tick));
+}
+
+const nlohmann::ordered_json& CurveOf(const BlockReader& block, const std::string& name) {
+  for (const auto& curve : block.head()["curves"]) {
+    if (curve["name"] == name) return curve;
+  }
+  throw std::runtime_error("no curve " + name);
+}
+
+// Of all ticks of a block.
+std::vector<double> RowOf(const BlockReader& block, const std::string& name, size_t part = 0) {
+  const std::vector<size_t> shape = block.Shape("curves");
+  const std::vector<double> values = block.Values("curves");
+  const size_t row = CurveOf(block, name)["first_row"].get<size_t>() + part;
+  return {values.begin() + static_cast<std::ptrdiff_t>(row * shape[1]),
+          values.begin() + static_cast<std::ptrdiff_t>((row + 1) * shape[1])};
+}
+
+TEST(EpisodeTrack, ABlockHasWhatTheMessagesSaid) {
+  EpisodeTrack track = MakeTrack();
+  episode_begin_t begin{};
+  begin.header = Header(0);
+  begin.seed = 17;
+  begin.parameter_name = {"pot_x_m"};
+  begin.parameter_value_mixed = {0.5};
+  begin.num_parameters = 1;
+  track.Hear(begin);
+  for (int64_t tick = 0; tick < 6; ++tick) Hear(tick, &track);
+  // What comes before the next PARTIAL may still be of the last tick.
+  EXPECT_EQ(track.ticks(), 5);
+
+  const BlockReader block(track.EpisodeBlock());
+  EXPECT_EQ(block.head()["run"], 3);
+  EXPECT_EQ(block.head()["seed"], 17);
+  EXPECT_EQ(block.head()["scene"], "abc");
+  EXPECT_EQ(block.head()["tick_s"], 0.02);
+  EXPECT_EQ(block.head()["ticks"], 5);
+  EXPECT_EQ(block.head()["is_over"], false);
+  EXPECT_TRUE(block.head()["success"].is_null());
+  EXPECT_EQ(block.head()["bodies"], kMoving);
+  EXPECT_EQ(block.head()["parameters"][0], nlohmann::ordered_json::array({"pot_x_m", 0.5}));
+  EXPECT_EQ(block.head()["stages"][0]["tick"], 2);
+  EXPECT_TRUE(block.head()["stages"][1]["tick"].is_null());
+
+  // The pot is the second of the two bodies, z its third row.
+  const std::vector<double> position = block.Values("position_m");
+  ASSERT_EQ(block.Shape("position_m"), (std::vector<size_t>{2, 3, 5}));
+  for (size_t tick = 0; tick < 5; ++tick) {
+    EXPECT_NEAR(position[(1 * 3 + 2) * 5 + tick], 1 + 0.01 * static_cast<double>(tick), 1e-5);
+    EXPECT_EQ(block.Values("quat")[(1 * 4 + 0) * 5 + tick], 1);
+  }
+  // Shown units: the clearance is in mm, and not there at odd ticks.
+  const std::vector<double> clearance = RowOf(block, "clearance_m");
+  EXPECT_EQ(clearance[0], 500);
+  EXPECT_TRUE(std::isnan(clearance[1]));
+  EXPECT_EQ(CurveOf(block, "clearance_m")["unit"], "mm");
+  EXPECT_EQ(RowOf(block, "target_distance"), (std::vector<double>{0.5F, 0.4F, 0.3F, 0.2F, 0.1F}));
+  EXPECT_EQ(RowOf(block, "cartesian_path_length", 0), (std::vector<double>{0, 0.25, 0.5, 0.75, 1}));
+  EXPECT_EQ(RowOf(block, "gripper_opening", 1), (std::vector<double>(5, 0.5)));
+  EXPECT_EQ(RowOf(block, "extended.min_clearance_m")[3], 125);
+  EXPECT_EQ(block.Values("clearance_points_m")[2 * 5], 0.25);
+  EXPECT_TRUE(std::isnan(block.Values("clearance_points_m")[2 * 5 + 1]));
+  EXPECT_EQ(block.Values("clearance_geoms")[0], kLeftPad);
+  EXPECT_EQ(block.Values("clearance_geoms")[1], -1);
+  // One contact at each tick, 1 mm deep.
+  EXPECT_EQ(block.Values("contact_from"), (std::vector<double>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(block.Values("contact_geoms")[0], kTop);
+  EXPECT_EQ(block.Values("contact_geoms")[5], kWall);
+  EXPECT_FLOAT_EQ(static_cast<float>(block.Values("contact_depth_m")[0]), 1e-3F);
+  EXPECT_TRUE(block.Values("missing").empty());
+}
+
+TEST(EpisodeTrack, WhatTheSourceDoesNotKnowHasNoCurve) {
+  EpisodeTrack track = MakeTrack();
+  for (int64_t tick = 0; tick < 3; ++tick) {
+    track.Hear(State(tick));
+    track.Hear(Contacts(tick));
+    partial_metrics_t partial = Partial(tick);
+    partial.metrics.tracks_collisions = true;
+    partial.metrics.env_collision_count = -1;
+    partial.metrics.self_collision_count = 4;
+    partial.extended.action_clips = -1;
+    partial.metrics.target_distance_m[0] = std::numeric_limits<double>::quiet_NaN();
+    track.Hear(partial);
+  }
+  const BlockReader block(track.EpisodeBlock());
+  EXPECT_TRUE(std::isnan(RowOf(block, "env_collision_count")[1]));
+  EXPECT_EQ(RowOf(block, "self_collision_count")[1], 4);
+  EXPECT_TRUE(std::isnan(RowOf(block, "extended.action_clips")[1]));
+  EXPECT_TRUE(std::isnan(RowOf(block, "target_distance")[1]));
+}
+
+TEST(EpisodeTrack, CriteriaHoldUntilTheNext) {
+  EpisodeTrack track = MakeTrack();
+  for (int64_t tick = 0; tick < 6; ++tick) {
+    Hear(tick, &track);
+    if (tick == 0) track.Hear(Criteria(0, std::numeric_limits<double>::quiet_NaN()));
+    if (tick == 3) track.Hear(Criteria(3, 1.25));
+  }
+  const BlockReader block(track.EpisodeBlock());
+  const auto& criteria = block.head()["criteria"];
+  ASSERT_EQ(criteria.size(), 2u);
+  EXPECT_EQ(criteria[0]["text_first"], "pot does not touch counter");
+  EXPECT_FALSE(criteria[0].contains("threshold"));
+  EXPECT_EQ(criteria[1]["first_row"], 0);
+  EXPECT_EQ(criteria[1]["threshold"], 1.1);
+  ASSERT_EQ(block.Shape("criteria"), (std::vector<size_t>{1, 5}));
+  EXPECT_TRUE(std::isnan(block.Values("criteria")[2]));
+  EXPECT_EQ(block.Values("criteria")[3], 1.25);
+  EXPECT_EQ(block.Values("criteria")[4], 1.25);
+  const std::vector<double> holds = block.Values("criteria_hold");
+  EXPECT_EQ(std::vector<double>(holds.begin(), holds.begin() + 5), (std::vector<double>{0, 0, 0, 1, 1}));
+}
+
+TEST(EpisodeTrack, TicksJoinToTheWhole) {
+  EpisodeTrack track = MakeTrack();
+  std::vector<std::vector<double>> joined;
+  const auto rows_of = [](const BlockReader& block, const char* array) {
+    const std::vector<size_t> shape = block.Shape(array);
+    const std::vector<double> values = block.Values(array);
+    std::vector<std::vector<double>> rows;
+    for (size_t i = 0; i < values.size(); i += shape.back()) {
+      rows.emplace_back(values.begin() + static_cast<std::ptrdiff_t>(i),
+                        values.begin() + static_cast<std::ptrdiff_t>(i + shape.back()));
+    }
+    return rows;
+  };
+  int64_t sent = 0;
+  for (int64_t tick = 0; tick < 20; ++tick) {
+    Hear(tick, &track);
+    if (track.ticks() < sent + 4) continue;
+    const BlockReader block(track.TicksBlock(sent));
+    EXPECT_EQ(block.head()["from"], sent);
+    const auto rows = rows_of(block, "position_m");
+    joined.resize(rows.size());
+    for (size_t row = 0; row < rows.size(); ++row) {
+      joined[row].insert(joined[row].end(), rows[row].begin(), rows[row].end());
+    }
+    sent = track.ticks();
+  }
+  ASSERT_EQ(sent, 16);
+  auto whole = rows_of(BlockReader(track.EpisodeBlock()), "position_m");
+  for (auto& row : whole) row.resize(16);
+  EXPECT_EQ(joined, whole);
+}
+
+TEST(EpisodeTrack, TicksThatNeverCame) {
+  EpisodeTrack track = MakeTrack();
+  // As who begins to listen in the middle, and loses a tick.
+  for (const int64_t tick : {3, 4, 6, 7, 8}) Hear(tick, &track);
+  const BlockReader block(track.EpisodeBlock());
+  EXPECT_EQ(block.head()["ticks"], 8);
+  EXPECT_EQ(block.Values("missing"), (std::vector<double>{0, 1, 2, 5}));
+  const std::vector<double> position = block.Values("position_m");
+  const auto z = [&](size_t tick) { return position[(1 * 3 + 2) * 8 + tick]; };
+  EXPECT_NEAR(z(0), 1.03, 1e-5);
+  EXPECT_NEAR(z(5), 1.04, 1e-5);
+  EXPECT_NEAR(z(6), 1.06, 1e-5);
+  EXPECT_TRUE(std::isnan(RowOf(block, "target_distance")[5]));
+  EXPECT_EQ(block.Values("contact_from")[5], block.Values("contact_from")[6]);
+  // A block of ticks alone knows what came before it.
+  const BlockReader ticks(track.TicksBlock(5));
+  EXPECT_NEAR(ticks.Values("position_m")[(1 * 3 + 2) * 3], 1.04, 1e-5);
+  EXPECT_EQ(ticks.Values("missing"), (std::vector<double>{5}));
+}
+
+TEST(EpisodeTrack, NothingOfOthersAndNothingThatIsNone) {
+  EpisodeTrack track = MakeTrack();
+  const std::string empty = track.EpisodeBlock();
+  state_t state = State(1, 7);
+  track.Hear(state);  // another episode
+  state = State(1);
+  state.header.attempt = 1;
+  track.Hear(state);
+  state = State(1);
+  state.body[kPot].position_m[0] = std::numeric_limits<double>::quiet_NaN();
+  track.Hear(state);
+  state.body[kPot].position_m[0] = 1e300;
+  track.Hear(state);
+  state = State(1);
+  state.body.pop_back();
+  state.num_bodies = static_cast<int32_t>(state.body.size());
+  track.Hear(state);
+  contacts_t contacts = Contacts(1, {{kTop, 99}});
+  track.Hear(contacts);
+  partial_metrics_t partial = Partial(-5);
+  track.Hear(partial);
+  EXPECT_EQ(track.EpisodeBlock(), empty);
+  // Of the same tick, the first counts.
+  Hear(1, &track);
+  Hear(2, &track);
+  const std::string before = track.EpisodeBlock();
+  state = State(1);
+  state.body[kPot].position_m[2] = 5;
+  track.Hear(state);
+  EXPECT_EQ(track.EpisodeBlock(), before);
+  // Nobody fills the memory with a tick of the far future.
+  state = State(1);
+  state.header.tick = EpisodeTrack::kMaxTicks;
+  track.Hear(state);
+  const BlockReader block(track.EpisodeBlock());
+  EXPECT_EQ(block.head()["is_cut"], true);
+  EXPECT_EQ(block.head()["ticks"], 2);
+}
+
+TEST(EpisodeTrack, WhatHappened) {
+  EpisodeTrack track = MakeTrack();
+  for (int64_t tick = 0; tick < 6; ++tick) Hear(tick, &track);
+  // A touch, which comes back at once: the same one; 0.1 s later another.
+  for (const int64_t tick : {6, 7, 9, 14}) {
+    track.Hear(State(tick));
+    track.Hear(Contacts(tick, {{kLeftLink, kTop}}));
+    track.Hear(Partial(tick));
+  }
+  std::vector<std::string> texts;
+  for (const TrackEvent& event : track.Events())
+    texts.push_back(std::to_string(event.tick) + " " + event.text);
+  EXPECT_EQ(texts, (std::vector<std::string>{"2 stage 1: held", "3 pot slips", "4 left grasps",
+                                             "6 left/link touches counter/top",
+                                             "14 left/link touches counter/top"}));
+
+  episode_summary_t summary{};
+  summary.header = Header(14);
+  summary.end_reason = "time_limit";
+  summary.failure_reason = "not_lifted";
+  summary.metrics = Partial(14).metrics;
+  summary.extended = Partial(14).extended;
+  object_event_t slip{.object = "pot", .gripper = "left", .tick = 3, .time_s = 0.06, .duration_s = 0};
+  object_event_t grasp{.object = "pot", .gripper = "left", .tick = 4, .time_s = 0.08, .duration_s = 0.06};
+  summary.explanation.slip = {slip};
+  summary.explanation.grasp = {grasp};
+  summary.explanation.text = "not lifted";
+  const int layout = track.layout();
+  track.Hear(summary);
+  EXPECT_NE(track.layout(), layout);
+  texts.clear();
+  for (const TrackEvent& event : track.Events())
+    texts.push_back(std::to_string(event.tick) + " " + event.text);
+  EXPECT_EQ(texts,
+            (std::vector<std::string>{"2 stage 1: held", "3 pot slips from left", "4 left grasps pot",
+                                      "6 left/link touches counter/top", "7 left releases pot",
+                                      "14 left/link touches counter/top", "14 time_limit: not_lifted"}));
+  const BlockReader block(track.EpisodeBlock());
+  EXPECT_EQ(block.head()["ticks"], 15);
+  EXPECT_EQ(block.head()["is_over"], true);
+  EXPECT_EQ(block.head()["failure_reason"], "not_lifted");
+  EXPECT_EQ(block.head()["success"], false);
+  EXPECT_EQ(block.head()["events"][2]["duration_s"], 0.06);
+  EXPECT_EQ(block.head()["events"].back()["kind"], "end");
+}
+
+TEST(EpisodeTrack, RotationsKeepTheirSign) {
+  EpisodeTrack track = MakeTrack();
+  state_t state = State(0);
+  const double half = std::sqrt(0.5);
+  const double a[4] = {half, half, 0, 0}, b[4] = {-half, -half, 0, 0};
+  std::copy(a, a + 4, state.body[kPot].quat_wxyz);
+  track.Hear(state);
+  state.header = Header(1);
+  std::copy(b, b + 4, state.body[kPot].quat_wxyz);
+  track.Hear(state);
+  episode_end_t end{};
+  end.header = Header(1);
+  track.Hear(end);
+  const std::vector<double> quat = BlockReader(track.EpisodeBlock()).Values("quat");
+  EXPECT_NEAR(quat[(1 * 4 + 0) * 2 + 0], half, 2e-5);
+  EXPECT_NEAR(quat[(1 * 4 + 0) * 2 + 1], half, 2e-5);
+}
+
+}  // namespace
+}  // namespace evalbus::viz

@@ -1,0 +1,144 @@
+#include "viz/viewer/scene_blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/sha256.h"
+#include "models/randomised_model.h"
+#include "models/scene.h"
+#include "viz/viewer/block.h"
+
+namespace evalbus::viz {
+namespace {
+
+ModelPtr Copy(const mjModel& model) { return ModelPtr(mj_copyModel(nullptr, &model)); }
+
+Scene SceneOf(const std::string& task) {
+  const TaskSelection selection = FindTask(task);
+  return BuildScene(selection.task, LoadRobot(selection.task.robot_file, {}));
+}
+
+TEST(SceneBlocks, DrawWhatTheModelHas) {
+  const Scene scene = SceneOf("lift_pot");
+  const mjModel& m = *scene.visual;
+  const SceneBlocks blocks(scene.info, Copy(m), *scene.physics);
+  for (const auto& [id, bytes] : blocks.blocks()) EXPECT_EQ(id, Sha256Text(bytes));
+  const BlockReader block(blocks.blocks().at(blocks.id()));
+  const auto& head = block.head();
+  ASSERT_EQ(head["bodies"].size(), static_cast<size_t>(m.nbody));
+
+  // What moves is what a joint is above of.
+  for (int body = 0; body < m.nbody; ++body) {
+    bool moves = false;
+    for (int b = body; b != 0; b = m.body_parentid[b]) moves = moves || m.body_jntnum[b] > 0;
+    EXPECT_EQ(head["bodies"][static_cast<size_t>(body)]["moves"], moves) << body;
+    EXPECT_EQ(std::ranges::count(blocks.moving_bodies(), body), moves);
+  }
+  // Each geom of MODEL once, where MuJoCo has it.
+  std::vector<int> collision;
+  size_t meshes = 0;
+  for (const auto& geom : head["geoms"]) {
+    if (geom.contains("mesh")) {
+      ++meshes;
+      EXPECT_TRUE(blocks.blocks().contains(geom["mesh"].get<std::string>()));
+    }
+    if (geom.value("collision", false)) {
+      const int id = geom["geom"];
+      collision.push_back(id);
+      EXPECT_EQ(geom["name"], scene.info.geom_name[static_cast<size_t>(id)]);
+      EXPECT_EQ(geom["body"], scene.physics->geom_bodyid[id]);
+      EXPECT_EQ(geom["position_m"][2], scene.physics->geom_pos[3 * id + 2]);
+    } else if (geom.contains("material")) {
+      EXPECT_LT(geom["material"].get<int>(), m.nmat);
+    }
+  }
+  EXPECT_EQ(collision.size(), static_cast<size_t>(scene.info.num_geoms));
+  EXPECT_GT(meshes, 20u);
+  EXPECT_EQ(head["cameras"].size(), static_cast<size_t>(m.ncam));
+  EXPECT_EQ(head["wrists"].size(), 2u);
+  EXPECT_EQ(head["entities"][0]["kind"], "world");
+  // The two arms are of the same meshes: each is there once.
+  EXPECT_LT(blocks.blocks().size(), static_cast<size_t>(m.nmesh));
+}
+
+TEST(SceneBlocks, AMeshIsTheModelsToTheSixteenthBit) {
+  const Scene scene = SceneOf("lift_pot");
+  const mjModel& m = *scene.visual;
+  const SceneBlocks blocks(scene.info, Copy(m), *scene.physics);
+  const BlockReader block(blocks.blocks().at(blocks.id()));
+  int compared = 0;
+  // Visual geoms are in the order of the model.
+  auto geom = block.head()["geoms"].begin();
+  for (int id = 0; id < m.ngeom; ++id) {
+    if (m.geom_group[id] >= 3) continue;
+    if (m.geom_type[id] == mjGEOM_MESH) {
+      const BlockReader mesh(blocks.blocks().at((*geom)["mesh"].get<std::string>()));
+      const std::vector<double> vertices = mesh.Values("vertices_m"), normals = mesh.Values("normals"),
+                                faces = mesh.Values("faces");
+      const int data = m.geom_dataid[id];
+      ASSERT_EQ(faces.size(), static_cast<size_t>(3 * m.mesh_facenum[data]));
+      const float* vertex = m.mesh_vert + 3 * m.mesh_vertadr[data];
+      const float* normal = m.mesh_normal + 3 * m.mesh_vertadr[data];
+      for (size_t corner = 0; corner < faces.size(); ++corner) {
+        const int from = m.mesh_face[3 * m.mesh_faceadr[data] + static_cast<int>(corner)];
+        for (size_t k = 0; k < 3; ++k) {
+          const size_t to = 3 * static_cast<size_t>(faces[corner]) + k;
+          // Half a step of the largest mesh, 0.5 m.
+          ASSERT_NEAR(vertices[to], vertex[3 * from + static_cast<int>(k)], 0.5 / 65535);
+          ASSERT_NEAR(normals[to], normal[3 * from + static_cast<int>(k)], 2e-5);
+        }
+      }
+      ++compared;
+    }
+    ++geom;
+  }
+  EXPECT_GT(compared, 20);
+}
+
+TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
+  TaskSelection selection = FindTask("lift_pot");
+  const std::string variations = "\nvariations:\n";
+  std::string text = selection.task.text;
+  text.insert(text.find(variations) + variations.size(),
+              "  seen:\n    randomise:\n"
+              "      - colour: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
+              "      - light: {name: key, min_factor: 0.5, max_factor: 0.9}\n"
+              "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n");
+  TaskDescription task = ParseTask(text, selection.task.file, false);
+  task.Apply("seen");
+  Scene scene = BuildScene(task, LoadRobot(selection.task.robot_file, {}));
+  scene.info.task_yaml = text;
+  scene.info.task_file = selection.task.file;
+  scene.info.variation = "seen";
+  const SceneBlocks blocks(scene.info, Copy(*scene.visual), *scene.physics);
+  const ModelPtr changed = Copy(*scene.visual);
+  RandomiseAppearance(task.variation("seen"), 5, changed.get());
+
+  const nlohmann::ordered_json appearance = blocks.Appearance(5);
+  EXPECT_EQ(blocks.Appearance(5), appearance);
+  EXPECT_NE(blocks.Appearance(6), appearance);
+  // The pot's two materials, one light, one camera, and nothing else.
+  ASSERT_EQ(appearance["materials"].size(), 2u);
+  for (const auto& change : appearance["materials"]) {
+    const int id = change[0];
+    EXPECT_TRUE(std::string(mj_id2name(changed.get(), mjOBJ_MATERIAL, id)).starts_with("pot/"));
+    for (size_t k = 0; k < 4; ++k) {
+      EXPECT_EQ(change[1]["rgba"][k].get<float>(), changed->mat_rgba[4 * id + static_cast<int>(k)]);
+    }
+    EXPECT_EQ(change[1].size(), 1u);
+  }
+  EXPECT_TRUE(appearance["geoms"].empty());
+  ASSERT_EQ(appearance["lights"].size(), 1u);
+  EXPECT_EQ(appearance["lights"][0][0], 0);
+  EXPECT_EQ(appearance["lights"][0][1]["diffuse"][0].get<float>(), changed->light_diffuse[0]);
+  ASSERT_EQ(appearance["cameras"].size(), 1u);
+  const int camera = mj_name2id(changed.get(), mjOBJ_CAMERA, "overview");
+  EXPECT_EQ(appearance["cameras"][0][0], camera);
+  EXPECT_EQ(appearance["cameras"][0][1]["position_m"][1], changed->cam_pos[3 * camera + 1]);
+  EXPECT_EQ(appearance["cameras"][0][1]["quat_wxyz"][1], changed->cam_quat[4 * camera + 1]);
+}
+
+}  // namespace
+}  // namespace evalbus::viz

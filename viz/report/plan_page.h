@@ -1,0 +1,52 @@
+// The results of a plan as one HTML page: policies by tasks, what they differ in, why they fail. Pure; equal
+// input, equal bytes.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "viz/report/page.h"
+
+namespace evalbus::viz {
+
+struct PlanCell {
+  int successes = 0, complete = 0;
+  // Of the success rate, in shares.
+  double lower = 0, upper = 0;
+  std::string url;  // of its run's report; may be empty
+};
+
+struct PlanRow {
+  std::string name;
+  std::vector<PlanCell> cells;  // by policy
+};
+
+struct PlanVerdict {
+  std::string policy;
+  std::string text;
+  // Adjusted, as verdict_note says.
+  double p = 1;
+  // "better", "worse", "differs"; empty: nothing is shown.
+  std::string judgement;
+  std::string url;  // of the comparison's page
+};
+
+struct PlanReport {
+  std::string title;
+  std::vector<std::string> policies;
+  std::string baseline;
+  std::vector<PlanRow> tasks;
+  // Over all tasks; not where there is one.
+  PlanRow all;
+  std::vector<PlanVerdict> verdicts;
+  std::string verdict_note;
+  // By policy: reasons with how many episodes failed for them.
+  std::vector<std::vector<std::pair<std::string, int>>> failure_reasons;
+  std::vector<ReportLink> reports;  // of each policy
+  std::vector<std::string> remarks;
+};
+
+std::string PlanPage(const PlanReport& report, const std::string& made_by);
+
+}  // namespace evalbus::viz

@@ -1,0 +1,164 @@
+#include "viz/web/live_feed.h"
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "bus/channels.h"
+#include "bus/message.h"
+
+namespace evalbus::viz {
+namespace {
+
+bool IsSame(const header_t& a, const header_t& b) { return a.episode == b.episode && a.attempt == b.attempt; }
+
+// Decodes for a track, which takes what is its own.
+template <class Message>
+bool DecodeFor(const Channel<Message>& channel, std::string_view name, std::span<const uint8_t> data,
+               Message* message) {
+  return channel == name && Decode(data, message);
+}
+
+}  // namespace
+
+void LiveFeed::Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now,
+                    const std::string& time) {
+  watch_.Hear(channel, data, now);
+  if (channel == channels::kModel) {
+    if (!IsNews(data, &model_bytes_) || watch_.model() == nullptr) return;
+    model_ = wanted_ = std::make_shared<const model_info_t>(*watch_.model());
+    return;
+  }
+  if (log_t line{}; DecodeFor(channels::kLog, channel, data, &line)) {
+    line.component = Printable(line.component);
+    line.text = Printable(line.text);
+    lines_.push_back({std::move(line), time});
+    return;
+  }
+  header_t header{};
+  if (Enters(channel, data, &header)) {
+    episode_ = header;
+    begin_was_heard_ = channel == channels::kEpisodeBegin;
+    history_is_known_ = begin_was_heard_;
+    track_.reset();
+    waiting_.clear();
+    waiting_bytes_ = 0;
+  }
+  if (episode_summary_t summary{}; DecodeFor(channels::kEpisodeSummary, channel, data, &summary)) {
+    const std::pair<int32_t, int32_t> which(summary.header.episode, summary.header.attempt);
+    if (last_done_ != which) {
+      last_done_ = which;
+      const bool has_model = watch_.model() != nullptr;
+      done_.push_back(
+          RowOf(summary, has_model ? watch_.model()->task : "", has_model ? watch_.model()->variation : ""));
+    }
+  }
+  if (!episode_) return;
+  if (track_) return Give(channel, data);
+  if (waiting_bytes_ + data.size() <= kMaxWaiting) {
+    waiting_bytes_ += data.size();
+    waiting_.push_back({std::string(channel), {data.begin(), data.end()}});
+  }
+  BeginTrack();
+}
+
+// A sim says BEGIN before the first STATE. Without it we came in the middle.
+bool LiveFeed::Enters(std::string_view channel, std::span<const uint8_t> data, header_t* header) const {
+  if (channel == channels::kEpisodeBegin) {
+    if (!DecodeHeader<episode_begin_t>(data, header)) return false;
+    // It is repeated; after the end, the same episode begins anew (a replay).
+    return !episode_ || !IsSame(*header, *episode_) || (track_ && track_->is_over());
+  }
+  return channel == channels::kState && DecodeHeader<state_t>(data, header) && IsPlausible(*header) &&
+         (!episode_ || !IsSame(*header, *episode_));
+}
+
+void LiveFeed::SetScene(const std::shared_ptr<const model_info_t>& model, Scene scene) {
+  if (model != wanted_) return;  // there is another one by now
+  scene_ = std::move(scene);
+  wanted_.reset();
+  BeginTrack();
+}
+
+std::optional<header_t> LiveFeed::episode_without_begin() const {
+  return episode_ && !history_is_known_ ? episode_ : std::nullopt;
+}
+
+void LiveFeed::SetHistory(const header_t& episode, const std::vector<Message>& messages) {
+  if (!episode_ || !IsSame(*episode_, episode) || history_is_known_) return;
+  history_is_known_ = true;
+  waiting_.insert(waiting_.begin(), messages.begin(), messages.end());
+  BeginTrack();
+}
+
+void LiveFeed::BeginTrack() {
+  if (!episode_ || track_ || !model_ || wanted_ || !history_is_known_) return;
+  try {
+    track_ = std::make_unique<EpisodeTrack>(
+        model_, *episode_,
+        EpisodeTrack::About{.run = run_, .policy = policy_, .scene = scene_.id, .bodies = scene_.bodies});
+  } catch (const InputError&) {
+    // RunWatch has said what is wrong with this MODEL.
+    episode_.reset();
+    return;
+  }
+  is_given_ = false;
+  for (const Message& message : std::exchange(waiting_, {})) Give(message.channel, message.data);
+  waiting_bytes_ = 0;
+}
+
+void LiveFeed::Give(std::string_view channel, std::span<const uint8_t> data) {
+  if (episode_begin_t begin{}; DecodeFor(channels::kEpisodeBegin, channel, data, &begin)) {
+    const bool is_ours = track_->IsOurs(begin.header);
+    track_->Hear(begin, is_ours && scene_.appearance ? scene_.appearance(begin.seed) : nullptr);
+  } else if (channel == channels::kState) {
+    if (state_t state{}; Decode(data, &state)) track_->Hear(state);
+  } else if (channel == channels::kContacts) {
+    if (contacts_t contacts{}; Decode(data, &contacts)) track_->Hear(contacts);
+  } else if (channel == channels::kPartial) {
+    if (partial_metrics_t partial{}; Decode(data, &partial)) track_->Hear(partial);
+  } else if (channel == channels::kCriteria) {
+    if (criteria_t criteria{}; Decode(data, &criteria)) track_->Hear(criteria);
+  } else if (channel == channels::kEpisodeEnd) {
+    if (episode_end_t end{}; Decode(data, &end)) track_->Hear(end);
+  } else if (channel == channels::kEpisodeSummary) {
+    if (episode_summary_t summary{}; Decode(data, &summary)) track_->Hear(summary);
+  }
+}
+
+void LiveFeed::Publish(Board* board, const RunLabel& label, const RunNumbers* counted, SteadyTime now) {
+  watch_.Update(now);
+  if (!lines_.empty()) board->AddLines(run_, std::exchange(lines_, {}));
+  if (now - run_given_ >= kRunPeriod) {
+    run_given_ = now;
+    board->SetRun(run_, RunBlock(watch_, label, now, counted));
+  }
+  PublishEpisode(board, now);
+}
+
+void LiveFeed::PublishEpisode(Board* board, SteadyTime now) {
+  if (!track_) return;
+  if (!board->is_watched(run_)) {
+    // Nobody is told of these ticks: who comes is given all of them at once.
+    if (std::exchange(is_given_, false)) board->ForgetEpisode(run_);
+    return;
+  }
+  const bool is_new = !is_given_ || given_layout_ != track_->layout();
+  const bool is_over = track_->is_over();
+  const bool may_be_whole = now - episode_given_ >= kEpisodePeriod;
+  if (is_new && !may_be_whole) return;
+  if (may_be_whole && (is_new || board->needs_episode(run_))) {
+    episode_given_ = now;
+    // Ticks that some viewers lack come with it for all, or not at all.
+    if (!is_new && track_->ticks() > given_ticks_) board->AddTicks(run_, track_->TicksBlock(given_ticks_));
+    board->SetEpisode(run_, track_->EpisodeBlock(), is_new);
+  } else if (track_->ticks() > given_ticks_ || is_over != given_over_) {
+    board->AddTicks(run_, track_->TicksBlock(given_ticks_));
+  } else {
+    return;
+  }
+  is_given_ = true;
+  given_layout_ = track_->layout();
+  given_ticks_ = track_->ticks();
+  given_over_ = is_over;
+}
+
+}  // namespace evalbus::viz

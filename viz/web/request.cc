@@ -1,0 +1,105 @@
+#include "viz/web/request.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+namespace evalbus::viz {
+namespace {
+
+constexpr size_t kMaxName = 64, kIdLength = 64;
+
+std::optional<int> WholeNumber(std::string_view text) {
+  int number = 0;
+  const char* end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, number);
+  if (text.empty() || parsed.ec != std::errc() || parsed.ptr != end || number < 0) return std::nullopt;
+  return number;
+}
+
+bool IsFileName(std::string_view name) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '.';
+  };
+  return !name.empty() && name.size() <= kMaxName && name[0] != '.' && std::ranges::all_of(name, is_plain);
+}
+
+bool IsId(std::string_view name) {
+  return name.size() == kIdLength &&
+         std::ranges::all_of(name, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+// Takes a prefix away; false if it is not there.
+bool Take(std::string_view* text, std::string_view prefix) {
+  if (!text->starts_with(prefix)) return false;
+  text->remove_prefix(prefix.size());
+  return true;
+}
+
+}  // namespace
+
+bool SameText(std::string_view a, std::string_view b) {
+  unsigned char difference = a.size() == b.size() ? 0 : 1;
+  for (size_t i = 0; i < b.size(); ++i) {
+    const char other = a.empty() ? '\0' : a[i % a.size()];
+    difference = static_cast<unsigned char>(difference | (other ^ b[i]));
+  }
+  return difference == 0;
+}
+
+WebTarget ParseTarget(std::string_view target, std::string_view token) {
+  using Kind = WebTarget::Kind;
+  target = target.substr(0, target.find('?'));
+  if (!Take(&target, "/")) return {};
+  if (!token.empty()) {
+    const size_t end = target.find('/');
+    if (end == target.npos || !SameText(target.substr(0, end), token)) return {};
+    target.remove_prefix(end + 1);
+  }
+  if (target.empty()) return {Kind::kPage};
+  if (target == "live") return {Kind::kLive};
+  if (Take(&target, "page/")) {
+    return IsFileName(target) ? WebTarget{Kind::kPageFile, std::string(target)} : WebTarget{};
+  }
+  if (Take(&target, "block/")) {
+    return IsId(target) ? WebTarget{Kind::kBlock, std::string(target)} : WebTarget{};
+  }
+  if (Take(&target, "episode/")) {
+    const size_t slash = target.find('/');
+    if (slash == target.npos) return {};
+    const auto run = WholeNumber(target.substr(0, slash)), episode = WholeNumber(target.substr(slash + 1));
+    if (run && episode) return {Kind::kEpisode, "", *run, *episode};
+  }
+  return {};
+}
+
+bool IsLoopbackHost(std::string_view host) {
+  constexpr std::array<std::string_view, 3> kNames = {"127.0.0.1", "localhost", "[::1]"};
+  for (const std::string_view name : kNames) {
+    std::string_view rest = host;
+    if (!Take(&rest, name)) continue;
+    if (rest.empty()) return true;
+    if (!Take(&rest, ":")) return false;
+    const auto port = WholeNumber(rest);
+    return port && *port > 0 && *port <= 65535;
+  }
+  return false;
+}
+
+bool IsOwnOrigin(std::string_view origin, std::string_view host) {
+  if (origin.empty()) return true;  // not from a page: browsers send it with every WebSocket
+  return !host.empty() && Take(&origin, "http://") && origin == host;
+}
+
+std::optional<int> ParseWatch(std::string_view message) {
+  const auto json = nlohmann::json::parse(message, nullptr, false);
+  if (!json.is_object() || json.size() != 1) return std::nullopt;
+  const auto watch = json.find("watch");
+  if (watch == json.end() || !watch->is_number_unsigned()) return std::nullopt;
+  const auto run = watch->get<uint64_t>();
+  return run <= 1'000'000 ? std::optional(static_cast<int>(run)) : std::nullopt;
+}
+
+}  // namespace evalbus::viz

@@ -1,0 +1,421 @@
+#include "viz/web/server.h"
+
+#include <fmt/format.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/host_name.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/websocket.hpp>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "base/errors.h"
+
+namespace evalbus::viz {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+using std::chrono::steady_clock;
+
+constexpr uint32_t kMaxHeader = 8192;
+constexpr size_t kMaxMessage = 256;
+// What the kernel keeps for who does not read.
+constexpr int kSendBuffer = 256 << 10;
+
+// 128 bits.
+std::string DrawToken() {
+  std::array<uint8_t, 16> bytes{};
+  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    throw EnvironmentError("no random numbers for a token");
+  }
+  std::string token;
+  for (const uint8_t byte : bytes) token += fmt::format("{:02x}", byte);
+  return token;
+}
+
+// So many at once, then so many a second.
+class Allowance {
+ public:
+  Allowance(int at_once, int per_s) : most_(at_once), per_s_(per_s), left_(at_once) {}
+  bool Take() {
+    const auto now = steady_clock::now();
+    left_ = std::min(most_, left_ + per_s_ * std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+    if (left_ < 1) return false;
+    left_ -= 1;
+    return true;
+  }
+
+ private:
+  double most_, per_s_, left_;
+  steady_clock::time_point last_ = steady_clock::now();
+};
+
+std::string_view View(boost::beast::string_view text) { return {text.data(), text.size()}; }
+
+}  // namespace
+
+WebAnswer WebAnswer::Text(int status, const std::string& text) {
+  WebAnswer answer;
+  answer.status = status;
+  answer.body = std::make_shared<const std::string>(text + "\n");
+  return answer;
+}
+
+// All but the constructor and port() on the server's thread, or before it starts.
+struct WebServer::Core {
+  class Connection;
+  class ViewerSession;
+
+  Core(Address the_address, std::shared_ptr<Board> the_board, Limits the_limits)
+      : address(std::move(the_address)), board(std::move(the_board)), limits(the_limits) {}
+
+  void Listen();
+  void Accept();
+  void WakeViewers();
+  bool MayAsk(std::string_view host) const { return !token.empty() || IsLoopbackHost(host); }
+
+  const Address address;
+  const std::shared_ptr<Board> board;
+  const Limits limits;
+  std::string token;
+  uint16_t port = 0;
+  bool is_ipv6 = false, is_any = false;
+  Handler handler;
+  int connections = 0;
+  std::set<ViewerSession*> viewers;
+  std::atomic<bool> wake_is_posted{false};
+  // Below what connections use: they go with it.
+  asio::io_context context{1};
+  tcp::acceptor acceptor{context};
+  asio::steady_timer pause{context};
+  std::thread thread;
+};
+
+// A viewer: one block is being written at any time, and what comes next is decided when it has been taken.
+class WebServer::Core::ViewerSession : public std::enable_shared_from_this<ViewerSession> {
+ public:
+  ViewerSession(Core* core, beast::tcp_stream stream)
+      : core_(core),
+        stream_(std::move(stream)),
+        allowance_(core_->limits.messages, core_->limits.messages_per_s) {}
+  ~ViewerSession() {
+    if (entered_) core_->board->Leave(&viewer_);
+    core_->viewers.erase(this);
+    --core_->connections;
+  }
+
+  void Start(const http::request<http::empty_body>& request) {
+    core_->viewers.insert(this);
+    beast::get_lowest_layer(stream_).expires_never();
+    stream_.set_option(websocket::stream_base::timeout{core_->limits.patience, core_->limits.viewer_patience,
+                                                       /*keep_alive_pings=*/true});
+    stream_.read_message_max(kMaxMessage);
+    stream_.auto_fragment(false);
+    stream_.binary(true);
+    stream_.async_accept(request, [self = shared_from_this()](error_code error) {
+      if (error) return;
+      self->core_->board->Enter(&self->viewer_);
+      self->entered_ = true;
+      self->Read();
+      self->Write();
+    });
+  }
+
+  void Write() {
+    if (!entered_ || is_writing_ || is_closing_) return;
+    SharedBytes block = core_->board->Next(&viewer_);
+    if (!block) return;
+    is_writing_ = true;
+    const asio::const_buffer buffer = asio::buffer(*block);
+    stream_.async_write(buffer, [self = shared_from_this(), block](error_code error, size_t) {
+      self->is_writing_ = false;
+      if (!error) self->Write();
+    });
+  }
+
+ private:
+  void Read() {
+    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, size_t) {
+      if (error) return self->Drop();
+      const auto data = self->buffer_.data();
+      const auto run = ParseWatch({static_cast<const char*>(data.data()), data.size()});
+      self->buffer_.consume(self->buffer_.size());
+      if (!run || !self->allowance_.Take()) return self->Close();
+      self->core_->board->Watch(&self->viewer_, *run);  // of a run that is not there, nothing can be watched
+      self->Write();
+      self->Read();
+    });
+  }
+
+  void Close() {
+    is_closing_ = true;
+    stream_.async_close(websocket::close_code::policy_error,
+                        [self = shared_from_this()](error_code) { self->Drop(); });
+  }
+
+  // Ends a write that is still waiting, too.
+  void Drop() {
+    is_closing_ = true;
+    beast::get_lowest_layer(stream_).close();
+  }
+
+  Core* const core_;
+  websocket::stream<beast::tcp_stream> stream_;
+  beast::flat_buffer buffer_{kMaxMessage};
+  Board::Viewer viewer_;
+  Allowance allowance_;
+  bool entered_ = false, is_writing_ = false, is_closing_ = false;
+};
+
+// A connection that asks by HTTP, one request after the other.
+class WebServer::Core::Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(Core* core, tcp::socket socket)
+      : core_(core),
+        stream_(std::move(socket)),
+        allowance_(core_->limits.requests, core_->limits.requests_per_s) {
+    ++core_->connections;
+  }
+  ~Connection() {
+    if (!became_viewer_) --core_->connections;
+  }
+
+  void Read() {
+    parser_.emplace();
+    parser_->header_limit(kMaxHeader);
+    stream_.expires_after(core_->limits.patience);
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, size_t) {
+      if (!error) return self->Answer();
+      if (error == http::error::header_limit || error == http::error::buffer_overflow) {
+        return self->Refuse(431, "the request is too long");
+      }
+      if (error == http::error::unexpected_body || error == http::error::body_limit) {
+        return self->Refuse(413, "a request has no body here");
+      }
+      const bool is_of_http = error.category() == make_error_code(http::error::bad_method).category();
+      if (!is_of_http || error == http::error::end_of_stream || error == http::error::partial_message) {
+        return self->Close();
+      }
+      self->Refuse(400, "this is no HTTP request");
+    });
+  }
+
+ private:
+  void Answer() {
+    const auto& request = parser_->get();
+    keep_alive_ = request.keep_alive();
+    is_head_ = request.method() == http::verb::head;
+    const std::string_view host = View(request[http::field::host]);
+    if (request.count(http::field::host) != 1) return Refuse(400, "one Host header is needed");
+    if (!core_->MayAsk(host)) return Refuse(403, "this server is known by another name");
+    if (!is_head_ && request.method() != http::verb::get) return Refuse(405, "GET and HEAD only");
+    if (!allowance_.Take()) return Refuse(429, "too many requests");
+    const WebTarget target = ParseTarget(View(request.target()), core_->token);
+    if (target.kind == WebTarget::Kind::kNone)
+      return Send(WebAnswer::Text(404, "there is nothing of this name"));
+    if (target.kind == WebTarget::Kind::kLive) return BecomeViewer();
+    host_ = std::string(host);
+    stream_.expires_never();  // it may take a while to be made
+    core_->handler(target, [self = shared_from_this()](WebAnswer answer) {
+      asio::post(self->core_->context,
+                 [self, moved = std::move(answer)]() mutable { self->Send(std::move(moved)); });
+    });
+  }
+
+  void BecomeViewer() {
+    const auto& request = parser_->get();
+    if (!websocket::is_upgrade(request)) return Refuse(426, "a WebSocket is here");
+    // Without one it is no browser, which only a program on this machine, or who knows the token, can be.
+    if (request.count(http::field::origin) > 1 ||
+        !IsOwnOrigin(View(request[http::field::origin]), View(request[http::field::host]))) {
+      return Refuse(403, "not from a page of others");
+    }
+    if (core_->viewers.size() >= static_cast<size_t>(core_->limits.viewers)) {
+      return Refuse(503, "too many viewers");
+    }
+    became_viewer_ = true;
+    std::make_shared<ViewerSession>(core_, std::move(stream_))->Start(request);
+  }
+
+  void Refuse(int status, const std::string& why) {
+    keep_alive_ = false;
+    Send(WebAnswer::Text(status, why));
+  }
+
+  void Send(WebAnswer answer) {
+    answer_ = std::move(answer);
+    const size_t length = answer_.body ? answer_.body->size() : 0;
+    const auto reason = http::obsolete_reason(static_cast<http::status>(answer_.status));
+    head_ = fmt::format(
+        "HTTP/1.1 {} {}\r\nContent-Type: {}\r\nContent-Length: {}\r\nConnection: {}\r\nCache-Control: {}\r\n"
+        "X-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY\r\nReferrer-Policy: no-referrer\r\n"
+        "Cross-Origin-Resource-Policy: same-origin\r\nCross-Origin-Opener-Policy: same-origin\r\n"
+        "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' "
+        "blob: "
+        "data:; connect-src 'self'{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n\r\n",
+        answer_.status, std::string_view(reason.data(), reason.size()), answer_.type, length,
+        keep_alive_ ? "keep-alive" : "close",
+        answer_.is_forever ? "private, max-age=31536000, immutable" : "no-store", SocketSource());
+    std::array<asio::const_buffer, 2> buffers = {asio::buffer(head_), asio::const_buffer()};
+    if (!is_head_ && length > 0) buffers[1] = asio::buffer(*answer_.body);
+    stream_.expires_after(core_->limits.patience);
+    asio::async_write(stream_, buffers, [self = shared_from_this()](error_code error, size_t) {
+      self->answer_ = {};
+      if (error || !self->keep_alive_) return self->Close();
+      self->Read();
+    });
+  }
+
+  // Some browsers do not take a WebSocket of the same origin for 'self'. Only a Host of plain characters gets
+  // into the header.
+  std::string SocketSource() const {
+    const auto is_plain = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
+             c == '-' || c == ':' || c == '[' || c == ']';
+    };
+    return !host_.empty() && std::ranges::all_of(host_, is_plain) ? " ws://" + host_ : "";
+  }
+
+  void Close() {
+    error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  Core* const core_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_{2 * kMaxHeader};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  Allowance allowance_;
+  std::string head_, host_;
+  WebAnswer answer_;
+  bool keep_alive_ = false, is_head_ = false, became_viewer_ = false;
+};
+
+void WebServer::Core::Listen() {
+  error_code error;
+  tcp::resolver resolver(context);
+  const auto found =
+      resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::passive, error);
+  if (error || found.empty()) {
+    throw InputError(fmt::format("--listen {}: no such address ({})", address.host, error.message()));
+  }
+  const tcp::endpoint endpoint = found.begin()->endpoint();
+  is_ipv6 = endpoint.address().is_v6();
+  is_any = endpoint.address().is_unspecified();
+  if (!endpoint.address().is_loopback()) token = DrawToken();
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  if (error == asio::error::address_in_use) {
+    throw InputError(
+        fmt::format("port {} is taken; choose another with --port (0: any that is free)", address.port));
+  }
+  if (error) {
+    throw InputError(
+        fmt::format("cannot listen on {} port {}: {}", address.host, address.port, error.message()));
+  }
+  port = acceptor.local_endpoint().port();
+}
+
+void WebServer::Core::Accept() {
+  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    if (error == asio::error::operation_aborted) return;
+    if (error) {
+      // Out of file descriptors, say: later some will be free.
+      pause.expires_after(std::chrono::milliseconds(100));
+      pause.async_wait([this](error_code stopped) {
+        if (!stopped) Accept();
+      });
+      return;
+    }
+    if (connections < limits.connections) {
+      error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+      std::make_shared<Connection>(this, std::move(socket))->Read();
+    }
+    Accept();
+  });
+}
+
+void WebServer::Core::WakeViewers() {
+  wake_is_posted = false;
+  for (ViewerSession* viewer : viewers) viewer->Write();
+}
+
+WebServer::WebServer(const Address& address, std::shared_ptr<Board> board, const Limits& limits)
+    : core_(std::make_unique<Core>(address, std::move(board), limits)) {
+  core_->Listen();
+}
+
+WebServer::WebServer(const Address& address, std::shared_ptr<Board> board)
+    : WebServer(address, std::move(board), Limits()) {}
+
+WebServer::WebServer(int descriptor, std::shared_ptr<Board> board)
+    : core_(std::make_unique<Core>(Address(), std::move(board), Limits())) {
+  error_code error;
+  core_->acceptor.assign(tcp::v4(), descriptor, error);
+  if (!error) core_->port = core_->acceptor.local_endpoint(error).port();
+  if (error) throw InputError("the socket to listen on: " + error.message());
+}
+
+WebServer::~WebServer() { Stop(); }
+
+void WebServer::Stop() {
+  core_->context.stop();
+  if (core_->thread.joinable()) core_->thread.join();
+}
+
+uint16_t WebServer::port() const { return core_->port; }
+int WebServer::descriptor() const { return core_->acceptor.native_handle(); }
+const std::string& WebServer::token() const { return core_->token; }
+
+std::string WebServer::url() const {
+  error_code ignored;
+  const std::string host = core_->is_any ? asio::ip::host_name(ignored) : core_->address.host;
+  const bool in_brackets = core_->is_ipv6 && host.find(':') != host.npos;
+  return fmt::format("http://{}:{}/{}", in_brackets ? "[" + host + "]" : host, core_->port,
+                     core_->token.empty() ? "" : core_->token + "/");
+}
+
+void WebServer::Start(Handler handler) {
+  core_->handler = std::move(handler);
+  core_->Accept();
+  core_->thread = std::thread([core = core_.get()] {
+    while (!core->context.stopped()) {
+      try {
+        core->context.run();
+      } catch (const std::exception& error) {
+        // Of one connection, which is gone with it; out of memory, say.
+        fmt::print(stderr, "warning: {}\n", error.what());
+      }
+    }
+  });
+}
+
+void WebServer::Wake() {
+  if (core_->wake_is_posted.exchange(true)) return;
+  asio::post(core_->context, [core = core_.get()] { core->WakeViewers(); });
+}
+
+}  // namespace evalbus::viz

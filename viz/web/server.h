@@ -1,0 +1,83 @@
+// The web server of `evalbus web`: HTTP for the page, its blocks and finished episodes, and a WebSocket on
+// which each viewer is told what the board has for it. One thread of its own; nobody waits for it, and no
+// viewer for another.
+//
+// Who may ask. On this machine's loopback address: whoever says a loopback name as Host, so that no page of
+// others reaches it by DNS rebinding; a WebSocket only from a page of our own (Origin). On any other address:
+// whoever knows the token, which is the first part of the path.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "viz/web/board.h"
+#include "viz/web/request.h"
+
+namespace evalbus::viz {
+
+struct WebAnswer {
+  int status = 200;
+  std::string type = "text/plain; charset=utf-8";
+  SharedBytes body{};
+  // What it is stands in its name: browsers keep it for good.
+  bool is_forever = false;
+
+  static WebAnswer Text(int status, const std::string& text);
+};
+
+class WebServer {
+ public:
+  struct Limits {
+    int connections = 512;
+    int viewers = 200;
+    // Of one connection, from then on so many a second.
+    int requests = 1000, requests_per_s = 200;
+    int messages = 20, messages_per_s = 5;
+    // For a request to come whole, for an answer to be taken, and between two requests.
+    std::chrono::seconds patience{30};
+    // A viewer that neither says nor takes anything, not even the server's pings.
+    std::chrono::seconds viewer_patience{60};
+  };
+  struct Address {
+    std::string host = "127.0.0.1";
+    // 0: one that is free.
+    uint16_t port = 0;
+  };
+
+  using Reply = std::function<void(WebAnswer)>;
+  // Answers a target of kind page, file, block or episode; on the server's thread, which it must not hold up:
+  // it may call `reply` later and from any thread. Who keeps replies goes before the server does.
+  using Handler = std::function<void(const WebTarget& target, Reply reply)>;
+
+  // Listens, in the network that this process is in now, and starts no thread yet. Throws InputError where
+  // the address is none of this machine or its port is taken.
+  WebServer(const Address& address, std::shared_ptr<Board> board, const Limits& limits);
+  WebServer(const Address& address, std::shared_ptr<Board> board);
+  // On a socket that listens on the loopback already, inherited from who started this process: descriptor().
+  WebServer(int descriptor, std::shared_ptr<Board> board);
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  uint16_t port() const;
+  int descriptor() const;
+  // Empty where only this machine is listened to.
+  const std::string& token() const;
+  // "http://127.0.0.1:8080/", for people.
+  std::string url() const;
+
+  // Serves, until it is stopped or destroyed.
+  void Start(Handler handler);
+  void Stop();
+  // The board has news.
+  void Wake();
+
+ private:
+  struct Core;
+  std::unique_ptr<Core> core_;
+};
+
+}  // namespace evalbus::viz
