@@ -143,7 +143,7 @@ Evalbus.Conditions = class {
   partOf(values, value, threshold, holds) {
     if (holds) return 1;
     if (!values || Number.isNaN(value) || threshold === null || threshold === undefined) return 0;
-    const first = values.data[0];
+    const first = values.data.find((one, k) => k < this.tracks[0].ticks && !Number.isNaN(one));
     const whole = Math.abs(threshold - first), rest = Math.abs(threshold - value);
     return whole > 0 ? Math.max(0, Math.min(1, 1 - rest / whole)) : 0;
   }

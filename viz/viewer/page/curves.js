@@ -50,8 +50,8 @@ Evalbus.Curves = class {
         const swatch = parts.length > 1 ? Evalbus.element("i", { class: `ev-swatch ev-c${k % 6}` }) : null;
         return Evalbus.element("span", { class: "ev-part", title: part.name }, swatch,
           parts.length > 1 ? Evalbus.element("span", { class: "ev-part-name" }, part.name) : null, part.value,
-          otherParts[k] ? otherParts[k].value : null);
-      }), unit);
+          otherParts[k] ? otherParts[k].value : null, k + 1 === parts.length ? unit : null);
+      }));
       const plot = Evalbus.element("span", { class: "ev-plot" }, canvas, cursor);
       const node = Evalbus.element("button", { class: "ev-card", type: "button", "aria-expanded": "false",
         onclick: () => this.enlarge(card) },

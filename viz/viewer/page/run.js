@@ -177,7 +177,7 @@ Evalbus.RunPanel = class {
     this.progress.hidden = !(planned > 0 && info.is_live && !info.is_over);
     this.done.style.transform = `scaleX(${planned > 0 ? Math.min(1, info.done / planned) : 0})`;
     this.progress.setAttribute("aria-valuenow", String(info.done));
-    const speed = info.speed && !info.is_over && info.is_live ? `, ${Evalbus.number(Number(info.speed.toPrecision(2)))} times real time` : "";
+    const speed = info.speed && !info.is_over && info.is_live ? `, ${Number(info.speed.toPrecision(2))} times real time` : "";
     Evalbus.setText(this.progressText, planned > 0 ? `${info.done} of ${planned} episodes${speed}` : `${info.done} episodes${speed}`);
     this.remarks.replaceChildren(...(info.remarks || []).map((remark) =>
       Evalbus.element("p", { class: "ev-remark" }, Evalbus.words(remark))));
@@ -236,7 +236,8 @@ Evalbus.RunPanel = class {
     this.healthTitle.hidden = this.health.hidden = components.length === 0;
     this.health.replaceChildren(...components.map((component) => {
       const silent = component.silent_s ? `silent for ${component.silent_s.toFixed(0)} s` : "";
-      const lag = component.lag_ticks ? `${component.lag_ticks} ticks behind` : "";
+      // One tick is the normal way of things.
+      const lag = component.lag_ticks > 1 ? `${component.lag_ticks} ticks behind` : "";
       const state = [Evalbus.words(component.state), lag, silent].filter(Boolean).join(", ");
       return Evalbus.element("div", { class: component.is_bad ? "ev-component ev-bad" : "ev-component",
         title: Evalbus.words(component.text) }, Evalbus.element("i", { class: "ev-dot", "aria-hidden": "true" }),

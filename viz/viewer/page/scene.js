@@ -35,6 +35,7 @@ Evalbus.SceneView = class {
     this.cameraName = null;  // null: free
     this.fovy = 40;
     this.onCamera = () => {};
+    this.onSlow = () => {};
     this.views = [];  // {world, marks, scene} of A and, where compared, B
     this.isBeside = false;
     this.layers = { contacts: true, trails: true, collision: false, clearance: false, shadows: true, highlight: true };
@@ -254,7 +255,6 @@ Evalbus.SceneView = class {
     }
     if (!this.isDirty) return false;
     this.isDirty = false;
-    const began = performance.now();
     this.camera.updateMatrixWorld();
     const scenes = this.isBeside ? this.views.map((view) => view.scene) : [this.views[0].scene];
     this.renderer.setScissorTest(true);
@@ -270,7 +270,6 @@ Evalbus.SceneView = class {
       this.renderer.render(scene, this.camera);
     });
     this.drawLabel();
-    this.adapt(performance.now() - began);
     return true;
   }
 
@@ -287,12 +286,16 @@ Evalbus.SceneView = class {
       `translate(${((middle.x + 1) / 2 * width + 8).toFixed(1)}px, ${((1 - middle.y) / 2 * this.height).toFixed(1)}px)`;
   }
 
-  // A machine that draws in software gets fewer pixels, not fewer frames.
+  // Told how long a frame took in which something was drawn. A machine that draws in software gets fewer pixels and at
+  // last no shadows, rather than few frames.
   adapt(took_ms) {
-    this.slow = took_ms > 24 ? this.slow + 1 : Math.max(0, this.slow - 1);
-    if (this.slow < 30 || this.ratio <= 1) return;
+    this.slow = took_ms > 70 ? this.slow + 1 : Math.max(0, this.slow - 1);
+    if (this.slow < 8) return;
     this.slow = 0;
-    this.ratio = 1;
+    if (this.ratio > 1) this.ratio = 1;
+    else if (this.ratio > 0.6) this.ratio = 0.6;
+    else if (this.layers.shadows) this.onSlow();
+    else return;
     this.resize();
   }
 

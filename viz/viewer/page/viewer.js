@@ -74,7 +74,7 @@ Evalbus.Viewer = class {
       ["shadows", "shadows"], ["collision", "collision shapes"], ["clearance", "clearance"]];
     this.layers = { contacts: true, trails: true, highlight: true, shadows: true, collision: false, clearance: false };
     p.layerList.append(...layers.map(([name, text]) => {
-      const box = Evalbus.element("input", { type: "checkbox" });
+      const box = Evalbus.element("input", { type: "checkbox", name });
       box.checked = this.layers[name];
       box.addEventListener("change", () => this.setLayer(name, box.checked));
       return Evalbus.element("label", {}, box, ` ${text}`);
@@ -355,6 +355,10 @@ Evalbus.Viewer = class {
         this.scene.onCamera = (name) => { this.parts.camera.value = name || ""; };
         Object.assign(this.scene.layers, this.layers);
         if (this.isPacked) this.scene.zoomOnFocus();
+        this.scene.onSlow = () => {
+          this.setLayer("shadows", false);
+          this.parts.layerList.querySelector("[name=shadows]").checked = false;
+        };
       }
     } catch (error) {
       this.sceneProblem = `no picture: ${error.message}; numbers and time line are all here`;
@@ -501,6 +505,7 @@ Evalbus.Viewer = class {
 
   frame(now) {
     const elapsed_s = Math.min(0.25, (now - this.last) / 1000);
+    if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);
     this.last = now;
     const wasPlaying = this.player.isPlaying;
     const hasMoved = this.player.advance(elapsed_s);
@@ -513,7 +518,7 @@ Evalbus.Viewer = class {
     }
     if (wasPlaying !== this.player.isPlaying) this.showTransport();
     if (this.player.isFollowing) this.followNewest();
-    if (this.scene && this.isSeen) this.scene.draw();
+    this.hasDrawn = Boolean(this.scene && this.isSeen && this.scene.draw());
     requestAnimationFrame((next) => this.frame(next));
   }
 
