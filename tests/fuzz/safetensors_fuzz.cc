@@ -1,0 +1,23 @@
+// Any bytes as a safetensors file; what can be read is the same when it is written and read again.
+#include <cstdlib>
+
+#include "base/errors.h"
+#include "base/safetensors.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace evalbus;
+  try {
+    const Safetensors content = ParseSafetensors({data, size}, "x");
+    size_t total = 0;
+    for (const auto& [name, tensor] : content.tensors) total += tensor.data.size();
+    if (total > size) std::abort();
+    const std::string bytes = EncodeSafetensors(content);
+    const Safetensors again =
+        ParseSafetensors({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, "x");
+    if (again.tensors.size() != content.tensors.size()) std::abort();
+    for (const auto& [name, tensor] : content.tensors)
+      tensor.dtype == "F64" ? (void)tensor.Numbers() : (void)0;
+  } catch (const InputError&) {
+  }
+  return 0;
+}
