@@ -168,6 +168,11 @@ int Render(const RenderOptions& options) {
   film.file = options.out;
   film.ending = options.out.empty() ? "." + options.format : options.out.extension().string();
   viz::CheckFilmEnding(film.ending);
+  // Before all is drawn for nothing.
+  if (const fs::path folder = fs::absolute(options.out).parent_path();
+      !options.out.empty() && !fs::is_directory(folder)) {
+    throw InputError("--out " + options.out.string() + ": there is no folder " + folder.string());
+  }
   const bool has_panels = options.has_grid || film.layout == viz::FilmLayout::kFull;
   const std::string usual = !has_panels ? "640x480" : film.ending == ".mp4" ? "1280x720" : "640x360";
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);

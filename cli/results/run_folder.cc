@@ -207,7 +207,9 @@ void RunFolder::RemoveHalfWritten() const {
 void RunFolder::RemoveHalfWrittenFilms(std::optional<pid_t> by) const {
   RemoveFilesOfEpisodes(path_, [by](const std::string& name) {
     const auto temporary = ParseTemporaryName(name);
-    return temporary && temporary->file.ends_with(".mp4") && (!by || temporary->process == *by);
+    const auto is_film = [&](const char* ending) { return temporary->file.ends_with(ending); };
+    return temporary && (is_film(".mp4") || is_film(".gif") || is_film(".webp")) &&
+           (!by || temporary->process == *by);
   });
 }
 
