@@ -265,6 +265,8 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
 
 std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
                                        const std::function<void(double)>& progress) {
+  // A log that is wrong is found before anything is written.
+  for (const fs::path& log : logs) ReadSteps(log);
   std::vector<fs::path> files;
   for (size_t i = 0; i < logs.size(); ++i) {
     const EpisodeSteps episode = ReadSteps(logs[i]);
