@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "lcmtypes/unknown.h"
 
 namespace evalbus::viz {
 namespace {
@@ -19,8 +20,7 @@ double At(const std::vector<double>& values, size_t index) {
   return index < values.size() ? values[index] : kNaN;
 }
 
-// A negative one is not known to the source.
-double Count(int64_t count) { return count < 0 ? kNaN : static_cast<double>(count); }
+double Count(int64_t count) { return count == kUnknownCount ? kNaN : static_cast<double>(count); }
 
 Curve MakeCurve(const std::string& name) {
   const MetricNumber number = FindMetric(name);

@@ -343,7 +343,9 @@ void EpisodeTrack::AddChanging(Json* head_in) const {
     head["end_reason"] = summary_->end_reason;
     head["failure_reason"] = summary_->failure_reason;
     head["explanation"] = summary_->explanation.text;
-    head["success"] = summary_->metrics.success != 0;
+    if (summary_->failure_reason != end_reason::kNotJudged) {
+      head["success"] = summary_->metrics.success != 0;
+    }
     head["complete"] = summary_->complete != 0;
   }
   Json& stages = head["stages"] = Json::array();
