@@ -161,6 +161,17 @@ TEST_F(ReportRunTest, BrowserHasNothingToComplainAbout) {
   }
 }
 
+// Bodies, values, time line, hostile names, sizes: see check_viewer.py.
+TEST_F(ReportRunTest, ViewerShowsWhatLogsAndSummariesSay) {
+  if (RunProgram({"/bin/sh", "-c", "command -v chromium && command -v python3"}).code != 0) {
+    GTEST_SKIP() << "needs chromium and python3";
+  }
+  ASSERT_EQ(RunProgram({"evalbus", "report", run_.string()}).code, 0);
+  const Result result = RunProgram({"/usr/bin/python3", EVALBUS_SOURCE_DIR "/tests/browser/check_viewer.py",
+                                    (run_ / "report.html").string(), run_.string()});
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+}
+
 TEST_F(ReportRunTest, WhatIsNotThereIsNamed) {
   const Result result = RunProgram({"evalbus", "report", run_.string(), "--episode", "99"});
   EXPECT_EQ(result.code, 1);

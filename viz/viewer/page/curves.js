@@ -119,7 +119,7 @@ Evalbus.Curves = class {
       if (!range) {
         context.fillStyle = this.palette.soft;
         context.textAlign = "left";
-        context.fillText("no value yet", 0, height / 2);
+        context.fillText(this.tracks[0].head.is_over ? "no value" : "no value yet", 0, height / 2);
         card.right = width;
         return;
       }

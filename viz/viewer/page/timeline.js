@@ -43,13 +43,13 @@ Evalbus.Timeline = class {
     this.palette = palette;
     this.lanes = [];
     tracks.forEach((track, k) => {
-      const suffix = tracks.length > 1 ? (k === 0 ? " A" : " B") : "";
-      if ((track.head.stages || []).length) this.lanes.push({ kind: "stages", track, label: `stages${suffix}` });
+      const which = tracks.length > 1 ? (k === 0 ? "A " : "B ") : "";
+      if ((track.head.stages || []).length) this.lanes.push({ kind: "stages", track, label: `${which}stages` });
       (track.head.grippers || []).forEach((gripper, index) => {
         const name = track.head.grippers.length > 1 ? Evalbus.spaced(gripper) : "gripper";
-        this.lanes.push({ kind: "gripper", track, gripper, index, label: `${name}${suffix}` });
+        this.lanes.push({ kind: "gripper", track, gripper, index, label: `${which}${name}` });
       });
-      this.lanes.push({ kind: "events", track, label: `events${suffix}` });
+      this.lanes.push({ kind: "events", track, label: `${which}events` });
     });
     this.slider.style.height = `${this.lanes.length * Evalbus.Timeline.LANE + Evalbus.Timeline.AXIS + 4}px`;
     this.redraw();

@@ -16,6 +16,8 @@ Evalbus.Viewer = class {
     this.isBeside = false;
     this.recent = new Map();  // tracks of episodes that are over, the newest last
     this.problem = "";
+    this.isOpening = null;  // the episode that is being fetched
+    this.missed = null;  // what open() could not get while the server was gone
     this.connectionState = "connecting";
     const seek = (tick) => this.seek(tick);
     this.timeline = new Evalbus.Timeline(this.parts.lanes, seek);
@@ -150,6 +152,11 @@ Evalbus.Viewer = class {
   hearConnection(state) {
     this.connectionState = state;
     if (state === "packed") this.openFirst();
+    if (state === "open") {
+      this.problem = "";
+      if (this.missed) this.open(...this.missed);
+      this.showEmpty();
+    }
     if (state === "unsupported") this.complain(new Error("this browser cannot unpack the episodes (it has no DecompressionStream); newer ones can"));
     this.showHead();
     if (this.tracks.length === 0) this.showEmpty();
@@ -190,8 +197,9 @@ Evalbus.Viewer = class {
   // Shows an episode from its beginning (or a time in s) and plays it, if not told otherwise.
   async open(run, episode, time_s, isPlaying = true) {
     const turn = this.turn = (this.turn || 0) + 1;
-    this.wanted = null;
-    this.isOpening = true;
+    this.wanted = this.missed = null;
+    this.isOpening = episode;
+    this.showEmpty();
     try {
       const track = await this.trackOf(run, episode);
       if (turn !== this.turn) return;
@@ -202,9 +210,12 @@ Evalbus.Viewer = class {
       this.player.seek(time_s === undefined ? 0 : time_s / track.tickSeconds);
       if (isPlaying && !this.player.isCalm) this.player.play();
     } catch (error) {
-      if (turn === this.turn) this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
+      if (turn !== this.turn) return;
+      // Once more when the server is there again.
+      if (this.connectionState === "lost") this.missed = [run, episode, time_s, isPlaying];
+      this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
     } finally {
-      if (turn === this.turn) this.isOpening = false;
+      if (turn === this.turn) this.isOpening = null;
     }
     this.showAll();
   }
@@ -273,7 +284,7 @@ Evalbus.Viewer = class {
 
   // What a link asks for; without one, in a report the first failure, and of a run that is over its first episode.
   openFirst() {
-    if (this.tracks.length || this.isOpening) return;
+    if (this.tracks.length || this.isOpening !== null) return;
     if (this.wanted) {
       const { run, episode, time, other } = this.wanted;
       const row = this.runs.has(run) && this.runs.get(run).episodes.find((one) => one.episode === episode);
@@ -436,8 +447,8 @@ Evalbus.Viewer = class {
   }
 
   showEmpty() {
-    const text = this.problem || (this.tracks.length ? "" : this.connectionState === "lost"
-      ? "The server does not answer. This page tries again by itself." : "No episode has begun yet.");
+    const text = this.problem || (this.tracks.length ? "" : this.isOpening !== null
+      ? `Episode ${this.isOpening} is being read.` : this.connectionState === "lost" ? "The server does not answer. This page tries again by itself." : "No episode has begun yet.");
     Evalbus.setText(this.parts.empty, text);
     this.parts.empty.hidden = text === "";
     this.parts.episodeBody.hidden = this.tracks.length === 0;
