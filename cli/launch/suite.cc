@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -16,6 +17,7 @@
 #include "bus/host.h"
 #include "cli/launch/job_pool.h"
 #include "cli/launch/prepared_run.h"
+#include "cli/launch/web_child.h"
 #include "cli/launch/workers.h"
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
@@ -111,6 +113,11 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
   suite.WriteJson(kSuiteJson, json);
 
   InstallStopSignals();
+  std::optional<WebChild> web;
+  if (options.web) {
+    web.emplace();
+    web->Start(suite.path(), suite.log_file("web"));
+  }
   const auto started = std::chrono::steady_clock::now();
   const auto elapsed = [started] {
     return results::FormatDuration(
@@ -168,6 +175,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
         fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on", done,
                     tasks.size(), shown.string()));
   }
+  if (web) web->Stay();
 }
 
 }  // namespace evalbus::launch
