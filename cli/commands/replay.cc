@@ -32,6 +32,7 @@
 #include "cli/commands/commands.h"
 #include "cli/launch/live_view.h"
 #include "cli/launch/processes.h"
+#include "cli/launch/web_child.h"
 #include "cli/results/episode_json.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
@@ -51,6 +52,7 @@ struct ReplayOptions {
   double speed = 1;
   // Empty: as for `evalbus run`.
   std::string url;
+  bool web = false;
 };
 
 // Between two events.
@@ -293,6 +295,7 @@ void AddOptions(CLI::App* app, ReplayOptions* options) {
       ->allow_extra_args(false);
   app->add_option("--speed", options->speed, "1 = as fast as the robot moved")->capture_default_str();
   app->add_option("--url", options->url, "bus, udpm://ADDRESS:PORT?ttl=0; default: as for 'evalbus run'");
+  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page stays until Ctrl-C");
 }
 
 // A log, and what is to be expected of it.
@@ -334,6 +337,8 @@ int Replay(const ReplayOptions& options) {
   }
   const std::vector<Recordings> runs = ReadRecordings(options);
   FindPlayer();
+  std::optional<launch::WebChild> web;
+  if (options.web) web.emplace();
   const std::string asked = options.url.empty() ? UrlOfEnvironment() : options.url;
   const std::string url = ChooseBus(asked);
   if (url.empty()) {
@@ -342,6 +347,8 @@ int Replay(const ReplayOptions& options) {
         "'evalbus rescore' works without");
   }
   InstallStopSignals();
+  const MemoryFile web_log;
+  if (web) web->Start(options.recording, web_log.path());
   int episodes = 0, equal = 0, damaged = 0;
   int64_t ticks = 0, lost = 0;
   double simulated = 0;  // s
@@ -381,6 +388,7 @@ int Replay(const ReplayOptions& options) {
       "\n{} of {} episodes equal the recorded scores in every bit; {} of {} ticks lost; {:.1f} s simulated "
       "in {:.1f} s\n",
       equal, episodes, lost, ticks, simulated, wall);
+  if (web) web->Stay();
   return equal == episodes && lost == 0 ? 0 : 2;
 }
 

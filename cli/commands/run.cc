@@ -144,6 +144,7 @@ Action AddRun(CLI::App* app) {
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME")
       ->type_name("FOLDER");
   app->add_flag("--resume", options->resume, "go on with the interrupted run in --out");
+  app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page stays until Ctrl-C");
   AddLogLevel(app);
   // For the workers themselves.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");

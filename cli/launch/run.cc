@@ -16,6 +16,7 @@
 #include "cli/launch/live_view.h"
 #include "cli/launch/prepared_run.h"
 #include "cli/launch/suite.h"
+#include "cli/launch/web_child.h"
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
 #include "cli/results/run_summary.h"
@@ -85,10 +86,14 @@ void RunOne(RunOptions options) {
   PreparedRun run = PrepareRun(std::move(options));
   InstallStopSignals();
   const auto started = steady_clock::now();
+  std::optional<WebChild> web;
   std::optional<LiveView> view;
   std::optional<Filming> filming;
   try {
+    if (run.options.web) web.emplace();
     Announce(&run);
+    // In the network of the run, which Announce may have entered.
+    if (web) web->Start(run.folder.path(), run.folder.log_file("web"));
     view.emplace(stdout, HeaderOf(run));
     filming.emplace(run.folder, run.options.video, &*view);
     Evaluate(run, &*view, &*filming);
@@ -118,6 +123,7 @@ void RunOne(RunOptions options) {
         fmt::format("stopped before {} episode{} filmed; the same command with --out {} --resume goes on",
                     unfilmed, unfilmed == 1 ? " was" : "s were", shown.string()));
   }
+  if (web) web->Stay();
 }
 
 }  // namespace

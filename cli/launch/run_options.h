@@ -33,6 +33,8 @@ struct RunOptions {
   std::vector<std::string> tasks;
   std::filesystem::path out;
   bool resume = false;
+  // Whether to show it on a page (`evalbus web`), which then stays.
+  bool web = false;
   // Not negative: this process is that worker of the run.
   int worker = -1;
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -16,6 +17,7 @@
 #include "base/text.h"
 #include "bus/host.h"
 #include "cli/launch/prepared_run.h"
+#include "cli/launch/web_child.h"
 #include "cli/launch/workers.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
@@ -125,6 +127,11 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
   for (const std::string& task : tasks) width = std::max(width, task.size());
 
   InstallStopSignals();
+  std::optional<WebChild> web;
+  if (options.web) {
+    web.emplace();
+    web->Start(suite.folder().path(), suite.folder().log_file("web"));
+  }
   const auto started = std::chrono::steady_clock::now();
   const auto elapsed = [started] {
     return results::FormatDuration(
@@ -170,6 +177,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
         fmt::format("stopped after {} of {} runs; the same command with --out {} --resume goes on",
                     suite.num_done(), tasks.size(), shown.string()));
   }
+  if (web) web->Stay();
 }
 
 }  // namespace evalbus::launch

@@ -17,7 +17,7 @@
 #include "cli/launch/web_jobs.h"
 #include "cli/results/run_follower.h"
 #include "viz/web/live_feed.h"
-#include "viz/web/page_files.h"
+#include "viz/web/page.h"
 #include "viz/web/server.h"
 
 namespace evalbus::launch {
@@ -345,24 +345,6 @@ class WebPage {
   std::vector<std::unique_ptr<ShownRun>> runs_;
 };
 
-std::unique_ptr<viz::WebServer> Listen(const WebOptions& options, const std::shared_ptr<viz::Board>& board) {
-  if (options.is_child) return std::make_unique<viz::WebServer>(dup(STDIN_FILENO), board);
-  const std::string host = options.listen.empty() ? viz::WebServer::Address().host : options.listen;
-  const auto listen = [&](int port) {
-    return std::make_unique<viz::WebServer>(viz::WebServer::Address{host, static_cast<uint16_t>(port)},
-                                            board);
-  };
-  if (options.port) {
-    if (*options.port < 0 || *options.port > 65535) throw InputError("--port: expected 0 to 65535");
-    return listen(*options.port);
-  }
-  try {
-    return listen(kUsualPort);
-  } catch (const InputError&) {
-    return listen(0);
-  }
-}
-
 void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply) {
   using Kind = viz::WebTarget::Kind;
   if (target.kind == Kind::kEpisode) return jobs->AskEpisode(target.run, target.episode, std::move(reply));
@@ -373,10 +355,28 @@ void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply re
     answer.is_forever = true;
     return reply(answer.body ? answer : viz::WebAnswer::Text(404, "no such block"));
   }
-  reply(viz::PageFile(target.kind == Kind::kPage ? "index.html" : target.name));
+  reply(viz::AnswerFile(target.kind == Kind::kPage ? "index.html" : target.name));
 }
 
 }  // namespace
+
+std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
+                                               std::shared_ptr<viz::Board> board) {
+  const auto listen = [&](int number) {
+    const viz::WebServer::Address here;
+    return std::make_unique<viz::WebServer>(
+        viz::WebServer::Address{host.empty() ? here.host : host, static_cast<uint16_t>(number)}, board);
+  };
+  if (port) {
+    if (*port < 0 || *port > 65535) throw InputError("--port: expected 0 to 65535");
+    return listen(*port);
+  }
+  try {
+    return listen(kUsualPort);
+  } catch (const InputError&) {
+    return listen(0);
+  }
+}
 
 int Web(const WebOptions& options) {
   // Whoever evaluates goes first.
@@ -384,7 +384,9 @@ int Web(const WebOptions& options) {
   const auto board = std::make_shared<viz::Board>();
   InstallStopSignals();
   // Before the network of a run is joined, where no browser is.
-  const std::unique_ptr<viz::WebServer> server = Listen(options, board);
+  const std::unique_ptr<viz::WebServer> server =
+      options.is_child ? std::make_unique<viz::WebServer>(dup(STDIN_FILENO), board)
+                       : ListenForPages(options.listen, options.port, board);
   WebJobs jobs;
   WebPage page(options, board.get(), &jobs);
   page.Begin();

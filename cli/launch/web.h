@@ -4,9 +4,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "viz/web/server.h"
 
 namespace evalbus::launch {
 
@@ -26,6 +29,10 @@ struct WebOptions {
 };
 
 inline constexpr char kWebChildOption[] = "--on-stdin";
+
+// Listens at this address (empty: the loopback) and port, as WebOptions has them. Throws InputError.
+std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
+                                               std::shared_ptr<viz::Board> board);
 
 // Serves until SIGINT or SIGTERM; says the page's URL first. Returns the exit code. Throws InputError,
 // EnvironmentError.

@@ -14,6 +14,10 @@
 namespace evalbus::results {
 namespace fs = std::filesystem;
 
+RunFollower::RunFollower(fs::path folder) : folder_(std::move(folder)), lines_(File()) {
+  numbers_.is_over = false;
+}
+
 void RunFollower::StartAgain() {
   lines_ = NewLines(File());
   waiting_.clear();

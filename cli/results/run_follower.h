@@ -17,7 +17,7 @@ namespace evalbus::results {
 class RunFollower {
  public:
   // The folder, or what is in it, need not be there yet.
-  explicit RunFollower(std::filesystem::path folder) : folder_(std::move(folder)), lines_(File()) {}
+  explicit RunFollower(std::filesystem::path folder);
 
   // Rows of the list from `from` on, in the order of episodes.jsonl; is_changed also where rates or facts of
   // the run have changed.
@@ -57,7 +57,7 @@ class RunFollower {
   size_t next_waiting_ = 0;
   std::vector<size_t> hashes_;
   metrics::RunStatistics statistics_;
-  viz::RunNumbers numbers_{.is_over = false};
+  viz::RunNumbers numbers_;
   std::string error_;
 };
 

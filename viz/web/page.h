@@ -1,4 +1,4 @@
-// The files of the page: our own, which are compiled in, and three.js as Debian's libjs-three brings it.
+// The files of the page as answers: our own, which are compiled in, and those of three.js.
 #pragma once
 
 #include <string>
@@ -7,7 +7,10 @@
 
 namespace evalbus::viz {
 
+// index.html
+extern const char* const kPageHtml;
+
 // A file by its name ("index.html"); 404 for any other, 500 with the fix where libjs-three is not installed.
-WebAnswer PageFile(const std::string& name);
+WebAnswer AnswerFile(const std::string& name);
 
 }  // namespace evalbus::viz

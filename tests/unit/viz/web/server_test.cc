@@ -1,0 +1,273 @@
+// The web server over loopback: who may ask, what it answers, and what it does about those who misbehave.
+#include "viz/web/server.h"
+
+#include <gmock/gmock.h>
+
+#include <optional>
+
+#include "base/errors.h"
+#include "tests/unit/viz/web/web_client.h"
+
+namespace evalbus::viz {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class Server : public testing::Test {
+ protected:
+  void Begin(const WebServer::Limits& limits = {}, const std::string& host = "127.0.0.1") {
+    board_ = std::make_shared<Board>();
+    server_.emplace(WebServer::Address{host, 0}, board_, limits);
+    server_->Start([this](const WebTarget& target, WebServer::Reply reply) {
+      if (target.kind == WebTarget::Kind::kEpisode) return Later(std::move(reply));
+      WebAnswer answer;
+      answer.type = "text/html";
+      answer.body = std::make_shared<const std::string>("file " + target.name);
+      answer.is_forever = target.kind == WebTarget::Kind::kBlock;
+      reply(answer);
+    });
+    port_ = server_->port();
+  }
+  void Later(WebServer::Reply reply) {
+    std::thread([moved = std::move(reply)] { moved(WebAnswer::Text(200, "an episode")); }).join();
+  }
+  std::string Origin() const { return "http://localhost:" + std::to_string(port_); }
+
+  std::shared_ptr<Board> board_;
+  std::optional<WebServer> server_;
+  uint16_t port_ = 0;
+};
+
+TEST_F(Server, AnswersWithHeadersThatKeepOthersOut) {
+  Begin();
+  const std::string page = Get(port_, "/");
+  EXPECT_EQ(StatusOf(page), 200);
+  EXPECT_EQ(BodyOf(page), "file ");
+  for (const char* header :
+       {"Content-Security-Policy: default-src 'none'; script-src 'self'", "X-Content-Type-Options: nosniff",
+        "X-Frame-Options: DENY", "Cross-Origin-Resource-Policy: same-origin", "Referrer-Policy: no-referrer",
+        "Cache-Control: no-store"}) {
+    EXPECT_THAT(page, HasSubstr(header));
+  }
+  EXPECT_THAT(page, Not(HasSubstr("Access-Control")));
+  EXPECT_EQ(BodyOf(Get(port_, "/page/scene.js")), "file scene.js");
+  EXPECT_THAT(Get(port_, "/block/" + std::string(64, 'a')), HasSubstr("immutable"));
+  EXPECT_EQ(BodyOf(Get(port_, "/episode/0/1")), "an episode\n");
+  EXPECT_EQ(server_->url(), "http://127.0.0.1:" + std::to_string(port_) + "/");
+}
+
+TEST_F(Server, HeadIsGetWithoutABody) {
+  Begin();
+  const std::string answer = Get(port_, "/page/a.js", "localhost", "", "HEAD");
+  EXPECT_EQ(StatusOf(answer), 200);
+  EXPECT_THAT(answer, HasSubstr("Content-Length: 9\r\n"));
+  EXPECT_EQ(BodyOf(answer), "");
+}
+
+TEST_F(Server, WhatIsNotThereIsNotThere) {
+  Begin();
+  for (const char* target :
+       {"/page/../../etc/passwd", "/page/", "/etc/passwd", "//", "/page/%2e%2e/x", "/live/x"}) {
+    EXPECT_EQ(StatusOf(Get(port_, target)), 404) << target;
+  }
+  for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE"}) {
+    EXPECT_EQ(StatusOf(Get(port_, "/", "localhost", "", method)), 405) << method;
+  }
+}
+
+TEST_F(Server, AnotherNameIsRefused) {
+  Begin();
+  EXPECT_EQ(StatusOf(Get(port_, "/", "evil.example")), 403);
+  EXPECT_EQ(StatusOf(Get(port_, "/block/" + std::string(64, 'a'), "evil.example:" + std::to_string(port_))),
+            403);
+  EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/1.1\r\nConnection: close\r\n\r\n")), 400);
+  EXPECT_EQ(StatusOf(Get(port_, "/", "localhost", "Host: evil.example\r\n")), 400);
+}
+
+TEST_F(Server, OnlyAPageOfOursListens) {
+  Begin();
+  board_->SetRun(0, "the run");
+  WebClient own(port_, Origin());
+  EXPECT_FALSE(own.error()) << own.error().message();
+  EXPECT_EQ(own.Read(), "the run");
+  for (const std::string origin :
+       {"http://evil.example", "null", "https://localhost", "http://localhost:1"}) {
+    WebClient other(port_, origin);
+    EXPECT_TRUE(other.error()) << origin;
+    EXPECT_EQ(other.status(), 403) << origin;
+  }
+  EXPECT_EQ(StatusOf(Get(port_, "/live")), 426);
+}
+
+TEST_F(Server, ElsewhereATokenIsNeeded) {
+  try {
+    Begin({}, "0.0.0.0");
+  } catch (const InputError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  const std::string token = server_->token();
+  EXPECT_EQ(token.size(), 32u);
+  EXPECT_EQ(StatusOf(Get(port_, "/" + token + "/", "robot.lab")), 200);
+  for (const std::string& target :
+       std::vector<std::string>{"/", "/page/a.js", "/live", "/x" + token + "/", "/" + token}) {
+    EXPECT_EQ(StatusOf(Get(port_, target, "robot.lab")), 404) << target;
+  }
+  board_->SetRun(0, "the run");
+  WebClient without(port_, Origin());
+  EXPECT_EQ(without.status(), 404);
+  WebClient with(port_, Origin(), "/" + token + "/live");
+  EXPECT_EQ(with.Read(), "the run");
+  EXPECT_EQ(WebClient(port_, "http://evil.example", "/" + token + "/live").status(), 403);
+  // Another one each time.
+  EXPECT_NE(WebServer({"0.0.0.0", 0}, board_).token(), token);
+}
+
+TEST_F(Server, BadRequestsAreRefusedInWords) {
+  Begin();
+  EXPECT_EQ(StatusOf(AnswerTo(port_, "what is this\r\n\r\n")), 400);
+  EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/9.9\r\n\r\n")), 400);
+  EXPECT_EQ(StatusOf(AnswerTo(port_, std::string("GET /\0 HTTP/1.1\r\n\r\n", 18))), 400);
+  EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n12345")),
+            413);
+  // Too long; whoever sends on is cut off, perhaps before the answer has come.
+  const int status = StatusOf(Get(port_, "/", "localhost", "X: " + std::string(20'000, 'x') + "\r\n"));
+  EXPECT_TRUE(status == 431 || status == 0) << status;
+  // It goes on.
+  EXPECT_EQ(StatusOf(Get(port_, "/")), 200);
+}
+
+TEST_F(Server, SeveralRequestsOnAConnectionAndNotTooMany) {
+  WebServer::Limits limits;
+  limits.requests = 3;
+  limits.requests_per_s = 1;
+  Begin(limits);
+  std::string requests;
+  for (int i = 0; i < 50; ++i) requests += "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  const std::string answer = AnswerTo(port_, requests);
+  EXPECT_EQ(StatusOf(answer), 200);
+  EXPECT_THAT(answer, HasSubstr("HTTP/1.1 429 "));
+}
+
+TEST_F(Server, APageThatSaysAnythingElseIsSentAway) {
+  Begin();
+  for (const std::string& text :
+       std::vector<std::string>{std::string("{}"), std::string("{\"watch\": \"0\"}"), std::string("\xff\xfe"),
+                                std::string(5000, 'x'), std::string(300, '[')}) {
+    WebClient client(port_, Origin());
+    client.Say(text);
+    client.Read();
+    EXPECT_TRUE(client.error()) << text.substr(0, 20);
+  }
+  // And so is one that says it over and over.
+  WebClient chatty(port_, Origin());
+  for (int i = 0; i < 1000 && !chatty.error(); ++i) chatty.Say("{\"watch\": 0}");
+  while (!chatty.error()) chatty.Read();
+  EXPECT_TRUE(chatty.error());
+}
+
+TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
+  Begin();
+  board_->SetRun(1, "run 1");
+  board_->SetEpisode(0, "episode of 0", true);
+  board_->SetEpisode(1, "episode of 1", true);
+  WebClient client(port_, Origin());
+  EXPECT_EQ(client.Read(), "run 1");
+  EXPECT_EQ(client.Read(), "episode of 0");
+  client.Say("{\"watch\": 1}");
+  EXPECT_EQ(client.Read(), "episode of 1");
+  // Of one that is not there, nothing comes, and what came goes on.
+  client.Say("{\"watch\": 7}");
+  board_->AddTicks(1, "ticks of 1");
+  server_->Wake();
+  EXPECT_EQ(client.Read(), "ticks of 1");
+}
+
+// Fifty viewers, one of which never reads: the others have every block, and it costs no memory that grows.
+TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
+  Begin();
+  board_->SetEpisode(0, "episode", true);
+  std::vector<std::unique_ptr<WebClient>> viewers;
+  for (int i = 0; i < 49; ++i) {
+    viewers.push_back(std::make_unique<WebClient>(port_, Origin()));
+    EXPECT_EQ(viewers.back()->Read(), "episode");
+  }
+  WebClient silent(port_, Origin(), "/live", true);
+  ASSERT_FALSE(silent.error());
+  // More than any buffer between here and there.
+  constexpr int kBlocks = 200;
+  const std::string large(100'000, 'x');
+  for (int i = 0; i < kBlocks; ++i) {
+    board_->AddTicks(0, std::to_string(i) + large);
+    server_->Wake();
+    for (auto& viewer : viewers) {
+      ASSERT_EQ(viewer->Read().substr(0, 5), (std::to_string(i) + large).substr(0, 5))
+          << viewer->error().message();
+    }
+  }
+  EXPECT_EQ(board_->num_viewers(), 50);
+  // When it reads at last, it is given what was on its way, and then the episode as it stands.
+  board_->SetEpisode(0, "episode now", false);
+  board_->AddTicks(0, "ticks now");
+  server_->Wake();
+  EXPECT_EQ(silent.Read(), "episode");
+  int late = 0;
+  std::string block;
+  for (; (block = silent.Read()) != "episode now" && !silent.error(); ++late) {
+  }
+  EXPECT_EQ(block, "episode now");
+  EXPECT_EQ(silent.Read(), "ticks now");
+  EXPECT_LT(late, kBlocks - static_cast<int>(Board::kKeptTickBytes / large.size()));
+}
+
+TEST_F(Server, TooManyViewersAreRefused) {
+  WebServer::Limits limits;
+  limits.viewers = 2;
+  Begin(limits);
+  WebClient a(port_, Origin()), b(port_, Origin()), c(port_, Origin());
+  EXPECT_FALSE(a.error());
+  EXPECT_FALSE(b.error());
+  EXPECT_EQ(c.status(), 503);
+}
+
+TEST_F(Server, WhoSaysNothingIsLetGo) {
+  WebServer::Limits limits;
+  limits.patience = std::chrono::seconds(1);
+  Begin(limits);
+  // Half a request: the server closes, or this would end in 30 s.
+  EXPECT_EQ(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: loc"), "");
+}
+
+TEST_F(Server, AViewerThatLeavesIsForgotten) {
+  Begin();
+  board_->SetRun(0, "run");
+  {
+    WebClient client(port_, Origin());
+    EXPECT_EQ(client.Read(), "run");
+    EXPECT_EQ(board_->num_viewers(), 1);
+  }
+  // Its last word is on its way: another one's answer comes behind it.
+  for (int i = 0; i < 1000 && board_->num_viewers() > 0; ++i) Get(port_, "/");
+  EXPECT_EQ(board_->num_viewers(), 0);
+}
+
+TEST(WebServer, ATakenPortIsSaid) {
+  const auto board = std::make_shared<Board>();
+  const WebServer first({"127.0.0.1", 0}, board);
+  EXPECT_THROW(WebServer({"127.0.0.1", first.port()}, board), InputError);
+  EXPECT_THROW(WebServer({"no such host.example", 0}, board), InputError);
+}
+
+TEST(WebServer, ListensOnASocketThatItInherits) {
+  const auto board = std::make_shared<Board>();
+  auto first = std::make_unique<WebServer>(WebServer::Address{"127.0.0.1", 0}, board);
+  WebServer second(dup(first->descriptor()), board);
+  const uint16_t port = first->port();
+  first.reset();
+  second.Start([](const WebTarget&, WebServer::Reply reply) { reply(WebAnswer::Text(200, "here")); });
+  EXPECT_EQ(second.port(), port);
+  EXPECT_EQ(BodyOf(Get(port, "/")), "here\n");
+}
+
+}  // namespace
+}  // namespace evalbus::viz
