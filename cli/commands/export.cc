@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/film_progress.h"
