@@ -144,7 +144,9 @@ Evalbus.Marks = class {
 
   updateClearance(tick) {
     const points = this.track.clearance.data, at = 6 * tick;
-    const isKnown = at + 6 <= points.length && !Number.isNaN(points[at]);
+    // Logs of before the two points were sent have zeros there.
+    const isKnown = at + 6 <= points.length && !Number.isNaN(points[at])
+      && points.subarray(at, at + 6).some((one) => one !== 0);
     this.clearance.visible = this.shows.clearance && isKnown && this.track.clearance.data.length > 0;
     if (!this.clearance.visible) return;
     const ends = this.clearance.geometry.attributes.position;
