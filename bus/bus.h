@@ -25,6 +25,7 @@
 namespace lcm {
 class LCM;
 }
+// NOLINTNEXTLINE(bugprone-reserved-identifier): liblcm calls it so
 struct _lcm_recv_buf_t;
 
 namespace evalbus {

@@ -3,11 +3,13 @@
 // each other.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "bus/message.h"
 #include "evalbus/action_t.hpp"
@@ -88,7 +90,11 @@ void ForEach(const Function& function) {
   std::apply([&](const auto&... channel) { (function(channel), ...); }, kAll);
 }
 
-inline std::string ImageChannel(std::string_view camera) { return kImage.name + std::string(camera); }
+// "EVALBUS_IMAGE_left_hand_wrist" for the camera "left/hand/wrist".
+inline std::string ImageChannel(std::string camera) {
+  std::ranges::replace(camera, '/', '_');
+  return kImage.name + std::move(camera);
+}
 
 // What the recorder does with a channel of this name; one that is not ours is recorded as it is.
 inline Recorded RecordedOf(std::string_view name) {

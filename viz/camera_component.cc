@@ -90,7 +90,7 @@ void CameraComponent::Answer(const observe_t& observe) {
                  status_.last_tick);
       return;
     }
-    const std::string channel = ImageChannel(view.camera);
+    const std::string channel = channels::ImageChannel(view.camera);
     bus().Publish(Channel<image_t>{channel.c_str(), status_.component}, *image);
   }
 }

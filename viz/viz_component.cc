@@ -12,11 +12,6 @@
 
 namespace evalbus::viz {
 
-std::string ImageChannel(std::string camera) {
-  std::replace(camera.begin(), camera.end(), '/', '_');
-  return channels::ImageChannel(camera);
-}
-
 VizComponent::VizComponent(Bus* bus, const VizOptions& options)
     : Component(bus, "viz"), options_(options), overlay_(options.size), frame_(options.size) {
   CheckFrameSize(options.size);
@@ -48,7 +43,7 @@ void VizComponent::Show(const model_info_t& model) {
     auto renderer = std::make_unique<Renderer>(LoadVisualModel(model), options_.size);
     std::vector<View> views;
     for (const std::string& camera : options_.cameras) {
-      View view{FindCamera(renderer->model(), camera), ImageChannel(camera), {}};
+      View view{FindCamera(renderer->model(), camera), channels::ImageChannel(camera), {}};
       view.image.view.camera = camera;
       view.image.view.width_px = options_.size.width;
       view.image.view.height_px = options_.size.height;

@@ -33,9 +33,6 @@ struct VizOptions {
   std::string policy{};
 };
 
-// "EVALBUS_IMAGE_left_hand_wrist" for the camera "left/hand/wrist".
-std::string ImageChannel(std::string camera);
-
 class VizComponent : public Component {
  public:
   // Throws InputError for options that cannot be, EnvironmentError if OSMesa is missing. A camera that the

@@ -166,7 +166,7 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     view.shadows = shadows;
     view.encoding = encoding;
     observe.view.push_back(view);
-    const std::string channel = viz::ImageChannel(camera);
+    const std::string channel = channels::ImageChannel(camera);
     bus.Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
                   [&](const image_t& image) { images.push_back(image); });
   }

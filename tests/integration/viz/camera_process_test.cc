@@ -34,7 +34,7 @@ class CameraProcess : public testing::Test {
 
   void Hear(Bus* bus, Pictures* pictures) {
     for (const view_t& view : observe_.view) {
-      const std::string channel = viz::ImageChannel(view.camera);
+      const std::string channel = channels::ImageChannel(view.camera);
       bus->Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
                      [pictures](const image_t& m) { (*pictures)[m.view.camera] = m; });
     }

@@ -37,7 +37,7 @@ class CameraComponentTest : public testing::Test {
     explicit Process(const std::vector<std::string>& cameras = {"front", "left/hand/wrist", "roboeval/head"})
         : component(&bus) {
       for (const std::string& camera : cameras) {
-        const std::string channel = ImageChannel(camera);
+        const std::string channel = channels::ImageChannel(camera);
         bus.Subscribe(Channel<image_t>{channel.c_str(), "cameras"}, [this, camera](const image_t& image) {
           EXPECT_EQ(image.view.camera, camera);
           EXPECT_EQ(static_cast<size_t>(image.num_bytes), image.data.size());

@@ -44,7 +44,7 @@ class VizComponentTest : public testing::Test {
   VizComponentTest() : viz_(&bus_, {{"front", "left/hand/wrist"}, kSize, 10}) {
     for (const char* channel : {"EVALBUS_IMAGE_front", "EVALBUS_IMAGE_left_hand_wrist"}) {
       bus_.Subscribe(Channel<image_t>{channel, "viz"}, [this, channel](const image_t& image) {
-        EXPECT_EQ(ImageChannel(image.view.camera), channel);
+        EXPECT_EQ(channels::ImageChannel(image.view.camera), channel);
         images_.push_back(image);
       });
     }
