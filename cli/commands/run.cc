@@ -138,7 +138,7 @@ Action AddRun(CLI::App* app) {
       "all of ours is base, where nothing is random: of a policy like expert all episodes are equal.\n"
       "Or a plan: a YAML file of policies and tasks (docs/plans.md)");
   AddPlanOptions(app, plan.get());
-  AddOptions(app, options.get());
+  evalbus::AddOptions(app, options.get());
   // For those whom a run starts: a run that a person starts has a folder of its own.
   app->get_option("--options")->group("");
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME")

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr auto kChunkPoll = std::chrono::milliseconds(20);
 // A disk that is full may have room again.
 constexpr auto kTryAgain = std::chrono::seconds(5);
 constexpr auto kGiveUp = std::chrono::minutes(10);
@@ -144,7 +144,7 @@ void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
   const std::vector<Chunk> mine = ChunksOfPart(ChunksOf(folder.plan()), part, parts);
   Say(fmt::format("part {} of {}: {} chunk{}", part, parts, mine.size(), mine.size() == 1 ? "" : "s"));
   Chunks chunks(folder, mine, workers);
-  while (chunks.Poll() && !stop_requested()) std::this_thread::sleep_for(kPoll);
+  while (chunks.Poll() && !stop_requested()) std::this_thread::sleep_for(kChunkPoll);
   if (stop_requested()) throw EnvironmentError("stopped; the same command goes on");
   const std::vector<std::string>& failures = chunks.failures();
   if (failures.empty()) return;

@@ -446,7 +446,7 @@ std::unique_ptr<Predicate> Make(const Expression& expression, const CompileConte
   return std::make_unique<T>(expression, context);
 }
 
-const std::map<std::string, Factory> kRegistry = {
+const std::map<std::string, Factory> kPredicates = {
     {"all", Make<All>},
     {"any", Make<Any>},
     {"height_above", Make<HeightAbove>},
@@ -465,14 +465,14 @@ const std::map<std::string, Factory> kRegistry = {
 
 std::vector<std::string> PredicateNames() {
   std::vector<std::string> names = QuantityNames();
-  for (const auto& [name, unused] : kRegistry) names.push_back(name);
+  for (const auto& [name, unused] : kPredicates) names.push_back(name);
   std::ranges::sort(names);
   return names;
 }
 
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context) {
-  const auto factory = kRegistry.find(expression.name);
-  if (factory != kRegistry.end()) return factory->second(expression, context);
+  const auto factory = kPredicates.find(expression.name);
+  if (factory != kPredicates.end()) return factory->second(expression, context);
   if (auto within = CompileWithin(expression, context)) return within;
   throw InputError(expression.location().ToString() + ": no predicate is called '" + expression.name + "'" +
                    Suggestion(expression.name, PredicateNames()));

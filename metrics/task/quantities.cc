@@ -212,7 +212,7 @@ std::unique_ptr<Quantity> Make(const YamlMap& arguments, const CompileContext& c
   return std::make_unique<T>(arguments, context);
 }
 
-const std::vector<Row> kRegistry = {
+const std::vector<Row> kQuantities = {
     {"distance", {"a", "b"}, {}, "m", "m", kNotNegative, condition_t::POSE, Make<Distance>},
     {"joint_fraction",
      {"joint"},
@@ -230,8 +230,8 @@ const std::vector<Row> kRegistry = {
 };
 
 const Row* Find(const std::string& name) {
-  const auto row = std::ranges::find(kRegistry, name, &Row::name);
-  return row == kRegistry.end() ? nullptr : &*row;
+  const auto row = std::ranges::find(kQuantities, name, &Row::name);
+  return row == kQuantities.end() ? nullptr : &*row;
 }
 
 // A quantity is within limits, at least one of which is given.
@@ -295,7 +295,7 @@ class QuantityWithin : public Within {
 
 std::vector<std::string> QuantityNames() {
   std::vector<std::string> names;
-  for (const Row& row : kRegistry) names.emplace_back(row.name);
+  for (const Row& row : kQuantities) names.emplace_back(row.name);
   return names;
 }
 

@@ -17,7 +17,6 @@ constexpr double kLift = 0.12;  // m
 constexpr double kMiddles[][3] = {{0.5, 0, 1.15}, {0.45, 0, 1.2}, {0.55, 0, 1.15}};
 // Its heading then, from the one in which its free end points to the other arm; rad.
 constexpr double kHeadings[] = {0, 0.5, -0.5, 1, -1};
-constexpr int kMaxAttempts = 4;
 
 // The outer part of a half of the rod: too long to be taken lengthwise.
 GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
@@ -25,7 +24,7 @@ GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
 }  // namespace
 
 CubeHandoverExpert::CubeHandoverExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info, kMaxAttempts), rod_(ObjectBody(info, "rod")) {
+    : Expert(model, info, /*max_attempts=*/4), rod_(ObjectBody(info, "rod")) {
   NeedTwoArms(info);
   for (int arm : {0, 1}) {
     side_[arm] = context().arms[arm].GripPose(context().home.joints[arm]).translation().y() > 0 ? 1 : -1;

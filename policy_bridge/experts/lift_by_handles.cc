@@ -33,7 +33,6 @@ constexpr double kFirstLift = 0.02;
 constexpr double kRestSpeed = 0.005;    // m/s
 constexpr double kRestTurnRate = 0.05;  // rad/s
 constexpr int64_t kRestUs = 100'000;
-constexpr int kMaxAttempts = 4;
 
 double Yaw(const Isometry3d& pose) { return std::atan2(pose.linear()(1, 0), pose.linear()(0, 0)); }
 
@@ -47,7 +46,7 @@ Isometry3d Raised(const Isometry3d& pose, double height) { return Translation3d(
 
 LiftByHandlesExpert::LiftByHandlesExpert(const HandledObject& object, const mjModel& model,
                                          const model_info_t& info)
-    : Expert(model, info, kMaxAttempts),
+    : Expert(model, info, /*max_attempts=*/4),
       object_(object),
       body_(ObjectBody(info, object.name)),
       velocity_(model.body_dofadr[body_]) {

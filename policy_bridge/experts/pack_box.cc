@@ -51,12 +51,11 @@ constexpr double kOvers[] = {0, 0.1};
 
 // The most that trying a way takes, in knots.
 constexpr int kEffortPerWay = 300;
-constexpr int kMaxAttempts = 6;
 
 }  // namespace
 
 PackBoxExpert::PackBoxExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info, kMaxAttempts),
+    : Expert(model, info, /*max_attempts=*/6),
       flaps_{BodyId(model, "box/left_flap"), BodyId(model, "box/right_flap")} {
   NeedTwoArms(info);
 }

@@ -22,12 +22,11 @@ constexpr double kSpeed = 0.05;  // m/s of a grip
 // The hand comes from above, or leans about its closing axis where an arm or the board is in its way.
 constexpr double kLeans[] = {0, 15 * kDegree, -15 * kDegree, 30 * kDegree, -30 * kDegree};
 constexpr int kDirections = 12;
-constexpr int kMaxAttempts = 6;
 
 }  // namespace
 
 RotateValveExpert::RotateValveExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info, kMaxAttempts),
+    : Expert(model, info, /*max_attempts=*/6),
       wheels_{BodyId(model, "first_valve/wheel"), BodyId(model, "second_valve/wheel")} {
   NeedTwoArms(info);
 }

@@ -43,7 +43,6 @@ constexpr double kHeadings[] = {60, -60, 40, -40, 20, -20, 0};
 constexpr double kPressHeadings[] = {90, 45, 135, 0};
 // Sideways ways of a dragged book that are tried.
 constexpr double kSideways[] = {0, 0.06, -0.06, 0.12, -0.12, 0.2, -0.2, 0.3, -0.3};
-constexpr int kMaxAttempts = 6;
 
 Vector3d Heading(double degrees) { return {std::cos(degrees * kDegree), std::sin(degrees * kDegree), 0}; }
 
@@ -61,7 +60,7 @@ Vector3d SiteInWorld(const mjModel& model, const model_info_t& info, const std::
 }  // namespace
 
 SingleBookExpert::SingleBookExpert(bool to_shelf, const mjModel& model, const model_info_t& info)
-    : Expert(model, info, kMaxAttempts),
+    : Expert(model, info, /*max_attempts=*/6),
       to_shelf_(to_shelf),
       book_(ObjectBody(info, "book")),
       counter_edge_(SiteInWorld(model, info, "shelf", "counter_edge")),

@@ -25,7 +25,6 @@ constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42,
                                 {0.5, -0.16}, {0.58, 0.12}, {0.58, -0.12}};
 // The site keeps so far from the cube that still stands on the table.
 constexpr double kFree = 0.08;  // m
-constexpr int kMaxAttempts = 4;
 
 // Heading of a cube that lies flat; its sides repeat every quarter turn.
 double Heading(const Isometry3d& cube) {
@@ -51,7 +50,7 @@ bool IsOn(const Isometry3d& upper, const Isometry3d& lower) {
 }  // namespace
 
 StackTwoBlocksExpert::StackTwoBlocksExpert(const mjModel& model, const model_info_t& info)
-    : Expert(model, info, kMaxAttempts),
+    : Expert(model, info, /*max_attempts=*/4),
       cubes_{ObjectBody(info, "red_cube"), ObjectBody(info, "blue_cube")} {}
 
 std::optional<Grasp> StackTwoBlocksExpert::FindGrasp(const Plan& plan, int arm, int cube) const {

@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-[[noreturn]] void Refuse(const std::string& why) {
+[[noreturn]] void RefuseJson(const std::string& why) {
   throw ServerError(ServerError::Kind::kProtocol, "JSON: " + why);
 }
 
@@ -42,7 +42,7 @@ Bytes DecodeBase64(std::string_view text) {
   const size_t padding = text.size() - digits;
   if (text.size() % 4 != 0 || padding > 2 ||
       text.substr(digits) != std::string_view("==").substr(0, padding) || text.size() > kMaxBase64) {
-    Refuse("an array's bytes are no base64");
+    RefuseJson("an array's bytes are no base64");
   }
   Bytes bytes(text.size() / 4 * 3);
   EVP_DecodeBlock(bytes.data(), reinterpret_cast<const unsigned char*>(text.data()),
@@ -77,18 +77,18 @@ struct ToJson {
 };
 
 // What a map stands for.
-Value Meaning(Map map) {
+Value JsonMeaning(Map map) {
   Value value = std::move(map);
   const Value* data = value.Find("__numpy__");
   if (!data) return value;
   const Value* dtype = value.Find("dtype");
   const Value* shape = value.Find("shape");
   if (!data->Is<std::string>() || !dtype || !dtype->Is<std::string>() || !shape || !shape->Is<List>()) {
-    Refuse("\"__numpy__\" without \"dtype\" or \"shape\"");
+    RefuseJson("\"__numpy__\" without \"dtype\" or \"shape\"");
   }
   Array array{*dtype->As<std::string>(), {}, {}};
   for (const Value& length : *shape->As<List>()) {
-    if (!length.Is<int64_t>()) Refuse("an array's shape is no list of integers");
+    if (!length.Is<int64_t>()) RefuseJson("an array's shape is no list of integers");
     array.shape.push_back(*length.As<int64_t>());
   }
   array.data = DecodeBase64(*data->As<std::string>());
@@ -105,7 +105,7 @@ class Reader : public nlohmann::json_sax<Json> {
   bool number_integer(int64_t number) override { return Add(number); }
   bool number_unsigned(uint64_t number) override {
     if (number > std::numeric_limits<int64_t>::max())
-      Refuse(fmt::format("{} is too large an integer", number));
+      RefuseJson(fmt::format("{} is too large an integer", number));
     return Add(static_cast<int64_t>(number));
   }
   bool number_float(double number, const std::string&) override { return Add(number); }
@@ -117,7 +117,7 @@ class Reader : public nlohmann::json_sax<Json> {
     return true;
   }
   bool end_object() override {
-    tree_.CloseMap(Meaning);
+    tree_.CloseMap(JsonMeaning);
     return true;
   }
   bool start_array(size_t) override { return Open(List{}); }
@@ -126,7 +126,7 @@ class Reader : public nlohmann::json_sax<Json> {
     return true;
   }
   bool parse_error(size_t position, const std::string&, const nlohmann::detail::exception&) override {
-    Refuse(fmt::format("malformed at byte {}", position));
+    RefuseJson(fmt::format("malformed at byte {}", position));
   }
 
  private:

@@ -15,7 +15,7 @@
 namespace evalbus::policy {
 namespace {
 
-[[noreturn]] void Refuse(const std::string& why) {
+[[noreturn]] void RefuseMsgpack(const std::string& why) {
   throw ServerError(ServerError::Kind::kProtocol, "MessagePack: " + why);
 }
 
@@ -93,7 +93,7 @@ class Encoder {
 
 Value& Part(Map& map, std::string_view key) {
   const auto found = std::ranges::find(map, key, &Map::value_type::first);
-  if (found == map.end()) Refuse(fmt::format("an array without \"{}\"", key));
+  if (found == map.end()) RefuseMsgpack(fmt::format("an array without \"{}\"", key));
   return found->second;
 }
 
@@ -105,16 +105,16 @@ bool Has(const Map& map, std::string_view marker) {
 Value ToArray(Map map) {
   Array array;
   const Value& dtype = Part(map, "dtype");
-  if (!dtype.Is<std::string>()) Refuse("an array's dtype is " + Describe(dtype));
+  if (!dtype.Is<std::string>()) RefuseMsgpack("an array's dtype is " + Describe(dtype));
   array.dtype = *dtype.As<std::string>();
   const Value& shape = Part(map, "shape");
-  if (!shape.Is<List>()) Refuse("an array's shape is " + Describe(shape));
+  if (!shape.Is<List>()) RefuseMsgpack("an array's shape is " + Describe(shape));
   for (const Value& extent : *shape.As<List>()) {
-    if (!extent.Is<int64_t>()) Refuse("an array's shape has " + Describe(extent));
+    if (!extent.Is<int64_t>()) RefuseMsgpack("an array's shape has " + Describe(extent));
     array.shape.push_back(*extent.As<int64_t>());
   }
   Value& data = Part(map, "data");
-  if (!data.Is<Bytes>()) Refuse("an array's data are " + Describe(data));
+  if (!data.Is<Bytes>()) RefuseMsgpack("an array's data are " + Describe(data));
   array.data = std::move(*data.As<Bytes>());
 
   if (array.dtype.size() >= 2 && array.dtype[1] == 'U') return Describe(array) + " of texts, not read";
@@ -122,7 +122,7 @@ Value ToArray(Map map) {
 }
 
 // What a map means.
-Value Meaning(Map map) {
+Value MsgpackMeaning(Map map) {
   if (Has(map, "__ndarray__")) return ToArray(std::move(map));
   if (Has(map, "__npgeneric__")) return Part(map, "data");
   return map;
@@ -149,7 +149,7 @@ class Builder : public msgpack::null_visitor {
     if (is_key_) return SetKey(bytes, size);
     return Add(Bytes(bytes, bytes + size));
   }
-  bool visit_ext(const char*, uint32_t) { Refuse("an extension type, which this wire does not have"); }
+  bool visit_ext(const char*, uint32_t) { RefuseMsgpack("an extension type, which this wire does not have"); }
 
   // Nothing is allocated for what a count announces, only for what comes.
   bool start_array(uint32_t) { return Open(List()); }
@@ -164,11 +164,11 @@ class Builder : public msgpack::null_visitor {
     return true;
   }
   bool end_map() {
-    tree_.CloseMap(Meaning);
+    tree_.CloseMap(MsgpackMeaning);
     return true;
   }
-  void insufficient_bytes(size_t, size_t) { Refuse("it ends in the middle"); }
-  void parse_error(size_t, size_t at) { Refuse(fmt::format("byte {} begins nothing", at)); }
+  void insufficient_bytes(size_t, size_t) { RefuseMsgpack("it ends in the middle"); }
+  void parse_error(size_t, size_t at) { RefuseMsgpack(fmt::format("byte {} begins nothing", at)); }
 
   Value Take() { return tree_.Take(); }
 
@@ -191,7 +191,7 @@ class Builder : public msgpack::null_visitor {
   }
 
   void CheckKey(const Value& value) const {
-    if (is_key_) Refuse("a key is " + Describe(value) + " and no text");
+    if (is_key_) RefuseMsgpack("a key is " + Describe(value) + " and no text");
   }
 
   TreeBuilder tree_{"MessagePack"};
@@ -208,9 +208,9 @@ Value DecodeMsgpack(std::span<const uint8_t> bytes) {
   try {
     msgpack::parse(reinterpret_cast<const char*>(bytes.data()), bytes.size(), parsed, builder);
   } catch (const msgpack::unpack_error& error) {
-    Refuse(error.what());
+    RefuseMsgpack(error.what());
   }
-  if (parsed != bytes.size()) Refuse(fmt::format("{} bytes behind its end", bytes.size() - parsed));
+  if (parsed != bytes.size()) RefuseMsgpack(fmt::format("{} bytes behind its end", bytes.size() - parsed));
   return builder.Take();
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kMagic = "\x93NUMPY";
 constexpr size_t kAlignment = 64;
 
-[[noreturn]] void Refuse(const std::string& why) {
+[[noreturn]] void RefuseNpy(const std::string& why) {
   throw ServerError(ServerError::Kind::kProtocol, ".npy array: " + why);
 }
 
@@ -33,11 +33,11 @@ class HeaderReader {
       const std::string_view key = Text();
       Expect(':');
       if (key == "descr") {
-        if (Next() == '[') Refuse("numbers in records are not read");
+        if (Next() == '[') RefuseNpy("numbers in records are not read");
         array.dtype = Text();
         has_descr = true;
       } else if (key == "fortran_order") {
-        if (Truth()) Refuse("numbers in Fortran's order are not read");
+        if (Truth()) RefuseNpy("numbers in Fortran's order are not read");
         has_order = true;
       } else if (key == "shape") {
         array.shape = Shape();
@@ -53,7 +53,7 @@ class HeaderReader {
 
  private:
   [[noreturn]] void Malformed() const {
-    Refuse(fmt::format("header cannot be read: {}", Printable(Cut(std::string(text_), 100))));
+    RefuseNpy(fmt::format("header cannot be read: {}", Printable(Cut(std::string(text_), 100))));
   }
   // The next character that is no space, not taken; NUL at the end.
   char Next() {
@@ -129,15 +129,15 @@ Bytes EncodeNpy(const Array& array) {
 Array DecodeNpy(std::span<const uint8_t> bytes) {
   if (bytes.size() < 10 || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin(),
                                        [](char a, uint8_t b) { return static_cast<uint8_t>(a) == b; })) {
-    Refuse("does not begin as one");
+    RefuseNpy("does not begin as one");
   }
   const int version = bytes[6];
-  if (version != 1 && version != 2) Refuse(fmt::format("version {} is not read", version));
+  if (version != 1 && version != 2) RefuseNpy(fmt::format("version {} is not read", version));
   const size_t begin = version == 1 ? 10 : 12;
-  if (bytes.size() < begin) Refuse("cut short");
+  if (bytes.size() < begin) RefuseNpy("cut short");
   size_t length = 0;
   for (size_t i = begin; i > 8; --i) length = length << 8 | bytes[i - 1];
-  if (length > bytes.size() - begin) Refuse("cut short");
+  if (length > bytes.size() - begin) RefuseNpy("cut short");
   Array array = HeaderReader({reinterpret_cast<const char*>(bytes.data()) + begin, length}).Read();
   array.data.assign(bytes.begin() + static_cast<std::ptrdiff_t>(begin + length), bytes.end());
   return CheckedArray(std::move(array));

@@ -121,7 +121,7 @@ std::atomic<Kind> g_kind = Kind::kUndecided;
 
 bool IsEgl() { return g_kind == Kind::kEgl; }
 
-std::string Renderer() {
+std::string RendererName() {
   const auto get = reinterpret_cast<decltype(glGetString)*>(GlFunction("glGetString"));
   const unsigned char* name = get(GL_RENDERER);
   return name ? reinterpret_cast<const char*>(name) : "unknown";
@@ -148,7 +148,7 @@ bool HasGraphicsProcessor() {
     try {
       g_kind = Kind::kEgl;
       GlContext context;
-      code = IsSoftware(Renderer()) ? 1 : 0;
+      code = IsSoftware(RendererName()) ? 1 : 0;
     } catch (const std::exception&) {
     }
     _exit(code);
@@ -186,7 +186,7 @@ void UseGl(const std::string& name) {
 
 std::string GlInUse() {
   GlContext context;
-  return fmt::format("{} ({})", IsEgl() ? kEglName : kOsMesaName, Renderer());
+  return fmt::format("{} ({})", IsEgl() ? kEglName : kOsMesaName, RendererName());
 }
 
 GlContext::GlContext() {

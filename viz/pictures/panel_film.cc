@@ -61,9 +61,9 @@ void CheckStop() {
 }
 
 // A renderer for each scene. Where a task draws colours, lights or cameras, each episode has its own.
-class Scenes {
+class FilmScenes {
  public:
-  explicit Scenes(FrameSize largest) : largest_(largest) {}
+  explicit FilmScenes(FrameSize largest) : largest_(largest) {}
 
   Renderer* Of(const FilmedEpisode& episode) {
     Scene& scene = scenes_[episode.model.visual_sha256];
@@ -198,7 +198,7 @@ void FilmPair(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
               const std::filesystem::path& file) {
   CheckPanelSize(options.size);
   const PairLayout layout = LayOutPair(options.size);
-  Scenes scenes(options.size);
+  FilmScenes scenes(options.size);
   Frame frame(options.size);
   FilmPanels panels(&frame, layout.scale);
   Shots shots;
@@ -258,7 +258,7 @@ void FilmGrid(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
     return Box{cell.x + layout.frame, cell.y + layout.frame, cell.width - 2 * layout.frame,
                cell.height - 2 * layout.frame};
   };
-  Scenes scenes(SizeOf(picture(0)));
+  FilmScenes scenes(SizeOf(picture(0)));
   for (const FilmedEpisode& episode : episodes) FindCamera(scenes.Of(episode)->model(), options.camera);
   Frame frame(options.size);
   FilmPanels panels(&frame, layout.scale);

@@ -22,7 +22,7 @@ std::string Px(double pixels) {
   return fmt::format("{}", rounded == 0 ? 0 : rounded);
 }
 
-std::string Percent(double share) { return fmt::format("{:.2f}%", std::clamp(share, 0.0, 1.0) * 100); }
+std::string CssPercent(double share) { return fmt::format("{:.2f}%", std::clamp(share, 0.0, 1.0) * 100); }
 
 std::string WithUnit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
@@ -257,14 +257,18 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
                                                 lower * 100, upper * 100)}});
   html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
   html->Empty("rect",
-              {{"class", "good"}, {"x", "0"}, {"y", "2"}, {"width", Percent(share)}, {"height", "14"}});
-  html->Empty(
-      "line",
-      {{"class", "whisker"}, {"x1", Percent(lower)}, {"x2", Percent(upper)}, {"y1", middle}, {"y2", middle}});
+              {{"class", "good"}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
+  html->Empty("line", {{"class", "whisker"},
+                       {"x1", CssPercent(lower)},
+                       {"x2", CssPercent(upper)},
+                       {"y1", middle},
+                       {"y2", middle}});
   for (const double bound : {lower, upper}) {
-    html->Empty(
-        "line",
-        {{"class", "whisker"}, {"x1", Percent(bound)}, {"x2", Percent(bound)}, {"y1", "5"}, {"y2", "13"}});
+    html->Empty("line", {{"class", "whisker"},
+                         {"x1", CssPercent(bound)},
+                         {"x2", CssPercent(bound)},
+                         {"y1", "5"},
+                         {"y2", "13"}});
   }
   for (const int mark : {0, 25, 50, 75, 100}) {
     if (!scale) break;
@@ -284,15 +288,16 @@ void DrawShare(double share, double lower, double upper, bool scale, Markup* htm
 void DrawBar(double share, const std::string& css_class, Markup* html) {
   html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
     html->Empty("rect", {{"class", "track"}, {"x", "0"}, {"y", "2"}, {"width", "100%"}, {"height", "14"}});
-    html->Empty("rect",
-                {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", Percent(share)}, {"height", "14"}});
+    html->Empty(
+        "rect",
+        {{"class", css_class}, {"x", "0"}, {"y", "2"}, {"width", CssPercent(share)}, {"height", "14"}});
   });
 }
 
 void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
                     Markup* html) {
   // 2 % of room on each side.
-  const auto x = [](double value) { return Percent(0.5 + 0.48 * std::clamp(value, -1.0, 1.0)); };
+  const auto x = [](double value) { return CssPercent(0.5 + 0.48 * std::clamp(value, -1.0, 1.0)); };
   html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
     html->Empty("line", {{"class", "axis"}, {"x1", "50%"}, {"x2", "50%"}, {"y1", "0"}, {"y2", "18"}});
     html->Empty(

@@ -1,6 +1,7 @@
 // A block of the viewer's data: a head in JSON and arrays, as docs/viewer_data.md has them.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,11 @@ constexpr const char* TypeName() {
   if constexpr (std::is_same_v<T, int32_t>) return "i32";
   if constexpr (std::is_same_v<T, uint32_t>) return "u32";
   if constexpr (std::is_same_v<T, float>) return "f32";
+}
+
+// NaN is no value.
+inline nlohmann::ordered_json NumberOrNull(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
 
 class BlockWriter {

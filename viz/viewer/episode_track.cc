@@ -34,7 +34,6 @@ bool IsFinite(std::span<const double> values) {
 }
 
 // NaN has no place in JSON.
-Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 const char* BetterWord(Better better) { return better == Better::kHigher ? "higher" : "lower"; }
 

@@ -11,8 +11,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 Json Share(int part, int whole) { return whole > 0 ? Json(static_cast<double>(part) / whole) : Json(); }
 
 template <class Names, class Counts>

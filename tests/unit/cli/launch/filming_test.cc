@@ -15,7 +15,7 @@ namespace {
 
 using testing::ElementsAre;
 
-class Listener : public RunListener {
+class FilmingListener : public RunListener {
  public:
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override { done.push_back(episode["episode"]); }
   std::vector<int> done;
@@ -40,7 +40,7 @@ class FilmingTest : public testing::Test {
 
   TemporaryFolder folder_;
   const results::RunFolder run_ = results::RunFolder::OfWorker(folder_.path());
-  Listener listener_;
+  FilmingListener listener_;
 };
 
 TEST_F(FilmingTest, OneFilmAfterTheOtherAndAllIsPassedOn) {

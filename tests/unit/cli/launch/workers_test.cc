@@ -25,7 +25,7 @@ TEST(EpisodesOfWorker, AreSharedOutOnceEach) {
   EXPECT_THAT(EpisodesOfWorker({1}, 0, 2), IsEmpty());
 }
 
-class Listener : public RunListener {
+class WorkersListener : public RunListener {
  public:
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override {
     done.push_back(episode["episode"].get<int>());
@@ -48,7 +48,7 @@ class EvaluateJobsTest : public testing::Test {
 
   TemporaryFolder folder_;
   const results::RunFolder run_ = results::RunFolder::OfWorker(folder_.path());
-  Listener listener_;
+  WorkersListener listener_;
 };
 
 TEST_F(EvaluateJobsTest, EpisodesAndRemarksArePassedOnOnce) {

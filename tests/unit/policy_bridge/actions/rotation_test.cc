@@ -18,8 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kPi = std::numbers::pi;
-const double kHalf = std::sqrt(0.5);
+const double kRootHalf = std::sqrt(0.5);
 std::vector<double> Written(RotationForm form, const Quaterniond& rotation) {
   std::vector<double> values(NumValues(form));
   WriteRotation(form, rotation, values);
@@ -62,19 +61,19 @@ struct Row {
 TEST(Rotation, QuarterTurnAboutZInEachForm) {
   Matrix3d turned;
   turned << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  const Row rows[] = {{RotationForm::kQuaternionWxyz, {kHalf, 0, 0, kHalf}},
-                      {RotationForm::kQuaternionXyzw, {0, 0, kHalf, kHalf}},
-                      {RotationForm::kAxisAngle, {0, 0, kPi / 2}},
-                      {RotationForm::kAxisAngleRobosuite, {0, 0, kPi / 2}},
-                      {RotationForm::kEulerXyzExtrinsic, {0, 0, kPi / 2}},
-                      {RotationForm::kEulerXyzIntrinsic, {0, 0, kPi / 2}},
+  const Row rows[] = {{RotationForm::kQuaternionWxyz, {kRootHalf, 0, 0, kRootHalf}},
+                      {RotationForm::kQuaternionXyzw, {0, 0, kRootHalf, kRootHalf}},
+                      {RotationForm::kAxisAngle, {0, 0, std::numbers::pi / 2}},
+                      {RotationForm::kAxisAngleRobosuite, {0, 0, std::numbers::pi / 2}},
+                      {RotationForm::kEulerXyzExtrinsic, {0, 0, std::numbers::pi / 2}},
+                      {RotationForm::kEulerXyzIntrinsic, {0, 0, std::numbers::pi / 2}},
                       {RotationForm::kRotation6d, {0, 1, 0, -1, 0, 0}},
                       {RotationForm::kRotation6dInterleaved, {0, -1, 1, 0, 0, 0}},
                       {RotationForm::kRotation6dRows, {0, -1, 0, 1, 0, 0}}};
   for (const Row& row : rows) {
     SCOPED_TRACE(static_cast<int>(row.form));
     EXPECT_LT((Read(row.form, row.values) - turned).norm(), 1e-12);
-    ExpectNear(Written(row.form, Quaterniond(kHalf, 0, 0, kHalf)), row.values);
+    ExpectNear(Written(row.form, Quaterniond(kRootHalf, 0, 0, kRootHalf)), row.values);
   }
 }
 
@@ -84,8 +83,12 @@ TEST(Rotation, EulerAnglesAboutFixedAndOwnAxes) {
   Matrix3d fixed, own;
   fixed << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   own << 0, -1, 0, 0, 0, -1, 1, 0, 0;
-  EXPECT_LT((Read(RotationForm::kEulerXyzExtrinsic, {kPi / 2, 0, kPi / 2}) - fixed).norm(), 1e-12);
-  EXPECT_LT((Read(RotationForm::kEulerXyzIntrinsic, {kPi / 2, 0, kPi / 2}) - own).norm(), 1e-12);
+  EXPECT_LT((Read(RotationForm::kEulerXyzExtrinsic, {std::numbers::pi / 2, 0, std::numbers::pi / 2}) - fixed)
+                .norm(),
+            1e-12);
+  EXPECT_LT(
+      (Read(RotationForm::kEulerXyzIntrinsic, {std::numbers::pi / 2, 0, std::numbers::pi / 2}) - own).norm(),
+      1e-12);
 }
 
 // Against products of the three elementary matrices.
@@ -93,7 +96,7 @@ TEST(Rotation, EulerAnglesEqualProductsOfMatrices) {
   Random random(1, 0);
   for (int i = 0; i < 1000; ++i) {
     std::vector<double> angles;
-    for (int j = 0; j < 3; ++j) angles.push_back(random.Uniform(-2 * kPi, 2 * kPi));
+    for (int j = 0; j < 3; ++j) angles.push_back(random.Uniform(-2 * std::numbers::pi, 2 * std::numbers::pi));
     const Matrix3d x = About(0, angles[0]), y = About(1, angles[1]), z = About(2, angles[2]);
     EXPECT_LT((Read(RotationForm::kEulerXyzExtrinsic, angles) - z * y * x).norm(), 1e-12);
     EXPECT_LT((Read(RotationForm::kEulerXyzIntrinsic, angles) - x * y * z).norm(), 1e-12);
@@ -102,7 +105,7 @@ TEST(Rotation, EulerAnglesEqualProductsOfMatrices) {
 
 // At these the first and the third angle turn about one axis; the third is 0, as scipy has it.
 TEST(Rotation, GimbalLock) {
-  for (double end : {kPi / 2, -kPi / 2}) {
+  for (double end : {std::numbers::pi / 2, -std::numbers::pi / 2}) {
     for (double x : {-3.0, -0.5, 0.0, 1.0, 2.5}) {
       for (RotationForm form : {RotationForm::kEulerXyzExtrinsic, RotationForm::kEulerXyzIntrinsic}) {
         const Quaterniond q(Read(form, {x, end, 0.7}));
@@ -114,9 +117,9 @@ TEST(Rotation, GimbalLock) {
   }
   // Exactly there: y to its end takes x to -z and z to x.
   const std::vector<double> angles =
-      Written(RotationForm::kEulerXyzExtrinsic, Quaterniond(kHalf, 0, kHalf, 0));
+      Written(RotationForm::kEulerXyzExtrinsic, Quaterniond(kRootHalf, 0, kRootHalf, 0));
   EXPECT_NEAR(angles[0], 0, 1e-12);
-  EXPECT_NEAR(angles[1], kPi / 2, 1e-7);
+  EXPECT_NEAR(angles[1], std::numbers::pi / 2, 1e-7);
   EXPECT_EQ(angles[2], 0);
 }
 
@@ -125,16 +128,17 @@ TEST(Rotation, RobosuitesAxisAngleKeepsTheSideOfItsQuaternion) {
   const auto written = [](double w, double x, double y, double z) {
     return Written(RotationForm::kAxisAngleRobosuite, Quaterniond(w, x, y, z));
   };
-  ExpectNear(written(-kHalf, 0, 0, -kHalf), {0, 0, -3 * kPi / 2});
-  ExpectNear(Written(RotationForm::kAxisAngle, Quaterniond(-kHalf, 0, 0, -kHalf)), {0, 0, kPi / 2});
-  ExpectNear(written(0, 1, 0, 0), {kPi, 0, 0});
+  ExpectNear(written(-kRootHalf, 0, 0, -kRootHalf), {0, 0, -3 * std::numbers::pi / 2});
+  ExpectNear(Written(RotationForm::kAxisAngle, Quaterniond(-kRootHalf, 0, 0, -kRootHalf)),
+             {0, 0, std::numbers::pi / 2});
+  ExpectNear(written(0, 1, 0, 0), {std::numbers::pi, 0, 0});
   ExpectNear(written(1, 0, 0, 0), {0, 0, 0});
   ExpectNear(written(-1, 0, 0, 0), {0, 0, 0});
   // A w beyond 1, as rounding makes it, is clipped.
   ExpectNear(written(1 + 1e-12, 0, 0, 1e-9), {0, 0, 0});
   ExpectNear(written(-1 - 1e-12, 0, 0, 1e-9), {0, 0, 0});
   // 120 degrees about (1, 1, 1) is (0.5, 0.5, 0.5, 0.5); its opposite 240 degrees about -(1, 1, 1).
-  const double third = 2 * kPi / 3 / std::sqrt(3.0);
+  const double third = 2 * std::numbers::pi / 3 / std::sqrt(3.0);
   ExpectNear(written(0.5, 0.5, 0.5, 0.5), {third, third, third});
   ExpectNear(written(-0.5, -0.5, -0.5, -0.5), {-2 * third, -2 * third, -2 * third});
 }
@@ -147,10 +151,13 @@ TEST(Rotation, QuaternionsKeepTheirSign) {
 }
 
 TEST(Rotation, WhatIsNotUnitOrOrthogonalIsMadeSo) {
-  EXPECT_LT((Read(RotationForm::kQuaternionWxyz, {3, 0, 0, 3}) - About(2, kPi / 2)).norm(), 1e-12);
-  EXPECT_LT((Read(RotationForm::kQuaternionXyzw, {0, 0, 2e200, 2e200}) - About(2, kPi / 2)).norm(), 1e-12);
+  EXPECT_LT((Read(RotationForm::kQuaternionWxyz, {3, 0, 0, 3}) - About(2, std::numbers::pi / 2)).norm(),
+            1e-12);
+  EXPECT_LT(
+      (Read(RotationForm::kQuaternionXyzw, {0, 0, 2e200, 2e200}) - About(2, std::numbers::pi / 2)).norm(),
+      1e-12);
   // The first column keeps its direction, y; the second loses what it has of that: -x is left.
-  const Matrix3d turned = About(2, kPi / 2);
+  const Matrix3d turned = About(2, std::numbers::pi / 2);
   EXPECT_LT((Read(RotationForm::kRotation6d, {0, 2, 0, -3, 5, 0}) - turned).norm(), 1e-12);
   EXPECT_LT((Read(RotationForm::kRotation6dInterleaved, {0, -3, 2, 5, 0, 0}) - turned).norm(), 1e-12);
   EXPECT_LT((Read(RotationForm::kRotation6dRows, {0, -2, 0, 3, 5, 0}) - turned).norm(), 1e-12);
@@ -159,9 +166,21 @@ TEST(Rotation, WhatIsNotUnitOrOrthogonalIsMadeSo) {
 // Turns by angles around which forms are cut, about many axes, as both quaternions.
 TEST(Rotation, RoundTripsInEachForm) {
   Random random(2, 0);
-  const double angles[] = {0,          1e-15,      1e-9,           1e-7,           1e-3,
-                           1,          kPi / 2,    kPi - 1e-3,     kPi - 1e-8,     kPi,
-                           kPi + 1e-8, kPi + 1e-3, 2 * kPi - 1e-3, 2 * kPi - 1e-7, 2 * kPi};
+  const double angles[] = {0,
+                           1e-15,
+                           1e-9,
+                           1e-7,
+                           1e-3,
+                           1,
+                           std::numbers::pi / 2,
+                           std::numbers::pi - 1e-3,
+                           std::numbers::pi - 1e-8,
+                           std::numbers::pi,
+                           std::numbers::pi + 1e-8,
+                           std::numbers::pi + 1e-3,
+                           2 * std::numbers::pi - 1e-3,
+                           2 * std::numbers::pi - 1e-7,
+                           2 * std::numbers::pi};
   for (int i = 0; i < 200; ++i) {
     Vector3d axis(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1));
     if (i < 3) axis = Vector3d::Unit(i);
@@ -178,10 +197,10 @@ TEST(Rotation, RoundTripsInEachForm) {
               << name << ", " << angle << " rad about " << axis.transpose();
           const double length = std::hypot(values[0], values[1], values[2]);
           if (form == RotationForm::kAxisAngle) {
-            EXPECT_LE(length, kPi + 1e-12);
+            EXPECT_LE(length, std::numbers::pi + 1e-12);
           }
           if (form == RotationForm::kAxisAngleRobosuite && q.w() < 0 && length > 0) {
-            EXPECT_GE(length, kPi - 1e-12);
+            EXPECT_GE(length, std::numbers::pi - 1e-12);
           }
         }
       }
@@ -193,9 +212,10 @@ TEST(Rotation, RoundTripsInEachForm) {
 TEST(Rotation, RoundTripsNearGimbalLock) {
   Random random(3, 0);
   for (double distance = 1e-16; distance < 0.1; distance *= 3) {
-    for (double end : {kPi / 2, -kPi / 2}) {
-      const std::vector<double> angles = {random.Uniform(-kPi, kPi), end - std::copysign(distance, end),
-                                          random.Uniform(-kPi, kPi)};
+    for (double end : {std::numbers::pi / 2, -std::numbers::pi / 2}) {
+      const std::vector<double> angles = {random.Uniform(-std::numbers::pi, std::numbers::pi),
+                                          end - std::copysign(distance, end),
+                                          random.Uniform(-std::numbers::pi, std::numbers::pi)};
       for (RotationForm form : {RotationForm::kEulerXyzExtrinsic, RotationForm::kEulerXyzIntrinsic}) {
         const Quaterniond q = ReadRotation(form, angles);
         EXPECT_LT((Read(form, Written(form, q)) - q.toRotationMatrix()).norm(), 1e-11) << distance;
@@ -206,8 +226,13 @@ TEST(Rotation, RoundTripsNearGimbalLock) {
 
 // Turns of any size are angles, not lengths; the largest double is one too.
 TEST(Rotation, AnyRotationVectorIsOne) {
-  EXPECT_LT((Read(RotationForm::kAxisAngle, {0, 0, 2.5 * kPi}) - About(2, kPi / 2)).norm(), 1e-12);
-  EXPECT_LT((Read(RotationForm::kAxisAngleRobosuite, {0, 0, -1.5 * kPi}) - About(2, kPi / 2)).norm(), 1e-12);
+  EXPECT_LT((Read(RotationForm::kAxisAngle, {0, 0, 2.5 * std::numbers::pi}) - About(2, std::numbers::pi / 2))
+                .norm(),
+            1e-12);
+  EXPECT_LT((Read(RotationForm::kAxisAngleRobosuite, {0, 0, -1.5 * std::numbers::pi}) -
+             About(2, std::numbers::pi / 2))
+                .norm(),
+            1e-12);
   const Matrix3d wild = Read(RotationForm::kAxisAngle, {1e300, -1e308, 1e300});
   EXPECT_NEAR(wild.determinant(), 1, 1e-9);
 }

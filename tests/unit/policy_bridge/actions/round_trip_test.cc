@@ -14,7 +14,7 @@ namespace evalbus::policy {
 namespace {
 
 constexpr int kHz = 50;
-constexpr double kStep = 1.0 / kHz;
+constexpr double kStep_s = 1.0 / kHz;
 
 // What an expert commanded, tick by tick, and the states it saw.
 struct Recorded {
@@ -84,7 +84,7 @@ Deviation RoundTripOf(const Scene& scene, const Recorded& recorded, const Action
     const state_t& state = recorded.states[tick];
     const Configuration& command = recorded.commands[tick];
     const Configuration from = space.delta_on == DeltaOn::kTarget ? last : Measured(state);
-    converter.Convert(converter.RowOf(from, command, kStep), state, kStep, &action);
+    converter.Convert(converter.RowOf(from, command, kStep_s), state, kStep_s, &action);
     const Configuration back = ToConfiguration(info, action);
     for (size_t i = 0; i < chains.size(); ++i) {
       const auto difference =
@@ -111,7 +111,8 @@ class Through {
   void operator()(const state_t& state, action_t* action) {
     if (last_.joints.empty()) last_ = Measured(state);
     const Configuration from = converter_.space().delta_on == DeltaOn::kTarget ? last_ : Measured(state);
-    converter_.Convert(converter_.RowOf(from, ToConfiguration(info_, *action), kStep), state, kStep, action);
+    converter_.Convert(converter_.RowOf(from, ToConfiguration(info_, *action), kStep_s), state, kStep_s,
+                       action);
     last_ = ToConfiguration(info_, *action);
   }
 

@@ -13,14 +13,12 @@
 namespace evalbus::policy {
 namespace {
 
-const model_info_t& Info() { return GetPolicyScene().info(); }
-
 // Counts the seconds that it has seen in the first joint of the left arm.
 class RestingPolicy : public Policy {
  public:
   void Begin(const episode_begin_t&) override {}
   void Act(const state_t& state, action_t* action) override {
-    Configuration now = HomeConfiguration(Info());
+    Configuration now = HomeConfiguration(GetPolicyScene().info());
     now.closing = {1, 1};
     now.joints[0][0] += static_cast<double>(state.header.sim_time_us) * 1e-6 * 0.01;
     SetAction(now, action);
@@ -30,15 +28,15 @@ class RestingPolicy : public Policy {
 class FlawedPolicyTest : public testing::Test {
  protected:
   FlawedPolicyTest() {
-    state_.body.assign(Info().num_bodies, {{0, 0, 0}, {1, 0, 0, 0}});
+    state_.body.assign(GetPolicyScene().info().num_bodies, {{0, 0, 0}, {1, 0, 0, 0}});
     state_.gripper.resize(2);
     state_.gripper[0].opening = 0.7;
     state_.gripper[1].opening = 0.25;
-    pot_ = ObjectBody(Info(), "pot");
+    pot_ = ObjectBody(GetPolicyScene().info(), "pot");
   }
   void Use(const std::string& flaw) {
     dut_ = std::make_unique<FlawedPolicy>(std::make_unique<RestingPolicy>(), FindFlaw(flaw),
-                                          GetPolicyScene().model(), Info());
+                                          GetPolicyScene().model(), GetPolicyScene().info());
     dut_->Begin({});
     time_us_ = 0;
     MovePot(0, 0);
@@ -59,7 +57,7 @@ class FlawedPolicyTest : public testing::Test {
     return action;
   }
   static Eigen::Vector3d Grip(const action_t& action, int arm, Eigen::Vector3d* direction = nullptr) {
-    static const std::vector<Arm> arms = MakeArms(GetPolicyScene().model(), Info());
+    static const std::vector<Arm> arms = MakeArms(GetPolicyScene().model(), GetPolicyScene().info());
     const Eigen::Map<const JointVector> joints(action.joint_position_rad.data() + 7 * arm, 7);
     const Eigen::Isometry3d grip = arms[arm].GripPose(joints);
     if (direction) *direction = grip.linear().col(2);

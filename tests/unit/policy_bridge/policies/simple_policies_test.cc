@@ -9,17 +9,15 @@
 namespace evalbus::policy {
 namespace {
 
-const model_info_t& Info() { return GetPolicyScene().info(); }
-
 std::vector<double> Home() {
   std::vector<double> home;
-  for (const arm_info_t& arm : Info().arm) {
+  for (const arm_info_t& arm : GetPolicyScene().info().arm) {
     home.insert(home.end(), arm.joint_home_rad.begin(), arm.joint_home_rad.end());
   }
   return home;
 }
 
-state_t StateAt(int64_t time_us) {
+state_t StateAfter(int64_t time_us) {
   state_t state{};
   state.header.sim_time_us = time_us;
   return state;
@@ -50,10 +48,10 @@ TEST(SmoothNoise, StartsAtZeroAndStaysWithinItsAmplitude) {
 }
 
 TEST(HoldPolicy, StaysAtHome) {
-  HoldPolicy hold(Info());
+  HoldPolicy hold(GetPolicyScene().info());
   action_t action{};
   hold.Begin({});
-  hold.Act(StateAt(5'000'000), &action);
+  hold.Act(StateAfter(5'000'000), &action);
   EXPECT_EQ(action.mode, action_t::JOINT_POSITION);
   EXPECT_EQ(action.joint_position_rad, Home());
   EXPECT_EQ(action.num_joints, 14);
@@ -62,7 +60,7 @@ TEST(HoldPolicy, StaysAtHome) {
 }
 
 TEST(RandomPolicy, IsSmoothWithinLimitsAndSeeded) {
-  RandomPolicy random(Info());
+  RandomPolicy random(GetPolicyScene().info());
   const auto play = [&](int64_t seed) {
     episode_begin_t begin{};
     begin.seed = seed;
@@ -70,7 +68,7 @@ TEST(RandomPolicy, IsSmoothWithinLimitsAndSeeded) {
     std::vector<std::vector<double>> targets;
     action_t action{};
     for (int64_t t = 0; t < 20'000'000; t += 20'000) {
-      random.Act(StateAt(t), &action);
+      random.Act(StateAfter(t), &action);
       targets.push_back(action.joint_position_rad);
       for (const double closing : action.gripper_closing) {
         EXPECT_GE(closing, 0);
@@ -85,7 +83,7 @@ TEST(RandomPolicy, IsSmoothWithinLimitsAndSeeded) {
   for (size_t i = 1; i < targets.size(); ++i) {
     for (size_t j = 0; j < 14; ++j) {
       fastest = std::max(fastest, std::abs(targets[i][j] - targets[i - 1][j]) / 0.02);
-      const arm_info_t& arm = Info().arm[j / 7];
+      const arm_info_t& arm = GetPolicyScene().info().arm[j / 7];
       EXPECT_GE(targets[i][j], arm.joint_lower_rad[j % 7]);
       EXPECT_LE(targets[i][j], arm.joint_upper_rad[j % 7]);
     }

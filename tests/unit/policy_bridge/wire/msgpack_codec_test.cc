@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 
 // The specification sheet's vectors, from an encoder that is none of ours.
-struct Vector {
+struct MsgpackVector {
   const char* hex;
   ArrayKeys array_keys;
   Value value;
@@ -23,7 +23,7 @@ struct Vector {
 const Array kBytes012{"|u1", {3}, {0, 1, 2}};
 const Array kHalfAndMinusOne{"<f4", {2}, FromHex("0000003f000080bf")};
 
-const std::vector<Vector> kVectors = {
+const std::vector<MsgpackVector> kVectors = {
     {"80", ArrayKeys::kBytes, Map{}},
     {"81a16184c40b5f5f6e6461727261795f5fc3c40464617461c403000102c4056474797065a37c7531c40573686170659103",
      ArrayKeys::kBytes, Map{{"a", kBytes012}}},
@@ -65,12 +65,12 @@ const std::vector<Vector> kVectors = {
 };
 
 TEST(MsgpackCodec, WritesTheVectorsOfTheSpecification) {
-  for (const Vector& vector : kVectors)
+  for (const MsgpackVector& vector : kVectors)
     EXPECT_EQ(ToHex(EncodeMsgpack(vector.value, vector.array_keys)), vector.hex);
 }
 
 TEST(MsgpackCodec, ReadsTheVectorsOfTheSpecification) {
-  for (const Vector& vector : kVectors)
+  for (const MsgpackVector& vector : kVectors)
     EXPECT_EQ(DecodeMsgpack(FromHex(vector.hex)), vector.value) << vector.hex;
 }
 
@@ -167,7 +167,7 @@ TEST(MsgpackCodec, RefusesWhatIsNoMessage) {
 }
 
 TEST(MsgpackCodec, EndsEveryPrefixOfAMessage) {
-  for (const Vector& vector : kVectors) {
+  for (const MsgpackVector& vector : kVectors) {
     const Bytes whole = FromHex(vector.hex);
     for (size_t size = 0; size < whole.size(); ++size) {
       EXPECT_EQ(Refusal(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))),

@@ -21,7 +21,7 @@ Bytes File(int version, const std::string& header, const Bytes& data) {
   return bytes;
 }
 
-struct Vector {
+struct NpyVector {
   Array array;
   std::string header;  // without what fills it up
   size_t data_begin;
@@ -29,7 +29,7 @@ struct Vector {
 
 // What NumPy 1.24's save() writes.
 TEST(Npy, WritesAndReadsWhatNumPyDoes) {
-  const std::vector<Vector> vectors = {
+  const std::vector<NpyVector> vectors = {
       {{"<f4", {1, 1, 2}, FromHex("0000003f000080bf")},
        "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 2), }",
        128},

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr FrameSize kSize{160, 120};
+constexpr FrameSize kFilmSize{160, 120};
 constexpr size_t kPixels = 160 * 120;
 
 // The film as grey pictures, decoded by ffmpeg.
@@ -120,7 +120,7 @@ TEST(FilmSchedule, TicksMayBeMissing) {
 TEST_F(FilmTest, FramesHaveTheirTimeSizeAndNumber) {
   // 2.02 s; the pot vanishes at 0.62 s: frame 18 (0.600 s) shows it, frame 19 (0.633 s) does not.
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(102, 31));
-  const auto films = FilmLog(log, {"front", "left/hand/wrist"}, kSize, log.parent_path());
+  const auto films = FilmLog(log, {"front", "left/hand/wrist"}, kFilmSize, log.parent_path());
   EXPECT_EQ(films, (std::vector<fs::path>{log.parent_path() / "front.mp4",
                                           log.parent_path() / "left_hand_wrist.mp4"}));
   for (const fs::path& film : films) {
@@ -142,8 +142,8 @@ TEST_F(FilmTest, FramesHaveTheirTimeSizeAndNumber) {
 TEST_F(FilmTest, EqualLogsGiveEqualBytes) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(20, 10));
   fs::create_directory(folder_.path() / "again");
-  const fs::path a = FilmLog(log, {"front"}, kSize, log.parent_path())[0];
-  const fs::path b = FilmLog(log, {"front"}, kSize, folder_.path() / "again")[0];
+  const fs::path a = FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0];
+  const fs::path b = FilmLog(log, {"front"}, kFilmSize, folder_.path() / "again")[0];
   EXPECT_GT(Bytes(a).size(), 1000u);
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
@@ -165,7 +165,7 @@ TEST_F(FilmTest, EndsWithTheOutcomeOfTheScore) {
       if (!failure_reason.empty()) writer.Write(channels::kEpisodeSummary.name, Encode(summary), 60000);
       writer.Close();
     }
-    return Bytes(FilmLog(scored, {"front"}, kSize, run)[0]);
+    return Bytes(FilmLog(scored, {"front"}, kFilmSize, run)[0]);
   };
   const std::string slipped = film("a", "time_limit", "grasp_slip");
   EXPECT_TRUE(slipped == film("b", "grasp_slip", ""));
@@ -183,7 +183,7 @@ TEST_F(FilmTest, FullLayoutIsOneFilmWithTwoSecondsOfEndCard) {
   const std::string first = Bytes(films[0]);
   FilmLog(log, {}, {640, 360}, log.parent_path(), options);
   EXPECT_TRUE(first == Bytes(films[0]));
-  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {}, kSize, log.parent_path(), options); }),
+  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {}, kFilmSize, log.parent_path(), options); }),
             "--size 160x120: films with panels need 640x360 or more");
   EXPECT_EQ(MessageOf<InputError>([&] {
               FilmLog(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
@@ -220,11 +220,11 @@ TEST_F(FilmTest, GifAndWebpAreOfTheSameLength) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   FilmOptions options;
   options.file = folder_.path() / "film.gif";
-  const fs::path gif = FilmLog(log, {"front"}, kSize, log.parent_path(), options)[0];
+  const fs::path gif = FilmLog(log, {"front"}, kFilmSize, log.parent_path(), options)[0];
   EXPECT_EQ(Bytes(gif).substr(0, 6), "GIF89a");
   EXPECT_NEAR(NumFrames(gif), 20, 1);
   options.file = folder_.path() / "film.webp";
-  const std::string webp = Bytes(FilmLog(log, {"front"}, kSize, log.parent_path(), options)[0]);
+  const std::string webp = Bytes(FilmLog(log, {"front"}, kFilmSize, log.parent_path(), options)[0]);
   EXPECT_EQ(webp.substr(0, 4), "RIFF");
   EXPECT_EQ(webp.substr(8, 4), "WEBP");
   // The size that it says is its own; an animation that repeats for ever has 0 after its background colour.
@@ -235,18 +235,18 @@ TEST_F(FilmTest, GifAndWebpAreOfTheSameLength) {
   ASSERT_NE(anim, std::string::npos);
   EXPECT_EQ(webp.substr(anim + 12, 2), std::string(2, '\0'));
   options.file = folder_.path() / "film.avi";
-  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kSize, log.parent_path(), options); }),
+  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kFilmSize, log.parent_path(), options); }),
             "films end in .mp4, .gif or .webp, not in '.avi'");
   options.file = folder_.path() / "film.gif";
   EXPECT_EQ(MessageOf<InputError>([&] {
-              FilmLog(log, {"front", "head"}, kSize, log.parent_path(), options);
+              FilmLog(log, {"front", "head"}, kFilmSize, log.parent_path(), options);
             }),
             "2 films do not go into one file: " + options.file.string());
 }
 
 TEST_F(FilmTest, CutFilmPlaysUpToThere) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(151, 1000));
-  const fs::path film = FilmLog(log, {"front"}, kSize, log.parent_path())[0];
+  const fs::path film = FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0];
   const auto whole = Decode(film);
   ASSERT_EQ(whole.size(), 91u + kFilmHold);
   const fs::path cut = folder_.path() / "cut.mp4";
@@ -260,7 +260,7 @@ TEST_F(FilmTest, CutFilmPlaysUpToThere) {
 
 TEST_F(FilmTest, LogWithoutEndIsFilmedAsFarAsItGoes) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000), "");
-  EXPECT_EQ(Decode(FilmLog(log, {"front"}, kSize, log.parent_path())[0]).size(), 31u);
+  EXPECT_EQ(Decode(FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0]).size(), 31u);
 }
 
 // As lcm-logger leaves it beside a run.
@@ -287,7 +287,7 @@ TEST_F(FilmTest, EveryEpisodeOfALogHasAFilm) {
   std::vector<double> progress;
   FilmOptions options;
   options.progress = [&](double share) { progress.push_back(share); };
-  const auto films = FilmLog(log, {"front"}, kSize, folder, options);
+  const auto films = FilmLog(log, {"front"}, kFilmSize, folder, options);
   EXPECT_EQ(films,
             (std::vector<fs::path>{folder / "episode_0004_front.mp4", folder / "episode_0005_front.mp4",
                                    folder / "episode_0005_2_front.mp4"}));
@@ -301,10 +301,10 @@ TEST_F(FilmTest, EveryEpisodeOfALogHasAFilm) {
 
   for (const fs::path& film : films) fs::remove(film);
   options.episodes = {4};
-  EXPECT_EQ(FilmLog(log, {"front"}, kSize, folder, options),
+  EXPECT_EQ(FilmLog(log, {"front"}, kFilmSize, folder, options),
             (std::vector<fs::path>{folder / "episode_0004_front.mp4"}));
   options.episodes = {7};
-  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kSize, folder, options); }),
+  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kFilmSize, folder, options); }),
             log.string() + " has no episode 7; it has 4, 5");
 }
 
@@ -322,7 +322,7 @@ TEST_F(FilmTest, DamagedTimesNeitherStretchTheFilmNorEndIt) {
     log.Write(event.channel, data, event.time_us);
   }
   log.Close();
-  const fs::path film = FilmLog(damaged, {"front"}, kSize, damaged.parent_path())[0];
+  const fs::path film = FilmLog(damaged, {"front"}, kFilmSize, damaged.parent_path())[0];
   EXPECT_EQ(Decode(film).size(), 31u + kFilmHold);
 }
 
@@ -330,13 +330,13 @@ TEST_F(FilmTest, RunMayBeMoved) {
   fs::path log = WriteRun(folder_.path() / "here", visual(), 20000, States(2, 1000));
   fs::rename(folder_.path() / "here", folder_.path() / "there");
   log = folder_.path() / "there/episodes/0000/events.lcmlog";
-  EXPECT_TRUE(fs::exists(FilmLog(log, {"front"}, kSize, log.parent_path())[0]));
+  EXPECT_TRUE(fs::exists(FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0]));
 }
 
 TEST_F(FilmTest, OtherModelIsRefused) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
   std::ofstream(folder_.path() / "model/visual.mjb", std::ios::app) << "x";
-  EXPECT_THROW(FilmLog(log, {"front"}, kSize, log.parent_path()), InputError);
+  EXPECT_THROW(FilmLog(log, {"front"}, kFilmSize, log.parent_path()), InputError);
 }
 
 TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
@@ -344,12 +344,13 @@ TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
   const auto film = [&](const std::string& camera, FrameSize size) {
     return [=] { FilmLog(log, {"front", camera}, size, log.parent_path()); };
   };
-  EXPECT_NE(MessageOf<InputError>(film("nowhere", kSize)).find("no camera 'nowhere'; this scene has head,"),
-            std::string::npos);
+  EXPECT_NE(
+      MessageOf<InputError>(film("nowhere", kFilmSize)).find("no camera 'nowhere'; this scene has head,"),
+      std::string::npos);
   EXPECT_THROW(film("head", {161, 120})(), InputError);
-  EXPECT_THROW(FilmLog(folder_.path() / "none.lcmlog", {"front"}, kSize, folder_.path()), InputError);
+  EXPECT_THROW(FilmLog(folder_.path() / "none.lcmlog", {"front"}, kFilmSize, folder_.path()), InputError);
   setenv("EVALBUS_PATH", "/nonexistent", 1);
-  EXPECT_EQ(MessageOf<EnvironmentError>(film("head", kSize)),
+  EXPECT_EQ(MessageOf<EnvironmentError>(film("head", kFilmSize)),
             "films need the ffmpeg program: install it with 'apt-get install ffmpeg'");
   unsetenv("EVALBUS_PATH");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
@@ -358,7 +359,7 @@ TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
 TEST_F(FilmTest, ACameraIsFilmedOnce) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
   EXPECT_EQ(MessageOf<InputError>([&] {
-              FilmLog(log, {"front", "front"}, kSize, log.parent_path());
+              FilmLog(log, {"front", "front"}, kFilmSize, log.parent_path());
             }),
             "camera 'front' is there twice, or another makes the same front.mp4");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);
@@ -379,8 +380,8 @@ class FakeFfmpeg : public testing::Test {
   template <class Error>
   std::string Film(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
     return MessageOf<Error>([&] {
-      VideoWriter video(film_, kSize, 30, patience);
-      for (int i = 0; i < 1000; ++i) video.Write(Frame(kSize));
+      VideoWriter video(film_, kFilmSize, 30, patience);
+      for (int i = 0; i < 1000; ++i) video.Write(Frame(kFilmSize));
       video.Close();
     });
   }
@@ -409,16 +410,16 @@ TEST(VideoWriter, TwoOfOneNameDoNotMix) {
   TemporaryFolder folder;
   const fs::path film = folder.path() / "film.mp4";
   const auto frames = [](VideoWriter* video, int n) {
-    for (int i = 0; i < n; ++i) video->Write(Frame(kSize));
+    for (int i = 0; i < n; ++i) video->Write(Frame(kFilmSize));
   };
-  VideoWriter first(film, kSize, 30);
+  VideoWriter first(film, kFilmSize, 30);
   frames(&first, 20);
   {
-    VideoWriter second(film, kSize, 30);
+    VideoWriter second(film, kFilmSize, 30);
     frames(&second, 1);
     frames(&first, 10);
   }
-  VideoWriter third(film, kSize, 30);
+  VideoWriter third(film, kFilmSize, 30);
   frames(&third, 5);
   first.Close();
   EXPECT_EQ(Decode(film).size(), 30u);
@@ -429,8 +430,8 @@ TEST(VideoWriter, TwoOfOneNameDoNotMix) {
 
 TEST(VideoWriter, AFolderThatIsGoneIsOneLine) {
   TemporaryFolder folder;
-  VideoWriter video(folder.path() / "missing/film.mp4", kSize, 30);
-  video.Write(Frame(kSize));
+  VideoWriter video(folder.path() / "missing/film.mp4", kFilmSize, 30);
+  video.Write(Frame(kFilmSize));
   EXPECT_EQ(MessageOf<InputError>([&] { video.Close(); }),
             "cannot write " + (folder.path() / "missing/film.mp4").string() + ": No such file or directory");
 }
@@ -438,8 +439,8 @@ TEST(VideoWriter, AFolderThatIsGoneIsOneLine) {
 TEST(VideoWriter, UnfinishedFilmIsThrownAway) {
   TemporaryFolder folder;
   {
-    VideoWriter video(folder.path() / "film.mp4", kSize, 30);
-    for (int i = 0; i < 40; ++i) video.Write(Frame(kSize));
+    VideoWriter video(folder.path() / "film.mp4", kFilmSize, 30);
+    for (int i = 0; i < 40; ++i) video.Write(Frame(kFilmSize));
   }
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }

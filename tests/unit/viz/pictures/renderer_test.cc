@@ -18,11 +18,11 @@
 namespace evalbus::viz {
 namespace {
 
-constexpr FrameSize kSize{320, 240};
+constexpr FrameSize kGoldenSize{320, 240};
 
 // Another version of Mesa, or a processor with other vector instructions, may round differently and draw an
 // edge one sample further: most channels may differ by this much, few pixels by more.
-constexpr int kTolerance = 6;
+constexpr int kGoldenTolerance = 6;
 constexpr double kConforming = 0.995;
 
 void WritePng(const Frame& frame, const std::filesystem::path& file) {
@@ -53,7 +53,7 @@ double Conforming(const Frame& a, const Frame& b) {
   size_t good = 0;
   for (size_t i = 0; i < a.bgrx.size(); i += 4) {
     bool same = true;
-    for (size_t c = i; c < i + 3; ++c) same = same && std::abs(a.bgrx[c] - b.bgrx[c]) <= kTolerance;
+    for (size_t c = i; c < i + 3; ++c) same = same && std::abs(a.bgrx[c] - b.bgrx[c]) <= kGoldenTolerance;
     good += same;
   }
   return static_cast<double>(good) / (static_cast<double>(a.bgrx.size()) / 4);
@@ -75,7 +75,7 @@ class RendererTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     scene_ = new Scene(LiftPotScene());
-    renderer_ = new Renderer(Copy(*scene_->visual), kSize);
+    renderer_ = new Renderer(Copy(*scene_->visual), kGoldenSize);
   }
   static void TearDownTestSuite() {
     delete renderer_;
@@ -84,7 +84,7 @@ class RendererTest : public testing::Test {
 
   static const mjModel& model() { return renderer_->model(); }
   static Frame Picture(const std::string& camera, const std::vector<double>& qpos) {
-    Frame frame(kSize);
+    Frame frame(kGoldenSize);
     renderer_->SetState(StateOf(qpos));
     renderer_->Render(FindCamera(model(), camera), &frame);
     return frame;
@@ -96,7 +96,7 @@ class RendererTest : public testing::Test {
     for (size_t i = 0; i < frame.bgrx.size(); i += 4) {
       if (frame.bgrx[i + 2] < 40 || frame.bgrx[i + 2] < 3 * frame.bgrx[i + 1]) continue;
       ++count;
-      sum += static_cast<double>(i / 4 % static_cast<size_t>(kSize.width));
+      sum += static_cast<double>(i / 4 % static_cast<size_t>(kGoldenSize.width));
     }
     if (mean_column) *mean_column = sum / count;
     return count;
@@ -153,8 +153,8 @@ TEST_F(RendererTest, EqualStatesGiveEqualPictures) {
   other[static_cast<size_t>(QposIndex(model(), "left/joint1"))] = 0.5;
   Picture("front", other);
   EXPECT_EQ(Picture("front", home).bgrx, first.bgrx);
-  Renderer again(Copy(*scene_->visual), kSize);
-  Frame frame(kSize);
+  Renderer again(Copy(*scene_->visual), kGoldenSize);
+  Frame frame(kGoldenSize);
   again.SetState(StateOf(home));
   again.Render(FindCamera(again.model(), "front"), &frame);
   EXPECT_EQ(frame.bgrx, first.bgrx);
@@ -261,7 +261,7 @@ TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
   char message[200] = "";
   ModelPtr model(mj_loadXML(file.c_str(), nullptr, message, sizeof message));
   ASSERT_TRUE(model) << message;
-  Renderer renderer(Copy(*model), kSize);
+  Renderer renderer(Copy(*model), kGoldenSize);
   state_t state{};
   EXPECT_THROW(renderer.SetState(state), InputError);
   // Position, rotation about z in halves of a turn, and what is then red: columns and rows.
@@ -275,16 +275,16 @@ TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
     state.num_bodies = 2;
     state.body = {{{0, 0, 0}, {1, 0, 0, 0}}, {{c.x, c.y, 0}, {std::cos(half), 0, 0, std::sin(half)}}};
     renderer.SetState(state);
-    Frame frame(kSize);
+    Frame frame(kGoldenSize);
     renderer.Render(0, &frame);
-    int left = kSize.width, right = 0, top = kSize.height, bottom = 0;
-    for (int i = 0; i < kSize.width * kSize.height; ++i) {
+    int left = kGoldenSize.width, right = 0, top = kGoldenSize.height, bottom = 0;
+    for (int i = 0; i < kGoldenSize.width * kGoldenSize.height; ++i) {
       const uint8_t* pixel = &frame.bgrx[static_cast<size_t>(i) * 4];
       if (pixel[2] < 40 || pixel[2] < 3 * pixel[1]) continue;
-      left = std::min(left, i % kSize.width);
-      right = std::max(right, i % kSize.width);
-      top = std::min(top, i / kSize.width);
-      bottom = std::max(bottom, i / kSize.width);
+      left = std::min(left, i % kGoldenSize.width);
+      right = std::max(right, i % kGoldenSize.width);
+      top = std::min(top, i / kGoldenSize.width);
+      bottom = std::max(bottom, i / kGoldenSize.width);
     }
     EXPECT_NEAR(left, c.left, 1.5);
     EXPECT_NEAR(right, c.right, 1.5);
