@@ -7,6 +7,7 @@
 #include "base/arguments.h"
 #include "base/errors.h"
 #include "base/file_errors.h"
+#include "base/plugins.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/version.h"
 
@@ -28,6 +29,9 @@ constexpr struct {
 
 int main(int argc, char** argv) {
   evalbus::SayFilesThatMayNotGrow();
+  for (const char* variable : {evalbus::kPredicatePlugins, evalbus::kPolicyPlugins}) {
+    if (const auto code = evalbus::LoadPlugins(variable)) return *code;
+  }
   CLI::App app{"evalbus scores robot-manipulation rollouts while they run, over an LCM message bus.",
                "evalbus"};
   app.set_version_flag("--version", std::string("evalbus ") + evalbus::kVersion + " " + evalbus::kGitCommit);

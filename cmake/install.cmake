@@ -9,6 +9,19 @@ install(DIRECTORY models/ DESTINATION ${shared}/models FILES_MATCHING
 install(DIRECTORY lcmtypes/ DESTINATION ${shared}/lcmtypes FILES_MATCHING PATTERN "*.lcm")
 install(DIRECTORY docs/schema DESTINATION ${shared})
 install(DIRECTORY python DESTINATION ${shared} PATTERN "__pycache__" EXCLUDE)
+# For programs and plugins of others: find_package(evalbus), docs/extending.md.
+set(headers ${CMAKE_INSTALL_INCLUDEDIR}/evalbus)
+foreach(folder base bus lcmtypes models metrics policy_bridge)
+  install(DIRECTORY ${folder} DESTINATION ${headers} FILES_MATCHING PATTERN "*.h")
+endforeach()
+install(DIRECTORY ${CMAKE_BINARY_DIR}/generated/evalbus DESTINATION ${headers} FILES_MATCHING PATTERN "*.hpp")
+install(TARGETS base bus ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/evalbus)
+include(CMakePackageConfigHelpers)
+configure_package_config_file(cmake/evalbusConfig.cmake.in ${CMAKE_BINARY_DIR}/evalbusConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/evalbus PATH_VARS headers CMAKE_INSTALL_LIBDIR)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/evalbusConfigVersion.cmake COMPATIBILITY ExactVersion)
+install(FILES ${CMAKE_BINARY_DIR}/evalbusConfig.cmake ${CMAKE_BINARY_DIR}/evalbusConfigVersion.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/evalbus)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES scripts/evalbus.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME evalbus)
 # Made from --help by the target `man`.

@@ -48,6 +48,7 @@ function(evalbus_program name)
   add_executable(evalbus-${name} main.cc)
   evalbus_target(evalbus-${name})
   quick_to_compile(evalbus-${name})
+  set_target_properties(evalbus-${name} PROPERTIES ENABLE_EXPORTS ON)  # for plugins
   target_link_libraries(evalbus-${name} PRIVATE ${ARGN})
   set_property(GLOBAL APPEND PROPERTY EVALBUS_PROGRAMS evalbus-${name})
 endfunction()

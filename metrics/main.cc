@@ -1,11 +1,13 @@
 // evalbus-metrics: the scores of a run.
 #include "base/arguments.h"
+#include "base/plugins.h"
 #include "bus/host.h"
 #include "bus/live_runs.h"
 #include "metrics/episode/part_of_run.h"
 #include "metrics/metrics_component.h"
 
 int main(int argc, char** argv) {
+  if (const auto code = evalbus::LoadPlugins(evalbus::kPredicatePlugins)) return *code;
   bool is_part = false;
   std::string replayed;
   return evalbus::HostMain(

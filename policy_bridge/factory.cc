@@ -66,8 +66,8 @@ PolicyMaker MakeFlawed(const std::string& flaw_name) {
 }
 
 // The one table of policies. To add one: a class, and a row here.
-const std::vector<Row>& Policies() {
-  static const std::vector<Row> rows = {
+std::vector<Row>& Policies() {
+  static std::vector<Row> rows = {
       {"expert", "[:TASK]", "scripted, one for each task; TASK: that of another task, for a copy of it",
        MakeScripted},
       {"noisy_expert", "", "the expert with noisy joints, which now and then misses", MakeNoisy},
@@ -97,6 +97,13 @@ PolicyMaker FindPolicy(const std::string& name) {
   }
   throw InputError("there is no policy \"" + name + "\"; there are: " + list +
                    "; and contracts of servers ('evalbus policy list')");
+}
+
+void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make) {
+  for (const Row& row : Policies()) {
+    if (row.name == name) throw InputError("there is a policy \"" + name + "\" already");
+  }
+  Policies().push_back({name, "", help, [make](const std::string&) { return make; }});
 }
 
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info) {

@@ -23,6 +23,10 @@ PolicyMaker FindPolicy(const std::string& name);
 // Both at once.
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info);
 
+// Adds one, before any is looked for (docs/extending.md). help: one line. Throws InputError: the name is
+// taken.
+void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make);
+
 // The policies there are, a line for each, for --help.
 std::string PolicyHelp();
 

@@ -10,6 +10,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
+#include "base/plugins.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "bus/private_network.h"
@@ -37,6 +38,7 @@ constexpr std::array kFixedFacts = {
     Fact{"variation"},
     Fact{"evalbus_version"},
     Fact{"git_commit"},
+    Fact{"plugins", "other plugins"},
     Fact{"mujoco_version"},
     Fact{"task_sha256", "another task description"},
     Fact{"robot_sha256", "another robot description"},
@@ -58,6 +60,16 @@ TaskSelection Resolve(RunOptions* options) {
   return selection;
 }
 
+// By name of the library its SHA-256; null without any.
+nlohmann::ordered_json PluginsJson() {
+  nlohmann::ordered_json plugins;
+  for (const char* variable : {kPredicatePlugins, kPolicyPlugins}) {
+    for (const fs::path& plugin : PluginsOf(variable))
+      plugins[plugin.filename().string()] = Sha256File(plugin);
+  }
+  return plugins;
+}
+
 // What the run is made of, as the files are now.
 nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOptions& options) {
   const MadeOf made_of = MadeOf::Of(prepared.info);
@@ -72,6 +84,7 @@ nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOpti
           {"evalbus_version", kVersion},
           {"git_commit", kGitCommit},
           {"git_dirty", kGitDirty},
+          {"plugins", PluginsJson()},
           {"mujoco_version", mj_versionString()}};
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -49,6 +50,29 @@ struct CompileContext {
 // number never passes.
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context);
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context);
+
+// Adds a predicate by this name, before any task is read (docs/extending.md). Throws InputError: the name is
+// taken.
+using PredicateMaker = std::function<std::unique_ptr<Predicate>(const Expression&, const CompileContext&)>;
+void RegisterPredicate(const std::string& name, const PredicateMaker& make);
+
+// A quantity that tasks may name: as a metric under `target_distance`, and as a predicate with limits.
+struct QuantityKind {
+  std::string name;
+  std::vector<const char*> required_arguments;
+  std::vector<const char*> optional_arguments;
+  // Of limits, as the keys of a task have them ("min_m", "max_m") and as people read them; "rad" is "deg",
+  // too.
+  std::string key;
+  std::string unit;
+  // What the number can be, in the unit.
+  NumberRange range;
+  // condition_t's.
+  int8_t kind;
+  std::function<std::unique_ptr<Quantity>(const YamlMap& arguments, const CompileContext& context)> make;
+};
+// As RegisterPredicate.
+void RegisterQuantity(const QuantityKind& kind);
 
 // Of every quantity a predicate: it is within limits, min_UNIT and max_UNIT among the arguments. Null where
 // no quantity has this name.

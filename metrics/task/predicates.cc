@@ -439,40 +439,48 @@ class Lasts : public Combination {
   condition_t condition_{};
 };
 
-using Factory = std::unique_ptr<Predicate> (*)(const Expression&, const CompileContext&);
-
 template <typename T>
 std::unique_ptr<Predicate> Make(const Expression& expression, const CompileContext& context) {
   return std::make_unique<T>(expression, context);
 }
 
-const std::map<std::string, Factory> kPredicates = {
-    {"all", Make<All>},
-    {"any", Make<Any>},
-    {"height_above", Make<HeightAbove>},
-    {"holding", Make<Holding>},
-    {"inside", Make<Inside>},
-    {"lasts", Make<Lasts>},
-    {"latched", Make<Latched>},
-    {"not", Make<Not>},
-    {"on", Make<On>},
-    {"reached", Make<Reached>},
-    {"tilt_below", Make<TiltBelow>},
-    {"touching", Make<Touching>},
-};
+std::map<std::string, PredicateMaker>& Predicates() {
+  static std::map<std::string, PredicateMaker> makers = {
+      {"all", Make<All>},
+      {"any", Make<Any>},
+      {"height_above", Make<HeightAbove>},
+      {"holding", Make<Holding>},
+      {"inside", Make<Inside>},
+      {"lasts", Make<Lasts>},
+      {"latched", Make<Latched>},
+      {"not", Make<Not>},
+      {"on", Make<On>},
+      {"reached", Make<Reached>},
+      {"tilt_below", Make<TiltBelow>},
+      {"touching", Make<Touching>},
+  };
+  return makers;
+}
 
 }  // namespace
 
+void RegisterPredicate(const std::string& name, const PredicateMaker& make) {
+  if (std::ranges::find(PredicateNames(), name) != PredicateNames().end()) {
+    throw InputError("there is a predicate '" + name + "' already");
+  }
+  Predicates().emplace(name, make);
+}
+
 std::vector<std::string> PredicateNames() {
   std::vector<std::string> names = QuantityNames();
-  for (const auto& [name, unused] : kPredicates) names.push_back(name);
+  for (const auto& [name, unused] : Predicates()) names.push_back(name);
   std::ranges::sort(names);
   return names;
 }
 
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context) {
-  const auto factory = kPredicates.find(expression.name);
-  if (factory != kPredicates.end()) return factory->second(expression, context);
+  const auto maker = Predicates().find(expression.name);
+  if (maker != Predicates().end()) return maker->second(expression, context);
   if (auto within = CompileWithin(expression, context)) return within;
   throw InputError(expression.location().ToString() + ": no predicate is called '" + expression.name + "'" +
                    Suggestion(expression.name, PredicateNames()));

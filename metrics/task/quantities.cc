@@ -192,62 +192,50 @@ class TiltOf : public Quantity {
   int axis_;
 };
 
-struct Row {
-  const char* name;
-  std::vector<const char*> required;
-  std::vector<const char*> optional;
-  // Of limits, as the keys of a task have them ("min_m", "max_m") and as people read them; "rad" is "deg",
-  // too.
-  std::string key;
-  std::string unit;
-  // What the number can be, in the unit.
-  NumberRange range;
-  // condition_t's.
-  int8_t kind;
-  std::unique_ptr<Quantity> (*make)(const YamlMap&, const CompileContext&);
-};
-
 template <typename T>
 std::unique_ptr<Quantity> Make(const YamlMap& arguments, const CompileContext& context) {
   return std::make_unique<T>(arguments, context);
 }
 
-const std::vector<Row> kQuantities = {
-    {"distance", {"a", "b"}, {}, "m", "m", kNotNegative, condition_t::POSE, Make<Distance>},
-    {"joint_fraction",
-     {"joint"},
-     {},
-     "",
-     "1",
-     {.min = 0, .max = 1},
-     condition_t::PROGRESS,
-     Make<JointFraction>},
-    {"joint_speed", {"arm"}, {}, "radps", "rad/s", kNotNegative, condition_t::PROGRESS, Make<JointSpeed>},
-    {"lift", {"object"}, {}, "m", "m", kAnyNumber, condition_t::PROGRESS, Make<Lift>},
-    {"position", {"object", "axis"}, {"frame"}, "m", "m", kAnyNumber, condition_t::POSE, Make<Position>},
-    {"speed", {"object"}, {}, "mps", "m/s", kNotNegative, condition_t::PROGRESS, Make<Speed>},
-    {"tilt", {"object"}, {"axis"}, "deg", "deg", {.min = 0, .max = 180}, condition_t::POSE, Make<TiltOf>},
-};
+std::vector<QuantityKind>& Quantities() {
+  static std::vector<QuantityKind> kinds = {
+      {"distance", {"a", "b"}, {}, "m", "m", kNotNegative, condition_t::POSE, Make<Distance>},
+      {"joint_fraction",
+       {"joint"},
+       {},
+       "",
+       "1",
+       {.min = 0, .max = 1},
+       condition_t::PROGRESS,
+       Make<JointFraction>},
+      {"joint_speed", {"arm"}, {}, "radps", "rad/s", kNotNegative, condition_t::PROGRESS, Make<JointSpeed>},
+      {"lift", {"object"}, {}, "m", "m", kAnyNumber, condition_t::PROGRESS, Make<Lift>},
+      {"position", {"object", "axis"}, {"frame"}, "m", "m", kAnyNumber, condition_t::POSE, Make<Position>},
+      {"speed", {"object"}, {}, "mps", "m/s", kNotNegative, condition_t::PROGRESS, Make<Speed>},
+      {"tilt", {"object"}, {"axis"}, "deg", "deg", {.min = 0, .max = 180}, condition_t::POSE, Make<TiltOf>},
+  };
+  return kinds;
+}
 
-const Row* Find(const std::string& name) {
-  const auto row = std::ranges::find(kQuantities, name, &Row::name);
-  return row == kQuantities.end() ? nullptr : &*row;
+const QuantityKind* Find(const std::string& name) {
+  const auto kind = std::ranges::find(Quantities(), name, &QuantityKind::name);
+  return kind == Quantities().end() ? nullptr : &*kind;
 }
 
 // A quantity is within limits, at least one of which is given.
 class QuantityWithin : public Within {
  public:
-  QuantityWithin(const Row& row, const Expression& expression, const CompileContext& context) {
-    const std::string suffix = row.key.empty() ? "" : "_" + row.key;
+  QuantityWithin(const QuantityKind& kind, const Expression& expression, const CompileContext& context) {
+    const std::string suffix = kind.key.empty() ? "" : "_" + kind.key;
     const std::string min = "min" + suffix, max = "max" + suffix;
-    std::vector<const char*> optional = row.optional;
+    std::vector<const char*> optional = kind.optional_arguments;
     optional.insert(optional.end(), {min.c_str(), max.c_str()});
-    if (row.key == "deg") optional.insert(optional.end(), {"min_rad", "max_rad"});
-    const YamlMap arguments = ArgumentsOf(expression, row.required, optional);
-    quantity_of_ = row.make(arguments, context);
-    scale_ = row.key == "deg" ? 180 / std::numbers::pi : 1;
+    if (kind.key == "deg") optional.insert(optional.end(), {"min_rad", "max_rad"});
+    const YamlMap arguments = ArgumentsOf(expression, kind.required_arguments, optional);
+    quantity_of_ = kind.make(arguments, context);
+    scale_ = kind.key == "deg" ? 180 / std::numbers::pi : 1;
 
-    const std::optional<double> lower = Limit(arguments, "min", row), upper = Limit(arguments, "max", row);
+    const std::optional<double> lower = Limit(arguments, "min", kind), upper = Limit(arguments, "max", kind);
     if (!lower && !upper) {
       throw InputError(expression.location().ToString() + ": '" + expression.name + "' needs '" + min +
                        "', '" + max + "' or both");
@@ -258,10 +246,10 @@ class QuantityWithin : public Within {
       throw InputError(expression.location().ToString() + ": '" + expression.name + "' is never true: '" +
                        min + "' is above '" + max + "'");
     }
-    condition_.predicate = row.name;
-    condition_.kind = row.kind;
+    condition_.predicate = kind.name;
+    condition_.kind = kind.kind;
     condition_.subject = quantity_of_->subject();
-    condition_.unit = row.unit;
+    condition_.unit = kind.unit;
     quantity_ = quantity_of_->words();
   }
   void Start() override {
@@ -274,12 +262,13 @@ class QuantityWithin : public Within {
 
  private:
   // A limit beyond what the number can be would make the predicate always true, or never.
-  static std::optional<double> Limit(const YamlMap& arguments, const std::string& which, const Row& row) {
-    if (row.key != "deg") {
-      const YamlValue* limit = arguments.Find(which + (row.key.empty() ? "" : "_" + row.key));
-      return limit ? std::optional(limit->Number(row.range)) : std::nullopt;
+  static std::optional<double> Limit(const YamlMap& arguments, const std::string& which,
+                                     const QuantityKind& kind) {
+    if (kind.key != "deg") {
+      const YamlValue* limit = arguments.Find(which + (kind.key.empty() ? "" : "_" + kind.key));
+      return limit ? std::optional(limit->Number(kind.range)) : std::nullopt;
     }
-    const std::optional<double> limit = arguments.Angle(which, row.range);
+    const std::optional<double> limit = arguments.Angle(which, kind.range);
     // As it is written, where it is written in degrees.
     const YamlValue* degrees = arguments.Find(which + "_deg");
     return degrees ? degrees->Number()
@@ -293,22 +282,30 @@ class QuantityWithin : public Within {
 
 }  // namespace
 
+void RegisterQuantity(const QuantityKind& kind) {
+  if (std::ranges::find(PredicateNames(), kind.name) != PredicateNames().end()) {
+    throw InputError("there is a predicate or quantity '" + kind.name + "' already");
+  }
+  Quantities().push_back(kind);
+}
+
 std::vector<std::string> QuantityNames() {
   std::vector<std::string> names;
-  for (const Row& row : kQuantities) names.emplace_back(row.name);
+  for (const QuantityKind& kind : Quantities()) names.emplace_back(kind.name);
   return names;
 }
 
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context) {
-  if (const Row* row = Find(expression.name))
-    return row->make(ArgumentsOf(expression, row->required, row->optional), context);
+  if (const QuantityKind* kind = Find(expression.name)) {
+    return kind->make(ArgumentsOf(expression, kind->required_arguments, kind->optional_arguments), context);
+  }
   throw InputError(expression.location().ToString() + ": no quantity is called '" + expression.name + "'" +
                    Suggestion(expression.name, QuantityNames()));
 }
 
 std::unique_ptr<Predicate> CompileWithin(const Expression& expression, const CompileContext& context) {
-  const Row* row = Find(expression.name);
-  return row ? std::make_unique<QuantityWithin>(*row, expression, context) : nullptr;
+  const QuantityKind* kind = Find(expression.name);
+  return kind ? std::make_unique<QuantityWithin>(*kind, expression, context) : nullptr;
 }
 
 }  // namespace evalbus::metrics

@@ -1,0 +1,53 @@
+#include "base/plugins.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <sstream>
+#include <string>
+
+#include "base/errors.h"
+
+namespace evalbus {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void Load(const char* variable, const fs::path& plugin) {
+  const std::string place = variable + (": " + plugin.string());
+  // A bare name would be looked for in the system's folders, a relative one elsewhere by each process.
+  if (!plugin.is_absolute()) throw InputError(place + ": expected an absolute path");
+  void* const library = dlopen(plugin.c_str(), RTLD_NOW);
+  if (!library) throw InputError(variable + std::string(": ") + dlerror());
+  const auto* const version = static_cast<const char*>(dlsym(library, "evalbus_plugin_version"));
+  const auto begin = reinterpret_cast<void (*)()>(dlsym(library, "evalbus_plugin"));
+  if (!version || !begin) throw InputError(place + ": is no plugin of evalbus, it has no EVALBUS_PLUGIN { }");
+  if (std::string(version) != EVALBUS_VERSION) {
+    throw InputError(place + ": was made for evalbus " + version + ", this is " EVALBUS_VERSION);
+  }
+  begin();
+}
+
+}  // namespace
+
+std::vector<fs::path> PluginsOf(const char* variable) {
+  std::vector<fs::path> plugins;
+  const char* const list = std::getenv(variable);
+  std::istringstream words(list ? list : "");
+  for (std::string word; std::getline(words, word, ':');) {
+    if (!word.empty()) plugins.emplace_back(word);
+  }
+  return plugins;
+}
+
+std::optional<int> LoadPlugins(const char* variable) {
+  try {
+    for (const fs::path& plugin : PluginsOf(variable)) Load(variable, plugin);
+    return std::nullopt;
+  } catch (const std::exception& error) {
+    return ReportError(error);
+  }
+}
+
+}  // namespace evalbus
