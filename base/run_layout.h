@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <vector>
 
 namespace evalbus {
 
@@ -41,11 +43,17 @@ inline std::string NameOfRun(const std::filesystem::path& folder) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-// RUN/episodes/0007
+// Behind the number of ten thousands: a folder of ten thousand episodes.
+inline constexpr std::string_view kManyEnding = "xxxx";
+
+// RUN/episodes/0007; from the ten thousandth on RUN/episodes/1xxxx/10007, so that no folder has more entries
+// than shared file systems list in a moment.
 inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episode) {
+  constexpr int kMany = 10'000;
   char name[16];
   std::snprintf(name, sizeof name, "%04d", episode);
-  return run / kEpisodesFolder / name;
+  const std::filesystem::path all = run / kEpisodesFolder;
+  return episode < kMany ? all / name : all / (std::to_string(episode / kMany) += kManyEnding) / name;
 }
 inline std::filesystem::path UnfinishedEpisodeFolder(const std::filesystem::path& run, int episode) {
   return EpisodeFolder(run, episode).string() + kUnfinishedEnding;
@@ -62,6 +70,29 @@ inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
   if (parsed.ec != std::errc() || episode > std::numeric_limits<int>::max()) return std::nullopt;
   if (!rest.empty() && rest != kUnfinishedEnding) return std::nullopt;
   return static_cast<int>(episode);
+}
+// All of a run, finished or not, in no order. A folder that goes meanwhile is left out.
+inline std::vector<std::filesystem::path> EpisodeFolders(const std::filesystem::path& run) {
+  std::vector<std::filesystem::path> found, to_list = {run / kEpisodesFolder};
+  while (!to_list.empty()) {
+    std::error_code gone;
+    auto entry = std::filesystem::directory_iterator(to_list.back(), gone);
+    to_list.pop_back();
+    for (; !gone && entry != std::filesystem::directory_iterator(); entry.increment(gone)) {
+      if (EpisodeOfFolder(entry->path())) {
+        found.push_back(entry->path());
+      } else if (entry->path().filename().string().ends_with(kManyEnding)) {
+        to_list.push_back(entry->path());
+      }
+    }
+  }
+  return found;
+}
+// The run of the log of an episode.
+inline std::filesystem::path RunFolderOf(const std::filesystem::path& log) {
+  std::filesystem::path all = std::filesystem::absolute(log).lexically_normal().parent_path().parent_path();
+  if (all.filename().string().ends_with(kManyEnding)) all = all.parent_path();
+  return all.parent_path();
 }
 inline bool IsUnfinished(const std::filesystem::path& episode_folder) {
   return episode_folder.extension() == kUnfinishedEnding;

@@ -320,7 +320,7 @@ std::vector<Recordings> ReadRecordings(const ReplayOptions& options) {
       throw InputError(file.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)");
     }
     CheckWaits(file, options.speed);
-    if (runs.empty() || results::RunFolderOf(runs.back().back().file) != results::RunFolderOf(file)) {
+    if (runs.empty() || RunFolderOf(runs.back().back().file) != RunFolderOf(file)) {
       runs.emplace_back();
     }
     runs.back().push_back({file, std::move(log)});

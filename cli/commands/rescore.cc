@@ -170,14 +170,14 @@ int Rescore(const RescoreOptions& options) {
     if (log.episodes.empty() && logs.size() == 1) {
       throw InputError(file.string() + ": no episode in this log (EVALBUS_MODEL and EVALBUS_EPISODE_BEGIN)");
     }
-    if (results::RunFolderOf(file) != run && !log.episodes.empty()) {
+    if (RunFolderOf(file) != run && !log.episodes.empty()) {
       const model_info_t& model = *log.episodes[0].model;
       fmt::print("{}{}/{}  {}\n", run.empty() ? "" : "\n", model.task, model.variation,
                  new_rules ? "rules of " + options.task.string() : "recorded rules");
       fmt::print("{}\n", new_rules
                              ? "episode  verdict                       time, s         stages      changed"
                              : "episode  end                time   stages  score");
-      run = results::RunFolderOf(file);
+      run = RunFolderOf(file);
     }
     for (const results::RescoredEpisode& episode : log.episodes) {
       new_rules ? PrintChanges(episode) : PrintScore(episode);

@@ -17,11 +17,9 @@ namespace fs = std::filesystem;
 // Numbers of the episodes that are finished: 0007.partial is not.
 std::vector<int> FinishedEpisodes(const fs::path& run) {
   std::vector<int> episodes;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(run / kEpisodesFolder, none)) {
-    const auto episode = EpisodeOfFolder(entry.path());
-    if (episode && !IsUnfinished(entry.path()) && fs::exists(entry.path() / kEventLog)) {
-      episodes.push_back(*episode);
+  for (const fs::path& episode : EpisodeFolders(run)) {
+    if (!IsUnfinished(episode) && fs::exists(episode / kEventLog)) {
+      episodes.push_back(*EpisodeOfFolder(episode));
     }
   }
   std::sort(episodes.begin(), episodes.end());
@@ -60,13 +58,11 @@ std::vector<fs::path> EpisodeLogs(const fs::path& recording, const std::vector<i
                                                                : ": no such run, suite or log"));
 }
 
-fs::path RunFolderOf(const fs::path& log) {
-  return fs::absolute(log).lexically_normal().parent_path().parent_path().parent_path();
-}
-
 std::optional<RecordedRun> RunOf(const fs::path& log) {
   const fs::path run = RunFolderOf(log);
-  if (fs::absolute(log).lexically_normal().parent_path().parent_path() != run / kEpisodesFolder) return {};
+  if (!fs::absolute(log).lexically_normal().string().starts_with((run / kEpisodesFolder / "").string())) {
+    return {};
+  }
   if (!fs::exists(run / kRunJson)) return {};
   return ReadRunInfo(run);
 }

@@ -15,9 +15,6 @@ namespace evalbus::results {
 std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
                                                const std::vector<int>& episodes = {});
 
-// Run folder of an episode's log; of a log that lies elsewhere, where that would be.
-std::filesystem::path RunFolderOf(const std::filesystem::path& log);
-
 // What run.json says of the run that a log is of; nothing for a log that is in no run folder.
 std::optional<RecordedRun> RunOf(const std::filesystem::path& log);
 

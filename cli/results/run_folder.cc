@@ -109,11 +109,7 @@ void RemoveFiles(const fs::path& folder, const std::function<bool(const std::str
 }
 
 void RemoveFilesOfEpisodes(const fs::path& run, const std::function<bool(const std::string& name)>& is_one) {
-  std::error_code gone;
-  for (auto entry = fs::directory_iterator(run / kEpisodesFolder, gone); entry != fs::directory_iterator();
-       entry.increment(gone)) {
-    if (EpisodeOfFolder(entry->path())) RemoveFiles(entry->path(), is_one);
-  }
+  for (const fs::path& episode : EpisodeFolders(run)) RemoveFiles(episode, is_one);
 }
 
 // Creates a folder and those above it that are missing, and adds to `made` what was.
@@ -187,12 +183,8 @@ RunFolder::~RunFolder() {
 }
 
 void RunFolder::DiscardAllBut(const std::set<int>& finished) const {
-  std::error_code none_there;
-  for (const auto& entry : fs::directory_iterator(path_ / kEpisodesFolder, none_there)) {
-    const auto episode = EpisodeOfFolder(entry.path());
-    if (episode && (!finished.contains(*episode) || IsUnfinished(entry.path()))) {
-      fs::remove_all(entry.path());
-    }
+  for (const fs::path& episode : EpisodeFolders(path_)) {
+    if (!finished.contains(*EpisodeOfFolder(episode)) || IsUnfinished(episode)) fs::remove_all(episode);
   }
   RemoveHalfWritten();
   RemoveHalfWrittenFilms();

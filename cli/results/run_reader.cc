@@ -90,10 +90,8 @@ void ReadEpisodes(RecordedRun* run) {
 
 std::vector<int> UnfinishedEpisodes(const fs::path& folder) {
   std::vector<int> unfinished;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder / kEpisodesFolder, none)) {
-    const auto episode = EpisodeOfFolder(entry.path());
-    if (episode && IsUnfinished(entry.path())) unfinished.push_back(*episode);
+  for (const fs::path& episode : EpisodeFolders(folder)) {
+    if (IsUnfinished(episode)) unfinished.push_back(*EpisodeOfFolder(episode));
   }
   std::sort(unfinished.begin(), unfinished.end());
   return unfinished;

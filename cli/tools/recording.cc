@@ -52,7 +52,7 @@ nlohmann::ordered_json SceneSource::Of(const model_info_t& model, std::optional<
 
 EncodedEpisode EncodeEpisode(const fs::path& log) {
   EncodedEpisode episode;
-  SceneSource scene(results::RunFolderOf(log));
+  SceneSource scene(RunFolderOf(log));
   Encoder encoder(
       [&](const Message& message) {
         // Another one begins.
@@ -98,7 +98,7 @@ void AddPictures(const fs::path& log, const std::vector<std::string>& cameras, c
       episode_begin_t begin{};
       if (!Decode(event.data, &begin)) continue;
       if (!renderer) {
-        UseModelsIn(results::RunFolderOf(log), &*model);
+        UseModelsIn(RunFolderOf(log), &*model);
         renderer = std::make_unique<viz::Renderer>(LoadVisualModel(*model), frame.size);
         viz::CheckCameras(renderer->model(), cameras);
         for (const std::string& camera : cameras) {

@@ -32,9 +32,14 @@ def read_run(folder):
         "episodes": episodes,
         "scores": _scores(episodes),
         "logs": {
-            e["episode"]: folder / "episodes" / f"{e['episode']:04}" / "events.lcmlog" for e in episodes
+            e["episode"]: _episode_folder(folder, e["episode"]) / "events.lcmlog" for e in episodes
         },
     }
+
+
+def _episode_folder(run, episode):
+    group = [] if episode < 10_000 else [f"{episode // 10_000}xxxx"]
+    return run.joinpath("episodes", *group, f"{episode:04}")
 
 
 def _json(file):

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "lcmtypes/end_reason.h"
@@ -118,8 +119,7 @@ void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& num
 }
 
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log) {
-  UseModelsIn(std::filesystem::absolute(log).lexically_normal().parent_path().parent_path().parent_path(),
-              &info);
+  UseModelsIn(RunFolderOf(log), &info);
   return LoadVisualModel(info);
 }
 
