@@ -61,7 +61,7 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   for (const results::RecordedEpisode& episode : run.episodes) {
     if (!episode.complete) continue;
     if (episode.success) {
-      successes.emplace_back(episode.json["metrics"].value("completion_time", 0.0), episode.episode);
+      successes.emplace_back(episode.Json()["metrics"].value("completion_time", 0.0), episode.episode);
     } else if (chosen.size() < failures) {
       chosen.push_back({episode.episode, chosen.empty() ? "first failure" : "next failure"});
     }
@@ -101,8 +101,7 @@ viz::ReportEpisode Episode(const results::RecordedEpisode& recorded) {
   episode.complete = recorded.complete;
   episode.success = recorded.success;
   episode.values = recorded.Values();
-  const auto explanation = recorded.json.find("explanation");
-  if (explanation != recorded.json.end()) episode.explanation = explanation->value("text", "");
+  episode.explanation = recorded.Json()["explanation"].value("text", "");
   return episode;
 }
 
@@ -147,8 +146,9 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
 
 // Of a run in real time all of whose episodes say it.
 void AddPacing(const results::RecordedRun& recorded, viz::ReportRun* run) {
+  if (!recorded.info.value("realtime", false)) return;
   std::vector<nlohmann::ordered_json> episodes;
-  for (const results::RecordedEpisode& episode : recorded.episodes) episodes.push_back(episode.json);
+  for (const results::RecordedEpisode& episode : recorded.episodes) episodes.push_back(episode.Json());
   const nlohmann::ordered_json pacing = results::RunPacing(episodes);
   if (pacing.is_null()) return;
   run->pacing = results::PacingSentence(pacing) + " Times of the worst episode:";

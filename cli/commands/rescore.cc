@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/run_controller.h"

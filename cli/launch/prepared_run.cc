@@ -188,7 +188,7 @@ PreparedRun PrepareRun(RunOptions options) {
     CheckResumable(before, options, facts);
     for (const results::RecordedEpisode& episode : before.episodes) {
       if (episode.invalid() && IsWanted(options, episode.episode)) continue;
-      finished.push_back(episode.json);
+      finished.push_back(episode.Json());
       numbers.insert(episode.episode);
     }
     // From here on the folder is changed.

@@ -72,7 +72,7 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
                                      first->second.string()));
       }
       Link(EpisodeFolder(part, episode.episode), EpisodeFolder(out, episode.episode));
-      lines += ToText(episode.json) + "\n";
+      lines += episode.text + "\n";
     }
     // What the components noticed, by part.
     if (fs::exists(part / kLogsFolder)) Link(part / kLogsFolder, out / kLogsFolder / run.name);

@@ -24,13 +24,9 @@ namespace {
 
 constexpr char kWristPath[] = "cartesian_path_length";
 
-// Metrics of an episode by name.
-using Values = std::map<std::string, double>;
-
 struct Scored {
   const RecordedEpisode* episode;
   metrics::EpisodeResult result;
-  Values values;
 };
 using BySeed = std::map<int64_t, Scored>;
 
@@ -38,8 +34,7 @@ BySeed CompleteBySeed(const RecordedRun& run) {
   BySeed scored;
   for (const RecordedEpisode& episode : run.episodes) {
     if (!episode.complete) continue;
-    const auto values = episode.Values();
-    scored[episode.seed] = {&episode, metrics::ResultOf(episode.json), {values.begin(), values.end()}};
+    scored[episode.seed] = {&episode, metrics::ResultOf(episode.Json())};
   }
   return scored;
 }
@@ -67,7 +62,7 @@ constexpr double kNoWay = 0.01;  // m
 bool NeverMoved(const BySeed& episodes) {
   bool is_known = false;
   for (const auto& [seed, scored] : episodes) {
-    for (const auto& [name, value] : scored.values) {
+    for (const auto& [name, value] : scored.result.values) {
       if (name != kWristPath && !name.starts_with(std::string(kWristPath) + ".")) continue;
       if (value >= kNoWay) return false;
       is_known = true;
@@ -108,7 +103,7 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   std::set<std::string> names;
   for (const auto* episodes : {&run, &baseline}) {
     for (const auto& [seed, scored] : *episodes) {
-      for (const auto& [name, value] : scored.values) names.insert(name);
+      for (const auto& [name, value] : scored.result.values) names.insert(name);
     }
   }
   return MainMetrics({names.begin(), names.end()});
@@ -119,9 +114,10 @@ std::vector<MetricComparison> CompareMetrics(const BySeed& run, const BySeed& ba
   const bool run_never_moved = NeverMoved(run), baseline_never_moved = NeverMoved(baseline);
   for (const MetricNumber& number : MainMetricsOf(run, baseline)) {
     const auto value = [&](const Scored& scored) -> std::optional<double> {
-      const auto found = scored.values.find(number.name);
+      const auto found = std::ranges::find(
+          scored.result.values, number.name, [](const auto& named) -> const auto& { return named.first; });
       const bool counts = !number.metric->effort || scored.episode->success;
-      return found == scored.values.end() || !counts ? std::nullopt : std::optional(found->second);
+      return found == scored.result.values.end() || !counts ? std::nullopt : std::optional(found->second);
     };
     std::vector<double> values, baseline_values;
     for (const auto& [seed, scored] : run) {

@@ -89,8 +89,9 @@ viz::EpisodeRow RowOf(const RecordedEpisode& episode, const RecordedRun& run) {
   row.failure_reason = episode.failure_reason;
   row.success = episode.success;
   row.complete = episode.complete;
-  row.time = episode.json["metrics"].value("completion_time", 0.0);
-  row.text = episode.json["explanation"].value("text", "");
+  const nlohmann::ordered_json json = episode.Json();
+  row.time = json["metrics"].value("completion_time", 0.0);
+  row.text = json["explanation"].value("text", "");
   row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
   return row;
 }

@@ -20,7 +20,7 @@ KeptResults::KeptResults(const fs::path& recording) {
     if (!fs::exists(run / kRunJson)) continue;
     any_ = true;
     for (const RecordedEpisode& episode : ReadRunAsFarAsItGot(run).episodes) {
-      lines_[EpisodeLog(run, episode.episode)] = episode.json;
+      lines_[EpisodeLog(run, episode.episode)] = episode.Json();
     }
   }
 }

@@ -162,11 +162,12 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   } catch (const InputError& error) {
     Fail(where, error.what());
   }
-  episode.json = json;
+  episode.text = ToText(json);
   return episode;
 }
 
 std::vector<std::pair<std::string, double>> RecordedEpisode::Values() const {
+  const ordered_json json = Json();
   auto values = metrics::FlattenedValues(json.at("metrics"));
   for (const auto& [name, value] : metrics::FlattenedValues(json.at("extended")))
     values.emplace_back("extended." + name, value);
@@ -192,7 +193,7 @@ std::vector<int> RecordedRun::invalid() const {
 metrics::RunStatistics RecordedRun::Statistics() const {
   metrics::RunStatistics statistics;
   for (const RecordedEpisode& recorded : episodes) {
-    statistics.Add(recorded.episode, metrics::ResultOf(recorded.json));
+    statistics.Add(recorded.episode, metrics::ResultOf(recorded.Json()));
   }
   return statistics;
 }

@@ -10,16 +10,17 @@ namespace evalbus::results {
 
 RunSummary WriteRunSummary(const std::filesystem::path& folder) {
   const RecordedRun recorded = ReadRunAsFarAsItGot(folder);
+  const bool is_realtime = recorded.info.value("realtime", false);
   std::vector<nlohmann::ordered_json> episodes;
   std::string lines;
   for (const RecordedEpisode& episode : recorded.episodes) {
-    episodes.push_back(episode.json);
-    lines += ToText(episode.json) + "\n";
+    if (is_realtime) episodes.push_back(episode.Json());
+    lines += episode.text + "\n";
   }
-  if (!episodes.empty()) WriteWhole(folder / kEpisodesJsonl, lines);
+  if (!lines.empty()) WriteWhole(folder / kEpisodesJsonl, lines);
   RunSummary summary{recorded.Statistics().Summary(true), nullptr, PolicyNotes(recorded)};
   auto json = metrics::SummaryJson(recorded.task, recorded.variation, summary.statistics);
-  if (recorded.info.value("realtime", false)) summary.pacing = json["pacing"] = RunPacing(episodes);
+  if (is_realtime) summary.pacing = json["pacing"] = RunPacing(episodes);
   WriteWhole(folder / kSummaryJson, ToText(json, 2) + "\n");
   return summary;
 }

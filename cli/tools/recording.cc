@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/run_layout.h"
 #include "bus/channels.h"
 #include "cli/results/episode_logs.h"
 #include "cli/tools/mcap_writer.h"

@@ -158,17 +158,28 @@ size_t RunStatistics::Index(const std::string& name) {
   const size_t index = std::find(names_.begin(), names_.end(), name) - names_.begin();
   if (index == names_.size()) {
     names_.push_back(name);
-    sorted_.emplace_back();
+    values_.emplace_back();
   }
   return index;
 }
 
+void RunStatistics::Values::Remove(double value) {
+  Ascending();
+  values_.erase(std::lower_bound(values_.begin(), values_.end(), value));
+  --ascending_;
+}
+
+const std::vector<double>& RunStatistics::Values::Ascending() const {
+  const auto added = values_.begin() + static_cast<std::ptrdiff_t>(ascending_);
+  std::sort(added, values_.end());
+  std::inplace_merge(values_.begin(), added, values_.end());
+  ascending_ = values_.size();
+  return values_;
+}
+
 void RunStatistics::Add(int episode, const EpisodeResult& result) {
   Entry& entry = episodes_[episode];
-  for (const auto& [index, value] : entry.values) {
-    std::vector<double>& sorted = sorted_[index];
-    sorted.erase(std::lower_bound(sorted.begin(), sorted.end(), value));
-  }
+  for (const auto& [index, value] : entry.values) values_[index].Remove(value);
   entry = {};
   entry.complete = result.complete;
   entry.invalid = result.invalid;
@@ -181,7 +192,7 @@ void RunStatistics::Add(int episode, const EpisodeResult& result) {
   for (const auto& [name, value] : result.values) {
     const size_t index = Index(name);
     entry.values.emplace_back(index, value);
-    sorted_[index].insert(std::upper_bound(sorted_[index].begin(), sorted_[index].end(), value), value);
+    values_[index].Add(value);
   }
 }
 
@@ -219,8 +230,9 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
   summary.clopper_pearson = ClopperPearsonInterval(successes, trials);
   summary.anytime = ConfidenceSequence(successes, trials);
   for (size_t i = 0; i < names_.size(); ++i) {
-    if (!sorted_[i].empty())
-      summary.metrics.push_back(Describe(names_[i], sorted_[i], summary.samples == 1, with_bootstrap));
+    const std::vector<double>& values = values_[i].Ascending();
+    if (!values.empty())
+      summary.metrics.push_back(Describe(names_[i], values, summary.samples == 1, with_bootstrap));
   }
   return summary;
 }

@@ -142,8 +142,18 @@ class RunStatistics {
 
   std::map<int, Entry> episodes_;
   std::vector<std::string> names_;
-  // Of each metric, ascending; the same bits in whatever order episodes finish.
-  std::vector<std::vector<double>> sorted_;
+  // Values of a metric, ascending when they are asked for: the same bits in whatever order episodes finish.
+  class Values {
+   public:
+    void Add(double value) { values_.push_back(value); }
+    void Remove(double value);
+    const std::vector<double>& Ascending() const;
+
+   private:
+    mutable std::vector<double> values_;
+    mutable size_t ascending_ = 0;  // so many are in order already
+  };
+  std::vector<Values> values_;
 };
 
 // RUN_SUMMARY: what of it is known while the run goes on.

@@ -440,24 +440,24 @@ class Lasts : public Combination {
 };
 
 template <typename T>
-std::unique_ptr<Predicate> Make(const Expression& expression, const CompileContext& context) {
+std::unique_ptr<Predicate> MakePredicate(const Expression& expression, const CompileContext& context) {
   return std::make_unique<T>(expression, context);
 }
 
 std::map<std::string, PredicateMaker>& Predicates() {
   static std::map<std::string, PredicateMaker> makers = {
-      {"all", Make<All>},
-      {"any", Make<Any>},
-      {"height_above", Make<HeightAbove>},
-      {"holding", Make<Holding>},
-      {"inside", Make<Inside>},
-      {"lasts", Make<Lasts>},
-      {"latched", Make<Latched>},
-      {"not", Make<Not>},
-      {"on", Make<On>},
-      {"reached", Make<Reached>},
-      {"tilt_below", Make<TiltBelow>},
-      {"touching", Make<Touching>},
+      {"all", MakePredicate<All>},
+      {"any", MakePredicate<Any>},
+      {"height_above", MakePredicate<HeightAbove>},
+      {"holding", MakePredicate<Holding>},
+      {"inside", MakePredicate<Inside>},
+      {"lasts", MakePredicate<Lasts>},
+      {"latched", MakePredicate<Latched>},
+      {"not", MakePredicate<Not>},
+      {"on", MakePredicate<On>},
+      {"reached", MakePredicate<Reached>},
+      {"tilt_below", MakePredicate<TiltBelow>},
+      {"touching", MakePredicate<Touching>},
   };
   return makers;
 }
@@ -465,7 +465,8 @@ std::map<std::string, PredicateMaker>& Predicates() {
 }  // namespace
 
 void RegisterPredicate(const std::string& name, const PredicateMaker& make) {
-  if (std::ranges::find(PredicateNames(), name) != PredicateNames().end()) {
+  const std::vector<std::string> taken = PredicateNames();
+  if (std::ranges::find(taken, name) != taken.end()) {
     throw InputError("there is a predicate '" + name + "' already");
   }
   Predicates().emplace(name, make);

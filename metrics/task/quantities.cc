@@ -193,13 +193,13 @@ class TiltOf : public Quantity {
 };
 
 template <typename T>
-std::unique_ptr<Quantity> Make(const YamlMap& arguments, const CompileContext& context) {
+std::unique_ptr<Quantity> MakeQuantity(const YamlMap& arguments, const CompileContext& context) {
   return std::make_unique<T>(arguments, context);
 }
 
 std::vector<QuantityKind>& Quantities() {
   static std::vector<QuantityKind> kinds = {
-      {"distance", {"a", "b"}, {}, "m", "m", kNotNegative, condition_t::POSE, Make<Distance>},
+      {"distance", {"a", "b"}, {}, "m", "m", kNotNegative, condition_t::POSE, MakeQuantity<Distance>},
       {"joint_fraction",
        {"joint"},
        {},
@@ -207,12 +207,33 @@ std::vector<QuantityKind>& Quantities() {
        "1",
        {.min = 0, .max = 1},
        condition_t::PROGRESS,
-       Make<JointFraction>},
-      {"joint_speed", {"arm"}, {}, "radps", "rad/s", kNotNegative, condition_t::PROGRESS, Make<JointSpeed>},
-      {"lift", {"object"}, {}, "m", "m", kAnyNumber, condition_t::PROGRESS, Make<Lift>},
-      {"position", {"object", "axis"}, {"frame"}, "m", "m", kAnyNumber, condition_t::POSE, Make<Position>},
-      {"speed", {"object"}, {}, "mps", "m/s", kNotNegative, condition_t::PROGRESS, Make<Speed>},
-      {"tilt", {"object"}, {"axis"}, "deg", "deg", {.min = 0, .max = 180}, condition_t::POSE, Make<TiltOf>},
+       MakeQuantity<JointFraction>},
+      {"joint_speed",
+       {"arm"},
+       {},
+       "radps",
+       "rad/s",
+       kNotNegative,
+       condition_t::PROGRESS,
+       MakeQuantity<JointSpeed>},
+      {"lift", {"object"}, {}, "m", "m", kAnyNumber, condition_t::PROGRESS, MakeQuantity<Lift>},
+      {"position",
+       {"object", "axis"},
+       {"frame"},
+       "m",
+       "m",
+       kAnyNumber,
+       condition_t::POSE,
+       MakeQuantity<Position>},
+      {"speed", {"object"}, {}, "mps", "m/s", kNotNegative, condition_t::PROGRESS, MakeQuantity<Speed>},
+      {"tilt",
+       {"object"},
+       {"axis"},
+       "deg",
+       "deg",
+       {.min = 0, .max = 180},
+       condition_t::POSE,
+       MakeQuantity<TiltOf>},
   };
   return kinds;
 }
@@ -283,7 +304,8 @@ class QuantityWithin : public Within {
 }  // namespace
 
 void RegisterQuantity(const QuantityKind& kind) {
-  if (std::ranges::find(PredicateNames(), kind.name) != PredicateNames().end()) {
+  const std::vector<std::string> taken = PredicateNames();
+  if (std::ranges::find(taken, kind.name) != taken.end()) {
     throw InputError("there is a predicate or quantity '" + kind.name + "' already");
   }
   Quantities().push_back(kind);

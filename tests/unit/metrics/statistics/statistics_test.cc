@@ -409,6 +409,41 @@ TEST(Bootstrap, FollowsShiftScaleAndMirror) {
   EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
 }
 
+// Just above kMostToResample, resampled by hand: the same to a fiftieth of the width, also of skewed values.
+TEST(Bootstrap, ManyValuesAreNotResampled) {
+  std::mt19937_64 engine(7);
+  std::vector<double> x(kMostToResample + 1), y(x.size());
+  for (size_t i = 0; i < x.size(); ++i) {
+    const double u = static_cast<double>(engine() >> 11) * 0x1p-53;
+    x[i] = u * u * u * u;
+    y[i] = 0.5 + static_cast<double>(engine() >> 11) * 0x1p-53;
+  }
+  Resampler resampler;
+  std::vector<double> means(kResamples);
+  for (double& mean : means) mean = resampler.Mean(x);
+  Moments moments;
+  moments.Add(x, 1);
+  const Interval drawn = BcaInterval(means, Mean(x), moments.acceleration(), 0);
+  const double width = drawn.upper - drawn.lower;
+  ExpectInterval(BootstrapMean(x), drawn.lower, drawn.upper, width / 50);
+
+  std::vector<double> differences(kResamples), ratios(kResamples);
+  for (size_t k = 0; k < differences.size(); ++k) {
+    const double mean_x = resampler.Mean(x);
+    differences[k] = mean_x - resampler.Mean(y);
+    double sum_x = 0, sum_y = 0;
+    resampler.Draw(x.size(), [&](size_t i) {
+      sum_x += x[i];
+      sum_y += y[i];
+    });
+    ratios[k] = sum_x / sum_y;
+  }
+  const Interval difference = PercentileInterval(differences), ratio = PercentileInterval(ratios);
+  ExpectInterval(BootstrapDifferenceOfMeans(x, y), difference.lower, difference.upper,
+                 (difference.upper - difference.lower) / 50);
+  ExpectInterval(BootstrapRatioOfMeans(x, y), ratio.lower, ratio.upper, (ratio.upper - ratio.lower) / 50);
+}
+
 TEST(Bootstrap, NothingHangsOnTheLastBitsOfASum) {
   const double third = 1.0 / 3;
   const Values x = {0, 0, 0, -third, 0, -third, -third, 0, 0, 0, -third, -third};

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""How long evalbus takes about runs of many episodes, and how much memory: docs/performance.md has the figures.
+
+Evaluates a few episodes and makes runs of many from them: other seeds and times, the same logs under other names (hard
+links). Then times the commands that read runs. tests/bench/large_runs.py FOLDER [EPISODES ...]
+"""
+
+import copy
+import json
+import os
+import pathlib
+import random
+import resource
+import shutil
+import subprocess
+import sys
+import time
+
+PROGRAM = pathlib.Path("/work/main/build/bin/evalbus")
+
+
+def run(*arguments):
+    began = time.monotonic()
+    process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(process.pid, 0)
+    code = os.waitstatus_to_exitcode(status)
+    if code not in (0, 3):  # 3: a comparison's word
+        sys.exit(f"evalbus {' '.join(map(str, arguments))}: exit code {code}")
+    return time.monotonic() - began, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+
+
+def episode_seed(run_seed, episode):
+    """base/random.h."""
+    mask = (1 << 64) - 1
+    z = (run_seed + 0x9E3779B97F4A7C15 * (episode + 1)) & mask
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
+    return (z ^ (z >> 31)) >> 11
+
+
+def episode_folder(run_folder, episode):
+    group = [] if episode < 10_000 else [f"{episode // 10_000}xxxx"]
+    return run_folder.joinpath("episodes", *group, f"{episode:04}")
+
+
+def multiply(small, large, count, shift):
+    """A run of `count` episodes from one of a few."""
+    lines = [json.loads(line) for line in (small / "episodes.jsonl").read_text().splitlines()]
+    large.mkdir(parents=True)
+    shutil.copytree(small / "model", large / "model")
+    (large / "logs").mkdir()
+    info = json.loads((small / "run.json").read_text())
+    info["episodes"] = count
+    (large / "run.json").write_text(json.dumps(info, indent=2) + "\n")
+    draw = random.Random(shift)
+    with open(large / "episodes.jsonl", "w") as out:
+        for episode in range(count):
+            line = copy.deepcopy(lines[(episode * 7 + shift) % len(lines)])
+            source = episode_folder(small, line["episode"])
+            line["episode"], line["seed"] = episode, episode_seed(info["seed"], episode)
+            for key in ("joint_path_length", "cartesian_path_length"):
+                if isinstance(line["metrics"].get(key), float):
+                    line["metrics"][key] *= draw.uniform(0.9, 1.1)
+            folder = episode_folder(large, episode)
+            folder.mkdir(parents=True)
+            os.link(source / "events.lcmlog", folder / "events.lcmlog")
+            text = json.dumps(line, separators=(",", ":"))
+            (folder / "summary.json").write_text(text + "\n")
+            out.write(text + "\n")
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    counts = [int(word) for word in sys.argv[2:]] or [1_000, 10_000, 100_000]
+    folder.mkdir(parents=True)
+    small = folder / "small"
+    run("run", "lift_pot/position", "--policy", "noisy_expert", "--episodes", 20, "--in-process", "--out", small)
+    print("episodes  command   time s  processor s  memory MB")
+    for count in counts:
+        a, b = folder / f"a{count}", folder / f"b{count}"
+        multiply(small, a, count, 0)
+        multiply(small, b, count, 3)
+        for command in (
+            ("report", a, "--out", folder / "report.html"),
+            ("compare", a, b),
+            ("export", a, "--csv", folder / f"{count}.csv"),
+        ):
+            took, processor, memory = run(*command)
+            print(f"{count:8}  {command[0]:8} {took:7.2f}  {processor:11.2f}  {memory:9.0f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
