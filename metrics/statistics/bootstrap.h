@@ -23,7 +23,7 @@ inline constexpr int kResamples = 10000;
 // BCa needs the sample's skewness, which fewer values do not tell: then percentile.
 inline constexpr size_t kFewestForBca = 10;
 // Beyond so many, Edgeworth's expansion: it differs from BCa in terms of 1/n.
-inline constexpr size_t kMostToResample = 2000;
+inline constexpr size_t kMostToResample = 500;
 
 // Indices 0 .. n-1 with replacement; the engine's output is fixed by the C++ standard.
 class Resampler {

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import time
 
-PROGRAM = pathlib.Path("/work/main/build/bin/evalbus")
+PROGRAM = pathlib.Path(__file__).resolve().parents[2] / "build" / "bin" / "evalbus"
 
 
 def run(*arguments):

@@ -1,0 +1,64 @@
+"""examples/ outside the tree: built against an installed evalbus, and used in a run."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(sys.argv[1])
+URL = f"udpm://239.255.76.67:{20000 + os.getpid() % 10000}?ttl=0"
+
+
+def call(*command, code=0, **more):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=170, **more)
+    assert done.returncode == code, (command, done.returncode, done.stdout[-2000:], done.stderr[-2000:])
+    return done.stdout + done.stderr
+
+
+with tempfile.TemporaryDirectory() as folder:
+    here = pathlib.Path(folder)
+    call("cmake", "--install", BUILD, "--prefix", here / "installed")
+    # Nothing of the source tree is named.
+    call("cp", "-r", ROOT / "examples", here / "examples")
+    call("cmake", "-S", here / "examples", "-B", here / "build", f"-DCMAKE_PREFIX_PATH={here / 'installed'}")
+    call("cmake", "--build", here / "build", "--parallel", "2")
+    evalbus = here / "installed" / "bin" / "evalbus"
+
+    # A copy of a task with a metric that only the plugin knows.
+    call(evalbus, "tasks", "new", "mine", "--from", "lift_pot", cwd=here)
+    task = here / "mine.yaml"
+    text = task.read_text().replace("\ntarget_distance:\n", "\ntarget_distance:\n  wrists_over_pot: {wrists_above: {object: pot}}\n")
+    task.write_text(text.replace("time_limit_s: 20", "time_limit_s: 1"))
+    assert "no quantity is called 'wrists_above'" in call(evalbus, "tasks", "check", task, code=1)
+    plugins = {
+        **os.environ,
+        "EVALBUS_PREDICATES": str(here / "build" / "libwrists_above.so"),
+        "EVALBUS_POLICIES": str(here / "build" / "libwaving.so"),
+    }
+    call(evalbus, "tasks", "check", task, env=plugins)
+
+    listener = subprocess.Popen([here / "build" / "listener", URL, "1"], stdout=subprocess.PIPE, text=True)
+    assert listener.stdout.readline() == "listening\n"
+    run = here / "run"
+    call(evalbus, "run", f"{task}/base", "--policy", "waving", "--episodes", "1", "--out", run, "--url", URL, env=plugins)
+    assert listener.communicate(timeout=60)[0] == "episode 0: time_limit after 1.00 s\n"
+    episode = json.loads((run / "episodes.jsonl").read_text())
+    # The pot's origin is at 0.996 m, the wrists are above it by what the robot's home says.
+    assert 0.1 < episode["metrics"]["target_distance"]["wrists_over_pot"] < 0.5, episode
+    plugins_said = json.loads((run / "run.json").read_text())["plugins"]
+    assert sorted(plugins_said) == ["libwaving.so", "libwrists_above.so"], plugins_said
+    # Gone on with under other plugins it would be another run.
+    assert "other plugins" in call(evalbus, "run", "--resume", "--out", run, f"{task}/base", "--policy", "waving", "--episodes",
+                                   "2", code=1, env={**plugins, "EVALBUS_PREDICATES": ""})
+
+    for named, words in (
+        ("/nowhere.so", "cannot open shared object file"),
+        ("waving.so", "expected an absolute path"),
+        ("/lib/x86_64-linux-gnu/libz.so.1", "is no plugin of evalbus"),
+        (plugins["EVALBUS_POLICIES"] + ":" + plugins["EVALBUS_POLICIES"], 'there is a policy "waving" already'),
+    ):
+        said = call(evalbus, "tasks", "list", code=1, env={**os.environ, "EVALBUS_POLICIES": named})
+        assert words in said and said.count("\n") == 1, said
