@@ -31,7 +31,7 @@ metrics::RunSummary SummaryOf(const RecordedRuns& suite) {
   int number = 0;
   for (const RecordedRun& run : suite.runs) {
     for (const results::RecordedEpisode& episode : run.episodes) {
-      statistics.Add(number++, metrics::ResultOf(episode.Json()));
+      statistics.Add(number++, episode.result);
     }
   }
   return statistics.Summary(false);

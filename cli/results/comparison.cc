@@ -24,33 +24,33 @@ namespace {
 
 constexpr char kWristPath[] = "cartesian_path_length";
 
-struct Scored {
-  const RecordedEpisode* episode;
-  metrics::EpisodeResult result;
-};
-using BySeed = std::map<int64_t, Scored>;
+using BySeed = std::map<int64_t, const RecordedEpisode*>;
 
 BySeed CompleteBySeed(const RecordedRun& run) {
   BySeed scored;
   for (const RecordedEpisode& episode : run.episodes) {
-    if (!episode.complete) continue;
-    scored[episode.seed] = {&episode, metrics::ResultOf(episode.Json())};
+    if (episode.complete) scored[episode.seed] = &episode;
   }
   return scored;
 }
 
 // Leave one of those that are equal in every number, and return how many they dropped.
 int DropRepeated(BySeed* episodes) {
-  std::set<metrics::EpisodeResult> seen;
+  const auto less = [](const RecordedEpisode* a, const RecordedEpisode* b) { return a->result < b->result; };
+  std::set<const RecordedEpisode*, decltype(less)> seen(less);
   return static_cast<int>(
-      std::erase_if(*episodes, [&](const auto& entry) { return !seen.insert(entry.second.result).second; }));
+      std::erase_if(*episodes, [&](const auto& entry) { return !seen.insert(entry.second).second; }));
 }
 int DropRepeatedPairs(BySeed* run, BySeed* baseline) {
-  std::set<std::pair<metrics::EpisodeResult, metrics::EpisodeResult>> seen;
+  using Pair = std::pair<const RecordedEpisode*, const RecordedEpisode*>;
+  const auto less = [](const Pair& a, const Pair& b) {
+    return std::tie(a.first->result, a.second->result) < std::tie(b.first->result, b.second->result);
+  };
+  std::set<Pair, decltype(less)> seen(less);
   const size_t before = run->size();
   std::erase_if(*run, [&](const auto& entry) {
     const auto partner = baseline->find(entry.first);
-    if (seen.emplace(entry.second.result, partner->second.result).second) return false;
+    if (seen.emplace(entry.second, partner->second).second) return false;
     baseline->erase(partner);
     return true;
   });
@@ -62,7 +62,7 @@ constexpr double kNoWay = 0.01;  // m
 bool NeverMoved(const BySeed& episodes) {
   bool is_known = false;
   for (const auto& [seed, scored] : episodes) {
-    for (const auto& [name, value] : scored.result.values) {
+    for (const auto& [name, value] : scored->result.values) {
       if (name != kWristPath && !name.starts_with(std::string(kWristPath) + ".")) continue;
       if (value >= kNoWay) return false;
       is_known = true;
@@ -103,7 +103,7 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   std::set<std::string> names;
   for (const auto* episodes : {&run, &baseline}) {
     for (const auto& [seed, scored] : *episodes) {
-      for (const auto& [name, value] : scored.result.values) names.insert(name);
+      for (const auto& [name, value] : scored->result.values) names.insert(name);
     }
   }
   return MainMetrics({names.begin(), names.end()});
@@ -113,11 +113,11 @@ std::vector<MetricComparison> CompareMetrics(const BySeed& run, const BySeed& ba
   std::vector<MetricComparison> metrics;
   const bool run_never_moved = NeverMoved(run), baseline_never_moved = NeverMoved(baseline);
   for (const MetricNumber& number : MainMetricsOf(run, baseline)) {
-    const auto value = [&](const Scored& scored) -> std::optional<double> {
+    const auto value = [&](const RecordedEpisode* scored) -> std::optional<double> {
       const auto found = std::ranges::find(
-          scored.result.values, number.name, [](const auto& named) -> const auto& { return named.first; });
-      const bool counts = !number.metric->effort || scored.episode->success;
-      return found == scored.result.values.end() || !counts ? std::nullopt : std::optional(found->second);
+          scored->result.values, number.name, [](const auto& named) -> const auto& { return named.first; });
+      const bool counts = !number.metric->effort || scored->success;
+      return found == scored->result.values.end() || !counts ? std::nullopt : std::optional(found->second);
     };
     std::vector<double> values, baseline_values;
     for (const auto& [seed, scored] : run) {
@@ -196,19 +196,19 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
   SuccessComparison& success = result.success;
   success.paired = result.paired;
   for (const auto& [seed, scored] : own) {
-    if (!scored.episode->judged()) continue;
+    if (!scored->judged()) continue;
     ++success.trials;
-    success.successes += scored.episode->success;
+    success.successes += scored->success;
     if (!result.paired) continue;
-    const RecordedEpisode& partner_of = *other.at(seed).episode;
+    const RecordedEpisode& partner_of = *other.at(seed);
     if (!partner_of.judged()) continue;
-    const bool a = scored.episode->success, b = partner_of.success;
+    const bool a = scored->success, b = partner_of.success;
     if (a != b) {
       result.flipped.push_back({.seed = seed,
-                                .episode = scored.episode->episode,
+                                .episode = scored->episode,
                                 .baseline_episode = partner_of.episode,
                                 .success = a,
-                                .failure_reason = (a ? partner_of : *scored.episode).failure_reason});
+                                .failure_reason = (a ? partner_of : *scored).failure_reason});
     }
     ++(a && b ? success.pairs.both
        : a    ? success.pairs.only_a
@@ -217,9 +217,9 @@ TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline) 
   }
   std::ranges::sort(result.flipped, {}, &FlippedPair::episode);
   for (const auto& [seed, scored] : other) {
-    if (!scored.episode->judged()) continue;
+    if (!scored->judged()) continue;
     ++success.baseline_trials;
-    success.baseline_successes += scored.episode->success;
+    success.baseline_successes += scored->success;
   }
   success.Test();
   result.metrics = CompareMetrics(own, other, result.paired);

@@ -156,7 +156,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
   CheckPacing(json, where);
   try {
-    metrics::ResultOf(json);
+    episode.result = metrics::ResultOf(json);
   } catch (const nlohmann::json::exception&) {
     Fail(where, "stages, slips or collisions are no numbers");
   } catch (const InputError& error) {
@@ -193,7 +193,7 @@ std::vector<int> RecordedRun::invalid() const {
 metrics::RunStatistics RecordedRun::Statistics() const {
   metrics::RunStatistics statistics;
   for (const RecordedEpisode& recorded : episodes) {
-    statistics.Add(recorded.episode, metrics::ResultOf(recorded.Json()));
+    statistics.Add(recorded.episode, recorded.result);
   }
   return statistics;
 }

@@ -28,6 +28,8 @@ struct RecordedEpisode {
   // rate.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   bool success = false;
+  // What statistics are made of.
+  metrics::EpisodeResult result;
   // The whole line, as text: of many episodes a tenth of the memory.
   std::string text;
   nlohmann::ordered_json Json() const { return nlohmann::ordered_json::parse(text); }

@@ -26,7 +26,7 @@ std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& s
 
 void Tally::Add(const RecordedRun& run) {
   for (const RecordedEpisode& episode : run.episodes) {
-    statistics_.Add(episodes_++, metrics::ResultOf(episode.Json()));
+    statistics_.Add(episodes_++, episode.result);
   }
 }
 
