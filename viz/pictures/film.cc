@@ -42,7 +42,8 @@ void Film(const RecordedEpisode& episode, const std::string& policy, Renderer* r
   const std::vector<size_t> schedule = FilmSchedule(sim_time_us);
   const size_t num_frames = schedule.size() + (episode.end ? kFilmHold : 0);
   size_t num_scored = 0, num_filmed = 0;
-  const auto film = [&](size_t shown, double time) {
+  // Into so many frames.
+  const auto film = [&](size_t shown, double time, int times) {
     if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
     while (num_scored < episode.partials.size() &&
            episode.partials[num_scored].header.tick <= episode.states[shown].header.tick) {
@@ -54,16 +55,15 @@ void Film(const RecordedEpisode& episode, const std::string& policy, Renderer* r
     for (const View& view : views) {
       renderer->Render(view.camera, &frame);
       overlay.Draw(text, &frame);
-      view.video->Write(frame);
+      for (int i = 0; i < times; ++i) view.video->Write(frame);
     }
-    progress(static_cast<double>(++num_filmed) / static_cast<double>(num_frames));
+    num_filmed += static_cast<size_t>(times);
+    progress(static_cast<double>(num_filmed) / static_cast<double>(num_frames));
   };
-  for (size_t n = 0; n < schedule.size(); ++n) film(schedule[n], static_cast<double>(n) / kFilmRate);
+  for (size_t n = 0; n < schedule.size(); ++n) film(schedule[n], static_cast<double>(n) / kFilmRate, 1);
   if (episode.end) {
     text.end_reason = episode.outcome();
-    for (int hold = 0; hold < kFilmHold; ++hold) {
-      film(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond);
-    }
+    film(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond, kFilmHold);
   }
 }
 

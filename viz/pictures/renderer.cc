@@ -1,6 +1,5 @@
 #include "viz/pictures/renderer.h"
 
-#include <GL/gl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "models/randomised_model.h"
 #include "models/task_description.h"
 #include "viz/pictures/gl_context.h"
+#include "viz/pictures/gl_functions.h"
 #include "viz/pictures/scene_painter.h"
 
 namespace evalbus::viz {
@@ -92,7 +92,7 @@ struct Renderer::Gl {
     mjv_defaultOption(&option);
     mjv_defaultCamera(&camera);
     camera.type = mjCAMERA_FIXED;
-    read_pixels = reinterpret_cast<decltype(read_pixels)>(GlFunction("glReadPixels"));
+    read_pixels = FindGl<decltype(glReadPixels)>("glReadPixels");
     try {
       mjv_makeScene(&model, &scene, kMaxGeoms);
       {
@@ -105,7 +105,7 @@ struct Renderer::Gl {
       if (context.currentBuffer != mjFB_OFFSCREEN) {
         throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
       }
-      painter = std::make_unique<ScenePainter>(model, context);
+      painter = std::make_unique<ScenePainter>(context);
     } catch (...) {
       Free();
       throw;
@@ -218,9 +218,7 @@ void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
   fovy = own_fovy;
   gl_->view = {0, 0, width, height};
   if (ScenePainter::Knows(gl_->scene, gl_->context)) {
-    const bool is_fixed = model_->cam_mode[shot.camera] == mjCAMLIGHT_FIXED &&
-                          model_->body_weldid[model_->cam_bodyid[shot.camera]] == 0;
-    gl_->painter->Paint(gl_->view, gl_->scene, is_fixed, gl_->has_shadows);
+    gl_->painter->Paint(gl_->view, gl_->scene, gl_->has_shadows);
     gl_->has_shadows |= gl_->scene.flags[mjRND_SHADOW] != 0;
   } else {
     mjr_render(gl_->view, &gl_->scene, &gl_->context);

@@ -6,7 +6,13 @@
 
 #include <mujoco/mujoco.h>
 
-#include <memory>
+#include <array>
+#include <functional>
+
+#include "viz/pictures/gl_functions.h"
+#include "viz/pictures/gl_math.h"
+#include "viz/pictures/scene_geoms.h"
+#include "viz/pictures/scene_shaders.h"
 
 namespace evalbus::viz {
 
@@ -14,22 +20,41 @@ class ScenePainter {
  public:
   // context: made by mjr_makeContext in the OpenGL context that is current, here and in every call. Throws
   // EnvironmentError where that OpenGL is too old.
-  ScenePainter(const mjModel& model, const mjrContext& context);
-  ~ScenePainter();
-  ScenePainter(const ScenePainter&) = delete;
-  ScenePainter& operator=(const ScenePainter&) = delete;
+  explicit ScenePainter(const mjrContext& context);
 
   // Whether Paint knows everything that is in this scene; what it does not know (mirrors, fog, spot lights,
   // skins, two lights with shadows) is for mjr_render.
   static bool Knows(const mjvScene& scene, const mjrContext& context);
-  // Into the lower left corner of the offscreen buffer. is_fixed: the camera stands still, so that its
-  // picture of what does not move is kept; this may round otherwise, so say it of a camera always or never.
-  // keep_shadows: the bodies and lights are where they were at the last call that had shadows.
-  void Paint(mjrRect view, const mjvScene& scene, bool is_fixed, bool keep_shadows);
+  // Into the lower left corner of the offscreen buffer. keep_shadows: the bodies and lights are where they
+  // were at the last call that had shadows.
+  void Paint(mjrRect view, const mjvScene& scene, bool keep_shadows);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  SceneLights LightsOf(const mjvScene& scene, int shadow_light, Vec forward, const Matrix& eye_from_world);
+  void PaintOpaque(const mjvScene& scene, bool with_shadow,
+                   const std::function<bool(const mjvGeom&)>& wanted);
+  void PaintTransparent(const mjvScene& scene);
+  void PaintSky(float far);
+  void Paint(const mjvGeom& geom, bool with_shadow);
+  void PlaceTexture(const SceneShaders::Program& program, const mjvGeom& geom, bool is_cube);
+  // A plane that is seen from behind.
+  bool IsBehind(const mjvGeom& geom) const;
+  bool IsOpaque(const mjvGeom& geom) const { return geom.rgba[3] >= 0.995f && !IsBehind(geom); }
+  // Whether nothing of it can be in the picture.
+  bool IsOutside(const mjvGeom& geom) const;
+
+  const GlFunctions gl_;
+  const mjrContext& context_;
+  SceneGeoms geoms_{gl_, context_};
+  SceneShaders shaders_{gl_};
+  // The sky's texture; -1: none.
+  int sky_ = -1;
+  Matrix shadow_from_world_{};
+
+  // Of the picture that is being drawn.
+  Vec eye_{};
+  // Outwards, of the picture's four edges.
+  std::array<Vec, 4> sides_{};
 };
 
 }  // namespace evalbus::viz
