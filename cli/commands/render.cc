@@ -169,9 +169,11 @@ int Render(const RenderOptions& options) {
   film.ending = options.out.empty() ? "." + options.format : options.out.extension().string();
   viz::CheckFilmEnding(film.ending);
   // Before all is drawn for nothing.
-  if (const fs::path folder = fs::absolute(options.out).parent_path();
-      !options.out.empty() && !fs::is_directory(folder)) {
-    throw InputError("--out " + options.out.string() + ": there is no folder " + folder.string());
+  if (!options.out.empty()) {
+    const fs::path folder = fs::absolute(options.out).parent_path();
+    if (!fs::is_directory(folder)) {
+      throw InputError("--out " + options.out.string() + ": there is no folder " + folder.string());
+    }
   }
   const bool has_panels = options.has_grid || film.layout == viz::FilmLayout::kFull;
   const std::string usual = !has_panels ? "640x480" : film.ending == ".mp4" ? "1280x720" : "640x360";

@@ -78,8 +78,8 @@ class SlurmTest(unittest.TestCase):
         self.assertEqual(list((out / "parts").iterdir()), [])
 
     def events(self, log):
-        """All but who it was made by, and by which processes: the files that MODEL names are where they were made."""
-        skipped = ("EVALBUS_MODEL", "EVALBUS_STATUS")
+        """All but who made it, and how much of the run that was: the files that MODEL names are where they were made."""
+        skipped = ("EVALBUS_MODEL", "EVALBUS_STATUS", "EVALBUS_RUN_SUMMARY")
         return [(time, channel, repr(message)) for time, channel, message in evalbus.events(log) if channel not in skipped]
 
     def running(self, array):

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 36> kOrder = {"base",
+constexpr std::array<std::string_view, 37> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus",
                                                      "bus/recorder",
@@ -48,6 +48,7 @@ constexpr std::array<std::string_view, 36> kOrder = {"base",
                                                      "cli/results",
                                                      "cli/tools",
                                                      "cli/launch",
+                                                     "cli/plans",
                                                      "cli/commands",
                                                      "cli",
                                                      "tests"};

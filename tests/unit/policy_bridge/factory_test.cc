@@ -34,7 +34,7 @@ TEST(Factory, WrongNamesAreExplained) {
   const auto unknown = [](const std::string& name) {
     return "there is no policy \"" + name +
            "\"; there are: expert[:TASK], noisy_expert, random, hold, replay:RUN_OR_LOG, "
-           "replay_anyway:RUN_OR_LOG, flawed_expert:FLAW; and contracts of servers ('evalbus policy list')";
+           "replay_anyway:RUN_OR_LOG, demo:FILE_OR_FOLDER, flawed_expert:FLAW; and contracts of servers ('evalbus policy list')";
   };
   for (const char* name : {"exprt", "", "expert:", "hold:1", "Expert", "replay_"})
     EXPECT_EQ(Refusal(name), unknown(name));
@@ -54,7 +54,8 @@ TEST(Factory, HelpHasALineForEachPolicy) {
   for (std::string line; std::getline(help, line);) usages.push_back(line.substr(0, line.find(": ")));
   EXPECT_EQ(usages,
             (std::vector<std::string>{"expert[:TASK]", "noisy_expert", "random", "hold", "replay:RUN_OR_LOG",
-                                      "replay_anyway:RUN_OR_LOG", "flawed_expert:FLAW"}));
+                                      "replay_anyway:RUN_OR_LOG", "demo:FILE_OR_FOLDER",
+                                      "flawed_expert:FLAW"}));
   EXPECT_NE(PolicyHelp().find(FlawNames()), std::string::npos);
 }
 

@@ -26,6 +26,7 @@ class PolicyComponentTest : public testing::Test {
         ("policy_component_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
     fs::create_directories(folder_);
     model_ = GetPolicyScene().info();
+    model_.substeps = 10;
     fs::create_directories(folder_ / "model");
     model_.physics_file = folder_ / "model/physics.mjb";
     mj_saveModel(&GetPolicyScene().model(), model_.physics_file.c_str(), nullptr, 0);

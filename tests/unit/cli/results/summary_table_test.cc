@@ -26,7 +26,7 @@ bool Has(const std::string& text, const std::string& part) { return text.find(pa
 
 metrics::RunSummary Summary(int complete, int success) {
   metrics::RunSummary s;
-  s.episodes = s.complete = s.samples = complete;
+  s.episodes = s.complete = s.judged = s.samples = complete;
   s.successes = success;
   s.success_rate = complete > 0 ? static_cast<double>(success) / complete : 0;
   s.wilson = {0.0945, 0.9055};
