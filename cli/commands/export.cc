@@ -131,6 +131,15 @@ int ExportTrainingSet(const ExportOptions& options) {
   if (fs::exists(out)) throw InputError(out.string() + ": exists; choose another name");
   if (!options.cameras.empty() && options.hdf5.empty()) throw InputError("--camera: only with --hdf5");
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? "256x256" : options.size);
+  constexpr int kLargest = 2048;
+  for (const int pixels : {size.width, size.height}) {
+    if (pixels < 1 || pixels > kLargest) {
+      throw InputError(fmt::format("--size {}: expected 1 to {} pixels each way", options.size, kLargest));
+    }
+  }
+  if (const fs::path folder = fs::absolute(out).parent_path(); !fs::is_directory(folder)) {
+    throw InputError(fmt::format("{}: there is no folder {}", out.string(), folder.string()));
+  }
   size_t left_out = 0;
   const std::vector<fs::path> logs = LogsFor(options, &left_out);
   // What was drawn before it was stopped stays for the same command.

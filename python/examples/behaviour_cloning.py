@@ -7,7 +7,7 @@ Needs PyTorch and h5py: apt-get install python3-torch python3-h5py, or pip insta
 
 Observation: "state", 19 numbers: the 14 joint positions of the two arms (rad, left arm first), the two grippers'
 openings (1 open, 0 closed), the pot's position in the world (m).
-Actions: 20 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed).
+Actions: 10 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed).
 """
 
 import argparse
@@ -16,7 +16,7 @@ import pathlib
 import numpy as np
 import torch
 
-CHUNK = 20
+CHUNK, WIDTH = 10, 128
 
 
 def demonstrations(file):
@@ -42,10 +42,13 @@ class Network(torch.nn.Module):
         for name, shape in {"state": (19,), "chunk": (CHUNK, 16)}.items():
             self.register_buffer(f"{name}_mean", torch.zeros(shape))
             self.register_buffer(f"{name}_spread", torch.ones(shape))
-        layers = []
-        for width_in, width_out in ((19, 256), (256, 256), (256, 256)):
-            layers += [torch.nn.Linear(width_in, width_out), torch.nn.ReLU()]
-        self.layers = torch.nn.Sequential(*layers, torch.nn.Linear(256, CHUNK * 16))
+        self.layers = torch.nn.Sequential(
+            torch.nn.Linear(19, WIDTH),
+            torch.nn.ReLU(),
+            torch.nn.Linear(WIDTH, WIDTH),
+            torch.nn.ReLU(),
+            torch.nn.Linear(WIDTH, CHUNK * 16),
+        )
 
     def forward(self, states):
         """Chunks in units of their spread, as the loss compares them."""
@@ -70,7 +73,7 @@ def train(file, checkpoints, out, seed=0):
     optimizer = torch.optim.Adam(network.parameters())
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 2e-3, total_steps=max(checkpoints))
     for step in range(1, max(checkpoints) + 1):
-        rows = torch.randint(len(states), (128,))
+        rows = torch.randint(len(states), (64,))
         loss = (network(states[rows]) - wanted[rows]).abs().mean()
         optimizer.zero_grad()
         loss.backward()
