@@ -2,6 +2,7 @@
 import json
 import pathlib
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -51,6 +52,35 @@ with tempfile.TemporaryDirectory() as name:
         joints, opening, pot = (numpy.vstack(x) for x in zip((joints, opening, pot), last))
     assert "exists" in evalbus("export", run, "--hdf5", here / "set.hdf5", code=1)
 
+    # Pictures: who is stopped goes on, and has the same in the end.
+    several, pictures = here / "several", ["--camera", "head,left/hand/wrist", "--size", "96x64"]
+    evalbus("run", "lift_pot/position", "--policy", "expert", "--episodes", "4", "--control-hz", "20", "--in-process",
+            "--video", "none", "--out", several)  # fmt: skip
+    evalbus("export", several, "--hdf5", here / "whole.hdf5", *pictures)
+    kept = here / "stopped.hdf5.pictures"
+    command = [BIN, "export", several, "--hdf5", here / "stopped.hdf5", *pictures]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as stopped:
+        while stopped.poll() is None and not (kept.exists() and any(len(f.name) == 32 for f in kept.iterdir())):
+            pass
+        stopped.send_signal(signal.SIGINT)
+        said = stopped.communicate(timeout=60)[1]
+    assert stopped.returncode == 2 and "and the same command goes on with them" in said, (stopped.returncode, said)
+    assert not (here / "stopped.hdf5").exists()
+    begun = {f: f.stat().st_mtime_ns for f in kept.iterdir()}
+    assert 1 <= len(begun) < 4 and all(len(f.name) == 32 for f in begun), begun
+    evalbus(*command[1:])
+    assert not kept.exists()
+
+    def equal(a, b):
+        with h5py.File(a) as f, h5py.File(b) as g:
+            names = []
+            f.visit(names.append)
+            for name in names:
+                assert not isinstance(f[name], h5py.Dataset) or (f[name][()] == g[name][()]).all(), name
+            return len(names)
+
+    assert equal(here / "stopped.hdf5", here / "whole.hdf5") > 100
+
     # RoboEval's layout, and its converter's rule.
     evalbus("export", run, "--safetensors", here / "demos")
     demo = here / "demos" / "0000.safetensors"
@@ -65,6 +95,13 @@ with tempfile.TemporaryDirectory() as name:
     padded = numpy.vstack([raw, numpy.repeat(raw[-1:], -len(raw) % 5, axis=0)]).reshape(-1, 5, 16)
     assert numpy.allclose(ten[:, 1:15], padded[:, :, :14].mean(1), atol=1e-12) and (ten[:, 15:] == padded[:, -1, 14:]).all()
     assert json.loads(evalbus("demo", "info", demo, "--json"))["(no task's folder)"]["steps"] == steps
+    evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--episodes", "1", "--after-success-s", "0.5",
+            "--in-process", "--video", "none", "--out", here / "played")  # fmt: skip
+    said = evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--out", here / "never", code=1)
+    assert said == f"error: --episodes 3: {demo} holds 1 demonstration, one for each episode\n", said
+    played, recorded = lines(here / "played")[0], lines(run)[0]
+    assert played["metrics"]["completion_time"] == recorded["metrics"]["completion_time"], played
+    assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]
     assert "whole part" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
 
     # The run's own trajectory, from a table: what can be known agrees.
@@ -242,7 +279,8 @@ with tempfile.TemporaryDirectory() as name:
     commands = [(["score", which, file, "--out", out], words) for which, file, words in score]
     for file, words in demos:
         commands += [(["demo", "info", file], words), (["demo", "convert", file, "--out", out], words)]
-        commands += [(["run", "lift_pot", "--policy", f"demo:{file}", "--in-process", "--out", out], words)]
+        commands += [(["run", "lift_pot", "--policy", f"demo:{file}", "--episodes", "1", "--in-process",
+                       "--video", "none", "--out", out], words)]  # fmt: skip
     commands += [(["export", which, *options], words) for which, options, words in exports]
     before = sorted(here.rglob("*"))
     for command, words in commands:
