@@ -8,10 +8,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
+#include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/film_progress.h"
 #include "cli/results/episode_logs.h"
@@ -129,24 +131,46 @@ int ExportTrainingSet(const ExportOptions& options) {
   if (fs::exists(out)) throw InputError(out.string() + ": exists; choose another name");
   if (!options.cameras.empty() && options.hdf5.empty()) throw InputError("--camera: only with --hdf5");
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? "256x256" : options.size);
+  constexpr int kLargest = 2048;
+  for (const int pixels : {size.width, size.height}) {
+    if (pixels < 1 || pixels > kLargest) {
+      throw InputError(fmt::format("--size {}: expected 1 to {} pixels each way", options.size, kLargest));
+    }
+  }
+  if (const fs::path folder = fs::absolute(out).parent_path(); !fs::is_directory(folder)) {
+    throw InputError(fmt::format("{}: there is no folder {}", out.string(), folder.string()));
+  }
   size_t left_out = 0;
   const std::vector<fs::path> logs = LogsFor(options, &left_out);
-  launch::FilmProgress shown(logs.size(), 0, steady_clock::now());
+  // What was drawn before it was stopped stays for the same command.
+  InstallStopSignals();
+  std::optional<launch::FilmProgress> shown;
   steady_clock::time_point last{};
   const bool is_terminal = isatty(STDOUT_FILENO) != 0;
   const auto progress = [&](double share) {
     const auto now = steady_clock::now();
     if (!is_terminal || now - last < std::chrono::milliseconds(200)) return;
     last = now;
-    fmt::print("\x1b[K{}\r", shown.Text(share * static_cast<double>(logs.size()), now));
+    const double done = share * static_cast<double>(logs.size());
+    if (!shown) shown.emplace(logs.size(), done, now, "exporting");
+    fmt::print("\x1b[K{}\r", shown->Text(done, now));
     std::fflush(stdout);
   };
-  if (options.hdf5.empty()) {
-    results::WriteSafetensors(logs, out, progress);
-  } else {
-    results::WriteRobomimic(logs, out, {options.cameras, size.width, size.height}, progress);
+  const auto clear = [&] {
+    if (is_terminal) fmt::print("\x1b[K");
+    std::fflush(stdout);
+  };
+  try {
+    if (options.hdf5.empty()) {
+      results::WriteSafetensors(logs, out, progress);
+    } else {
+      results::WriteRobomimic(logs, out, {options.cameras, size.width, size.height}, progress);
+    }
+  } catch (...) {
+    clear();
+    throw;
   }
-  if (is_terminal) fmt::print("\x1b[K");
+  clear();
   fmt::print("{} episode{}{}  {}\n", logs.size(), logs.size() == 1 ? "" : "s",
              left_out > 0 ? fmt::format(" ({} left out)", left_out) : "", out.string());
   return 0;

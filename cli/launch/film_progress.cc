@@ -7,8 +7,8 @@
 namespace evalbus::launch {
 
 std::string FilmProgress::Text(double done, Time now) const {
-  std::string text =
-      fmt::format("filming {:.0f} episode{}: {:.0f} %", total_, total_ == 1 ? "" : "s", 100 * done / total_);
+  std::string text = fmt::format("{} {:.0f} episode{}: {:.0f} %", verb_, total_, total_ == 1 ? "" : "s",
+                                 100 * done / total_);
   // Less says nothing of the rest.
   constexpr double kEnough = 0.02;
   if (const double since = done - first_; since > kEnough * total_) {

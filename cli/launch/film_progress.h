@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <string>
+#include <utility>
 
 namespace evalbus::launch {
 
@@ -12,8 +13,8 @@ class FilmProgress {
   using Time = std::chrono::steady_clock::time_point;
 
   // total: how many episodes are to be filmed; done: how many are at this time, also parts of one.
-  FilmProgress(size_t total, double done, Time now)
-      : total_(static_cast<double>(total)), first_(done), began_(now) {}
+  FilmProgress(size_t total, double done, Time now, std::string verb = "filming")
+      : total_(static_cast<double>(total)), first_(done), began_(now), verb_(std::move(verb)) {}
 
   // "filming 3 episodes: 45 %, 12 s left".
   std::string Text(double done, Time now) const;
@@ -21,6 +22,7 @@ class FilmProgress {
  private:
   double total_, first_;
   Time began_;
+  std::string verb_;
 };
 
 }  // namespace evalbus::launch

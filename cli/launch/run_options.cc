@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "policy_bridge/policies/demonstration.h"
 #include "policy_bridge/policy_options.h"
 
 namespace evalbus::launch {
@@ -51,6 +52,15 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     }
   } else {
     policy::FindPolicy(options.policy);
+  }
+  constexpr char kDemo[] = "demo:";
+  if (const std::string& name = options.policy.policy; name.starts_with(kDemo)) {
+    const std::string path = name.substr(sizeof kDemo - 1);
+    const size_t demos = policy::DemonstrationFiles(path).size();
+    if (static_cast<size_t>(options.episodes) > demos) {
+      throw InputError(fmt::format("--episodes {}: {} holds {} demonstration{}, one for each episode",
+                                   options.episodes, path, demos, demos == 1 ? "" : "s"));
+    }
   }
   if (num_tasks > 1 && !options.url.empty()) {
     throw InputError("--url: expected one task; each run of a suite has a bus of its own");

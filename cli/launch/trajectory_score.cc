@@ -60,20 +60,15 @@ struct Samples {
 class Kinematics {
  public:
   explicit Kinematics(const TrajectoryMap& map) : map_(map) {
-    sim::SimOptions options;
-    options.task = map.task;
-    if (!map.robot.empty()) options.robot = map.robot;
-    options.control_hz = map.control_hz;
-    composed_ = [&](const fs::path& out) {
-      sim::SimOptions with_out = options;
-      with_out.out = out;
-      with_out.run_id = NameOfRun(out);
-      return sim::PrepareScene(with_out);
-    };
+    options_.task = map.task;
+    if (!map.robot.empty()) options_.robot = map.robot;
+    options_.control_hz = map.control_hz;
   }
 
   void Prepare(const fs::path& out) {
-    prepared_ = std::make_unique<sim::PreparedScene>(composed_(out));
+    options_.out = out;
+    options_.run_id = NameOfRun(out);
+    prepared_ = std::make_unique<sim::PreparedScene>(sim::PrepareScene(options_));
     model_ = prepared_->scene.physics.get();
     model_info_t& info = prepared_->info;
     info.source = "file";
@@ -101,7 +96,7 @@ class Kinematics {
                   const header_t& header);
 
   TrajectoryMap map_;
-  std::function<sim::PreparedScene(const fs::path&)> composed_;
+  sim::SimOptions options_;
   std::unique_ptr<sim::PreparedScene> prepared_;
   const mjModel* model_ = nullptr;
   std::unique_ptr<sim::World> world_;

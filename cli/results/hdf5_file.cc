@@ -124,29 +124,49 @@ void Hdf5File::Write(const std::string& path, const std::vector<std::string>& te
       path);
 }
 
-void Hdf5File::CreateBytes(const std::string& path, const std::vector<int64_t>& shape) {
-  const std::vector<hsize_t> extents = Extents(shape);
+void Hdf5File::WriteDeflated(const std::string& path, const std::vector<int64_t>& row_shape,
+                             const std::vector<std::string_view>& rows) {
+  std::vector<hsize_t> chunk = {1};
+  chunk.insert(chunk.end(), row_shape.begin(), row_shape.end());
+  std::vector<hsize_t> extents = chunk;
+  extents[0] = rows.size();
   const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
-  const Handle links(WithGroups(), H5Pclose);
-  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, H5P_DEFAULT, H5P_DEFAULT),
-                   H5Dclose);
+  const Handle links(WithGroups(), H5Pclose), layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_chunk(layout, static_cast<int>(chunk.size()), chunk.data());
+  H5Pset_deflate(layout, 1);
+  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
   Need(set >= 0, path);
+  std::vector<hsize_t> begin(extents.size(), 0);
+  for (; begin[0] < rows.size(); ++begin[0]) {
+    const std::string_view row = rows[begin[0]];
+    Need(H5Dwrite_chunk(set, H5P_DEFAULT, 0, begin.data(), row.size(), row.data()) >= 0, path);
+  }
 }
 
-void Hdf5File::WriteRow(const std::string& path, int64_t row, std::span<const uint8_t> bytes) {
-  const Handle set(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
-  const Handle space(H5Dget_space(set), H5Sclose);
-  std::vector<hsize_t> extents(static_cast<size_t>(H5Sget_simple_extent_ndims(space)));
-  H5Sget_simple_extent_dims(space, extents.data(), nullptr);
-  std::vector<hsize_t> begin(extents.size(), 0), count = extents;
-  begin[0] = static_cast<hsize_t>(row);
+void Hdf5File::WriteShifted(const std::string& path, const std::vector<int64_t>& shape,
+                            const std::string& rows, const std::string& last) {
+  std::vector<hsize_t> extents = Extents(shape), begin(extents.size(), 0), count = extents;
+  const int dimensions = static_cast<int>(extents.size());
+  const Handle space(H5Screate_simple(dimensions, extents.data(), nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose), layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  // "." is this file.
+  const auto take = [&](hsize_t to, const std::string& source, hsize_t source_rows, hsize_t from) {
+    std::vector<hsize_t> source_extents = extents, source_begin = begin;
+    source_extents[0] = source_rows;
+    source_begin[0] = from;
+    begin[0] = to;
+    const Handle taken(H5Screate_simple(dimensions, source_extents.data(), nullptr), H5Sclose);
+    H5Sselect_hyperslab(taken, H5S_SELECT_SET, source_begin.data(), nullptr, count.data(), nullptr);
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr);
+    Need(H5Pset_virtual(layout, space, ".", source.c_str(), taken) >= 0, path);
+    begin[0] = 0;
+  };
+  count[0] = extents[0] - 1;
+  if (count[0] > 0) take(0, "/" + rows, extents[0], 1);
   count[0] = 1;
-  const Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
-  const bool selected =
-      H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr) >= 0;
-  Need(selected && H5Sget_simple_extent_npoints(memory) == static_cast<hssize_t>(bytes.size()) &&
-           H5Dwrite(set, H5T_NATIVE_UINT8, memory, space, H5P_DEFAULT, bytes.data()) >= 0,
-       path);
+  take(extents[0] - 1, "/" + last, 1, 0);
+  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Need(set >= 0, path);
 }
 
 void Hdf5File::SetAttribute(const std::string& path, const std::string& name, const std::string& text) {

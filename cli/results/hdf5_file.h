@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace evalbus::results {
@@ -30,9 +30,13 @@ class Hdf5File {
   // Paths like "data/demo_0/obs/joint_position"; groups on the way are made.
   void Write(const std::string& path, const std::vector<double>& numbers, const std::vector<int64_t>& shape);
   void Write(const std::string& path, const std::vector<std::string>& texts);
-  // A dataset of bytes of which rows are written one by one; the first extent counts them.
-  void CreateBytes(const std::string& path, const std::vector<int64_t>& shape);
-  void WriteRow(const std::string& path, int64_t row, std::span<const uint8_t> bytes);
+  // A dataset of bytes whose rows, each of row_shape, are deflated (zlib) already.
+  void WriteDeflated(const std::string& path, const std::vector<int64_t>& row_shape,
+                     const std::vector<std::string_view>& rows);
+  // A view of this shape on other datasets of bytes: all rows of `rows` but its first, then the row of
+  // `last`. HDF5 calls it a virtual dataset.
+  void WriteShifted(const std::string& path, const std::vector<int64_t>& shape, const std::string& rows,
+                    const std::string& last);
   void SetAttribute(const std::string& path, const std::string& name, const std::string& text);
   void SetAttribute(const std::string& path, const std::string& name, int64_t number);
   void SetAttribute(const std::string& path, const std::string& name, const std::vector<double>& numbers);

@@ -3,22 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
 #include "base/json_file.h"
-#include "base/run_layout.h"
 #include "base/safetensors.h"
 #include "base/write_whole.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "bus/message.h"
-#include "cli/results/episode_logs.h"
 #include "cli/results/hdf5_file.h"
 #include "lcmtypes/clock.h"
-#include "models/physics_model.h"
-#include "viz/pictures/renderer.h"
+#include "models/task_description.h"
 
 namespace evalbus::results {
 namespace {
@@ -62,7 +59,7 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   }
   for (const gripper_state_t& gripper : state.gripper) openings.push_back(gripper.opening);
   result.emplace_back("joint_position", std::move(positions));
-  result.emplace_back("joint_velocity", std::move(velocities));
+  if (model.has_velocity) result.emplace_back("joint_velocity", std::move(velocities));
   result.emplace_back("gripper_opening", std::move(openings));
   for (size_t k = 0; k < state.arm.size(); ++k) {
     std::vector<double> pose;
@@ -82,11 +79,38 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   return result;
 }
 
-// The model of the run folder that the log is in, wherever the log says that it was.
-model_info_t WithModelOfFolder(model_info_t model, const fs::path& log) {
-  const fs::path own = RunFolderOf(log) / kModelFolder / kVisualModel;
-  if (fs::exists(own)) model.visual_file = own.string();
-  return model;
+// "lift_pot/position with bimanual_panda"
+std::string NameOf(const model_info_t& model) {
+  return model.task + "/" + model.variation + " with " + model.robot;
+}
+
+// RoboEval's class of the task; empty where it has none.
+std::string RoboEvalName(const model_info_t& model) {
+  const TaskDescription task = ParseTask(model.task_yaml, model.task_file, false);
+  return task.variation(model.variation).alias;
+}
+
+// Where the coordinates and the velocities of the robot's joints are, fingers too, in the order of MODEL.
+struct RobotIndices {
+  std::vector<size_t> qpos, qvel;
+};
+RobotIndices IndicesOfRobot(const model_info_t& model) {
+  RobotIndices indices;
+  size_t dof = 0;
+  for (size_t j = 0; j < model.joint_name.size(); ++j) {
+    const auto first = static_cast<size_t>(model.joint_qpos_index[j]);
+    const bool is_robots = std::ranges::any_of(
+        model.arm, [&](const arm_info_t& arm) { return model.joint_name[j].starts_with(arm.name + "/"); });
+    if (is_robots) {
+      indices.qpos.push_back(first);
+      indices.qvel.push_back(dof);
+    }
+    const auto last =
+        j + 1 < model.joint_name.size() ? static_cast<size_t>(model.joint_qpos_index[j + 1]) : first + 1;
+    // A free joint has 7 coordinates and 6 velocities, a ball 4 and 3.
+    dof += last - first == 1 ? 1 : last - first - 1;
+  }
+  return indices;
 }
 
 void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* file) {
@@ -114,13 +138,16 @@ void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* f
   file->SetAttribute(path, "action_min", limits.lower);
   file->SetAttribute(path, "action_max", limits.upper);
 
-  std::vector<double> states;
-  for (int64_t i = 0; i < steps; ++i) {
-    const state_t& state = episode.states[static_cast<size_t>(i)];
-    states.insert(states.end(), state.qpos_mixed.begin(), state.qpos_mixed.end());
-    states.insert(states.end(), state.qvel_mixed.begin(), state.qvel_mixed.end());
+  // A robot, or a simulator of others, has no coordinates of MuJoCo's.
+  if (episode.model.has_physics) {
+    std::vector<double> states;
+    for (int64_t i = 0; i < steps; ++i) {
+      const state_t& state = episode.states[static_cast<size_t>(i)];
+      states.insert(states.end(), state.qpos_mixed.begin(), state.qpos_mixed.end());
+      states.insert(states.end(), state.qvel_mixed.begin(), state.qvel_mixed.end());
+    }
+    file->Write(path + "/states", states, {steps, static_cast<int64_t>(states.size()) / steps});
   }
-  file->Write(path + "/states", states, {steps, static_cast<int64_t>(states.size()) / steps});
   for (const auto& [group, first] : {std::pair("/obs/", size_t{0}), std::pair("/next_obs/", size_t{1})}) {
     std::vector<std::pair<std::string, std::vector<double>>> all;
     for (size_t i = 0; i < episode.actions.size(); ++i) {
@@ -203,46 +230,42 @@ EpisodeSteps ReadSteps(const fs::path& log) {
 
 void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, const PictureOptions& pictures,
                     const std::function<void(double)>& progress) {
+  // What is wrong is found before anything is drawn or written.
+  std::string task;
+  for (const fs::path& log : logs) {
+    const std::string name = NameOf(ReadSteps(log).model);
+    if (task.empty()) task = name;
+    if (name != task) throw InputError(log.string() + ": is of " + name + ", others of " + task);
+  }
+  std::optional<DrawnPictures> drawn;
+  if (!pictures.cameras.empty()) {
+    drawn.emplace(logs, pictures, file.string() + ".pictures");
+    drawn->Draw(progress);
+  }
   Hdf5File out(file);
   std::vector<std::string> all, successes;
   int64_t total = 0;
-  std::string task;
-  std::unique_ptr<viz::Renderer> renderer;
   for (size_t i = 0; i < logs.size(); ++i) {
     const EpisodeSteps episode = ReadSteps(logs[i]);
     const model_info_t& model = episode.model;
     const std::string demo = "demo_" + std::to_string(i), path = "data/" + demo;
-    const std::string name = model.task + "/" + model.variation + " with " + model.robot;
-    if (i > 0 && name != task) throw InputError(logs[i].string() + ": is of " + name + ", others of " + task);
     WriteDemo(episode, path, &out);
-    if (!pictures.cameras.empty()) {
-      if (!renderer) {
-        renderer = std::make_unique<viz::Renderer>(LoadVisualModel(WithModelOfFolder(model, logs[i])),
-                                                   viz::FrameSize{64, 64});
-      }
-      renderer->SetAppearance(model, episode.begin.seed);
-      std::vector<uint8_t> rgb;
-      const auto steps = static_cast<int64_t>(episode.actions.size());
-      for (const std::string& camera : pictures.cameras) {
-        for (const char* group : {"/obs/", "/next_obs/"}) {
-          out.CreateBytes(path + group + camera + "_image", {steps, pictures.height, pictures.width, 3});
-        }
-      }
-      for (int64_t step = 0; step <= steps; ++step) {
-        renderer->SetState(episode.states[static_cast<size_t>(step)]);
-        for (const std::string& camera : pictures.cameras) {
-          renderer->RenderRgb({.camera = viz::FindCamera(renderer->model(), camera),
-                               .size = {pictures.width, pictures.height}},
-                              &rgb);
-          if (step < steps) out.WriteRow(path + "/obs/" + camera + "_image", step, rgb);
-          if (step > 0) out.WriteRow(path + "/next_obs/" + camera + "_image", step - 1, rgb);
-        }
-        progress((static_cast<double>(i) + static_cast<double>(step) / static_cast<double>(steps)) /
-                 static_cast<double>(logs.size()));
+    if (drawn) {
+      const std::vector<std::string> deflated = drawn->Of(i);
+      for (size_t k = 0; k < pictures.cameras.size(); ++k) {
+        std::vector<std::string_view> rows;
+        for (size_t at = k; at < deflated.size(); at += pictures.cameras.size()) rows.push_back(deflated[at]);
+        // A "/" would make a group.
+        std::string name = pictures.cameras[k] + "_image";
+        std::ranges::replace(name, '/', '_');
+        const std::string now = path + "/obs/" + name, last = path + "/last_obs/" + name;
+        out.WriteDeflated(now, {pictures.height, pictures.width, 3}, {rows.begin(), rows.end() - 1});
+        out.WriteDeflated(last, {pictures.height, pictures.width, 3}, {rows.back()});
+        const auto steps = static_cast<int64_t>(rows.size() - 1);
+        out.WriteShifted(path + "/next_obs/" + name, {steps, pictures.height, pictures.width, 3}, now, last);
       }
     }
     if (i == 0) {
-      task = name;
       const nlohmann::ordered_json arguments = {{"env_name", model.task},
                                                 {"env_type", 2},
                                                 {"env_kwargs",
@@ -255,12 +278,13 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
     total += static_cast<int64_t>(episode.actions.size());
     all.push_back(demo);
     if (episode.success()) successes.push_back(demo);
-    progress(static_cast<double>(i + 1) / static_cast<double>(logs.size()));
+    if (!drawn) progress(static_cast<double>(i + 1) / static_cast<double>(logs.size()));
   }
   out.SetAttribute("data", "total", total);
   out.Write("mask/all", all);
   out.Write("mask/success", successes);
   out.Finish();
+  if (drawn) drawn->RemoveAll();
 }
 
 std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
@@ -275,35 +299,49 @@ std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const 
                       model.arm[1].num_joints == 7;
     if (!fits) throw InputError(logs[i].string() + ": RoboEval's layout is of two arms with 7 joints each");
     const auto steps = static_cast<int64_t>(episode.actions.size());
+    const RobotIndices indices = IndicesOfRobot(model);
     std::vector<double> actions, proprioception, grippers, rewards(episode.actions.size());
     std::vector<uint8_t> terminated(episode.actions.size()), truncated(episode.actions.size());
     for (size_t k = 0; k < episode.actions.size(); ++k) {
       const std::vector<double> numbers = Numbers(episode.actions[k]);
       actions.insert(actions.end(), numbers.begin(), numbers.end());
-      for (const arm_state_t& arm : episode.states[k].arm)
-        Append(arm.joint_position_rad.data(), 7, &proprioception);
-      for (const gripper_state_t& gripper : episode.states[k].gripper) grippers.push_back(gripper.opening);
+      const state_t& state = episode.states[k];
+      for (const size_t index : indices.qpos) proprioception.push_back(state.qpos_mixed.at(index));
+      for (const size_t index : indices.qvel) proprioception.push_back(state.qvel_mixed.at(index));
+      for (const gripper_state_t& gripper : state.gripper) {
+        grippers.push_back(std::round(10 * gripper.opening) / 10);
+      }
     }
     rewards.back() = episode.success() ? 1 : 0;
     (episode.success() ? terminated : truncated).back() = 1;
     Safetensors content;
-    content.tensors = {{"info_demo_action", DoubleTensor(actions, {steps, 16})},
-                       {"obs_joint_position", DoubleTensor(proprioception, {steps, 14})},
-                       {"obs_proprioception_grippers", DoubleTensor(grippers, {steps, 2})},
-                       {"reward", DoubleTensor(rewards, {steps})},
-                       {"termination", ByteTensor(terminated, {steps}, "BOOL")},
-                       {"truncation", ByteTensor(truncated, {steps}, "BOOL")}};
-    const nlohmann::ordered_json environment = {{"env_name", model.task},
-                                                {"action_mode_name", "JointPositionActionMode"},
-                                                {"action_mode_absolute", true},
-                                                {"end_effector_mode", false},
-                                                {"floating_base", false},
-                                                {"floating_dofs", nlohmann::ordered_json::array()},
-                                                {"observation_config", nlohmann::ordered_json::object()},
-                                                {"robot_name", model.robot}};
+    content.tensors = {{"info_demo_action", DoubleTensor(actions, {steps, 16})}};
+    if (model.has_physics) {
+      const auto width = static_cast<int64_t>(2 * indices.qpos.size());
+      content.tensors.emplace_back("obs_proprioception", DoubleTensor(proprioception, {steps, width}));
+    }
+    content.tensors.emplace_back("obs_proprioception_grippers", DoubleTensor(grippers, {steps, 2}));
+    content.tensors.emplace_back("reward", DoubleTensor(rewards, {steps}));
+    content.tensors.emplace_back("termination", ByteTensor(terminated, {steps}, "BOOL"));
+    content.tensors.emplace_back("truncation", ByteTensor(truncated, {steps}, "BOOL"));
+    const std::string name = RoboEvalName(model);
+    const nlohmann::ordered_json environment = {
+        {"env_name", name.empty() ? model.task : name},
+        {"action_mode_name", "JointPositionActionMode"},
+        {"floating_base", false},
+        {"observation_config",
+         {{"cameras", nlohmann::ordered_json::array()},
+          {"proprioception", true},
+          {"privileged_information", false}}},
+        {"end_effector_mode", false},
+        {"action_mode_absolute", true},
+        {"floating_dofs", nlohmann::ordered_json::array()},
+        {"reset_positions", nlohmann::ordered_json::array()},
+        {"robot_name", model.robot == "bimanual_panda" ? "BimanualPanda" : model.robot}};
     content.metadata = {{"seed", std::to_string(episode.begin.seed)},
                         {"observation_mode", "\"state\""},
                         {"environment_data", ToText(environment)},
+                        {"package_versions", "{}"},
                         {"control_frequency", fmt::format("{:g}", 1 / ControlPeriod(model))},
                         {"success", episode.success() ? "true" : "false"}};
     const fs::path file = folder / fmt::format("{:04}.safetensors", episode.begin.header.episode);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/results/drawn_pictures.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
@@ -31,11 +32,6 @@ struct EpisodeSteps {
 
 // Throws InputError, one line that names the log: damaged, no or several episodes, no actions, ticks missing.
 EpisodeSteps ReadSteps(const std::filesystem::path& log);
-
-struct PictureOptions {
-  std::vector<std::string> cameras;
-  int width = 256, height = 256;
-};
 
 // `progress`: share of all steps, from 0 to 1. Both throw InputError and EnvironmentError and leave nothing
 // half-written. Episodes in this order are demo_0, demo_1, ...

@@ -50,8 +50,20 @@ Demonstration ReadDemonstration(const fs::path& file) {
   for (size_t i = 2; i < folders.size(); ++i) {
     if (folders[i].find("ActionMode") == std::string::npos) continue;
     demo.task = folders[i - 1];
-    if (folders[i].find("delta") != std::string::npos || folders[i].ends_with("_ee")) {
+    if (folders[i].find("_delta") != std::string::npos || folders[i].ends_with("_end_effector")) {
       fail("is of action mode " + folders[i] + "; only absolute joint positions are read");
+    }
+  }
+  demo.metadata = content.metadata;
+  if (const auto about = content.metadata.find("environment_data"); about != content.metadata.end()) {
+    const auto json = nlohmann::json::parse(about->second, nullptr, false);
+    const auto is = [&](const char* key, bool value) {
+      return json.is_object() && json.contains(key) && json[key] == value;
+    };
+    if (is("action_mode_absolute", false) || is("end_effector_mode", true)) {
+      fail("metadata: its actions are " +
+           std::string(is("end_effector_mode", true) ? "poses of the hands" : "changes of joint positions") +
+           "; only absolute joint positions are read");
     }
   }
   for (const std::string& folder : folders) {
@@ -63,9 +75,6 @@ Demonstration ReadDemonstration(const fs::path& file) {
       fail(fmt::format("metadata: {}: expected steps per second, got {}", kRate,
                        Printable(Cut(rate->second, 40))));
     demo.hz = *hz;
-  }
-  if (const auto seed = content.metadata.find("seed"); seed != content.metadata.end()) {
-    demo.seed = Printable(Cut(seed->second, 20));
   }
   std::vector<double> numbers;
   try {
@@ -134,19 +143,9 @@ std::string AsSafetensors(const Demonstration& demonstration) {
                      {"reward", DoubleTensor({}, {0})},
                      {"termination", ByteTensor(last, {count}, "BOOL")},
                      {"truncation", ByteTensor(std::vector<uint8_t>(last.size()), {count}, "BOOL")}};
-  content.metadata = {{"observation_mode", "\"lightweight\""},
-                      {kRate, fmt::format("{:g}", demonstration.hz)}};
-  if (!demonstration.seed.empty()) content.metadata["seed"] = demonstration.seed;
-  const nlohmann::json environment = {{"env_name", demonstration.task},
-                                      {"action_mode_name", "JointPositionActionMode"},
-                                      {"action_mode_absolute", true},
-                                      {"end_effector_mode", false},
-                                      {"floating_base", false},
-                                      {"floating_dofs", nlohmann::json::array()},
-                                      {"observation_config", nlohmann::json::object()},
-                                      {"robot_name", "BimanualPanda"}};
-  content.metadata["environment_data"] =
-      environment.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  content.metadata = demonstration.metadata;
+  content.metadata["observation_mode"] = "\"lightweight\"";
+  content.metadata[kRate] = fmt::format("{:g}", demonstration.hz);
   return EncodeSafetensors(content);
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,8 @@ struct Demonstration {
   // The task's folder in RoboEval's archive, ROBOT/TASK/ACTIONS/...: what the file itself says is sometimes
   // that of another one. Empty where the file lies elsewhere.
   std::string task;
-  // Of RoboEval's scene; as the file has it, empty where it says none.
-  std::string seed;
+  // As the file has it: the seed of RoboEval's scene, ...
+  std::map<std::string, std::string> metadata;
   // Steps per second: the folder NNhz that a converted one lies in, or what we wrote into it; else 500.
   double hz = kDemoHz;
   std::vector<std::array<double, kDemoWidth>> steps;

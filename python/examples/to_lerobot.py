@@ -1,12 +1,15 @@
-"""A run of evalbus as a LeRobot dataset, with LeRobot's own writer (pip install lerobot), which decides v2.1 or v3.0.
+"""A run of evalbus as a LeRobot dataset, by LeRobot's own writer (pip install lerobot h5py).
 
-Names and order are those of the public RoboEval conversion: `observation.state` and `action` of 16, left_joint1..7,
-right_joint1..7, left_gripper, right_gripper; `observation.images.CAMERA`; task = the instruction.
+    evalbus run lift_pot/position --control-hz 20 --policy expert --episodes 20 --out RUN
+    evalbus export RUN --hdf5 set.hdf5 --successes --camera roboeval/head,roboeval/left_wrist,roboeval/right_wrist
+    python3 python/examples/to_lerobot.py set.hdf5 --repo-id me/lift_pot --out DATASET
 
-  evalbus export RUN --hdf5 set.hdf5 --successes --camera head,left_wrist,right_wrist
-  python3 to_lerobot.py set.hdf5 --repo-id me/lift_pot --out DATASET
+LeRobot 0.4 writes its format v3.0, 0.3 its v2.1. Names and order are those of the public conversion of RoboEval:
+`observation.state` and `action`, 16 numbers each: left_joint1..7, right_joint1..7 (rad), left_gripper, right_gripper
+(state: 1 open; action: 1 closed); `observation.images.head`, ...; task: "INSTRUCTION; VARIATION".
 """
 import argparse
+import inspect
 import json
 
 import h5py
@@ -30,28 +33,37 @@ def main():
         first = file["data"][demos[0]]
         if first["actions_raw"].shape[1] != 16:
             raise SystemExit("expected two arms with seven joints and a gripper each")
-        images = [key for key in first["obs"] if key.endswith("_image")]
+        images = {
+            key: "observation.images." + key.removeprefix("roboeval_").removesuffix("_image")
+            for key in first["obs"]
+            if key.endswith("_image")
+        }
         vector = {"dtype": "float32", "shape": (16,), "names": NAMES}
         features = {"observation.state": vector, "action": vector}
-        for key in images:
-            features["observation.images." + key[: -len("_image")]] = {
-                "dtype": "video", "shape": first["obs"][key].shape[1:], "names": ["height", "width", "channels"]}
-        dataset = LeRobotDataset.create(options.repo_id, fps=round(kwargs["control_hz"]), features=features,
-                                        root=options.out, robot_type=kwargs["robot"], use_videos=True)
+        for key, name in images.items():
+            shape = first["obs"][key].shape[1:]
+            features[name] = {"dtype": "video", "shape": shape, "names": ["height", "width", "channels"]}
+        dataset = LeRobotDataset.create(
+            options.repo_id,
+            fps=round(kwargs["control_hz"]),
+            features=features,
+            root=options.out,
+            robot_type=kwargs["robot"],
+            use_videos=True,
+        )
+        task = f"{kwargs['instruction'] or about['env_name']}; {kwargs['variation']}"
+        # Before 0.4 the task is an argument, since then a part of the frame.
+        is_argument = "task" in inspect.signature(dataset.add_frame).parameters
         for name in demos:
             demo = file["data"][name]
             state = np.hstack([demo["obs/joint_position"][:], demo["obs/gripper_opening"][:]]).astype("f4")
             action = demo["actions_raw"][:].astype("f4")
             for step in range(len(action)):
                 frame = {"observation.state": state[step], "action": action[step]}
-                for key in images:
-                    frame["observation.images." + key[: -len("_image")]] = demo["obs"][key][step]
-                task = kwargs["instruction"] or about["env_name"]
-                try:
-                    dataset.add_frame({**frame, "task": task})
-                except (TypeError, ValueError):
-                    dataset.add_frame(frame, task=task)  # lerobot before 0.4
+                frame |= {name: demo["obs"][key][step] for key, name in images.items()}
+                dataset.add_frame(frame, task=task) if is_argument else dataset.add_frame({**frame, "task": task})
             dataset.save_episode()
+        # Only those that put many episodes into a file have it.
         if hasattr(dataset, "finalize"):
             dataset.finalize()
 

@@ -1,6 +1,8 @@
 """Files in and out with real programs: training sets read by h5py, trajectories written with NumPy, bad input."""
 import json
 import pathlib
+import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -50,6 +52,35 @@ with tempfile.TemporaryDirectory() as name:
         joints, opening, pot = (numpy.vstack(x) for x in zip((joints, opening, pot), last))
     assert "exists" in evalbus("export", run, "--hdf5", here / "set.hdf5", code=1)
 
+    # Pictures: who is stopped goes on, and has the same in the end.
+    several, pictures = here / "several", ["--camera", "head,left/hand/wrist", "--size", "96x64"]
+    evalbus("run", "lift_pot/position", "--policy", "expert", "--episodes", "4", "--control-hz", "20", "--in-process",
+            "--video", "none", "--out", several)  # fmt: skip
+    evalbus("export", several, "--hdf5", here / "whole.hdf5", *pictures)
+    kept = here / "stopped.hdf5.pictures"
+    command = [BIN, "export", several, "--hdf5", here / "stopped.hdf5", *pictures]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as stopped:
+        while stopped.poll() is None and not (kept.exists() and any(len(f.name) == 32 for f in kept.iterdir())):
+            pass
+        stopped.send_signal(signal.SIGINT)
+        said = stopped.communicate(timeout=60)[1]
+    assert stopped.returncode == 2 and "and the same command goes on with them" in said, (stopped.returncode, said)
+    assert not (here / "stopped.hdf5").exists()
+    begun = {f: f.stat().st_mtime_ns for f in kept.iterdir()}
+    assert 1 <= len(begun) < 4 and all(len(f.name) == 32 for f in begun), begun
+    evalbus(*command[1:])
+    assert not kept.exists()
+
+    def equal(a, b):
+        with h5py.File(a) as f, h5py.File(b) as g:
+            names = []
+            f.visit(names.append)
+            for name in names:
+                assert not isinstance(f[name], h5py.Dataset) or (f[name][()] == g[name][()]).all(), name
+            return len(names)
+
+    assert equal(here / "stopped.hdf5", here / "whole.hdf5") > 100
+
     # RoboEval's layout, and its converter's rule.
     evalbus("export", run, "--safetensors", here / "demos")
     demo = here / "demos" / "0000.safetensors"
@@ -64,6 +95,13 @@ with tempfile.TemporaryDirectory() as name:
     padded = numpy.vstack([raw, numpy.repeat(raw[-1:], -len(raw) % 5, axis=0)]).reshape(-1, 5, 16)
     assert numpy.allclose(ten[:, 1:15], padded[:, :, :14].mean(1), atol=1e-12) and (ten[:, 15:] == padded[:, -1, 14:]).all()
     assert json.loads(evalbus("demo", "info", demo, "--json"))["(no task's folder)"]["steps"] == steps
+    evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--episodes", "1", "--after-success-s", "0.5",
+            "--in-process", "--video", "none", "--out", here / "played")  # fmt: skip
+    said = evalbus("run", "lift_pot/base", "--policy", f"demo:{demo}", "--out", here / "never", code=1)
+    assert said == f"error: --episodes 3: {demo} holds 1 demonstration, one for each episode\n", said
+    played, recorded = lines(here / "played")[0], lines(run)[0]
+    assert played["metrics"]["completion_time"] == recorded["metrics"]["completion_time"], played
+    assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]
     assert "whole part" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
 
     # The run's own trajectory, from a table: what can be known agrees.
@@ -106,42 +144,149 @@ with tempfile.TemporaryDirectory() as name:
     assert blind["failure_reason"] == "not_judged" and "success" not in blind["metrics"], blind
     assert json.loads((here / "blind" / "summary.json").read_text())["success_rate"] is None
 
-    # Whatever is wrong: one line that says where, and nothing half-written.
-    degrees, nan, short = data.copy(), data.copy(), data[:, :-1]
-    degrees[:, :14] = numpy.degrees(degrees[:, :14])
-    nan[7, 2] = numpy.nan
+    # A folder of files: an episode each, in the order of their names; a failure among them.
+    (here / "many").mkdir()
+    for k in range(3):
+        write(here / "many" / f"{k}.csv", data if k != 1 else data[:40])
+    evalbus("score", here / "map.yaml", here / "many", "--out", here / "folder")
+    episodes = lines(here / "folder")
+    assert [e["episode"] for e in episodes] == [0, 1, 2] and [e["end_reason"] for e in episodes] == [
+        "success", "end_of_data", "success"], episodes
+    assert episodes[0]["metrics"] == episodes[2]["metrics"] == scored["metrics"]
+    evalbus("report", here / "folder", "--out", here / "folder.html")
+    assert "end_of_data" in (here / "folder.html").read_text() or "end of data" in (here / "folder.html").read_text()
+    evalbus("export", here / "folder", "--csv", here / "folder.csv")
+    assert (here / "folder.csv").read_text().count("\n") == 4
+
+    # Whatever is wrong: one line that says where, exit code 1, and nothing half-written.
+    def bad_text(name, text):
+        (here / name).write_text(text)
+        return here / name
+
+    def bad_map(name, what, by):
+        text = map_text + poses
+        assert what in text, what
+        return bad_text(name, text.replace(what, by))
+
+    def changed(name, change, names=columns):
+        table = data.copy()
+        result = change(table)
+        return write(here / name, table if result is None else result, names)
+
+    def set_to(row, column, value):
+        def change(table):
+            table[row, column] = value
+
+        return change
+
+    def tensors(name, actions, metadata=None, key="info_demo_action", cut=None):
+        """A safetensors file as its specification has it."""
+        header = {key: {"dtype": "F64", "shape": actions.shape, "data_offsets": [0, actions.nbytes]}}
+        if metadata:
+            header["__metadata__"] = metadata
+        text = json.dumps(header).encode()
+        (here / name).write_bytes((struct.pack("<Q", len(text)) + text + actions.tobytes())[:cut])
+        return here / name
+
     time = numpy.arange(len(data)) / 50.0
     time[9] = 0.01
-    (here / "time.yaml").write_text((map_text + poses).replace("rate_hz: 50", "time: {column: t, unit: s}"))
+    timed = (map_text + poses).replace("rate_hz: 50", "time: {column: t, unit: s}")
+    bad_text("time.yaml", timed)
     numpy.savez_compressed(here / "packed.npz", q0=data[:, 0])
     numpy.savez(here / "objects.npz", **{c: numpy.array([{}], object) for c in columns})
+    numpy.savez(here / "uneven.npz", **{c: data[: len(data) - (c == "q5"), k] for k, c in enumerate(columns)})
     (here / "cut.npz").write_bytes((here / "a.npz").read_bytes()[:5000])
     (here / "cut.h5").write_bytes((here / "a.h5").read_bytes()[:3000])
-    cut = (here / "a.csv").read_text()
-    (here / "cut.csv").write_text(cut[: cut.rfind(",")])
-    (here / "unit.yaml").write_text((map_text + poses).replace("unit: rad", "unit: turns"))
-    (here / "name.yaml").write_text((map_text + poses).replace("left/joint1:", "left/joint9:"))
-    (here / "kind.yaml").write_text((map_text + poses).replace("grippers:", "gripper:"))
-    bad = [
-        ("map", write(here / "deg.csv", degrees), "degrees"),
-        ("map", write(here / "nan.csv", nan), "nan.csv:9: column 'q2' is nan"),
-        ("map", write(here / "less.csv", short, columns[:-1]), "no column 'qz'"),
-        ("time", write(here / "t.csv", numpy.hstack([data, time[:, None]]), columns + ["t"]), "must go up"),
-        ("map", here / "packed.npz", "is compressed"),
-        ("map", here / "objects.npz", "objects.npz"),
-        ("map", here / "cut.npz", "cut off"),
-        ("map", here / "cut.h5", "cut.h5"),
-        ("map", here / "cut.csv", "expected 23 values"),
-        ("map", here / "none.csv", "cannot read"),
-        ("unit", table, "expected deg or rad, got 'turns'"),
-        ("name", table, "joint"),
-        ("kind", table, "did you mean"),
+    csv = (here / "a.csv").read_text()
+    with h5py.File(here / "wide.h5", "w") as f:
+        f["q"] = data[:, :13]
+        for k, c in enumerate(columns[14:]):
+            f[c] = data[:, 14 + k]
+    wide = map_text + poses
+    for k in range(14):
+        wide = wide.replace(f": q{k},", f': "q[{k}]",').replace(f": q{k}}}", f': "q[{k}]"}}')
+    bad_text("wide.yaml", wide)
+    (here / "mixed").mkdir()
+    (here / "mixed/0.csv").write_text(csv)
+    (here / "mixed/1.csv").write_text(csv.replace("\n", "\n1,", 1))
+    (here / "nothing").mkdir()
+    good, out = here / "map.yaml", here / "never"
+    score = [
+        (good, changed("deg.csv", lambda t: numpy.hstack([numpy.degrees(t[:, :14]), t[:, 14:]])), "are these degrees"),
+        (bad_map("as_deg.yaml", "unit: rad", "unit: inch"), table, "as_deg.yaml:4: key 'unit': expected deg or rad, got 'inch'"),
+        (good, changed("nan.csv", set_to(7, 2, numpy.nan)), "nan.csv:9: column 'q2' is nan"),
+        (good, changed("inf.csv", set_to(7, 16, numpy.inf)), "inf.csv:9: column 'x' is inf"),
+        (good, changed("grip.csv", set_to(3, 14, 80)), "grip.csv:5: column 'gl': 80 is not between closed (0) and open"),
+        (good, changed("quat.csv", set_to(3, 19, 3)), "quat.csv:5: the quaternion of 'pot' has norm"),
+        (good, changed("less.csv", lambda t: t[:, :-1], columns[:-1]), "no column 'qz'"),
+        (here / "time.yaml", changed("t.csv", lambda t: numpy.hstack([t, time[:, None]]), columns + ["t"]),
+         "t.csv:11: column 't': the time goes from 0.16 to 0.01; it must go up"),
+        (good, here / "packed.npz", "is compressed"),
+        (good, here / "objects.npz", "objects.npz"),
+        (good, here / "uneven.npz", "uneven.npz: 'q"),
+        (good, here / "cut.npz", "cut.npz: "),
+        (good, here / "cut.h5", "cut.h5: no HDF5 file, or it is cut off"),
+        (here / "wide.yaml", here / "wide.h5", "a column is 'q[0]' to 'q[12]'"),
+        (good, bad_text("cut.csv", csv[: csv.rfind(",")]), "expected 23 values, one for each column, got 22"),
+        (good, bad_text("text.csv", csv.replace("\n", "\nfast", 1)), "text.csv:2: column 'q0': expected a number, got 'fast"),
+        (good, bad_text("names.csv", csv.split("\n")[0] + "\n"), "no line of numbers"),
+        (good, bad_text("data.parquet", "PAR1"), "expected a file that ends in .csv"),
+        (good, here / "none.csv", "none.csv: cannot read"),
+        (good, here / "nothing", "nothing: no *.csv"),
+        (good, here / "mixed", "1.csv:2: expected 23 values"),
+        (bad_map("joint.yaml", "left/joint1:", "left/joint9:"), table, "joints: 'left/joint1' is missing"),
+        (bad_map("fewer.yaml", ", right/joint7: q13", ""), table, "joints: 'right/joint7' is missing; all joints"),
+        (bad_map("key.yaml", "grippers:", "gripper:"), table, "did you mean"),
+        (bad_map("object.yaml", "  pot:", "  pan:"), table, "no object is called 'pan'"),
+        (bad_map("task.yaml", "lift_pot/base", "lift_pan/base"), table, "lift_pan"),
+        (here / "none.yaml", table, "none.yaml"),
     ]
-    for which, file, words in bad:
-        said = evalbus("score", here / f"{which}.yaml", file, "--out", here / "never", code=1)
-        assert words in said and said.count("\n") == 1, (which, file, said)
-        assert not (here / "never").exists(), (which, file)
+    ok = numpy.hstack([numpy.tile([0, 0, 0, -1.5, 0, 1.5, -0.8], (60, 2)), numpy.zeros((60, 2))])
+    nan, far = ok.copy(), ok.copy()
+    nan[5, 3], far[6, 1] = numpy.nan, 45
     huge = here / "huge.safetensors"
     huge.write_bytes(struct.pack("<Q", 10**10) + b"{}")
-    assert "10000000000 bytes" in evalbus("demo", "info", huge, code=1)
+    relative = json.dumps({"action_mode_absolute": False})
+    demos = [
+        (huge, "huge.safetensors: no safetensors file: its header would be 10000000000 bytes long"),
+        (tensors("short.safetensors", ok, cut=2000), "short.safetensors: "),
+        (tensors("nan.safetensors", nan), "nan.safetensors: info_demo_action: step 5, column 3 is no number"),
+        (tensors("deg.safetensors", far), "step 6, column 1 is 45: no joint turns so many radians; are these degrees?"),
+        (tensors("one_arm.safetensors", ok[:, :8].copy()), "expected [steps, 16], 7 + 7 joints and 2 grippers, got [60, 8]"),
+        (tensors("other.safetensors", ok, key="action"), 'other.safetensors: no tensor "info_demo_action"'),
+        (tensors("delta.safetensors", ok, {"environment_data": relative}), "changes of joint positions"),
+        (here / "nothing", "nothing: no *.safetensors file in it"),
+        (here / "none.safetensors", "none.safetensors: no such file or folder"),
+    ]
+    damaged = here / "damaged"
+    shutil.copytree(run, damaged)
+    log = damaged / "episodes/0000/events.lcmlog"
+    blob = bytearray(log.read_bytes())
+    blob[len(blob) // 2 : len(blob) // 2 + 2000] = bytes(2000)
+    log.write_bytes(blob)
+    exports = [
+        (run, ["--hdf5", here / "set.hdf5"], "set.hdf5: exists; choose another name"),
+        (run, ["--hdf5", out, "--camera", "hed"], "no camera 'hed'"),
+        (run, ["--hdf5", out, "--camera", "head", "--size", "0x24"], "0x24"),
+        (run, ["--safetensors", out, "--camera", "head"], "--camera: only with --hdf5"),
+        (run, ["--hdf5", here / "no/such/set.hdf5"], "no/such"),
+        (damaged, ["--hdf5", out], "events.lcmlog: "),
+        (damaged, ["--safetensors", out], "events.lcmlog: "),
+        (here / "scored", ["--hdf5", out], "no action of tick 0: what was not commanded cannot be learnt"),
+        (here / "blind", ["--hdf5", out, "--successes"], "no episode to learn from"),
+        (here / "nothing", ["--hdf5", out], "nothing"),
+    ]
+    commands = [(["score", which, file, "--out", out], words) for which, file, words in score]
+    for file, words in demos:
+        commands += [(["demo", "info", file], words), (["demo", "convert", file, "--out", out], words)]
+        commands += [(["run", "lift_pot", "--policy", f"demo:{file}", "--episodes", "1", "--in-process",
+                       "--video", "none", "--out", out], words)]  # fmt: skip
+    commands += [(["export", which, *options], words) for which, options, words in exports]
+    before = sorted(here.rglob("*"))
+    for command, words in commands:
+        done = subprocess.run([BIN, *map(str, command)], capture_output=True, text=True, timeout=300)
+        said = done.stderr
+        assert done.returncode == 1 and words in said and said.startswith("error: "), (command, done.returncode, said)
+        assert said.count("\n") == 1 and len(said) < 600, (command, said)
+        assert sorted(here.rglob("*")) == before, (command, set(here.rglob("*")) ^ set(before))
 print("files in and out")

@@ -1,0 +1,195 @@
+#include "cli/results/drawn_pictures.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "base/sha256.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "bus/host.h"
+#include "cli/results/episode_logs.h"
+#include "cli/results/training_set.h"
+#include "models/physics_model.h"
+#include "viz/pictures/renderer.h"
+
+namespace evalbus::results {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Little is gained by more.
+constexpr int kDeflateLevel = 1;
+constexpr auto kShownEvery = std::chrono::milliseconds(200);
+
+// The model of the run folder that the log is in, wherever the log says that it was.
+ModelPtr ModelOf(model_info_t model, const fs::path& log) {
+  const fs::path own = RunFolderOf(log) / kModelFolder / kVisualModel;
+  if (fs::exists(own)) model.visual_file = own.string();
+  return LoadVisualModel(model);
+}
+
+std::string Deflated(const std::vector<uint8_t>& bytes) {
+  uLongf length = compressBound(bytes.size());
+  std::string deflated(length, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(deflated.data()), &length, bytes.data(), bytes.size(),
+                kDeflateLevel) != Z_OK) {
+    throw EnvironmentError("zlib has no memory left");
+  }
+  deflated.resize(length);
+  return deflated;
+}
+
+}  // namespace
+
+DrawnPictures::DrawnPictures(std::vector<fs::path> logs, PictureOptions options, fs::path folder)
+    : logs_(std::move(logs)), options_(std::move(options)), folder_(std::move(folder)) {
+  for (const fs::path& log : logs_) {
+    const std::string depends_on =
+        fmt::format("{} {} {}x{}", Sha256File(log), options_.cameras, options_.width, options_.height);
+    files_.push_back(folder_ / Sha256Text(depends_on).substr(0, 32));
+  }
+}
+
+// What draws one episode after another, in one thread.
+class DrawnPictures::Painter {
+ public:
+  explicit Painter(const PictureOptions& options) : options_(options) {}
+
+  // `goes_on` is asked after each state; where it says no, no file is written.
+  void Draw(const fs::path& log, const fs::path& file, const std::function<bool()>& goes_on);
+
+ private:
+  const PictureOptions& options_;
+  std::unique_ptr<viz::Renderer> renderer_;
+  // Which model it draws.
+  std::string model_sha256_;
+};
+
+void DrawnPictures::Painter::Draw(const fs::path& log, const fs::path& file,
+                                  const std::function<bool()>& goes_on) {
+  const EpisodeSteps episode = ReadSteps(log);
+  if (!renderer_ || model_sha256_ != episode.model.visual_sha256) {
+    renderer_ = std::make_unique<viz::Renderer>(ModelOf(episode.model, log), viz::FrameSize{64, 64});
+    model_sha256_ = episode.model.visual_sha256;
+  }
+  viz::Renderer& renderer = *renderer_;
+  renderer.SetAppearance(episode.model, episode.begin.seed);
+  std::string text;
+  std::vector<uint8_t> rgb;
+  for (const state_t& state : episode.states) {
+    renderer.SetState(state);
+    for (const std::string& camera : options_.cameras) {
+      renderer.RenderRgb(
+          {.camera = viz::FindCamera(renderer.model(), camera), .size = {options_.width, options_.height}},
+          &rgb);
+      const std::string deflated = Deflated(rgb);
+      const auto length = static_cast<uint32_t>(deflated.size());
+      text.append(reinterpret_cast<const char*>(&length), sizeof length);
+      text += deflated;
+    }
+    if (!goes_on()) return;
+  }
+  WriteWhole(file, text);
+}
+
+void DrawnPictures::Draw(const std::function<void(double)>& progress) {
+  std::vector<size_t> missing;
+  size_t total = 0;
+  std::atomic<size_t> drawn = 0;
+  for (size_t i = 0; i < logs_.size(); ++i) {
+    const EpisodeSteps episode = ReadSteps(logs_[i]);
+    if (i == 0) {
+      const ModelPtr model = ModelOf(episode.model, logs_[i]);
+      for (const std::string& camera : options_.cameras) viz::FindCamera(*model, camera);
+    }
+    total += episode.states.size();
+    fs::exists(files_[i]) ? (void)(drawn += episode.states.size()) : missing.push_back(i);
+  }
+  if (missing.empty()) return;
+  fs::create_directories(folder_);
+
+  std::mutex mutex;
+  std::condition_variable ended;
+  size_t working = std::min(missing.size(), size_t{std::max(1u, std::thread::hardware_concurrency())});
+  std::atomic<size_t> next = 0;
+  std::atomic<bool> failed = false;
+  std::exception_ptr error;
+  const auto work = [&] {
+    try {
+      Painter painter(options_);
+      while (!failed && !stop_requested()) {
+        const size_t taken = next++;
+        if (taken >= missing.size()) break;
+        const size_t i = missing[taken];
+        painter.Draw(logs_[i], files_[i], [&] {
+          ++drawn;
+          return !failed && !stop_requested();
+        });
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failed.exchange(true)) error = std::current_exception();
+    }
+    const std::lock_guard lock(mutex);
+    --working;
+    ended.notify_all();
+  };
+  std::vector<std::jthread> threads;
+  const size_t count = working;
+  while (threads.size() < count) threads.emplace_back(work);
+  {
+    std::unique_lock lock(mutex);
+    while (!ended.wait_for(lock, kShownEvery, [&] { return working == 0; })) {
+      progress(static_cast<double>(drawn) / static_cast<double>(total));
+    }
+  }
+  if (error) std::rethrow_exception(error);
+  if (stop_requested()) {
+    const auto there = std::ranges::count_if(files_, [](const fs::path& file) { return fs::exists(file); });
+    throw EnvironmentError(fmt::format(
+        "stopped; the pictures of {} of {} episodes are in {}, and the same command goes on with them", there,
+        files_.size(), folder_.string()));
+  }
+}
+
+std::vector<std::string> DrawnPictures::Of(size_t i) const {
+  std::ifstream stream(files_[i], std::ios::binary);
+  if (!stream) throw InputError(files_[i].string() + ": cannot read");
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  std::vector<std::string> pictures;
+  for (size_t at = 0; at < text.size();) {
+    uint32_t length = 0;
+    if (text.size() - at >= sizeof length) std::memcpy(&length, text.data() + at, sizeof length);
+    at += sizeof length;
+    if (length == 0 || at > text.size() || length > text.size() - at) {
+      throw InputError(files_[i].string() + ": damaged; delete it, and it is drawn again");
+    }
+    pictures.push_back(text.substr(at, length));
+    at += length;
+  }
+  return pictures;
+}
+
+void DrawnPictures::RemoveAll() const {
+  std::error_code ignored;
+  for (const fs::path& file : files_) fs::remove(file, ignored);
+  // Others' pictures stay.
+  fs::remove(folder_, ignored);
+}
+
+}  // namespace evalbus::results
