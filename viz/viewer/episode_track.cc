@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/errors.h"
 #include "bus/message.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "models/task_description.h"
+#include "viz/viewer/condition_tree.h"
 
 namespace evalbus::viz {
 namespace {
@@ -198,6 +201,7 @@ void EpisodeTrack::Hear(const criteria_t& criteria) {
   if (!IsOurs(criteria.header) || !IsPlausible(criteria.header)) return;
   if (!criteria_) {
     criteria_ = criteria;
+    criteria_joined_ = CriteriaTrees();
     ++layout_;
   }
   if (criteria.num_success != criteria_->num_success || criteria.num_failure != criteria_->num_failure)
@@ -317,6 +321,18 @@ Json EpisodeTrack::CriteriaJson() const {
   for (const condition_t& condition : criteria_->success) add(condition, false);
   for (const condition_t& condition : criteria_->failure) add(condition, true);
   return list;
+}
+
+Json EpisodeTrack::CriteriaTrees() const {
+  try {
+    TaskDescription task = ParseTask(model_->task_yaml, model_->task_file, false);
+    task.Apply(model_->variation);
+    const size_t successes = criteria_->success.size();
+    return {{"success", ConditionTree(task.success, 0, successes)},
+            {"failure", ConditionTree(task.failure, successes, criteria_->failure.size())}};
+  } catch (const InputError&) {
+    return nullptr;  // as a list they are true all the same
+  }
 }
 
 void EpisodeTrack::AddHead(Json* head_in) const {
@@ -507,6 +523,7 @@ std::string EpisodeTrack::EpisodeBlock() const {
     if (curve.is_sparse) curves.back()["sparse"] = true;
   }
   head["criteria"] = CriteriaJson();
+  if (criteria_) head["criteria_joined"] = criteria_joined_;
   AddArrays(0, &block);
   return block.Bytes();
 }

@@ -132,6 +132,7 @@ class EpisodeTrack {
   void AddChanging(nlohmann::ordered_json* head) const;
   void AddArrays(int64_t from, BlockWriter* block) const;
   nlohmann::ordered_json CriteriaJson() const;
+  nlohmann::ordered_json CriteriaTrees() const;
 
   std::shared_ptr<const model_info_t> model_;
   ModelNames names_;
@@ -148,6 +149,7 @@ class EpisodeTrack {
   std::optional<partial_metrics_t> partial_;
   // The first that came, and all by tick.
   std::optional<criteria_t> criteria_;
+  nlohmann::ordered_json criteria_joined_;
   std::vector<CriteriaAt> criteria_at_;
   std::optional<episode_end_t> end_;
   std::optional<episode_summary_t> summary_;

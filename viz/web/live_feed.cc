@@ -38,7 +38,12 @@ void LiveFeed::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
     episode_ = header;
     begin_was_heard_ = channel == channels::kEpisodeBegin;
     history_is_known_ = begin_was_heard_;
+    const bool is_told = !is_given_ || !track_ ||
+                         (given_layout_ == track_->layout() && given_ticks_ == track_->ticks() &&
+                          given_over_ == track_->is_over());
+    if (!is_told) finished_ = std::move(track_);
     track_.reset();
+    is_given_ = false;
     waiting_.clear();
     waiting_bytes_ = 0;
   }
@@ -135,12 +140,22 @@ void LiveFeed::Publish(Board* board, const RunLabel& label, const RunNumbers* co
 }
 
 void LiveFeed::PublishEpisode(Board* board, SteadyTime now) {
-  if (!track_) return;
   if (!board->is_watched(run_)) {
-    // Nobody is told of these ticks: who comes is given all of them at once.
-    if (std::exchange(is_given_, false)) board->ForgetEpisode(run_);
+    // Nobody is told of these ticks: who comes is given all of them at once, and nothing of before.
+    finished_.reset();
+    is_given_ = false;
+    if (std::exchange(is_on_board_, false)) board->ForgetEpisode(run_);
     return;
   }
+  if (finished_) {
+    // How it ended is told before the next one begins.
+    if (now - episode_given_ < kEpisodePeriod) return;
+    episode_given_ = now;
+    board->SetEpisode(run_, finished_->EpisodeBlock(), /*is_new=*/true);
+    finished_.reset();
+    return;
+  }
+  if (!track_) return;
   const bool is_new = !is_given_ || given_layout_ != track_->layout();
   const bool is_over = track_->is_over();
   const bool may_be_whole = now - episode_given_ >= kEpisodePeriod;
@@ -155,7 +170,7 @@ void LiveFeed::PublishEpisode(Board* board, SteadyTime now) {
   } else {
     return;
   }
-  is_given_ = true;
+  is_given_ = is_on_board_ = true;
   given_layout_ = track_->layout();
   given_ticks_ = track_->ticks();
   given_over_ = is_over;

@@ -89,8 +89,10 @@ class LiveFeed {
   std::vector<Message> waiting_;
   size_t waiting_bytes_ = 0;
   std::unique_ptr<EpisodeTrack> track_;
-  // What the board has of it.
-  bool is_given_ = false;
+  // The one before, where the board does not have its end yet.
+  std::unique_ptr<EpisodeTrack> finished_;
+  // The board has an episode of this run at all; what it has of track_.
+  bool is_on_board_ = false, is_given_ = false;
   int given_layout_ = 0;
   int64_t given_ticks_ = 0;
   bool given_over_ = false;

@@ -39,7 +39,7 @@ Evalbus.Conditions = class {
     this.other.hidden = !other;
 
     const layout = JSON.stringify([tracks.map((one) => [one.key, (one.head.stages || []).map((s) => s.name)]),
-      track.head.criteria]);
+      track.head.criteria, track.head.criteria_joined]);
     if (layout !== this.layout) {
       this.layout = layout;
       this.buildStages();
@@ -83,12 +83,27 @@ Evalbus.Conditions = class {
         e("span", { class: "ev-numbers" }, hasNumber ? value : holds, unit), bar);
       return { criterion, node, value, fill, holds, index: k, hasNumber };
     });
-    const successes = this.criteriaRows.filter((row) => !row.criterion.failure);
-    const failures = this.criteriaRows.filter((row) => row.criterion.failure);
-    const group = (title, rows) => (rows.length ? [e("p", { class: "ev-group" }, title), ...rows.map((row) => row.node)] : []);
-    this.criteria.replaceChildren(...group("all of these for a success", successes),
-      ...group("any of these is a failure", failures));
+    const { success, failure } = this.tracks[0].head.criteria_joined || {};
+    const places = (isFailure) => this.criteriaRows.filter((row) => Boolean(row.criterion.failure) === isFailure).map((row) => row.index);
+    this.criteria.replaceChildren(...this.group("success", success, places(false)), ...this.group("failure", failure, places(true)));
     this.criteriaTitle.hidden = this.criteria.hidden = criteria.length === 0;
+  }
+
+  // Conditions of a success or a failure, as the task joins them: tree is a place among the rows or {all | any: [trees]}.
+  group(outcome, tree, places) {
+    if (!places.length) return [];
+    const e = Evalbus.element;
+    const rows = (one) => {
+      if (typeof one === "number") return [this.criteriaRows[one].node];
+      const [[joined, trees]] = Object.entries(one);
+      // What is latched or lasts stands behind that which is.
+      if (joined !== "all" && joined !== "any") return [e("div", { class: "ev-joined" }, ...trees.flatMap(rows))];
+      return [e("div", { class: "ev-joined" }, e("p", { class: "ev-group" }, joined === "all" ? "all of" : "any of"), ...trees.flatMap(rows))];
+    };
+    const joined = tree && (tree.all ? "all" : tree.any ? "any" : null);
+    const trees = joined ? tree[joined] : tree !== null && tree !== undefined ? [tree] : places;
+    const what = joined && places.length > 1 ? `${joined} of these: a ${outcome}` : `decides on ${outcome}`;
+    return [e("p", { class: "ev-group" }, what), ...trees.flatMap(rows)];
   }
 
   showEvents() {

@@ -52,7 +52,8 @@ Evalbus.Player = class {
     this.rate = 1;
   }
 
-  // Goes on by so many seconds of the wall clock; whether that moved anything.
+  // Goes on by so many seconds of the wall clock; whether that moved anything. What plays does not jump over what a
+  // slow frame or a hidden page has missed; what is followed does, or it would never arrive.
   advance(elapsed_s) {
     const before = this.tick;
     if (this.isFollowing) {
@@ -60,10 +61,11 @@ Evalbus.Player = class {
       const part = this.isCalm ? 1 : 1 - Math.exp(-elapsed_s / 0.12);
       this.tick = this.last - this.tick < 0.02 ? this.last : this.tick + (this.last - this.tick) * part;
     } else if (this.isPlaying) {
-      this.tick = Math.min(this.last, this.tick + elapsed_s * this.rate / this.tickSeconds);
+      this.tick = Math.min(this.last, this.tick + Math.min(0.25, elapsed_s) * this.rate / this.tickSeconds);
       if (this.tick >= this.last) this.isPlaying = false;
     }
-    this.rested_s = this.tick >= this.last ? this.rested_s + elapsed_s : 0;
+    // From when its end was shown.
+    this.rested_s = before >= this.last ? this.rested_s + elapsed_s : 0;
     return this.tick !== before;
   }
 };

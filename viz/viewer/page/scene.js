@@ -289,7 +289,7 @@ Evalbus.SceneView = class {
   // Told how long a frame took in which something was drawn. A machine that draws in software gets fewer pixels and at
   // last no shadows, rather than few frames.
   adapt(took_ms) {
-    this.slow = took_ms > 70 ? this.slow + 1 : Math.max(0, this.slow - 1);
+    this.slow = took_ms > 70 ? this.slow + Math.min(3, took_ms / 70) : Math.max(0, this.slow - 1);
     if (this.slow < 8) return;
     this.slow = 0;
     if (this.ratio > 1) this.ratio = 1;

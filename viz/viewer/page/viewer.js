@@ -426,7 +426,7 @@ Evalbus.Viewer = class {
       connecting: ["wait", "connecting"], unsupported: ["gone", "cannot be unpacked"], packed: ["still", "recorded"],
       lost: ["gone", this.runs.size ? "server gone; trying again" : "no server yet; trying again"],
       open: info.is_over ? ["still", info.is_live === false ? "recorded" : "run ended"]
-        : info.is_live === false ? ["still", "recorded"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
+        : info.is_live === false ? ["still", "unfinished; nobody is heard"] : ["live", Evalbus.words(info.phase) === "running" || !info.phase ? "live" : `live · ${Evalbus.words(info.phase)}`],
     };
     const [kind, text] = states[this.connectionState];
     p.state.dataset.kind = kind;
@@ -515,7 +515,7 @@ Evalbus.Viewer = class {
   }
 
   frame(now) {
-    const elapsed_s = Math.min(0.25, (now - this.last) / 1000);
+    const elapsed_s = (now - this.last) / 1000;
     if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);
     this.last = now;
     const wasPlaying = this.player.isPlaying;

@@ -1,0 +1,105 @@
+// Any bytes as what a web server is asked: their parts as targets, headers and messages, and the whole of
+// them sent to a server that listens on the loopback, as a request and as what follows a handshake of a
+// WebSocket. It must answer, or close the connection, and be there for the next one.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+#include "viz/web/page.h"
+#include "viz/web/server.h"
+
+namespace {
+
+using namespace evalbus::viz;
+
+constexpr char kToken[] = "0123456789abcdef0123456789abcdef";
+constexpr char kHandshake[] =
+    "GET /live HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+    "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+
+[[noreturn]] void Fail(const char* what) {
+  std::fprintf(stderr, "%s\n", what);
+  std::abort();
+}
+
+void CheckParts(std::string_view bytes) {
+  for (const char* token : {"", kToken}) {
+    const WebTarget target = ParseTarget(bytes, token);
+    if (target.kind == WebTarget::Kind::kNone) continue;
+    if (*token && bytes.find(kToken) != 1) Fail("a target without the token is answered");
+    if (target.name.find('/') != std::string::npos || target.name.starts_with("."))
+      Fail("a name with folders");
+    if (target.kind == WebTarget::Kind::kEpisode && (target.run < 0 || target.episode < 0))
+      Fail("a negative number");
+  }
+  if (IsLoopbackHost(bytes) && bytes.find("localhost") == bytes.npos &&
+      bytes.find("127.0.0.1") == bytes.npos && bytes.find("[::1]") == bytes.npos) {
+    Fail("a Host of others counts as this machine");
+  }
+  if (!bytes.empty() && IsOwnOrigin(bytes, "localhost:8080") && bytes != "http://localhost:8080") {
+    Fail("an Origin of others counts as our own");
+  }
+  if (const auto run = ParseWatch(bytes); run && *run < 0) Fail("a negative run is watched");
+}
+
+WebServer& Server() {
+  static const auto board = std::make_shared<Board>();
+  static const auto server = [] {
+    std::signal(SIGPIPE, SIG_IGN);
+    board->SetRun(0, "run");
+    auto made = std::make_unique<WebServer>(WebServer::Address(), board);
+    made->Start([](const WebTarget& target, WebServer::Reply reply) {
+      reply(AnswerFile(target.kind == WebTarget::Kind::kPage ? "index.html" : target.name));
+    });
+    return made;
+  }();
+  return *server;
+}
+
+// What it answers until it closes the connection, which it must: we have closed our side.
+std::string Answer(const std::string& bytes) {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(Server().port());
+  const timeval patience{.tv_sec = 20, .tv_usec = 0};
+  // It is reset, not left to wait: thousands of ports in TIME_WAIT are as many as there are.
+  const linger at_once{.l_onoff = 1, .l_linger = 0};
+  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+  if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    Fail("the server is gone");
+  // It may have closed the connection before all is sent.
+  for (size_t sent = 0; sent < bytes.size();) {
+    const ssize_t n = send(fd, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    if (n <= 0) break;
+    sent += static_cast<size_t>(n);
+  }
+  shutdown(fd, SHUT_WR);
+  std::string answer;
+  char part[4096];
+  ssize_t n = 0;
+  while ((n = recv(fd, part, sizeof part, 0)) > 0) answer.append(part, static_cast<size_t>(n));
+  if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) Fail("the connection stays open");
+  close(fd);
+  return answer;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  CheckParts(bytes);
+  const std::string answer = Answer(bytes);
+  if (!answer.empty() && !answer.starts_with("HTTP/1.1 ")) Fail("the answer is no HTTP");
+  if (!Answer(kHandshake + bytes).starts_with("HTTP/1.1 101")) Fail("a viewer was refused");
+  return 0;
+}

@@ -1,0 +1,123 @@
+// What viewers are told of a run that is faster than they are.
+#include "viz/web/live_feed.h"
+
+#include <gmock/gmock.h>
+
+#include "bus/channels.h"
+#include "bus/message.h"
+#include "tests/unit/small_world.h"
+#include "viz/viewer/block.h"
+
+namespace evalbus::viz {
+namespace {
+
+using namespace small_world;
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+
+class LiveFeedTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    Hear(channels::kModel, Model());
+    feed_.SetScene(feed_.model_without_scene(), {});
+  }
+
+  template <class Message>
+  void Hear(const Channel<Message>& channel, const Message& message) {
+    feed_.Hear(channel.name, Encode(message), now_, "12:00:00");
+  }
+  void Begin(int episode) {
+    episode_begin_t begin{};
+    begin.header = HeaderOf(episode, 0);
+    Hear(channels::kEpisodeBegin, begin);
+  }
+  void Tick(int episode, int64_t tick) {
+    state_t state = State(tick);
+    state.header = HeaderOf(episode, tick);
+    Hear(channels::kState, state);
+    contacts_t contacts = Contacts(tick);
+    contacts.header = state.header;
+    Hear(channels::kContacts, contacts);
+    partial_metrics_t partial{};
+    partial.header = state.header;
+    Hear(channels::kPartial, partial);
+  }
+  void End(int episode, int64_t tick) {
+    episode_summary_t summary{};
+    summary.header = HeaderOf(episode, tick);
+    summary.end_reason = "time_limit";
+    Hear(channels::kEpisodeSummary, summary);
+  }
+  // A second later.
+  void Publish() {
+    now_ += 1s;
+    feed_.Publish(&board_, {}, nullptr, now_);
+  }
+  // Episodes that this viewer is given, and whether they are over.
+  std::vector<std::pair<int, bool>> Given(Board::Viewer* viewer) {
+    std::vector<std::pair<int, bool>> given;
+    while (const SharedBytes bytes = board_.Next(viewer)) {
+      const BlockReader block(*bytes);
+      if (block.head()["block"] != "episode") continue;
+      given.emplace_back(block.head()["episode"].get<int>(), block.head()["is_over"].get<bool>());
+    }
+    return given;
+  }
+  static header_t HeaderOf(int episode, int64_t tick) {
+    header_t header = Header(tick);
+    header.episode = episode;
+    return header;
+  }
+
+  SteadyTime now_ = SteadyTime() + 1h;
+  LiveFeed feed_{0, "expert", 2};
+  Board board_;
+};
+
+TEST_F(LiveFeedTest, HowAnEpisodeEndedIsToldThoughTheNextOneHasBegun) {
+  Board::Viewer viewer;
+  board_.Enter(&viewer);
+  Begin(0);
+  for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(0, false)));
+  Tick(0, 4);
+  End(0, 4);
+  Begin(1);
+  for (int64_t tick = 0; tick < 4; ++tick) Tick(1, tick);
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(0, true)));
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(1, false)));
+  // What has been told is not told again.
+  Tick(1, 4);
+  End(1, 4);
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(1, true)));
+  Begin(2);
+  for (int64_t tick = 0; tick < 4; ++tick) Tick(2, tick);
+  Publish();
+  EXPECT_THAT(Given(&viewer), ElementsAre(std::pair(2, false)));
+}
+
+TEST_F(LiveFeedTest, WhoComesLaterIsNotGivenAnEpisodeOfLongAgo) {
+  Board::Viewer first, second;
+  board_.Enter(&first);
+  Begin(0);
+  for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
+  Publish();
+  EXPECT_EQ(Given(&first).size(), 1u);
+  board_.Leave(&first);
+  // Nobody watches; the next one begins between two calls.
+  End(0, 4);
+  Begin(1);
+  Tick(1, 0);
+  Publish();
+  board_.Enter(&second);
+  EXPECT_THAT(Given(&second), ElementsAre());
+  Publish();
+  EXPECT_THAT(Given(&second), ElementsAre(std::pair(1, false)));
+}
+
+}  // namespace
+}  // namespace evalbus::viz
