@@ -47,21 +47,16 @@ double OneOf(const YamlValue& value, const std::map<std::string, double>& units)
 // The scene of all trajectories of a map.
 class Kinematics {
  public:
-  explicit Kinematics(const TrajectoryMap& map) : map_(map) {
-    sim::SimOptions options;
-    options.task = map.task;
-    if (!map.robot.empty()) options.robot = map.robot;
-    options.control_hz = map.control_hz;
-    composed_ = [&](const fs::path& out) {
-      sim::SimOptions with_out = options;
-      with_out.out = out;
-      with_out.run_id = NameOfRun(out);
-      return sim::PrepareScene(with_out);
-    };
-  }
+  explicit Kinematics(const TrajectoryMap& map) : map_(map) {}
 
   void Prepare(const fs::path& out) {
-    prepared_ = std::make_unique<sim::PreparedScene>(composed_(out));
+    sim::SimOptions options;
+    options.task = map_.task;
+    if (!map_.robot.empty()) options.robot = map_.robot;
+    options.control_hz = map_.control_hz;
+    options.out = out;
+    options.run_id = NameOfRun(out);
+    prepared_ = std::make_unique<sim::PreparedScene>(sim::PrepareScene(options));
     CheckNames();
     scene_ = std::make_unique<sim::MeasuredScene>(prepared_.get(), measured_, "file");
     checker_ = std::make_unique<collision::CollisionChecker>(prepared_->scene.physics.get(), info());
@@ -80,7 +75,6 @@ class Kinematics {
   void CheckNames();
 
   TrajectoryMap map_;
-  std::function<sim::PreparedScene(const fs::path&)> composed_;
   std::unique_ptr<sim::PreparedScene> prepared_;
   // What the map maps, by name.
   sim::Measured measured_;
