@@ -26,7 +26,6 @@ struct TrajectoryMap {
   // By the joint's name in MODEL.
   std::map<std::string, YamlValue> joints;
   double joint_scale = 1;  // rad; joints that slide are in m
-  bool joints_in_degrees = false;
   // By gripper: a column with its values for open and closed, or how far it is open all the time.
   struct Gripper {
     std::string column;
