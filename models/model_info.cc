@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/errors.h"
+#include "lcmtypes/source_name.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {
@@ -222,7 +223,7 @@ model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& 
   info.task_yaml = task.text;
   info.task_file = task.file.string();
   info.instruction = task.instruction;
-  info.source = "sim";
+  info.source = source_name::kSim;
   info.has_velocity = info.has_physics = true;
   info.robot = robot.name;
   info.timestep_us = std::llround(model.opt.timestep * 1e6);

@@ -1,5 +1,6 @@
 #include "policy_bridge/factory.h"
 
+#include <charconv>
 #include <utility>
 #include <vector>
 
@@ -40,9 +41,16 @@ PolicyMaker MakeScripted(const std::string& task) {
   };
 }
 
-PolicyMaker MakeNoisy(const std::string&) {
-  return [](const mjModel& model, const model_info_t& info) {
-    return std::make_unique<NoisyPolicy>(MakeExpert(info.task, model, info), info);
+PolicyMaker MakeNoisy(const std::string& text) {
+  double amplitude = NoisyPolicy::kAmplitude;
+  if (!text.empty()) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), amplitude);
+    if (error != std::errc() || end != text.data() + text.size() || !(amplitude >= 0 && amplitude <= 1)) {
+      throw InputError("noisy_expert:" + text + ": expected 0 to 1, the most that a joint is off, rad");
+    }
+  }
+  return [amplitude](const mjModel& model, const model_info_t& info) {
+    return std::make_unique<NoisyPolicy>(MakeExpert(info.task, model, info), info, amplitude);
   };
 }
 
@@ -70,7 +78,9 @@ std::vector<Row>& Policies() {
   static std::vector<Row> rows = {
       {"expert", "[:TASK]", "scripted, one for each task; TASK: that of another task, for a copy of it",
        MakeScripted},
-      {"noisy_expert", "", "the expert with noisy joints, which now and then misses", MakeNoisy},
+      {"noisy_expert", "[:RAD]",
+       "the expert with noisy joints, which now and then misses; RAD: by how much at most, default 0.09",
+       MakeNoisy},
       {"random", "", "moves smoothly about home", Make<RandomPolicy>},
       {"hold", "", "rests at home", Make<HoldPolicy>},
       {"replay", ":RUN_OR_LOG", "the actions of a recorded run again", MakeReplay<false>},

@@ -1,10 +1,23 @@
-// evalbus-sim: the simulated world of a run.
+// evalbus-sim: the simulated world of a run; with --source, as its first argument, somebody else's simulator
+// or robot in its place.
+#include <string_view>
+
 #include "base/arguments.h"
 #include "bus/host.h"
 #include "sim/sim_component.h"
+#include "sim/source_component.h"
 
 int main(int argc, char** argv) {
   evalbus::sim::SimOptions options;
+  if (argc > 1 && std::string_view(argv[1]) == "--source") {
+    return evalbus::HostMain(
+        argc - 1, argv + 1, "Makes STATE of what a source measures, for 'evalbus watch', which starts it.",
+        [&](CLI::App* app) {
+          evalbus::AddOptions(app, &options);
+          app->add_option("--out", options.out, "run folder; the models are written to OUT/model");
+        },
+        [&](evalbus::Bus* bus) { return std::make_unique<evalbus::sim::SourceComponent>(bus, options); });
+  }
   return evalbus::HostMain(
       argc, argv,
       "Simulates a task's world with MuJoCo and runs its episodes over the bus. Begins an episode on COMMAND "

@@ -27,6 +27,10 @@ struct SimOptions {
   double after_success_s = 0;
   // As MODEL carries it.
   std::string run_id = "run";
+  // In place of a sim, a source (`evalbus watch`): who is silent for so long has ended its episode; grippers
+  // whose fingers it does not measure, "left=open".
+  double source_timeout_s = 5;
+  std::vector<std::string> gripper;
 
   // Not options of the command line: run folder; the models are written to OUT/model/.
   std::filesystem::path out;
@@ -70,6 +74,8 @@ void ForEachOption(Options& options, const F& f) {
               "holds",
               Range{0, 1e6}, kFixed},
           Option{&SimOptions::run_id, "run_id"},
+          Option{&SimOptions::source_timeout_s, "source_timeout_s", "", Range{0.1, 3600}},
+          Option{&SimOptions::gripper, "gripper"},
       },
       options, f);
 }

@@ -11,6 +11,7 @@
 #include "evalbus/state_t.hpp"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/source_name.h"
 
 namespace evalbus {
 namespace {
@@ -62,6 +63,7 @@ bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
   Decode(data, &model);
   if (!IsNewModel(model)) return std::ranges::equal(data, model_);
   simulated_time_ = model.clock == clock_name::kLockstep;
+  is_watched_ = model.source != source_name::kSim;
   model_.assign(data.begin(), data.end());
   model_time_us_ = receive_time_us;
   return true;
@@ -176,8 +178,10 @@ int64_t Recorder::MissingTicks() const {
   const int64_t states = missing(channels::kState.name, last + 1);
   // In realtime nobody waits for answers: which were sent is not known.
   if (!simulated_time_) return states;
-  return std::max({states, missing(channels::kContacts.name, last + 1),
-                   missing(channels::kPartial.name, last + 1), missing(channels::kAction.name, last)});
+  const int64_t scores = std::max(
+      {states, missing(channels::kContacts.name, last + 1), missing(channels::kPartial.name, last + 1)});
+  // Nobody acts on a source's states.
+  return is_watched_ ? scores : std::max(scores, missing(channels::kAction.name, last));
 }
 
 void Recorder::CloseEpisode() {
@@ -191,7 +195,8 @@ void Recorder::CloseEpisode() {
   status_.last_finished_episode = status_.episode;
   const int64_t missing = status_.last_finished_missing_ticks = MissingTicks();
   if (missing > 0)
-    log().Warn("the log lacks {} tick{}: lost on the way to it", missing, missing == 1 ? "" : "s");
+    log().Warn("the log lacks {} tick{}: {}lost on the way to it", missing, missing == 1 ? "" : "s",
+               is_watched_ ? "never sent, or " : "");
   PublishStatus();
 }
 

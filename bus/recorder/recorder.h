@@ -47,6 +47,8 @@ class Recorder : public Component {
   std::vector<uint8_t> model_;
   int64_t model_time_us_ = 0;
   bool simulated_time_ = true;
+  // A source moves the robot, and nobody acts.
+  bool is_watched_ = false;
   // Simulated time of the last STATE.
   int64_t time_us_ = 0;
   std::optional<EventLogWriter> events_;

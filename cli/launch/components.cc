@@ -9,6 +9,7 @@
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
 #include "sim/sim_component.h"
+#include "sim/source_component.h"
 #include "viz/camera_component.h"
 
 namespace evalbus::launch {
@@ -35,6 +36,14 @@ std::unique_ptr<Component> MakeSim(Bus* bus, const RunOptions& options) {
   return std::make_unique<sim::SimComponent>(bus, sim);
 }
 
+std::unique_ptr<Component> MakeSource(Bus* bus, const RunOptions& options) {
+  sim::SimOptions sim = options.sim;
+  sim.out = options.out;
+  return std::make_unique<sim::SourceComponent>(bus, sim);
+}
+
+constexpr std::string_view kSource = "--source";
+
 constexpr ComponentType kComponents[] = {
     {"recorder", "evalbus-recorder", "", kRequired, 0, MakeRecorder},
     {"collision", "evalbus-collision", "", kRequired, 10, Make<collision::CollisionComponent>},
@@ -42,10 +51,13 @@ constexpr ComponentType kComponents[] = {
     {"cameras", "evalbus-viz", "--answer-observe", kRequired, 10, Make<viz::CameraComponent>},
     {"policy", "evalbus-policy", "", kRequired, 10, MakePolicy},
     {"sim", "evalbus-sim", "", !kRequired, kSimRealtimePriority, MakeSim},
+    {"sim", "evalbus-sim", kSource, !kRequired, 0, MakeSource},
 };
 
 // Whether a run has such a component at all.
 bool TakesPart(const ComponentType& type, const RunOptions& options) {
+  if (type.name == "sim") return options.watch == (type.argument == kSource);
+  if (options.watch && type.name == "policy") return false;
   if (type.name != "cameras") return true;
   const std::optional<policy::Contract> contract = policy::FindContractOf(options.policy);
   return contract && contract->looks();

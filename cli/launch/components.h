@@ -33,7 +33,7 @@ inline constexpr int kSimRealtimePriority = 20;
 std::span<const ComponentType> AllComponents();
 
 // Those that this run starts: without the policy where it is somebody else's process, with cameras where the
-// policy looks.
+// policy looks, with a source in place of sim and policy where it watches.
 std::vector<ComponentType> ComponentsOf(const RunOptions& options);
 
 // Names of those that its episodes wait for.

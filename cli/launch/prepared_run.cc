@@ -133,6 +133,7 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   plan.required = RequiredComponents(options);
   plan.realtime = options.sim.realtime;
   plan.is_by_hand = options.by_hand;
+  plan.is_watched = options.watch;
   plan.policy_is_external = options.policy.policy == policy::kExternalPolicy;
   plan.policy_timeout_s = options.sim.policy_timeout_s;
   for (int episode = 0; episode < options.episodes; ++episode) {

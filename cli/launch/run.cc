@@ -30,6 +30,9 @@ namespace {
 
 using std::chrono::steady_clock;
 
+// Where LCM's programs are that are told no other.
+constexpr char kLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0";
+
 double SecondsSince(steady_clock::time_point start) {
   return std::chrono::duration<double>(steady_clock::now() - start).count();
 }
@@ -47,6 +50,10 @@ void Evaluate(const PreparedRun& run, LiveView* view, Filming* filming) {
   for (const auto& episode : run.finished) filming->OnEpisodeDone(episode);
   if (run.plan.policy_is_external && !run.plan.is_by_hand) {
     fmt::print("the policy is who says that it is on {}\n", run.options.url);
+    std::fflush(stdout);
+  }
+  if (run.options.watch) {
+    fmt::print("the source is who says HELLO on {}\n", run.options.url);
     std::fflush(stdout);
   }
   if (run.options.sim.realtime) {
@@ -113,7 +120,9 @@ void RunOne(RunOptions options) {
     fmt::print("films    {}  (done after {:.1f} s)\n",
                (shown / kEpisodesFolder / "*" / viz::FilmName(camera)).string(), SecondsSince(started));
   }
-  if (summary.statistics.episodes < run.num_wanted()) {
+  if (summary.statistics.episodes < run.num_wanted() && run.options.watch) {
+    fmt::print("stopped after {} of {} episodes\n", summary.statistics.episodes, run.num_wanted());
+  } else if (summary.statistics.episodes < run.num_wanted()) {
     throw EnvironmentError(
         fmt::format("stopped after {} of {} episodes; the same command with --out {} --resume goes on",
                     summary.statistics.episodes, run.num_wanted(), shown.string()));
@@ -127,6 +136,18 @@ void RunOne(RunOptions options) {
 }
 
 }  // namespace
+
+void Watch(RunOptions options) {
+  if (options.video == std::vector<std::string>{"none"}) options.video.clear();
+  if (options.url.empty()) options.url = UrlOfEnvironment();
+  if (options.url.empty()) options.url = kLcmUrl;
+  unsetenv(kUrlVariable);
+  sim::CheckSimOptions(options.sim);
+  CheckRanges(options);
+  options.watch = true;
+  options.policy.policy = "source";
+  RunOne(std::move(options));
+}
 
 void RunWorker(RunOptions options) {
   InstallStopSignals();

@@ -8,6 +8,10 @@ namespace evalbus::launch {
 // Runs what options.tasks name: a run, or a suite of several. Throws InputError, EnvironmentError.
 void Run(RunOptions options);
 
+// The same where somebody else moves the robot (`evalbus watch`): options.url is where its source is heard. A
+// stop by the user is an end like any other.
+void Watch(RunOptions options);
+
 // A worker's part of a run that another process has prepared (options.worker): its episodes only.
 void RunWorker(RunOptions options);
 

@@ -195,7 +195,7 @@ void RunController::OnStatus(const component_status_t& status) {
       return BeginAgain("its log was closed before its end: is an old log being played on this bus?");
     }
     // The scores are right: so one that lacks ticks is better than none.
-    if (status.last_finished_missing_ticks > 0 && !plan_.realtime && has_another_try()) {
+    if (status.last_finished_missing_ticks > 0 && !plan_.realtime && !plan_.is_watched && has_another_try()) {
       const int64_t missing = status.last_finished_missing_ticks;
       return BeginAgain(
           fmt::format("the log lacks {} tick{}: lost on the way to it", missing, missing == 1 ? "" : "s"));
@@ -247,7 +247,8 @@ void RunController::Poll(SteadyTime now) {
   // All live, but the sim or somebody it waits for is in an episode that somebody else began.
   const double start_s =
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
-  if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand) {
+  if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand &&
+      !plan_.is_watched) {
     BeginAgain(fmt::format(
         "not everybody was ready for it within {:g} s: does somebody else command on this bus?", start_s));
     return;

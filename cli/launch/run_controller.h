@@ -42,6 +42,9 @@ struct RunPlan {
   // most this long.
   bool policy_is_external = false;
   double policy_timeout_s = 60;
+  // Episodes are a source's, which moves the robot when it likes: any time may pass before one begins, and
+  // what the source did not send is missing in its log.
+  bool is_watched = false;
   // All of them are somebody else's, who may take as long as a person does; no pauses are judged.
   bool is_by_hand = false;
 };

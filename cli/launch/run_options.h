@@ -27,6 +27,8 @@ struct RunOptions {
   bool in_process = false;
   bool by_hand = false;
   std::vector<std::string> video;
+  // Nobody is simulated: a source takes the place of sim and policy (`evalbus watch`).
+  bool watch = false;
 
   // Not kept: what to run (TASK[/VARIATION], TASK/all, all, RoboEval's names); where to, empty for
   // runs/TASK-VARIATION-POLICY-DATE-TIME; whether to go on with the run that is there.
@@ -69,6 +71,7 @@ void ForEachOption(Options& options, const F& f) {
           Option{&RunOptions::video, "video",
                  "cameras, with commas: film each episode while the next one runs ('evalbus render' does it\n"
                  "later); none: no films, the default"},
+          Option{&RunOptions::watch, "watch", "", Range{}, kFixed},
       },
       options, f);
 }

@@ -24,6 +24,7 @@
 #include "collision/clearance_watch.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/source_name.h"
 #include "metrics/episode/episode_scorer.h"
 #include "sim/measured_scene.h"
 #include "sim/prepared_scene.h"
@@ -58,7 +59,7 @@ class Kinematics {
     options.run_id = NameOfRun(out);
     prepared_ = std::make_unique<sim::PreparedScene>(sim::PrepareScene(options));
     CheckNames();
-    scene_ = std::make_unique<sim::MeasuredScene>(prepared_.get(), measured_, "file");
+    scene_ = std::make_unique<sim::MeasuredScene>(prepared_.get(), measured_, source_name::kFile);
     checker_ = std::make_unique<collision::CollisionChecker>(prepared_->scene.physics.get(), info());
     scorer_ = std::make_unique<metrics::EpisodeScorer>(info(), prepared_->task);
   }

@@ -66,8 +66,8 @@ void RandomPolicy::Act(const state_t& state, action_t* action) {
   SetAction(now, action);
 }
 
-NoisyPolicy::NoisyPolicy(std::unique_ptr<Policy> policy, const model_info_t& info)
-    : policy_(std::move(policy)) {
+NoisyPolicy::NoisyPolicy(std::unique_ptr<Policy> policy, const model_info_t& info, double amplitude)
+    : policy_(std::move(policy)), amplitude_(amplitude) {
   for (const arm_info_t& arm : info.arm) {
     lower_.insert(lower_.end(), arm.joint_lower_rad.begin(), arm.joint_lower_rad.end());
     upper_.insert(upper_.end(), arm.joint_upper_rad.begin(), arm.joint_upper_rad.end());
@@ -78,7 +78,7 @@ void NoisyPolicy::Begin(const episode_begin_t& begin) {
   policy_->Begin(begin);
   Random random(begin.seed, kNoiseStream);
   joints_.clear();
-  for (size_t i = 0; i < lower_.size(); ++i) joints_.emplace_back(&random, kAmplitude, kNoiseFrequency);
+  for (size_t i = 0; i < lower_.size(); ++i) joints_.emplace_back(&random, amplitude_, kNoiseFrequency);
 }
 
 void NoisyPolicy::Act(const state_t& state, action_t* action) {

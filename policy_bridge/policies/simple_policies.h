@@ -51,18 +51,19 @@ class RandomPolicy : public Policy {
   std::vector<SmoothNoise> joints_, grippers_;
 };
 
-// Another policy, each joint target disturbed by smooth noise of at most +-kAmplitude: about 7 cm at the
-// hand, so that grasps are missed now and then.
+// Another policy, each joint target disturbed by smooth noise of at most +-amplitude; of kAmplitude: about 7
+// cm at the hand, so that grasps are missed now and then.
 class NoisyPolicy : public Policy {
  public:
   static constexpr double kAmplitude = 0.09;  // rad
 
-  NoisyPolicy(std::unique_ptr<Policy> policy, const model_info_t& info);
+  NoisyPolicy(std::unique_ptr<Policy> policy, const model_info_t& info, double amplitude = kAmplitude);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
 
  private:
   std::unique_ptr<Policy> policy_;
+  double amplitude_;  // rad
   std::vector<double> lower_, upper_;
   std::vector<SmoothNoise> joints_;
 };

@@ -21,8 +21,8 @@ std::string Refusal(const std::string& name) {
 }
 
 TEST(Factory, EveryPolicyIsFoundByItsName) {
-  for (const char* name :
-       {"expert", "expert:lift_pot", "noisy_expert", "random", "hold", "flawed_expert:drop"}) {
+  for (const char* name : {"expert", "expert:lift_pot", "noisy_expert", "noisy_expert:0.03", "random", "hold",
+                           "flawed_expert:drop"}) {
     EXPECT_EQ(Refusal(name), "accepted");
     EXPECT_TRUE(MakePolicy(name, GetPolicyScene().model(), GetPolicyScene().info())) << name;
   }
@@ -33,11 +33,15 @@ TEST(Factory, EveryPolicyIsFoundByItsName) {
 TEST(Factory, WrongNamesAreExplained) {
   const auto unknown = [](const std::string& name) {
     return "there is no policy \"" + name +
-           "\"; there are: expert[:TASK], noisy_expert, random, hold, replay:RUN_OR_LOG, "
-           "replay_anyway:RUN_OR_LOG, demo:FILE_OR_FOLDER, flawed_expert:FLAW; and contracts of servers ('evalbus policy list')";
+           "\"; there are: expert[:TASK], noisy_expert[:RAD], random, hold, replay:RUN_OR_LOG, "
+           "replay_anyway:RUN_OR_LOG, demo:FILE_OR_FOLDER, flawed_expert:FLAW; and contracts of servers "
+           "('evalbus policy list')";
   };
   for (const char* name : {"exprt", "", "expert:", "hold:1", "Expert", "replay_"})
     EXPECT_EQ(Refusal(name), unknown(name));
+  EXPECT_EQ(Refusal("noisy_expert:3"), "noisy_expert:3: expected 0 to 1, the most that a joint is off, rad");
+  EXPECT_EQ(Refusal("noisy_expert:0.1x"),
+            "noisy_expert:0.1x: expected 0 to 1, the most that a joint is off, rad");
   EXPECT_EQ(Refusal("replay"),
             "policy \"replay\": replay:PATH expected, with a run folder or an LCM event log");
   EXPECT_EQ(Refusal("replay:"), Refusal("replay"));
@@ -52,10 +56,9 @@ TEST(Factory, HelpHasALineForEachPolicy) {
   std::istringstream help(PolicyHelp());
   std::vector<std::string> usages;
   for (std::string line; std::getline(help, line);) usages.push_back(line.substr(0, line.find(": ")));
-  EXPECT_EQ(usages,
-            (std::vector<std::string>{"expert[:TASK]", "noisy_expert", "random", "hold", "replay:RUN_OR_LOG",
-                                      "replay_anyway:RUN_OR_LOG", "demo:FILE_OR_FOLDER",
-                                      "flawed_expert:FLAW"}));
+  EXPECT_EQ(usages, (std::vector<std::string>{"expert[:TASK]", "noisy_expert", "random", "hold",
+                                              "replay:RUN_OR_LOG", "replay_anyway:RUN_OR_LOG",
+                                              "demo:FILE_OR_FOLDER", "flawed_expert:FLAW"}));
   EXPECT_NE(PolicyHelp().find(FlawNames()), std::string::npos);
 }
 

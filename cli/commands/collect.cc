@@ -1,0 +1,61 @@
+// evalbus collect: demonstrations of a task, successes only.
+#include "cli/launch/collect.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "base/arguments.h"
+#include "base/errors.h"
+#include "bus/host.h"
+#include "cli/commands/commands.h"
+
+namespace evalbus::commands {
+namespace {
+
+struct Options {
+  launch::RunOptions run;
+  std::optional<double> noise;
+};
+
+}  // namespace
+
+Action AddCollect(CLI::App* app) {
+  const auto options = std::make_shared<Options>();
+  launch::RunOptions& run = options->run;
+  app->add_option("task", run.tasks, "TASK[/VARIATION]")->required()->expected(1);
+  app->add_option("--out", run.out, "run folder to write")->type_name("FOLDER")->required();
+  app->add_option("--episodes", run.episodes, "how many successes are wanted")
+      ->check(CLI::Range(1, 100'000))
+      ->required();
+  app->add_option("--policy", run.policy.policy, "as for 'evalbus run'")->capture_default_str();
+  app->add_option("--contract", run.policy.contract, "as for 'evalbus run'");
+  app->add_option("--policy-name", run.policy_name, "as for 'evalbus run'");
+  app->add_option(
+         "--noise", options->noise,
+         "of the expert: by how much each joint is off at most, smoothly, rad (0.03, say); default: none")
+      ->check(CLI::Range(0.0, 1.0));
+  app->add_option("--seed", run.seed, "seed; equal seeds give equal bits")
+      ->check(FitsInt64())
+      ->capture_default_str();
+  app->add_option("--control-hz,--hz", run.sim.control_hz, "as for 'evalbus run'")->capture_default_str();
+  app->add_option("--robot", run.sim.robot, "as for 'evalbus run'");
+  app->add_option("--workers", run.workers, "episodes at the same time; the same results")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app->add_flag("--in-process", run.in_process, "as for 'evalbus run'");
+  AddLogLevel(app);
+  return [options, app] {
+    launch::RunOptions& wanted = options->run;
+    if (options->noise) {
+      if (wanted.policy.policy != "expert") throw InputError("--noise: only of --policy expert");
+      if (*options->noise > 0) wanted.policy.policy = fmt::format("noisy_expert:{}", *options->noise);
+    }
+    launch::FollowContract(app->count("--control-hz") > 0, false, &wanted);
+    launch::Collect(wanted);
+    return 0;
+  };
+}
+
+}  // namespace evalbus::commands

@@ -1,0 +1,10 @@
+// Who moves the world of a MODEL: the values of model_info_t.source that are evalbus' own; all others are
+// names that sources gave themselves.
+#pragma once
+
+namespace evalbus::source_name {
+
+inline constexpr char kSim[] = "sim";
+inline constexpr char kFile[] = "file";
+
+}  // namespace evalbus::source_name

@@ -1,0 +1,475 @@
+#include "sim/source_component.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/text.h"
+#include "bus/channels.h"
+#include "lcmtypes/clock.h"
+#include "lcmtypes/end_reason.h"
+#include "lcmtypes/source_name.h"
+
+namespace evalbus::sim {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
+constexpr auto kRepeatModel = std::chrono::seconds(1);
+constexpr int64_t kRepeatModelSimUs = 2'000'000;
+constexpr auto kRepeatUnheard = std::chrono::seconds(2);
+// Metrics gives up a gap once a hundred later ticks are complete: so many are published into it unscored.
+constexpr int64_t kGapWindowTicks = 120;
+// Metrics keeps no ticks further ahead: a longer leap ends the episode.
+constexpr int64_t kMostLeapTicks = 4000;
+// Of a source that is faster than its scoring, a hundred megabytes or so.
+constexpr size_t kMostWaiting = 100'000;
+
+std::string Times(int64_t n, const char* what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
+
+// "left=open,right=closed": how far open is a gripper that nobody measures.
+std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>& texts,
+                                                 const model_info_t& info) {
+  std::vector<std::optional<double>> openings(info.gripper.size());
+  std::vector<std::string> names;
+  for (const gripper_info_t& gripper : info.gripper) names.push_back(gripper.name);
+  for (const std::string& text : texts) {
+    const size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals),
+                      how = equals == std::string::npos ? "" : text.substr(equals + 1);
+    const auto found = std::ranges::find(names, name);
+    if (found == names.end()) {
+      throw InputError("--gripper " + text + ": no gripper is called '" + name + "'" +
+                       Suggestion(name, names));
+    }
+    if (how != "open" && how != "closed")
+      throw InputError("--gripper " + text + ": expected " + name + "=open or " + name + "=closed");
+    openings[static_cast<size_t>(found - names.begin())] = how == "open" ? 1 : 0;
+  }
+  return openings;
+}
+
+}  // namespace
+
+std::string SourceComponent::Running::Faults() const {
+  std::vector<std::string> all;
+  if (ticks.gaps() > 0) all.push_back("samples are missing in " + Times(ticks.gaps(), "place"));
+  if (lost > 0) all.push_back(Times(lost, "sample") + " never came");
+  if (refused > 0) all.push_back(Times(refused, "sample") + " refused, the first: " + first_fault);
+  return fmt::format("{}", fmt::join(all, "; "));
+}
+
+SourceComponent::SourceComponent(Bus* bus, const SimOptions& options)
+    : Component(bus, "sim"),
+      options_(options),
+      prepared_(PrepareScene(options)),
+      opening_(FixedOpenings(options.gripper, prepared_.info)),
+      announcement_(kAnnouncePeriod),
+      model_(kRepeatModel),
+      unheard_state_(kRepeatUnheard),
+      unheard_end_(kRepeatUnheard) {
+  prepared_.info.session = bus->session();
+  for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
+  bus->Subscribe(channels::kHello, [this](const hello_t& m) { OnHello(m); });
+  bus->Subscribe(channels::kSourceState, [this](const source_state_t& m) { OnSample(m); });
+  bus->Subscribe(channels::kCommand, [this](const command_t& m) { OnCommand(m); });
+  bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { OnStatus(m); });
+  bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnOwnModel(m); });
+  bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
+}
+
+void SourceComponent::OnHello(const hello_t& hello) {
+  if (!hello_) {
+    Meet(hello);
+    hello_bytes_.assign(bus().handled().begin(), bus().handled().end());
+    return BeginIfMet();
+  }
+  if (!std::ranges::equal(bus().handled(), hello_bytes_)) {
+    throw InputError(
+        fmt::format("source '{}' says another HELLO than '{}' did at first: begin another watch for it, "
+                    "or is a second source on this bus?",
+                    Printable(hello.source), source()));
+  }
+  // It has not heard MODEL yet.
+  if (phase_ != Phase::kRunning) PublishModel();
+}
+
+void SourceComponent::Meet(const hello_t& hello) {
+  const std::string name = hello.source.empty() ? "source" : Printable(hello.source);
+  if (name == source_name::kSim || name == source_name::kFile) {
+    throw InputError("HELLO: a source cannot be called '" + name + "', which is evalbus' own");
+  }
+  if (hello.period_us < 1 || hello.period_us > 1'000'000) {
+    throw InputError(
+        fmt::format("HELLO of '{}': period_us is {}, expected 1 to 1000000", name, hello.period_us));
+  }
+  const Measured measured{hello.joint_name, hello.has_velocity != 0, hello.object_name};
+  try {
+    scene_ = std::make_unique<MeasuredScene>(&prepared_, measured, name);
+  } catch (const InputError& error) {
+    throw InputError("HELLO of '" + name + "': " + error.what());
+  }
+  for (size_t k = 0; k < opening_.size(); ++k) {
+    if (opening_[k] || !scene_->FingersOf(k).empty()) continue;
+    const std::string& gripper = prepared_.info.gripper[k].name;
+    throw InputError(
+        fmt::format("HELLO of '{}': no joint of the fingers of gripper '{}'; say how it is all the time with "
+                    "--gripper {}=open or "
+                    "{}=closed",
+                    name, gripper, gripper, gripper));
+  }
+  hello_ = hello;
+  model_bytes_ = Encode(prepared_.info);
+  std::vector<std::string> untracked;
+  for (int k = 0; k < prepared_.info.num_objects; ++k) {
+    if (!prepared_.info.object_is_tracked[k]) untracked.push_back(prepared_.info.object_name[k]);
+  }
+  log().Info("source '{}': {} joints at {:g} Hz, velocities {}{}", name, hello.num_joints,
+             1e6 / static_cast<double>(hello.period_us),
+             measured.has_velocity ? "measured" : "by differences",
+             untracked.empty() ? "" : fmt::format("; not tracked: {}", fmt::join(untracked, ", ")));
+}
+
+void SourceComponent::OnCommand(const command_t& command) {
+  if (command.kind == command_t::STOP) {
+    if (phase_ == Phase::kRunning && running_ && running_->state)
+      End(end_reason::kAborted, "stopped on command");
+    done_ = true;
+    return;
+  }
+  const bool is_same = command.episode == status_.episode;
+  if (command.kind != command_t::START_EPISODE || (phase_ == Phase::kRunning && running_) ||
+      (is_same && command.attempt <= status_.attempt)) {
+    return;
+  }
+  command_ = command;
+  BeginIfMet();
+}
+
+void SourceComponent::BeginIfMet() {
+  if (!hello_ || !command_) return;
+  begin_ = {};
+  begin_.header.episode = command_->episode;
+  begin_.header.attempt = command_->attempt;
+  begin_.seed = command_->seed;
+  begin_.session = bus().session();
+  EnterEpisode(begin_);
+  roster_.Begin(command_->episode, command_->attempt, command_->required_component, status_.instance);
+  command_.reset();
+  running_.reset();
+  phase_ = Phase::kWaiting;
+  AnnounceEpisode();
+}
+
+void SourceComponent::AnnounceEpisode() {
+  PublishModel();
+  bus().Publish(channels::kEpisodeBegin, begin_);
+  announcement_.Said(steady_clock::now());
+}
+
+void SourceComponent::PublishModel() {
+  bus().Publish(channels::kModel, prepared_.info);
+  model_.Said(steady_clock::now());
+  model_published_sim_us_ = running_ && running_->state ? running_->state->header.sim_time_us : 0;
+}
+
+void SourceComponent::OnOwnModel(const model_info_t& model) {
+  if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
+  if (!IsOfOurRun(model.session)) return;
+  End(end_reason::kAborted, "a MODEL that is not ours: is a sim on this bus, or a log being played?");
+}
+
+void SourceComponent::OnOwnBegin(const episode_begin_t& begin) {
+  if (phase_ == Phase::kIdle || !IsOfOurRun(begin.session) || HasEntered(begin)) return;
+  End(end_reason::kAborted,
+      "an EPISODE_BEGIN that is not ours: is a sim on this bus, or a log being played?");
+}
+
+void SourceComponent::OnStatus(const component_status_t& status) {
+  if (!roster_.Hear(status)) {
+    ++status_.foreign_messages;
+    return;
+  }
+  if (phase_ == Phase::kIdle) return;
+  if (!roster_.twice().empty()) {
+    return End(end_reason::kAborted, "two processes on this bus say that they are the " + roster_.twice());
+  }
+  if (phase_ == Phase::kWaiting && roster_.Missing().empty()) {
+    phase_ = Phase::kRunning;
+    SayReady();
+    log().Info("waits for the source's next episode");
+  }
+  Advance();
+}
+
+std::string SourceComponent::FaultOf(const source_state_t& message, Sample* sample) const {
+  if (newest_->first_stamp_us && message.stamp_us <= newest_->stamp_us) {
+    return fmt::format("the time goes from {} us to {} us; it must go up", newest_->stamp_us,
+                       message.stamp_us);
+  }
+  sample->time_s = Seconds(message.stamp_us - newest_->first_stamp_us.value_or(message.stamp_us));
+  sample->position = message.joint_position_mixed;
+  sample->velocity = message.joint_velocity_mixed;
+  sample->object = message.object;
+  sample->opening = opening_;
+  return scene_->SampleFault(*sample);
+}
+
+void SourceComponent::OnSample(const source_state_t& message) {
+  if (!hello_) {
+    ++status_.foreign_messages;
+    if (!std::exchange(unknown_told_, true)) {
+      log().Warn("a SOURCE_STATE before HELLO: nobody knows what its joints are");
+    }
+    return;
+  }
+  const auto check = [&](const char* what, int32_t has, int32_t expected) {
+    if (has == expected) return;
+    throw InputError(fmt::format("source '{}', sample {}: {} {}, HELLO says {}", source(), message.sample,
+                                 has, what, expected));
+  };
+  check("joint positions", message.num_joints, hello_->num_joints);
+  check("joint velocities", message.num_velocities, hello_->has_velocity ? hello_->num_joints : 0);
+  check("object poses", message.num_objects, hello_->num_objects);
+  silence_ = Wait(steady_clock::now());
+
+  const bool is_other = !newest_ || message.episode != newest_->number;
+  // A source that was started again begins to count again.
+  const bool is_again = !is_other && message.sample == 0 && newest_->sample > 0;
+  if (is_again && !newest_->is_over) {
+    Arrive({newest_episode_, std::nullopt, 0, "the source began the episode again", 0, true});
+  }
+  if (is_other || is_again) {
+    newest_.emplace().number = message.episode;
+    ++newest_episode_;
+  }
+  if (newest_->is_over || newest_episode_ <= finished_) return;  // it is scored; the rest does not matter
+  Arrived arrived{newest_episode_, Sample{}, message.sample, "", 0, message.is_last != 0};
+  const int64_t expected = newest_->sample + 1;
+  // Its time 0 is not known then.
+  const bool begins_late = expected == 0 && message.sample > 0;
+  if (message.sample < expected) {
+    arrived.fault = fmt::format("sample {} comes after sample {}: is a second source on this bus?",
+                                message.sample, newest_->sample);
+  } else {
+    arrived.lost = message.sample - expected;
+    newest_->sample = message.sample;
+    arrived.fault =
+        begins_late ? "the episode's first sample never came" : FaultOf(message, &*arrived.sample);
+  }
+  if (arrived.fault.empty()) {
+    if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
+    const int64_t leap_us = message.stamp_us - newest_->stamp_us;
+    const double longest_us = std::min(options_.source_timeout_s * 1e6,
+                                       static_cast<double>(kMostLeapTicks * ControlPeriodUs(prepared_.info)));
+    if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
+      arrived.fault = fmt::format("its clock leaps by {:.3g} s", Seconds(leap_us));
+      arrived.is_last = true;
+    }
+    newest_->stamp_us = message.stamp_us;
+  }
+  if (!arrived.fault.empty()) {
+    // Units and order are wrong from the first sample on, and so is all that follows.
+    if (newest_episode_ == 0 && !newest_->first_stamp_us && !begins_late) {
+      throw InputError(fmt::format("source '{}', sample {}: {}", source(), message.sample, arrived.fault));
+    }
+    arrived.sample.reset();
+  }
+  newest_->is_over = arrived.is_last;
+  Arrive(std::move(arrived));
+  Advance();
+}
+
+void SourceComponent::Arrive(Arrived arrived) {
+  if (arrived_.size() >= kMostWaiting) {
+    overflowed_ = true;
+    return;
+  }
+  if (std::exchange(overflowed_, false)) {
+    arrived_.push_back(
+        {arrived.episode, std::nullopt, arrived.number, "scores do not keep up with the source"});
+  }
+  arrived_.push_back(std::move(arrived));
+}
+
+void SourceComponent::TakeArrived() {
+  for (; !arrived_.empty(); arrived_.pop_front()) {
+    Arrived& arrived = arrived_.front();
+    if (arrived.episode <= finished_) continue;
+    if (!running_) {
+      running_.emplace(arrived.episode, ControlPeriod(prepared_.info), Seconds(hello_->period_us));
+    }
+    if (arrived.episode != running_->episode) {
+      running_->is_over = true;
+      return;
+    }
+    if (running_->is_over) continue;
+    running_->lost += arrived.lost;
+    running_->is_over = arrived.is_last;
+    if (arrived.sample) {
+      running_->ticks.Add(std::move(*arrived.sample), std::exchange(running_->after_refused, false));
+      continue;
+    }
+    running_->after_refused = true;
+    const std::string fault = fmt::format("sample {}: {}", arrived.number, arrived.fault);
+    if (running_->refused++ > 0) continue;
+    running_->first_fault = fault;
+    log().Warn("refused, the episode is incomplete: {}", fault);
+  }
+}
+
+bool SourceComponent::TimeIsUp() const {
+  return running_->state->header.sim_time_us >= (running_->success_us
+                                                     ? *running_->success_us + prepared_.info.after_success_us
+                                                     : prepared_.info.time_limit_us);
+}
+
+void SourceComponent::EndInTime() {
+  End(running_->success_us ? end_reason::kSuccess : end_reason::kTimeLimit);
+}
+
+bool SourceComponent::MayPublish() const {
+  const Running& r = *running_;
+  if (!r.state) return true;
+  const int64_t tick = r.state->header.tick;
+  const bool is_answered = r.is_scored() || (r.is_in_gap() && tick - r.behind_gap < kGapWindowTicks);
+  return is_answered && roster_.Lagging(tick).empty();
+}
+
+void SourceComponent::Advance() {
+  while (phase_ == Phase::kRunning) {
+    TakeArrived();
+    if (!running_) return;
+    Running& r = *running_;
+    if (r.state && TimeIsUp() && (r.is_scored() || r.is_in_gap())) return EndInTime();
+    if (!MayPublish()) return;
+    if (const auto tick = r.ticks.Next()) {
+      PublishState(*tick);
+    } else if (!r.is_over) {
+      return;
+    } else if (r.state) {
+      return End(end_reason::kEndOfData);
+    } else {
+      log().Warn("the source's episode has no sample that is usable: {}", r.Faults());
+      finished_ = r.episode;
+      running_.reset();
+    }
+  }
+}
+
+void SourceComponent::PublishState(const SampleTicks::Tick& tick) {
+  Running& r = *running_;
+  header_t header = begin_.header;
+  header.tick = tick.number;
+  header.sim_time_us = tick.number * ControlPeriodUs(prepared_.info);
+  if (tick.number > (r.state ? r.state->header.tick : -1) + 1) r.behind_gap = tick.number;
+  r.state = scene_->At(*tick.before, *tick.behind, tick.share, r.state ? &*r.state : nullptr, header);
+  const auto now = steady_clock::now();
+  unscored_ = Wait(now);
+  unheard_state_.Said(now);
+  Progress(header);
+  bus().Publish(channels::kState, *r.state);
+}
+
+void SourceComponent::OnPartial(const partial_metrics_t& partial) {
+  if (phase_ != Phase::kRunning || !IsOurs(partial.header)) return;
+  if (!running_ || !running_->state || partial.header.tick > running_->state->header.tick) {
+    ++status_.foreign_messages;
+    return;
+  }
+  Running& r = *running_;
+  r.scored_tick = std::max(r.scored_tick, partial.header.tick);
+  if (partial.verdict == partial_metrics_t::SUCCESS && !r.success_us)
+    r.success_us = partial.header.sim_time_us;
+  if (partial.verdict == partial_metrics_t::FAILURE) return End(end_reason::kFailure);
+  Advance();
+}
+
+void SourceComponent::End(std::string reason, std::string detail, bool lacks_tick) {
+  const bool aborted = reason == end_reason::kAborted;
+  end_ = {};
+  end_.header = running_ && running_->state ? running_->state->header : begin_.header;
+  if (running_) {
+    // The verdict stands, whatever ends what comes after it.
+    if (running_->success_us && reason != end_reason::kSuccess && !aborted) {
+      detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
+      reason = end_reason::kSuccess;
+    }
+    if (const std::string faults = running_->Faults(); !faults.empty()) {
+      detail += (detail.empty() ? "" : "; ") + faults;
+    }
+    const bool is_broken = running_->after_refused || running_->ticks.is_broken();
+    if (lacks_tick || (reason == end_reason::kEndOfData && is_broken)) {
+      ++end_.header.tick;
+      end_.header.sim_time_us += ControlPeriodUs(prepared_.info);
+    }
+    finished_ = running_->episode;
+    running_.reset();
+  }
+  phase_ = Phase::kIdle;
+  end_.end_reason = reason;
+  end_.detail = detail;
+  const std::string text = reason + (detail.empty() ? "" : ": " + detail);
+  if (detail.empty()) {
+    log().Info("ends, {}", text);
+  } else {
+    log().Warn("ends, {}", text);
+  }
+  unheard_end_.Said(steady_clock::now());
+  bus().Publish(channels::kEpisodeEnd, end_);
+  status_.state = component_status_t::IDLE;
+  status_.last_finished_episode = status_.episode;
+  PublishStatus();
+}
+
+void SourceComponent::Poll(SteadyTime now) {
+  Component::Poll(now);
+  if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
+  if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unheard_end_.Due(now)) {
+    unheard_end_.Said(now);
+    bus().Publish(channels::kEpisodeEnd, end_);
+  }
+  if (phase_ != Phase::kRunning) return;
+  const int64_t time_us = running_ && running_->state ? running_->state->header.sim_time_us : 0;
+  if (model_.Due(now) || time_us - model_published_sim_us_ >= kRepeatModelSimUs) PublishModel();
+  MindSilence(now);
+}
+
+void SourceComponent::MindSilence(SteadyTime now) {
+  const bool is_silent = silence_.Look(now) > std::chrono::duration<double>(options_.source_timeout_s);
+  const auto unscored = unscored_.Look(now);
+  if (!running_) return;
+  Running& r = *running_;
+  const bool has_all = !r.state || r.is_scored() || r.is_in_gap();
+  if (is_silent && has_all && arrived_.empty() && !r.is_over) {
+    r.is_over = true;
+    if (r.state) {
+      End(end_reason::kEndOfData,
+          fmt::format("the source has said nothing for {:g} s", options_.source_timeout_s), true);
+    } else {
+      Advance();
+    }
+    return;
+  }
+  if (!r.state) return;
+  const int64_t tick = r.state->header.tick;
+  const std::string laggard = roster_.Lagging(tick);
+  if (has_all && laggard.empty()) return;
+  const auto& [lacking, from] = roster_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
+                                                                     : std::pair("PARTIAL", "metrics");
+  if (!has_all && unheard_state_.Due(now)) {
+    log().Warn("no {} from {} for tick {}: says STATE again", lacking, from, tick);
+    unheard_state_.Said(now);
+    bus().Publish(channels::kState, *r.state);
+  }
+  if (unscored <= std::chrono::duration<double>(options_.metrics_timeout_s)) return;
+  End(end_reason::kAborted, has_all ? fmt::format("{} does not keep up at tick {}", laggard, tick)
+                                    : fmt::format("no {} for tick {} from {} within {:g} s", lacking, tick,
+                                                  from, options_.metrics_timeout_s));
+}
+
+}  // namespace evalbus::sim

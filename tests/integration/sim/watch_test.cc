@@ -1,0 +1,230 @@
+// `evalbus watch` with a source of our own, in C++ and over a real bus: a run that is stripped to what a
+// robot knows gets the scores it had.
+#include <cmath>
+#include <map>
+
+#include "bus/channels.h"
+#include "evalbus/episode_summary_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A source: says HELLO until MODEL is heard, then what it measures. It waits for each STATE, which a robot
+// does not.
+class Source {
+ public:
+  explicit Source(const std::string& url) : bus_(url) {
+    bus_.Subscribe(channels::kModel, [this](const model_info_t&) { is_met_ = true; });
+    bus_.Subscribe(channels::kState, [this](const state_t& state) { tick_ = state.header.tick; });
+    bus_.Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& end) { ended_ = end.header.episode; });
+  }
+  // Names the joints of arms and fingers of a recorded run, and its objects or none.
+  bool Meet(const model_info_t& model, bool with_objects) {
+    hello_.source = "a recorded robot";
+    hello_.period_us = model.timestep_us * model.substeps;
+    for (size_t k = 0; k < model.joint_name.size(); ++k) {
+      const std::string& name = model.joint_name[k];
+      if (!name.starts_with("left/") && !name.starts_with("right/")) continue;
+      hello_.joint_name.push_back(name);
+      qpos_.push_back(model.joint_qpos_index[k]);
+    }
+    hello_.num_joints = static_cast<int32_t>(hello_.joint_name.size());
+    if (with_objects) hello_.object_name = model.object_name;
+    hello_.num_objects = static_cast<int32_t>(hello_.object_name.size());
+    for (const std::string& object : hello_.object_name) {
+      body_.push_back(std::ranges::find(model.body_name, object) - model.body_name.begin());
+    }
+    auto said = std::chrono::steady_clock::time_point{};
+    return Until([&] {
+      if (const auto now = std::chrono::steady_clock::now(); now - said > std::chrono::milliseconds(500)) {
+        said = now;
+        bus_.Publish(channels::kHello, hello_);
+      }
+      return is_met_;
+    });
+  }
+  // Plays the states of an episode as its own `episode`.
+  bool Play(const std::vector<state_t>& states, int32_t episode,
+            const std::function<void(source_state_t*)>& change) {
+    tick_ = ended_ = -1;
+    for (size_t k = 0; k < states.size(); ++k) {
+      source_state_t sample{};
+      sample.episode = episode;
+      sample.sample = static_cast<int64_t>(k);
+      // The clock of another machine.
+      sample.stamp_us = 1'700'000'000'000'000 + states[k].header.sim_time_us;
+      for (const int index : qpos_)
+        sample.joint_position_mixed.push_back(states[k].qpos_mixed[static_cast<size_t>(index)]);
+      sample.num_joints = hello_.num_joints;
+      for (const auto body : body_) sample.object.push_back(states[k].body[static_cast<size_t>(body)]);
+      sample.num_objects = hello_.num_objects;
+      sample.is_last = k + 1 == states.size();
+      if (change) change(&sample);
+      bus_.Publish(channels::kSourceState, sample);
+      if (!change && !Until([&] { return tick_ == static_cast<int64_t>(k) || ended_ == episode; }))
+        return false;
+    }
+    return Until([&] { return ended_ == episode; });
+  }
+
+ private:
+  bool Until(const std::function<bool()>& condition) {
+    return WaitFor([&] {
+      while (bus_.Handle()) {
+      }
+      return condition();
+    });
+  }
+
+  Bus bus_;
+  hello_t hello_{};
+  std::vector<int> qpos_;
+  std::vector<ptrdiff_t> body_;
+  bool is_met_ = false;
+  int64_t tick_ = -1;
+  int32_t ended_ = -1;
+};
+
+class Watch : public testing::Test {
+ protected:
+  void SetUp() override {
+    EVALBUS_NEEDS_BUS();
+    Evaluate({"lift_pot/position", "--policy", "expert", "--episodes", "1", "--seed", "3", "--in-process"},
+             original());
+    const RecordedLog log = ReadLog(LogFile(original(), 0));
+    model_ = log.Messages(channels::kModel).at(0);
+    states_ = log.Messages(channels::kState);
+  }
+  fs::path original() const { return folder_.path() / "original"; }
+  fs::path out() const { return folder_.path() / "watched"; }
+  std::unique_ptr<Program> Begin(const std::string& url, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> command = {"evalbus", "watch", "lift_pot/position", "--out", out(),
+                                        "--url",   url};
+    command.insert(command.end(), more.begin(), more.end());
+    return std::make_unique<Program>(command);
+  }
+
+  TemporaryFolder folder_;
+  model_info_t model_{};
+  std::vector<state_t> states_;
+};
+
+// Numbers of the one that the other has, too, agree.
+void ExpectAgree(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b, double tolerance,
+                 const std::string& at) {
+  if (a.is_object()) {
+    for (const auto& [key, value] : a.items()) {
+      if (b.contains(key)) ExpectAgree(value, b[key], tolerance, at + "." + key);
+    }
+  } else if (a.is_number()) {
+    ASSERT_TRUE(b.is_number()) << at;
+    EXPECT_NEAR(a.get<double>(), b.get<double>(), tolerance * std::max(1.0, std::abs(a.get<double>()))) << at;
+  }
+}
+
+TEST_F(Watch, ARunStrippedToWhatATrackedRobotKnowsGetsItsScores) {
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url, {"--episodes", "2"});
+  Source source(url);
+  ASSERT_TRUE(source.Meet(model_, true)) << watch->out() << watch->err();
+  for (int episode = 0; episode < 2; ++episode) {
+    ASSERT_TRUE(source.Play(states_, episode, {})) << watch->out() << watch->err();
+  }
+  ASSERT_EQ(watch->Wait(), 0) << watch->out() << watch->err();
+  const auto before = Episodes(original()).at(0), after = Episodes(out()).at(0);
+  EXPECT_EQ(after["end_reason"], "success");
+  EXPECT_EQ(after["complete"], true);
+  EXPECT_EQ(after["metrics"]["success"], before["metrics"]["success"]);
+  EXPECT_EQ(after["metrics"]["completion_time"], before["metrics"]["completion_time"]);
+  EXPECT_EQ(after["metrics"]["env_collision_count"], before["metrics"]["env_collision_count"]);
+  EXPECT_EQ(after["metrics"]["slip_count"], before["metrics"]["slip_count"]);
+  for (const char* key :
+       {"cartesian_path_length", "joint_path_length", "orientation_path_length", "subtask_progress"}) {
+    ASSERT_TRUE(after["metrics"].contains(key)) << key;
+    ExpectAgree(before["metrics"][key], after["metrics"][key], 1e-9, key);
+  }
+  EXPECT_FALSE(after["extended"].contains("mechanical_work_J"));
+  // Bodies and contacts are where they were.
+  const RecordedLog log = ReadLog(LogFile(out(), 0));
+  const auto states = log.Messages(channels::kState);
+  ASSERT_EQ(states.size(), states_.size());
+  for (size_t k = 0; k < states.size(); ++k) {
+    for (size_t body = 0; body < states[k].body.size(); ++body) {
+      for (int i = 0; i < 3; ++i) {
+        ASSERT_NEAR(states[k].body[body].position_m[i], states_[k].body[body].position_m[i], 1e-9)
+            << model_.body_name[body] << " at tick " << k;
+      }
+    }
+  }
+  // The same again is the same, and everything else takes the folder.
+  EXPECT_EQ(Episodes(out()).at(1)["metrics"], after["metrics"]);
+  for (const std::vector<std::string>& reader :
+       {std::vector<std::string>{"evalbus", "rescore", out()},
+        {"evalbus", "report", out()},
+        {"evalbus", "compare", out(), original()},
+        {"evalbus", "export", out(), "--csv", folder_.path() / "table.csv"}}) {
+    const Result result = RunProgram(reader);
+    EXPECT_EQ(result.code, 0) << reader[1] << result.out << result.err;
+  }
+}
+
+TEST_F(Watch, WithoutObjectsNothingIsSaidAboutThem) {
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url);
+  Source source(url);
+  ASSERT_TRUE(source.Meet(model_, false));
+  ASSERT_TRUE(source.Play(states_, 0, {}));
+  ASSERT_EQ(watch->Wait(), 0) << watch->err();
+  const auto before = Episodes(original()).at(0), after = Episodes(out()).at(0);
+  EXPECT_EQ(after["failure_reason"], "not_judged");
+  EXPECT_FALSE(after["metrics"].contains("success"));
+  EXPECT_FALSE(after["metrics"].contains("slip_count"));
+  EXPECT_EQ(after["end_reason"], "end_of_data");
+  ExpectAgree(before["metrics"]["cartesian_path_length"], after["metrics"]["cartesian_path_length"], 1e-9,
+              "path");
+}
+
+TEST_F(Watch, ANaNAndAGapLeaveTheEpisodeIncomplete) {
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url);
+  Source source(url);
+  ASSERT_TRUE(source.Meet(model_, true));
+  const std::vector<state_t> states(states_.begin(), states_.begin() + 60);
+  ASSERT_TRUE(source.Play(states, 0, [](source_state_t* sample) {
+    if (sample->sample == 30) sample->joint_position_mixed[2] = std::nan("");
+    if (sample->sample > 40) sample->stamp_us += 1'000'000;
+  }));
+  ASSERT_EQ(watch->Wait(), 0) << watch->err();
+  const auto episode = Episodes(out()).at(0);
+  EXPECT_EQ(episode["complete"], false);
+  // The tick of the NaN, and 51 periods without 50 ticks.
+  EXPECT_EQ(episode["extended"]["missing_ticks"], 51);
+  EXPECT_NE(watch->out().find("refused, the episode is incomplete: sample 30: left/joint3 is nan"),
+            std::string::npos)
+      << watch->out();
+}
+
+TEST_F(Watch, WhatDoesNotFitIsOneLine) {
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url);
+  Bus bus(url);
+  hello_t hello{};
+  hello.source = "mine";
+  hello.period_us = 20'000;
+  hello.joint_name = {"left/joint_1"};
+  hello.num_joints = 1;
+  ASSERT_TRUE(WaitFor([&] {
+    bus.Publish(channels::kHello, hello);
+    return !watch->running();
+  }));
+  EXPECT_EQ(watch->Wait(), 1);
+  EXPECT_EQ(watch->err(),
+            "error: HELLO of 'mine': no joint is called 'left/joint_1'; did you mean 'left/joint1'?\n");
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+}  // namespace
+}  // namespace evalbus

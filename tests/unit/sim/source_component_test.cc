@@ -1,0 +1,423 @@
+#include "sim/source_component.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "base/errors.h"
+#include "bus/channels.h"
+#include "lcmtypes/end_reason.h"
+#include "sim/world.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::sim {
+namespace {
+
+using testing::HasSubstr;
+
+// Plays the source, the launcher and metrics on an in-process bus. Control ticks and samples are 20 ms long.
+class SourceComponentTest : public testing::Test {
+ protected:
+  SourceComponentTest() {
+    Log::SetFiles([this](const std::string& name) { return folder_.path() / (name + ".log"); });
+    options_.task = "lift_pot";
+    options_.out = folder_.path();
+    hello_.source = "two Frankas";
+    hello_.period_us = 20'000;
+    for (const std::string arm : {"left", "right"}) {
+      for (int j = 1; j <= 7; ++j) hello_.joint_name.push_back(arm + "/joint" + std::to_string(j));
+    }
+    home_ = {0, 0, 0, -1.5, 0, 1.5, 0, 0, 0, 0, -1.5, 0, 1.5, 0};
+    for (const std::string arm : {"left", "right"}) {
+      hello_.joint_name.push_back(arm + "/hand/finger_joint1");
+      home_.push_back(0.02);
+    }
+    hello_.object_name = {"pot"};
+  }
+  ~SourceComponentTest() override { Log::SetFiles({}); }
+
+  void MakeSource() {
+    component_.reset();
+    bus_.emplace("memq://");
+    component_ = std::make_unique<SourceComponent>(&*bus_, options_);
+    bus_->Subscribe(channels::kModel, [this](const model_info_t& m) {
+      model_ = m;
+      ++num_models_;
+    });
+    bus_->Subscribe(channels::kState, [this](const state_t& m) { states_.push_back(m); });
+    bus_->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { ends_.push_back(m); });
+  }
+  void HandleAll() {
+    while (bus_->Handle()) {
+    }
+  }
+  void Hello() {
+    hello_.num_joints = static_cast<int32_t>(hello_.joint_name.size());
+    hello_.num_objects = static_cast<int32_t>(hello_.object_name.size());
+    bus_->Publish(channels::kHello, hello_);
+    HandleAll();
+  }
+  void Command(int32_t episode) {
+    command_t command{};
+    command.kind = command_t::START_EPISODE;
+    command.episode = episode;
+    command.required_component = {"metrics"};
+    command.num_required = 1;
+    bus_->Publish(channels::kCommand, command);
+    HandleAll();
+    component_status_t status{};
+    status.component = "metrics";
+    status.state = component_status_t::READY;
+    status.episode = episode;
+    bus_->Publish(channels::kStatus, status);
+    HandleAll();
+  }
+  void Start() {
+    MakeSource();
+    Hello();
+    Command(0);
+  }
+  source_state_t Sample(int64_t sample, int32_t episode = 0) const {
+    source_state_t message{};
+    message.episode = episode;
+    message.sample = sample;
+    message.stamp_us = 1'000'000'000 + sample * 20'000;
+    message.joint_position_mixed = home_;
+    message.num_joints = static_cast<int32_t>(home_.size());
+    for (size_t k = 0; k < hello_.object_name.size(); ++k) {
+      message.object.push_back({{0.5, 0, 1}, {1, 0, 0, 0}});
+    }
+    message.num_objects = static_cast<int32_t>(message.object.size());
+    return message;
+  }
+  void Send(const source_state_t& message) {
+    bus_->Publish(channels::kSourceState, message);
+    HandleAll();
+  }
+  void Score(int64_t tick, int8_t verdict = partial_metrics_t::UNDECIDED) {
+    partial_metrics_t partial{};
+    partial.header = states_.back().header;
+    partial.header.tick = tick;
+    partial.header.sim_time_us = tick * 20'000;
+    partial.verdict = verdict;
+    bus_->Publish(channels::kPartial, partial);
+    HandleAll();
+  }
+  // Scores what comes until no more comes.
+  void ScoreAll() {
+    for (size_t k = scored_; k < states_.size(); k = ++scored_) Score(states_[k].header.tick);
+  }
+  // What a handler throws of this message.
+  template <class Function>
+  std::string Error(const Function& function) {
+    try {
+      function();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  std::vector<int64_t> Ticks() const {
+    std::vector<int64_t> ticks;
+    for (const state_t& state : states_) ticks.push_back(state.header.tick);
+    return ticks;
+  }
+
+  TemporaryFolder folder_;
+  std::optional<Bus> bus_;
+  SimOptions options_;
+  hello_t hello_{};
+  std::vector<double> home_;
+  std::unique_ptr<SourceComponent> component_;
+  model_info_t model_{};
+  int num_models_ = 0;
+  size_t scored_ = 0;
+  std::vector<state_t> states_;
+  std::vector<episode_end_t> ends_;
+};
+
+TEST_F(SourceComponentTest, AnswersHelloWithAModelThatSaysWhatIsKnown) {
+  MakeSource();
+  Command(0);
+  EXPECT_EQ(num_models_, 0);  // nobody knows yet what there is to say
+  Hello();
+  ASSERT_GT(num_models_, 0);
+  EXPECT_EQ(model_.source, "two Frankas");
+  EXPECT_EQ(model_.has_physics, 0);
+  EXPECT_EQ(model_.has_velocity, 0);
+  EXPECT_EQ(model_.object_is_tracked[0], 1);
+  const int before = num_models_;
+  Hello();  // it has not heard
+  EXPECT_EQ(num_models_, before + 1);
+}
+
+TEST_F(SourceComponentTest, AnObjectThatNobodyTracksIsSaidNotToBe) {
+  hello_.object_name.clear();
+  Start();
+  EXPECT_EQ(model_.object_is_tracked[0], 0);
+}
+
+TEST_F(SourceComponentTest, MakesOneStateAtATimeAndVelocitiesOfDifferences) {
+  Start();
+  Send(Sample(0));
+  source_state_t next = Sample(1);
+  next.joint_position_mixed[1] += 0.01;
+  next.object[0].position_m[0] = 0.6;
+  Send(next);
+  EXPECT_EQ(Ticks(), std::vector<int64_t>{0});  // the first has no score yet
+  Score(0);
+  ASSERT_EQ(states_.size(), 2u);
+  EXPECT_EQ(states_[1].header.sim_time_us, 20'000);
+  EXPECT_NEAR(states_[1].arm[0].joint_velocity_radps[1], 0.01 / 0.02, 1e-9);
+  EXPECT_EQ(states_[0].arm[0].joint_velocity_radps[1], 0);
+  EXPECT_EQ(states_[1].gripper[0].opening, 0.5);  // 20 of 40 mm
+  const auto pot = std::ranges::find(model_.body_name, "pot") - model_.body_name.begin();
+  EXPECT_EQ(states_[1].body[static_cast<size_t>(pot)].position_m[0], 0.6);
+}
+
+TEST_F(SourceComponentTest, LinksAndWristsAreWhereOurOwnSimHasThem) {
+  Start();
+  Send(Sample(0));
+  const PreparedScene prepared = ComposeScene(options_);
+  const ModelPtr model(mj_copyModel(nullptr, prepared.scene.physics.get()));
+  const DataPtr data(mj_makeData(model.get()));
+  for (size_t k = 0; k < home_.size(); ++k) {
+    data->qpos[model->jnt_qposadr[mj_name2id(model.get(), mjOBJ_JOINT, hello_.joint_name[k].c_str())]] =
+        home_[k];
+  }
+  mj_forward(model.get(), data.get());
+  for (const std::string& body : model_.body_name) {
+    if (!body.starts_with("left/link") && !body.starts_with("right/link")) continue;
+    const int id = mj_name2id(model.get(), mjOBJ_BODY, body.c_str());
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(states_[0].body[static_cast<size_t>(id)].position_m[i], data->xpos[3 * id + i], 1e-12)
+          << body;
+    }
+  }
+  for (const arm_info_t& arm : model_.arm) {
+    const int site = mj_name2id(model.get(), mjOBJ_SITE, arm.wrist_site.c_str());
+    const auto index = static_cast<size_t>(&arm - model_.arm.data());
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(states_[0].arm[index].wrist_position_m[i], data->site_xpos[3 * site + i], 1e-12);
+    }
+  }
+}
+
+TEST_F(SourceComponentTest, MeasuredVelocitiesAreTakenAsTheyAre) {
+  hello_.has_velocity = 1;
+  Start();
+  EXPECT_EQ(model_.has_velocity, 1);
+  source_state_t sample = Sample(0);
+  sample.joint_velocity_mixed.assign(home_.size(), 0.25);
+  sample.num_velocities = sample.num_joints;
+  Send(sample);
+  EXPECT_EQ(states_.at(0).arm[1].joint_velocity_radps[6], 0.25);
+}
+
+TEST_F(SourceComponentTest, AnEpisodeEndsWhereItsSourceSaysOrBeginsTheNext) {
+  Start();
+  Send(Sample(0));
+  source_state_t last = Sample(1);
+  last.is_last = 1;
+  Send(last);
+  ScoreAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
+  EXPECT_EQ(ends_[0].header.tick, 1);
+  EXPECT_EQ(ends_[0].detail, "");
+  // Before anybody waits for it: it is scored when it is commanded.
+  Send(Sample(0, 1));
+  Send(Sample(1, 1));
+  EXPECT_EQ(states_.size(), 2u);
+  Command(1);
+  ScoreAll();
+  EXPECT_EQ(states_.size(), 4u);
+  Send(Sample(0, 2));
+  ASSERT_EQ(ends_.size(), 2u);
+  EXPECT_EQ(ends_[1].header.episode, 1);
+  EXPECT_EQ(ends_[1].header.tick, 1);
+}
+
+TEST_F(SourceComponentTest, WhatComesAfterTheVerdictDoesNotMatter) {
+  Start();
+  Send(Sample(0));
+  Send(Sample(1));
+  Score(0, partial_metrics_t::SUCCESS);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, end_reason::kSuccess);
+  EXPECT_EQ(ends_[0].header.tick, 0);
+  Command(1);
+  Send(Sample(2));
+  EXPECT_EQ(states_.size(), 1u);
+  Send(Sample(0, 7));
+  EXPECT_EQ(states_.size(), 2u);
+}
+
+TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
+  for (const auto& [spoil, said] :
+       {std::pair<void (*)(source_state_t*), std::string>{
+            [](source_state_t* s) { s->joint_position_mixed[3] = std::nan(""); }, "left/joint4 is nan"},
+        {[](source_state_t* s) { s->joint_position_mixed[3] = 4; },
+         "4 rad is beyond the range of left/joint4"},
+        {[](source_state_t* s) { s->stamp_us -= 20'000; }, "the time goes from"},
+        {[](source_state_t* s) { s->object[0].quat_wxyz[0] = 2; }, "has norm 2, expected 1"},
+        {[](source_state_t* s) { s->object[0].position_m[2] = std::numeric_limits<double>::infinity(); },
+         "the position of pot is"}}) {
+    states_.clear();
+    ends_.clear();
+    scored_ = 0;
+    Start();
+    for (int64_t k = 0; k < 5; ++k) {
+      source_state_t sample = Sample(k);
+      if (k == 2) spoil(&sample);
+      if (k == 4) sample.is_last = 1;
+      Send(sample);
+      ScoreAll();
+    }
+    // Tick 2 is missing: nothing was made of what cannot be.
+    EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 1, 3, 4})) << said;
+    ASSERT_EQ(ends_.size(), 1u);
+    EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample 2: "));
+    EXPECT_THAT(ends_[0].detail, HasSubstr(said));
+  }
+}
+
+TEST_F(SourceComponentTest, ARefusedLastSampleDoesToo) {
+  Start();
+  Send(Sample(0));
+  source_state_t last = Sample(1);
+  last.joint_position_mixed[0] = std::nan("");
+  last.is_last = 1;
+  Send(last);
+  ScoreAll();
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].header.tick, 1);  // which was never said
+  EXPECT_EQ(Ticks(), std::vector<int64_t>{0});
+}
+
+TEST_F(SourceComponentTest, LostSamplesAreCountedAndAGapIsMissing) {
+  Start();
+  for (const int64_t k : {0, 1, 2, 12, 13}) {
+    source_state_t sample = Sample(k);
+    sample.is_last = k == 13;
+    Send(sample);
+    ScoreAll();
+  }
+  EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 1, 2, 12, 13}));
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].detail, "samples are missing in 1 place; 9 samples never came");
+}
+
+TEST_F(SourceComponentTest, MetricsMayWaitForAGapWhileLaterTicksCome) {
+  Start();
+  Send(Sample(0));
+  Score(0);
+  for (int64_t k = 10; k < 400; ++k) Send(Sample(k));
+  // A hundred complete ticks behind it are what metrics gives it up for.
+  EXPECT_GT(states_.size(), 101u);
+  EXPECT_LT(states_.size(), 130u);
+}
+
+TEST_F(SourceComponentTest, ASilentSourceHasBrokenItsEpisodeOff) {
+  Start();
+  Send(Sample(0));
+  Score(0);
+  auto now = std::chrono::steady_clock::now();
+  for (int k = 0; k < 10; ++k) component_->Poll(now += std::chrono::milliseconds(200));
+  HandleAll();
+  EXPECT_TRUE(ends_.empty());  // two seconds of five
+  for (int k = 0; k < 20; ++k) component_->Poll(now += std::chrono::milliseconds(200));
+  HandleAll();
+  ASSERT_GE(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, end_reason::kEndOfData);
+  EXPECT_EQ(ends_[0].header.tick, 1);  // which was never said: the episode is incomplete
+  EXPECT_EQ(ends_[0].detail, "the source has said nothing for 5 s");
+}
+
+TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
+  Start();
+  Send(Sample(0));
+  Score(0);
+  source_state_t sample = Sample(1);
+  sample.stamp_us += 3600'000'000;
+  Send(sample);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].header.tick, 1);
+  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock leaps by 3.6e+03 s"));
+}
+
+TEST_F(SourceComponentTest, ASourceThatStartsAgainBeginsANewEpisode) {
+  Start();
+  Send(Sample(0));
+  Send(Sample(1));
+  ScoreAll();
+  Send(Sample(0));
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].header.tick, 2);
+  EXPECT_THAT(ends_[0].detail, HasSubstr("the source began the episode again"));
+  Command(1);
+  EXPECT_EQ(states_.size(), 3u);
+}
+
+TEST_F(SourceComponentTest, WhatIsWrongFromTheBeginningIsOneLine) {
+  const auto with = [&](const std::function<void()>& change) {
+    const hello_t hello = hello_;
+    MakeSource();
+    change();
+    const std::string error = Error([&] { Hello(); });
+    hello_ = hello;
+    return error;
+  };
+  EXPECT_EQ(with([&] { hello_.joint_name[0] = "left/joint_1"; }),
+            "HELLO of 'two Frankas': no joint is called 'left/joint_1'; did you mean 'left/joint1'?");
+  EXPECT_EQ(with([&] { hello_.joint_name.erase(hello_.joint_name.begin()); }),
+            "HELLO of 'two Frankas': joint 'left/joint1' is missing; all joints of the arms are needed");
+  EXPECT_THAT(with([&] { hello_.joint_name[1] = hello_.joint_name[0]; }), HasSubstr("is there twice"));
+  EXPECT_THAT(with([&] { hello_.object_name = {"kettle"}; }), HasSubstr("no object is called 'kettle'"));
+  EXPECT_EQ(
+      with([&] { hello_.joint_name.pop_back(); }),
+      "HELLO of 'two Frankas': no joint of the fingers of gripper 'right'; say how it is all the time with "
+      "--gripper right=open or right=closed");
+  EXPECT_THAT(with([&] { hello_.period_us = 0; }), HasSubstr("period_us is 0, expected 1 to 1000000"));
+  EXPECT_THAT(with([&] { hello_.source = "sim"; }), HasSubstr("evalbus' own"));
+}
+
+TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {
+  Start();
+  source_state_t sample = Sample(0);
+  sample.joint_position_mixed[3] = -90;  // degrees
+  EXPECT_EQ(Error([&] { Send(sample); }),
+            "source 'two Frankas', sample 0: -90 rad is beyond the range of left/joint4, -3.072 to -0.070; "
+            "are these "
+            "degrees?");
+}
+
+TEST_F(SourceComponentTest, CountsMustBeThoseOfHello) {
+  Start();
+  source_state_t sample = Sample(0);
+  sample.joint_position_mixed.pop_back();
+  --sample.num_joints;
+  EXPECT_EQ(Error([&] { Send(sample); }),
+            "source 'two Frankas', sample 0: 15 joint positions, HELLO says 16");
+}
+
+TEST_F(SourceComponentTest, ASecondSourceIsNoticed) {
+  Start();
+  hello_.source = "three Frankas";
+  EXPECT_THAT(Error([&] { Hello(); }), HasSubstr("is a second source on this bus?"));
+}
+
+TEST_F(SourceComponentTest, AGripperThatNobodyMeasuresIsAsItIsSaid) {
+  options_.gripper = {"right=closed"};
+  hello_.joint_name.pop_back();
+  home_.pop_back();
+  Start();
+  Send(Sample(0));
+  EXPECT_EQ(states_.at(0).gripper[1].opening, 0);
+}
+
+}  // namespace
+}  // namespace evalbus::sim
