@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "base/errors.h"
@@ -229,9 +230,9 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
 }
 
 // Of each run first the episodes with curves, then its failures, then the others; of a suite one of each run,
-// then the next of each.
-void AddViewer(const results::RecordedRuns& runs, const ReportOptions& options,
-               const results::PageLinks& links, viz::Report* report) {
+// then the next of each. Returns a sentence on what is packed.
+std::string AddViewer(const results::RecordedRuns& runs, const ReportOptions& options,
+                      const results::PageLinks& links, viz::Report* report) {
   results::ViewerPack pack(links);
   std::vector<std::vector<int>> order;
   size_t longest = 0;
@@ -252,6 +253,7 @@ void AddViewer(const results::RecordedRuns& runs, const ReportOptions& options,
   pack.Pack(wanted, viz::ReportPage(*report).size(), static_cast<size_t>(options.megabytes * 1e6));
   for (const std::string& remark : pack.remarks()) report->remarks.push_back(remark);
   report->viewer = pack.Viewer();
+  return pack.Note();
 }
 
 // Prints the page's path, its size and what is packed. Returns the exit code. Throws InputError,
@@ -282,12 +284,13 @@ int WriteReport(const ReportOptions& options) {
   report.title = runs.is_suite ? fmt::format("{} run{} in {}", runs.runs.size(),
                                              runs.runs.size() == 1 ? "" : "s", runs.name)
                                : runs.runs[0].task_name();
-  if (options.megabytes > 0) AddViewer(runs, options, links, &report);
+  std::string note;
+  if (options.megabytes > 0) note = AddViewer(runs, options, links, &report);
   const std::string page = viz::ReportPage(report);
   WriteWhole(out, page);
   fmt::print("{}\n", fs::proximate(out).string());
-  if (report.viewer) {
-    fmt::print("{} It has {:.1f} MB.\n", report.viewer->note, static_cast<double>(page.size()) / 1e6);
+  if (!note.empty()) {
+    fmt::print("{} It has {:.1f} MB.\n", note, static_cast<double>(page.size()) / 1e6);
   }
   return 0;
 }

@@ -153,8 +153,7 @@ ComparisonPage ComparisonReport(const std::vector<Comparison>& comparisons, cons
   flipped.insert(flipped.end(), others.begin(), others.end());
   packed.pack.Pack(flipped, html({}).size(), most);
   for (const std::string& remark : packed.pack.remarks()) reports.front().notes.push_back(remark);
-  const viz::PackedViewer viewer = packed.pack.Viewer();
-  return {html(viewer), viewer.note};
+  return {html(packed.pack.Viewer()), packed.pack.Note()};
 }
 
 }  // namespace evalbus::results

@@ -11,7 +11,7 @@ namespace evalbus::results {
 
 struct ComparisonPage {
   std::string html;
-  // Which episodes are shown in 3D, a sentence; empty: none.
+  // Which episodes are shown in 3D, a sentence; empty: none were asked for.
   std::string note;
 };
 

@@ -76,20 +76,25 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
   }
 }
 
-viz::PackedViewer ViewerPack::Viewer() const {
-  viz::PackedViewer viewer{.blocks = {}, .libraries = libraries_, .note = {}};
+std::string ViewerPack::Note() const {
+  if (packed_.empty()) return "There was no room for an episode in 3D (--mb).";
+  if (packed_.size() < episodes_) {
+    return fmt::format("{} of {} episodes are packed into this page, failures first.", packed_.size(),
+                       episodes_);
+  }
+  return fmt::format("{} {} packed into this page.", viz::Plural(static_cast<int>(episodes_), "episode"),
+                     episodes_ == 1 ? "is" : "are");
+}
+
+std::optional<viz::PackedViewer> ViewerPack::Viewer() const {
+  if (packed_.empty()) return std::nullopt;
+  viz::PackedViewer viewer{.blocks = {}, .libraries = libraries_, .note = Note()};
   for (int run = 0; run < static_cast<int>(runs_.size()); ++run) {
     viewer.blocks.emplace_back(fmt::format("run/{}", run),
                                viz::Packed(RunBlock(*runs_[static_cast<size_t>(run)], run)));
     viewer.blocks.emplace_back(fmt::format("episodes/{}", run), viz::Packed(ListBlock(run)));
   }
   viewer.blocks.insert(viewer.blocks.end(), blocks_.begin(), blocks_.end());
-  viewer.note =
-      packed_.size() == episodes_
-          ? fmt::format("{} {} packed into this page.", viz::Plural(static_cast<int>(episodes_), "episode"),
-                        episodes_ == 1 ? "is" : "are")
-          : fmt::format("{} of {} episodes are packed into this page, failures first.", packed_.size(),
-                        episodes_);
   return viewer;
 }
 

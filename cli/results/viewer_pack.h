@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -35,9 +36,11 @@ class ViewerPack {
   // there, without the viewer; most: of the whole. Logs that cannot be read are remarks.
   void Pack(const std::vector<std::vector<Wanted>>& wanted, size_t page, size_t most);
 
-  size_t packed() const { return packed_.size(); }
+  // Null where nothing is packed: an empty viewer would only make the page larger.
+  std::optional<viz::PackedViewer> Viewer() const;
+  // What is packed, a sentence.
+  std::string Note() const;
   const std::vector<std::string>& remarks() const { return remarks_; }
-  viz::PackedViewer Viewer() const;
 
  private:
   std::string ListBlock(int run) const;

@@ -33,40 +33,18 @@
 #include "sim/world.h"
 #include "tests/bench/hops.h"
 #include "tests/bench/rounds.h"
+#include "tests/bench/stopwatch.h"
 
 namespace evalbus {
 namespace {
 
 using std::chrono::steady_clock;
 
-constexpr double kTimestep = 0.002;  // s
+constexpr double kTimestep = Stopwatch::kTimestep;
 
 double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(steady_clock::now() - start).count();
 }
-
-// Time between the first and the last score of each episode, as any listener sees it.
-class Stopwatch : public launch::RunListener {
- public:
-  void OnPartial(const partial_metrics_t& partial) override {
-    if (partial.header.tick == 0) first_ = steady_clock::now();
-    last_us_ = partial.header.sim_time_us;
-    last_ = steady_clock::now();
-  }
-  void OnEpisodeDone(const nlohmann::ordered_json& episode) override {
-    if (!episode["complete"]) throw EnvironmentError("the timed episode is incomplete");
-    wall_s += std::chrono::duration<double>(last_ - first_).count();
-    steps += static_cast<double>(last_us_) * 1e-6 / kTimestep;
-    successes += episode["metrics"]["success"] == 1.0;
-  }
-  double wall_s = 0;
-  double steps = 0;
-  int successes = 0;
-
- private:
-  SteadyTime first_{}, last_{};
-  int64_t last_us_ = 0;
-};
 
 struct Recorded {
   episode_begin_t begin{};

@@ -1,0 +1,37 @@
+// The time between the first and the last score of each episode, as any listener of a run sees it.
+#pragma once
+
+#include <chrono>
+
+#include "base/errors.h"
+#include "cli/launch/launch.h"
+
+namespace evalbus {
+
+class Stopwatch : public launch::RunListener {
+ public:
+  static constexpr double kTimestep = 0.002;  // s, of physics
+
+  void OnPartial(const partial_metrics_t& partial) override {
+    if (partial.header.tick == 0) first_ = std::chrono::steady_clock::now();
+    last_us_ = partial.header.sim_time_us;
+    last_ = std::chrono::steady_clock::now();
+  }
+  void OnEpisodeDone(const nlohmann::ordered_json& episode) override {
+    if (!episode["complete"]) throw EnvironmentError("the timed episode is incomplete");
+    wall_s += std::chrono::duration<double>(last_ - first_).count();
+    steps += static_cast<double>(last_us_) * 1e-6 / kTimestep;
+    successes += episode["metrics"]["success"] == 1.0;
+  }
+
+  // Of all episodes; physics steps.
+  double wall_s = 0;
+  double steps = 0;
+  int successes = 0;
+
+ private:
+  SteadyTime first_{}, last_{};
+  int64_t last_us_ = 0;
+};
+
+}  // namespace evalbus
