@@ -78,7 +78,7 @@ void Collect(RunOptions options) {
   const results::RunFolder run = results::RunFolder::OfRun(folder, "collect", true);
   std::vector<nlohmann::ordered_json> lines;
   for (const results::RecordedEpisode& episode : results::ReadRun(folder).episodes) {
-    if (kept.contains(episode.episode)) lines.push_back(episode.json);
+    if (kept.contains(episode.episode)) lines.push_back(episode.Json());
   }
   run.WriteEpisodes(lines);
   run.DiscardAllBut(kept);

@@ -387,8 +387,12 @@ TEST_F(CompareTest, SuitesByTask) {
 
 TEST_F(CompareTest, EpisodeTable) {
   RecordedRuns run = Run("a,b", Info(2), {true, false}, 0.1);
-  run.runs[0].episodes[1].json["metrics"]["slip_count"] = 0.1 + 0.2;
-  run.runs[0].episodes[0].json["metrics"].erase("subtask_progress");
+  ordered_json changed = run.runs[0].episodes[1].Json();
+  changed["metrics"]["slip_count"] = 0.1 + 0.2;
+  run.runs[0].episodes[1].text = changed.dump();
+  changed = run.runs[0].episodes[0].Json();
+  changed["metrics"].erase("subtask_progress");
+  run.runs[0].episodes[0].text = changed.dump();
   EXPECT_EQ(
       EpisodeTable(run.runs),
       "run,task,variation,episode,seed,end_reason,failure_reason,complete,completion_time,slip_count,success,"
