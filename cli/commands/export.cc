@@ -128,6 +128,7 @@ int ExportMcap(const ExportOptions& options) {
 
 int ExportTrainingSet(const ExportOptions& options) {
   const fs::path& out = options.hdf5.empty() ? options.safetensors : options.hdf5;
+  if (out.empty()) throw InputError("--csv, --hdf5 or --safetensors: expected a name, it is empty");
   if (fs::exists(out)) throw InputError(out.string() + ": exists; choose another name");
   if (!options.cameras.empty() && options.hdf5.empty()) throw InputError("--camera: only with --hdf5");
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? "256x256" : options.size);

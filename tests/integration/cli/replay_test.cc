@@ -423,8 +423,9 @@ TEST_F(Recorded, WrongInputGetsOneLine) {
 
 TEST_F(Recorded, PlayerThatIsNotThereIsNamed) {
   Record(1);
-  const Result result = RunProgram({"evalbus", "replay", run_},
-                                   {.working_folder = {}, .before = [] { setenv("EVALBUS_PATH", "/nowhere", 1); }});
+  const Result result =
+      RunProgram({"evalbus", "replay", run_},
+                 {.working_folder = {}, .before = [] { setenv("EVALBUS_PATH", "/nowhere", 1); }});
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(result.err, "error: lcm-logplayer is not in PATH; fix: apt-get install liblcm-bin\n");
 }

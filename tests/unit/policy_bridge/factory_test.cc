@@ -56,7 +56,7 @@ TEST(Factory, HelpHasALineForEachPolicy) {
   std::istringstream help(PolicyHelp());
   std::vector<std::string> usages;
   for (std::string line; std::getline(help, line);) usages.push_back(line.substr(0, line.find(": ")));
-  EXPECT_EQ(usages, (std::vector<std::string>{"expert[:TASK]", "noisy_expert", "random", "hold",
+  EXPECT_EQ(usages, (std::vector<std::string>{"expert[:TASK]", "noisy_expert[:RAD]", "random", "hold",
                                               "replay:RUN_OR_LOG", "replay_anyway:RUN_OR_LOG",
                                               "demo:FILE_OR_FOLDER", "flawed_expert:FLAW"}));
   EXPECT_NE(PolicyHelp().find(FlawNames()), std::string::npos);
