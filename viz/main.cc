@@ -35,11 +35,13 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--size", size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   app.add_option("--fps", options.fps, "frames per second and camera, at most")->capture_default_str();
+  std::string gl = "osmesa";
+  app.add_option("--gl", gl, evalbus::viz::kGlHelp)->capture_default_str();
   if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
   try {
     options.size = evalbus::viz::ParseFrameSize(size);
     evalbus::viz::CheckFrameSize(options.size);
-    evalbus::viz::UseGl("osmesa");
+    std::cerr << evalbus::viz::UseGlAndTell(gl);
     // Drawing takes all the time there is; the run goes first. Before any thread begins, so that all inherit
     // it.
     setpriority(PRIO_PROCESS, 0, 19);

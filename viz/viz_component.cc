@@ -8,7 +8,6 @@
 #include "bus/message.h"
 #include "lcmtypes/end_reason.h"
 #include "models/physics_model.h"
-#include "viz/pictures/gl_context.h"
 
 namespace evalbus::viz {
 
@@ -16,7 +15,6 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
     : Component(bus, "viz"), options_(options), overlay_(options.size), frame_(options.size) {
   CheckFrameSize(options.size);
   if (!(options.fps > 0) || std::isinf(options.fps)) throw InputError("--fps: expected a number above 0");
-  UseGl("osmesa");
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });

@@ -19,6 +19,7 @@
 #include "cli/launch/filming.h"
 #include "cli/results/episode_logs.h"
 #include "viz/pictures/film.h"
+#include "viz/pictures/gl_context.h"
 #include "viz/pictures/panel_film.h"
 #include "viz/pictures/renderer.h"
 #include "viz/pictures/video_writer.h"
@@ -44,6 +45,7 @@ struct RenderOptions {
   // Empty: beside the log, or in the run's folder.
   std::filesystem::path out;
   std::string format = "mp4";
+  std::string gl = "osmesa";
   // For who started us and reads our log.
   bool say_progress = false;
 };
@@ -74,6 +76,7 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("--size", options->size,
                   "WIDTHxHEIGHT in pixels; default: 640x480, with panels 1280x720 (GIF, WebP: 640x360)");
   app->add_option("--format", options->format, "mp4; gif or webp, which READMEs show")->capture_default_str();
+  app->add_option("--gl", options->gl, viz::kGlHelp)->capture_default_str();
   app->add_option("-o,--out", options->out,
                   "the film, whose ending says the format; default: beside the log");
   app->add_flag("--say-progress", options->say_progress)->group("");
@@ -179,6 +182,7 @@ int Render(const RenderOptions& options) {
   const std::string usual = !has_panels ? "640x480" : film.ending == ".mp4" ? "1280x720" : "640x360";
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
+  fmt::print(stderr, "{}", viz::UseGlAndTell(options.gl));
   // A film that is stopped takes its half-written file with it.
   InstallStopSignals();
   if (options.has_grid) {

@@ -189,6 +189,14 @@ std::string GlInUse() {
   return fmt::format("{} ({})", IsEgl() ? kEglName : kOsMesaName, RendererName());
 }
 
+std::string UseGlAndTell(const std::string& name) {
+  UseGl(name);
+  if (name == kOsMesaName) return "";
+  const bool fell_back = name == kAutoName && !IsEgl();
+  return fmt::format("draws with {}{}\n", GlInUse(),
+                     fell_back ? ": there is no graphics processor that EGL works with" : "");
+}
+
 GlContext::GlContext() {
   if (g_kind == Kind::kUndecided) UseGl(kOsMesaName);
   if (IsEgl()) {

@@ -19,6 +19,13 @@ void UseGl(const std::string& name);
 std::string ResolveGl(const std::string& name);
 // What this process draws with: "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as UseGl.
 std::string GlInUse();
+// Of commands that draw.
+inline constexpr char kGlHelp[] =
+    "what draws: osmesa, in software, with equal bytes everywhere; egl, where there is a GPU on it; auto: "
+    "egl if\n"
+    "there is a GPU that it works with, else osmesa";
+// UseGl, and where it is not the usual one a line for people that says which it is, and why. Throws as UseGl.
+std::string UseGlAndTell(const std::string& name);
 
 // One context. It is current in the thread that made it or last called MakeCurrent. All throw
 // EnvironmentError.

@@ -28,6 +28,17 @@ TEST(Filming, RunEndsWithTheFilmsOfItsEpisodes) {
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == film);
   EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
+  EXPECT_EQ(again.err, "");
+  // Which one draws is said where it is not the usual one; a machine with a GPU draws with that.
+  for (const std::string gl : {"egl", "auto"}) {
+    const Result other = RunProgram(
+        {"evalbus", "render", run, "--episode", "1", "--camera", "front", "--size", "64x48", "--gl", gl});
+    EXPECT_EQ(other.code, 0) << other.err;
+    const bool falls_back = other.err.starts_with("draws with osmesa (");
+    EXPECT_TRUE(other.err.starts_with("draws with egl (") || (gl == "auto" && falls_back)) << other.err;
+    EXPECT_EQ(other.err.ends_with("): there is no graphics processor that EGL works with\n"), falls_back)
+        << other.err;
+  }
 }
 
 TEST(Filming, CtrlCEndsItInOrderAndResumeMakesTheRest) {

@@ -154,6 +154,7 @@ TEST(VizInput, WrongInputIsOneLine) {
       {{"--size", "640"}, "--size 640: expected WIDTHxHEIGHT, such as 1280x720"},
       {{"--size", "641x480"}, "pictures of 641x480: expected even numbers of pixels, 2 to 4096 each way"},
       {{"--fps", "0"}, "--fps: expected a number above 0"},
+      {{"--gl", "metal"}, "--gl metal: expected osmesa, egl or auto"},
       {{"/nonexistent"}, "/nonexistent: there is no such run"},
   };
   for (const auto& [arguments, line] : cases) {
