@@ -29,7 +29,7 @@ std::vector<std::string> Strings(const fs::path& file) {
 }
 
 // Value of "--name VALUE" or "--name=VALUE".
-std::string Option(const std::vector<std::string>& arguments, const std::string& name) {
+std::string OptionOf(const std::vector<std::string>& arguments, const std::string& name) {
   for (size_t i = 0; i < arguments.size(); ++i) {
     if (arguments[i] == name && i + 1 < arguments.size()) return arguments[i + 1];
     if (arguments[i].starts_with(name + "=")) return arguments[i].substr(name.size() + 1);
@@ -39,7 +39,7 @@ std::string Option(const std::vector<std::string>& arguments, const std::string&
 
 // The bus of a process, by its command line or its environment.
 std::string UrlOf(const fs::path& process, const std::vector<std::string>& arguments) {
-  std::string url = Option(arguments, "--url");
+  std::string url = OptionOf(arguments, "--url");
   if (!url.empty()) return url;
   const std::string variable = std::string(kUrlVariable) + "=";
   for (const std::string& entry : Strings(process / "environ")) {
@@ -51,9 +51,9 @@ std::string UrlOf(const fs::path& process, const std::vector<std::string>& argum
 // What its run or replay is about: the folder of the options file that a launcher names, or what a person
 // did.
 fs::path FolderOf(const fs::path& process, const std::vector<std::string>& arguments) {
-  fs::path folder = Option(arguments, kReplayOption);
-  if (folder.empty()) folder = fs::path(Option(arguments, "--options")).parent_path();
-  if (folder.empty()) folder = Option(arguments, "--out");
+  fs::path folder = OptionOf(arguments, kReplayOption);
+  if (folder.empty()) folder = fs::path(OptionOf(arguments, "--options")).parent_path();
+  if (folder.empty()) folder = OptionOf(arguments, "--out");
   if (folder.empty() || folder.is_absolute()) return folder;
   std::error_code error;
   return fs::read_symlink(process / "cwd", error) / folder;
@@ -88,7 +88,7 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
     run.url = UrlOf(entry.path(), arguments);
     if (run.url.empty()) continue;
     run.folder = FolderOf(entry.path(), arguments);
-    run.is_replay = !Option(arguments, kReplayOption).empty();
+    run.is_replay = !OptionOf(arguments, kReplayOption).empty();
     const fs::path network = fs::read_symlink(entry.path() / "ns/net", error);
     run.other_network = !network.empty() && network != our_network;
     const auto known = std::find_if(runs.begin(), runs.end(), [&](const LiveRun& other) {

@@ -6,14 +6,9 @@ function(evalbus_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
-  # Where several files are compiled as one (-D CMAKE_UNITY_BUILD=ON), a class of one file may well have a
-  # member of an unnamed namespace of "another".
-  if(CMAKE_UNITY_BUILD)
-    target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
-  endif()
 endfunction()
 
-# quick_to_compile(NAME): for what does no work in a tick: command lines, tests. Half of what the compiler would take.
+# quick_to_compile(NAME): for what does no work in a tick: command lines, network. Half of what the compiler would take.
 function(quick_to_compile name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()

@@ -7,19 +7,12 @@
 
 #include "base/random.h"
 #include "models/mujoco_errors.h"
+#include "sim/repeat_periods.h"
 
 namespace evalbus::sim {
 namespace {
 
 using std::chrono::steady_clock;
-
-constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
-// MODEL is repeated while an episode runs, for those who begin to listen in its middle: by the wall clock
-// where policies are slow, by simulated time so that the log of a run that was faster than time has it, too.
-constexpr auto kRepeatModel = std::chrono::seconds(1);
-constexpr int64_t kRepeatModelSimUs = 2'000'000;
-// What was lost is asked for by saying again what it answers.
-constexpr auto kRepeatUnheard = std::chrono::seconds(2);
 
 SteadyTime::duration Seconds(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));

@@ -11,16 +11,13 @@
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/source_name.h"
+#include "sim/repeat_periods.h"
 
 namespace evalbus::sim {
 namespace {
 
 using std::chrono::steady_clock;
 
-constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
-constexpr auto kRepeatModel = std::chrono::seconds(1);
-constexpr int64_t kRepeatModelSimUs = 2'000'000;
-constexpr auto kRepeatUnheard = std::chrono::seconds(2);
 // Metrics gives up a gap once a hundred later ticks are complete: so many are published into it unscored.
 constexpr int64_t kGapWindowTicks = 120;
 // Metrics keeps no ticks further ahead: a longer leap ends the episode.

@@ -39,7 +39,8 @@ size_t WidestDimension(const Points& ranks, std::span<const int> group) {
   return widest;
 }
 
-void Cut(const Points& ranks, std::span<int> group, int groups, std::vector<std::vector<int>>* strata) {
+void CutIntoStrata(const Points& ranks, std::span<int> group, int groups,
+                   std::vector<std::vector<int>>* strata) {
   if (groups == 1) {
     std::ranges::sort(group);
     strata->emplace_back(group.begin(), group.end());
@@ -52,8 +53,8 @@ void Cut(const Points& ranks, std::span<int> group, int groups, std::vector<std:
   }
   const int first = groups / 2;
   const size_t cut = group.size() * static_cast<size_t>(first) / static_cast<size_t>(groups);
-  Cut(ranks, group.first(cut), first, strata);
-  Cut(ranks, group.subspan(cut), groups - first, strata);
+  CutIntoStrata(ranks, group.first(cut), first, strata);
+  CutIntoStrata(ranks, group.subspan(cut), groups - first, strata);
 }
 
 }  // namespace
@@ -62,7 +63,7 @@ std::vector<std::vector<int>> Strata(const Points& points, int groups) {
   std::vector<int> all(points.size());
   std::iota(all.begin(), all.end(), 0);
   std::vector<std::vector<int>> strata;
-  Cut(Ranks(points), all, groups, &strata);
+  CutIntoStrata(Ranks(points), all, groups, &strata);
   return strata;
 }
 

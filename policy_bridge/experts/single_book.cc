@@ -30,7 +30,7 @@ constexpr double kInset = 0.016;
 // More or less overhang than wanted that is still good.
 constexpr double kOverhangTolerance = 0.006;
 // The task asks for 0.77 - 0.7135 m.
-constexpr double kLiftHeight = 0.085;
+constexpr double kBookLift = 0.085;
 // A book comes onto the board from above, and from farther above than Place begins.
 constexpr double kAboveBoard = 0.05;
 // How much deeper than on the counter the book is put on the shelf.
@@ -123,7 +123,7 @@ std::optional<Plan> SingleBookExpert::Take(const Plan& plan, int arm) {
             .Place(book_, on_board)
             .Release({arm});
       } else {
-        attempt.Lift(book_, kLiftHeight);
+        attempt.Lift(book_, kBookLift);
       }
       attempt.CheckContacts(arms_);
       if (attempt.feasible()) return attempt;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kHalfSide = 0.02;  // m
 const GraspBox kCube{Vector3d::Constant(kHalfSide)};
 // Hands lean to reach farther, rad.
-const std::vector<double> kLeans = {0, 0.35, -0.35};
+const std::vector<double> kHandLeans = {0, 0.35, -0.35};
 constexpr double kLift = 0.12;  // m
 // A cube is let go so far above what it is put on.
 constexpr double kGap = 0.001;  // m
@@ -54,7 +54,7 @@ StackTwoBlocksExpert::StackTwoBlocksExpert(const mjModel& model, const model_inf
       cubes_{ObjectBody(info, "red_cube"), ObjectBody(info, "blue_cube")} {}
 
 std::optional<Grasp> StackTwoBlocksExpert::FindGrasp(const Plan& plan, int arm, int cube) const {
-  for (const Grasp& grasp : BoxGrasps(kCube, plan.PoseOf(cube), plan.GripPose(arm), kLeans)) {
+  for (const Grasp& grasp : BoxGrasps(kCube, plan.PoseOf(cube), plan.GripPose(arm), kHandLeans)) {
     Plan attempt = plan;
     attempt.Take({{arm, cube, grasp}}).Lift(cube, kLift).CheckContacts({arm});
     if (attempt.feasible()) return grasp;

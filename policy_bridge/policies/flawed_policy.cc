@@ -21,7 +21,7 @@ constexpr double kClosed = 0.99;
 constexpr double kSqueeze = 0.001;  // of a gripper's travel
 
 constexpr double kShortBy = 0.08;  // m, a miss
-constexpr double kRampTime = 1;    // s
+constexpr double kMissTime = 1;    // s
 // Downwards, and so much of it to the outside, past what stands in front of the robot.
 constexpr double kDownSpeed = 0.15;  // m/s
 constexpr double kMaxDown = 0.6;     // m
@@ -123,7 +123,7 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
   const double time = static_cast<double>(state.header.sim_time_us) * 1e-6;
   switch (flaw_) {
     case Flaw::kMiss:
-      Shift(kShortBy * MinJerk(time / kRampTime), 0, action);
+      Shift(kShortBy * MinJerk(time / kMissTime), 0, action);
       break;
     case Flaw::kCollide:
       if (state.header.tick == 0) last_ = *action;

@@ -9,11 +9,10 @@
 #include <set>
 
 #include "base/errors.h"
-#include "bus/host.h"
+#include "viz/pictures/film_crew.h"
 #include "viz/pictures/overlay.h"
 #include "viz/pictures/panel_film.h"
 #include "viz/pictures/recorded_episode.h"
-#include "viz/pictures/renderer.h"
 #include "viz/pictures/video_writer.h"
 
 namespace evalbus::viz {
@@ -21,50 +20,72 @@ namespace {
 
 constexpr int64_t kSecond = 1000000;  // us
 
-struct View {
-  int camera;
-  std::filesystem::path file;
-  std::unique_ptr<VideoWriter> video;
+// What a frame shows.
+struct Shown {
+  const state_t* state;
+  OverlayText text;
 };
 
-// Writes the frames of an episode; progress: of this episode.
-void Film(const RecordedEpisode& episode, const std::string& policy, Renderer* renderer, FrameSize size,
-          const std::vector<View>& views, const std::function<void(double)>& progress) {
-  const Overlay overlay(size);
-  Frame frame(size);
+// Frame by frame; the one at the end is shown kFilmHold times.
+std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string& policy) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;
   text.subtitle = EpisodeSubtitle(episode.number());
   text.maker = MakerText(policy, episode.model->robot);
-
   std::vector<int64_t> sim_time_us;
   for (const state_t& state : episode.states) sim_time_us.push_back(state.header.sim_time_us);
-  const std::vector<size_t> schedule = FilmSchedule(sim_time_us);
-  const size_t num_frames = schedule.size() + (episode.end ? kFilmHold : 0);
-  size_t num_scored = 0, num_filmed = 0;
-  // Into so many frames.
-  const auto film = [&](size_t shown, double time, int times) {
-    if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
+  std::vector<Shown> shown;
+  size_t num_scored = 0;
+  const auto show = [&](size_t state, double time_s) {
     while (num_scored < episode.partials.size() &&
-           episode.partials[num_scored].header.tick <= episode.states[shown].header.tick) {
+           episode.partials[num_scored].header.tick <= episode.states[state].header.tick) {
       ++num_scored;
     }
     if (num_scored > 0) AddScores(episode.partials[num_scored - 1].metrics, &text);
-    text.time_s = time;
-    renderer->SetState(episode.states[shown]);
-    for (const View& view : views) {
-      renderer->Render(view.camera, &frame);
-      overlay.Draw(text, &frame);
-      for (int i = 0; i < times; ++i) view.video->Write(frame);
-    }
-    num_filmed += static_cast<size_t>(times);
-    progress(static_cast<double>(num_filmed) / static_cast<double>(num_frames));
+    text.time_s = time_s;
+    shown.push_back({&episode.states[state], text});
   };
-  for (size_t n = 0; n < schedule.size(); ++n) film(schedule[n], static_cast<double>(n) / kFilmRate, 1);
+  const std::vector<size_t> schedule = FilmSchedule(sim_time_us);
+  for (size_t n = 0; n < schedule.size(); ++n) show(schedule[n], static_cast<double>(n) / kFilmRate);
   if (episode.end) {
     text.end_reason = episode.outcome();
-    film(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond, kFilmHold);
+    show(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond);
   }
+  return shown;
+}
+
+// What each camera sees, into a file of its own; progress: of this episode.
+void FilmPlain(const RecordedEpisode& episode, const FilmOptions& options, const std::filesystem::path& log,
+               const std::vector<std::string>& cameras, FrameSize size, FilmCrew* crew,
+               const std::vector<std::filesystem::path>& files, const FilmProgress& progress) {
+  std::vector<std::unique_ptr<VideoWriter>> videos;
+  for (const std::filesystem::path& file : files) {
+    videos.push_back(std::make_unique<VideoWriter>(file, size, kFilmRate));
+  }
+  const std::vector<Shown> shown = WhatIsShown(episode, options.policy);
+  const Overlay overlay(size);
+  const auto begin = [&](FilmScenes* scenes) {
+    Renderer* const renderer =
+        scenes->Of(*episode.model, log, episode.begin ? std::optional(episode.begin->seed) : std::nullopt);
+    std::vector<int> ids;
+    for (const std::string& camera : cameras) ids.push_back(FindCamera(renderer->model(), camera));
+    return [&, renderer, ids, frames = std::vector<Frame>(cameras.size(), Frame(size))](size_t n) mutable {
+      renderer->SetState(*shown[n].state);
+      for (size_t i = 0; i < ids.size(); ++i) {
+        renderer->Render(ids[i], &frames[i]);
+        overlay.Draw(shown[n].text, &frames[i]);
+      }
+      return frames;
+    };
+  };
+  crew->Film(shown.size(), begin, [&](size_t n, const std::vector<Frame>& frames) {
+    const bool is_end = episode.end && n + 1 == shown.size();
+    for (size_t i = 0; i < videos.size(); ++i) {
+      for (int times = 0; times < (is_end ? kFilmHold : 1); ++times) videos[i]->Write(frames[i]);
+    }
+    progress(static_cast<double>(n + 1) / static_cast<double>(shown.size()));
+  });
+  for (const auto& video : videos) video->Close();
 }
 
 }  // namespace
@@ -122,19 +143,18 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
   std::map<int, int> times;
   double done = 0;
   EpisodeReader reader(log);
+  FilmCrew crew(size);
+  ModelPtr model;
   std::string model_sha256;
-  std::optional<Renderer> renderer;
   for (RecordedEpisode episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
     const int number = episode.number();
     if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");
-    if (!renderer || episode.model->visual_sha256 != model_sha256) {
-      renderer.emplace(VisualModel(*episode.model, log), size);
+    if (!model || episode.model->visual_sha256 != model_sha256) {
+      model = VisualModel(*episode.model, log);
       model_sha256 = episode.model->visual_sha256;
-      CheckCameras(renderer->model(), cameras);
+      CheckCameras(*model, cameras);
     }
-    renderer->SetAppearance(*episode.model,
-                            episode.begin ? std::optional(episode.begin->seed) : std::nullopt);
     std::string before;
     if (numbers.size() > 1) {
       before = fmt::format("episode_{:04}_", number);
@@ -148,20 +168,13 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
     };
     if (options.layout == FilmLayout::kFull) {
       files.push_back(file(kFullLayout));
-      FilmFull(ToFilm(episode, options.policy, log), &*renderer,
-               cameras.empty() ? FullCameras(renderer->model()) : cameras, size, files.back(), progress);
-      ++done;
-      continue;
-    }
-    std::vector<View> views;
-    for (const std::string& camera : cameras) {
-      views.push_back({FindCamera(renderer->model(), camera), file(camera), nullptr});
-    }
-    for (View& view : views) view.video = std::make_unique<VideoWriter>(view.file, size, kFilmRate);
-    Film(episode, options.policy, &*renderer, size, views, progress);
-    for (View& view : views) {
-      view.video->Close();
-      files.push_back(view.file);
+      FilmFull(ToFilm(episode, options.policy, log), cameras.empty() ? FullCameras(*model) : cameras, size,
+               &crew, files.back(), progress);
+    } else {
+      std::vector<std::filesystem::path> films;
+      for (const std::string& camera : cameras) films.push_back(file(camera));
+      FilmPlain(episode, options, log, cameras, size, &crew, films, progress);
+      files.insert(files.end(), films.begin(), films.end());
     }
     ++done;
   }

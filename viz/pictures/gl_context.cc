@@ -116,10 +116,10 @@ const Egl& TheEgl() {
   return egl;
 }
 
-enum class Kind { kUndecided, kOsMesa, kEgl };
-std::atomic<Kind> g_kind = Kind::kUndecided;
+enum class GlKind { kUndecided, kOsMesa, kEgl };
+std::atomic<GlKind> g_kind = GlKind::kUndecided;
 
-bool IsEgl() { return g_kind == Kind::kEgl; }
+bool IsEgl() { return g_kind == GlKind::kEgl; }
 
 std::string RendererName() {
   const auto get = reinterpret_cast<decltype(glGetString)*>(GlFunction("glGetString"));
@@ -146,7 +146,7 @@ bool HasGraphicsProcessor() {
   if (child == 0) {
     int code = 1;
     try {
-      g_kind = Kind::kEgl;
+      g_kind = GlKind::kEgl;
       GlContext context;
       code = IsSoftware(RendererName()) ? 1 : 0;
     } catch (const std::exception&) {
@@ -171,13 +171,13 @@ std::string ResolveGl(const std::string& name) {
 }
 
 void UseGl(const std::string& name) {
-  const Kind kind = ResolveGl(name) == kEglName ? Kind::kEgl : Kind::kOsMesa;
-  Kind before = Kind::kUndecided;
+  const GlKind kind = ResolveGl(name) == kEglName ? GlKind::kEgl : GlKind::kOsMesa;
+  GlKind before = GlKind::kUndecided;
   if (!g_kind.compare_exchange_strong(before, kind) && before != kind) {
     throw EnvironmentError(fmt::format("--gl {}: this process draws with {} already", name,
-                                       before == Kind::kEgl ? kEglName : kOsMesaName));
+                                       before == GlKind::kEgl ? kEglName : kOsMesaName));
   }
-  if (kind == Kind::kEgl) {
+  if (kind == GlKind::kEgl) {
     TheEgl();
   } else {
     Mesa();
@@ -198,7 +198,7 @@ std::string UseGlAndTell(const std::string& name) {
 }
 
 GlContext::GlContext() {
-  if (g_kind == Kind::kUndecided) UseGl(kOsMesaName);
+  if (g_kind == GlKind::kUndecided) UseGl(kOsMesaName);
   if (IsEgl()) {
     const Egl& egl = TheEgl();
     egl.bind_api(EGL_OPENGL_API);  // of this thread

@@ -4,12 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <set>
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "bus/host.h"
-#include "models/task_description.h"
 #include "viz/pictures/film.h"
 #include "viz/pictures/film_panels.h"
 #include "viz/pictures/overlay.h"
@@ -56,37 +53,16 @@ std::vector<FilmPanels::Place> PlacesOf(const FilmedEpisode& episode, size_t fra
   return places;
 }
 
-void CheckStop() {
-  if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
+Renderer* RendererOf(const FilmedEpisode& episode, FilmScenes* scenes) {
+  return scenes->Of(episode.model, episode.log, episode.seed);
 }
 
-// A renderer for each scene. Where a task draws colours, lights or cameras, each episode has its own.
-class FilmScenes {
- public:
-  explicit FilmScenes(FrameSize largest) : largest_(largest) {}
-
-  Renderer* Of(const FilmedEpisode& episode) {
-    Scene& scene = scenes_[episode.model.visual_sha256];
-    if (!scene.renderer) {
-      scene.renderer = std::make_unique<Renderer>(VisualModel(episode.model, episode.log), largest_);
-      const TaskDescription task = ParseTask(episode.model.task_yaml, episode.model.task_file, false);
-      scene.varies = !task.variation(episode.model.variation).appearance.empty();
-    }
-    if (scene.varies && scene.shown != &episode) {
-      scene.renderer->SetAppearance(episode.model, episode.seed);
-      scene.shown = &episode;
-    }
-    return scene.renderer.get();
-  }
-
- private:
-  struct Scene {
-    std::unique_ptr<Renderer> renderer;
-    bool varies = false;
-    const FilmedEpisode* shown = nullptr;
-  };
-  FrameSize largest_;
-  std::map<std::string, Scene> scenes_;
+// What a thread draws into.
+struct Sheet {
+  Sheet(FrameSize size, double scale) : frame(size), panels(&frame, scale) {}
+  Frame frame;
+  FilmPanels panels;
+  Shots shots;
 };
 
 size_t LongestOf(const std::vector<FilmedEpisode>& episodes) {
@@ -96,6 +72,17 @@ size_t LongestOf(const std::vector<FilmedEpisode>& episodes) {
 }
 
 std::string ClockText(double time_s) { return fmt::format("{:.2f} s", time_s); }
+
+// So many frames, and the end.
+void WriteJoint(size_t longest, const JointFilmOptions& options, const std::filesystem::path& file,
+                FilmCrew* crew, const FilmCrew::Begin& begin) {
+  VideoWriter video(file, options.size, kFilmRate);
+  crew->Film(longest + 1, begin, [&](size_t n, const std::vector<Frame>& frames) {
+    for (int times = 0; times < (n < longest ? 1 : kPanelHold); ++times) video.Write(frames[0]);
+    if (options.progress) options.progress(static_cast<double>(n + 1) / static_cast<double>(longest + 1));
+  });
+  video.Close();
+}
 
 }  // namespace
 
@@ -143,54 +130,55 @@ std::vector<std::string> FullCameras(const mjModel& model) {
   return cameras;
 }
 
-void FilmFull(const FilmedEpisode& episode, Renderer* renderer, const std::vector<std::string>& cameras,
-              FrameSize size, const std::filesystem::path& file, const FilmProgress& progress) {
+void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& cameras, FrameSize size,
+              FilmCrew* crew, const std::filesystem::path& file, const FilmProgress& progress) {
   CheckPanelSize(size);
   if (cameras.size() > kMostInsets + 1) {
     throw InputError(
         fmt::format("the full layout shows {} cameras at most, the first one large; these are {}",
                     kMostInsets + 1, cameras.size()));
   }
-  std::vector<int> ids;
-  for (const std::string& camera : cameras) ids.push_back(FindCamera(renderer->model(), camera));
   const FilmFacts& facts = episode.facts;
   const FullLayout layout =
       LayOutFull(size, static_cast<int>(cameras.size()) - 1, static_cast<int>(facts.curves.size()));
   const std::string subtitle = facts.maker + ", " + EpisodeSubtitle(facts.episode);
-  Frame frame(size);
-  FilmPanels panels(&frame, layout.scale);
-  Shots shots;
-  VideoWriter video(file, size, kFilmRate);
+  const size_t num_states = episode.states.size();
   const bool has_end = EndOf(facts) != FilmEnd::kNone;
-  const double total = static_cast<double>(episode.states.size()) + (has_end ? kPanelHold : 0);
-  const auto draw = [&](size_t n, double time) {
-    CheckStop();
-    panels.Page();
-    panels.Header(layout.header, facts.task, subtitle, ClockText(time));
-    renderer->SetState(episode.states[n]);
-    for (size_t i = 0; i < ids.size(); ++i) {
-      const Box& box = i == 0 ? layout.main : layout.insets[i - 1];
-      shots.Draw(renderer, ids[i], box, &frame);
-      panels.Places(box, PlacesOf(episode, n, *renderer, ids[i], box), i == 0);
-      if (i > 0) panels.Caption(box, Printable(cameras[i]));
-    }
-    panels.Stages(layout.stages, facts, time);
-    for (size_t i = 0; i < layout.curves.size(); ++i) {
-      panels.Curve(layout.curves[i], facts, facts.curves[i], time, facts.duration_s, facts.curves[i].highest);
-    }
-    panels.TimeLine(layout.time_line, facts, time, facts.duration_s);
+  const size_t num_frames = num_states + (has_end ? 1 : 0);
+  const auto begin = [&](FilmScenes* scenes) {
+    Renderer* const renderer = RendererOf(episode, scenes);
+    std::vector<int> ids;
+    for (const std::string& camera : cameras) ids.push_back(FindCamera(renderer->model(), camera));
+    const auto sheet = std::make_shared<Sheet>(size, layout.scale);
+    return [&, renderer, ids, sheet](size_t n) {
+      FilmPanels& panels = sheet->panels;
+      const bool is_end = n == num_states;
+      const size_t shown = is_end ? n - 1 : n;
+      const double time = is_end ? facts.duration_s : TimeOf(n);
+      panels.Page();
+      panels.Header(layout.header, facts.task, subtitle, ClockText(time));
+      renderer->SetState(episode.states[shown]);
+      for (size_t i = 0; i < ids.size(); ++i) {
+        const Box& box = i == 0 ? layout.main : layout.insets[i - 1];
+        sheet->shots.Draw(renderer, ids[i], box, &sheet->frame);
+        panels.Places(box, PlacesOf(episode, shown, *renderer, ids[i], box), i == 0);
+        if (i > 0) panels.Caption(box, Printable(cameras[i]));
+      }
+      panels.Stages(layout.stages, facts, time);
+      for (size_t i = 0; i < layout.curves.size(); ++i) {
+        panels.Curve(layout.curves[i], facts, facts.curves[i], time, facts.duration_s,
+                     facts.curves[i].highest);
+      }
+      panels.TimeLine(layout.time_line, facts, time, facts.duration_s);
+      if (is_end) panels.EndCard(layout.main, facts);
+      return std::vector{sheet->frame};
+    };
   };
-  for (size_t n = 0; n < episode.states.size(); ++n) {
-    draw(n, TimeOf(n));
-    video.Write(frame);
-    progress(static_cast<double>(n + 1) / total);
-  }
-  if (has_end) {
-    draw(episode.states.size() - 1, facts.duration_s);
-    panels.EndCard(layout.main, facts);
-    for (int hold = 0; hold < kPanelHold; ++hold) video.Write(frame);
-    progress(1);
-  }
+  VideoWriter video(file, size, kFilmRate);
+  crew->Film(num_frames, begin, [&](size_t n, const std::vector<Frame>& frames) {
+    for (int times = 0; times < (n < num_states ? 1 : kPanelHold); ++times) video.Write(frames[0]);
+    progress(static_cast<double>(n + 1) / static_cast<double>(num_frames));
+  });
   video.Close();
 }
 
@@ -198,11 +186,6 @@ void FilmPair(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
               const std::filesystem::path& file) {
   CheckPanelSize(options.size);
   const PairLayout layout = LayOutPair(options.size);
-  FilmScenes scenes(options.size);
-  Frame frame(options.size);
-  FilmPanels panels(&frame, layout.scale);
-  Shots shots;
-  for (const FilmedEpisode& episode : episodes) FindCamera(scenes.Of(episode)->model(), options.camera);
   // The same axes on both sides.
   double to_s = 0;
   for (const FilmedEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
@@ -215,38 +198,40 @@ void FilmPair(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
     }
     return most;
   };
-  VideoWriter video(file, options.size, kFilmRate);
   const size_t longest = LongestOf(episodes);
-  for (size_t n = 0; n <= longest; ++n) {
-    CheckStop();
-    panels.Page();
-    const double time = n < longest ? TimeOf(n) : to_s;
-    panels.Header(layout.header, options.title, options.subtitle, ClockText(time));
-    for (size_t i = 0; i < episodes.size(); ++i) {
-      const FilmedEpisode& episode = episodes[i];
-      const PairLayout::Side& side = layout.side[i];
-      const FilmFacts& facts = episode.facts;
-      const bool is_over = n >= episode.states.size();
-      const size_t shown = std::min(n, episode.states.size() - 1);
-      const double own_time = is_over ? facts.duration_s : time;
-      Renderer* const renderer = scenes.Of(episode);
-      const int camera = FindCamera(renderer->model(), options.camera);
-      panels.Title(side.title, facts, episode.name, is_over);
-      renderer->SetState(episode.states[shown]);
-      shots.Draw(renderer, camera, side.picture, &frame);
-      panels.Places(side.picture, PlacesOf(episode, shown, *renderer, camera, side.picture), true);
-      panels.Stages(side.stages, facts, own_time);
-      if (!facts.curves.empty()) {
-        const FilmCurve& curve = facts.curves[0];
-        panels.Curve(side.curve, facts, curve, own_time, to_s, highest(curve.label));
+  const auto begin = [&](FilmScenes* scenes) {
+    const auto sheet = std::make_shared<Sheet>(options.size, layout.scale);
+    return [&, scenes, sheet](size_t n) {
+      FilmPanels& panels = sheet->panels;
+      panels.Page();
+      const double time = n < longest ? TimeOf(n) : to_s;
+      panels.Header(layout.header, options.title, options.subtitle, ClockText(time));
+      for (size_t i = 0; i < episodes.size(); ++i) {
+        const FilmedEpisode& episode = episodes[i];
+        const PairLayout::Side& side = layout.side[i];
+        const FilmFacts& facts = episode.facts;
+        const bool is_over = n >= episode.states.size();
+        const size_t shown = std::min(n, episode.states.size() - 1);
+        const double own_time = is_over ? facts.duration_s : time;
+        Renderer* const renderer = RendererOf(episode, scenes);
+        const int camera = FindCamera(renderer->model(), options.camera);
+        panels.Title(side.title, facts, episode.name, is_over);
+        renderer->SetState(episode.states[shown]);
+        sheet->shots.Draw(renderer, camera, side.picture, &sheet->frame);
+        panels.Places(side.picture, PlacesOf(episode, shown, *renderer, camera, side.picture), true);
+        panels.Stages(side.stages, facts, own_time);
+        if (!facts.curves.empty()) {
+          const FilmCurve& curve = facts.curves[0];
+          panels.Curve(side.curve, facts, curve, own_time, to_s, highest(curve.label));
+        }
+        panels.TimeLine(side.time_line, facts, own_time, to_s);
+        if (is_over) panels.EndCard(side.picture, facts);
       }
-      panels.TimeLine(side.time_line, facts, own_time, to_s);
-      if (is_over) panels.EndCard(side.picture, facts);
-    }
-    for (int i = 0; i < (n < longest ? 1 : kPanelHold); ++i) video.Write(frame);
-    if (options.progress) options.progress(static_cast<double>(n + 1) / static_cast<double>(longest + 1));
-  }
-  video.Close();
+      return std::vector{sheet->frame};
+    };
+  };
+  FilmCrew crew(options.size);
+  WriteJoint(longest, options, file, &crew, begin);
 }
 
 void FilmGrid(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions& options,
@@ -258,50 +243,46 @@ void FilmGrid(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
     return Box{cell.x + layout.frame, cell.y + layout.frame, cell.width - 2 * layout.frame,
                cell.height - 2 * layout.frame};
   };
-  FilmScenes scenes(SizeOf(picture(0)));
-  for (const FilmedEpisode& episode : episodes) FindCamera(scenes.Of(episode)->model(), options.camera);
-  Frame frame(options.size);
-  FilmPanels panels(&frame, layout.scale);
-  panels.Page();
-  Shots shots;
-  VideoWriter video(file, options.size, kFilmRate);
   const size_t longest = LongestOf(episodes);
-  const size_t shown = std::min(episodes.size(), layout.cells.size());
-  size_t succeeded = 0, failed = 0;
-  for (size_t n = 0; n <= longest; ++n) {
-    CheckStop();
-    for (size_t i = 0; i < shown; ++i) {
-      const FilmedEpisode& episode = episodes[i];
-      // Once more when it is over; then it stays.
-      if (n > episode.states.size()) continue;
-      const bool is_over = n == episode.states.size();
-      const size_t state = std::min(n, episode.states.size() - 1);
-      Renderer* const renderer = scenes.Of(episode);
-      const int camera = FindCamera(renderer->model(), options.camera);
-      renderer->SetState(episode.states[state]);
-      const Box box = picture(i);
-      shots.Draw(renderer, camera, box, &frame);
-      std::vector<FilmPanels::Place> places = PlacesOf(episode, state, *renderer, camera, box);
-      std::erase_if(places, [](const auto& place) { return place.kind == FilmMark::Kind::kGrasp; });
-      panels.Places(box, places, false);
-      panels.Cell(layout.cells[i], layout.frame, episode.name, episode.facts, is_over);
-      if (is_over) {
-        succeeded += EndOf(episode.facts) == FilmEnd::kSuccess;
-        failed += EndOf(episode.facts) == FilmEnd::kFailure;
+  const size_t cells = std::min(episodes.size(), layout.cells.size());
+  double to_s = 0;
+  for (const FilmedEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
+  const auto begin = [&](FilmScenes* scenes) {
+    const auto sheet = std::make_shared<Sheet>(options.size, layout.scale);
+    sheet->panels.Page();
+    return [&, scenes, sheet, is_done = std::vector<bool>(cells)](size_t n) mutable {
+      FilmPanels& panels = sheet->panels;
+      size_t succeeded = 0, failed = 0;
+      for (size_t i = 0; i < cells; ++i) {
+        const FilmedEpisode& episode = episodes[i];
+        const bool is_over = n >= episode.states.size();
+        if (is_over) {
+          succeeded += EndOf(episode.facts) == FilmEnd::kSuccess;
+          failed += EndOf(episode.facts) == FilmEnd::kFailure;
+        }
+        // Once more when it is over; then it stays.
+        if (is_done[i]) continue;
+        is_done[i] = is_over;
+        const size_t state = std::min(n, episode.states.size() - 1);
+        Renderer* const renderer = RendererOf(episode, scenes);
+        const int camera = FindCamera(renderer->model(), options.camera);
+        renderer->SetState(episode.states[state]);
+        const Box box = picture(i);
+        sheet->shots.Draw(renderer, camera, box, &sheet->frame);
+        std::vector<FilmPanels::Place> places = PlacesOf(episode, state, *renderer, camera, box);
+        std::erase_if(places, [](const auto& place) { return place.kind == FilmMark::Kind::kGrasp; });
+        panels.Places(box, places, false);
+        panels.Cell(layout.cells[i], layout.frame, episode.name, episode.facts, is_over);
       }
-    }
-    double time = TimeOf(n);
-    if (n == longest) {
-      time = 0;
-      for (const FilmedEpisode& episode : episodes) time = std::max(time, episode.facts.duration_s);
-    }
-    panels.Blank(layout.header);
-    panels.Header(layout.header, options.title, options.subtitle,
-                  fmt::format("{} succeeded, {} failed    {}", succeeded, failed, ClockText(time)));
-    for (int i = 0; i < (n < longest ? 1 : kPanelHold); ++i) video.Write(frame);
-    if (options.progress) options.progress(static_cast<double>(n + 1) / static_cast<double>(longest + 1));
-  }
-  video.Close();
+      panels.Blank(layout.header);
+      panels.Header(layout.header, options.title, options.subtitle,
+                    fmt::format("{} succeeded, {} failed    {}", succeeded, failed,
+                                ClockText(n < longest ? TimeOf(n) : to_s)));
+      return std::vector{sheet->frame};
+    };
+  };
+  FilmCrew crew(SizeOf(picture(0)));
+  WriteJoint(longest, options, file, &crew, begin);
 }
 
 }  // namespace evalbus::viz

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "viz/pictures/film_crew.h"
 #include "viz/pictures/film_facts.h"
 #include "viz/pictures/film_layout.h"
-#include "viz/pictures/renderer.h"
 
 namespace evalbus::viz {
 
@@ -46,8 +46,8 @@ using FilmProgress = std::function<void(double share)>;
 
 // The first camera is the main one. Throws InputError (too many or unknown cameras, size, file),
 // EnvironmentError; so do the others. No file is left half-written.
-void FilmFull(const FilmedEpisode& episode, Renderer* renderer, const std::vector<std::string>& cameras,
-              FrameSize size, const std::filesystem::path& file, const FilmProgress& progress);
+void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& cameras, FrameSize size,
+              FilmCrew* crew, const std::filesystem::path& file, const FilmProgress& progress);
 
 struct JointFilmOptions {
   std::string title, subtitle;

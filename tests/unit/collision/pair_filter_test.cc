@@ -13,7 +13,7 @@ namespace evalbus::collision {
 namespace {
 
 // A robot fixed to the world, of three links in a row, a hand with two fingers; two fixtures; two objects.
-const char kScene[] = R"(<mujoco><worldbody>
+const char kFilteredScene[] = R"(<mujoco><worldbody>
   <geom name="floor" type="plane" size="1 1 1"/>
   <body name="robot">
     <geom name="base" type="sphere" size=".1"/>
@@ -36,7 +36,7 @@ const char kScene[] = R"(<mujoco><worldbody>
   <pair geom1="o2" geom2="o1"/></contact></mujoco>)";
 
 TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighboursAndFingers) {
-  CollisionScene scene(kScene);
+  CollisionScene scene(kFilteredScene);
   CollisionChecker checker(scene.model.get(), scene.info);
   const auto checked = [&](const char* a, const char* b) {
     const bool result = checker.IsChecked(scene.Geom(a), scene.Geom(b));
@@ -81,7 +81,7 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighboursAndFingers) {
 TEST(CollisionFilter, ReportsNothingThatMujocoExcludes) {
   for (const char* option : {"", "<option collision='predefined'/>", "<option collision='dynamic'/>",
                              "<option><flag filterparent='disable'/></option>"}) {
-    std::string xml = kScene;
+    std::string xml = kFilteredScene;
     xml.insert(xml.find("<worldbody>"), option);
     CollisionScene scene(xml);
     CollisionChecker checker(scene.model.get(), scene.info);
@@ -108,7 +108,7 @@ TEST(CollisionFilter, ReportsNothingThatMujocoExcludes) {
 }
 
 TEST(CollisionChecker, RefusesWhatDoesNotFit) {
-  CollisionScene scene(kScene);
+  CollisionScene scene(kFilteredScene);
   model_info_t info = scene.info;
   ++info.num_geoms;
   EXPECT_THROW(CollisionChecker(scene.model.get(), info), InputError);

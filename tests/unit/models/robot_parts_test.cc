@@ -34,7 +34,7 @@ constexpr const char* kArm = R"(<mujoco>
   </actuator>
 </mujoco>)";
 
-constexpr const char* kRobot = R"(name: post
+constexpr const char* kPostRobot = R"(name: post
 arms:
   - name: left
     model: arm.xml
@@ -58,7 +58,7 @@ arms:
 
 struct RobotFiles {
   explicit RobotFiles(const std::string& damping = "0", const std::string& kv = "0",
-                      const std::string& robot = kRobot) {
+                      const std::string& robot = kPostRobot) {
     folder.Write("arm.xml", ReplaceFirst(ReplaceFirst(kArm, "DAMPING", damping), "KV", kv));
     folder.Write("stand.xml", "<mujoco><worldbody><geom name='column' size='0.1'/></worldbody></mujoco>");
     file = folder.Write("robot.yaml", robot);
@@ -98,7 +98,7 @@ constexpr const char* kRobotCameras = R"(cameras:
 )";
 
 TEST(RobotParts, CamerasOfTheRobotHaveTheirOwnNames) {
-  const RobotFiles files("0", "0", std::string(kRobot) + kRobotCameras);
+  const RobotFiles files("0", "0", std::string(kPostRobot) + kRobotCameras);
   TaskDescription task;
   task.scene_file = kModelsData / "world.xml";
   task.robot_base = {.position = {5, 0, 2}, .quaternion = {0, 0, 0, 1}};
@@ -120,7 +120,7 @@ TEST(RobotParts, CamerasOfTheRobotHaveTheirOwnNames) {
 
 TEST(RobotParts, MistakesNameTheLine) {
   const auto error = [](const std::string& from, const std::string& to) {
-    const RobotFiles files("0", "0", ReplaceFirst(kRobot, from, to));
+    const RobotFiles files("0", "0", ReplaceFirst(kPostRobot, from, to));
     const std::string message = ErrorOf([&] { files.Build(); });
     return message.substr(message.find("robot.yaml:") + 11);
   };
@@ -187,7 +187,7 @@ TEST(RobotParts, AJointWithoutLimitsMayTurn) {
 
 TEST(ReadPose, SaysTheUnitQuaternion) {
   const RobotFiles files("0", "0",
-                         ReplaceFirst(kRobot, "position_m: [0, 0, -0.5]",
+                         ReplaceFirst(kPostRobot, "position_m: [0, 0, -0.5]",
                                       "position_m: [0, 0, -0.5], quaternion_wxyz: [-1, 1, 0, 0]"));
   const std::string message = ErrorOf([&] { LoadRobot(files.file); });
   EXPECT_EQ(message.substr(message.find("expected")),
