@@ -111,7 +111,7 @@ int Show(const PolicyCommandOptions& options) {
   fmt::print("{}\n{}\n\n", contract.name, contract.description);
   PrintSection("Server", {fmt::format("{}, wire {}", contract.url, policy::NameOf(contract.wire))});
   PrintSection("Rate",
-               {fmt::format("{:g} Hz; {} steps of each answer are executed, {:.3g} s", contract.rate_hz,
+               {fmt::format("{:g} Hz; {} step{} of each answer {} executed, {:.3g} s", contract.rate_hz,
                             contract.execute_steps, contract.execute_steps / contract.rate_hz)});
   Lines seen;
   for (const ObservationEntry& entry : contract.observation) {

@@ -135,7 +135,10 @@ class WiresTest(unittest.TestCase):
                 return config
             seen.update(request["data"])
             sizes = {key: 1 if key.endswith("close") else 3 for key in names["action"]}
-            return {f"action.{key}": np.squeeze(np.zeros((16, size), np.float32)) for key, size in sizes.items()}
+            # (steps, values), or with the observations' batch in front, as they come.
+            batch = request["data"]["state.right_arm_eef_pos"].shape[:-2]
+            actions = {key: np.zeros((*batch, 16, size), np.float32) for key, size in sizes.items()}
+            return {f"action.{key}": value if batch else np.squeeze(value) for key, value in actions.items()}
 
         socket = zmq.Context.instance().socket(zmq.REP)
         port = socket.bind_to_random_port("tcp://127.0.0.1")
