@@ -98,11 +98,12 @@ class LogTest(unittest.TestCase):
         )
         file = evalbus.read_run(packed)["logs"][1]
         self.assertEqual(file.name, "events.lcmlog.zst")
-        for channel in ("EVALBUS_STATE", "EVALBUS_PARTIAL"):
-            self.assertEqual(
-                [plain(message) for _, name, message in evalbus.events(file) if name == channel],
-                [plain(message) for _, name, message in evalbus.events(self.file) if name == channel],
+        for channel in ("EVALBUS_STATE", "EVALBUS_PARTIAL"):  # as text: nan is not nan
+            states, same = (
+                [repr(plain(message)) for _, name, message in evalbus.events(log) if name == channel]
+                for log in (file, self.file)
             )
+            self.assertTrue(states and states == same)
         cut = self.folder / "cut.zst"
         cut.write_bytes(file.read_bytes()[:-100])
         with self.assertRaisesRegex(OSError, "cut.zst: cannot be unpacked: "):
