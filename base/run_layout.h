@@ -30,6 +30,8 @@ inline constexpr char kSceneXml[] = "scene.xml";
 
 inline constexpr char kEpisodesFolder[] = "episodes";
 inline constexpr char kEventLog[] = "events.lcmlog";
+// Behind the name of a log that zstd has packed (--log zstd).
+inline constexpr char kPackedEnding[] = ".zst";
 // Of an episode whose policy is behind a server.
 inline constexpr char kPolicyCallsJson[] = "policy_calls.json";
 // Behind the name of an episode's folder while its log is being written.
@@ -58,8 +60,14 @@ inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int
 inline std::filesystem::path UnfinishedEpisodeFolder(const std::filesystem::path& run, int episode) {
   return EpisodeFolder(run, episode).string() + kUnfinishedEnding;
 }
+// The log in an episode's folder, packed or not; where there is none, what a plain one would be called.
+inline std::filesystem::path LogIn(const std::filesystem::path& episode_folder) {
+  std::error_code ignored;
+  const std::filesystem::path log = episode_folder / kEventLog, packed = log.string() + kPackedEnding;
+  return std::filesystem::exists(packed, ignored) ? packed : log;
+}
 inline std::filesystem::path EpisodeLog(const std::filesystem::path& run, int episode) {
-  return EpisodeFolder(run, episode) / kEventLog;
+  return LogIn(EpisodeFolder(run, episode));
 }
 // The other way round, of a folder in episodes/, finished or not; nothing where it is no episode's.
 inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {

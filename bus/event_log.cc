@@ -12,14 +12,24 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/run_layout.h"
 #include "bus/lcm_wire.h"
 #include "bus/message.h"
+#include "bus/packed_log.h"
 
 namespace evalbus {
 namespace {
 
 constexpr std::array<uint8_t, 4> kMagic = {0xED, 0xA1, 0xDA, 0x01};
 constexpr size_t kHeaderSize = 28;
+
+// Ends the mapping of a file.
+struct Unmapped {
+  std::span<const uint8_t> bytes;
+  ~Unmapped() {
+    if (!bytes.empty()) munmap(const_cast<uint8_t*>(bytes.data()), bytes.size());
+  }
+};
 
 int64_t BigEndian64(const uint8_t* p) {
   return static_cast<int64_t>(uint64_t{BigEndian32(p)} << 32 | BigEndian32(p + 4));
@@ -54,11 +64,23 @@ void EventLogWriter::Write(std::string_view channel, std::span<const uint8_t> da
   if (lcm_eventlog_write_event(&log, &event) != 0) Throw("cannot write");
 }
 
-void EventLogWriter::Close() {
-  if (!stream_) return;
-  const bool synced = std::fflush(stream_) == 0 && fsync(fileno(stream_)) == 0;
+void EventLogWriter::End(bool is_synced) {
+  const bool written = std::fflush(stream_) == 0 && (!is_synced || fsync(fileno(stream_)) == 0);
   const bool closed = std::fclose(std::exchange(stream_, nullptr)) == 0;
-  if (!synced || !closed) Throw("cannot write");
+  if (!written || !closed) Throw("cannot write");
+}
+
+void EventLogWriter::Close() {
+  if (stream_) End(true);
+}
+
+void EventLogWriter::ClosePacked() {
+  struct stat info {};
+  if (std::fflush(stream_) != 0 || fstat(fileno(stream_), &info) != 0) Throw("cannot write");
+  if (static_cast<size_t>(info.st_size) > kMostUnpackedBytes) return Close();
+  End(false);
+  PackLog(EventLogReader(file_).bytes(), file_.string() + kPackedEnding);
+  if (unlink(file_.c_str()) != 0) Throw("cannot remove");
 }
 
 EventLogReader::EventLogReader(const std::filesystem::path& file) {
@@ -75,10 +97,14 @@ EventLogReader::EventLogReader(const std::filesystem::path& file) {
   if (mapped == MAP_FAILED)
     throw InputError("cannot read log " + file.string() + ": " + std::strerror(errno));
   bytes_ = {static_cast<const uint8_t*>(mapped), size};
+  if (!IsPacked(bytes_)) return;
+  const Unmapped packed{bytes_};
+  unpacked_ = UnpackLog(bytes_, file);
+  bytes_ = unpacked_;
 }
 
 EventLogReader::~EventLogReader() {
-  if (!bytes_.empty()) munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
+  if (!is_packed()) Unmapped{bytes_};
 }
 
 bool EventLogReader::IsBoundary(size_t offset) const {

@@ -1,6 +1,7 @@
 // Standard LCM event logs: written so that lcm-logplayer reads them, read so that damage costs
-// only the damaged events. Record format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time
-// i64 [us], channel length u32, data length u32, channel, data; all big-endian.
+// only the damaged events; packed ones (bus/packed_log.h) are read as what they were packed from. Record
+// format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time i64 [us], channel length u32,
+// data length u32, channel, data; all big-endian.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace evalbus {
 
@@ -25,10 +27,13 @@ class EventLogWriter {
   void Write(std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
   // Writes out and syncs to disk.
   void Close();
+  // Instead: leaves FILE.zst, synced, in the place of FILE; of a log that is too long for that, FILE.
+  void ClosePacked();
   int64_t num_events() const { return num_events_; }
 
  private:
   [[noreturn]] void Throw(const char* what);
+  void End(bool is_synced);
 
   std::filesystem::path file_;
   FILE* stream_ = nullptr;
@@ -45,7 +50,7 @@ struct LogEvent {
 
 class EventLogReader {
  public:
-  // Maps the file. Throws InputError if it cannot be read.
+  // Maps the file, or unpacks it into memory. Throws InputError if it cannot be read.
   explicit EventLogReader(const std::filesystem::path& file);
   ~EventLogReader();
   EventLogReader(const EventLogReader&) = delete;
@@ -53,6 +58,10 @@ class EventLogReader {
 
   // The next whole event; false at the end. Bytes that are no event are skipped up to the next one that is.
   bool Next(LogEvent* event);
+
+  // Of all events: the file's, or those that it was packed from.
+  std::span<const uint8_t> bytes() const { return bytes_; }
+  bool is_packed() const { return !unpacked_.empty(); }
 
   // What was skipped so far.
   int64_t damaged_bytes() const { return damaged_bytes_; }
@@ -69,6 +78,7 @@ class EventLogReader {
   // linear time whatever the bytes are.
   size_t NextWhole(size_t offset);
 
+  std::vector<uint8_t> unpacked_;
   std::span<const uint8_t> bytes_;
   size_t offset_ = 0;
   // No event of which NextWhole() speaks begins between these two.

@@ -51,5 +51,5 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 # Libraries are found by dpkg-shlibdeps; these are programs, fonts and what is loaded when it is needed.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "ffmpeg, libosmesa6, fonts-dejavu-core, liblcm-bin, libjs-three, iproute2")
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-msgpack, python3-websockets")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy, python3-msgpack, python3-websockets, zstd")
 include(CPack)

@@ -25,16 +25,21 @@ ModelPtr Load(const model_info_t& info, const std::string& file, const std::stri
     throw InputError("MODEL names the file '" + file + "', expected RUN/" + kModelFolder + "/" + name +
                      " with its whole path");
   }
-  InstallMujocoHandlers();
-  if (Sha256File(file) != sha256) {
-    throw InputError(file + " is not the model of this run: its SHA-256 is not the one in MODEL");
-  }
-  ModelPtr model(mj_loadModel(file.c_str(), nullptr));
-  if (!model) throw InputError(file + " is not a compiled model of MuJoCo " + mj_versionString());
-  return model;
+  return LoadModel(path, sha256);
 }
 
 }  // namespace
+
+ModelPtr LoadModel(const std::filesystem::path& file, const std::string& sha256) {
+  InstallMujocoHandlers();
+  if (Sha256File(file) != sha256) {
+    throw InputError(file.string() +
+                     " is not the model of this run: its SHA-256 is not the one in MODEL or run.json");
+  }
+  ModelPtr model(mj_loadModel(file.c_str(), nullptr));
+  if (!model) throw InputError(file.string() + " is not a compiled model of MuJoCo " + mj_versionString());
+  return model;
+}
 
 void CheckMessageVersion(const model_info_t& info) {
   if (info.message_version == model_info_t::VERSION) return;

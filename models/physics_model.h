@@ -11,6 +11,9 @@ namespace evalbus {
 // Throws InputError if the run was made by an evalbus whose messages mean something else.
 void CheckMessageVersion(const model_info_t& info);
 
+// Throws InputError where the file cannot be read or has another SHA-256.
+ModelPtr LoadModel(const std::filesystem::path& file, const std::string& sha256);
+
 // Loads info.physics_file. Throws InputError if that is not the name of a run's model, cannot be read, is not
 // the one that MODEL's SHA-256 stands for or not the one that MODEL describes.
 ModelPtr LoadPhysicsModel(const model_info_t& info);

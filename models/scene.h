@@ -1,6 +1,7 @@
 // Composes robot, props and scene and compiles them into the two models of a run.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -32,5 +33,10 @@ struct Scene {
 // Composes and compiles robot and task (as its variation has it). Throws InputError, also for what MuJoCo's
 // compiler says, with the line of the model file that it means where that can be told.
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot);
+
+// The same, but for `xml` and `warnings`, from RUN/model/, where such a scene was compiled to. Throws
+// InputError for models that are not there or are not those that the SHA-256s stand for.
+Scene LoadScene(const TaskDescription& task, const RobotDescription& robot, const std::filesystem::path& run,
+                const std::string& physics_sha256, const std::string& visual_sha256);
 
 }  // namespace evalbus

@@ -18,12 +18,12 @@ packages=(
   libcli11-dev libfmt-dev libspdlog-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   libosmesa6-dev libegl-dev libcairo2-dev libturbojpeg0-dev fonts-dejavu-core ffmpeg pkgconf
-  libjs-three zlib1g-dev libzstd-dev libhdf5-dev
+  libjs-three zlib1g-dev libzstd-dev zstd libhdf5-dev
   iproute2 python3-jsonschema python3-numpy python3-msgpack python3-websockets
 )
 
 # What tests look at pages and files with, and nothing else needs: `install_missing "${test_packages[@]}"`.
-test_packages=(chromium python3-h5py zstd slurm-wlm munge)
+test_packages=(chromium python3-h5py slurm-wlm munge)
 
 say() { printf '%s\n' "$*" >&2; }
 

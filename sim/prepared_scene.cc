@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 
 #include "base/errors.h"
 #include "base/file_errors.h"
@@ -14,6 +13,7 @@
 #include "base/sha256.h"
 #include "base/write_whole.h"
 #include "lcmtypes/clock.h"
+#include "models/physics_model.h"
 #include "models/randomised_model.h"
 
 namespace evalbus::sim {
@@ -25,20 +25,15 @@ std::string CompiledModel(const mjModel* model) {
   if (memory < 0) throw EnvironmentError(std::string("memfd_create: ") + std::strerror(errno));
   const std::string name = "/proc/self/fd/" + std::to_string(memory);
   mj_saveModel(model, name.c_str(), nullptr, 0);
-  std::ifstream stream(name, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  std::string bytes(std::filesystem::file_size(name), '\0');
+  const ssize_t size = pread(memory, bytes.data(), bytes.size(), 0);
   // Where that took not all (ulimit -f), it takes no more. (mj_sizeModel says more than there is.)
-  const bool is_whole = pwrite(memory, "", 1, static_cast<off_t>(bytes.size())) == 1;
+  const bool is_whole = size == static_cast<ssize_t>(bytes.size()) && pwrite(memory, "", 1, size) == 1;
   const int error = errno;
   close(memory);
   if (!is_whole)
     throw EnvironmentError(std::string("cannot write the compiled model: ") + std::strerror(error));
   return bytes;
-}
-
-std::string WriteModel(const std::string& bytes, const std::filesystem::path& file) {
-  WriteWhole(file, bytes);
-  return std::filesystem::absolute(file).lexically_normal().string();
 }
 
 // Names that the models do not have are found before anything starts.
@@ -51,12 +46,7 @@ void CheckDraws(const Variation& variation, const Scene& scene) {
   }
 }
 
-// The two models as files.
-struct CompiledModels {
-  std::string physics, visual;
-};
-
-PreparedScene Compose(const SimOptions& options, CompiledModels* compiled) {
+PreparedScene Find(const SimOptions& options) {
   CheckSimOptions(options);
   PreparedScene prepared;
   TaskSelection selection = FindTask(options.task);
@@ -64,45 +54,64 @@ PreparedScene Compose(const SimOptions& options, CompiledModels* compiled) {
   prepared.variation = selection.variation;
   prepared.robot = LoadRobot(options.robot.empty() ? prepared.task.robot_file : FindRobot(options.robot),
                              options.model_path);
-  prepared.scene = BuildScene(prepared.task, prepared.robot);
+  return prepared;
+}
 
-  CheckDraws(prepared.task.variation(prepared.variation), prepared.scene);
-
-  model_info_t& info = prepared.info = prepared.scene.info;
+// MODEL, of what the scene says and what the run is.
+void Describe(const SimOptions& options, PreparedScene* prepared) {
+  model_info_t& info = prepared->info = prepared->scene.info;
   info.message_version = model_info_t::VERSION;
   info.run_id = options.run_id;
-  info.variation = prepared.variation;
+  info.variation = prepared->variation;
   info.clock = options.realtime ? clock_name::kRealtime : clock_name::kLockstep;
   SimOptions real = options;
   const std::string rate = MakeControlRateReal(info.timestep_us, &real);
-  if (!rate.empty()) prepared.scene.warnings.push_back(rate);
+  if (!rate.empty()) prepared->scene.warnings.push_back(rate);
   info.substeps = Substeps(real.control_hz, info.timestep_us);
   const double tick_us = static_cast<double>(ControlPeriodUs(info));
   info.after_success_us =
       std::llround(std::ceil(options.after_success_s * 1e6 / tick_us - 1e-6)) * ControlPeriodUs(info);
-  *compiled = {CompiledModel(prepared.scene.physics.get()), CompiledModel(prepared.scene.visual.get())};
-  info.physics_sha256 = Sha256Text(compiled->physics);
-  info.visual_sha256 = Sha256Text(compiled->visual);
-  return prepared;
 }
 
 }  // namespace
 
 PreparedScene ComposeScene(const SimOptions& options) {
-  CompiledModels compiled;
-  return Compose(options, &compiled);
+  PreparedScene prepared = Find(options);
+  prepared.scene = BuildScene(prepared.task, prepared.robot);
+  CheckDraws(prepared.task.variation(prepared.variation), prepared.scene);
+  Describe(options, &prepared);
+  prepared.physics_file = CompiledModel(prepared.scene.physics.get());
+  prepared.visual_file = CompiledModel(prepared.scene.visual.get());
+  prepared.info.physics_sha256 = Sha256Text(prepared.physics_file);
+  prepared.info.visual_sha256 = Sha256Text(prepared.visual_file);
+  return prepared;
 }
 
-PreparedScene PrepareScene(const SimOptions& options) {
-  CompiledModels compiled;
-  PreparedScene prepared = Compose(options, &compiled);
-  const auto folder = options.out / kModelFolder;
+void WriteModels(const PreparedScene& prepared, const std::filesystem::path& run) {
+  const auto folder = run / kModelFolder;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) ThrowFileError("cannot create " + folder.string(), error.value());
   WriteWhole(folder / kSceneXml, prepared.scene.xml);
-  prepared.info.physics_file = WriteModel(compiled.physics, folder / kPhysicsModel);
-  prepared.info.visual_file = WriteModel(compiled.visual, folder / kVisualModel);
+  WriteWhole(folder / kPhysicsModel, prepared.physics_file);
+  WriteWhole(folder / kVisualModel, prepared.visual_file);
+}
+
+PreparedScene PrepareScene(const SimOptions& options) {
+  PreparedScene prepared;
+  if (options.physics_sha256.empty()) {
+    prepared = ComposeScene(options);
+    WriteModels(prepared, options.out);
+  } else {
+    prepared = Find(options);
+    prepared.scene =
+        LoadScene(prepared.task, prepared.robot, options.out, options.physics_sha256, options.visual_sha256);
+    prepared.scene.warnings = options.scene_warnings;
+    Describe(options, &prepared);
+    prepared.info.physics_sha256 = options.physics_sha256;
+    prepared.info.visual_sha256 = options.visual_sha256;
+  }
+  UseModelsIn(options.out, &prepared.info);
   return prepared;
 }
 

@@ -31,6 +31,10 @@ struct SimOptions {
   // whose fingers it does not measure, "left=open".
   double source_timeout_s = 5;
   std::vector<std::string> gripper;
+  // Digests of OUT/model/, where a run's launcher has composed it for all of the run, and what it was warned
+  // of; empty: the scene is composed, and its models are written there.
+  std::string physics_sha256, visual_sha256;
+  std::vector<std::string> scene_warnings;
 
   // Not options of the command line: run folder; the models are written to OUT/model/.
   std::filesystem::path out;
@@ -76,6 +80,9 @@ void ForEachOption(Options& options, const F& f) {
           Option{&SimOptions::run_id, "run_id"},
           Option{&SimOptions::source_timeout_s, "source_timeout_s", "", Range{0.1, 3600}},
           Option{&SimOptions::gripper, "gripper"},
+          Option{&SimOptions::physics_sha256, "physics_sha256"},
+          Option{&SimOptions::visual_sha256, "visual_sha256"},
+          Option{&SimOptions::scene_warnings, "scene_warnings"},
       },
       options, f);
 }

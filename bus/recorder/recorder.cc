@@ -42,8 +42,8 @@ void OnDisk(const fs::path& path, const F& f) {
 
 }  // namespace
 
-Recorder::Recorder(Bus* bus, std::filesystem::path run)
-    : Component(bus, "recorder", kMaxLagWindowTicks), run_(std::move(run)) {
+Recorder::Recorder(Bus* bus, std::filesystem::path run, LogForm form)
+    : Component(bus, "recorder", kMaxLagWindowTicks), run_(std::move(run)), form_(form) {
   std::error_code error;
   std::filesystem::create_directories(run_ / kEpisodesFolder, error);
   if (error) throw InputError("cannot create " + (run_ / kEpisodesFolder).string() + ": " + error.message());
@@ -186,7 +186,8 @@ int64_t Recorder::MissingTicks() const {
 
 void Recorder::CloseEpisode() {
   const int64_t num_events = events_->num_events();
-  events_->Close();
+  // Whoever looks on meanwhile reads the plain one: the packed one is there when the episode is.
+  form_ == LogForm::kZstd ? events_->ClosePacked() : events_->Close();
   events_.reset();
   closing_.reset();
   const auto finished = EpisodeFolder(run_, status_.episode);

@@ -1,6 +1,6 @@
 // Writes what is on the bus during an episode, but pictures and a tick's message that is said again, into a
 // standard LCM event log, one log per episode: DIR/episodes/0007.partial/events.lcmlog while it grows,
-// DIR/episodes/0007/events.lcmlog once it is complete and synced.
+// DIR/episodes/0007/events.lcmlog, or .zst of it, once it is complete and synced.
 #pragma once
 
 #include <filesystem>
@@ -15,6 +15,7 @@
 #include "bus/channels.h"
 #include "bus/component.h"
 #include "bus/event_log.h"
+#include "bus/packed_log.h"
 #include "bus/patience.h"
 #include "bus/recorder/tick_set.h"
 #include "bus/wait.h"
@@ -26,7 +27,7 @@ class Recorder : public Component {
   // Events of a lockstep run are stamped with simulated time (microseconds since the episode began), so that
   // a player at speed 1 shows the episode as fast as the robot moves, however fast it was evaluated; those of
   // a realtime run with the wall-clock time of their arrival.
-  Recorder(Bus* bus, std::filesystem::path run);
+  Recorder(Bus* bus, std::filesystem::path run, LogForm form = LogForm::kPlain);
 
   void Poll(SteadyTime now) override;
 
@@ -43,6 +44,7 @@ class Recorder : public Component {
   int64_t MissingTicks() const;
 
   std::filesystem::path run_;
+  LogForm form_;
   // Last MODEL, which comes before the episode that it belongs to.
   std::vector<uint8_t> model_;
   int64_t model_time_us_ = 0;

@@ -22,6 +22,7 @@
 #include "base/find_program.h"
 #include "base/options.h"
 #include "base/run_layout.h"
+#include "base/write_whole.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
@@ -106,7 +107,9 @@ class MemoryFile {
   ~MemoryFile() { close(fd_); }
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
+  // For this process and those that it starts; the other one for anybody.
   fs::path path() const { return "/proc/self/fd/" + std::to_string(fd_); }
+  fs::path path_from_outside() const { return fmt::format("/proc/{}/fd/{}", getpid(), fd_); }
 
  private:
   int fd_;
@@ -170,10 +173,17 @@ class Player : public Component {
     log_ = &log;
     scored_.assign(log.episodes.size(), false);
     playing_ = true;
-    processes_.Start("player",
-                     {program_.string(), "--speed", fmt::format("{}", options_.speed), "--lcm-url",
-                      bus().url(), "--regexp", PlayedChannels(), file.string()},
-                     player_log_.path());
+    // LCM's player knows no packed logs.
+    std::optional<MemoryFile> unpacked;
+    if (const EventLogReader reader(file); reader.is_packed()) {
+      const auto bytes = reader.bytes();
+      WriteWhole(unpacked.emplace().path(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    }
+    processes_.Start(
+        "player",
+        {program_.string(), "--speed", fmt::format("{}", options_.speed), "--lcm-url", bus().url(),
+         "--regexp", PlayedChannels(), unpacked ? unpacked->path_from_outside().string() : file.string()},
+        player_log_.path());
     HandleUntil([this] { return !playing_; }, std::nullopt);
     const auto done = [this] { return scored_.back(); };
     if (!HandleUntil(done, kSettle)) {

@@ -25,7 +25,7 @@ std::unique_ptr<Component> MakeMetrics(Bus* bus, const RunOptions& options) {
   return std::make_unique<metrics::MetricsComponent>(bus, metrics::IsPartOfRun(options.out));
 }
 std::unique_ptr<Component> MakeRecorder(Bus* bus, const RunOptions& options) {
-  return std::make_unique<Recorder>(bus, options.out);
+  return std::make_unique<Recorder>(bus, options.out, ParseLogForm(options.recorder.log));
 }
 std::unique_ptr<Component> MakePolicy(Bus* bus, const RunOptions& options) {
   return std::make_unique<policy::PolicyComponent>(bus, options.policy);

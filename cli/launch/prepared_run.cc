@@ -19,7 +19,6 @@
 #include "cli/launch/workers.h"
 #include "cli/results/run_reader.h"
 #include "models/scene.h"
-#include "sim/prepared_scene.h"
 #include "viz/pictures/film.h"
 
 namespace evalbus::launch {
@@ -171,10 +170,14 @@ std::string ShortPolicyName(const RunOptions& options) {
 
 PreparedRun PrepareRun(RunOptions options) {
   const TaskSelection selection = Resolve(&options);
-  const sim::PreparedScene prepared = sim::ComposeScene(options.sim);
+  sim::PreparedScene prepared = sim::ComposeScene(options.sim);
+  options.sim.physics_sha256 = prepared.info.physics_sha256;
+  options.sim.visual_sha256 = prepared.info.visual_sha256;
   viz::CheckCameras(*prepared.scene.visual, options.video);
   const std::string rate = sim::MakeControlRateReal(prepared.info.timestep_us, &options.sim);
   if (!rate.empty()) fmt::print("{}\n", rate);
+  options.sim.scene_warnings = prepared.scene.warnings;
+  std::erase(options.sim.scene_warnings, rate);
   nlohmann::ordered_json facts = FactsOf(prepared, options);
   results::RunFolder folder = results::RunFolder::OfRun(
       options.out,
@@ -197,7 +200,8 @@ PreparedRun PrepareRun(RunOptions options) {
     if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);
   }
   RunPlan plan = PlanOf(options, facts, numbers);
-  return {std::move(options), std::move(facts), std::move(folder), std::move(plan), std::move(finished)};
+  return {std::move(options), std::move(prepared), std::move(facts),
+          std::move(folder),  std::move(plan),     std::move(finished)};
 }
 
 PreparedRun PrepareWorker(RunOptions options) {
@@ -212,13 +216,15 @@ PreparedRun PrepareWorker(RunOptions options) {
   // What this worker left where it was killed.
   for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
   DecideBus(&options);
-  return {std::move(options), before.info, std::move(folder), std::move(plan), {}};
+  return {std::move(options), {}, before.info, std::move(folder), std::move(plan), {}};
 }
 
 void Announce(PreparedRun* run) {
   // Each worker has a bus of its own.
   if (run->options.workers == 1) DecideBus(&run->options);
   if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
+  if (run->scene) sim::WriteModels(*run->scene, run->folder.path());
+  run->scene.reset();
   run->folder.WriteJson(kRunJson, run->Json());
 }
 

@@ -2,18 +2,22 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/launch/run_controller.h"
 #include "cli/launch/run_options.h"
 #include "cli/results/run_folder.h"
+#include "sim/prepared_scene.h"
 
 namespace evalbus::launch {
 
 struct PreparedRun {
-  // Resolved: task, robot, run id, folder.
+  // Resolved: task, robot, run id, folder, models.
   RunOptions options;
+  // Composed for all who work for the run; nothing for a worker.
+  std::optional<sim::PreparedScene> scene;
   // What it is made of.
   nlohmann::ordered_json facts;
   results::RunFolder folder;
@@ -34,7 +38,7 @@ PreparedRun PrepareRun(RunOptions options);
 // The same for a worker of a run that another process has prepared, with its share of the episodes.
 PreparedRun PrepareWorker(RunOptions options);
 
-// Chooses the run's bus, says so, and writes run.json. What summary.json says ends here.
+// Chooses the run's bus, says so, and writes the models and run.json. What summary.json says ends here.
 void Announce(PreparedRun* run);
 
 // Throws InputError that names the option that is another one than in a file of before, which holds options.

@@ -86,7 +86,8 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
              run.finished.empty() ? "" : fmt::format(", {} there before", run.finished.size()));
   fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
   fmt::print("summary  {}\n", (shown / kSummaryJson).string());
-  fmt::print("logs     {}\n", (shown / kEpisodesFolder / "*" / kEventLog).string());
+  const char* const ending = run.options.recorder.log == "zstd" ? kPackedEnding : "";
+  fmt::print("logs     {}{}\n", (shown / kEpisodesFolder / "*" / kEventLog).string(), ending);
 }
 
 void RunOne(RunOptions options) {

@@ -185,7 +185,13 @@ void RunController::OnStatus(const component_status_t& status) {
     dropped.decode_errors = std::max(dropped.decode_errors, status.decode_errors);
     dropped.foreign_messages = std::max(dropped.foreign_messages, status.foreign_messages);
   }
-  if (done() || status.attempt != attempt_.number || status.last_finished_episode != episode_index()) return;
+  if (done()) return;
+  // One that has just come has not heard what is to begin.
+  if (status.component == "sim" && !attempt_.begun &&
+      std::exchange(sim_, status.instance) != status.instance) {
+    Command();
+  }
+  if (status.attempt != attempt_.number || status.last_finished_episode != episode_index()) return;
   // Its EPISODE_END may have been lost.
   if (status.component == "sim" && attempt_.begun && !attempt_.ended) {
     attempt_.ended.emplace(std::chrono::steady_clock::now());

@@ -142,6 +142,8 @@ class RunController : public Component {
   RunListener* listener_;
   // The models of our sim are in the run's folder; another one may have answered the COMMAND.
   std::string own_model_;
+  // Instance of the last sim that said STATUS.
+  int64_t sim_ = 0;
   // Our sim's first MODEL.
   std::optional<model_info_t> model_;
   // Index in plan_.episodes.

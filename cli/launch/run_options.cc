@@ -6,6 +6,7 @@
 
 #include "base/errors.h"
 #include "base/text.h"
+#include "bus/packed_log.h"
 #include "policy_bridge/policies/demonstration.h"
 #include "policy_bridge/policy_options.h"
 
@@ -27,6 +28,7 @@ void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* optio
 void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
   sim::CheckSimOptions(options.sim);
   CheckRanges(options);
+  ParseLogForm(options.recorder.log);
   if (options.resume && options.out.empty()) {
     throw InputError("--resume: expected --out, too: the folder of the run that is to go on");
   }

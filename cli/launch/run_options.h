@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/options.h"
+#include "bus/recorder/recorder_options.h"
 #include "policy_bridge/policy_options.h"
 #include "sim/sim_options.h"
 
@@ -18,6 +19,7 @@ struct RunOptions {
   // sim.task is the one of this run.
   sim::SimOptions sim;
   policy::PolicyOptions policy;
+  RecorderOptions recorder;
   std::string policy_name;
   int episodes = 3;
   std::vector<int> only;
@@ -48,6 +50,7 @@ void ForEachOption(Options& options, const F& f) {
   constexpr double kMostEpisodes = 1e7;
   ForEachOption(options.sim, f);
   ForEachOption(options.policy, f);
+  ForEachOption(options.recorder, f);
   ForEachRow(
       std::tuple{
           Option{

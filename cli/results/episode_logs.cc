@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 std::vector<int> FinishedEpisodes(const fs::path& run) {
   std::vector<int> episodes;
   for (const fs::path& episode : EpisodeFolders(run)) {
-    if (!IsUnfinished(episode) && fs::exists(episode / kEventLog)) {
+    if (!IsUnfinished(episode) && fs::exists(LogIn(episode))) {
       episodes.push_back(*EpisodeOfFolder(episode));
     }
   }
@@ -52,7 +52,7 @@ std::vector<fs::path> EpisodeLogs(const fs::path& recording, const std::vector<i
     return logs;
   }
   if (fs::is_directory(recording / kEpisodesFolder)) return LogsOfRun(recording, episodes);
-  if (fs::exists(recording / kEventLog)) return {recording / kEventLog};
+  if (const fs::path log = LogIn(recording); fs::exists(log)) return {log};
   if (fs::is_regular_file(recording)) return {recording};
   throw InputError(recording.string() + (fs::exists(recording) ? ": neither a run, a suite nor a log"
                                                                : ": no such run, suite or log"));

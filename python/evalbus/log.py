@@ -1,7 +1,12 @@
-"""LCM's event logs, as evalbus records one for each episode (episodes/0007/events.lcmlog)."""
+"""LCM's event logs, as evalbus records one for each episode (episodes/0007/events.lcmlog).
 
+Those of `evalbus run --log zstd` (events.lcmlog.zst) are unpacked by the program zstd.
+"""
+
+import contextlib
 import mmap
 import struct
+import subprocess
 import warnings
 
 import numpy as np
@@ -10,6 +15,8 @@ from evalbus import messages
 
 _MAGIC = b"\xed\xa1\xda\x01"
 # Magic, number of the event, time in microseconds, bytes of the channel's name, bytes of the message.
+_PACKED_MAGIC = b"\x28\xb5\x2f\xfd"
+_MAX_UNPACKED_BYTES = 1 << 30
 _HEADER = struct.Struct(">4sqqII")
 _MAX_CHANNEL_BYTES = 63
 _MAX_MESSAGE_BYTES = 64 << 20
@@ -78,26 +85,52 @@ def _messages(file, log):
 
 
 def _events(file, log):
+    with _bytes(file) as data:
+        at, size = 0, len(data)
+        while at < size:
+            start = at
+            while at < size and not (event_size := _event_size(data, at)):
+                at = _find(data, at + 1)
+            if at != start:
+                log.damaged_bytes += at - start
+                log.damaged_places += 1
+            if at < size:
+                _, _, time_us, channel_size, _ = _HEADER.unpack_from(data, at)
+                body = at + _HEADER.size
+                channel = data[body : body + channel_size].decode("utf-8", "surrogateescape")
+                yield time_us, channel, data[body + channel_size : at + event_size]
+                at += event_size
+
+
+@contextlib.contextmanager
+def _bytes(file):
+    """Those of a log, packed or not."""
     with open(file, "rb") as stream:
-        stream.seek(0, 2)
-        size = stream.tell()
-        if size == 0:
-            return
-        with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            at = 0
-            while at < size:
-                start = at
-                while at < size and not (event_size := _event_size(data, at)):
-                    at = _find(data, at + 1)
-                if at != start:
-                    log.damaged_bytes += at - start
-                    log.damaged_places += 1
-                if at < size:
-                    _, _, time_us, channel_size, _ = _HEADER.unpack_from(data, at)
-                    body = at + _HEADER.size
-                    channel = data[body : body + channel_size].decode("utf-8", "surrogateescape")
-                    yield time_us, channel, data[body + channel_size : at + event_size]
-                    at += event_size
+        start = stream.read(len(_PACKED_MAGIC))
+        if not start:
+            yield b""
+        elif start == _PACKED_MAGIC:
+            yield _unpacked(file)
+        else:
+            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                yield data
+
+
+def _unpacked(file):
+    command = ["zstd", "-dcq", "--", str(file)]
+    try:
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    except FileNotFoundError:
+        raise OSError(f"{file}: packed by zstd, and the program zstd is not there to unpack it") from None
+    with process:
+        data = process.stdout.read(_MAX_UNPACKED_BYTES + 1)
+        if len(data) > _MAX_UNPACKED_BYTES:
+            process.kill()
+            raise OSError(f"{file}: unpacks to more than {_MAX_UNPACKED_BYTES} bytes")
+        error = process.stderr.read().decode(errors="replace").strip()
+    if process.returncode != 0:
+        raise OSError(f"{file}: cannot be unpacked: {error}")
+    return data
 
 
 def _find(data, at):

@@ -31,15 +31,19 @@ def read_run(folder):
         "summary": _json(summary) if summary.exists() else None,
         "episodes": episodes,
         "scores": _scores(episodes),
-        "logs": {
-            e["episode"]: _episode_folder(folder, e["episode"]) / "events.lcmlog" for e in episodes
-        },
+        "logs": {e["episode"]: _log_in(_episode_folder(folder, e["episode"])) for e in episodes},
     }
 
 
 def _episode_folder(run, episode):
     group = [] if episode < 10_000 else [f"{episode // 10_000}xxxx"]
     return run.joinpath("episodes", *group, f"{episode:04}")
+
+
+def _log_in(episode_folder):
+    log = episode_folder / "events.lcmlog"
+    packed = episode_folder / "events.lcmlog.zst"  # evalbus run --log zstd
+    return packed if packed.exists() else log
 
 
 def _json(file):

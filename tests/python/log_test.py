@@ -91,6 +91,24 @@ class LogTest(unittest.TestCase):
         self.assertEqual(list(run["logs"]), [0, 1, 2])
         self.assertEqual(run["logs"][1], self.file)
 
+    def test_packed_logs(self):
+        packed = self.folder / "packed"
+        support.evaluate(
+            BIN, "lift_pot/position", "--policy", "noisy_expert", "--episodes", "3", "--log", "zstd", out=packed
+        )
+        file = evalbus.read_run(packed)["logs"][1]
+        self.assertEqual(file.name, "events.lcmlog.zst")
+        for channel in ("EVALBUS_STATE", "EVALBUS_PARTIAL"):  # as text: nan is not nan
+            states, same = (
+                [repr(plain(message)) for _, name, message in evalbus.events(log) if name == channel]
+                for log in (file, self.file)
+            )
+            self.assertTrue(states and states == same)
+        cut = self.folder / "cut.zst"
+        cut.write_bytes(file.read_bytes()[:-100])
+        with self.assertRaisesRegex(OSError, "cut.zst: cannot be unpacked: "):
+            evalbus.read_log(cut)
+
     def test_what_the_documentation_does(self):
         names = {}
         exec(support.snippet("evalbus.read_run").replace("runs/expert", str(self.run_folder)), names)

@@ -117,6 +117,27 @@ class RunControllerTest : public testing::Test {
   int episode_ = 0;
 };
 
+// Not half a second later, when the command would be said again.
+TEST_F(RunControllerTest, ASimThatHasJustComeIsToldWhatBegins) {
+  component_status_t status{};
+  status.component = "sim";
+  status.episode = status.last_finished_episode = -1;
+  status.instance = 3;
+  Say(channels::kStatus, status);
+  ASSERT_EQ(commands_.size(), 1u);
+  EXPECT_EQ(commands_[0].kind, command_t::START_EPISODE);
+  EXPECT_EQ(commands_[0].episode, 0);
+  Say(channels::kStatus, status);
+  EXPECT_EQ(commands_.size(), 1u);
+  status.instance = 4;
+  Say(channels::kStatus, status);
+  EXPECT_EQ(commands_.size(), 2u);
+  Begin();
+  status.instance = 5;
+  Say(channels::kStatus, status);
+  EXPECT_EQ(commands_.size(), 2u);
+}
+
 TEST_F(RunControllerTest, AnEpisodeIsDoneInWhateverOrderItsEndIsHeard) {
   const std::function<void()> parts[] = {[this] { SayEnd(); }, [this] { SaySummary(); },
                                          [this] { SayFinished("sim"); }, [this] { SayFinished("recorder"); }};

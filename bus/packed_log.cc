@@ -1,0 +1,100 @@
+#include "bus/packed_log.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "base/errors.h"
+
+namespace evalbus {
+namespace {
+
+constexpr std::array<uint8_t, 4> kMagic = {0x28, 0xB5, 0x2F, 0xFD};
+// Beyond it logs get 2 % smaller and take thrice the time.
+constexpr int kLevel = 3;
+
+struct Free {
+  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+  void operator()(FILE* file) const { std::fclose(file); }
+};
+
+}  // namespace
+
+LogForm ParseLogForm(const std::string& text) {
+  if (text == "plain") return LogForm::kPlain;
+  if (text == "zstd") return LogForm::kZstd;
+  throw InputError("--log: expected plain or zstd, not '" + text + "'");
+}
+
+bool IsPacked(std::span<const uint8_t> bytes) {
+  return bytes.size() >= kMagic.size() && std::equal(kMagic.begin(), kMagic.end(), bytes.begin());
+}
+
+void PackLog(std::span<const uint8_t> log, const std::filesystem::path& file) {
+  const auto check = [&](bool good) {
+    if (!good) throw EnvironmentError("cannot write log " + file.string() + ": " + std::strerror(errno));
+  };
+  const std::unique_ptr<FILE, Free> stream(std::fopen(file.c_str(), "wbx"));
+  check(stream != nullptr);
+  const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+  ZSTD_CCtx_setPledgedSrcSize(context.get(), log.size());
+  std::vector<uint8_t> buffer(ZSTD_CStreamOutSize());
+  ZSTD_inBuffer in{log.data(), log.size(), 0};
+  for (size_t left = 1; left > 0;) {
+    ZSTD_outBuffer out{buffer.data(), buffer.size(), 0};
+    left = ZSTD_compressStream2(context.get(), &out, &in, ZSTD_e_end);
+    if (ZSTD_isError(left)) throw EnvironmentError(std::string("zstd: ") + ZSTD_getErrorName(left));
+    check(std::fwrite(buffer.data(), 1, out.pos, stream.get()) == out.pos);
+  }
+  check(std::fflush(stream.get()) == 0 && fsync(fileno(stream.get())) == 0);
+}
+
+std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::filesystem::path& file,
+                               size_t most) {
+  const auto fail = [&](const std::string& why) {
+    throw InputError("cannot read log " + file.string() + ": " + why);
+  };
+  const auto too_large = [&] {
+    fail(fmt::format("it unpacks to more than {} MB; unpack it with 'zstd -d' and take that file",
+                     most / 1'000'000));
+  };
+  const auto declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  const bool is_declared = declared != ZSTD_CONTENTSIZE_UNKNOWN && declared != ZSTD_CONTENTSIZE_ERROR;
+  if (is_declared && declared > most) too_large();
+  // Who says that much is not believed before it is there.
+  constexpr size_t kUsualRatio = 16;
+  const size_t likely = std::max<size_t>(kUsualRatio * packed.size(), 4096);
+  std::vector<uint8_t> log(std::min(is_declared ? static_cast<size_t>(declared) : most, likely));
+  const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
+  ZSTD_inBuffer in{packed.data(), packed.size(), 0};
+  size_t size = 0;
+  // Several frames behind one another are one log.
+  for (size_t left = 0; in.pos < in.size || left > 0;) {
+    ZSTD_outBuffer out{log.data(), log.size(), size};
+    const size_t read = in.pos;
+    left = ZSTD_decompressStream(context.get(), &out, &in);
+    if (ZSTD_isError(left)) fail(std::string("what zstd packed is damaged: ") + ZSTD_getErrorName(left));
+    if (out.pos == size && in.pos == read && size < log.size()) fail("it is cut off");
+    size = out.pos;
+    if (size < log.size()) continue;
+    if (in.pos == in.size && left == 0) break;
+    if (log.size() > most) too_large();
+    // One more than is taken shows that there are more.
+    log.resize(std::min(2 * log.size() + 4096, most + 1));
+  }
+  log.resize(size);
+  if (log.size() > most) too_large();
+  return log;
+}
+
+}  // namespace evalbus
