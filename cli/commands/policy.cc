@@ -110,9 +110,11 @@ int Show(const PolicyCommandOptions& options) {
   const Contract contract = policy::FindContract(options.policy.policy);
   fmt::print("{}\n{}\n\n", contract.name, contract.description);
   PrintSection("Server", {fmt::format("{}, wire {}", contract.url, policy::NameOf(contract.wire))});
-  PrintSection("Rate",
-               {fmt::format("{:g} Hz; {} step{} of each answer {} executed, {:.3g} s", contract.rate_hz,
-                            contract.execute_steps, contract.execute_steps / contract.rate_hz)});
+  PrintSection(
+      "Rate",
+      {fmt::format("{:g} Hz; {} step{} of each answer {} executed, {:.3g} s", contract.rate_hz,
+                   contract.execute_steps, contract.execute_steps == 1 ? "" : "s",
+                   contract.execute_steps == 1 ? "is" : "are", contract.execute_steps / contract.rate_hz)});
   Lines seen;
   for (const ObservationEntry& entry : contract.observation) {
     seen.push_back(fmt::format("{}: {}", entry.KeyText(), InWords(entry)));
