@@ -23,4 +23,8 @@ std::string Base64(std::string_view bytes) {
   return text;
 }
 
+std::string Base64(const std::vector<uint8_t>& bytes) {
+  return Base64(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
 }  // namespace evalbus

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "bus/channels.h"
 #include "bus/message.h"
 
@@ -55,7 +56,7 @@ void Component::TellLosses() {
     log_.Info("{} of them: MODEL or EPISODE_BEGIN of another run", n);
   }
   if (const int64_t n = grown(status_.missing_ticks, &missing_ticks_told_); n > 0) {
-    log_.Warn("{} tick{} never arrived", n, n == 1 ? "" : "s");
+    log_.Warn("{} never arrived", Plural(n, "tick"));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "bus/channels.h"
 #include "lcmtypes/clock.h"
@@ -24,8 +25,6 @@ constexpr int64_t kGapWindowTicks = 120;
 constexpr int64_t kMostLeapTicks = 4000;
 // Of a source that is faster than its scoring, a hundred megabytes or so.
 constexpr size_t kMostWaiting = 100'000;
-
-std::string Times(int64_t n, const char* what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
 
 // "left=open,right=closed": how far open is a gripper that nobody measures.
 std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>& texts,
@@ -53,9 +52,9 @@ std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>&
 
 std::string SourceComponent::Running::Faults() const {
   std::vector<std::string> all;
-  if (ticks.gaps() > 0) all.push_back("samples are missing in " + Times(ticks.gaps(), "place"));
-  if (lost > 0) all.push_back(Times(lost, "sample") + " never came");
-  if (refused > 0) all.push_back(Times(refused, "sample") + " refused, the first: " + first_fault);
+  if (ticks.gaps() > 0) all.push_back("samples are missing in " + Plural(ticks.gaps(), "place"));
+  if (lost > 0) all.push_back(Plural(lost, "sample") + " never came");
+  if (refused > 0) all.push_back(Plural(refused, "sample") + " refused, the first: " + first_fault);
   return fmt::format("{}", fmt::join(all, "; "));
 }
 

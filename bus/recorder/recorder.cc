@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "bus/channels.h"
 #include "evalbus/episode_end_t.hpp"
@@ -196,7 +197,7 @@ void Recorder::CloseEpisode() {
   status_.last_finished_episode = status_.episode;
   const int64_t missing = status_.last_finished_missing_ticks = MissingTicks();
   if (missing > 0)
-    log().Warn("the log lacks {} tick{}: {}lost on the way to it", missing, missing == 1 ? "" : "s",
+    log().Warn("the log lacks {}: {}lost on the way to it", Plural(missing, "tick"),
                is_watched_ ? "never sent, or " : "");
   PublishStatus();
 }

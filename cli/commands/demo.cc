@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
@@ -92,8 +93,8 @@ int Info(const fs::path& path, bool as_json) {
   for (const auto& [task, facts] : tasks) {
     const double n = facts.demos;
     fmt::print("{}\n", Printable(task));
-    fmt::print("  {} demonstration{}, {} steps at {:g} Hz, {:.2f} s each ({:.2f} to {:.2f})\n", facts.demos,
-               facts.demos == 1 ? "" : "s", facts.steps, facts.hz, facts.seconds / n, facts.shortest,
+    fmt::print("  {}, {} steps at {:g} Hz, {:.2f} s each ({:.2f} to {:.2f})\n",
+               Plural(facts.demos, "demonstration"), facts.steps, facts.hz, facts.seconds / n, facts.shortest,
                facts.longest);
     for (size_t arm = 0; arm < 2; ++arm) {
       fmt::print("  {:<5}  joint path {:.2f} rad, gripper closes {:.1f} and opens {:.1f} times, on average\n",
@@ -124,8 +125,7 @@ int Convert(const fs::path& path, const fs::path& out, double hz, bool as_csv) {
     if (is_folder) fs::create_directories(name.parent_path());
     WriteWhole(name, text);
   }
-  fmt::print("{} demonstration{} at {:g} Hz  {}\n", files.size(), files.size() == 1 ? "" : "s", hz,
-             out.string());
+  fmt::print("{} at {:g} Hz  {}\n", Plural(files.size(), "demonstration"), hz, out.string());
   return 0;
 }
 

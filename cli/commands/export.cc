@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
@@ -79,7 +80,7 @@ int ExportTable(const ExportOptions& options) {
   WriteWhole(options.csv, table);
   size_t episodes = 0;
   for (const results::RecordedRun& run : runs.runs) episodes += run.episodes.size();
-  fmt::print("{} episode{}  {}\n", episodes, episodes == 1 ? "" : "s", options.csv.string());
+  fmt::print("{}  {}\n", Plural(episodes, "episode"), options.csv.string());
   for (const results::RecordedRun& run : runs.runs) {
     for (const std::string& remark : run.Remarks()) fmt::print("note: {}: {}\n", run.name, remark);
   }
@@ -172,7 +173,7 @@ int ExportTrainingSet(const ExportOptions& options) {
     throw;
   }
   clear();
-  fmt::print("{} episode{}{}  {}\n", logs.size(), logs.size() == 1 ? "" : "s",
+  fmt::print("{}{}  {}\n", Plural(logs.size(), "episode"),
              left_out > 0 ? fmt::format(" ({} left out)", left_out) : "", out.string());
   return 0;
 }

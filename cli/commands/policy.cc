@@ -10,6 +10,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
@@ -97,7 +98,7 @@ std::string InWords(const ObservationEntry& entry) {
       return words;
     }
     case Source::kState:
-      return fmt::format("{} signal{}", entry.signals.size(), entry.signals.size() == 1 ? "" : "s");
+      return Plural(entry.signals.size(), "signal");
     case Source::kPrompt:
       return "what the robot shall do";
     case Source::kConstant:
@@ -111,10 +112,9 @@ int Show(const PolicyCommandOptions& options) {
   fmt::print("{}\n{}\n\n", contract.name, contract.description);
   PrintSection("Server", {fmt::format("{}, wire {}", contract.url, policy::NameOf(contract.wire))});
   PrintSection(
-      "Rate",
-      {fmt::format("{:g} Hz; {} step{} of each answer {} executed, {:.3g} s", contract.rate_hz,
-                   contract.execute_steps, contract.execute_steps == 1 ? "" : "s",
-                   contract.execute_steps == 1 ? "is" : "are", contract.execute_steps / contract.rate_hz)});
+      "Rate", {fmt::format("{:g} Hz; {} of each answer {} executed, {:.3g} s", contract.rate_hz,
+                           Plural(contract.execute_steps, "step"), contract.execute_steps == 1 ? "is" : "are",
+                           contract.execute_steps / contract.rate_hz)});
   Lines seen;
   for (const ObservationEntry& entry : contract.observation) {
     seen.push_back(fmt::format("{}: {}", entry.KeyText(), InWords(entry)));

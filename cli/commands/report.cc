@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "bus/recorder/recorder.h"
@@ -281,8 +282,7 @@ int WriteReport(const ReportOptions& options) {
     report.runs.push_back(Run(run, options.episodes, runs.is_suite, links));
   }
   for (const std::string& missing : runs.missing) report.remarks.push_back("no finished episode: " + missing);
-  report.title = runs.is_suite ? fmt::format("{} run{} in {}", runs.runs.size(),
-                                             runs.runs.size() == 1 ? "" : "s", runs.name)
+  report.title = runs.is_suite ? fmt::format("{} in {}", Plural(runs.runs.size(), "run"), runs.name)
                                : runs.runs[0].task_name();
   std::string note;
   if (options.megabytes > 0) note = AddViewer(runs, options, links, &report);

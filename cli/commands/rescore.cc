@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
@@ -55,7 +56,7 @@ std::string Missing(const results::RescoredEpisode& episode) {
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
   const extended_metrics_t& extended = episode.summary.extended;
   if (extended.missing_ticks > 0) {
-    add(fmt::format("{} tick{} missing", extended.missing_ticks, extended.missing_ticks == 1 ? "" : "s"));
+    add(fmt::format("{} missing", Plural(extended.missing_ticks, "tick")));
   }
   if (extended.refused_samples > 0) add(fmt::format("{} samples refused", extended.refused_samples));
   if (!episode.has_end) add("no EPISODE_END in the log");
@@ -65,8 +66,8 @@ std::string Missing(const results::RescoredEpisode& episode) {
 std::string Damage(const results::RescoredLog& log) {
   std::string text;
   if (log.damaged_bytes > 0) {
-    text = fmt::format("{} damaged bytes in {} place{} skipped", log.damaged_bytes, log.damaged_places,
-                       log.damaged_places == 1 ? "" : "s");
+    text =
+        fmt::format("{} damaged bytes in {} skipped", log.damaged_bytes, Plural(log.damaged_places, "place"));
   }
   if (log.decode_errors > 0) {
     text += fmt::format("{}{} messages do not decode", text.empty() ? "" : ", ", log.decode_errors);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/results/summary_table.h"
 #include "viz/terminal/terminal.h"
@@ -65,8 +66,8 @@ LiveView::LiveView(FILE* out, const LiveHeader& header)
     : out_(out), is_terminal_(isatty(fileno(out)) != 0), header_(header), started_(steady_clock::now()) {
   const int width = TerminalWidth(out_);
   const std::string what = fmt::format("{}/{}  policy {}", header.task, header.variation, header.policy);
-  const std::string how = fmt::format("seed {}  {} {:g} Hz  {} episode{}", header.seed, header.clock,
-                                      header.control_hz, header.episodes, header.episodes == 1 ? "" : "s");
+  const std::string how = fmt::format("seed {}  {} {:g} Hz  {}", header.seed, header.clock, header.control_hz,
+                                      Plural(header.episodes, "episode"));
   const bool one_line = static_cast<int>(Width(what) + 2 + Width(how)) <= width;
   fmt::print(out_, "{}{}{}\n{}\n", what, one_line ? "  " : "\n", how, results::EpisodeHeader(width));
   std::fflush(out_);

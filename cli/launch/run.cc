@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/realtime.h"
 #include "base/run_layout.h"
 #include "bus/host.h"
@@ -82,7 +83,7 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
     fmt::print("\n{}", note);
   }
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
-  fmt::print("\n{} episode{} in {:.1f} s{}\n", added, added == 1 ? "" : "s", wall_s,
+  fmt::print("\n{} in {:.1f} s{}\n", Plural(added, "episode"), wall_s,
              run.finished.empty() ? "" : fmt::format(", {} there before", run.finished.size()));
   fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
   fmt::print("summary  {}\n", (shown / kSummaryJson).string());

@@ -8,6 +8,7 @@
 
 #include "base/disk.h"
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/random.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
@@ -203,8 +204,7 @@ void RunController::OnStatus(const component_status_t& status) {
     // The scores are right: so one that lacks ticks is better than none.
     if (status.last_finished_missing_ticks > 0 && !plan_.realtime && !plan_.is_watched && has_another_try()) {
       const int64_t missing = status.last_finished_missing_ticks;
-      return BeginAgain(
-          fmt::format("the log lacks {} tick{}: lost on the way to it", missing, missing == 1 ? "" : "s"));
+      return BeginAgain(fmt::format("the log lacks {}: lost on the way to it", Plural(missing, "tick")));
     }
     attempt_.recorded = true;
   }

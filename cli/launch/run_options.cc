@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "bus/packed_log.h"
 #include "policy_bridge/policies/demonstration.h"
@@ -60,8 +61,8 @@ void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
     const std::string path = name.substr(sizeof kDemo - 1);
     const size_t demos = policy::DemonstrationFiles(path).size();
     if (static_cast<size_t>(options.episodes) > demos) {
-      throw InputError(fmt::format("--episodes {}: {} holds {} demonstration{}, one for each episode",
-                                   options.episodes, path, demos, demos == 1 ? "" : "s"));
+      throw InputError(fmt::format("--episodes {}: {} holds {}, one for each episode", options.episodes, path,
+                                   Plural(demos, "demonstration")));
     }
   }
   if (num_tasks > 1 && !options.url.empty()) {

@@ -13,6 +13,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "bus/host.h"
@@ -137,8 +138,8 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
     return results::FormatDuration(
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count());
   };
-  fmt::print("{} runs of {} episode{}  policy {}  seed {}  {} at a time\n", tasks.size(), options.episodes,
-             options.episodes == 1 ? "" : "s", PolicyName(options), options.seed, options.workers);
+  fmt::print("{} runs of {}  policy {}  seed {}  {} at a time\n", tasks.size(),
+             Plural(options.episodes, "episode"), PolicyName(options), options.seed, options.workers);
   fmt::print("{}", results::Tally::Title("task", width));
   std::fflush(stdout);
   const bool is_terminal = isatty(fileno(stdout)) != 0;

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/random.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
@@ -246,7 +247,7 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   }
   end.header = header;
   if (const int gaps = ticks.gaps(); gaps > 0) {
-    end.detail = fmt::format("samples are missing in {} place{}", gaps, gaps == 1 ? "" : "s");
+    end.detail = fmt::format("samples are missing in {}", Plural(gaps, "place"));
   }
   scorer_->EndAt(header.tick);
   const episode_summary_t summary = scorer_->Summary(begin, end);

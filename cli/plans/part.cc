@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
@@ -112,7 +113,7 @@ class Chunks {
       if (!running->pool->done()) return false;
       PutWhenThereIsRoom(folder_, chunk, made);
       SayFailed(folder_, chunk, "");
-      Say(fmt::format("{}: {} episode{}", chunk.name(), chunk.size(), chunk.size() == 1 ? "" : "s"));
+      Say(fmt::format("{}: {}", chunk.name(), Plural(chunk.size(), "episode")));
     } catch (const std::exception& error) {
       failures_.push_back(fmt::format("{}: {}", chunk.name(), error.what()));
       Say("error: " + failures_.back());
@@ -142,7 +143,7 @@ class Chunks {
 void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
   InstallStopSignals();
   const std::vector<Chunk> mine = ChunksOfPart(ChunksOf(folder.plan()), part, parts);
-  Say(fmt::format("part {} of {}: {} chunk{}", part, parts, mine.size(), mine.size() == 1 ? "" : "s"));
+  Say(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "chunk")));
   Chunks chunks(folder, mine, workers);
   while (chunks.Poll() && !stop_requested()) std::this_thread::sleep_for(kChunkPoll);
   if (stop_requested()) throw EnvironmentError("stopped; the same command goes on");

@@ -12,6 +12,7 @@
 
 #include "base/errors.h"
 #include "base/json_file.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "base/write_whole.h"
@@ -85,8 +86,8 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
       jobs.push_back(std::move(job));
     }
   }
-  fmt::print("{} runs of {} episode{}, {} at a time\n{}", jobs.size(), episodes, episodes == 1 ? "" : "s",
-             workers, results::Tally::Title("policy, task", width));
+  fmt::print("{} runs of {}, {} at a time\n{}", jobs.size(), Plural(episodes, "episode"), workers,
+             results::Tally::Title("policy, task", width));
   std::fflush(stdout);
   const bool is_whole = RunJobs(std::move(jobs), workers, "runs", [&](const std::string& job) {
     const auto& [policy, task] = of_job.at(job);
@@ -207,8 +208,8 @@ std::string Stop::Text(const std::string& baseline, const Until& until) const {
 void RunPlan(const PlanFolder& folder, int workers) {
   InstallStopSignals();
   const Plan& plan = folder.plan();
-  fmt::print("plan {}: {} polic{} on {} task{}\n", plan.name, plan.policies.size(),
-             plan.policies.size() == 1 ? "y" : "ies", plan.tasks.size(), plan.tasks.size() == 1 ? "" : "s");
+  fmt::print("plan {}: {} polic{} on {}\n", plan.name, plan.policies.size(),
+             plan.policies.size() == 1 ? "y" : "ies", Plural(plan.tasks.size(), "task"));
   if (plan.until) {
     RunUntilDecided(folder, workers);
   } else {

@@ -9,6 +9,7 @@
 #include <cstdio>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "base/write_whole.h"
 #include "cli/launch/processes.h"
@@ -56,8 +57,8 @@ int NumParts(const Plan& plan, const SlurmOptions& options) {
   const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
   const int parts = std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1,
                                std::min(chunks, kMostTasks));
-  fmt::print("an episode takes {:.2g} s here: {} task{} of about {:.0f} min\n", probe.seconds_per_episode,
-             parts, parts == 1 ? "" : "s", std::max(1.0, all_s / parts / 60));
+  fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min\n", probe.seconds_per_episode,
+             Plural(parts, "task"), std::max(1.0, all_s / parts / 60));
   return parts;
 }
 
@@ -128,10 +129,9 @@ void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
   const std::string job = array.substr(0, array.find(';'));
   const std::string merge =
       OutputOf({"sbatch", "--parsable", "--dependency=afterany:" + job, (own / "merge.sh").string()});
-  fmt::print(
-      "array    job {}, {} task{}\nmerge    job {}\nfolder   {}\n'evalbus status {}' says how far it is\n",
-      job, scripts.todo.size(), scripts.todo.size() == 1 ? "" : "s", merge.substr(0, merge.find(';')),
-      folder.path().string(), folder.path().string());
+  fmt::print("array    job {}, {}\nmerge    job {}\nfolder   {}\n'evalbus status {}' says how far it is\n",
+             job, Plural(scripts.todo.size(), "task"), merge.substr(0, merge.find(';')),
+             folder.path().string(), folder.path().string());
 }
 
 }  // namespace evalbus::plans

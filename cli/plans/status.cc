@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "cli/results/run_reader.h"
@@ -91,9 +92,9 @@ PlanStatus StatusOf(const PlanFolder& folder) {
 }
 
 std::string PlanStatus::Text() const {
-  std::string text = fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} chunk{} failed\n", done,
-                                 episodes, 100.0 * done / std::max(episodes, 1), running, failed.size(),
-                                 failed.size() == 1 ? "" : "s");
+  std::string text =
+      fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} failed\n", done, episodes,
+                  100.0 * done / std::max(episodes, 1), running, Plural(failed.size(), "chunk"));
   if (done < episodes && rate > 0) {
     text += fmt::format("{:.3g} episodes/s, about {} left\n", rate,
                         results::FormatDuration((episodes - done) / rate));

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/results/comparability.h"
 #include "metrics/statistics/bootstrap.h"
@@ -239,8 +240,7 @@ void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
 // "1 episode of b and 2 of a"
 std::string Counted(const std::string& what, int count, const std::string& run, int baseline_count,
                     const std::string& baseline) {
-  return fmt::format("{} {}{} of {} and {} of {}", count, what, count == 1 ? "" : "s", run, baseline_count,
-                     baseline);
+  return fmt::format("{} of {} and {} of {}", Plural(count, what), run, baseline_count, baseline);
 }
 
 void AddRemarks(const TaskComparison& task, const std::string& run, const std::string& baseline,
@@ -436,7 +436,7 @@ std::string Conclusion(const Comparison& comparison) {
                                     success.difference > 0 ? "more" : "less", baseline, numbers);
   }
   const std::string what = success.paired
-                               ? fmt::format("{} pair{}", success.trials, success.trials == 1 ? "" : "s")
+                               ? Plural(success.trials, "pair")
                                : fmt::format("{} and {} episodes", success.trials, success.baseline_trials);
   const std::string limit =
       success.detectable ? fmt::format("{} like these can only show differences from about {:.0f} points on",

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/plural.h"
 #include "cli/results/page_links.h"
 #include "cli/results/viewer_pack.h"
 #include "viz/report/comparison_page.h"
@@ -65,7 +66,7 @@ viz::ReportTaskComparison Task(const TaskComparison& task, const PageLinks& link
           ? fmt::format(
                 "{} with the same seeds. Means over pairs; p: McNemar's exact test, and Wilcoxon's "
                 "signed-rank test. * over the pairs in which both succeeded.",
-                viz::Plural(task.success.trials, "pair"))
+                Plural(task.success.trials, "pair"))
           : fmt::format(
                 "Independent episodes, {} against {}. p: Fisher's exact test, and Mann-Whitney's test. * "
                 "over "

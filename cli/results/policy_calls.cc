@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "base/json_file.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 
 namespace evalbus::results {
@@ -48,10 +49,9 @@ std::string CallsInWords(const RecordedRun& run) {
   if (answered_s.empty()) return "";
   std::ranges::sort(answered_s);
   std::ranges::sort(server_s);
-  std::string words = fmt::format(
-      "Its server was called {} time{}: {} median, {} 99th percentile, {} longest", answered_s.size(),
-      answered_s.size() == 1 ? "" : "s", TimeInWords(Percentile(answered_s, 0.5)),
-      TimeInWords(Percentile(answered_s, 0.99)), TimeInWords(answered_s.back()));
+  std::string words = fmt::format("Its server was called {}: {} median, {} 99th percentile, {} longest",
+                                  Plural(answered_s.size(), "time"), TimeInWords(Percentile(answered_s, 0.5)),
+                                  TimeInWords(Percentile(answered_s, 0.99)), TimeInWords(answered_s.back()));
   if (!server_s.empty()) {
     words += fmt::format("; {} median as the server says itself", TimeInWords(Percentile(server_s, 0.5)));
   }
@@ -77,12 +77,11 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
   if (found == run.info.end() || !found->is_object()) return {};
   const ordered_json& contract = *found;
   const ordered_json& action = contract.at("action");
-  std::vector<std::string> notes = {fmt::format(
-      "Policy behind a server, contract {} ({}): {}, {} step{} of each answer executed at {:g} Hz; {}.",
-      contract.at("name").get<std::string>(), contract.at("wire").get<std::string>(),
-      action.at("kind").get<std::string>(), action.at("execute_steps").get<int>(),
-      action.at("execute_steps").get<int>() == 1 ? "" : "s", contract.at("rate_hz").get<double>(),
-      ThinkingInWords(run.info))};
+  std::vector<std::string> notes = {
+      fmt::format("Policy behind a server, contract {} ({}): {}, {} of each answer executed at {:g} Hz; {}.",
+                  contract.at("name").get<std::string>(), contract.at("wire").get<std::string>(),
+                  action.at("kind").get<std::string>(), Plural(action.at("execute_steps").get<int>(), "step"),
+                  contract.at("rate_hz").get<double>(), ThinkingInWords(run.info))};
   if (contract.value("privileged", false)) {
     notes.push_back("The policy was shown poses of objects, which no robot knows.");
   }

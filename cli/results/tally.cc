@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/plural.h"
 #include "base/text.h"
 
 namespace evalbus::results {
@@ -51,7 +52,7 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   const auto add = [&notes](const std::string& note) { notes += (notes.empty() ? "" : ", ") + note; };
   for (const auto& [reason, count] : FailuresOf(summary)) add(fmt::format("{} {}", count, Printable(reason)));
   if (summary.samples < summary.complete) {
-    add(fmt::format("{} sample{}", summary.samples, summary.samples == 1 ? "" : "s"));
+    add(Plural(summary.samples, "sample"));
   }
   const bool judged = summary.judged > 0 || summary.complete == 0;
   return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "cli/results/episode_logs.h"
 
 namespace evalbus::results {
@@ -82,7 +83,7 @@ std::string ViewerPack::Note() const {
     return fmt::format("{} of {} episodes are packed into this page, failures first.", packed_.size(),
                        episodes_);
   }
-  return fmt::format("{} {} packed into this page.", viz::Plural(static_cast<int>(episodes_), "episode"),
+  return fmt::format("{} {} packed into this page.", Plural(episodes_, "episode"),
                      episodes_ == 1 ? "is" : "are");
 }
 

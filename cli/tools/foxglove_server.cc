@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/empty_body.hpp>
@@ -18,9 +16,9 @@
 #include <deque>
 #include <map>
 #include <set>
-#include <thread>
 
 #include "base/errors.h"
+#include "viz/web/listener.h"
 #include "viz/web/request.h"
 
 namespace evalbus::tools {
@@ -37,8 +35,6 @@ constexpr char kFoxgloveOrigin[] = "https://app.foxglove.dev";
 constexpr uint32_t kMaxHeader = 8192;
 constexpr size_t kMaxMessage = 64 << 10;
 constexpr std::chrono::seconds kPatience{30};
-// What the kernel keeps for who does not read.
-constexpr int kSendBuffer = 256 << 10;
 
 std::string_view View(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -52,13 +48,11 @@ struct FoxgloveServer::Core {
   explicit Core(Options the_options) : options(std::move(the_options)) {}
 
   void Listen();
-  void Accept();
   // Why this request is not let in; empty: it is.
   std::string Refusal(const http::request<http::empty_body>& request);
 
   const Options options;
   bool is_loopback = true;
-  uint16_t port = 0;
   std::vector<Topic> topics;
   // Channels whose name a later one has taken.
   std::set<size_t> gone;
@@ -66,10 +60,8 @@ struct FoxgloveServer::Core {
   std::optional<PlaybackState> playback;
   std::set<Viewer*> viewers;
   std::atomic<int> num_viewers = 0;
-  asio::io_context context{1};
-  tcp::acceptor acceptor{context};
-  asio::steady_timer pause{context};
-  std::thread thread;
+  // Below what connections use: they go with it.
+  viz::Listener listener;
 };
 
 class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer> {
@@ -306,38 +298,7 @@ void FoxgloveServer::Core::Listen() {
   if (error) throw InputError(fmt::format("--listen {}: expected an IP address", options.host));
   const tcp::endpoint endpoint(address, options.port);
   is_loopback = address.is_loopback();
-  acceptor.open(endpoint.protocol(), error);
-  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-  if (!error) acceptor.bind(endpoint, error);
-  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error == asio::error::address_in_use) {
-    throw InputError(
-        fmt::format("port {} is taken; choose another with --port (0: any that is free)", options.port));
-  }
-  if (error) {
-    throw InputError(
-        fmt::format("cannot listen on {} port {}: {}", options.host, options.port, error.message()));
-  }
-  port = acceptor.local_endpoint().port();
-}
-
-void FoxgloveServer::Core::Accept() {
-  acceptor.async_accept([this](error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted) return;
-    if (error) {
-      // Out of file descriptors, say: later some will be free.
-      pause.expires_after(std::chrono::milliseconds(100));
-      pause.async_wait([this](error_code stopped) {
-        if (!stopped) Accept();
-      });
-      return;
-    }
-    error_code ignored;
-    socket.set_option(tcp::no_delay(true), ignored);
-    socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-    std::make_shared<Handshake>(this, std::move(socket))->Read();
-    Accept();
-  });
+  listener.Listen(endpoint, options.host);
 }
 
 FoxgloveServer::FoxgloveServer(const Options& options) : core_(std::make_unique<Core>(options)) {
@@ -345,29 +306,18 @@ FoxgloveServer::FoxgloveServer(const Options& options) : core_(std::make_unique<
 }
 
 void FoxgloveServer::Start() {
-  core_->Accept();
-  core_->thread = std::thread([core = core_.get()] {
-    while (!core->context.stopped()) {
-      try {
-        core->context.run();
-      } catch (const std::exception& error) {
-        // Of one connection, which is gone with it; out of memory, say.
-        fmt::print(stderr, "warning: {}\n", error.what());
-      }
-    }
+  core_->listener.Start([core = core_.get()](tcp::socket socket) {
+    std::make_shared<Core::Handshake>(core, std::move(socket))->Read();
   });
 }
 
-FoxgloveServer::~FoxgloveServer() {
-  core_->context.stop();
-  if (core_->thread.joinable()) core_->thread.join();
-}
+FoxgloveServer::~FoxgloveServer() { core_->listener.Stop(); }
 
-uint16_t FoxgloveServer::port() const { return core_->port; }
+uint16_t FoxgloveServer::port() const { return core_->listener.port(); }
 int FoxgloveServer::viewers() const { return core_->num_viewers; }
 
 void FoxgloveServer::SetTopics(const std::vector<Topic>& topics) {
-  asio::post(core_->context, [core = core_.get(), topics] {
+  asio::post(core_->listener.context(), [core = core_.get(), topics] {
     const size_t from = core->topics.size();
     std::vector<size_t> gone;
     for (size_t id = from; id < topics.size(); ++id) {
@@ -386,24 +336,24 @@ void FoxgloveServer::SetTopics(const std::vector<Topic>& topics) {
 }
 
 void FoxgloveServer::Send(const Message& message) {
-  asio::post(core_->context, [core = core_.get(), message] {
+  asio::post(core_->listener.context(), [core = core_.get(), message] {
     core->kept[message.topic] = message;
     for (Core::Viewer* viewer : core->viewers) viewer->Send(message);
   });
 }
 
 void FoxgloveServer::Forget() {
-  asio::post(core_->context, [core = core_.get()] { core->kept.clear(); });
+  asio::post(core_->listener.context(), [core = core_.get()] { core->kept.clear(); });
 }
 
 void FoxgloveServer::SendTime(int64_t time_ns) {
-  asio::post(core_->context, [core = core_.get(), time_ns] {
+  asio::post(core_->listener.context(), [core = core_.get(), time_ns] {
     for (Core::Viewer* viewer : core->viewers) viewer->TellTime(time_ns);
   });
 }
 
 void FoxgloveServer::SendPlayback(const PlaybackState& state) {
-  asio::post(core_->context, [core = core_.get(), state] {
+  asio::post(core_->listener.context(), [core = core_.get(), state] {
     core->playback = state;
     core->playback->did_seek = false;
     core->playback->request_id.clear();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/base64.h"
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
@@ -23,20 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int64_t kPicturePeriod_us = 100'000;
-
-std::string Base64(const std::vector<uint8_t>& bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const auto at = [&](size_t k) { return k < bytes.size() ? uint32_t{bytes[k]} : 0; };
-    const uint32_t three = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
-    text += kDigits[three >> 18];
-    text += kDigits[three >> 12 & 63];
-    text += i + 1 < bytes.size() ? kDigits[three >> 6 & 63] : '=';
-    text += i + 2 < bytes.size() ? kDigits[three & 63] : '=';
-  }
-  return text;
-}
 
 }  // namespace
 

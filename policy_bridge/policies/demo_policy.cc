@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "lcmtypes/clock.h"
 
 namespace evalbus::policy {
@@ -21,9 +22,9 @@ DemoPolicy::DemoPolicy(std::vector<std::filesystem::path> files, const model_inf
 void DemoPolicy::Begin(const episode_begin_t& begin) {
   const auto episode = static_cast<size_t>(begin.header.episode);
   if (episode >= files_.size()) {
-    throw InputError(fmt::format("policy \"demo\": there {} {} demonstration{}, none for episode {}",
-                                 files_.size() == 1 ? "is" : "are", files_.size(),
-                                 files_.size() == 1 ? "" : "s", episode));
+    throw InputError(fmt::format("policy \"demo\": there {} {}, none for episode {}",
+                                 files_.size() == 1 ? "is" : "are", Plural(files_.size(), "demonstration"),
+                                 episode));
   }
   demo_ = ReadDemonstration(files_[episode]);
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "base/base64.h"
 #include "base/errors.h"
 #include "base/text.h"
 #include "policy_bridge/wire/checked_array.h"
@@ -22,18 +23,8 @@ using Json = nlohmann::ordered_json;
   throw ServerError(ServerError::Kind::kProtocol, "JSON: " + why);
 }
 
-// What OpenSSL's functions, which count in int, take at once.
+// What OpenSSL's function, which counts in int, takes at once.
 constexpr size_t kMaxBase64 = std::numeric_limits<int>::max() / 4 * 3;
-
-std::string EncodeBase64(const Bytes& bytes) {
-  if (bytes.size() > kMaxBase64) throw InputError("an array is too large to be sent as JSON");
-  // And a NUL behind.
-  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');
-  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), bytes.data(),
-                  static_cast<int>(bytes.size()));
-  text.pop_back();
-  return text;
-}
 
 Bytes DecodeBase64(std::string_view text) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -62,7 +53,7 @@ struct ToJson {
   Json operator()(const std::string& text) const { return text; }
   Json operator()(const Bytes&) const { throw InputError("bytes cannot be sent as JSON"); }
   Json operator()(const Array& array) const {
-    return {{"__numpy__", EncodeBase64(array.data)}, {"dtype", array.dtype}, {"shape", array.shape}};
+    return {{"__numpy__", Base64(array.data)}, {"dtype", array.dtype}, {"shape", array.shape}};
   }
   Json operator()(const List& list) const {
     Json json = Json::array();

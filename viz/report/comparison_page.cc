@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/plural.h"
 #include "base/text.h"
 #include "viz/report/figures.h"
 #include "viz/report/page.h"
@@ -87,8 +88,7 @@ void FlipCell(int episode, const std::string& end, const std::vector<ReportLink>
 
 void Flips(const ReportComparison& comparison, const ReportTaskComparison& task, Markup* html) {
   if (task.flips.empty()) return;
-  html->Element("h4", {},
-                Plural(static_cast<int>(task.flips.size()), "seed") + " with success on one side only");
+  html->Element("h4", {}, Plural(task.flips.size(), "seed") + " with success on one side only");
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
     html->Element("table", {{"class", "sortable"}}, [&] {
       html->Element("thead", {}, [&] {

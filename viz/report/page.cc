@@ -65,10 +65,6 @@ std::string Page(const std::string& title, const std::string& made_by,
   return html.str() + "\n";
 }
 
-std::string Plural(int count, const std::string& noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
-
 void Links(const std::vector<ReportLink>& links, Markup* html) {
   for (const ReportLink& link : links) {
     html->Element("a", {{"href", link.url}}, link.text);

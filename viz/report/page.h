@@ -15,9 +15,6 @@ struct ReportLink {
   std::string url;  // relative to the page; see Url()
 };
 
-// "1 episode", "3 episodes".
-std::string Plural(int count, const std::string& noun);
-
 // Links one after the other.
 void Links(const std::vector<ReportLink>& links, Markup* html);
 

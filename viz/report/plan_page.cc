@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "base/plural.h"
 #include "base/text.h"
 #include "viz/report/figures.h"
 
@@ -124,7 +125,7 @@ std::string PlanPage(const PlanReport& report, const std::string& made_by) {
       html->Text(fmt::format(
           "{} on {}, {} each. Reports: ",
           report.policies.size() == 1 ? "1 policy" : fmt::format("{} policies", report.policies.size()),
-          Plural(static_cast<int>(report.tasks.size()), "task"),
+          Plural(report.tasks.size(), "task"),
           report.tasks.empty() || report.tasks[0].cells.empty()
               ? "no episodes"
               : Plural(report.tasks[0].cells[0].complete, "episode")));

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/plural.h"
 #include "viz/report/page.h"
 #include "viz/report/report_numbers.h"
 #include "viz/report/report_sections.h"

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/plural.h"
 #include "lcmtypes/metric_catalogue.h"
 #include "viz/report/page.h"
 #include "viz/report/report_numbers.h"

@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/host_name.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
@@ -23,6 +21,7 @@
 #include <thread>
 
 #include "base/errors.h"
+#include "viz/web/listener.h"
 
 namespace evalbus::viz {
 namespace {
@@ -37,8 +36,6 @@ using std::chrono::steady_clock;
 
 constexpr uint32_t kMaxHeader = 8192;
 constexpr size_t kMaxMessage = 256;
-// What the kernel keeps for who does not read.
-constexpr int kSendBuffer = 256 << 10;
 
 // 128 bits.
 std::string DrawToken() {
@@ -89,7 +86,7 @@ struct WebServer::Core {
       : address(std::move(the_address)), board(std::move(the_board)), limits(the_limits) {}
 
   void Listen();
-  void Accept();
+  void Take(tcp::socket socket);
   void WakeViewers();
   bool MayAsk(std::string_view host) const { return !token.empty() || IsLoopbackHost(host); }
 
@@ -97,17 +94,13 @@ struct WebServer::Core {
   const std::shared_ptr<Board> board;
   const Limits limits;
   std::string token;
-  uint16_t port = 0;
   bool is_ipv6 = false, is_any = false;
   Handler handler;
   int connections = 0;
   std::set<ViewerSession*> viewers;
   std::atomic<bool> wake_is_posted{false};
   // Below what connections use: they go with it.
-  asio::io_context context{1};
-  tcp::acceptor acceptor{context};
-  asio::steady_timer pause{context};
-  std::thread thread;
+  Listener listener;
 };
 
 // A viewer: one block is being written at any time, and what comes next is decided when it has been taken.
@@ -236,7 +229,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     host_ = std::string(host);
     stream_.expires_never();  // it may take a while to be made
     core_->handler(target, [self = shared_from_this()](WebAnswer answer) {
-      asio::post(self->core_->context,
+      asio::post(self->core_->listener.context(),
                  [self, moved = std::move(answer)]() mutable { self->Send(std::move(moved)); });
     });
   }
@@ -312,7 +305,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
 
 void WebServer::Core::Listen() {
   error_code error;
-  tcp::resolver resolver(context);
+  tcp::resolver resolver(listener.context());
   const auto found =
       resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::passive, error);
   if (error || found.empty()) {
@@ -322,40 +315,11 @@ void WebServer::Core::Listen() {
   is_ipv6 = endpoint.address().is_v6();
   is_any = endpoint.address().is_unspecified();
   if (!endpoint.address().is_loopback()) token = DrawToken();
-  acceptor.open(endpoint.protocol(), error);
-  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-  if (!error) acceptor.bind(endpoint, error);
-  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error == asio::error::address_in_use) {
-    throw InputError(
-        fmt::format("port {} is taken; choose another with --port (0: any that is free)", address.port));
-  }
-  if (error) {
-    throw InputError(
-        fmt::format("cannot listen on {} port {}: {}", address.host, address.port, error.message()));
-  }
-  port = acceptor.local_endpoint().port();
+  listener.Listen(endpoint, address.host);
 }
 
-void WebServer::Core::Accept() {
-  acceptor.async_accept([this](error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted) return;
-    if (error) {
-      // Out of file descriptors, say: later some will be free.
-      pause.expires_after(std::chrono::milliseconds(100));
-      pause.async_wait([this](error_code stopped) {
-        if (!stopped) Accept();
-      });
-      return;
-    }
-    if (connections < limits.connections) {
-      error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-      socket.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-      std::make_shared<Connection>(this, std::move(socket))->Read();
-    }
-    Accept();
-  });
+void WebServer::Core::Take(tcp::socket socket) {
+  if (connections < limits.connections) std::make_shared<Connection>(this, std::move(socket))->Read();
 }
 
 void WebServer::Core::WakeViewers() {
@@ -373,49 +337,33 @@ WebServer::WebServer(const Address& address, std::shared_ptr<Board> board)
 
 WebServer::WebServer(int descriptor, std::shared_ptr<Board> board)
     : core_(std::make_unique<Core>(Address(), std::move(board), Limits())) {
-  error_code error;
-  core_->acceptor.assign(tcp::v4(), descriptor, error);
-  if (!error) core_->port = core_->acceptor.local_endpoint(error).port();
-  if (error) throw InputError("the socket to listen on: " + error.message());
+  core_->listener.Adopt(descriptor);
 }
 
 WebServer::~WebServer() { Stop(); }
 
-void WebServer::Stop() {
-  core_->context.stop();
-  if (core_->thread.joinable()) core_->thread.join();
-}
+void WebServer::Stop() { core_->listener.Stop(); }
 
-uint16_t WebServer::port() const { return core_->port; }
-int WebServer::descriptor() const { return core_->acceptor.native_handle(); }
+uint16_t WebServer::port() const { return core_->listener.port(); }
+int WebServer::descriptor() const { return core_->listener.descriptor(); }
 const std::string& WebServer::token() const { return core_->token; }
 
 std::string WebServer::url() const {
   error_code ignored;
   const std::string host = core_->is_any ? asio::ip::host_name(ignored) : core_->address.host;
   const bool in_brackets = core_->is_ipv6 && host.find(':') != host.npos;
-  return fmt::format("http://{}:{}/{}", in_brackets ? "[" + host + "]" : host, core_->port,
+  return fmt::format("http://{}:{}/{}", in_brackets ? "[" + host + "]" : host, port(),
                      core_->token.empty() ? "" : core_->token + "/");
 }
 
 void WebServer::Start(Handler handler) {
   core_->handler = std::move(handler);
-  core_->Accept();
-  core_->thread = std::thread([core = core_.get()] {
-    while (!core->context.stopped()) {
-      try {
-        core->context.run();
-      } catch (const std::exception& error) {
-        // Of one connection, which is gone with it; out of memory, say.
-        fmt::print(stderr, "warning: {}\n", error.what());
-      }
-    }
-  });
+  core_->listener.Start([core = core_.get()](tcp::socket socket) { core->Take(std::move(socket)); });
 }
 
 void WebServer::Wake() {
   if (core_->wake_is_posted.exchange(true)) return;
-  asio::post(core_->context, [core = core_.get()] { core->WakeViewers(); });
+  asio::post(core_->listener.context(), [core = core_.get()] { core->WakeViewers(); });
 }
 
 }  // namespace evalbus::viz
