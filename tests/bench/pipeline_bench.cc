@@ -224,8 +224,8 @@ void PrintHops(launch::RunOptions options, bool in_process, const std::filesyste
   options.out = folder / "run";
   options.in_process = in_process;
   options.url = in_process ? "" : LocalMulticastUrl(99);
-  const launch::PreparedRun run = launch::PrepareRun(options);
-  run.folder.WriteJson(kRunJson, run.Json());
+  launch::PreparedRun run = launch::PrepareRun(options);
+  launch::Announce(&run);
   Stopwatch stopwatch;
   (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(run.options, run.folder, run.plan,
                                                                        &stopwatch);
@@ -248,8 +248,8 @@ void Measure(double control_hz, const Amount& amount, const std::filesystem::pat
       options.out = folder / fmt::format("{}-{}-{}", control_hz, round, in_process);
       options.in_process = in_process;
       options.url = in_process ? "" : LocalMulticastUrl(static_cast<uint32_t>(round));
-      const launch::PreparedRun run = launch::PrepareRun(options);
-      run.folder.WriteJson(kRunJson, run.Json());
+      launch::PreparedRun run = launch::PrepareRun(options);
+      launch::Announce(&run);
       Stopwatch stopwatch;
       (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(run.options, run.folder, run.plan,
                                                                            &stopwatch);

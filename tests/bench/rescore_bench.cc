@@ -51,7 +51,8 @@ void Measure(const Amount& amount, const std::filesystem::path& folder) {
   options.episodes = amount.episodes;
   options.seed = 1;
   options.out = folder;
-  const launch::PreparedRun run = launch::PrepareRun(options);
+  launch::PreparedRun run = launch::PrepareRun(options);
+  launch::Announce(&run);
   launch::RunListener nobody;
   launch::EvaluateInProcess(run.options, run.folder, run.plan, &nobody);
   const auto logs = results::EpisodeLogs(folder);

@@ -131,8 +131,8 @@ double TimeRun(int viewers, int episodes, uint32_t round, const std::filesystem:
   options.seed = 1;
   options.out = folder / fmt::format("run-{}-{}", round, viewers);
   options.url = LocalMulticastUrl(round);
-  const launch::PreparedRun run = launch::PrepareRun(options);
-  run.folder.WriteJson(kRunJson, run.Json());
+  launch::PreparedRun run = launch::PrepareRun(options);
+  launch::Announce(&run);
   launch::Processes processes;
   std::unique_ptr<Viewers> watching;
   if (viewers != kNoServer) {

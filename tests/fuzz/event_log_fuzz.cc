@@ -1,5 +1,6 @@
-// A log, packed or not, read by all who read one. The first byte of an input says what the others are: 0 to 127 a log; from
-// 128 on a Conversation that is recorded whole, so that what lies behind the log's framing is reached, too.
+// A log, packed or not, read by all who read one. The first byte of an input says what the others are: 0 to
+// 127 a log; from 128 on a Conversation that is recorded whole, so that what lies behind the log's framing is
+// reached, too.
 #include <cstdlib>
 
 #include "base/errors.h"

@@ -29,7 +29,8 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   options.sim.task = "lift_pot/position";
   options.in_process = true;
   options.out = folder.path() / "run";
-  const PreparedRun run = PrepareRun(options);
+  PreparedRun run = PrepareRun(options);
+  Announce(&run);
   Bus bus("memq://");
   std::vector<std::unique_ptr<Component>> components;
   for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, run.options));

@@ -38,7 +38,8 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   options.sim.task = "lift_pot";
   options.in_process = true;
   options.out = folder.path() / "run";
-  const PreparedRun run = PrepareRun(options);
+  PreparedRun run = PrepareRun(options);
+  Announce(&run);
   Bus bus("memq://");
   std::vector<std::unique_ptr<Component>> components;
   for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, run.options));
