@@ -34,8 +34,10 @@ Evalbus.Conditions = class {
     if (track.missing.size) reason += ` ${track.missing.size} ticks never came.`;
     if (track.head.is_cut) reason += " It is cut: there were more ticks than are kept.";
     Evalbus.setText(this.reason, reason);
-    const otherOutcome = other ? other.outcome() : "";
-    Evalbus.setText(this.other, other ? `B: ${words[otherOutcome].toLowerCase()}. ${Evalbus.words(other.head.explanation)}` : "");
+    if (other) {
+      const end = words[other.outcome()].toLowerCase(), text = Evalbus.words(other.head.explanation);
+      Evalbus.setText(this.other, text.startsWith(end) ? `B: ${text}` : `B: ${end}. ${text}`);
+    }
     this.other.hidden = !other;
 
     const layout = JSON.stringify([tracks.map((one) => [one.key, (one.head.stages || []).map((s) => s.name)]),

@@ -123,7 +123,9 @@ Evalbus.Curves = class {
         card.right = width;
         return;
       }
-      const marks = Evalbus.ticksOf(range.low, range.high, card.isLarge ? 4 : 1.6);
+      // A zero alone is no scale: then closer ones.
+      const few = Evalbus.ticksOf(range.low, range.high, card.isLarge ? 4 : 1.6);
+      const marks = few.length > 1 ? few : Evalbus.ticksOf(range.low, range.high, 2.5);
       const texts = marks.map((mark) => Evalbus.number(Number(mark.toPrecision(6))));
       card.left = Math.ceil(Math.max(...texts.map((text) => context.measureText(text).width))) + 8;
       card.right = width - 6;

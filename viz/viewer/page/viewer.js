@@ -227,9 +227,11 @@ Evalbus.Viewer = class {
       this.showAll();
       return;
     }
+    const turn = this.turn;
     try {
       const track = await this.trackOf(run, episode);
-      if (!this.tracks.length) return;
+      // Meanwhile another one was opened.
+      if (turn !== this.turn || !this.tracks.length) return;
       if (isBeside !== undefined) this.isBeside = isBeside;
       this.player.isFollowing = false;
       this.setTracks([this.tracks[0], track]);
@@ -615,7 +617,13 @@ Evalbus.Viewer = class {
   // ---- the address: #view:run=0,episode=3,t=1.24,other=1/3
 
   readHash() {
-    const match = /^#view:(.*)$/.exec(decodeURIComponent(location.hash));
+    let hash = location.hash;
+    try {
+      hash = decodeURIComponent(hash);
+    } catch (error) {
+      // A lone % is nothing that we write.
+    }
+    const match = /^#view:(.*)$/.exec(hash);
     if (!match) return null;
     const values = Object.fromEntries(match[1].split(",").map((pair) => pair.split("=")));
     const episode = Number(values.episode);
