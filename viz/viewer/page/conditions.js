@@ -19,11 +19,13 @@ Evalbus.Conditions = class {
       this.eventsPlace);
   }
 
-  show(tracks) {
+  // isHeard: the run of the first goes on.
+  show(tracks, isHeard) {
     this.tracks = tracks;
     const [track, other] = tracks;
-    const outcome = track.outcome();
-    const words = { success: "Success", failure: "Failure", incomplete: "Not scored", running: "Running" };
+    const words = { success: "Success", failure: "Failure", incomplete: "Not scored", running: "Running", left: "Unfinished",
+      unjudged: "Not judged" };
+    const outcome = track.outcome() !== "running" || isHeard ? track.outcome() : track.head.is_over ? "unjudged" : "left";
     const why = outcome === "failure" ? Evalbus.spaced(track.head.failure_reason || track.head.end_reason) : "";
     Evalbus.setText(this.verdict, why ? `${words[outcome]}: ${why}` : words[outcome]);
     this.verdict.dataset.outcome = outcome;
@@ -31,11 +33,14 @@ Evalbus.Conditions = class {
     if (!reason && outcome === "running") {
       reason = track.head.time_limit_s ? `goes on until ${track.head.time_limit_s} s at the most` : "";
     }
+    if (outcome === "left") reason = "nothing more is heard of it; with --resume its run begins it anew";
     if (track.missing.size) reason += ` ${track.missing.size} ticks never came.`;
     if (track.head.is_cut) reason += " It is cut: there were more ticks than are kept.";
     Evalbus.setText(this.reason, reason);
-    const otherOutcome = other ? other.outcome() : "";
-    Evalbus.setText(this.other, other ? `B: ${words[otherOutcome].toLowerCase()}. ${Evalbus.words(other.head.explanation)}` : "");
+    if (other) {
+      const end = words[other.outcome()].toLowerCase(), text = Evalbus.words(other.head.explanation);
+      Evalbus.setText(this.other, text.startsWith(end) ? `B: ${text}` : `B: ${end}. ${text}`);
+    }
     this.other.hidden = !other;
 
     const layout = JSON.stringify([tracks.map((one) => [one.key, (one.head.stages || []).map((s) => s.name)]),

@@ -97,9 +97,12 @@ Evalbus.Curves = class {
     if (low > high) return null;
     // What is never negative begins at zero.
     if (low >= 0 && low < 0.6 * high) low = 0;
-    if (high - low < 1e-9 * Math.max(1, Math.abs(high))) {
-      high = high === 0 ? 1 : high + 0.5 * Math.abs(high);
-      low = low > 0 ? 0 : low - (low < 0 ? 0.5 * Math.abs(low) : 0);
+    // What hardly changes is a straight line, not its rounding errors enlarged.
+    const size = Math.max(Math.abs(low), Math.abs(high));
+    if (size < Evalbus.Curves.NOTHING) return { low: 0, high: this.isWhole(card) ? 1 : Evalbus.Curves.NOTHING };
+    if (high - low < 1e-3 * size) {
+      high += 0.5 * size;
+      low = low > 0 ? 0 : low - 0.5 * size;
     }
     return { low, high };
   }
@@ -123,7 +126,9 @@ Evalbus.Curves = class {
         card.right = width;
         return;
       }
-      const marks = Evalbus.ticksOf(range.low, range.high, card.isLarge ? 4 : 1.6);
+      // A zero alone is no scale: then closer ones.
+      const few = Evalbus.ticksOf(range.low, range.high, card.isLarge ? 4 : 1.6);
+      const marks = few.length > 1 ? few : Evalbus.ticksOf(range.low, range.high, 2.5);
       const texts = marks.map((mark) => Evalbus.number(Number(mark.toPrecision(6))));
       card.left = Math.ceil(Math.max(...texts.map((text) => context.measureText(text).width))) + 8;
       card.right = width - 6;
@@ -237,3 +242,6 @@ Evalbus.Curves = class {
       [card.name, card.parts.map((part) => this.valueOf(this.tracks[0], card, part, tick))]));
   }
 };
+
+// In any unit of ours (m, rad, s, mm): what stays below it is zero.
+Evalbus.Curves.NOTHING = 1e-3;

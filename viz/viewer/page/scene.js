@@ -17,6 +17,8 @@ Evalbus.SceneView = class {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.autoClear = false;
+    // Black until something is drawn on it.
+    this.canvas.style.visibility = "hidden";
     place.prepend(this.canvas);
     this.label = Evalbus.element("div", { class: "ev-clearance", hidden: "" });
     place.append(this.label);
@@ -42,7 +44,11 @@ Evalbus.SceneView = class {
     this.isDirty = true;
     this.matrix = new THREE.Matrix4();
     this.scratch = new THREE.Vector3();
-    this.watcher = new ResizeObserver(() => this.resize());
+    this.watcher = new ResizeObserver(() => {
+      this.resize();
+      // A canvas of a new size is black: drawn before anybody sees it.
+      this.draw();
+    });
     this.watcher.observe(place);
     this.canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
@@ -269,6 +275,7 @@ Evalbus.SceneView = class {
       this.renderer.clear();
       this.renderer.render(scene, this.camera);
     });
+    this.canvas.style.visibility = "";
     this.drawLabel();
     return true;
   }

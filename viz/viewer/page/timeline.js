@@ -51,11 +51,15 @@ Evalbus.Timeline = class {
       });
       this.lanes.push({ kind: "events", track, label: `${which}events` });
     });
+    // As wide as the names of the lanes, but for one that is a sentence.
+    const context = this.canvas.getContext("2d");
+    context.font = `11px ${palette.font}`;
+    this.labels = Math.ceil(Math.max(...this.lanes.map((lane) => context.measureText(lane.label).width)));
     this.slider.style.height = `${this.lanes.length * Evalbus.Timeline.LANE + Evalbus.Timeline.AXIS + 4}px`;
     this.redraw();
   }
 
-  get left() { return this.slider.clientWidth < 520 ? 58 : 84; }
+  get left() { return Math.min(this.labels + 15, Math.max(72, 0.12 * this.slider.clientWidth)); }
   get right() { return 14; }
 
   xOf(time_s) {

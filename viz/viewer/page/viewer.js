@@ -105,7 +105,9 @@ Evalbus.Viewer = class {
     const run = this.runOf(head.run);
     // Another one has taken its place: a server was started anew.
     if (run.info.name !== undefined && run.info.name !== head.name) Object.assign(run, { episodes: [], lines: [], track: null });
+    const isOtherwiseHeard = run.info.is_live !== head.is_live;
     run.info = head;
+    if (isOtherwiseHeard) this.showConditions();
     if (this.shownRun === null) this.shownRun = head.run;
     this.showRun();
     this.showHead();
@@ -227,9 +229,11 @@ Evalbus.Viewer = class {
       this.showAll();
       return;
     }
+    const turn = this.turn;
     try {
       const track = await this.trackOf(run, episode);
-      if (!this.tracks.length) return;
+      // Meanwhile another one was opened.
+      if (turn !== this.turn || !this.tracks.length) return;
       if (isBeside !== undefined) this.isBeside = isBeside;
       this.player.isFollowing = false;
       this.setTracks([this.tracks[0], track]);
@@ -463,7 +467,7 @@ Evalbus.Viewer = class {
     if (!this.tracks.length) return;
     this.areNumbersOld = false;
     this.timeline.show(this.tracks, this.palette);
-    this.conditions.show(this.tracks);
+    this.showConditions();
     this.curves.show(this.tracks, this.palette);
     const labels = this.tracks.map((track, k) => {
       const run = this.runs.get(track.run);
@@ -478,6 +482,11 @@ Evalbus.Viewer = class {
     this.moved();
     this.showTransport();
     this.showRun();
+  }
+
+  showConditions() {
+    const run = this.tracks.length && this.runs.get(this.tracks[0].run);
+    if (run) this.conditions.show(this.tracks, run.info.is_live !== false);
   }
 
   // The time has changed: what depends on it, and nothing else.
@@ -497,7 +506,7 @@ Evalbus.Viewer = class {
 
   showTransport() {
     const p = this.parts, player = this.player;
-    const isPlaying = player.isPlaying;
+    const isPlaying = this.isPlaying();
     if (p.play.dataset.playing !== String(isPlaying)) {
       p.play.dataset.playing = String(isPlaying);
       p.play.replaceChildren(Evalbus.icon(Evalbus.ICONS[isPlaying ? "pause" : "play"], true));
@@ -518,7 +527,6 @@ Evalbus.Viewer = class {
     const elapsed_s = (now - this.last) / 1000;
     if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);
     this.last = now;
-    const wasPlaying = this.player.isPlaying;
     const hasMoved = this.player.advance(elapsed_s);
     // Numbers of what comes: ten times a second is as fast as one reads.
     if (this.areNumbersOld && now - (this.shownAt || 0) > 100) {
@@ -527,7 +535,7 @@ Evalbus.Viewer = class {
     } else if (hasMoved) {
       this.moved();
     }
-    if (wasPlaying !== this.player.isPlaying) this.showTransport();
+    if (this.parts.play.dataset.playing !== String(this.isPlaying())) this.showTransport();
     if (this.player.isFollowing) this.followNewest();
     this.hasDrawn = Boolean(this.scene && this.isSeen && this.scene.draw());
     requestAnimationFrame((next) => this.frame(next));
@@ -550,12 +558,20 @@ Evalbus.Viewer = class {
     this.writeHash();
   }
 
+  // What follows a run that is over has come to its end, too.
+  isPlaying() {
+    const run = this.tracks.length && this.runs.get(this.tracks[0].run);
+    const isDone = run && run.info.is_over && this.tracks[0].head.is_over && this.player.tick >= this.player.last;
+    return this.player.isPlaying && !(this.player.isFollowing && isDone);
+  }
+
   togglePlay() {
-    if (this.player.isPlaying) {
+    if (this.isPlaying()) {
       this.player.pause();
       this.moved();
       this.writeHash();
     } else {
+      this.player.isFollowing = false;
       this.player.play();
     }
     this.showTransport();
@@ -615,7 +631,13 @@ Evalbus.Viewer = class {
   // ---- the address: #view:run=0,episode=3,t=1.24,other=1/3
 
   readHash() {
-    const match = /^#view:(.*)$/.exec(decodeURIComponent(location.hash));
+    let hash = location.hash;
+    try {
+      hash = decodeURIComponent(hash);
+    } catch (error) {
+      // A lone % is nothing that we write.
+    }
+    const match = /^#view:(.*)$/.exec(hash);
     if (!match) return null;
     const values = Object.fromEntries(match[1].split(",").map((pair) => pair.split("=")));
     const episode = Number(values.episode);

@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""Watches a real run in headless Chromium: opened in mid-run, scrubbed, fed hostile log lines, killed, resumed, over.
+
+usage: check_live.py EVALBUS FOLDER
+
+Runs EVALBUS (the program) into FOLDER/run<b>. Fails (exit code 1) where the page does not follow, shows other numbers
+than the run's own files, takes words of others for markup, or has something to say in its console. Exit code 77:
+skipped, Chromium is not installed.
+"""
+import contextlib
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+
+from check_viewer import (HOSTILE, compare_poses, compare_values, frame, open_page, own_addresses, read_log, shown,
+                          wait_until)
+from chromium import SOFTWARE_GL, Browser, complaints, find_chromium
+
+POLICY_NAME = "<b onclick=alert(1)>noisy</b>"
+RUN = "evalbusViewer.runs.get(0)"
+# As tests/data/fingerprints.txt has it.
+LOG_FINGERPRINT = re.search(r"^log_t (\w{16})$", (pathlib.Path(__file__).resolve().parents[1] / "data" / "fingerprints.txt")
+                            .read_text(), re.MULTILINE)[1]
+
+
+def start(command, out):
+    """A process group of its own, so that all of a run can be killed at once."""
+    return subprocess.Popen(command, stdout=open(out, "w"), stderr=subprocess.STDOUT, start_new_session=True)
+
+
+def wait_for_line(pattern, out, process):
+    """The first group of the pattern in what a program has written."""
+    while not (match := re.search(pattern, out.read_text())):
+        try:
+            process.wait(0.05)
+        except subprocess.TimeoutExpired:
+            continue
+        sys.exit(f"error: it ended with {process.returncode}: {out.read_text()}")
+    return match[1]
+
+
+def send_hostile_log(port):
+    """A line of EVALBUS_LOG from a stranger, and bytes that are no message at all, as LCM's datagrams."""
+    def string(text):
+        raw = text.encode() + b"\0"
+        return struct.pack(">i", len(raw)) + raw
+
+    header = struct.pack(">iiqq", 0, 0, 5, 100000)
+    line = (bytes.fromhex(LOG_FINGERPRINT) + header + string("<i>stranger</i>\n") + struct.pack(">b", 3)
+            + string(HOSTILE))
+    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as out:
+        out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        for channel, payload in ((b"EVALBUS_LOG", line), (b"EVALBUS_STATUS", b"<b>no message</b>")):
+            out.sendto(struct.pack(">II", 0x4C433032, 1) + channel + b"\0" + payload, ("239.255.76.67", port))
+
+
+def check_markup(browser, found):
+    if browser.evaluate("document.querySelectorAll('.evalbus-viewer :is(img, script, iframe, i:not([class], .ev-bar i,"
+                        " .ev-progress i), b[onclick])').length"):
+        found.append("words of others have become markup")
+    if POLICY_NAME not in browser.evaluate("document.querySelector('.ev-subtitle').textContent"):
+        found.append("the policy's name is not shown as it is")
+    text = browser.evaluate("document.querySelector('.ev-log').textContent")
+    if "<img src=x" not in text or "<i>stranger</i>" not in text or any(ord(c) < 32 or c == "\u202e" for c in text):
+        found.append(f"a hostile log line is shown as {text!r}")
+
+
+def check_end(browser, run, last, found):
+    """The list, the rate and an episode against the run's files."""
+    rows = browser.evaluate(f"{RUN}.episodes.map((row) => [row.episode, row.end_reason, row.success])")
+    lines = [json.loads(line) for line in (run / "episodes.jsonl").read_text().splitlines()]
+    expected = [[one["episode"], one["end_reason"], one["metrics"]["success"] == 1] for one in lines]
+    if rows != expected:
+        found.append(f"the list has {rows}, episodes.jsonl {expected}")
+    summary, info = json.loads((run / "summary.json").read_text()), shown(browser)["info"]
+    if info["rate"] != summary["success_rate"] or info["interval"] != summary["success_rate_wilson_95"]:
+        found.append(f"the page has {info['rate']} {info['interval']}, the summary {summary['success_rate']}"
+                     f" {summary['success_rate_wilson_95']}")
+    browser.evaluate(f"evalbusViewer.open(0, {last}, 0, false)")
+    wait_until(browser, f"evalbusViewer.summary().shown[0] === '0/{last}' && evalbusViewer.summary().hasPicture",
+               "the last episode is not shown")
+    episode = run / "episodes" / f"{last:04d}"
+    log = read_log(episode / "events.lcmlog")
+    ticks = list(log["EVALBUS_STATE"]["header"]["tick"])
+    bodies = sum(compare_poses(browser, log, tick, found) for tick in (0, ticks[len(ticks) // 2], ticks[-1]))
+    metrics = compare_values(browser, shown(browser)["heads"][0], json.loads((episode / "summary.json").read_text()), found)
+    if bodies < 3 or metrics < 20:
+        found.append(f"only {bodies} poses and {metrics} metrics were compared")
+
+
+def check(browser, evalbus, folder, processes, found):
+    run, run_out, web_out = folder / "run<b>", folder / "run.out", folder / "web.out"
+    command = [evalbus, "run", "lift_pot/position", "--policy", "noisy_expert", "--policy-name", POLICY_NAME, "--realtime",
+               "--rtf", "4", "--video", "none", "--out", str(run)]
+    # Far more than there is time for; when it goes on, two more are enough.
+    processes.append(start([*command, "--episodes", "200"], run_out))
+    port = int(wait_for_line(r"udpm://[\d.]+:(\d+)", run_out, processes[0]))
+    wait_for_line(r"(?s)\n +0 +(\w+)", run_out, processes[0])
+    # In mid-run: the first episode is over, the second goes on.
+    processes.append(start([evalbus, "web", str(run), "--port", "0"], web_out))
+    url = wait_for_line(r"(http://\S+)", web_out, processes[1])
+    open_page(browser, url, 1280, 900, "dark", False)
+    if not shown(browser)["isFollowing"] or shown(browser)["episodes"] < 1:
+        found.append("it does not follow, or does not know the episode that is over")
+    if not browser.evaluate("Number.isFinite(evalbusViewer.tracks[0].position.data[0])"
+                            " && Number.isFinite(evalbusViewer.tracks[0].valueAt(0, 0))"):
+        found.append("the beginning of the episode under way is not known")
+    browser.evaluate("evalbusViewer.seek(3)")
+    frame(browser)
+    if browser.evaluate("evalbusViewer.tick") != 3 or shown(browser)["isFollowing"]:
+        found.append("a scrub does not stay")
+    browser.evaluate("evalbusViewer.follow()")
+    send_hostile_log(port)
+    wait_until(browser, "document.querySelector('.ev-log').textContent.includes('stranger')", "the log line is not shown")
+    check_markup(browser, found)
+
+    if processes[0].poll() is not None:
+        sys.exit("error: the run was over before it could be killed")
+    os.killpg(processes[0].pid, signal.SIGKILL)
+    processes[0].wait()
+    wait_until(browser, f"{RUN}.info.is_live === false", "nothing says that the run was killed")
+    wait_until(browser, "document.querySelector('.ev-state-pill').textContent.startsWith('unfinished')", "nothing says that it is unfinished")
+    episodes = len((run / "episodes.jsonl").read_text().splitlines()) + 2
+    processes.append(start([*command, "--episodes", str(episodes), "--resume"], run_out))
+    wait_until(browser, f"{RUN}.info.is_over && {RUN}.episodes.length === {episodes}", "the resumed run does not end on the page")
+    if processes[2].wait() != 0:
+        sys.exit(f"error: {run_out.read_text()}")
+    wait_until(browser, f"{RUN}.info.interval_kind === 'Wilson'", "the rate is not the final one")
+    check_end(browser, run, episodes - 1, found)
+    found += complaints(browser.events, own_addresses(url))
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit("usage: check_live.py EVALBUS FOLDER")
+    program = find_chromium()
+    found, processes = [], []
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        browser = Browser(program, profile, SOFTWARE_GL)
+        try:
+            for domain in ("Page", "Runtime", "Log", "Network"):
+                browser.call(f"{domain}.enable")
+            check(browser, sys.argv[1], pathlib.Path(sys.argv[2]), processes, found)
+        finally:
+            for process in processes:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+            browser.close()
+    for one in found:
+        print(one)
+    print(f"{len(found)} complaints about a run that was watched")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()

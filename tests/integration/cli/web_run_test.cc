@@ -1,0 +1,18 @@
+// evalbus web: a browser that watches a run while it goes on, is killed and resumed.
+#include "tests/integration/harness.h"
+
+namespace evalbus {
+namespace {
+
+// What is compared: see check_live.py.
+TEST(WebRun, BrowserFollowsARunThatIsKilledAndResumed) {
+  EVALBUS_NEEDS_BUS();
+  const TemporaryFolder folder;
+  const Result result = RunProgram({"/usr/bin/python3", EVALBUS_SOURCE_DIR "/tests/browser/check_live.py",
+                                    EVALBUS_BINARY_DIR "/bin/evalbus", folder.path().string()});
+  if (result.code == 77) GTEST_SKIP() << result.out;
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+}
+
+}  // namespace
+}  // namespace evalbus
