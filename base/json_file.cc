@@ -1,6 +1,7 @@
 #include "base/json_file.h"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <optional>
 #include <set>
@@ -56,6 +57,28 @@ class LookAhead : public std::streambuf {
   size_t skipped_ = 0;
 };
 
+// The names in an object. Few have more than a handful, and these take no memory anew, object after object.
+class Names {
+ public:
+  void Clear() {
+    num_first_ = 0;
+    others_.clear();
+  }
+  // False where it is there already.
+  bool Add(const std::string& name) {
+    const auto end = first_.begin() + static_cast<std::ptrdiff_t>(num_first_);
+    if (std::find(first_.begin(), end, name) != end) return false;
+    if (num_first_ == first_.size()) return others_.insert(name).second;
+    first_[num_first_++] = name;
+    return true;
+  }
+
+ private:
+  std::array<std::string, 64> first_;
+  size_t num_first_ = 0;
+  std::set<std::string> others_;
+};
+
 // Builds the value, and notices what the library lets pass.
 template <class Json>
 class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
@@ -78,11 +101,11 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   bool end_array() { return Close() && Base::end_array(); }
   bool key(std::string& name) {
     // It would silently replace the first.
-    if (!keys_.back().insert(name).second) {
+    if (!names_[depth_ - 1].Add(name)) {
       what_ = name + ": expected each key once, it is repeated";
       return false;
     }
-    if (keys_.size() == 1) outermost_key_ = name;
+    if (depth_ == 1) outermost_key_ = name;
     return Base::key(name);
   }
   bool parse_error(size_t position, const std::string& token, const nlohmann::json::exception& error) {
@@ -102,12 +125,16 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
 
  private:
   bool Open() {
-    keys_.emplace_back();
-    if (keys_.size() > kDeepest) what_ = "expected JSON nested " + std::to_string(kDeepest) + " deep at most";
-    return keys_.size() <= kDeepest;
+    if (depth_ == kDeepest) {
+      what_ = "expected JSON nested " + std::to_string(kDeepest) + " deep at most";
+      return false;
+    }
+    if (names_.size() == depth_) names_.emplace_back();
+    names_[depth_++].Clear();
+    return true;
   }
   bool Close() {
-    keys_.pop_back();
+    --depth_;
     return true;
   }
 
@@ -115,7 +142,7 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   // stay, too.
   bool Offer() {
     if constexpr (std::is_same_v<Json, nlohmann::json>) {
-      if (!take_ || keys_.size() != 2 || outermost_key_ != taken_key_) return true;
+      if (!take_ || depth_ != 2 || outermost_key_ != taken_key_) return true;
       auto* elements = (*root_)[taken_key_].template get_ptr<typename Json::array_t*>();
       if (!elements || elements->size() != 1) return true;
       if (!is_taken_ && !take_(*root_, elements->back())) return true;
@@ -143,8 +170,9 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   TakeText take_text_;
   bool is_taken_ = false;  // the next element, by take_text_
   std::string outermost_key_;
-  // Of each array or object that is open.
-  std::vector<std::set<std::string>> keys_;
+  // Of each array or object that is open, `depth_` of them.
+  std::vector<Names> names_;
+  size_t depth_ = 0;
   std::string what_;
   std::optional<size_t> position_;
 };

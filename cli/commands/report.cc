@@ -63,7 +63,7 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   for (const results::RecordedEpisode& episode : run.episodes) {
     if (!episode.complete) continue;
     if (episode.success) {
-      successes.emplace_back(episode.Json()["metrics"].value("completion_time", 0.0), episode.episode);
+      successes.emplace_back(episode.completion_time, episode.episode);
     } else if (chosen.size() < failures) {
       chosen.push_back({episode.episode, chosen.empty() ? "first failure" : "next failure"});
     }
@@ -103,7 +103,7 @@ viz::ReportEpisode Episode(const results::RecordedEpisode& recorded) {
   episode.complete = recorded.complete;
   episode.success = recorded.success;
   episode.values = recorded.Values();
-  episode.explanation = recorded.Json()["explanation"].value("text", "");
+  episode.explanation = recorded.explanation;
   return episode;
 }
 

@@ -140,12 +140,21 @@ std::vector<Chunk> MergePlan(const PlanFolder& folder) {
     WriteWhole(suite / kSuiteJson, ToText(json, 2) + "\n");
     WriteWhole(suite / kSummaryJson, ToText(tally.Json(folder.plan().tasks), 2) + "\n");
   }
-  // What was merged is there once.
+  // What was merged is there once; nor is anything left of those that were killed at it.
   std::error_code gone;
+  std::set<std::string> merged;
   for (const auto& [run, chunks] : by_run) {
     if (!folder.has_run(run.first, run.second)) continue;
-    for (const Chunk& chunk : chunks) fs::remove_all(folder.chunk_folder(chunk), gone);
+    for (const Chunk& chunk : chunks) {
+      fs::remove_all(folder.chunk_folder(chunk), gone);
+      merged.insert(chunk.name());
+    }
   }
+  std::vector<fs::path> left;
+  for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, gone)) {
+    if (merged.contains(ParseHidden(entry.path().filename()).first)) left.push_back(entry.path());
+  }
+  for (const fs::path& path : left) fs::remove_all(path, gone);
   return missing;
 }
 

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
 #include <map>
@@ -131,6 +132,8 @@ void PlanFolder::Put(const Chunk& chunk, const fs::path& finished) const {
     for (const auto& entry : fs::recursive_directory_iterator(coming)) Sync(entry.path());
   } catch (const fs::filesystem_error& error) {
     fs::remove_all(coming, ignored);
+    // A merge that had it from its twin has cleared up.
+    if (has(chunk)) return;
     ThrowFileError("cannot write " + coming.string(), error.code().value());
   } catch (...) {
     fs::remove_all(coming, ignored);
@@ -159,6 +162,13 @@ void AtWork::Tell() {
   told_ = now;
   // By the clock of the file's own machine.
   utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
+}
+
+std::pair<std::string, std::string> ParseHidden(const std::string& name) {
+  const size_t plus = name.rfind('+');
+  if (!name.starts_with(".") || plus == std::string::npos) return {};
+  const size_t dot = std::min(name.find('.', plus), name.size());
+  return {name.substr(1, dot - 1), dot < name.size() ? name.substr(dot + 1) : ""};
 }
 
 void SayFailed(const PlanFolder& folder, const Chunk& chunk, const std::string& why) {

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/plans/plan.h"
@@ -87,6 +88,10 @@ class AtWork {
   std::filesystem::path file_;
   std::chrono::steady_clock::time_point told_;
 };
+
+// Of a name in parts/ that begins with a dot: the chunk, and what follows its name: "HOST-PID" (at work),
+// "HOST-PID.coming" or "failed". Both empty for other names.
+std::pair<std::string, std::string> ParseHidden(const std::string& name);
 
 // Why a chunk could not be done: said, and taken back when it could.
 void SayFailed(const PlanFolder& folder, const Chunk& chunk, const std::string& why);

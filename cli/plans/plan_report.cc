@@ -12,6 +12,7 @@
 #include "cli/results/comparison.h"
 #include "cli/results/run_reader.h"
 #include "metrics/statistics/run_statistics.h"
+#include "models/yaml_reader.h"
 #include "viz/report/plan_page.h"
 
 namespace evalbus::plans {
@@ -22,7 +23,40 @@ using results::RecordedRun;
 using results::RecordedRuns;
 
 viz::PlanCell CellOf(const metrics::RunSummary& summary) {
-  return {summary.successes, summary.complete, summary.wilson.lower, summary.wilson.upper, ""};
+  return {summary.successes, summary.complete, summary.wilson.lower, summary.wilson.upper, "", {}};
+}
+
+// A policy's report, into which some of its episodes are packed to be watched.
+class ReportWithEpisodes {
+ public:
+  ReportWithEpisodes(const fs::path& folder, const fs::path& page) : url_(viz::Url(page)) {
+    if (fs::exists(folder / page)) text_ = ReadText(folder / page, "report");
+  }
+  const std::string& url() const { return url_; }
+  // Where the viewer shows it; empty where it is not packed.
+  std::string UrlOf(size_t run, int episode) const {
+    if (text_.find(fmt::format("data-block=\"episode/{}/{}\"", run, episode)) == std::string::npos) return "";
+    return fmt::format("{}#view:run={},episode={}", url_, run, episode);
+  }
+
+ private:
+  std::string url_, text_;
+};
+
+// The first failure that can be watched, else the first episode; and by reason the first that failed for it.
+void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisodes& page, viz::PlanCell* cell,
+                 std::map<std::string, std::string>* failed) {
+  for (const bool success : {false, true}) {
+    for (const results::RecordedEpisode& episode : recorded.episodes) {
+      const bool is_wanted =
+          cell->episodes.empty() || (!success && !failed->contains(episode.failure_reason));
+      if (!episode.complete || episode.success != success || !is_wanted) continue;
+      const std::string url = page.UrlOf(run, episode.episode);
+      if (url.empty()) break;  // failures were packed first, and in order
+      if (cell->episodes.empty()) cell->episodes.push_back({fmt::format("episode {}", episode.episode), url});
+      if (!success) failed->emplace(episode.failure_reason, url);
+    }
+  }
 }
 
 // Of all tasks; each episode has a number of its own.
@@ -55,15 +89,17 @@ void WritePlanReport(const PlanFolder& folder) {
   for (const PlannedPolicy& policy : plan.policies) {
     RecordedRuns suite = results::ReadRuns(folder.policy_folder(policy.name));
     suite.name = policy.name;
-    const fs::path page = fs::path(policy.name) / "report.html";
+    const ReportWithEpisodes page(folder.path(), fs::path(policy.name) / "report.html");
     report.policies.push_back(policy.name);
-    report.reports.push_back({policy.name, viz::Url(page)});
+    report.reports.push_back({policy.name, page.url()});
+    auto& failed = report.failed_episodes.emplace_back();
     std::vector<std::pair<std::string, viz::PlanCell>> cells;
     for (size_t i = 0; i < suite.runs.size(); ++i) {
       viz::PlanCell& cell =
           cells.emplace_back(suite.runs[i].task_name(), CellOf(suite.runs[i].Statistics().Summary(false)))
               .second;
-      cell.url = viz::Url(page) + (suite.runs.size() > 1 ? fmt::format("#run-{}-", i) : "");
+      cell.url = page.url() + (suite.runs.size() > 1 ? fmt::format("#run-{}-", i) : "");
+      AddEpisodes(suite.runs[i], i, page, &cell, &failed);
       for (const std::string& remark : suite.runs[i].Remarks()) {
         report.remarks.push_back(policy.name + ", " + suite.runs[i].task_name() + ": " + remark);
       }

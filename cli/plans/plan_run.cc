@@ -135,8 +135,8 @@ std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
       fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
       going.erase(policy);
     }
-    fmt::print("\n");
     if (going.size() <= 1) break;
+    fmt::print("\n");
   }
   std::vector<Stop> result;
   ordered_json json = ordered_json::array();

@@ -73,11 +73,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
   if (recent > 0 && oldest > 0) status.rate = recent / oldest;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, none)) {
-    const std::string name = entry.path().filename();
-    if (!name.starts_with(".")) continue;
-    const size_t dot = name.find('.', 1);
-    const std::string chunk = name.substr(1, dot - 1),
-                      rest = dot == std::string::npos ? "" : name.substr(dot + 1);
+    const auto [chunk, rest] = ParseHidden(entry.path().filename());
     if (!sizes.contains(chunk)) continue;
     if (rest == "failed") {
       status.failed.push_back({chunk, FirstLine(entry.path())});

@@ -24,16 +24,22 @@ std::string Number(double value) {
 std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
   std::vector<std::string> names;
   std::map<std::string, size_t> index;
+  // Of each episode in order, by their columns.
+  std::vector<std::vector<std::pair<size_t, double>>> values;
   for (const RecordedRun& run : runs) {
     for (const RecordedEpisode& episode : run.episodes) {
-      for (const auto& [name, unused] : episode.Values()) {
-        if (index.emplace(name, names.size()).second) names.push_back(name);
+      auto& cells = values.emplace_back();
+      for (const auto& [name, value] : episode.Values()) {
+        const auto [column, is_new] = index.emplace(name, names.size());
+        if (is_new) names.push_back(name);
+        cells.emplace_back(column->second, value);
       }
     }
   }
   std::string table = "run,task,variation,episode,seed,end_reason,failure_reason,complete";
   for (const std::string& name : names) table += "," + Quoted(name);
   table += "\n";
+  auto row = values.begin();
   for (const RecordedRun& run : runs) {
     for (const RecordedEpisode& episode : run.episodes) {
       table += Quoted(run.name) + "," + Quoted(run.task) + "," + Quoted(run.variation) + "," +
@@ -41,7 +47,7 @@ std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
                Quoted(episode.end_reason) + "," + Quoted(episode.failure_reason) + "," +
                (episode.complete ? "1" : "0");
       std::vector<std::string> cells(names.size());
-      for (const auto& [name, value] : episode.Values()) cells[index.at(name)] = Number(value);
+      for (const auto& [column, value] : *row++) cells[column] = Number(value);
       for (const std::string& cell : cells) table += "," + cell;
       table += "\n";
     }

@@ -89,9 +89,8 @@ viz::EpisodeRow RowOf(const RecordedEpisode& episode, const RecordedRun& run) {
   row.failure_reason = episode.failure_reason;
   row.success = episode.success;
   row.complete = episode.complete;
-  const nlohmann::ordered_json json = episode.Json();
-  row.time = json["metrics"].value("completion_time", 0.0);
-  row.text = json["explanation"].value("text", "");
+  row.time = episode.completion_time;
+  row.text = episode.explanation;
   row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
   return row;
 }

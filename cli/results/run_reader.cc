@@ -29,9 +29,12 @@ std::string ReadFile(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// A member of a type; `expected` names it in the error.
+// A member of a type, whole where it is an object; `expected` names it in the error.
 template <class T>
-T Get(const ordered_json& json, const char* key, const char* expected, const std::string& where) {
+std::conditional_t<std::is_same_v<T, ordered_json>, const ordered_json&, T> Get(const ordered_json& json,
+                                                                                const char* key,
+                                                                                const char* expected,
+                                                                                const std::string& where) {
   const auto found = json.find(key);
   if (found == json.end()) Fail(where, fmt::format("no \"{}\"; is this of evalbus?", key));
   const bool good = std::is_same_v<T, std::string>    ? found->is_string()
@@ -40,7 +43,11 @@ T Get(const ordered_json& json, const char* key, const char* expected, const std
                     : std::is_same_v<T, double>       ? found->is_number()
                                                       : found->is_number_integer();
   if (!good) Fail(where, fmt::format("\"{}\" is {}, expected {}", key, ToText(*found), expected));
-  return found->get<T>();
+  if constexpr (std::is_same_v<T, ordered_json>) {
+    return *found;
+  } else {
+    return found->get<T>();
+  }
 }
 
 // What a realtime run says of an episode; null where it was lost.
@@ -52,7 +59,7 @@ void CheckPacing(const ordered_json& json, const std::string& where) {
     Get<int64_t>(*pacing, count, "a whole number", where);
   }
   for (const PacingTimes& times : kPacingTimes) {
-    const auto distribution = Get<ordered_json>(*pacing, times.key, "an object", where);
+    const auto& distribution = Get<ordered_json>(*pacing, times.key, "an object", where);
     Get<int64_t>(distribution, "count", "a whole number", where);
     for (const char* time : {"p50_s", "p99_s", "p999_s", "max_s"})
       Get<double>(distribution, time, "a number", where);
@@ -77,6 +84,7 @@ void ReadEpisodes(RecordedRun* run) {
       break;
     }
     RecordedEpisode episode = ReadEpisode(json, where, *run);
+    episode.text = text.substr(begin, end - begin);
     const auto [first, is_new] = line_of.emplace(episode.episode, line);
     if (!is_new)
       Fail(where, fmt::format("episode {} again, first in line {}", episode.episode, first->second));
@@ -142,7 +150,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   if (episode.invalid() && episode.complete) {
     Fail(where, fmt::format("\"complete\" with \"end_reason\" {}: no such episode is", episode.end_reason));
   }
-  const auto metrics = Get<ordered_json>(json, "metrics", "an object", where);
+  const ordered_json& metrics = Get<ordered_json>(json, "metrics", "an object", where);
   Get<ordered_json>(json, "extended", "an object", where);
   const auto success = metrics.find("success");
   const bool is_judged = success != metrics.end();
@@ -152,8 +160,9 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   }
   episode.success = is_judged && *success == 1;
   Get<std::string>(json, "end_detail", "a text", where);
-  Get<double>(metrics, "completion_time", "a number", where);
-  Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
+  episode.completion_time = Get<double>(metrics, "completion_time", "a number", where);
+  episode.explanation =
+      Get<std::string>(Get<ordered_json>(json, "explanation", "an object", where), "text", "a text", where);
   CheckPacing(json, where);
   try {
     episode.result = metrics::ResultOf(json);
@@ -162,7 +171,6 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   } catch (const InputError& error) {
     Fail(where, error.what());
   }
-  episode.text = ToText(json);
   return episode;
 }
 

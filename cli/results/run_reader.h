@@ -28,9 +28,12 @@ struct RecordedEpisode {
   // rate.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   bool success = false;
+  double completion_time = 0;  // s
+  // Why it came out so, in a sentence.
+  std::string explanation;
   // What statistics are made of.
   metrics::EpisodeResult result;
-  // The whole line, as text: of many episodes a tenth of the memory.
+  // The whole line, as it stands there: of many episodes a tenth of the memory.
   std::string text;
   nlohmann::ordered_json Json() const { return nlohmann::ordered_json::parse(text); }
   // Its number in episodes.jsonl, from 1.
@@ -88,7 +91,7 @@ RecordedRun ReadRun(const std::filesystem::path& folder);
 RecordedRuns ReadRuns(const std::filesystem::path& folder);
 // Of a folder with run.json; there may be no finished episode yet.
 RecordedRun ReadRunAsFarAsItGot(const std::filesystem::path& folder);
-// A line of episodes.jsonl of this run, which `where` names.
+// A line of episodes.jsonl of this run, which `where` names; without its text.
 RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::string& where,
                             const RecordedRun& run);
 // What run.json alone says.

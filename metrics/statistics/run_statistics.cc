@@ -67,8 +67,10 @@ MetricSummary Describe(const std::string& name, const std::vector<double>& sorte
 }
 
 // An empty object where there is none.
-ordered_json Member(const ordered_json& json, const char* key) {
-  return json.value(key, ordered_json::object());
+const ordered_json& Member(const ordered_json& json, const char* key) {
+  static const ordered_json kNone = ordered_json::object();
+  const auto found = json.find(key);
+  return found == json.end() ? kNone : *found;
 }
 
 int StageIndex(const std::string& text) {
@@ -99,11 +101,11 @@ EpisodeResult ResultOf(const ordered_json& episode) {
                        .stages = {},
                        .slips = {},
                        .collisions = {}};
-  const ordered_json stages = Member(metrics, kStages);
+  const ordered_json& stages = Member(metrics, kStages);
   for (const auto& [index, reached] : stages.items()) {
     result.stages.emplace_back(StageIndex(index), reached.get<bool>());
   }
-  const ordered_json slips = Member(metrics, kSlips);
+  const ordered_json& slips = Member(metrics, kSlips);
   for (const auto& [object, count] : slips.items()) {
     // "object_2"; those before it that are not there are not known.
     const int number = object.starts_with(kObject) ? StageIndex(object.substr(sizeof kObject - 1)) : 0;

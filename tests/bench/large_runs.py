@@ -69,10 +69,22 @@ def multiply(small, large, count, shift):
             out.write(text + "\n")
 
 
+def plan(folder, count):
+    """A plan of two policies with so many episodes, of which two thirds are there as chunks."""
+    file = folder.with_suffix(".yaml")
+    file.write_text(f"policies: [expert, noisy_expert]\ntasks: lift_pot/position\nepisodes: {count // 2}\n")
+    run("run", file, "--out", folder, "--part", f"{count}/{count}")  # has no chunk of its own
+    for policy in ("expert", "noisy_expert"):
+        for first in range(0, count // 3, 20):
+            chunk = folder / "parts" / f"{policy}+lift_pot-position+{first:04}-{first + 19:04}"
+            chunk.mkdir()
+            (chunk / "run.json").write_text("{}")
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     counts = [int(word) for word in sys.argv[2:]] or [1_000, 10_000, 100_000]
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     small = folder / "small"
     run("run", "lift_pot/position", "--policy", "noisy_expert", "--episodes", 20, "--in-process", "--out", small)
     print("episodes  command   time s  processor s  memory MB")
@@ -80,10 +92,12 @@ def main():
         a, b = folder / f"a{count}", folder / f"b{count}"
         multiply(small, a, count, 0)
         multiply(small, b, count, 3)
+        plan(folder / f"plan{count}", count)
         for command in (
             ("report", a, "--out", folder / "report.html"),
             ("compare", a, b),
             ("export", a, "--csv", folder / f"{count}.csv"),
+            ("status", folder / f"plan{count}"),
         ):
             took, processor, memory = run(*command)
             print(f"{count:8}  {command[0]:8} {took:7.2f}  {processor:11.2f}  {memory:9.0f}", flush=True)

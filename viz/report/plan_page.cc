@@ -24,7 +24,12 @@ void Cell(const PlanCell& cell, Markup* html) {
       html->Element("a", {{"href", cell.url}}, [&] { Data(rate, text, html); });
     }
     html->Element("div", {}, [&] { DrawShare(rate, cell.lower, cell.upper, false, html); });
-    html->Element("div", {{"class", "note"}}, fmt::format("{} of {}", cell.successes, cell.complete));
+    html->Element("div", {{"class", "note"}}, [&] {
+      html->Text(fmt::format("{} of {}", cell.successes, cell.complete));
+      if (cell.episodes.empty()) return;
+      html->Text("; ");
+      Links(cell.episodes, html);
+    });
   });
 }
 
@@ -44,7 +49,7 @@ void Rates(const PlanReport& report, Markup* html) {
   html->Element(
       "p", {{"class", "note"}},
       "Share of the complete episodes that succeeded, with its 95 % interval (Wilson). A rate leads to its "
-      "run.");
+      "run, an episode to its motion in 3D: the first failure, where there is one.");
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
     html->Element("table", {{"class", "sortable"}, {"id", "rates"}}, [&] {
       html->Element("thead", {}, [&] {
@@ -105,10 +110,20 @@ void Failures(const PlanReport& report, Markup* html) {
         for (const std::string& reason : reasons) {
           html->Element("tr", {}, [&] {
             html->Element("th", {{"scope", "row"}}, reason);
-            for (const auto& of_policy : report.failure_reasons) {
+            for (size_t policy = 0; policy < report.failure_reasons.size(); ++policy) {
               double count = 0;
-              for (const auto& [name, number] : of_policy) count += name == reason ? number : 0;
-              NumberCell(count, fmt::format("{:.0f}", count), html);
+              for (const auto& [name, number] : report.failure_reasons[policy])
+                count += name == reason ? number : 0;
+              const auto& episodes = report.failed_episodes[policy];
+              const auto episode = episodes.find(reason);
+              if (episode == episodes.end()) {
+                NumberCell(count, fmt::format("{:.0f}", count), html);
+                continue;
+              }
+              html->Element("td", {{"class", "number"}}, [&] {
+                html->Element("a", {{"href", episode->second}, {"title", "one of them in 3D"}},
+                              [&] { Data(count, fmt::format("{:.0f}", count), html); });
+              });
             }
           });
         }

@@ -2,6 +2,7 @@
 // input, equal bytes.
 #pragma once
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,8 @@ struct PlanCell {
   // Of the success rate, in shares.
   double lower = 0, upper = 0;
   std::string url;  // of its run's report; may be empty
+  // An episode of it in 3D, a failure where there is one; may be none.
+  std::vector<ReportLink> episodes;
 };
 
 struct PlanRow {
@@ -43,6 +46,8 @@ struct PlanReport {
   std::string verdict_note;
   // By policy: reasons with how many episodes failed for them.
   std::vector<std::vector<std::pair<std::string, int>>> failure_reasons;
+  // By policy: of a reason the address of an episode in 3D that failed for it; not of every one.
+  std::vector<std::map<std::string, std::string>> failed_episodes;
   std::vector<ReportLink> reports;  // of each policy
   std::vector<std::string> remarks;
 };
