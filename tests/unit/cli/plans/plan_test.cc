@@ -40,6 +40,16 @@ class PlanTest : public testing::Test {
 
 constexpr char kSmall[] = "policies: [expert]\ntasks: lift_pot\n";
 
+TEST(PlanFolder, HiddenNamesSayTheirChunk) {
+  const Chunk chunk{"pi0.5", "lift_pot/all", 0, 19};
+  using Pair = std::pair<std::string, std::string>;
+  EXPECT_EQ(ParseHidden("." + chunk.name() + ".node7.lab-4711.coming"),
+            Pair(chunk.name(), "node7.lab-4711.coming"));
+  EXPECT_EQ(ParseHidden("." + chunk.name() + ".failed"), Pair(chunk.name(), "failed"));
+  EXPECT_EQ(ParseHidden(chunk.name()), Pair());
+  EXPECT_EQ(ParseHidden(".nfs0001"), Pair());
+}
+
 TEST_F(PlanTest, SaysWhatIsToBeRun) {
   const Plan plan = Read(R"(plan: checkpoints
 policies:
