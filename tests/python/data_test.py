@@ -235,7 +235,7 @@ with tempfile.TemporaryDirectory() as name:
         (good, here / "nothing", "nothing: no *.csv"),
         (good, here / "mixed", "1.csv:2: expected 23 values"),
         (bad_map("joint.yaml", "left/joint1:", "left/joint9:"), table, "joint.yaml:5: key 'left/joint9': no joint is called 'left/joint9'; did you mean"),
-        (bad_map("fewer.yaml", ", right/joint7: q13", ""), table, "joints: 'right/joint7' is missing; all joints"),
+        (bad_map("fewer.yaml", ", right/joint7: q13", ""), table, "joint 'right/joint7' is missing; all joints"),
         (bad_map("key.yaml", "grippers:", "gripper:"), table, "did you mean"),
         (bad_map("object.yaml", "  pot:", "  pan:"), table, "no object is called 'pan'"),
         (bad_map("task.yaml", "lift_pot/base", "lift_pan/base"), table, "lift_pan"),

@@ -39,7 +39,7 @@ def wait_for(condition, what, deadline_s=DEADLINE_S):
     while not condition():
         if time.monotonic() > end:
             raise AssertionError(f"waited {deadline_s} s for {what}")
-        time.sleep(0.05)
+        time.sleep(0.3)
 
 
 class Cluster:
