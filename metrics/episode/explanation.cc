@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "base/plural.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 
@@ -65,7 +66,7 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
     text += fmt::format("; {} slipped from {} at {:.2f} s", e.slip[k].object, e.slip[k].gripper,
                         e.slip[k].time_s);
   }
-  if (e.slip.size() > kSlipsInText) text += fmt::format(" and {} more slips", e.slip.size() - kSlipsInText);
+  if (e.slip.size() > kSlipsInText) text += " and " + Plural(e.slip.size() - kSlipsInText, "more slip");
   return text;
 }
 
