@@ -70,9 +70,9 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
     tested += metric.p.has_value();
   }
   text += fmt::format(
-      "\nMeans{}. p: {}. Holm: adjusted for {}; interval: bootstrap.\n",
-      task.paired ? " over pairs" : "",
-      task.paired ? "Wilcoxon's signed-rank test of the pairs' differences" : "Mann-Whitney's test", Plural(tested, "metric"));
+      "\nMeans{}. p: {}. Holm: adjusted for {}; interval: bootstrap.\n", task.paired ? " over pairs" : "",
+      task.paired ? "Wilcoxon's signed-rank test of the pairs' differences" : "Mann-Whitney's test",
+      Plural(tested, "metric"));
   text += task.paired
               ? fmt::format("* over the {} pairs in which both succeeded; all else over all {} pairs.\n",
                             efforts, task.success.trials)
