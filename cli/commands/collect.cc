@@ -45,6 +45,7 @@ Action AddCollect(CLI::App* app) {
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   app->add_flag("--in-process", run.in_process, "as for 'evalbus run'");
+  app->add_flag("--resume", run.resume, "go on with the interrupted collection in --out");
   AddLogLevel(app);
   return [options, app] {
     launch::RunOptions& wanted = options->run;

@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 // Starts that are drawn for each that is wanted: as often a start may be replaced by a neighbour where it
 // fails.
 constexpr int kStartsEach = 8;
+constexpr char kCollectJson[] = "collect.json";
 
 // Where each of so many episodes of the run begins: what its variation draws.
 std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes) {
@@ -46,6 +47,9 @@ std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes)
 }  // namespace
 
 void Collect(RunOptions options) {
+  if (options.resume && fs::exists(options.out / kCollectJson)) {
+    throw InputError("--resume: " + options.out.string() + ": is complete");
+  }
   const int wanted = options.episodes;
   options.episodes = wanted * kStartsEach;
   options.sim.task = options.tasks.at(0);
@@ -83,11 +87,11 @@ void Collect(RunOptions options) {
   run.WriteEpisodes(lines);
   run.DiscardAllBut(kept);
   const double yield = static_cast<double>(kept.size()) / static_cast<double>(tried.size());
-  run.WriteJson("collect.json", {{"wanted", wanted},
-                                 {"kept", kept.size()},
-                                 {"tried", tried.size()},
-                                 {"yield", yield},
-                                 {"starts_drawn", options.episodes}});
+  run.WriteJson(kCollectJson, {{"wanted", wanted},
+                               {"kept", kept.size()},
+                               {"tried", tried.size()},
+                               {"yield", yield},
+                               {"starts_drawn", options.episodes}});
   if (!kept.empty()) results::WriteRunSummary(folder);
   fmt::print("\nkept {} of {} wanted, of {} tried: yield {:.1f} %\n", kept.size(), wanted, tried.size(),
              100 * yield);
