@@ -127,7 +127,7 @@ std::string FailureReason(const EpisodeOutcome& outcome) {
   if (Stuck(outcome)) return "collision";
   if (Missed(outcome)) return "grasp_miss";
   if (IsInWrongPose(outcome)) return "wrong_pose";
-  return "timeout";
+  return outcome.end_reason == end_reason::kEndOfData ? outcome.end_reason : "timeout";
 }
 
 }  // namespace evalbus::metrics

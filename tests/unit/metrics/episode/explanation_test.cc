@@ -322,6 +322,14 @@ TEST_F(ExplanationTest, TheSimsEndsGoBeforeWhatTheObjectsDid) {
   EXPECT_EQ(Reason("failure"), "unconfirmed");
 }
 
+TEST_F(ExplanationTest, DataThatEndIsNoTimeout) {
+  Tick();
+  EXPECT_EQ(Reason("end_of_data"), "end_of_data");
+  Hold();
+  Tick();  // a slip
+  EXPECT_EQ(Reason("end_of_data"), "grasp_slip");
+}
+
 TEST_F(ExplanationTest, SuccessSaysWhatHeld) {
   Height() = 1.13;
   Tick({{kLeftPad, kWall}});
