@@ -48,12 +48,14 @@ class CameraProcess : public testing::Test {
     });
   }
   void Begin(Bus* bus) {
-    bus->Publish(channels::kModel, viz::VisualInfo(folder_.path(), *scene_.visual));
+    bus->Publish(channels::kModel, model_);
     bus->Publish(channels::kEpisodeBegin, episode_begin_t{});
   }
 
   TemporaryFolder folder_;
   const Scene scene_ = viz::LiftPotScene();
+  // Written once: a process may be reading it when it is told of it again.
+  const model_info_t model_ = viz::VisualInfo(folder_.path(), *scene_.visual);
   state_t state_{};
   observe_t observe_{};
   component_status_t status_{};
