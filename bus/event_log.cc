@@ -20,7 +20,7 @@
 namespace evalbus {
 namespace {
 
-constexpr std::array<uint8_t, 4> kMagic = {0xED, 0xA1, 0xDA, 0x01};
+constexpr std::array<uint8_t, 4> kEventMagic = {0xED, 0xA1, 0xDA, 0x01};
 constexpr size_t kHeaderSize = 28;
 
 // Ends the mapping of a file.
@@ -108,15 +108,15 @@ EventLogReader::~EventLogReader() {
 }
 
 bool EventLogReader::IsBoundary(size_t offset) const {
-  return offset == bytes_.size() || (bytes_.size() - offset >= kMagic.size() &&
-                                     std::memcmp(bytes_.data() + offset, kMagic.data(), kMagic.size()) == 0);
+  return offset == bytes_.size() || (bytes_.size() - offset >= kEventMagic.size() &&
+                                     std::memcmp(bytes_.data() + offset, kEventMagic.data(), kEventMagic.size()) == 0);
 }
 
 size_t EventLogReader::EventSize(size_t offset) {
   const size_t size = ClaimedSize(offset);
   if (size == 0 || IsBoundary(offset + size)) return size;
   // Either the next event is damaged, or this one's lengths are: then it claims events that are whole.
-  return NextWhole(offset + kMagic.size()) < offset + size ? 0 : size;
+  return NextWhole(offset + kEventMagic.size()) < offset + size ? 0 : size;
 }
 
 size_t EventLogReader::NextWhole(size_t offset) {
@@ -125,7 +125,7 @@ size_t EventLogReader::NextWhole(size_t offset) {
   while (whole_at_ < bytes_.size()) {
     const size_t size = ClaimedSize(whole_at_);
     if (size > 0 && IsBoundary(whole_at_ + size)) break;
-    const void* next = memchr(bytes_.data() + whole_at_ + 1, kMagic[0], bytes_.size() - whole_at_ - 1);
+    const void* next = memchr(bytes_.data() + whole_at_ + 1, kEventMagic[0], bytes_.size() - whole_at_ - 1);
     whole_at_ = next ? static_cast<size_t>(static_cast<const uint8_t*>(next) - bytes_.data()) : bytes_.size();
   }
   return whole_at_;
@@ -134,7 +134,7 @@ size_t EventLogReader::NextWhole(size_t offset) {
 size_t EventLogReader::ClaimedSize(size_t offset) const {
   if (bytes_.size() - offset < kHeaderSize) return 0;
   const uint8_t* p = bytes_.data() + offset;
-  if (std::memcmp(p, kMagic.data(), kMagic.size()) != 0) return 0;
+  if (std::memcmp(p, kEventMagic.data(), kEventMagic.size()) != 0) return 0;
   const uint32_t channel_size = BigEndian32(p + 20);
   const uint32_t data_size = BigEndian32(p + 24);
   if (channel_size == 0 || channel_size > kMaxChannelBytes || data_size > kMaxMessageBytes) return 0;
@@ -146,7 +146,7 @@ bool EventLogReader::Next(LogEvent* event) {
   const size_t start = offset_;
   size_t size = 0;
   while (offset_ < bytes_.size() && (size = EventSize(offset_)) == 0) {
-    const void* next = memchr(bytes_.data() + offset_ + 1, kMagic[0], bytes_.size() - offset_ - 1);
+    const void* next = memchr(bytes_.data() + offset_ + 1, kEventMagic[0], bytes_.size() - offset_ - 1);
     offset_ = next ? static_cast<size_t>(static_cast<const uint8_t*>(next) - bytes_.data()) : bytes_.size();
   }
   if (offset_ != start) {

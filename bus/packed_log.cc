@@ -16,7 +16,7 @@
 namespace evalbus {
 namespace {
 
-constexpr std::array<uint8_t, 4> kMagic = {0x28, 0xB5, 0x2F, 0xFD};
+constexpr std::array<uint8_t, 4> kZstdMagic = {0x28, 0xB5, 0x2F, 0xFD};
 // Beyond it logs get 2 % smaller and take thrice the time.
 constexpr int kLevel = 3;
 
@@ -35,7 +35,7 @@ LogForm ParseLogForm(const std::string& text) {
 }
 
 bool IsPacked(std::span<const uint8_t> bytes) {
-  return bytes.size() >= kMagic.size() && std::equal(kMagic.begin(), kMagic.end(), bytes.begin());
+  return bytes.size() >= kZstdMagic.size() && std::equal(kZstdMagic.begin(), kZstdMagic.end(), bytes.begin());
 }
 
 void PackLog(std::span<const uint8_t> log, const std::filesystem::path& file) {

@@ -2,9 +2,11 @@
 
 # evalbus_target(NAME): our own code compiles without warnings, against headers named from the repository root.
 # -Wno-restrict: GCC 12 alone knows it, and warns of "text" + std::string where nothing overlaps.
+# In a unity build, which compiles the files of a folder together, two warnings are of another file's names.
 function(evalbus_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+    $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-shadow -Wno-subobject-linkage>)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
 endfunction()
 

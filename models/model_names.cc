@@ -33,7 +33,7 @@ std::vector<std::string> Joined(std::initializer_list<const std::vector<std::str
 }
 
 // `expected` is said where the name is no misspelling of a known one.
-[[noreturn]] void Fail(const SourceLocation& where, const std::string& what, const std::string& name,
+[[noreturn]] void Refuse(const SourceLocation& where, const std::string& what, const std::string& name,
                        const std::vector<std::string>& known, const std::string& expected) {
   const std::string nearest = NearestName(name, known);
   throw InputError(where.ToString() + ": " + what + " is called '" + name + "'; " +
@@ -97,7 +97,7 @@ std::vector<uint8_t> ModelNames::Geoms(const std::string& operand, const SourceL
   }
   std::vector<std::string> known = Joined({&model_.entity_name, &model_.body_name, &model_.geom_name});
   for (const std::string& gripper : GripperNames(model_)) known.push_back(gripper + kGripperSuffix);
-  Fail(where, "nothing", operand, known,
+  Refuse(where, "nothing", operand, known,
        "an entity (" + List(model_.entity_name) + "), a gripper (" +
            List(GripperNames(model_), kGripperSuffix) + "), a body (" + List(model_.body_name) +
            ") or a geom (" + List(model_.geom_name) + ")");
@@ -111,13 +111,13 @@ int ModelNames::Body(const std::string& operand, const SourceLocation& where) co
     throw InputError(where.ToString() + ": '" + operand + "' has no body");
   }
   if (const int body = Find(model_.body_name, operand); body >= 0) return body;
-  Fail(where, "no entity or body", operand, Joined({&model_.entity_name, &model_.body_name}),
+  Refuse(where, "no entity or body", operand, Joined({&model_.entity_name, &model_.body_name}),
        "an entity (" + List(model_.entity_name) + ") or a body (" + List(model_.body_name) + ")");
 }
 
 int ModelNames::Joint(const std::string& name, const SourceLocation& where) const {
   if (const int joint = Find(model_.joint_name, name); joint >= 0) return joint;
-  Fail(where, "no joint", name, model_.joint_name, List(model_.joint_name));
+  Refuse(where, "no joint", name, model_.joint_name, List(model_.joint_name));
 }
 
 int ModelNames::FindGripper(const std::string& name) const { return Find(GripperNames(model_), name); }
@@ -125,7 +125,7 @@ int ModelNames::FindGripper(const std::string& name) const { return Find(Gripper
 int ModelNames::Gripper(const std::string& name, const SourceLocation& where) const {
   const int gripper = FindGripper(name);
   if (gripper >= 0) return gripper;
-  Fail(where, "no gripper", name, GripperNames(model_), List(GripperNames(model_)) + " or any");
+  Refuse(where, "no gripper", name, GripperNames(model_), List(GripperNames(model_)) + " or any");
 }
 
 std::vector<uint8_t> ModelNames::Pads(int gripper) const {

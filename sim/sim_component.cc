@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-SteadyTime::duration Seconds(double s) {
+SteadyTime::duration Duration(double s) {
   return std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(s));
 }
 
@@ -379,13 +379,13 @@ void SimComponent::MindSilence(SteadyTime now) {
     unheard_state_.Said(now);
     bus().Publish(channels::kState, state_);
   }
-  if (!tick_.verdict && waited > Seconds(options_.metrics_timeout_s)) {
+  if (!tick_.verdict && waited > Duration(options_.metrics_timeout_s)) {
     End(end_reason::kAborted, fmt::format("no {} for tick {} from {} within {:g} s", lacking, tick, from,
                                           options_.metrics_timeout_s));
-  } else if (tick_.verdict && !tick_.has_action && waited > Seconds(options_.policy_timeout_s)) {
+  } else if (tick_.verdict && !tick_.has_action && waited > Duration(options_.policy_timeout_s)) {
     End(end_reason::kPolicyTimeout,
         fmt::format("no ACTION for tick {} from policy within {:g} s", tick, options_.policy_timeout_s));
-  } else if (tick_.verdict && tick_.has_action && waited > Seconds(options_.metrics_timeout_s)) {
+  } else if (tick_.verdict && tick_.has_action && waited > Duration(options_.metrics_timeout_s)) {
     const std::string laggard = roster_.Lagging(tick);
     End(end_reason::kAborted, fmt::format("{} does not keep up: {} ticks behind at tick {}", laggard,
                                           tick - roster_.LastTick(laggard), tick));

@@ -14,7 +14,7 @@
 namespace evalbus::commands {
 namespace {
 
-struct Options {
+struct CollectOptions {
   launch::RunOptions run;
   std::optional<double> noise;
 };
@@ -22,7 +22,7 @@ struct Options {
 }  // namespace
 
 Action AddCollect(CLI::App* app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CollectOptions>();
   launch::RunOptions& run = options->run;
   app->add_option("task", run.tasks, "TASK[/VARIATION]")->required()->expected(1);
   app->add_option("--out", run.out, "run folder to write")->type_name("FOLDER")->required();

@@ -60,7 +60,7 @@ int ExitCode(CheckReport::Verdict verdict) {
   return 2;
 }
 
-int List() {
+int ListContracts() {
   std::vector<Lines> rows = {{"CONTRACT", "WIRE", "HZ", "ACTION", "PICTURES", "WHAT"}};
   for (const Contract& contract : policy::AllContracts()) {
     const auto pictures = std::ranges::count_if(contract.observation, &ObservationEntry::is_picture);
@@ -280,7 +280,7 @@ Action AddPolicy(CLI::App* app) {
   check->add_flag("--json", options->json, "print check.json instead of words");
   options->check = check;
   return [options] {
-    if (options->list->parsed()) return List();
+    if (options->list->parsed()) return ListContracts();
     if (options->show->parsed()) return Show(*options);
     return Check(*options);
   };

@@ -12,7 +12,7 @@
 namespace evalbus::commands {
 namespace {
 
-struct Options {
+struct ScoreArguments {
   std::string file, data, out;
   metrics::ScoreOptions score;
 };
@@ -20,7 +20,7 @@ struct Options {
 }  // namespace
 
 Action AddScore(CLI::App* app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ScoreArguments>();
   app->add_option(
          "file", options->file,
          "trajectory in the format of docs/metrics.md, or a YAML that maps columns to a task (docs/data.md)")

@@ -137,7 +137,7 @@ std::string NamesOf(const std::vector<NamedExpression>& expressions) {
   return Joined(names);
 }
 
-int List() {
+int ListTasks() {
   std::vector<Lines> rows = {{"TASK", "VARIATION", "NAME IN ROBOEVAL", "STAGES", "ROBOTS"}};
   size_t families = 0;
   for (const TaskDescription& described : AllTasks()) {
@@ -294,7 +294,7 @@ void AddOptions(CLI::App* app, TasksOptions* options) {
 
 // Returns the exit code. Throws InputError, EnvironmentError.
 int Tasks(const TasksOptions& options) {
-  if (options.list->parsed()) return List();
+  if (options.list->parsed()) return ListTasks();
   if (options.show->parsed()) return Show(options);
   if (options.made->parsed()) return New(options);
   return Check(options.file);

@@ -1,6 +1,7 @@
 // Runs commands, so many at a time, each in a process with a log of its own.
 #pragma once
 
+#include <chrono>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -18,6 +19,9 @@ struct Job {
   std::vector<std::string> command;
   std::filesystem::path log_file;
 };
+
+// How often a pool is asked.
+constexpr auto kJobPoll = std::chrono::milliseconds(20);
 
 class JobPool {
  public:

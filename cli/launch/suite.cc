@@ -28,8 +28,6 @@
 namespace evalbus::launch {
 namespace {
 
-constexpr auto kPoll = std::chrono::milliseconds(20);
-
 // Throws InputError if the suite was made differently or has runs that would not be in it any more. Further
 // ones may come in.
 void CheckResumable(const std::filesystem::path& folder, const RunOptions& options,
@@ -158,7 +156,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
       std::fflush(stdout);
     } else {
       progress();
-      std::this_thread::sleep_for(kPoll);
+      std::this_thread::sleep_for(kJobPoll);
     }
   }
   if (is_terminal) fmt::print("\x1b[K");

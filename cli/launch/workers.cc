@@ -11,7 +11,6 @@
 namespace evalbus::launch {
 namespace {
 
-constexpr auto kPoll = std::chrono::milliseconds(20);
 // In a worker's log, what is to be shown.
 constexpr std::string_view kRemark = "remark: ";
 
@@ -58,7 +57,7 @@ void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& 
   JobPool pool(std::move(jobs), at_once,
                [&](const std::string& why) { listener->OnRemark("begun again: " + why); });
   while (!pool.done() && !stop_requested()) {
-    if (!pool.Poll()) std::this_thread::sleep_for(kPoll);
+    if (!pool.Poll()) std::this_thread::sleep_for(kJobPoll);
     for (const auto& episode : lines.Next()) listener->OnEpisodeDone(episode);
     for (results::NewLines& log : logs) {
       for (const std::string& line : log.Next()) {

@@ -25,7 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kChunkPoll = std::chrono::milliseconds(20);
 // A disk that is full may have room again.
 constexpr auto kTryAgain = std::chrono::seconds(5);
 constexpr auto kGiveUp = std::chrono::minutes(10);
@@ -145,7 +144,7 @@ void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
   const std::vector<Chunk> mine = ChunksOfPart(ChunksOf(folder.plan()), part, parts);
   Say(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "chunk")));
   Chunks chunks(folder, mine, workers);
-  while (chunks.Poll() && !stop_requested()) std::this_thread::sleep_for(kChunkPoll);
+  while (chunks.Poll() && !stop_requested()) std::this_thread::sleep_for(launch::kJobPoll);
   if (stop_requested()) throw EnvironmentError("stopped; the same command goes on");
   const std::vector<std::string>& failures = chunks.failures();
   if (failures.empty()) return;

@@ -31,8 +31,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr auto kPoll = std::chrono::milliseconds(20);
-
 // Runs jobs, so many at a time, and calls ended(name) for each that has ended well. False if it was stopped.
 template <class Ended>
 bool RunJobs(std::vector<launch::Job> jobs, int at_once, const std::string& what, const Ended& ended) {
@@ -54,7 +52,7 @@ bool RunJobs(std::vector<launch::Job> jobs, int at_once, const std::string& what
         fmt::print("\x1b[K{} of {} {}, {}\r", done, all, what, results::FormatDuration(s));
         std::fflush(stdout);
       }
-      std::this_thread::sleep_for(kPoll);
+      std::this_thread::sleep_for(launch::kJobPoll);
     }
   }
   if (is_terminal) fmt::print("\x1b[K");

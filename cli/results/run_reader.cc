@@ -120,7 +120,7 @@ std::string List(const std::vector<int>& numbers) {
   return numbers.size() > kShown ? text + fmt::format(" and {} more", numbers.size() - kShown) : text;
 }
 
-std::string Plural(size_t n) { return n == 1 ? "episode" : "episodes"; }
+std::string Episodes(size_t n) { return n == 1 ? "episode" : "episodes"; }
 
 void CheckFolder(const fs::path& folder) {
   if (!fs::exists(folder)) Fail(folder.string(), "no such run folder");
@@ -218,18 +218,18 @@ std::vector<std::string> RecordedRun::Remarks() const {
   }
   if (!unfinished.empty()) {
     remarks.push_back(
-        fmt::format("begun and not finished: {} {}", Plural(unfinished.size()), List(unfinished)));
+        fmt::format("begun and not finished: {} {}", Episodes(unfinished.size()), List(unfinished)));
   }
   if (const std::vector<int> numbers = invalid(); !numbers.empty()) {
     remarks.push_back(fmt::format(
         "invalid and left out of all rates, since the policy's server failed: {} {}; --resume runs {} "
         "again",
-        Plural(numbers.size()), List(numbers), numbers.size() == 1 ? "it" : "them"));
+        Episodes(numbers.size()), List(numbers), numbers.size() == 1 ? "it" : "them"));
   }
   if (const std::vector<int> numbers = incomplete(); !numbers.empty()) {
     remarks.push_back(
         fmt::format("left out of all rates, since ticks are missing or samples were refused: {} {}",
-                    Plural(numbers.size()), List(numbers)));
+                    Episodes(numbers.size()), List(numbers)));
   }
   if (cut_line > 0) {
     remarks.push_back(

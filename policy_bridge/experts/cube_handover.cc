@@ -12,7 +12,7 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kLift = 0.12;  // m
+constexpr double kRodLift = 0.12;  // m
 // Where the rod's middle is when it changes hands, m.
 constexpr double kMiddles[][3] = {{0.5, 0, 1.15}, {0.45, 0, 1.2}, {0.55, 0, 1.15}};
 // Its heading then, from the one in which its free end points to the other arm; rad.
@@ -51,7 +51,7 @@ std::optional<Plan> CubeHandoverExpert::HandOver(const Plan& plan, int giver, do
   const int receiver = 1 - giver;
   for (const Grasp& give : BoxGrasps(End(end), plan.PoseOf(rod_), plan.GripPose(giver))) {
     Plan taken = plan;
-    taken.Take({{giver, rod_, give}}).Lift(rod_, kLift).CheckContacts({giver});
+    taken.Take({{giver, rod_, give}}).Lift(rod_, kRodLift).CheckContacts({giver});
     if (!taken.feasible()) continue;
     for (const Isometry3d& meeting : Meetings(taken.PoseOf(rod_), giver, end)) {
       Plan brought = taken;

@@ -92,7 +92,7 @@ Factory LiftByHandles(const HandledObject& object) {
 }
 
 template <class T>
-std::unique_ptr<Policy> Make(const mjModel& model, const model_info_t& info) {
+std::unique_ptr<Policy> New(const mjModel& model, const model_info_t& info) {
   return std::make_unique<T>(model, info);
 }
 
@@ -105,17 +105,17 @@ Factory Book(bool to_shelf) {
 // By task.
 const std::map<std::string, Factory>& Experts() {
   static const std::map<std::string, Factory> experts = {
-      {"cube_handover", Make<CubeHandoverExpert>},
+      {"cube_handover", New<CubeHandoverExpert>},
       {"lift_pot",
        LiftByHandles({.name = "pot", .sweet_spot = {0.62, 0}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = 1})},
       {"lift_tray",
        LiftByHandles(
            {.name = "tray", .sweet_spot = {0.6, -0.325}, .drags = {0.25, 0.5, 0.75, 1}, .max_y = -0.02})},
-      {"pack_box", Make<PackBoxExpert>},
-      {"rotate_valve", Make<RotateValveExpert>},
+      {"pack_box", New<PackBoxExpert>},
+      {"rotate_valve", New<RotateValveExpert>},
       {"pick_single_book_from_table", Book(false)},
       {"stack_single_book_shelf", Book(true)},
-      {"stack_two_blocks", Make<StackTwoBlocksExpert>},
+      {"stack_two_blocks", New<StackTwoBlocksExpert>},
   };
   return experts;
 }

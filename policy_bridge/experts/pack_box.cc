@@ -22,7 +22,7 @@ constexpr double kFlapHalfThickness = 0.002;
 // fingers.
 constexpr double kTurnRate = 0.5;  // rad/s
 // Closed is within a tenth of the flap's range of 160 degrees.
-constexpr double kClosed = 0.1;
+constexpr double kClosedLid = 0.1;
 constexpr double kRest = 5 * kDegree;  // left to go at the end of the push
 constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
 constexpr double kBack = 0.03;         // m, after the push
@@ -172,7 +172,7 @@ std::vector<Motion> PackBoxExpert::Next(const Configuration& now, const state_t&
   std::vector<int> open;
   for (const int arm : {kRight, kLeft}) {
     const Hinge hinge = context().probe.HingeOf(flaps_[arm], state);
-    if (hinge.angle - hinge.lower > kClosed * (hinge.upper - hinge.lower)) open.push_back(arm);
+    if (hinge.angle - hinge.lower > kClosedLid * (hinge.upper - hinge.lower)) open.push_back(arm);
   }
   if (open.empty() || gives_up()) return {};
   const Plan start = MakePlan(now, state);

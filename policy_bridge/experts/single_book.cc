@@ -39,7 +39,7 @@ constexpr double kDeeper = 0.006;
 constexpr double kLies = 0.001;
 // Directions of a hand about the vertical, from world x: that takes the book, that presses on it (where its
 // pads close).
-constexpr double kHeadings[] = {60, -60, 40, -40, 20, -20, 0};
+constexpr double kBookHeadings[] = {60, -60, 40, -40, 20, -20, 0};
 constexpr double kPressHeadings[] = {90, 45, 135, 0};
 // Sideways ways of a dragged book that are tried.
 constexpr double kSideways[] = {0, 0.06, -0.06, 0.12, -0.12, 0.2, -0.2, 0.3, -0.3};
@@ -107,7 +107,7 @@ std::optional<Plan> SingleBookExpert::Drag(const Plan& plan, int arm) {
 std::optional<Plan> SingleBookExpert::Take(const Plan& plan, int arm) {
   const Isometry3d book = plan.PoseOf(book_);
   const Vector3d pinch(counter_edge_.x() - kEdgeGap, book.translation().y(), book.translation().z());
-  for (double heading : kHeadings) {
+  for (double heading : kBookHeadings) {
     const Vector3d approach = Heading(heading);
     for (double side : {1.0, -1.0}) {
       const Isometry3d at = GripFrame(pinch, approach, side * Vector3d::UnitZ());

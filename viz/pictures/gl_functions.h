@@ -1,8 +1,7 @@
 // The functions of OpenGL 2.1 that we call ourselves, of the library that draws (gl_context.h).
-// To be included before another header of OpenGL's.
+// GL_GLEXT_PROTOTYPES is defined for the whole library.
 #pragma once
 
-#define GL_GLEXT_PROTOTYPES
 #include <GL/gl.h>
 #include <GL/glext.h>
 

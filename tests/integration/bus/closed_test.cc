@@ -15,8 +15,7 @@
 #include "bus/private_network.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::closed_test {
 
 namespace fs = std::filesystem;
 
@@ -193,5 +192,4 @@ TEST_F(Closed, OneProcessHasNothingOpen) {
   EXPECT_EQ(CheckSockets(launcher.pid(), {}), 0);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::closed_test

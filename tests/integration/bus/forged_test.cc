@@ -4,8 +4,7 @@
 #include "bus/channels.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::forged_test {
 
 namespace fs = std::filesystem;
 
@@ -113,5 +112,4 @@ TEST(Forged, ModelsAndBeginningsAreNotObeyed) {
   EXPECT_TRUE(viz.running()) << viz.err();
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::forged_test

@@ -18,8 +18,7 @@
 #include "sim/sim_component.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::lossy_bus_test {
 
 using Bytes = std::vector<uint8_t>;
 
@@ -276,5 +275,4 @@ TEST_F(LossyBus, OldLogsOfOtherEpisodesAreNeverTakenForOurs) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::lossy_bus_test

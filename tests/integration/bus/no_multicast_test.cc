@@ -11,8 +11,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::no_multicast_test {
 
 namespace fs = std::filesystem;
 
@@ -104,5 +103,4 @@ TEST(Doctor, IsContentWhereEverythingWorks) {
   EXPECT_NE(result.out.find("ok    component programs"), std::string::npos) << result.out;
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::no_multicast_test

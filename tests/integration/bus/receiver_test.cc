@@ -12,8 +12,7 @@
 #include "tests/integration/harness.h"
 #include "tests/unit/lcm_datagram.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::receiver_test {
 
 using Heard = std::vector<std::string>;
 
@@ -157,5 +156,4 @@ TEST_F(Receiver, SaysWhenAMessageCame) {
   EXPECT_LE(time_us_, now_us());
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::receiver_test

@@ -4,8 +4,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::second_publisher_test {
 
 namespace fs = std::filesystem;
 
@@ -111,5 +110,4 @@ INSTANTIATE_TEST_SUITE_P(Of, OldLog,
                                          OldRun{"ScoresOnly", "1", "random", "EVALBUS_.*_SUMMARY"}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::second_publisher_test

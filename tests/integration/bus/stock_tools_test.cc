@@ -9,8 +9,7 @@
 #include "evalbus/state_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::stock_tools_test {
 
 namespace fs = std::filesystem;
 
@@ -149,5 +148,4 @@ TEST(StockTools, SpyKnowsOurTypes) {
   EXPECT_EQ(types.out, pinned);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::stock_tools_test

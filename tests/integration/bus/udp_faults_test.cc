@@ -18,8 +18,7 @@
 #include "evalbus/component_status_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::udp_faults_test {
 
 namespace fs = std::filesystem;
 
@@ -272,5 +271,4 @@ TEST_F(UdpFaults, SmallReceiveBuffers) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::udp_faults_test

@@ -3,8 +3,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::bad_input_test {
 
 namespace fs = std::filesystem;
 
@@ -193,5 +192,4 @@ TEST_F(BadInput, Score) {
   Expect(1, {"evalbus", "score", folder_.path()}, {folder_.path()});
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::bad_input_test

@@ -10,8 +10,7 @@
 #include "metrics/episode/result_json.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::by_hand_test {
 
 namespace fs = std::filesystem;
 
@@ -216,5 +215,4 @@ TEST(Programs, ComponentsEndOnBothStopSignals) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::by_hand_test

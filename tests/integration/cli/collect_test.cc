@@ -4,8 +4,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::collect_test {
 
 namespace fs = std::filesystem;
 
@@ -65,5 +64,4 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   ExpectEqual(resumed);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::collect_test

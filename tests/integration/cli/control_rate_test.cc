@@ -3,8 +3,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::control_rate_test {
 
 using nlohmann::ordered_json;
 
@@ -58,5 +57,4 @@ TEST_F(ControlRate, IsWhatComparesRuns) {
   EXPECT_NE(other.err.find("166.67 Hz"), std::string::npos) << other.err;
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::control_rate_test

@@ -8,8 +8,7 @@
 #include "evalbus/state_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::determinism_test {
 
 TEST(Determinism, OneProcessAndSeveralGiveTheSameBytes) {
   EVALBUS_NEEDS_BUS();
@@ -128,5 +127,4 @@ TEST(Determinism, SeedsDiffer) {
   EXPECT_EQ(starts.size(), 9u);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::determinism_test

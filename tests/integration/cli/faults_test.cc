@@ -18,8 +18,7 @@
 #include "evalbus/state_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::faults_test {
 
 namespace fs = std::filesystem;
 
@@ -288,5 +287,4 @@ TEST(Faults, ForeignAndMalformedMessagesChangeNoScore) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::faults_test

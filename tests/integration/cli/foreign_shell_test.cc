@@ -7,8 +7,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::foreign_shell_test {
 
 class ForeignShell : public testing::Test {
  protected:
@@ -56,5 +55,4 @@ TEST_F(ForeignShell, BuildsWithDebiansTools) {
             "none\n");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::foreign_shell_test

@@ -7,8 +7,7 @@
 #include "metrics/statistics/run_statistics.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::formats_test {
 
 namespace fs = std::filesystem;
 
@@ -115,5 +114,4 @@ TEST_F(FormatsTest, Compare) {
       "error: --baseline nobody: none of the runs and no folder; there are a (noisy_expert), b (expert)\n");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::formats_test

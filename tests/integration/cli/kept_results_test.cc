@@ -7,8 +7,7 @@
 #include "bus/event_log.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::kept_results_test {
 
 namespace fs = std::filesystem;
 
@@ -123,5 +122,4 @@ TEST_F(Kept, EveryLogThatCanBeFilmedIs) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::kept_results_test

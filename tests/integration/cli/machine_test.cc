@@ -9,8 +9,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::machine_test {
 
 namespace fs = std::filesystem;
 
@@ -193,5 +192,4 @@ TEST(Machine, TheKernelsDefaultReceiveBufferIsEnough) {
   ExpectSameScores(run, reference);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::machine_test

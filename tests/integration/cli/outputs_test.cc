@@ -9,8 +9,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::outputs_test {
 
 namespace fs = std::filesystem;
 
@@ -139,5 +138,4 @@ TEST_F(Outputs, ARunIsCalledByItsFolder) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::outputs_test

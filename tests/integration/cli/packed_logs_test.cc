@@ -6,8 +6,7 @@
 #include "base/run_layout.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::packed_logs_test {
 
 namespace fs = std::filesystem;
 
@@ -116,5 +115,4 @@ TEST_F(PackedLogs, WhatIsCutOffIsOneLine) {
   EXPECT_EQ(other.err, "error: --log: expected plain or zstd, not 'gzip'\n");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::packed_logs_test

@@ -7,8 +7,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::randomised_test {
 
 namespace fs = std::filesystem;
 
@@ -91,5 +90,4 @@ TEST_F(RandomisedRun, ANameThatIsNotThereIsALineBeforeTheRun) {
   EXPECT_NE(result.err.find(": the scene has no light 'kee'"), std::string::npos) << result.err;
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::randomised_test

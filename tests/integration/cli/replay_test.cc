@@ -13,8 +13,7 @@
 #include "evalbus/state_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::replay_test {
 
 namespace fs = std::filesystem;
 
@@ -430,5 +429,4 @@ TEST_F(Recorded, PlayerThatIsNotThereIsNamed) {
   EXPECT_EQ(result.err, "error: lcm-logplayer is not in PATH; fix: apt-get install liblcm-bin\n");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::replay_test

@@ -10,8 +10,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::report_run_test {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
@@ -187,5 +186,4 @@ TEST_F(ReportRunTest, WhatIsNotThereIsNamed) {
   EXPECT_EQ(RunProgram({"evalbus", "report", folder_.path().string()}).code, 1);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::report_run_test

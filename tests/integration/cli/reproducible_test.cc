@@ -10,8 +10,7 @@
 #include "evalbus/run_summary_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::reproducible_test {
 
 namespace fs = std::filesystem;
 
@@ -154,5 +153,4 @@ TEST(Only, RefusesAnEpisodeThatTheRunDoesNotHave) {
   EXPECT_EQ(result.err, "error: --only 3: expected 0 to 2, since --episodes is 3\n");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::reproducible_test

@@ -8,8 +8,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::resume_test {
 
 namespace fs = std::filesystem;
 
@@ -437,5 +436,4 @@ TEST(Suite, CtrlCLeavesNoProcessAndResumeGoesOn) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::resume_test

@@ -1,8 +1,7 @@
 // What people bring: robots of their own, and copies of tasks.
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::robots_test {
 
 namespace fs = std::filesystem;
 
@@ -101,5 +100,4 @@ TEST(Robots, AnExpertWithoutAPlanSaysWhy) {
   ExpectLogged(run, "policy", "warning", "no plan: arm 'left' does not reach (");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::robots_test

@@ -17,8 +17,7 @@
 #include "models/scene.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::run_folder_test {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
@@ -236,5 +235,4 @@ TEST(PolicyName, IsWhatResultsCallThePolicy) {
   EXPECT_NE(RunProgram(first).err.find("the run was made with policy"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::run_folder_test

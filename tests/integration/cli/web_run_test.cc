@@ -1,8 +1,7 @@
 // evalbus web: a browser that watches a run while it goes on, is killed and resumed.
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::web_run_test {
 
 // What is compared: see check_live.py.
 TEST(WebRun, BrowserFollowsARunThatIsKilledAndResumed) {
@@ -14,5 +13,4 @@ TEST(WebRun, BrowserFollowsARunThatIsKilledAndResumed) {
   EXPECT_EQ(result.code, 0) << result.out << result.err;
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::web_run_test

@@ -10,8 +10,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::failures_test {
 
 using Json = nlohmann::ordered_json;
 
@@ -313,5 +312,4 @@ TEST(FailuresTestOfThePolicy, ItsOwnErrorsAreTold) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::failures_test

@@ -4,8 +4,7 @@
 #include "tests/doubles/policy_server.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::connecting_page_test {
 
 namespace fs = std::filesystem;
 using policy::FloatArray;
@@ -70,5 +69,4 @@ TEST(ConnectingPage, FirstTenMinutes) {
   EXPECT_EQ(run, 6);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::connecting_page_test

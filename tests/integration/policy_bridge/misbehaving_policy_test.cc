@@ -15,8 +15,7 @@
 #include "evalbus/state_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::misbehaving_policy_test {
 
 namespace fs = std::filesystem;
 
@@ -336,5 +335,4 @@ TEST_F(MisbehavingPolicy, NeedsABusThatItKnows) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::misbehaving_policy_test

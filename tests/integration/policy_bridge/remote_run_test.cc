@@ -9,8 +9,7 @@
 #include "tests/doubles/policy_server.h"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::remote_run_test {
 
 namespace fs = std::filesystem;
 using policy::Array;
@@ -300,5 +299,4 @@ TEST_F(RemoteRun, CheckTellsWhatIsWrongApart) {
   EXPECT_EQ(check(folder_.path() / "mine.yaml").code, 1);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::remote_run_test

@@ -1,8 +1,7 @@
 // Episodes that go on after their success, by real processes and by one.
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::after_success_test {
 
 namespace fs = std::filesystem;
 
@@ -48,5 +47,4 @@ TEST(AfterSuccess, ASuccessThatDoesNotHoldIsOneAndSaysSo) {
   EXPECT_EQ(Episodes(folder.path() / "replayed").at(0), one);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::after_success_test

@@ -6,8 +6,7 @@
 #include "evalbus/state_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::realtime_test {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
@@ -91,5 +90,4 @@ TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::realtime_test

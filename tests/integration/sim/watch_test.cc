@@ -7,8 +7,7 @@
 #include "evalbus/episode_summary_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::watch_test {
 
 namespace fs = std::filesystem;
 
@@ -226,5 +225,4 @@ TEST_F(Watch, WhatDoesNotFitIsOneLine) {
   EXPECT_FALSE(fs::exists(out()));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::watch_test

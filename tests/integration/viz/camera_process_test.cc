@@ -9,8 +9,7 @@
 #include "viz/camera_component.h"
 #include "viz/viz_component.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::camera_process_test {
 
 class CameraProcess : public testing::Test {
  protected:
@@ -121,5 +120,4 @@ TEST_F(CameraProcess, AnUnknownCameraIsOneLine) {
   EXPECT_TRUE(pictures.empty());
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::camera_process_test

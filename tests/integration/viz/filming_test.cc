@@ -5,8 +5,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::filming_test {
 
 namespace fs = std::filesystem;
 
@@ -135,5 +134,4 @@ TEST(Filming, UnknownCameraIsRefusedBeforeTheRun) {
       "roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, right/hand/wrist");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::filming_test

@@ -11,8 +11,7 @@
 
 #include "tests/integration/harness.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::monitor_run_test {
 
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
@@ -251,5 +250,4 @@ TEST_F(SuspendedMonitor, LeavesTheTerminalAsItWas) {
   ExpectRestored();
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::monitor_run_test

@@ -10,8 +10,7 @@
 #include "tests/integration/harness.h"
 #include "tests/unit/viz/decoded_jpeg.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::viz_run_test {
 
 namespace fs = std::filesystem;
 
@@ -225,5 +224,4 @@ TEST_F(WithoutOsMesa, DoctorSaysSo) {
       << result.out;
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::viz_run_test

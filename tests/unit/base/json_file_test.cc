@@ -9,8 +9,7 @@
 #include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::json_file_test {
 
 std::string Error(const std::string& text, int line = 0) {
   try {
@@ -105,5 +104,4 @@ TEST_F(ReadJsonFileTest, AMistakeBehindTextsIsWhereItIs) {
             ": a: expected each key once, it is repeated");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::json_file_test

@@ -9,8 +9,7 @@
 #include <string>
 #include <string_view>
 
-namespace evalbus {
-namespace {
+namespace evalbus::layers_test {
 
 namespace fs = std::filesystem;
 
@@ -107,5 +106,4 @@ TEST(Layers, WhatIsWrongIsSeen) {
   EXPECT_EQ(Wrong("new", "bus"), "a folder without a place in the order");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::layers_test

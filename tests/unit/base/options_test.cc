@@ -8,8 +8,7 @@
 #include "base/options_json.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::options_test {
 
 struct Options {
   double rate_hz = 50;
@@ -133,5 +132,4 @@ TEST(Options, WithoutHelpTheyAreHidden) {
   EXPECT_NE(app.help().find("--rate-hz"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::options_test

@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-namespace evalbus {
-namespace {
+namespace evalbus::run_layout_test {
 
 namespace fs = std::filesystem;
 
@@ -38,5 +37,4 @@ TEST(RunLayout, AllEpisodesAreFound) {
   fs::remove_all(run);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::run_layout_test

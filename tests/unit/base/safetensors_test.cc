@@ -5,8 +5,7 @@
 #include "base/errors.h"
 #include "base/legacy_random.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::safetensors_test {
 
 std::string File(const std::string& header, const std::string& data) {
   std::string bytes;
@@ -78,5 +77,4 @@ TEST(LegacyRandom, IsNumPys) {
   EXPECT_EQ(LegacyRandom(7).Permutation(1), (std::vector<int>{0}));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::safetensors_test

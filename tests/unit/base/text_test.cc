@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace evalbus {
-namespace {
+namespace evalbus::text_test {
 
 TEST(Text, ControlCharactersBecomeQuestionMarks) {
   EXPECT_EQ(Printable("a\x1b[31mb\nc\td\x7f"), "a?[31mb?c?d?");
@@ -83,5 +82,4 @@ TEST(ShellWords, AreWhatAShellReads) {
             "sim 'udpm://239.1.2.3:4?ttl=0' 'it'\\''s' ''");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::text_test

@@ -11,8 +11,7 @@
 #include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::write_whole_test {
 
 namespace fs = std::filesystem;
 
@@ -146,5 +145,4 @@ TEST(WriteWhole, AFullDiskLeavesWhatWasThere) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::write_whole_test

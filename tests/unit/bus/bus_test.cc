@@ -9,8 +9,7 @@
 #include "evalbus/header_t.hpp"
 #include "evalbus/state_t.hpp"
 
-namespace evalbus {
-namespace {
+namespace evalbus::bus_test {
 
 constexpr Channel<header_t> kChannel{"T", "test"};
 
@@ -144,5 +143,4 @@ TEST(Component, ReportsProgressTwicePerLagWindow) {
   EXPECT_EQ(heard, (std::vector<int64_t>{49, 99, 149, 199}));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::bus_test

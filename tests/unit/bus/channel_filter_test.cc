@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <string>
 
-namespace evalbus {
-namespace {
+namespace evalbus::channel_filter_test {
 
 // Two sockets on this machine, the filter on the one that receives.
 class ChannelFilterTest : public testing::Test {
@@ -115,5 +114,4 @@ TEST_F(ChannelFilterTest, AFragmentOutsideOfItsMessageIsDropped) {
   EXPECT_FALSE(FragmentPasses(0xFFFFFFFF, 0, 0, 0xFFFF, 65'487));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::channel_filter_test

@@ -7,8 +7,7 @@
 #include <set>
 #include <sstream>
 
-namespace evalbus {
-namespace {
+namespace evalbus::channels_test {
 
 struct Row {
   std::string channel, type, from;
@@ -58,5 +57,4 @@ TEST(Channels, WhatIsForLookersOnIsNotRecorded) {
   EXPECT_EQ(channels::RecordedOf("SOMEBODY_ELSES"), Recorded::kYes);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::channels_test

@@ -4,8 +4,7 @@
 
 #include <array>
 
-namespace evalbus {
-namespace {
+namespace evalbus::conflict_detector_test {
 
 using Answer = ConflictDetector::Answer;
 
@@ -49,5 +48,4 @@ TEST(ConflictDetector, AMessageOfOtherLengthIsAnotherMessage) {
   EXPECT_EQ(detector.Hear("A", 0, std::span(kOurs).first(2)), Answer::kConflicting);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::conflict_detector_test

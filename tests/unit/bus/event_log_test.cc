@@ -11,8 +11,7 @@
 #include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::event_log_test {
 
 std::vector<uint8_t> Payload(int i) {
   return std::vector<uint8_t>(static_cast<size_t>(i % 40), static_cast<uint8_t>(i));
@@ -189,5 +188,4 @@ TEST_F(EventLog, AFullDiskIsAnError) {
   setrlimit(RLIMIT_FSIZE, &before);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::event_log_test

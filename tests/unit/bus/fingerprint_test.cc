@@ -9,8 +9,7 @@
 
 #include "evalbus/all_messages.hpp"
 
-namespace evalbus {
-namespace {
+namespace evalbus::fingerprint_test {
 
 std::map<std::string, uint64_t> Fingerprints() {
   std::map<std::string, uint64_t> all;
@@ -48,5 +47,4 @@ TEST(Fingerprints, AllDiffer) {
   EXPECT_EQ(values.size(), Fingerprints().size());
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::fingerprint_test

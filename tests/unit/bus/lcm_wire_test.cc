@@ -5,8 +5,7 @@
 
 #include "tests/unit/lcm_datagram.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::lcm_wire_test {
 
 using testing::ElementsAre;
 
@@ -72,5 +71,4 @@ TEST(LcmWire, FragmentsThatCannotBeAreNothing) {
   EXPECT_TRUE(IsNothing(FragmentDatagram(1, (64 << 20) + 1, 2, 1, 2, "x")));  // of too large a message
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::lcm_wire_test

@@ -7,8 +7,7 @@
 #include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::live_runs_test {
 
 namespace fs = std::filesystem;
 
@@ -89,5 +88,4 @@ TEST_F(LiveRunsTest, ChoosesOnlyWhereThereIsNoChoice) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::live_runs_test

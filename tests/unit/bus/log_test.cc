@@ -10,8 +10,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::log_test {
 
 using testing::ElementsAre;
 using testing::MatchesRegex;
@@ -128,5 +127,4 @@ TEST(LogLevels, AreWords) {
   EXPECT_THROW(ParseLogLevel("loud"), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::log_test

@@ -11,8 +11,7 @@
 #include "evalbus/all_messages.hpp"
 #include "tests/unit/allocation_count.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::message_limits_test {
 
 template <class Message>
 int64_t BytesToDecode(const std::vector<uint8_t>& bytes, bool* decoded = nullptr) {
@@ -124,5 +123,4 @@ TEST(MessageLimits, AnEmptyArrayLeavesNothingOfTheMessageBefore) {
   EXPECT_EQ(decoded.qpos_mixed.size(), 0u);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::message_limits_test

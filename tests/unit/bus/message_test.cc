@@ -5,8 +5,7 @@
 #include "evalbus/contacts_t.hpp"
 #include "evalbus/state_t.hpp"
 
-namespace evalbus {
-namespace {
+namespace evalbus::message_test {
 
 TEST(Message, AHeaderIsReadWithoutTheRest) {
   contacts_t contacts{};
@@ -32,5 +31,4 @@ TEST(Message, NewsAreWhatDiffers) {
   EXPECT_EQ(known, (std::vector<uint8_t>{1, 3}));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::message_test

@@ -10,8 +10,7 @@
 #include "bus/event_log.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::packed_log_test {
 
 using Bytes = std::vector<uint8_t>;
 
@@ -134,5 +133,4 @@ TEST_F(PackedLog, FormsHaveNames) {
   EXPECT_THROW(ParseLogForm("gzip"), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::packed_log_test

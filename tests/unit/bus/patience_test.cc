@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus {
-namespace {
+namespace evalbus::patience_test {
 
 using std::chrono::milliseconds;
 
@@ -18,5 +17,4 @@ TEST(Patience, GrowsWithTheEpisodeUpToItsBound) {
   EXPECT_EQ(patience.At(begin + milliseconds(1032)), milliseconds(2));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::patience_test

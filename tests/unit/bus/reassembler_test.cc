@@ -8,8 +8,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/lcm_datagram.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::reassembler_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -124,5 +123,4 @@ TEST_F(ReassemblerTest, MemoryIsBoundedWhoeverSendsWhat) {
   EXPECT_THAT(heard_, ElementsAre("A:heard all the same"));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::reassembler_test

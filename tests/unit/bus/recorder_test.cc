@@ -16,8 +16,7 @@
 #include "evalbus/state_t.hpp"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::recorder_test {
 
 class RecorderTest : public testing::Test {
  protected:
@@ -413,5 +412,4 @@ TEST_F(RecorderTest, WhateverBeginsWritesIntoTheRunFolderAndLeavesNothingHalfDon
   EXPECT_EQ(entries, expected);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::recorder_test

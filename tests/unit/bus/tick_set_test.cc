@@ -5,8 +5,7 @@
 #include <random>
 #include <set>
 
-namespace evalbus {
-namespace {
+namespace evalbus::tick_set_test {
 
 TEST(TickSet, AgreesWithASetOfNumbersInAnyOrder) {
   std::mt19937 random(1);
@@ -24,5 +23,4 @@ TEST(TickSet, AgreesWithASetOfNumbersInAnyOrder) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::tick_set_test

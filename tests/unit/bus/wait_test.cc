@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus {
-namespace {
+namespace evalbus::wait_test {
 
 using std::chrono::hours;
 using std::chrono::milliseconds;
@@ -32,5 +31,4 @@ TEST(Wait, TimesThatComeLateTakeNothingAway) {
   EXPECT_EQ(wait.Look(kStart + milliseconds(300)), milliseconds(300));
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::wait_test

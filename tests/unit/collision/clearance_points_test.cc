@@ -11,8 +11,7 @@
 
 #include "tests/unit/collision/collision_scene.h"
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::clearance_points_test {
 
 using Eigen::Vector3d;
 
@@ -131,5 +130,4 @@ TEST(ClearancePoints, ByHand) {
   EXPECT_LT((Point(found->scene_point) - Vector3d(.04, 0, .03)).norm(), 1e-12);
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::clearance_points_test

@@ -11,8 +11,7 @@
 #include "sim/world.h"
 #include "tests/unit/collision/collision_scene.h"
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::clearance_watch_test {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -164,5 +163,4 @@ TEST(ClearanceWatch, OfAllShapesIsThatOfMeasuringEveryTick) {
   EXPECT_GT(comparison.touching, 100);
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::clearance_watch_test

@@ -11,8 +11,7 @@
 
 #include "tests/unit/collision/collision_scene.h"
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::closed_form_test {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -364,5 +363,4 @@ TEST(CollisionClosedForm, DepthOfPolytopesIsTheSmallestOverAllSeparatingAxes) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::closed_form_test

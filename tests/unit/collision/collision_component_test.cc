@@ -14,8 +14,7 @@
 #include "tests/unit/collision/collision_scene.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::collision_component_test {
 
 const char kScene[] = R"(<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
   <body name="robot"><joint type="slide" axis="0 0 1"/><geom name="ball" size=".1"/></body>
@@ -168,5 +167,4 @@ TEST_F(CollisionComponentTest, RefusesAFileThatIsNoModel) {
   EXPECT_THROW(Begin(0), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::collision_component_test

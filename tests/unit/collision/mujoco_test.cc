@@ -11,8 +11,7 @@
 #include "tests/unit/collision/collision_scene.h"
 #include "tests/unit/collision/two_arms.h"
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::mujoco_test {
 
 // Two of every shape, free, over a floor; a hull that is no box.
 const char kEveryShape[] = R"(<mujoco>
@@ -200,5 +199,4 @@ TEST(CollisionChecker, ResultsAreSortedAndDependOnPosesOnly) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::mujoco_test

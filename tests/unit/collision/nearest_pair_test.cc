@@ -6,8 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::nearest_pair_test {
 
 struct Line {
   std::vector<double> middle, half;
@@ -95,5 +94,4 @@ TEST(NearestPair, IsFoundAgainAfterAMoveOfUnknownLength) {
   EXPECT_EQ(found->distance, 0.5);
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::nearest_pair_test

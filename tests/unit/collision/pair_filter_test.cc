@@ -9,8 +9,7 @@
 #include "tests/unit/collision/collision_scene.h"
 #include "tests/unit/collision/two_arms.h"
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::pair_filter_test {
 
 // A robot fixed to the world, of three links in a row, a hand with two fingers; two fixtures; two objects.
 const char kFilteredScene[] = R"(<mujoco><worldbody>
@@ -278,5 +277,4 @@ TEST(Clearance, OfTwoArmsIsTheLeastOverSampledPoints) {
   EXPECT_GT(apart, 30);
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::pair_filter_test

@@ -9,8 +9,7 @@
 #include <numbers>
 #include <optional>
 
-namespace evalbus::collision {
-namespace {
+namespace evalbus::collision::penetration_test {
 
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
@@ -89,5 +88,4 @@ TEST(Penetration, Needles) {
   expect(Turned(-3, -5, -6, -8), {3e-09, 2.9e-07, 65}, {1.2e-09, 2.8e-09, 42}, {0, 0, 0});
 }
 
-}  // namespace
-}  // namespace evalbus::collision
+}  // namespace evalbus::collision::penetration_test

@@ -8,8 +8,7 @@
 #include <regex>
 #include <set>
 
-namespace evalbus {
-namespace {
+namespace evalbus::metric_catalogue_test {
 
 using Units = std::map<std::string, std::string>;
 
@@ -139,5 +138,4 @@ TEST(ShownValue, IsInTheShownUnit) {
   EXPECT_EQ(shown("cartesian_path_length", 2), "2.000");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::metric_catalogue_test

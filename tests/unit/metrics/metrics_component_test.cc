@@ -19,8 +19,7 @@
 #include "tests/unit/small_world.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::metrics_component_test {
 
 using namespace small_world;
 
@@ -518,5 +517,4 @@ TEST_F(MetricsComponentTest, TicksFarAheadAreNotKept) {
   EXPECT_TRUE(summaries_.back().complete);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::metrics_component_test

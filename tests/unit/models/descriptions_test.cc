@@ -6,8 +6,7 @@
 #include "models/task_description.h"
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::descriptions_test {
 
 // The line that `part` of `text` is in.
 int LineOf(const std::string& text, const std::string& part) {
@@ -422,5 +421,4 @@ TEST(FindTask, TheModelsFolderCanBeElsewhere) {
   EXPECT_FALSE(AllTasks().empty());
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::descriptions_test

@@ -5,8 +5,7 @@
 #include "models/mjcf_xml.h"
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus::mjcf {
-namespace {
+namespace evalbus::mjcf::mjcf_part_test {
 
 using tinyxml2::XMLElement;
 
@@ -86,5 +85,4 @@ TEST(MjcfXml, NumbersReadBackAsTheyWere) {
   EXPECT_EQ(Join(std::vector<double>{1, -0.5}), "1 -0.5");
 }
 
-}  // namespace
-}  // namespace evalbus::mjcf
+}  // namespace evalbus::mjcf::mjcf_part_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus::mjcf {
-namespace {
+namespace evalbus::mjcf::mjcf_schema_test {
 
 const SchemaNode* Section(const std::string& name) { return ChildSchema(Schema(), "mujoco", name); }
 
@@ -52,5 +51,4 @@ TEST(MjcfSchema, WhatPhysicsNeedsIsNeverDropped) {
   EXPECT_FALSE(CanBeDropped("joint", "damping"));
 }
 
-}  // namespace
-}  // namespace evalbus::mjcf
+}  // namespace evalbus::mjcf::mjcf_schema_test

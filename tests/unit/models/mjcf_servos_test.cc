@@ -6,8 +6,7 @@
 #include "models/scene_composer.h"
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::mjcf_servos_test {
 
 constexpr const char* kServos = R"(<mujoco>
   <compiler angle="ANGLE"/>
@@ -119,5 +118,4 @@ TEST(MjcfServos, WhatCannotBeMappedIsNamed) {
             "part.xml:21: <motor>: attribute 'gear': a motor with a gear is not made a position servo");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::mjcf_servos_test

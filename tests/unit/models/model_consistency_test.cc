@@ -7,8 +7,7 @@
 #include "tests/unit/models/models_test_util.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::model_consistency_test {
 
 model_info_t Model() {
   model_info_t model = small_world::Model();
@@ -63,5 +62,4 @@ TEST(ModelConsistency, RangesOfArmsAreRanges) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::model_consistency_test

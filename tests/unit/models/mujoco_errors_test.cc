@@ -11,8 +11,7 @@
 #include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::mujoco_errors_test {
 
 template <class Error>
 std::string Thrown(const char* message) {
@@ -108,5 +107,4 @@ TEST_F(MujocoErrors, OneCompilerAtATime) {
   EXPECT_TRUE(heard_.empty());
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::mujoco_errors_test

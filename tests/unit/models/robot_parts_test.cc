@@ -6,8 +6,7 @@
 #include "models/vibration.h"
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::robot_parts_test {
 
 // One hinge of inertia 0.1 kg m^2, a servo with a velocity gain, and a finger that weighs nothing.
 constexpr const char* kArm = R"(<mujoco>
@@ -214,5 +213,4 @@ TEST(TaskFile, ACopyFindsItsPartsInTheInstalledModels) {
                 (ModelsFolder() / "props/pot/pit.xml").lexically_normal().string());
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::robot_parts_test

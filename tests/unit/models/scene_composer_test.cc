@@ -8,8 +8,7 @@
 #include "models/compile_model.h"
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::scene_composer_test {
 
 using std::numbers::pi;
 
@@ -353,5 +352,4 @@ TEST(SceneComposer, AttachingWhereItCannotBe) {
             part.string() + ":1: a part on a body cannot be free or placed");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::scene_composer_test

@@ -7,8 +7,7 @@
 #include "models/scene_composer.h"
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::scene_test {
 
 Scene BuildShipped(const std::string& task_name) {
   const TaskDescription task = FindTask(task_name).task;
@@ -400,5 +399,4 @@ TEST(Scene, ATasksCameraLooksWhereItSays) {
   EXPECT_EQ(data->cam_xpos[3 * front + 2], 3);
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::scene_test

@@ -5,8 +5,7 @@
 
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus {
-namespace {
+namespace evalbus::yaml_reader_test {
 
 YamlValue Parse(const std::string& text) { return ParseYaml(text, "f.yaml"); }
 
@@ -168,5 +167,4 @@ TEST(YamlReader, Poses) {
             "f.yaml:1: key 'position': not a key here; did you mean 'position_m'?");
 }
 
-}  // namespace
-}  // namespace evalbus
+}  // namespace evalbus::yaml_reader_test

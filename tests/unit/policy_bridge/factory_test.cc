@@ -8,8 +8,7 @@
 #include "policy_bridge/policies/flawed_policy.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::factory_test {
 
 std::string Refusal(const std::string& name) {
   try {
@@ -80,5 +79,4 @@ TEST(Factory, AnExpertSaysWhichTasksItIsFor) {
             "policy \"expert\": there is none for task \"fold_towel\"; the");
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::factory_test

@@ -13,8 +13,7 @@
 #include "policy_bridge/policies/replay_policy.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::policy_component_test {
 
 namespace fs = std::filesystem;
 
@@ -190,5 +189,4 @@ TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::policy_component_test

@@ -11,8 +11,7 @@
 #include "models/scene.h"
 #include "sim/world.h"
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::all_tasks_test {
 
 constexpr int kSubsteps = 10;
 constexpr int kSeeds = 10;
@@ -280,5 +279,4 @@ TEST(AllTasks, NamesAndAliasesFindEveryVariation) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::all_tasks_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::pacer_test {
 
 using std::chrono::milliseconds;
 
@@ -51,5 +50,4 @@ TEST(Pacer, NothingIsCarriedIntoTheNextEpisode) {
   EXPECT_EQ(pacer.Error().max_s, 0);
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::pacer_test

@@ -10,8 +10,7 @@
 #include "bus/message.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::prepared_scene_test {
 
 namespace fs = std::filesystem;
 
@@ -48,5 +47,4 @@ TEST(PreparedScene, IsLoadedAsItWasComposed) {
   EXPECT_THROW(PrepareScene(options), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::prepared_scene_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::roster_test {
 
 class RosterTest : public testing::Test {
  protected:
@@ -92,5 +91,4 @@ TEST_F(RosterTest, InventedNamesAreNotKept) {
   EXPECT_TRUE(Hear("metrics"));
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::roster_test

@@ -2,8 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::sample_ticks_test {
 
 using testing::ElementsAre;
 
@@ -84,5 +83,4 @@ TEST(SampleTicks, AnHourOfNothingTakesNoTime) {
   EXPECT_THAT(TicksOf({0, 3.6e15}), ElementsAre(std::pair(0, 0), std::pair(180'000'000'000'000, 3.6e15)));
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::sample_ticks_test

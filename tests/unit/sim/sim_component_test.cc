@@ -14,8 +14,7 @@
 #include "tests/unit/poll_for.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::sim_component_test {
 
 // Plays policy and metrics against a sim on an in-process bus, one message at a time.
 class SimComponentTest : public testing::Test {
@@ -814,5 +813,4 @@ TEST_F(SimComponentTest, WhatOnlyASimSaysEndsTheEpisodeWhenSomebodyElseSaysIt) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::sim_component_test

@@ -13,8 +13,7 @@
 #include "sim/world.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::source_component_test {
 
 using testing::HasSubstr;
 
@@ -419,5 +418,4 @@ TEST_F(SourceComponentTest, AGripperThatNobodyMeasuresIsAsItIsSaid) {
   EXPECT_EQ(states_.at(0).gripper[1].opening, 0);
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::source_component_test

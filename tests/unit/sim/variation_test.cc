@@ -7,8 +7,7 @@
 #include "sim/world.h"
 #include "tests/unit/models/models_test_util.h"
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::variation_test {
 
 // A box with a hinged lid, fixed to a table but placed anew by one variation.
 constexpr const char* kBox = R"(<mujoco><compiler angle="radian"/><worldbody>
@@ -458,5 +457,4 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   EXPECT_NE(ErrorOf([&] { world.Reset(0, variation); }).find(" m from box, 2.5 m wanted"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::variation_test

@@ -11,8 +11,7 @@
 #include "base/random.h"
 #include "models/scene.h"
 
-namespace evalbus::sim {
-namespace {
+namespace evalbus::sim::world_test {
 
 class WorldTest : public testing::Test {
  protected:
@@ -314,5 +313,4 @@ TEST(EpisodeSeed, DependsOnRunSeedAndEpisodeAndFitsADouble) {
   EXPECT_EQ(EpisodeSeed(0, 0), static_cast<int64_t>(0xE220A8397B1DCDAFu >> 11));
 }
 
-}  // namespace
-}  // namespace evalbus::sim
+}  // namespace evalbus::sim::world_test

@@ -14,8 +14,7 @@
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/viz_component.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::camera_component_test {
 
 view_t View(const std::string& camera, int width, int height, const std::string& encoding = "rgb8") {
   view_t view{};
@@ -351,5 +350,4 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
   EXPECT_EQ(complaint(std::vector<view_t>(32, views_[0])), "");
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::camera_component_test

@@ -11,8 +11,7 @@
 #include "tests/unit/viz/decoded_jpeg.h"
 #include "tests/unit/viz/viz_scene.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::viz_component_test {
 
 using std::chrono::milliseconds;
 
@@ -275,5 +274,4 @@ TEST_F(VizComponentTest, MistakesAreErrors) {
   EXPECT_THROW(bus.Handle(std::chrono::steady_clock::now() + std::chrono::seconds(5)), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::viz_component_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::film_progress_test {
 
 using std::chrono::seconds;
 
@@ -25,5 +24,4 @@ TEST(FilmProgress, CountsFromWhereItBegan) {
   EXPECT_EQ(FilmProgress(2, 0.5, began).Text(1, began + seconds(10)), "filming 2 episodes: 50 %, 20 s left");
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::film_progress_test

@@ -10,8 +10,7 @@
 #include "base/run_layout.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::filming_test {
 
 using testing::ElementsAre;
 
@@ -128,5 +127,4 @@ TEST_F(FilmingTest, AnUnfinishedFilmLeavesNoFile) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(episode), {}), 1);
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::filming_test

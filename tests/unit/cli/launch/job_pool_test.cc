@@ -10,8 +10,7 @@
 #include "cli/launch/workers.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::job_pool_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -130,5 +129,4 @@ TEST(Workers, ShareTheEpisodes) {
   EXPECT_THAT(EpisodesOfWorker({0, 3}, 1, 3), IsEmpty());
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::job_pool_test

@@ -14,8 +14,7 @@
 #include "tests/unit/temporary_folder.h"
 #include "viz/viewer/block.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::live_track_test {
 
 // How far (rad) two rotations are apart.
 double Angle(const double* a, const double* b) {
@@ -141,5 +140,4 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::live_track_test

@@ -8,8 +8,7 @@
 
 #include "cli/results/episode_json.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::live_view_test {
 
 using std::chrono::seconds;
 
@@ -225,5 +224,4 @@ TEST_F(LiveViewTest, ControlCharactersOfTheBusStayOffTheTerminal) {
   EXPECT_TRUE(Has(text, "begun again: ?]0;title? ?2J ?2J\n")) << text;
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::live_view_test

@@ -10,8 +10,7 @@
 #include "tests/unit/poll_for.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::run_controller_test {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -554,5 +553,4 @@ TEST_F(RunControllerTest, ByHandNobodyIsHurried) {
   EXPECT_EQ(commands_.back().attempt, 0);
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::run_controller_test

@@ -5,8 +5,7 @@
 #include <random>
 #include <set>
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::strata_test {
 
 using testing::ElementsAre;
 
@@ -57,5 +56,4 @@ TEST(Strata, CoverASquareMoreEvenlyThanDrawing) {
   EXPECT_LT(empty(one_of_each), empty(first) - 3);
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::strata_test

@@ -11,8 +11,7 @@
 #include "models/task_description.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::suite_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -90,5 +89,4 @@ TEST(ExpandTasks, TwoFilesOfOneFolderNameAreRefused) {
   EXPECT_EQ(ExpandTasks({in_folder + "/base", with_dash + "/position"}).size(), 2u);
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::suite_test

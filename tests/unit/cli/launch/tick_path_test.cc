@@ -12,8 +12,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::tick_path_test {
 
 constexpr int64_t kFirst = 60, kLast = 160;
 
@@ -72,5 +71,4 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   EXPECT_LE(after - before - of_checking, (kLast - kFirst) / 10);
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::tick_path_test

@@ -7,8 +7,7 @@
 #include "base/run_layout.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::launch {
-namespace {
+namespace evalbus::launch::workers_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -84,5 +83,4 @@ TEST_F(EvaluateJobsTest, AWorkerThatFailsEndsTheRunWithItsLastLine) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::launch
+}  // namespace evalbus::launch::workers_test

@@ -10,8 +10,7 @@
 #include "cli/plans/plan_folder.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::plans {
-namespace {
+namespace evalbus::plans::plan_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -201,5 +200,4 @@ TEST_F(PlanTest, AChunkThatIsPutTwiceIsThereOnce) {
   EXPECT_EQ(entries, 1);
 }
 
-}  // namespace
-}  // namespace evalbus::plans
+}  // namespace evalbus::plans::plan_test

@@ -12,8 +12,7 @@
 #include "tests/unit/cli/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::comparison_test {
 
 using nlohmann::ordered_json;
 
@@ -404,5 +403,4 @@ TEST_F(CompareTest, EpisodeTable) {
           std::to_string(EpisodeSeed(7, 1)) + ",time_limit,timeout,1,0.11,0.30000000000000004,0,0,1\n");
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::comparison_test

@@ -11,8 +11,7 @@
 #include "tests/unit/small_world.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::log_damage_test {
 
 constexpr int kEpisodes = 3;
 constexpr int64_t kTicks = 4;
@@ -143,5 +142,4 @@ TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
   EXPECT_THROW(Rescore(bytes), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::log_damage_test

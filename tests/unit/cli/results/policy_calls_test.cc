@@ -10,8 +10,7 @@
 #include "tests/unit/cli/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::policy_calls_test {
 
 using nlohmann::ordered_json;
 using testing::ElementsAre;
@@ -88,5 +87,4 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
       "server says itself; the robot held its last command for 3 ticks.");
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::policy_calls_test

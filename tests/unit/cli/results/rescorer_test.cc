@@ -11,8 +11,7 @@
 #include "tests/unit/small_world.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::rescorer_test {
 
 class RescoreAfterSuccess : public testing::Test {
  protected:
@@ -94,5 +93,4 @@ TEST_F(RescoreAfterSuccess, LikewiseInRealtimeWhereTicksComeLater) {
   EXPECT_EQ(Text(Rescore("1.25")), "aborted at tick 7, not complete, 0.1 s, held 0.04 s");
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::rescorer_test

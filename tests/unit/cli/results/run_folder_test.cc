@@ -16,8 +16,7 @@
 #include "cli/results/rescorer.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::run_folder_test {
 
 namespace fs = std::filesystem;
 
@@ -171,5 +170,4 @@ TEST(Rescore, WordsThatAreNoUtf8AreCompared) {
             "e\"");
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::run_folder_test

@@ -10,8 +10,7 @@
 #include "tests/unit/cli/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::run_follower_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -135,5 +134,4 @@ TEST(RunFollower, AFolderMayComeLater) {
   EXPECT_TRUE(follower.error().empty());
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::run_follower_test

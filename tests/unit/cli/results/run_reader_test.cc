@@ -6,8 +6,7 @@
 #include "tests/unit/cli/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::run_reader_test {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
@@ -238,5 +237,4 @@ TEST_F(RunReaderTest, Suite) {
   EXPECT_TRUE(Error(run_).starts_with("run/b/episodes.jsonl:2: expected JSON, ")) << Error(run_);
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::run_reader_test

@@ -8,8 +8,7 @@
 
 #include "base/text.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::summary_table_test {
 
 // Characters of the longest line; UTF-8 continuation bytes do not count.
 int LongestLine(const std::string& text) {
@@ -115,5 +114,4 @@ TEST(InvalidText, SaysHowToRunThemAgain) {
   EXPECT_TRUE(InvalidText(2, "runs/a").starts_with("2 episodes are invalid")) << InvalidText(2, "runs/a");
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::summary_table_test

@@ -5,8 +5,7 @@
 #include "tests/unit/cli/results/run_folders.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::results {
-namespace {
+namespace evalbus::results::tally_test {
 
 class TallyTest : public testing::Test {
  protected:
@@ -65,5 +64,4 @@ TEST_F(TallyTest, WithoutEpisodesNothingIsClaimed) {
   EXPECT_TRUE(Tally().Json()["mean_completion_time_s"].is_null());
 }
 
-}  // namespace
-}  // namespace evalbus::results
+}  // namespace evalbus::results::tally_test

@@ -5,8 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace evalbus::tools {
-namespace {
+namespace evalbus::tools::foxglove_protocol_test {
 
 using std::chrono::milliseconds;
 using testing::ElementsAre;
@@ -119,5 +118,4 @@ TEST(Foxglove, PlaysPausesSeeksAndEnds) {
   EXPECT_TRUE(state.did_seek);
 }
 
-}  // namespace
-}  // namespace evalbus::tools
+}  // namespace evalbus::tools::foxglove_protocol_test

@@ -10,8 +10,7 @@
 #include <tuple>
 #include <vector>
 
-namespace evalbus::tools {
-namespace {
+namespace evalbus::tools::mcap_writer_test {
 
 using testing::ElementsAre;
 using testing::StartsWith;
@@ -213,5 +212,4 @@ TEST(Mcap, EveryMessageIsFoundByTheIndex) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::tools
+}  // namespace evalbus::tools::mcap_writer_test

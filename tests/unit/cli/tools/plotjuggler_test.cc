@@ -5,8 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace evalbus::tools {
-namespace {
+namespace evalbus::tools::plotjuggler_test {
 
 using nlohmann::json;
 using testing::ElementsAre;
@@ -39,5 +38,4 @@ TEST(PlotJuggler, SplitsWhatIsTooLong) {
   EXPECT_EQ(all["/t/number_299"], 299);
 }
 
-}  // namespace
-}  // namespace evalbus::tools
+}  // namespace evalbus::tools::plotjuggler_test

@@ -13,8 +13,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::episode_scorer_test {
 
 using namespace small_world;
 
@@ -433,5 +432,4 @@ TEST(ShippedTasks, CompileAgainstTheirScenes) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::episode_scorer_test

@@ -12,8 +12,7 @@
 #include "tests/unit/set_array.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::explanation_test {
 
 using namespace small_world;
 
@@ -407,5 +406,4 @@ TEST_F(ExplanationTest, NothingSurvivesStart) {
   EXPECT_EQ(ExplanationJson(again).dump(), ExplanationJson(End().explanation).dump());
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::explanation_test

@@ -14,8 +14,7 @@
 #include "metrics/statistics/run_statistics.h"
 #include "tests/unit/allocation_count.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::rollout_metrics_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPi = std::numbers::pi;
@@ -474,5 +473,4 @@ TEST_F(RolloutMetricsTest, RefusesASenselessConfig) {
   EXPECT_THROW(RolloutMetrics{config}, std::invalid_argument);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::rollout_metrics_test

@@ -12,8 +12,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::score_file_test {
 
 using nlohmann::json;
 
@@ -325,5 +324,4 @@ TEST(ReadJsonFile, SaysThatAFileCannotBeRead) {
   EXPECT_THROW(ReadJsonFile("/tmp"), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::score_file_test

@@ -11,8 +11,7 @@
 
 #include "metrics/episode/score_file.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::score_vectors_test {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
@@ -104,5 +103,4 @@ TEST(ScoreVectorsFolder, HoldsTheVectors) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::score_vectors_test

@@ -9,8 +9,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::tick_merger_test {
 
 using small_world::Contacts;
 using small_world::State;
@@ -173,5 +172,4 @@ TEST(TickMerger, ASteadyStreamAllocatesNothing) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::tick_merger_test

@@ -11,8 +11,7 @@
 #include "metrics/episode/result_json.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::what_is_known_test {
 
 using namespace small_world;
 
@@ -131,5 +130,4 @@ TEST(WhatIsKnown, RatesAreOfJudgedEpisodes) {
   EXPECT_EQ(SummaryJson("small", "base", blind.Summary(false))["slips_per_object"].size(), 0u);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::what_is_known_test

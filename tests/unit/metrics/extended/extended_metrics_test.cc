@@ -11,8 +11,7 @@
 
 #include "metrics/extended/spectral_arc_length.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::extended_metrics_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -305,5 +304,4 @@ TEST(Smoothness, HasNoValueWhereThereIsNone) {
   EXPECT_FALSE(std::isnan(reach.Final("spectral_arc_length")));
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::extended_metrics_test

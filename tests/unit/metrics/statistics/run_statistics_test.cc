@@ -9,8 +9,7 @@
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::run_statistics_test {
 
 using nlohmann::ordered_json;
 
@@ -231,5 +230,4 @@ TEST(ResultOf, TakesALineOfEpisodes) {
   EXPECT_THROW(ResultOf(line), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::run_statistics_test

@@ -7,8 +7,7 @@
 #include "metrics/statistics/power.h"
 #include "metrics/statistics/sequential_mcnemar.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::sequential_test {
 
 // (n + 1) C(n, a) / 2^n by hand.
 TEST(SequentialMcNemar, IsTheMixtureOverOneHalf) {
@@ -82,5 +81,4 @@ TEST(Power, IsTheNormalApproximation) {
   EXPECT_DOUBLE_EQ(DetectableDifference(1), 1);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::sequential_test

@@ -19,8 +19,7 @@
 #include "metrics/statistics/wilcoxon.h"
 #include "metrics/statistics/wilson.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::statistics_test {
 
 using Values = std::vector<double>;
 
@@ -514,5 +513,4 @@ TEST(Bootstrap, RatioOfPairs) {
                  0.08 * error);
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::statistics_test

@@ -14,8 +14,7 @@
 #include "tests/unit/set_array.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::predicates_test {
 
 using namespace small_world;
 
@@ -398,5 +397,4 @@ TEST_F(PredicatesTest, DescribeThemselvesInWords) {
             (Lines{"at any time so far", "  pot touches counter"}));
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::predicates_test

@@ -11,8 +11,7 @@
 #include "tests/unit/set_array.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::metrics {
-namespace {
+namespace evalbus::metrics::task_evaluator_test {
 
 using namespace small_world;
 
@@ -469,5 +468,4 @@ TEST_F(TaskEvaluatorTest, ARobotFarAwayIsAFailureOfAnyTask) {
   EXPECT_TRUE(dut_.out_of_bounds());
 }
 
-}  // namespace
-}  // namespace evalbus::metrics
+}  // namespace evalbus::metrics::task_evaluator_test

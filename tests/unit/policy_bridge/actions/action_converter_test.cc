@@ -18,8 +18,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::action_converter_test {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
@@ -701,5 +700,4 @@ TEST(ActionConverter, RowOfIsTheOtherDirection) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::action_converter_test

@@ -8,8 +8,7 @@
 
 #include "base/errors.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::gripper_test {
 
 struct Said {
   double value, closing;
@@ -95,5 +94,4 @@ TEST(Gripper, BlocksThatMeanNothingAreNamed) {
   EXPECT_EQ(Error({.threshold = 0.0}), "none");
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::gripper_test

@@ -11,8 +11,7 @@
 
 #include "base/random.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::rotation_test {
 
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
@@ -253,5 +252,4 @@ TEST(Rotation, WhatIsNoneIsNamed) {
   EXPECT_EQ(Error(RotationForm::kNone, {}), "none");
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::rotation_test

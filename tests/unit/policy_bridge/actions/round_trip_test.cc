@@ -10,8 +10,7 @@
 #include "policy_bridge/planning/ik.h"
 #include "tests/unit/policy_bridge/expert_play.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::round_trip_test {
 
 constexpr int kHz = 50;
 constexpr double kStep_s = 1.0 / kHz;
@@ -212,5 +211,4 @@ TEST(ExpertThrough, SucceedsOnLiftPot) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::round_trip_test

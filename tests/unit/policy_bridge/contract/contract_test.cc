@@ -9,8 +9,7 @@
 #include "policy_bridge/remote/observation_builder.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::contract_test {
 
 const std::string kGood = R"(description: as small as one can be
 wire: openpi
@@ -166,5 +165,4 @@ TEST(Contract, KeyComesFromTheEnvironment) {
   EXPECT_EQ(ContractJson(contract).dump().find("secret"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::contract_test

@@ -5,8 +5,7 @@
 #include <cstring>
 #include <stdexcept>
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::picture_form_test {
 
 // 3 x 2 pixels that differ in every way of turning, mirroring and swapping them:
 //   a b c
@@ -136,5 +135,4 @@ TEST(Resize, HalvesByTheTriangleFilter) {
   EXPECT_EQ(Resize(std::vector<uint8_t>(64, 200), 8, 8, 1, 3, 5), std::vector<uint8_t>(15, 200));
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::picture_form_test

@@ -11,8 +11,7 @@
 #include "base/random.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::signal_test {
 
 class SignalTest : public testing::Test {
  protected:
@@ -188,5 +187,4 @@ TEST_F(SignalTest, WhatTheModelHasNot) {
   EXPECT_THROW(Read(Signal{.name = "left.joint_position_rad", .indices = {7}}), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::signal_test

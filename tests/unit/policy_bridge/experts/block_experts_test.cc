@@ -2,8 +2,7 @@
 #include "base/errors.h"
 #include "tests/unit/policy_bridge/expert_play.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::block_experts_test {
 
 TEST(StackTwoBlocksExpert, SucceedsOnEachVariation) {
   for (const std::string variation : {"base", "position", "orientation", "position_and_orientation"}) {
@@ -90,5 +89,4 @@ TEST(BlockProps, LieStill) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::block_experts_test

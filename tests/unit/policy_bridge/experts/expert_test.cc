@@ -9,8 +9,7 @@
 #include "sim/world.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::expert_test {
 
 constexpr double kTimeLimit = 18;  // s
 
@@ -171,5 +170,4 @@ TEST(NoisyExpert, DependsOnTheSeedAlone) {
   EXPECT_EQ(first.actions, Play(noisy.get(), "base", 2).actions);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::expert_test

@@ -6,8 +6,7 @@
 #include "policy_bridge/planning/robot.h"
 #include "tests/unit/policy_bridge/expert_play.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::hinge_experts_test {
 
 TEST(RotateValveExpert, SucceedsOnEachVariation) {
   for (const std::string variation : {"base", "position", "position_and_orientation", "obstacle"}) {
@@ -156,5 +155,4 @@ TEST(RotateValve, TheBoardIsOnlyInItsVariation) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::hinge_experts_test

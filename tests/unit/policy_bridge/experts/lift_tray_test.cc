@@ -1,8 +1,7 @@
 // The expert for LiftTray in the simulated world.
 #include "tests/unit/policy_bridge/expert_play.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::lift_tray_test {
 
 TEST(LiftTrayExpert, SucceedsOnEachVariation) {
   for (const std::string variation : {"base", "position", "orientation", "position_and_orientation"}) {
@@ -23,5 +22,4 @@ TEST(LiftTrayExpert, WorksAtAnyControlRate) {
   stage.ExpectSuccess(5, 500);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::lift_tray_test

@@ -8,8 +8,7 @@
 #include "tests/unit/policy_bridge/expert_play.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::menagerie_test {
 
 namespace fs = std::filesystem;
 
@@ -266,5 +265,4 @@ arms:
   EXPECT_LT(HoldHome(LoadRobot(file, {folder})), 0.02);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::menagerie_test

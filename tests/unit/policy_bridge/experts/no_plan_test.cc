@@ -7,8 +7,7 @@
 #include "tests/unit/policy_bridge/expert_play.h"
 #include "tests/unit/temporary_folder.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::no_plan_test {
 
 namespace fs = std::filesystem;
 
@@ -85,5 +84,4 @@ TEST(NoPlan, TouchesAreInMillimetres) {
             "left/link0 is 12.5 mm inside right/hand/hand, 3 mm wanted");
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::no_plan_test

@@ -1,8 +1,7 @@
 // The expert for the tasks with one book in the simulated world.
 #include "tests/unit/policy_bridge/expert_play.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::single_book_test {
 
 TEST(SingleBookExpert, PicksUpOnEachVariation) {
   for (const std::string variation : {"base", "position", "orientation", "position_and_orientation"}) {
@@ -38,5 +37,4 @@ TEST(SingleBookExpert, EqualSeedsGiveEqualActionsWhateverCameBefore) {
   EXPECT_EQ(first, ExpertStage(task).Play(6).actions);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::single_book_test

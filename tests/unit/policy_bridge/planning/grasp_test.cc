@@ -5,8 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::grasp_test {
 
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
@@ -65,5 +64,4 @@ TEST(BoxGrasps, LeanTurnsAboutTheClosingAxis) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::grasp_test

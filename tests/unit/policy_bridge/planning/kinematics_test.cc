@@ -9,8 +9,7 @@
 #include "policy_bridge/planning/ik.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::kinematics_test {
 
 JointVector RandomJoints(const ArmChain& chain, Random* random) {
   JointVector q(chain.num_joints());
@@ -121,5 +120,4 @@ TEST(InverseKinematics, SpendsRedundancyOnPosture) {
   EXPECT_LT((with_posture.joints - chain.home()).norm(), (without.joints - chain.home()).norm() - 0.05);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::kinematics_test

@@ -8,8 +8,7 @@
 #include "sim/world.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::motion_test {
 
 JointVector Joints(double a, double b) { return Eigen::Vector2d(a, b); }
 
@@ -162,5 +161,4 @@ TEST_F(PlanTest, PlayerIsContinuousAcrossMotions) {
   EXPECT_EQ(last.closing[0], 1);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::motion_test

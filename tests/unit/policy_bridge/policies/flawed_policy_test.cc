@@ -10,8 +10,7 @@
 #include "tests/unit/policy_bridge/policy_scene.h"
 #include "tests/unit/set_array.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::flawed_policy_test {
 
 // Counts the seconds that it has seen in the first joint of the left arm.
 class RestingPolicy : public Policy {
@@ -169,5 +168,4 @@ TEST_F(FlawedPolicyTest, UnknownFlawsAreExplained) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::flawed_policy_test

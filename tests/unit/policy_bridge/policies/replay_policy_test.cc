@@ -8,8 +8,7 @@
 #include "base/errors.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::replay_policy_test {
 
 const model_info_t& Info() {
   static const model_info_t info = [] {
@@ -137,5 +136,4 @@ TEST(ReplayPolicy, NamesALogThatIsDamaged) {
   std::filesystem::remove(log);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::replay_policy_test

@@ -6,8 +6,7 @@
 
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::simple_policies_test {
 
 std::vector<double> Home() {
   std::vector<double> home;
@@ -94,5 +93,4 @@ TEST(RandomPolicy, IsSmoothWithinLimitsAndSeeded) {
   EXPECT_NE(play(2), targets);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::simple_policies_test

@@ -9,8 +9,7 @@
 #include "tests/doubles/policy_server.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::remote_policy_test {
 
 using namespace std::chrono_literals;
 
@@ -291,5 +290,4 @@ TEST(Latency, IsOneOfThree) {
     EXPECT_THROW(ParseLatency(wrong), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::remote_policy_test

@@ -10,8 +10,7 @@
 #include "tests/doubles/rest_server.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::groot_client_test {
 
 using Dialect = ClientOptions::GrootDialect;
 using Kind = ServerError::Kind;
@@ -374,5 +373,4 @@ TEST(GrootClient, NeverStopsAServer) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::groot_client_test

@@ -5,8 +5,7 @@
 #include "policy_bridge/wire/npy.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::groot_codec_test {
 
 using Kind = ServerError::Kind;
 
@@ -75,5 +74,4 @@ TEST(GrootCodec, RefusesEveryMessageCutShort) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::groot_codec_test

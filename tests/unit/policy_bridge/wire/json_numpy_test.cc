@@ -7,8 +7,7 @@
 #include "base/errors.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::json_numpy_test {
 
 using Kind = ServerError::Kind;
 
@@ -88,5 +87,4 @@ TEST(JsonNumpy, BoundsDepthAndNumberOfValues) {
   EXPECT_THAT(FailureOf([&] { DecodeJsonNumpy(many + "]"); }), FailsAs(Kind::kProtocol, "a million values"));
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::json_numpy_test

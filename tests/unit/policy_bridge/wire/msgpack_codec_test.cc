@@ -8,8 +8,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/policy_bridge/wire/hex.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::msgpack_codec_test {
 
 using testing::HasSubstr;
 
@@ -215,5 +214,4 @@ TEST(MsgpackCodec, AllocatesNothingForWhatIsOnlyAnnounced) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::msgpack_codec_test

@@ -4,8 +4,7 @@
 
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::npy_test {
 
 using Kind = ServerError::Kind;
 
@@ -111,5 +110,4 @@ TEST(Npy, RefusesEveryFileCutShort) {
               FailsAs(Kind::kProtocol, "cut short"));
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::npy_test

@@ -8,8 +8,7 @@
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/policy_bridge/wire/hex.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::openpi_client_test {
 
 using Kind = ServerError::Kind;
 using Double = PolicyServerDouble;
@@ -515,5 +514,4 @@ TEST(ApiKey, HasNoLineBreaks) {
   EXPECT_THROW(MakePolicyClient(options), InputError);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::openpi_client_test

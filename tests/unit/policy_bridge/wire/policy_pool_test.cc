@@ -11,8 +11,7 @@
 #include "tests/doubles/groot_server.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::policy_pool_test {
 
 using Dialect = ClientOptions::GrootDialect;
 using Kind = ServerError::Kind;
@@ -169,5 +168,4 @@ TEST_F(Pool, ThatIsGoneIsSeen) {
   EXPECT_EQ(FailureOf([&] { reply.get(); }).kind(), Kind::kUnreachable);
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::policy_pool_test

@@ -9,8 +9,7 @@
 
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::resolve_test {
 
 using Kind = ServerError::Kind;
 
@@ -56,5 +55,4 @@ TEST(Resolve, KeepsItsDeadline) {
   gate->changed.wait(lock, [&] { return gate->passed; });
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::resolve_test

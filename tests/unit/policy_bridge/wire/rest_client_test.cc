@@ -7,8 +7,7 @@
 #include "tests/doubles/rest_server.h"
 #include "tests/unit/policy_bridge/wire/server_failure.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::rest_client_test {
 
 using Kind = ServerError::Kind;
 using doubles::HttpAnswer;
@@ -213,5 +212,4 @@ TEST_F(RestClient, ALargeRequestAndALargeAnswerAreWhole) {
   EXPECT_EQ(server_->requests().back().body, "{\"image\":" + answer_ + "}");
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::rest_client_test

@@ -7,8 +7,7 @@
 #include "policy_bridge/wire/policy_client.h"
 #include "tests/unit/policy_bridge/wire/hex.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::value_test {
 
 using testing::ElementsAre;
 
@@ -108,5 +107,4 @@ TEST(FloatArray, HasItsNumbersInSinglePrecision) {
   EXPECT_EQ(FloatArray({0.5, -1}, {1, 2}), (Array{"<f4", {1, 2}, FromHex("0000003f000080bf")}));
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::value_test

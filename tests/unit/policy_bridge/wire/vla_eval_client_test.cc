@@ -6,8 +6,7 @@
 #include "tests/doubles/policy_server.h"
 #include "tests/unit/policy_bridge/wire/hex.h"
 
-namespace evalbus::policy {
-namespace {
+namespace evalbus::policy::vla_eval_client_test {
 
 using Kind = ServerError::Kind;
 using Double = PolicyServerDouble;
@@ -195,5 +194,4 @@ TEST(VlaEvalClient, BeginsAnewWhenItConnectsAgain) {
   EXPECT_EQ(*messages[3].Find("seq"), Value(0));
 }
 
-}  // namespace
-}  // namespace evalbus::policy
+}  // namespace evalbus::policy::vla_eval_client_test

@@ -10,8 +10,7 @@
 #include "sim/world.h"
 #include "viz/pictures/renderer.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::cameras_test {
 
 constexpr FrameSize kSize{160, 120};
 
@@ -225,5 +224,4 @@ TEST(Cameras, TheDefaultIsTheSameEverywhere) {
   EXPECT_NE(script.str().find("--video " + std::string(kDefaultCamera) + " "), std::string::npos);
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::cameras_test

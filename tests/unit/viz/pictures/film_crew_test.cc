@@ -12,8 +12,7 @@
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::film_crew_test {
 
 constexpr FrameSize kCrewSize{64, 48};
 
@@ -97,5 +96,4 @@ TEST(FilmCrewTest, WhatDrawingThrowsEndsTheFilmAndTheNextOneIsWhole) {
   EXPECT_EQ(draw(99), 9u);
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::film_crew_test

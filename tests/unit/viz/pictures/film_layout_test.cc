@@ -12,8 +12,7 @@
 #include "viz/pictures/projection.h"
 #include "viz/pictures/renderer.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::film_layout_test {
 
 void ExpectBox(const Box& box, double x, double y, double width, double height) {
   EXPECT_DOUBLE_EQ(box.x, x);
@@ -194,5 +193,4 @@ TEST(Project, IsWhereTheRendererDrawsIt) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::film_layout_test

@@ -17,8 +17,7 @@
 #include "viz/pictures/panel_film.h"
 #include "viz/pictures/video_writer.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::film_test {
 
 namespace fs = std::filesystem;
 
@@ -446,5 +445,4 @@ TEST(VideoWriter, UnfinishedFilmIsThrownAway) {
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::film_test

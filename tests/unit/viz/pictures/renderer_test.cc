@@ -15,8 +15,7 @@
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/pictures/overlay.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::renderer_test {
 
 constexpr FrameSize kGoldenSize{320, 240};
 
@@ -293,5 +292,4 @@ TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::renderer_test

@@ -15,8 +15,7 @@
 #include "tests/unit/temporary_folder.h"
 #include "viz/pictures/gl_context.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::scene_painter_test {
 
 constexpr int kWidth = 320, kHeight = 240;
 
@@ -325,5 +324,4 @@ TEST(ScenePainter, DrawsEveryTaskAsMujocoDoes) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::scene_painter_test

@@ -8,8 +8,7 @@
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/pictures/renderer.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::shot_test {
 
 ModelPtr ModelOf(const std::string& xml) {
   const TemporaryFolder folder;
@@ -215,5 +214,4 @@ TEST_F(ShotTest, LargestAndSmallest) {
   EXPECT_EQ(Rgb8(&renderer, "front", {1, 2047}).size(), 2047u * 3);
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::shot_test

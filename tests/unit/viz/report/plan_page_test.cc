@@ -4,8 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::plan_page_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -34,5 +33,4 @@ TEST(PlanPage, LeadsNowhereWithoutThem) {
   EXPECT_THAT(PlanPage(Report(), "evalbus"), Not(HasSubstr("#view:")));
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::plan_page_test

@@ -11,8 +11,7 @@
 
 #include "base/json_file.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::report_page_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -333,5 +332,4 @@ TEST(Url, KeepsNothingThatMeansSomething) {
   EXPECT_EQ(Url("épisode"), "%C3%A9pisode");
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::report_page_test

@@ -9,8 +9,7 @@
 
 #include "viz/report/figures.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::scale_test {
 
 using testing::ElementsAre;
 
@@ -126,5 +125,4 @@ TEST(Path, StaysWithinAQuarterOfAPixel) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::scale_test

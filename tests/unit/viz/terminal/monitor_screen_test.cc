@@ -8,8 +8,7 @@
 #include "tests/unit/viz/scripted_run.h"
 #include "viz/watch/score_rows.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::monitor_screen_test {
 
 using std::chrono::milliseconds;
 class MonitorScreenTest : public testing::Test, protected ScriptedRun {
@@ -466,5 +465,4 @@ TEST_F(MonitorScreenTest, TellsEventsAndProgressInLines) {
   EXPECT_EQ(ProgressLine(watch_), "");
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::monitor_screen_test

@@ -10,8 +10,7 @@
 #include "viz/viewer/pack.h"
 #include "viz/viewer/page_files.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::block_test {
 
 TEST(Block, TheBytesByHand) {
   BlockWriter block("log");
@@ -88,5 +87,4 @@ TEST(PageFiles, HaveNothingThatEndsAScript) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::block_test

@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::condition_tree_test {
 
 using Json = nlohmann::ordered_json;
 
@@ -46,5 +45,4 @@ TEST(ConditionTreeTest, ThereIsNoneOfAnotherNumberOfConditions) {
   EXPECT_TRUE(ConditionTree(Expression(), 2, 0).is_null());
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::condition_tree_test

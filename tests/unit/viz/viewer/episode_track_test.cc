@@ -8,8 +8,7 @@
 #include "lcmtypes/unknown.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::episode_track_test {
 
 using namespace small_world;
 
@@ -346,5 +345,4 @@ TEST(EpisodeTrack, RotationsKeepTheirSign) {
   EXPECT_NEAR(quat[(1 * 4 + 0) * 2 + 1], half, 2e-5);
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::episode_track_test

@@ -7,8 +7,7 @@
 #include "tests/unit/small_world.h"
 #include "viz/viewer/block.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::run_block_test {
 
 SteadyTime At(double seconds) {
   return SteadyTime() +
@@ -92,5 +91,4 @@ TEST(RunBlock, EpisodesAndLines) {
   EXPECT_EQ(log.head()["lines"][0]["time"], "14:03:07");
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::run_block_test

@@ -10,8 +10,7 @@
 #include "models/scene.h"
 #include "viz/viewer/block.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::scene_blocks_test {
 
 ModelPtr Copy(const mjModel& model) { return ModelPtr(mj_copyModel(nullptr, &model)); }
 
@@ -140,5 +139,4 @@ TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
   EXPECT_EQ(appearance["cameras"][0][1]["quat_wxyz"][1], changed->cam_quat[4 * camera + 1]);
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::scene_blocks_test

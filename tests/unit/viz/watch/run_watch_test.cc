@@ -9,8 +9,7 @@
 #include "tests/unit/viz/scripted_run.h"
 #include "viz/watch/score_rows.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::run_watch_test {
 
 using std::chrono::milliseconds;
 
@@ -207,5 +206,4 @@ TEST(ScoreRows, OfWhatIsNotTrackedThereAreNone) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::run_watch_test

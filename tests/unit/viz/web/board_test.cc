@@ -5,8 +5,7 @@
 
 #include "viz/viewer/block.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::board_test {
 
 using testing::ElementsAre;
 
@@ -190,5 +189,4 @@ TEST(Board, TheLastLinesOfALogAreKept) {
   EXPECT_EQ(Head(blocks[0])["lines"][1]["text"], "b");
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::board_test

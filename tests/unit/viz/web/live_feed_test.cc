@@ -8,8 +8,7 @@
 #include "tests/unit/small_world.h"
 #include "viz/viewer/block.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::live_feed_test {
 
 using namespace small_world;
 using namespace std::chrono_literals;
@@ -119,5 +118,4 @@ TEST_F(LiveFeedTest, WhoComesLaterIsNotGivenAnEpisodeOfLongAgo) {
   EXPECT_THAT(Given(&second), ElementsAre(std::pair(1, false)));
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::live_feed_test

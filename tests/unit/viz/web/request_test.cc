@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::request_test {
 
 using Kind = WebTarget::Kind;
 
@@ -103,5 +102,4 @@ TEST(WebRequest, APageSaysWhatItWatchesAndNothingElse) {
   }
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::request_test

@@ -8,8 +8,7 @@
 #include "base/errors.h"
 #include "tests/unit/viz/web/web_client.h"
 
-namespace evalbus::viz {
-namespace {
+namespace evalbus::viz::server_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -269,5 +268,4 @@ TEST(WebServer, ListensOnASocketThatItInherits) {
   EXPECT_EQ(BodyOf(Get(port, "/")), "here\n");
 }
 
-}  // namespace
-}  // namespace evalbus::viz
+}  // namespace evalbus::viz::server_test
