@@ -1,6 +1,9 @@
 // evalbus run: evaluates a policy on a task.
 #include "cli/launch/run.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -8,8 +11,8 @@
 #include "base/arguments.h"
 #include "base/errors.h"
 #include "base/json_file.h"
-#include "base/options_json.h"
 #include "base/run_layout.h"
+#include "base/text.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 #include "cli/plans/part.h"
@@ -60,7 +63,12 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, launch::RunOption
   std::vector<std::string> tasks;
   const auto take = [&](const fs::path& run) {
     const fs::path file = run / kRunJson;
-    ReadOptions(ReadJsonFile(file), file.string(), options);
+    const std::vector<std::string> newer =
+        launch::ReadOlderOptions(ReadJsonFile(file), file.string(), options);
+    if (!newer.empty()) {
+      fmt::print("{}: older than these options, which are as by default: {}\n", Printable(file.string()),
+                 fmt::join(newer, ", "));
+    }
     tasks.push_back(options->sim.task);
   };
   if (fs::exists(folder / plans::kPlanJson)) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "base/errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
 #include "base/plural.h"
 #include "base/text.h"
 #include "bus/packed_log.h"
@@ -12,6 +14,21 @@
 #include "policy_bridge/policy_options.h"
 
 namespace evalbus::launch {
+
+std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std::string& file,
+                                          RunOptions* options) {
+  const RunOptions defaults;
+  nlohmann::json all = OptionsJson(defaults);
+  for (const char* always : {"task_path", "policy", "episodes", "seed", "control_hz"}) all.erase(always);
+  std::vector<std::string> newer;
+  ForEachOption(defaults, [&](const auto& row, const auto&) {
+    if (row.help.empty() || !all.contains(row.key) || json.contains(row.key)) return;
+    newer.push_back(fmt::format("{} {}", OptionName(row.key), ToText(all[row.key])));
+  });
+  if (json.is_object()) all.update(json);
+  ReadOptions(json.is_object() ? all : json, file, options);
+  return newer;
+}
 
 void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options) {
   const std::optional<policy::Contract> contract = policy::FindContractOf(options->policy);

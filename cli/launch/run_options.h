@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -83,6 +84,12 @@ void ForEachOption(Options& options, const F& f) {
 inline const std::string& PolicyName(const RunOptions& options) {
   return options.policy_name.empty() ? options.policy.policy : options.policy_name;
 }
+
+// Takes the options of a run.json that may be older than some of them: those are as where nobody names them,
+// which is what every run was until there was such an option. Returns these, as on a command line. What was
+// run (task, policy, episodes, seed, rate) must be there. Throws InputError.
+std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std::string& file,
+                                          RunOptions* options);
 
 // What a policy's contract says and the user does not: control rate, how long the sim waits for an action,
 // the policy's name. Throws InputError.

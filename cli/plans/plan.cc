@@ -279,7 +279,7 @@ Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
   plan.chunk_episodes = Get<int>(json, "chunk_episodes", file);
   plan.rate_is_given = Get<bool>(json, "rate_is_given", file);
   plan.timeout_is_given = Get<bool>(json, "timeout_is_given", file);
-  ReadOptions(Get<nlohmann::json>(json, "options", file), file, &plan.options);
+  launch::ReadOlderOptions(Get<nlohmann::json>(json, "options", file), file, &plan.options);
   return plan;
 }
 

@@ -208,6 +208,45 @@ TEST(Readme, ShowsTheTableThatItsCommandPrints) {
   EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "README.md")), Layout(run.out));
 }
 
+// As a program wrote it that did not have these options yet.
+TEST(Like, RunsAnOlderRunAgain) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run", again = folder.path() / "again";
+  Evaluate({"lift_pot/position", "--policy", "hold", "--episodes", "1", "--seed", "3", "--in-process"}, run);
+  const auto like = [&](const std::vector<std::string>& dropped, std::vector<std::string> more) {
+    ordered_json info = ordered_json::parse(ReadText(run / "run.json"));
+    for (const std::string& key : dropped) EXPECT_EQ(info.erase(key), 1u) << key;
+    fs::create_directories(folder.path() / "old");
+    WriteText(folder.path() / "old/run.json", info.dump());
+    more.insert(more.begin(), {"evalbus", "run", "--like", folder.path() / "old"});
+    return RunProgram(more);
+  };
+  const auto older =
+      like({"log", "after_success_s", "physics_sha256", "visual_sha256", "scene_warnings"}, {"--out", again});
+  EXPECT_EQ(older.code, 0) << older.err;
+  EXPECT_NE(older.out.find("older than these options, which are as by default: --after-success-s 0.0, "
+                           "--log \"plain\"\n"),
+            std::string::npos)
+      << older.out;
+  EXPECT_EQ(ReadText(again / "episodes.jsonl"), ReadText(run / "episodes.jsonl"));
+  // What was run has no default.
+  for (const char* key : {"task_path", "policy", "episodes", "seed", "control_hz"}) {
+    const auto refused = like({key}, {"--out", folder.path() / "refused"});
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_EQ(refused.err, "error: " + (folder.path() / "old/run.json").string() + ": " + key +
+                               ": expected this key, it is missing\n");
+  }
+  // An older run cannot be gone on with, for nobody knows what it was made of.
+  ordered_json info = ordered_json::parse(ReadText(again / "run.json"));
+  info.erase("physics_sha256");
+  WriteText(again / "run.json", info.dump());
+  const auto resumed = RunProgram({"evalbus", "run", "--like", run, "--out", again, "--resume"});
+  EXPECT_EQ(resumed.code, 1);
+  EXPECT_NE(resumed.err.find("made with another physics model (physics_sha256)"), std::string::npos)
+      << resumed.err;
+  EXPECT_EQ(std::count(resumed.err.begin(), resumed.err.end(), '\n'), 1) << resumed.err;
+}
+
 TEST(PolicyName, IsWhatResultsCallThePolicy) {
   TemporaryFolder folder;
   const std::string task = ShortTask(folder.path(), 0.2);
