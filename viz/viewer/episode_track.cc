@@ -350,6 +350,7 @@ void EpisodeTrack::AddChanging(Json* head_in) const {
   head["is_over"] = is_over();
   head["end_reason"] = nullptr;
   head["failure_reason"] = nullptr;
+  head["end_detail"] = nullptr;
   head["explanation"] = nullptr;
   head["success"] = nullptr;
   head["complete"] = nullptr;
@@ -357,6 +358,7 @@ void EpisodeTrack::AddChanging(Json* head_in) const {
   if (summary_) {
     head["end_reason"] = summary_->end_reason;
     head["failure_reason"] = summary_->failure_reason;
+    if (!summary_->end_detail.empty()) head["end_detail"] = summary_->end_detail;
     head["explanation"] = summary_->explanation.text;
     if (summary_->failure_reason != end_reason::kNotJudged) {
       head["success"] = summary_->metrics.success != 0;

@@ -29,7 +29,7 @@ Evalbus.Conditions = class {
     const why = outcome === "failure" ? Evalbus.spaced(track.head.failure_reason || track.head.end_reason) : "";
     Evalbus.setText(this.verdict, why ? `${words[outcome]}: ${why}` : words[outcome]);
     this.verdict.dataset.outcome = outcome;
-    let reason = Evalbus.words(track.head.explanation);
+    let reason = Evalbus.reasonOf(track.head);
     if (!reason && outcome === "running") {
       reason = track.head.time_limit_s ? `goes on until ${track.head.time_limit_s} s at the most` : "";
     }
@@ -38,7 +38,7 @@ Evalbus.Conditions = class {
     if (track.head.is_cut) reason += " It is cut: there were more ticks than are kept.";
     Evalbus.setText(this.reason, reason);
     if (other) {
-      const end = words[other.outcome()].toLowerCase(), text = Evalbus.words(other.head.explanation);
+      const end = words[other.outcome()].toLowerCase(), text = Evalbus.reasonOf(other.head);
       Evalbus.setText(this.other, text.startsWith(end) ? `B: ${text}` : `B: ${end}. ${text}`);
     }
     this.other.hidden = !other;

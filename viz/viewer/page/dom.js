@@ -41,6 +41,9 @@ Evalbus.words = (text) => String(text === null || text === undefined ? "" : text
 // "left_gripper_holds_pot" as people read it.
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
+// Why an episode came out so: the words of what ended it, say a policy's error, as they are; then what decided.
+Evalbus.reasonOf = (head) => [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
+
 // Four digits that count; a place that grows does not jump.
 Evalbus.number = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";

@@ -307,6 +307,7 @@ TEST(EpisodeTrack, WhatHappened) {
   object_event_t grasp{.object = "pot", .gripper = "left", .tick = 4, .time_s = 0.08, .duration_s = 0.06};
   summary.explanation.slip = {slip};
   summary.explanation.grasp = {grasp};
+  summary.end_detail = "the arm gave up";
   summary.explanation.text = "not lifted";
   const int layout = track.layout();
   track.Hear(summary);
@@ -314,14 +315,15 @@ TEST(EpisodeTrack, WhatHappened) {
   texts.clear();
   for (const TrackEvent& event : track.Events())
     texts.push_back(std::to_string(event.tick) + " " + event.text);
-  EXPECT_EQ(texts,
-            (std::vector<std::string>{"2 stage 1: held", "3 pot slips from left", "4 left grasps pot",
-                                      "6 left/link touches counter/top", "7 left releases pot",
-                                      "14 left/link touches counter/top", "14 time_limit: not_lifted"}));
+  EXPECT_EQ(texts, (std::vector<std::string>{"2 stage 1: held", "3 pot slips from left", "4 left grasps pot",
+                                             "6 left/link touches counter/top", "7 left releases pot",
+                                             "14 left/link touches counter/top",
+                                             "14 time_limit: not_lifted: the arm gave up"}));
   const BlockReader block(track.EpisodeBlock());
   EXPECT_EQ(block.head()["ticks"], 15);
   EXPECT_EQ(block.head()["is_over"], true);
   EXPECT_EQ(block.head()["failure_reason"], "not_lifted");
+  EXPECT_EQ(block.head()["end_detail"], "the arm gave up");
   EXPECT_EQ(block.head()["success"], false);
   EXPECT_EQ(block.head()["events"][2]["duration_s"], 0.06);
   EXPECT_EQ(block.head()["events"].back()["kind"], "end");
