@@ -104,7 +104,7 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   std::set<std::string> names;
   for (const auto* episodes : {&run, &baseline}) {
     for (const auto& [seed, scored] : *episodes) {
-      for (const auto& [name, value] : scored->result.values) names.insert(name);
+      for (const auto& [name, value] : scored->result.values) names.emplace(name);
     }
   }
   return MainMetrics({names.begin(), names.end()});

@@ -23,7 +23,7 @@ std::string Number(double value) {
 
 std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
   std::vector<std::string> names;
-  std::map<std::string, size_t> index;
+  std::map<std::string_view, size_t> index;
   // Of each episode in order, by their columns.
   std::vector<std::vector<std::pair<size_t, double>>> values;
   for (const RecordedRun& run : runs) {
@@ -31,7 +31,7 @@ std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
       auto& cells = values.emplace_back();
       for (const auto& [name, value] : episode.Values()) {
         const auto [column, is_new] = index.emplace(name, names.size());
-        if (is_new) names.push_back(name);
+        if (is_new) names.emplace_back(name);
         cells.emplace_back(column->second, value);
       }
     }

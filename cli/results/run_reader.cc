@@ -23,16 +23,6 @@ using nlohmann::ordered_json;
   throw InputError(where + ": " + what);
 }
 
-std::string ReadFile(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || fs::is_directory(file)) Fail(file.string(), "cannot be read");
-  // In one piece: one that grows as it is read takes twice the room.
-  std::string text(fs::file_size(file), '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<size_t>(stream.gcount()));
-  return text;
-}
-
 // A member of a type, whole where it is an object; `expected` names it in the error.
 template <class T>
 std::conditional_t<std::is_same_v<T, ordered_json>, const ordered_json&, T> Get(const ordered_json& json,
@@ -72,29 +62,28 @@ void CheckPacing(const ordered_json& json, const std::string& where) {
 
 void ReadEpisodes(RecordedRun* run) {
   const fs::path file = run->folder / kEpisodesJsonl;
-  const std::string text = ReadFile(file);
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream || fs::is_directory(file)) Fail(file.string(), "cannot be read");
   std::map<int, int> line_of;
   int line = 0;
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
+  for (std::string text; std::getline(stream, text);) {
     const std::string where = fmt::format("{}:{}", file.string(), ++line);
     ordered_json json;
     try {
-      json = ParseJson<ordered_json>(text.substr(begin, end - begin), file.string(), line);
+      json = ParseJson<ordered_json>(text, file.string(), line);
     } catch (const InputError&) {
-      if (end < text.size()) throw;
+      if (!stream.eof()) throw;
       // A run that was killed, or whose disk was full, while it wrote this.
       run->cut_line = line;
       break;
     }
     RecordedEpisode episode = ReadEpisode(json, where, *run);
-    episode.text = text.substr(begin, end - begin);
+    episode.text = text;
     const auto [first, is_new] = line_of.emplace(episode.episode, line);
     if (!is_new)
       Fail(where, fmt::format("episode {} again, first in line {}", episode.episode, first->second));
     episode.line = line;
     run->episodes.push_back(std::move(episode));
-    begin = end + 1;
   }
   std::sort(run->episodes.begin(), run->episodes.end(),
             [](const auto& a, const auto& b) { return a.episode < b.episode; });
@@ -178,11 +167,11 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   return episode;
 }
 
-std::vector<std::pair<std::string, double>> RecordedEpisode::Values() const {
+metrics::NamedNumbers RecordedEpisode::Values() const {
   const ordered_json json = Json();
-  auto values = metrics::FlattenedValues(json.at("metrics"));
-  for (const auto& [name, value] : metrics::FlattenedValues(json.at("extended")))
-    values.emplace_back("extended." + name, value);
+  metrics::NamedNumbers values = metrics::FlattenedValues(json.at("metrics"));
+  const metrics::NamedNumbers extended = metrics::FlattenedValues(json.at("extended"), "extended");
+  values.insert(values.end(), extended.begin(), extended.end());
   return values;
 }
 

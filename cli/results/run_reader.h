@@ -41,7 +41,7 @@ struct RecordedEpisode {
 
   // Numbers of "metrics" and, below "extended.", of "extended", by their flattened names
   // ("cartesian_path_length.left"), in the line's order.
-  std::vector<std::pair<std::string, double>> Values() const;
+  metrics::NamedNumbers Values() const;
 };
 
 struct RecordedRun {

@@ -67,12 +67,11 @@ void Put(const std::string& path, double value, Json* json) {
 }
 
 // As in the line of episodes.jsonl.
-std::vector<std::pair<std::string, double>> Values(const partial_metrics_t& partial) {
-  auto values = metrics::FlattenedValues(metrics::ResultJson(partial.metrics));
-  for (auto& [name, value] :
-       metrics::FlattenedValues(metrics::ExtendedJson(partial.extended, partial.metrics))) {
-    values.emplace_back("extended." + name, value);
-  }
+metrics::NamedNumbers Values(const partial_metrics_t& partial) {
+  metrics::NamedNumbers values = metrics::FlattenedValues(metrics::ResultJson(partial.metrics));
+  const metrics::NamedNumbers extended =
+      metrics::FlattenedValues(metrics::ExtendedJson(partial.extended, partial.metrics), "extended");
+  values.insert(values.end(), extended.begin(), extended.end());
   std::erase_if(values, [](const auto& entry) { return !std::isfinite(entry.second); });
   return values;
 }
@@ -303,7 +302,8 @@ void Encoder::Hear(const partial_metrics_t& partial) {
   const auto values = Values(partial);
   if (!metrics_topic_) {
     std::vector<std::pair<std::string, std::string>> paths;
-    for (const auto& [name, value] : values) {
+    for (const auto& [key, value] : values) {
+      const std::string name(key);
       paths.emplace_back(NameWithUnit(name), FindMetric(name).label());
     }
     Topic topic{"/metrics", "evalbus.Metrics", MetricsSchema(paths)};
@@ -316,7 +316,7 @@ void Encoder::Hear(const partial_metrics_t& partial) {
                {"episode", partial.header.episode},
                {"tick", partial.header.tick},
                {"verdict", partial.verdict}};
-  for (const auto& [name, value] : values) Put(NameWithUnit(name), value, &json);
+  for (const auto& [name, value] : values) Put(NameWithUnit(std::string(name)), value, &json);
   Say(*metrics_topic_, time, json);
   SayEvents();
 }

@@ -491,7 +491,8 @@ class Trajectory {
     nlohmann::ordered_json result = ResultJson(values);
     for (const auto& [name, value] : FlattenedValues(result)) {
       if (!std::isfinite(value)) {
-        throw InputError(file_ + ": steps: expected values of physical size, " + name + " overflows");
+        throw InputError(file_ + ": steps: expected values of physical size, " + std::string(name) +
+                         " overflows");
       }
     }
     // An empty set is one, too.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/errors.h"
+#include "base/interned.h"
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/clopper_pearson.h"
@@ -22,12 +23,11 @@ constexpr char kObject[] = "object_";
 constexpr int kMostObjects = 10'000;
 constexpr char kSuccess[] = "success", kStages[] = "task_stage_reached", kSlips[] = "slip_count_per_object";
 
-void Flatten(const ordered_json& value, const std::string& name,
-             std::vector<std::pair<std::string, double>>* out) {
+void Flatten(const ordered_json& value, const std::string& name, NamedNumbers* out) {
   if (value.is_boolean()) {
-    out->emplace_back(name, value.get<bool>() ? 1 : 0);
+    out->emplace_back(Interned(name), value.get<bool>() ? 1 : 0);
   } else if (value.is_number()) {
-    out->emplace_back(name, value.get<double>());
+    out->emplace_back(Interned(name), value.get<double>());
   } else if (value.is_object()) {
     for (const auto& [key, child] : value.items()) Flatten(child, name.empty() ? key : name + "." + key, out);
   }
@@ -118,9 +118,8 @@ EpisodeResult ResultOf(const ordered_json& episode) {
   return result;
 }
 
-std::vector<std::pair<std::string, double>> NumbersOf(const ordered_json& metrics,
-                                                      const ordered_json& extended) {
-  std::vector<std::pair<std::string, double>> values;
+NamedNumbers NumbersOf(const ordered_json& metrics, const ordered_json& extended) {
+  NamedNumbers values;
   for (const auto& [key, value] : metrics.items()) {
     if (key != kSuccess && key != kStages) Flatten(value, key, &values);
   }
@@ -128,9 +127,9 @@ std::vector<std::pair<std::string, double>> NumbersOf(const ordered_json& metric
   return values;
 }
 
-std::vector<std::pair<std::string, double>> FlattenedValues(const ordered_json& metrics) {
-  std::vector<std::pair<std::string, double>> values;
-  Flatten(metrics, "", &values);
+NamedNumbers FlattenedValues(const ordered_json& metrics, const std::string& before) {
+  NamedNumbers values;
+  Flatten(metrics, before, &values);
   return values;
 }
 
@@ -156,10 +155,10 @@ const MetricSummary* RunSummary::Find(const std::string& metric) const {
   return nullptr;
 }
 
-size_t RunStatistics::Index(const std::string& name) {
+size_t RunStatistics::Index(std::string_view name) {
   const size_t index = std::find(names_.begin(), names_.end(), name) - names_.begin();
   if (index == names_.size()) {
-    names_.push_back(name);
+    names_.emplace_back(name);
     values_.emplace_back();
   }
   return index;

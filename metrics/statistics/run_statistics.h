@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -15,6 +16,9 @@
 #include "metrics/statistics/wilson.h"
 
 namespace evalbus::metrics {
+
+// Numbers by their names, which are there as long as the program runs, once for all episodes.
+using NamedNumbers = std::vector<std::pair<std::string_view, double>>;
 
 // One finished episode.
 struct EpisodeResult {
@@ -28,7 +32,7 @@ struct EpisodeResult {
   // False where the source did not know what success or failure asks for: in no rate of success.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   // Every number of the result by its name as in summary.json, but for success and reached stages.
-  std::vector<std::pair<std::string, double>> values;
+  NamedNumbers values;
   // Index, and whether it was reached.
   std::vector<std::pair<int, bool>> stages;
   // By object; -1: not known.
@@ -45,12 +49,12 @@ struct EpisodeResult {
 EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
 
 // For EpisodeResult::values: of `metrics` and `extended` of an episode's line.
-std::vector<std::pair<std::string, double>> NumbersOf(const nlohmann::ordered_json& metrics,
-                                                      const nlohmann::ordered_json& extended);
+NamedNumbers NumbersOf(const nlohmann::ordered_json& metrics, const nlohmann::ordered_json& extended);
 
 // Numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
-// ("cartesian_path_length.left"), in the dictionary's order.
-std::vector<std::pair<std::string, double>> FlattenedValues(const nlohmann::ordered_json& metrics);
+// ("cartesian_path_length.left"), in the dictionary's order; "extended" goes before those of that dictionary
+// ("extended.min_clearance_m").
+NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::string& before = "");
 
 // All over complete episodes; of a metric, over those that have it.
 struct MetricSummary {
@@ -138,7 +142,7 @@ class RunStatistics {
       return all(*this) < all(other);
     }
   };
-  size_t Index(const std::string& name);
+  size_t Index(std::string_view name);
 
   std::map<int, Entry> episodes_;
   std::vector<std::string> names_;

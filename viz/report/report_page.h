@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,8 +22,8 @@ struct ReportEpisode {
   std::string explanation;     // a sentence; may be empty
   bool complete = true;
   bool success = false;
-  // Metrics by their names in summary.json.
-  std::vector<std::pair<std::string, double>> values;
+  // Metrics by their names in summary.json, which outlive this.
+  std::vector<std::pair<std::string_view, double>> values;
   std::vector<ReportLink> films;
   std::vector<ReportLink> logs;
 };

@@ -60,9 +60,9 @@ TEST_F(FormatsTest, CatalogueKnowsEveryNumber) {
   for (const nlohmann::ordered_json& episode : Episodes(A())) {
     std::set<std::string> numbers;
     for (const auto& [name, value] : metrics::FlattenedValues({{"extended", episode["extended"]}})) {
-      numbers.insert(name);
+      numbers.emplace(name);
     }
-    for (const auto& [name, value] : metrics::FlattenedValues(episode["metrics"])) numbers.insert(name);
+    for (const auto& [name, value] : metrics::FlattenedValues(episode["metrics"])) numbers.emplace(name);
     EXPECT_GT(numbers.size(), 60u);
     for (const std::string& name : numbers) {
       EXPECT_NE(FindMetric(name).metric, nullptr) << name << " is not in lcmtypes/metric_catalogue.cc";

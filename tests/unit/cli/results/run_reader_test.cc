@@ -58,7 +58,7 @@ TEST_F(RunReaderTest, FinishedRun) {
   EXPECT_FALSE(run.episodes[1].success);
   EXPECT_EQ(run.episodes[1].failure_reason, "timeout");
   EXPECT_EQ(run.episodes[0].Json(), first);
-  const std::vector<std::pair<std::string, double>> values = {
+  const metrics::NamedNumbers values = {
       {"path.left", 1.5}, {"path.right", 2},      {"held", 1},
       {"success", 1},     {"completion_time", 4}, {"extended.missing_ticks", 0}};
   EXPECT_EQ(run.episodes[0].Values(), values);

@@ -447,10 +447,10 @@ TEST_F(RolloutMetricsTest, WhatIsNotTrackedStaysZero) {
     metric_values_t values{};
     metrics.Values(&values);
     EXPECT_EQ(values.*option.member, 0) << option.key;
-    std::map<std::string, double> left;
+    std::map<std::string_view, double> left;
     for (const auto& [name, value] : FlattenedValues(ResultJson(values))) left[name] = value;
     for (const auto& [name, value] : all) {
-      if (FindMetric(name).metric->track != &option) {
+      if (FindMetric(std::string(name)).metric->track != &option) {
         ASSERT_TRUE(left.contains(name)) << option.key << " " << name;
         EXPECT_EQ(left[name], value) << option.key << " " << name;
       } else if (option.key == "track_slippage") {

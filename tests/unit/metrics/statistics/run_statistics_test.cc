@@ -218,10 +218,10 @@ TEST(ResultOf, TakesALineOfEpisodes) {
   EXPECT_FALSE(result.success);
   EXPECT_EQ(result.failure_reason, "dropped");
   // Success and stages are rates, not metrics with a mean.
-  EXPECT_EQ(result.values, (std::vector<std::pair<std::string, double>>{{"slip_count_per_object.object_1", 2},
-                                                                        {"slip_count_per_object.object_2", 0},
-                                                                        {"path.left", 2},
-                                                                        {"extended.y", 3}}));
+  EXPECT_EQ(result.values, (NamedNumbers{{"slip_count_per_object.object_1", 2},
+                                         {"slip_count_per_object.object_2", 0},
+                                         {"path.left", 2},
+                                         {"extended.y", 3}}));
   EXPECT_EQ(result.stages, (std::vector<std::pair<int, bool>>{{1, true}, {12, false}}));
   EXPECT_EQ(result.slips, (std::vector<int64_t>{2, 0}));
   EXPECT_EQ(result.collisions, (std::map<std::string, int64_t>{{"counter", 2}}));
