@@ -108,8 +108,9 @@ EventLogReader::~EventLogReader() {
 }
 
 bool EventLogReader::IsBoundary(size_t offset) const {
-  return offset == bytes_.size() || (bytes_.size() - offset >= kEventMagic.size() &&
-                                     std::memcmp(bytes_.data() + offset, kEventMagic.data(), kEventMagic.size()) == 0);
+  return offset == bytes_.size() ||
+         (bytes_.size() - offset >= kEventMagic.size() &&
+          std::memcmp(bytes_.data() + offset, kEventMagic.data(), kEventMagic.size()) == 0);
 }
 
 size_t EventLogReader::EventSize(size_t offset) {

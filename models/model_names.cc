@@ -34,7 +34,7 @@ std::vector<std::string> Joined(std::initializer_list<const std::vector<std::str
 
 // `expected` is said where the name is no misspelling of a known one.
 [[noreturn]] void Refuse(const SourceLocation& where, const std::string& what, const std::string& name,
-                       const std::vector<std::string>& known, const std::string& expected) {
+                         const std::vector<std::string>& known, const std::string& expected) {
   const std::string nearest = NearestName(name, known);
   throw InputError(where.ToString() + ": " + what + " is called '" + name + "'; " +
                    (nearest.empty() ? "expected " + expected : "did you mean '" + nearest + "'?"));
@@ -98,9 +98,9 @@ std::vector<uint8_t> ModelNames::Geoms(const std::string& operand, const SourceL
   std::vector<std::string> known = Joined({&model_.entity_name, &model_.body_name, &model_.geom_name});
   for (const std::string& gripper : GripperNames(model_)) known.push_back(gripper + kGripperSuffix);
   Refuse(where, "nothing", operand, known,
-       "an entity (" + List(model_.entity_name) + "), a gripper (" +
-           List(GripperNames(model_), kGripperSuffix) + "), a body (" + List(model_.body_name) +
-           ") or a geom (" + List(model_.geom_name) + ")");
+         "an entity (" + List(model_.entity_name) + "), a gripper (" +
+             List(GripperNames(model_), kGripperSuffix) + "), a body (" + List(model_.body_name) +
+             ") or a geom (" + List(model_.geom_name) + ")");
 }
 
 int ModelNames::Body(const std::string& operand, const SourceLocation& where) const {
@@ -112,7 +112,7 @@ int ModelNames::Body(const std::string& operand, const SourceLocation& where) co
   }
   if (const int body = Find(model_.body_name, operand); body >= 0) return body;
   Refuse(where, "no entity or body", operand, Joined({&model_.entity_name, &model_.body_name}),
-       "an entity (" + List(model_.entity_name) + ") or a body (" + List(model_.body_name) + ")");
+         "an entity (" + List(model_.entity_name) + ") or a body (" + List(model_.body_name) + ")");
 }
 
 int ModelNames::Joint(const std::string& name, const SourceLocation& where) const {
