@@ -58,7 +58,7 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
                       ->add_option("--mcap", options->mcap_file,
                                    "for Foxglove, PlotJuggler and Rerun: a file to write, of one episode; "
                                    "without a name\nepisode.mcap beside each episode's log")
-                      ->type_name("FILE")
+                      ->type_name("[FILE]")
                       ->expected(0, 1);
   kinds->require_option(1);
   app->add_flag("--successes", options->only_successes, "training sets: episodes that succeeded only");

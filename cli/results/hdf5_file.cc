@@ -35,6 +35,13 @@ hid_t WithGroups() {
   return list;
 }
 
+// How a dataset is kept: without the time at which it was made, so that equal data are equal bytes.
+hid_t NewLayout() {
+  const hid_t list = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_obj_track_times(list, false);
+  return list;
+}
+
 hid_t TextType() {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, H5T_VARIABLE);
@@ -104,8 +111,8 @@ void Hdf5File::Write(const std::string& path, const std::vector<double>& numbers
                      const std::vector<int64_t>& shape) {
   const std::vector<hsize_t> extents = Extents(shape);
   const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
-  const Handle links(WithGroups(), H5Pclose);
-  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_IEEE_F64LE, space, links, H5P_DEFAULT, H5P_DEFAULT),
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
+  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_IEEE_F64LE, space, links, layout, H5P_DEFAULT),
                    H5Dclose);
   Need(set >= 0 && H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) >= 0,
        path);
@@ -114,9 +121,9 @@ void Hdf5File::Write(const std::string& path, const std::vector<double>& numbers
 void Hdf5File::Write(const std::string& path, const std::vector<std::string>& texts) {
   const hsize_t extent = texts.size();
   const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
-  const Handle links(WithGroups(), H5Pclose);
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
   const Handle type(TextType(), H5Tclose);
-  const Handle set(H5Dcreate2(id_, path.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  const Handle set(H5Dcreate2(id_, path.c_str(), type, space, links, layout, H5P_DEFAULT), H5Dclose);
   std::vector<const char*> pointers;
   for (const std::string& text : texts) pointers.push_back(text.c_str());
   Need(
@@ -131,7 +138,7 @@ void Hdf5File::WriteDeflated(const std::string& path, const std::vector<int64_t>
   std::vector<hsize_t> extents = chunk;
   extents[0] = rows.size();
   const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
-  const Handle links(WithGroups(), H5Pclose), layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
   H5Pset_chunk(layout, static_cast<int>(chunk.size()), chunk.data());
   H5Pset_deflate(layout, 1);
   const Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
@@ -148,7 +155,7 @@ void Hdf5File::WriteShifted(const std::string& path, const std::vector<int64_t>&
   std::vector<hsize_t> extents = Extents(shape), begin(extents.size(), 0), count = extents;
   const int dimensions = static_cast<int>(extents.size());
   const Handle space(H5Screate_simple(dimensions, extents.data(), nullptr), H5Sclose);
-  const Handle links(WithGroups(), H5Pclose), layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
   // "." is this file.
   const auto take = [&](hsize_t to, const std::string& source, hsize_t source_rows, hsize_t from) {
     std::vector<hsize_t> source_extents = extents, source_begin = begin;

@@ -71,15 +71,7 @@ with tempfile.TemporaryDirectory() as name:
     evalbus(*command[1:])
     assert not kept.exists()
 
-    def equal(a, b):
-        with h5py.File(a) as f, h5py.File(b) as g:
-            names = []
-            f.visit(names.append)
-            for name in names:
-                assert not isinstance(f[name], h5py.Dataset) or (f[name][()] == g[name][()]).all(), name
-            return len(names)
-
-    assert equal(here / "stopped.hdf5", here / "whole.hdf5") > 100
+    assert (here / "stopped.hdf5").read_bytes() == (here / "whole.hdf5").read_bytes()
 
     # RoboEval's layout, and its converter's rule.
     evalbus("export", run, "--safetensors", here / "demos")
@@ -262,7 +254,8 @@ with tempfile.TemporaryDirectory() as name:
     shutil.copytree(run, damaged)
     log = damaged / "episodes/0000/events.lcmlog"
     blob = bytearray(log.read_bytes())
-    blob[len(blob) // 2 : len(blob) // 2 + 2000] = bytes(2000)
+    next_event = blob.index(b"\xed\xa1\xda\x01", len(blob) // 2)
+    blob[next_event - 100 : next_event + 100] = bytes(200)
     log.write_bytes(blob)
     exports = [
         (run, ["--hdf5", here / "set.hdf5"], "set.hdf5: exists; choose another name"),
