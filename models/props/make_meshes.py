@@ -12,7 +12,7 @@ import random
 import struct
 import zlib
 
-HERE = pathlib.Path(__file__).resolve().parent
+MODELS = pathlib.Path(__file__).resolve().parent.parent
 
 
 # ---- signed distances ------------------------------------------------------------------------------------------------
@@ -304,7 +304,7 @@ def write(path, mesh):
     lines += ["vn %.3f %.3f %.3f" % tuple(p) for p in normals]
     lines += ["f " + " ".join(f"{x + 1}//{x + 1}" for x in t) for t in triangles]
     path.write_text("\n".join(lines) + "\n")
-    print(f"{path.relative_to(HERE)}: {len(vertices)} vertices, {len(triangles)} triangles")
+    print(f"{path.relative_to(MODELS)}: {len(vertices)} vertices, {len(triangles)} triangles")
 
 
 # ---- Panda -----------------------------------------------------------------------------------------------------------
@@ -560,7 +560,7 @@ def png(size, rows):
 
 
 def main():
-    panda = HERE / "robots/panda/meshes"
+    panda = MODELS / "robots/panda/meshes"
     shells = {"base": base, "shoulder": shoulder, "elbow": elbow, "forearm": forearm, "wrist": wrist, "flange": flange}
     for name, make in shells.items():
         light, dark = make()
@@ -568,18 +568,18 @@ def main():
         write(panda / f"{name}_dark.obj", dark)
     write(panda / "hand.obj", hand())
     write(panda / "finger.obj", finger())
-    pot = HERE / "props/pot/meshes"
+    pot = MODELS / "props/pot/meshes"
     write(pot / "body.obj", pot_body())
     write(pot / "handles.obj", joined(pot_handle(1), pot_handle(-1), pot_brackets()))
-    tray = HERE / "props/tray/meshes"
+    tray = MODELS / "props/tray/meshes"
     write(tray / "frame.obj", tray_frame())
     write(tray / "handles.obj", joined(tray_handle(1), tray_handle(-1)))
-    (HERE / "props/base_cabinet/oak.png").write_bytes(oak())
-    write(HERE / "props/valve/meshes/body.obj", valve_body())
-    write(HERE / "props/valve/meshes/wheel.obj", valve_wheel())
-    (HERE / "props/cardboard_box/cardboard.png").write_bytes(cardboard())
-    write(HERE / "props/cube/meshes/cube.obj", rounded_box((0.02, 0.02, 0.02), 0.0025))
-    write(HERE / "props/rod/meshes/rod.obj", rounded_box((0.02, 0.1, 0.02), 0.003))
+    (MODELS / "props/base_cabinet/oak.png").write_bytes(oak())
+    write(MODELS / "props/valve/meshes/body.obj", valve_body())
+    write(MODELS / "props/valve/meshes/wheel.obj", valve_wheel())
+    (MODELS / "props/cardboard_box/cardboard.png").write_bytes(cardboard())
+    write(MODELS / "props/cube/meshes/cube.obj", rounded_box((0.02, 0.02, 0.02), 0.0025))
+    write(MODELS / "props/rod/meshes/rod.obj", rounded_box((0.02, 0.1, 0.02), 0.003))
 
 
 if __name__ == "__main__":
