@@ -13,6 +13,7 @@
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/run_summary.h"
+#include "cli/results/summary_table.h"
 #include "sim/prepared_scene.h"
 #include "sim/world.h"
 
@@ -66,12 +67,13 @@ void Collect(RunOptions options) {
       next.push_back(stratum[static_cast<size_t>(round)]);
     }
     if (round > 0) {
-      fmt::print("\n{} of {} starts failed: their neighbours, try {} of {}\n", next.size(), wanted, round + 1,
+      fmt::print("{} of {} starts failed: their neighbours, try {} of {}\n", next.size(), wanted, round + 1,
                  kStartsEach);
     }
     tried.insert(tried.end(), next.begin(), next.end());
     std::ranges::sort(tried);
     options.only = tried;
+    options.round = round;
     Run(options);
     options.resume = true;
     for (const results::RecordedEpisode& episode : results::ReadRun(folder).episodes) {
@@ -79,6 +81,8 @@ void Collect(RunOptions options) {
     }
   }
 
+  // No rate: starts that fail are tried near by again.
+  const std::string failures = results::FailuresText(results::WriteRunSummary(folder).statistics);
   const results::RunFolder run = results::RunFolder::OfRun(folder, "collect", true);
   std::vector<nlohmann::ordered_json> lines;
   for (const results::RecordedEpisode& episode : results::ReadRun(folder).episodes) {
@@ -95,6 +99,7 @@ void Collect(RunOptions options) {
   if (!kept.empty()) results::WriteRunSummary(folder);
   fmt::print("\nkept {} of {} wanted, of {} tried: yield {:.1f} %\n", kept.size(), wanted, tried.size(),
              100 * yield);
+  if (!failures.empty()) fmt::print("not kept        {}\n", failures);
   fmt::print("demonstrations  {}\n", (run.shown() / kEpisodesFolder).string());
   if (static_cast<int>(kept.size()) < wanted) {
     throw EnvironmentError(fmt::format("{} of {} starts failed {} times each",

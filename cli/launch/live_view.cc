@@ -64,6 +64,7 @@ void AddScores(const viz::RunWatch& watch, std::vector<std::string>* lines) {
 
 LiveView::LiveView(FILE* out, const LiveHeader& header)
     : out_(out), is_terminal_(isatty(fileno(out)) != 0), header_(header), started_(steady_clock::now()) {
+  if (header.there_before > 0 && !header.tells_those_before) return;
   const int width = TerminalWidth(out_);
   const std::string what = fmt::format("{}/{}  policy {}", header.task, header.variation, header.policy);
   const std::string how = fmt::format("seed {}  {} {:g} Hz  {}", header.seed, header.clock, header.control_hz,
@@ -86,6 +87,7 @@ void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   summary_.reset();
   simulated_s_ += episode["metrics"]["completion_time"].get<double>();
   is_running_ = false;
+  if (num_episodes_ <= header_.there_before && !header_.tells_those_before) return;
   Print(results::EpisodeLine(episode, TerminalWidth(out_)));
 }
 

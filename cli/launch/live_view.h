@@ -17,8 +17,10 @@ struct LiveHeader {
   double control_hz = 0;
   int64_t seed = 0;
   int episodes = 0;
-  // Of them, how many were finished when the run was gone on with; told like the others, at once.
+  // Of them, how many were finished when the run was gone on with; told like the others, at once, or not at
+  // all.
   int there_before = 0;
+  bool tells_those_before = true;
 };
 
 class LiveView : public RunListener {

@@ -43,7 +43,8 @@ LiveHeader HeaderOf(const PreparedRun& run) {
   return {run.plan.task,          run.plan.variation,
           PolicyName(options),    options.sim.realtime ? clock_name::kRealtime : clock_name::kLockstep,
           options.sim.control_hz, options.seed,
-          run.num_wanted(),       static_cast<int>(run.finished.size())};
+          run.num_wanted(),       static_cast<int>(run.finished.size()),
+          options.round < 1};
 }
 
 // Runs the episodes that are missing, with films made beside them.
@@ -113,7 +114,7 @@ void RunOne(RunOptions options) {
   run.folder.RemoveHalfWritten();
   const double wall_s = SecondsSince(started);
   const results::RunSummary summary = results::WriteRunSummary(run.folder.path());
-  PrintSummary(run, summary, wall_s);
+  if (run.options.round < 0) PrintSummary(run, summary, wall_s);
 
   const size_t unfilmed = filming->Finish();
   const auto shown = run.folder.shown();

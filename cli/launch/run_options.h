@@ -38,6 +38,8 @@ struct RunOptions {
   std::vector<std::string> tasks;
   std::filesystem::path out;
   bool resume = false;
+  // Not negative: so many rounds of a collection came before, which sums up itself; only what is new is told.
+  int round = -1;
   // Whether to show it on a page (`evalbus web`), which then stays.
   bool web = false;
   // Not negative: this process is that worker of the run.

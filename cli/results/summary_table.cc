@@ -124,6 +124,14 @@ std::string InvalidText(int invalid, const std::string& folder) {
       invalid == 1 ? "it" : "them");
 }
 
+std::string FailuresText(const metrics::RunSummary& summary) {
+  std::string text;
+  for (const auto& [reason, count] : summary.failure_reasons) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, Printable(reason));
+  }
+  return text;
+}
+
 std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   std::string text;
   if (summary.complete > 0) text += RateText(summary, width);
@@ -138,13 +146,7 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
     text += fmt::format("{} of {} episodes incomplete: left out of all this\n", incomplete, summary.episodes);
   }
   if (summary.complete == 0) return text;
-  if (!summary.failure_reasons.empty()) {
-    text += "Failures:";
-    for (const auto& [reason, count] : summary.failure_reasons) {
-      text += fmt::format("{} {} {}", text.ends_with(':') ? "" : ",", count, Printable(reason));
-    }
-    text += "\n";
-  }
+  if (!summary.failure_reasons.empty()) text += "Failures: " + FailuresText(summary) + "\n";
 
   constexpr int kLabelWidth = 25, kUnitWidth = 8;
   std::vector<Statistic> statistics = Statistics();

@@ -19,6 +19,9 @@ std::string EpisodeLine(const nlohmann::ordered_json& episode, int width);
 // What to do about so many episodes of this folder that are invalid, a line; empty where there are none.
 std::string InvalidText(int invalid, const std::string& folder);
 
+// How many failed for what: "2 grasp_slip, 1 dropped".
+std::string FailuresText(const metrics::RunSummary& summary);
+
 // The table at the end: rate with its interval, then the main metrics, with units. As many columns as the
 // width has room for.
 std::string SummaryTable(const metrics::RunSummary& summary, int width);

@@ -15,7 +15,7 @@ BIN = pathlib.Path(sys.argv[1]).resolve()
 PAGE = (SOURCE / "docs/tutorial_training.md").read_text()
 commands = [line for block in re.findall(r"```bash\n(.*?)```", PAGE, re.S) for line in block.splitlines()]
 if len(sys.argv) > 2:
-    commands = [re.sub(r"--episodes 260\b", f"--episodes {sys.argv[2]}", line) for line in commands]
+    commands = [re.sub(r"--episodes 200\b", f"--episodes {sys.argv[2]}", line) for line in commands]
 
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)

@@ -32,11 +32,21 @@ class Collect : public testing::Test {
   const fs::path reference_ = folder_.path() / "reference", run_ = folder_.path() / "run";
 };
 
+int CountOf(const std::string& part, const std::string& text) {
+  int count = 0;
+  for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
 TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const Result reference = RunProgram(Command(reference_, {"--in-process"}));
   ASSERT_EQ(reference.code, 0) << reference.err;
   EXPECT_NE(reference.out.find("kept 3 of 3 wanted, of 6 tried: yield 50.0 %"), std::string::npos)
       << reference.out;
+  // Each episode is told once; a rate of starts that were chosen is none.
+  EXPECT_EQ(CountOf("  success  ", reference.out), 3) << reference.out;
+  EXPECT_EQ(CountOf("\nnot kept        ", reference.out), 1) << reference.out;
+  EXPECT_EQ(CountOf("Success in ", reference.out), 0) << reference.out;
   ASSERT_EQ(Lines(reference_), 3);
   for (const auto& episode : Episodes(reference_)) EXPECT_EQ(episode["metrics"]["success"], 1.0);
   const fs::directory_iterator kept(reference_ / "episodes");
