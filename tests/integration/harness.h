@@ -17,12 +17,14 @@
 
 namespace evalbus {
 
-// Far more than anything here takes on a busy machine; a test that waits this long has failed.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::chrono::seconds kDeadline{900};
+constexpr bool kIsSanitized = true;
 #else
-constexpr std::chrono::seconds kDeadline{90};
+constexpr bool kIsSanitized = false;
 #endif
+
+// Far more than anything here takes on a busy machine; a test that waits this long has failed.
+constexpr std::chrono::seconds kDeadline{kIsSanitized ? 900 : 90};
 
 // Looks at a condition until it is true; false at the deadline.
 bool WaitFor(const std::function<bool()>& condition, std::chrono::milliseconds deadline = kDeadline);
