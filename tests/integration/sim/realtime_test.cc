@@ -86,7 +86,7 @@ TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   ASSERT_EQ(episodes.size(), 1u);
   EXPECT_EQ(episodes[0]["complete"], true);
   EXPECT_EQ(episodes[0]["pacing"]["ticks"], 200);
-  EXPECT_LT(episodes[0]["pacing"]["error"]["max_s"], 1.0);
+  EXPECT_LT(episodes[0]["pacing"]["error"]["max_s"], 2.0);  // three, had it waited for them
   EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
 }
 
