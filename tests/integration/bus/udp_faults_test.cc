@@ -259,7 +259,9 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   EXPECT_GT(decode_errors_["metrics"], 0);
   EXPECT_NE(result.out.find("\nmessages dropped by collision, metrics"), std::string::npos) << result.out;
   ExpectLogged(run_, "metrics", "warning", "that did not decode: of another program or version, or damaged");
-  if (!kIsSanitized) EXPECT_LT(peak_memory_bytes, 300'000'000);
+  if (!kIsSanitized) {
+    EXPECT_LT(peak_memory_bytes, 300'000'000);
+  }
   for (int i = 0; i < 2; ++i) EXPECT_LT(fs::file_size(LogFile(run_, i)), 50'000'000u);
 }
 
