@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 
 try:
     import h5py
@@ -61,7 +62,7 @@ with tempfile.TemporaryDirectory() as name:
     command = [BIN, "export", several, "--hdf5", here / "stopped.hdf5", *pictures]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as stopped:
         while stopped.poll() is None and not (kept.exists() and any(len(f.name) == 32 for f in kept.iterdir())):
-            pass
+            time.sleep(0.005)
         stopped.send_signal(signal.SIGINT)
         said = stopped.communicate(timeout=60)[1]
     assert stopped.returncode == 2 and "and the same command goes on with them" in said, (stopped.returncode, said)
