@@ -48,7 +48,8 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
                   "folder of a run or of a suite; with --mcap also of an episode, or a log")
       ->required();
   auto* kinds = app->add_option_group("what to write");
-  kinds->add_option("--csv", options->csv, "table; one row per finished episode")->type_name("FILE");
+  kinds->add_option("--csv", options->csv, "table; one row per finished episode; -: to standard output")
+      ->type_name("FILE");
   kinds->add_option("--hdf5", options->hdf5, "training set in robomimic's layout")->type_name("FILE");
   kinds
       ->add_option("--safetensors", options->safetensors,
@@ -77,12 +78,14 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
 int ExportTable(const ExportOptions& options) {
   const results::RecordedRuns runs = results::ReadRuns(options.run);
   const std::string table = results::EpisodeTable(runs.runs);
-  WriteWhole(options.csv, table);
+  const bool is_piped = options.csv == "-" || options.csv == "/dev/stdout";
+  WriteWhole(is_piped ? "/dev/stdout" : options.csv, table);
+  std::FILE* const words = is_piped ? stderr : stdout;
   size_t episodes = 0;
   for (const results::RecordedRun& run : runs.runs) episodes += run.episodes.size();
-  fmt::print("{}  {}\n", Plural(episodes, "episode"), options.csv.string());
+  fmt::print(words, "{}  {}\n", Plural(episodes, "episode"), options.csv.string());
   for (const results::RecordedRun& run : runs.runs) {
-    for (const std::string& remark : run.Remarks()) fmt::print("note: {}: {}\n", run.name, remark);
+    for (const std::string& remark : run.Remarks()) fmt::print(words, "note: {}: {}\n", run.name, remark);
   }
   return 0;
 }

@@ -63,6 +63,17 @@ TEST_F(Outputs, GoThroughWhatIsNoFile) {
   EXPECT_EQ(std::distance(fs::directory_iterator(work_), {}), has_device ? 2 : 1);
 }
 
+TEST_F(Outputs, ATableAloneIsOnStandardOutput) {
+  const fs::path file = work_ / "table.csv";
+  ASSERT_EQ(Write({"evalbus", "export", run_, "--csv"}, file).code, 0);
+  for (const char* name : {"-", "/dev/stdout"}) {
+    const Result piped = Write({"evalbus", "export", run_, "--csv"}, name);
+    EXPECT_EQ(piped.code, 0) << piped.err;
+    EXPECT_EQ(piped.out, ReadText(file));
+    EXPECT_NE(piped.err.find("2 episodes"), std::string::npos) << piped.err;
+  }
+}
+
 TEST_F(Outputs, AreSaidInOneLineWhereTheyCannotBe) {
   fs::create_symlink("loop", work_ / "loop");
   for (const auto& command : Commands()) {
