@@ -34,6 +34,8 @@ constexpr auto kLook = std::chrono::milliseconds(200);
 constexpr auto kPatience = std::chrono::milliseconds(10);
 // Messages of one bus in a row.
 constexpr int kInARow = 1000;
+// More than a receive buffer holds.
+constexpr int kMostQueued = 100000;
 constexpr size_t kMaxRuns = 1000;
 
 std::string TimeOfDay() {
@@ -75,8 +77,10 @@ class ShownRun {
     asked_history_.reset();
     remark_.clear();
   }
-  // Its processes are gone; what was heard stays.
+  // Its processes are gone. What was heard stays, and what they said last may still wait to be read.
   void Detach() {
+    for (int i = 0; i < kMostQueued && bus_->Handle(); ++i) {
+    }
     bus_.reset();
     Tell();
   }

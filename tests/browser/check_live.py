@@ -129,9 +129,15 @@ def check(browser, evalbus, folder, processes, found):
     wait_until(browser, "document.querySelector('.ev-state-pill').textContent.startsWith('unfinished')", "nothing says that it is unfinished")
     episodes = len((run / "episodes.jsonl").read_text().splitlines()) + 2
     processes.append(start([*command, "--episodes", str(episodes), "--resume"], run_out))
-    wait_until(browser, f"{RUN}.info.is_over && {RUN}.episodes.length === {episodes}", "the resumed run does not end on the page")
-    if processes[2].wait() != 0:
+    wait_until(browser, f"{RUN}.info.episode === {episodes - 1}", "the resumed run's last episode does not begin on the page")
+    # It hears the run's last words when its processes are gone.
+    processes[1].send_signal(signal.SIGSTOP)
+    code = processes[2].wait()
+    processes[1].send_signal(signal.SIGCONT)
+    if code != 0:
         sys.exit(f"error: {run_out.read_text()}")
+    wait_until(browser, f"{RUN}.info.is_over && {RUN}.episodes.length === {episodes}", "the resumed run does not end on the page")
+    wait_until(browser, "evalbusViewer.summary().heads[0].is_over", "the last episode does not end on the page")
     wait_until(browser, f"{RUN}.info.interval_kind === 'Wilson'", "the rate is not the final one")
     check_end(browser, run, episodes - 1, found)
     found += complaints(browser.events, own_addresses(url))

@@ -62,6 +62,20 @@ TEST(RunBlock, SaysWhatTheWatchKnows) {
   EXPECT_TRUE(head["pacing"].is_null());
 }
 
+TEST(RunBlock, OfProcessesThatAreGoneTheFolderKnowsWhetherTheRunIsOver) {
+  const RunWatch watch(2);
+  for (const bool is_live : {true, false}) {
+    for (const bool is_over : {true, false}) {
+      RunNumbers numbers;
+      numbers.is_over = is_over;
+      RunLabel label;
+      label.is_live = is_live;
+      const BlockReader block(RunBlock(watch, label, At(1), &numbers));
+      EXPECT_EQ(block.head()["is_over"], is_over && !is_live) << is_live << is_over;
+    }
+  }
+}
+
 TEST(RunBlock, EpisodesAndLines) {
   episode_summary_t summary{};
   summary.header.episode = 7;
