@@ -223,7 +223,8 @@ Plan ReadPlan(const fs::path& file) {
     plan.chunk_episodes = value->Integer(1, kMostEpisodes);
   plan.baseline = plan.policies[0].name;
   if (const YamlValue* value = map.Find("compare")) {
-    const YamlValue& baseline = YamlMap(*value, {"baseline"})["baseline"];
+    const YamlMap compare(*value, {"baseline"});
+    const YamlValue& baseline = compare["baseline"];
     plan.baseline = baseline.Text();
     if (!names.contains(plan.baseline)) {
       baseline.Fail("no policy '" + plan.baseline + "' in this plan" +

@@ -29,10 +29,13 @@ void MakePrintable(nlohmann::ordered_json* json) {
 template <class T>
 std::vector<double> Decoded(const std::string& raw, bool is_delta, size_t row) {
   std::vector<T> values(raw.size() / sizeof(T));
-  std::memcpy(values.data(), raw.data(), values.size() * sizeof(T));
+  raw.copy(reinterpret_cast<char*>(values.data()), values.size() * sizeof(T));
   if constexpr (std::is_integral_v<T>) {
+    // Differences wrap round, which only unsigned numbers may.
+    using Bits = std::make_unsigned_t<T>;
     for (size_t i = 0; is_delta && i < values.size(); ++i) {
-      if (i % row != 0) values[i] = static_cast<T>(values[i] + values[i - 1]);
+      if (i % row != 0)
+        values[i] = static_cast<T>(static_cast<Bits>(values[i]) + static_cast<Bits>(values[i - 1]));
     }
   }
   return {values.begin(), values.end()};
