@@ -258,9 +258,9 @@ YamlMap::YamlMap(const YamlValue& value, const std::vector<const char*>& require
   }
 }
 
-const YamlValue& YamlMap::operator[](const std::string& key) const { return entries_.at(key); }
+const YamlValue& YamlMap::operator[](const std::string& key) const& { return entries_.at(key); }
 
-const YamlValue* YamlMap::Find(const std::string& key) const {
+const YamlValue* YamlMap::Find(const std::string& key) const& {
   const auto found = entries_.find(key);
   return found == entries_.end() ? nullptr : &found->second;
 }

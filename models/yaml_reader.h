@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "models/pose.h"
@@ -85,10 +86,12 @@ class YamlMap {
   YamlMap(const YamlValue& value, const std::vector<const char*>& required,
           const std::vector<const char*>& optional = {});
 
-  // A required key.
-  const YamlValue& operator[](const std::string& key) const;
+  // A required key. Of a map that ends with this expression, a copy.
+  const YamlValue& operator[](const std::string& key) const&;
+  YamlValue operator[](const std::string& key) && { return std::as_const(*this)[key]; }
   // An optional key; null when absent.
-  const YamlValue* Find(const std::string& key) const;
+  const YamlValue* Find(const std::string& key) const&;
+  const YamlValue* Find(const std::string& key) && = delete;
   // An angle given as either <stem>_deg or <stem>_rad, in rad; both keys must be among the optional ones.
   std::optional<double> Angle(const std::string& stem, NumberRange range_deg = kAnyNumber) const;
   const YamlValue& value() const { return value_; }

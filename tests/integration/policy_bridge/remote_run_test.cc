@@ -221,6 +221,8 @@ TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
     EXPECT_NE(result.out.find(said), std::string::npos) << said << result.out;
   Evaluate(Arguments(contract, episodes), well);
   ExpectSameScores(run, well);
+  // Its thread looks at what stands in this test.
+  server_->Stop();
 }
 
 TEST_F(RemoteRun, NanIsThePolicysOwn) {
