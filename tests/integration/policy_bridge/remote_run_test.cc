@@ -168,7 +168,10 @@ TEST_F(RemoteRun, LooksOnARealtimeClock) {
   const auto saw = log.Messages(channels::kObservation);
   const auto states = log.Messages(channels::kState);
   ASSERT_GE(saw.size(), 2u);
-  EXPECT_EQ(log.Messages(channels::kPolicyAction).size(), saw.size());
+  // The episode may end while it thinks about the last.
+  const size_t answers = log.Messages(channels::kPolicyAction).size();
+  EXPECT_LE(answers, saw.size());
+  EXPECT_GE(answers + 1, saw.size());
   for (const observation_t& observation : saw) {
     const auto tick = static_cast<size_t>(observation.header.tick);
     ASSERT_LT(tick, states.size());
