@@ -19,6 +19,7 @@
 #include "cli/launch/filming.h"
 #include "cli/results/episode_logs.h"
 #include "viz/pictures/film.h"
+#include "viz/pictures/film_crew.h"
 #include "viz/pictures/gl_context.h"
 #include "viz/pictures/panel_film.h"
 #include "viz/pictures/renderer.h"
@@ -200,13 +201,14 @@ int Render(const RenderOptions& options) {
   // A log that was named may hold several.
   if (logs.size() == 1) film.episodes = options.episodes;
   Progress progress(logs.size(), options.say_progress);
+  viz::FilmCrew crew(size);
   size_t unfilmed = 0;
   for (size_t i = 0; i < logs.size(); ++i) {
     const auto run = results::RunOf(logs[i]);
     film.policy = run ? run->policy : "";
     film.progress = [&](double share) { progress.Show(static_cast<double>(i) + share); };
     try {
-      const auto films = viz::FilmLog(logs[i], cameras, size, logs[i].parent_path(), film);
+      const auto films = viz::FilmLog(logs[i], cameras, &crew, logs[i].parent_path(), film);
       progress.Clear();
       for (const fs::path& file : films) PrintFilm(file);
     } catch (const InputError& error) {

@@ -7,16 +7,17 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstring>
 #include <exception>
 #include <fstream>
 #include <iterator>
+#include <list>
 #include <memory>
-#include <mutex>
+#include <new>
 #include <thread>
 
 #include "base/errors.h"
+#include "base/forked_work.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/text.h"
@@ -34,7 +35,7 @@ namespace fs = std::filesystem;
 
 // Little is gained by more.
 constexpr int kDeflateLevel = 1;
-constexpr auto kShownEvery = std::chrono::milliseconds(200);
+constexpr auto kLookedEvery = std::chrono::milliseconds(50);
 
 // The model of the run folder that the log is in, wherever the log says that it was.
 ModelPtr ModelOf(model_info_t model, const fs::path& log) {
@@ -65,7 +66,7 @@ DrawnPictures::DrawnPictures(std::vector<fs::path> logs, PictureOptions options,
   }
 }
 
-// What draws one episode after another, in one thread.
+// What draws one episode after another.
 class DrawnPictures::Painter {
  public:
   explicit Painter(const PictureOptions& options) : options_(options) {}
@@ -110,7 +111,7 @@ void DrawnPictures::Painter::Draw(const fs::path& log, const fs::path& file,
 void DrawnPictures::Draw(const std::function<void(double)>& progress) {
   std::vector<size_t> missing;
   size_t total = 0;
-  std::atomic<size_t> drawn = 0;
+  size_t drawn = 0;
   for (size_t i = 0; i < logs_.size(); ++i) {
     const EpisodeSteps episode = ReadSteps(logs_[i]);
     if (i == 0) {
@@ -118,45 +119,52 @@ void DrawnPictures::Draw(const std::function<void(double)>& progress) {
       for (const std::string& camera : options_.cameras) viz::FindCamera(*model, camera);
     }
     total += episode.states.size();
-    fs::exists(files_[i]) ? (void)(drawn += episode.states.size()) : missing.push_back(i);
+    if (fs::exists(files_[i])) {
+      drawn += episode.states.size();
+    } else {
+      missing.push_back(i);
+    }
   }
   if (missing.empty()) return;
   fs::create_directories(folder_);
 
-  std::mutex mutex;
-  std::condition_variable ended;
-  size_t working = std::min(missing.size(), size_t{std::max(1u, std::thread::hardware_concurrency())});
-  std::atomic<size_t> next = 0;
-  std::atomic<bool> failed = false;
-  std::exception_ptr error;
-  const auto work = [&] {
-    try {
-      Painter painter(options_);
-      while (!failed && !stop_requested()) {
-        const size_t taken = next++;
-        if (taken >= missing.size()) break;
-        const size_t i = missing[taken];
-        painter.Draw(logs_[i], files_[i], [&] {
-          ++drawn;
-          return !failed && !stop_requested();
-        });
-      }
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!failed.exchange(true)) error = std::current_exception();
-    }
-    const std::lock_guard lock(mutex);
-    --working;
-    ended.notify_all();
+  // Processes, not threads: Mesa draws one picture at a time in each.
+  struct Shared {
+    std::atomic<size_t> next, drawn;
+    std::atomic<bool> is_over;
   };
-  std::vector<std::jthread> threads;
-  const size_t count = working;
-  while (threads.size() < count) threads.emplace_back(work);
-  {
-    std::unique_lock lock(mutex);
-    while (!ended.wait_for(lock, kShownEvery, [&] { return working == 0; })) {
-      progress(static_cast<double>(drawn) / static_cast<double>(total));
+  const SharedMemory memory(sizeof(Shared));
+  Shared& shared = *new (memory.get()) Shared{0, drawn, false};
+  const auto draw = [&] {
+    Painter painter(options_);
+    const auto goes_on = [&] { return !shared.is_over && !stop_requested(); };
+    while (goes_on()) {
+      const size_t taken = shared.next++;
+      if (taken >= missing.size()) break;
+      painter.Draw(logs_[missing[taken]], files_[missing[taken]], [&] {
+        ++shared.drawn;
+        return goes_on();
+      });
     }
+  };
+  std::list<ForkedWork> processes;
+  const size_t count = std::min(missing.size(), size_t{std::max(1u, std::thread::hardware_concurrency())});
+  while (processes.size() < count) processes.emplace_back("a process that draws", draw);
+  std::exception_ptr error;
+  while (!processes.empty()) {
+    std::this_thread::sleep_for(kLookedEvery);
+    if (stop_requested()) shared.is_over = true;
+    progress(static_cast<double>(shared.drawn) / static_cast<double>(total));
+    std::erase_if(processes, [&](ForkedWork& process) {
+      if (!process.HasEnded()) return false;
+      try {
+        process.CheckEnd();
+      } catch (...) {
+        if (!error) error = std::current_exception();
+        shared.is_over = true;
+      }
+      return true;
+    });
   }
   if (error) std::rethrow_exception(error);
   if (stop_requested()) {

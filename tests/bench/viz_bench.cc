@@ -52,8 +52,7 @@ struct Bare {
     model->vis.global.offheight = height;
     model->vis.quality.offsamples = 0;
     data.reset(mj_makeData(model.get()));
-    std::copy(qpos.begin(), qpos.end(), data->qpos);
-    mj_forward(model.get(), data.get());
+    Move(qpos);
     MakeCurrent();
     mjv_defaultScene(&scene);
     mjr_defaultContext(&context);
@@ -71,6 +70,10 @@ struct Bare {
     OSMesaDestroyContext(mesa);
   }
   void MakeCurrent() { OSMesaMakeCurrent(mesa, unused.data(), GL_UNSIGNED_BYTE, 4, 4); }
+  void Move(const std::vector<double>& qpos) {
+    std::copy(qpos.begin(), qpos.end(), data->qpos);
+    mj_forward(model.get(), data.get());
+  }
   // Into rgb or, where there is room for it, depth.
   void Draw(int camera, mjrRect rect, float* depth = nullptr) {
     MakeCurrent();
@@ -90,10 +93,20 @@ struct Bare {
   mjvCamera view;
 };
 
+// As in an episode, where what stands still is not drawn again: every joint of both arms turns a little from
+// picture to picture, a degree at most.
+std::vector<double> QposAt(const mjModel& model, int picture) {
+  std::vector<double> qpos = viz::HomeQpos(model);
+  for (int joint = 0; joint < model.njnt; ++joint) {
+    if (model.jnt_type[joint] != mjJNT_HINGE) continue;
+    qpos[static_cast<size_t>(model.jnt_qposadr[joint])] += 0.2 * std::sin(0.08 * picture + joint);
+  }
+  return qpos;
+}
+
 // Our own frames as they go to the encoder, taken in turns with bare ones.
 void Frames(benchmark::State& state, const char* camera_name) {
   const Scene scene = viz::LiftPotScene();
-  std::vector<double> qpos = viz::HomeQpos(*scene.visual);
   const int camera = viz::FindCamera(*scene.visual, camera_name);
 
   viz::Renderer renderer(viz::Copy(*scene.visual), kSize);
@@ -101,8 +114,8 @@ void Frames(benchmark::State& state, const char* camera_name) {
   const viz::OverlayText text = Text();
   viz::Frame frame(kSize);
 
-  Bare bare(*scene.visual, qpos, kDrawn.width, kDrawn.height);
-  const state_t shown = viz::StateOf(qpos);
+  Bare bare(*scene.visual, QposAt(*scene.visual, 0), kDrawn.width, kDrawn.height);
+  state_t shown = viz::StateOf(QposAt(*scene.visual, 0));
   const auto draw_ours = [&] {
     renderer.SetState(shown);
     renderer.Render(camera, &frame);
@@ -112,7 +125,11 @@ void Frames(benchmark::State& state, const char* camera_name) {
   draw_ours();
   draw_bare();
   double ours = 0, others = 0;
+  int picture = 0;
   for (auto _ : state) {
+    const std::vector<double> qpos = QposAt(*scene.visual, ++picture);
+    shown.qpos_mixed = qpos;
+    bare.Move(qpos);
     const double begin = CpuSeconds();
     draw_ours();
     const double middle = CpuSeconds();
@@ -153,7 +170,7 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   constexpr int kSide = 224;
   const bool is_depth = std::string_view(encoding) == "depth32";
   const Scene scene = viz::LiftPotScene();
-  const std::vector<double> qpos = viz::HomeQpos(*scene.visual);
+  const std::vector<double> home = QposAt(*scene.visual, 0);
   const TemporaryFolder folder;
   Bus bus("memq://");
   viz::CameraComponent component(&bus);
@@ -178,7 +195,7 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   bus.Publish(channels::kModel, viz::VisualInfo(folder.path(), *scene.visual));
   bus.Publish(channels::kEpisodeBegin, episode_begin_t{});
   handle();
-  state_t shown = viz::StateOf(qpos);
+  state_t shown = viz::StateOf(home);
   const auto draw_ours = [&] {
     images.clear();
     bus.Publish(channels::kState, shown);
@@ -190,7 +207,7 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
 
   // Colour is drawn 1.5 times as large each way.
   const int drawn = is_depth ? kSide : kSide * 3 / 2;
-  Bare bare(*scene.visual, qpos, drawn, drawn);
+  Bare bare(*scene.visual, home, drawn, drawn);
   bare.scene.flags[mjRND_SHADOW] = shadows && !is_depth;
   bare.scene.flags[mjRND_SEGMENT] = is_depth;
   std::vector<float> depth(static_cast<size_t>(drawn * drawn));
@@ -204,6 +221,9 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   draw_bare();
   double ours = 0, others = 0;
   for (auto _ : state) {
+    const std::vector<double> qpos = QposAt(*scene.visual, static_cast<int>(shown.header.tick));
+    shown.qpos_mixed = qpos;
+    bare.Move(qpos);
     const double begin = CpuSeconds();
     draw_ours();
     const double middle = CpuSeconds();
@@ -247,8 +267,7 @@ BENCHMARK_CAPTURE(Observations, depth32, "depth32", false)->UseManualTime()->Uni
 }  // namespace evalbus
 
 int main(int argc, char** argv) {
-  // One core for Mesa's threads and ours.
-  setenv("LP_NUM_THREADS", "1", 1);
+  // One core.
   cpu_set_t one;
   CPU_ZERO(&one);
   CPU_SET(sched_getcpu(), &one);

@@ -56,8 +56,9 @@ std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string
 
 // What each camera sees, into a file of its own; progress: of this episode.
 void FilmPlain(const RecordedEpisode& episode, const FilmOptions& options, const std::filesystem::path& log,
-               const std::vector<std::string>& cameras, FrameSize size, FilmCrew* crew,
+               const std::vector<std::string>& cameras, FilmCrew* crew,
                const std::vector<std::filesystem::path>& files, const FilmProgress& progress) {
+  const FrameSize size = crew->largest();
   std::vector<std::unique_ptr<VideoWriter>> videos;
   for (const std::filesystem::path& file : files) {
     videos.push_back(std::make_unique<VideoWriter>(file, size, kFilmRate));
@@ -124,7 +125,7 @@ std::vector<size_t> FilmSchedule(const std::vector<int64_t>& sim_time_us) {
 }
 
 std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
-                                           const std::vector<std::string>& cameras, FrameSize size,
+                                           const std::vector<std::string>& cameras, FilmCrew* crew,
                                            const std::filesystem::path& folder, const FilmOptions& options) {
   const std::vector<int> numbers = EpisodesOf(log);
   const auto is_wanted = [&](int number) {
@@ -143,7 +144,6 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
   std::map<int, int> times;
   double done = 0;
   EpisodeReader reader(log);
-  FilmCrew crew(size);
   ModelPtr model;
   std::string model_sha256;
   for (RecordedEpisode episode; reader.Next(&episode, is_wanted);) {
@@ -168,12 +168,12 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
     };
     if (options.layout == FilmLayout::kFull) {
       files.push_back(file(kFullLayout));
-      FilmFull(ToFilm(episode, options.policy, log), cameras.empty() ? FullCameras(*model) : cameras, size,
-               &crew, files.back(), progress);
+      FilmFull(ToFilm(episode, options.policy, log), cameras.empty() ? FullCameras(*model) : cameras, crew,
+               files.back(), progress);
     } else {
       std::vector<std::filesystem::path> films;
       for (const std::string& camera : cameras) films.push_back(file(camera));
-      FilmPlain(episode, options, log, cameras, size, &crew, films, progress);
+      FilmPlain(episode, options, log, cameras, crew, films, progress);
       files.insert(files.end(), films.begin(), films.end());
     }
     ++done;

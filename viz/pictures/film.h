@@ -17,6 +17,8 @@
 
 namespace evalbus::viz {
 
+class FilmCrew;
+
 inline constexpr int kFilmRate = 30;  // frames per second of simulated time
 inline constexpr int kFilmHold = 30;  // frames at the end
 
@@ -52,14 +54,15 @@ struct FilmOptions {
   std::function<void(double)> progress;
 };
 
-// Films what each camera sees into FOLDER/<FilmName>, and returns these files; of the full layout there is
-// one, "full.mp4", and without cameras it has FullCameras. Of a log with several episodes there is one film
-// of each: "episode_0007_front.mp4", and "episode_0007_2_front.mp4" where there is a second try of it or a
-// second run. The visual model is the file that MODEL names, or, when the run has been moved,
+// Films what each camera sees, as large as the crew's frames, into FOLDER/<FilmName>, and returns these
+// files; of the full layout there is one, "full.mp4", and without cameras it has FullCameras. Of a log with
+// several episodes there is one film of each: "episode_0007_front.mp4", and "episode_0007_2_front.mp4" where
+// there is a second try of it or a second run. The visual model is the file that MODEL names, or, when the
+// run has been moved,
 // ../../model/visual.mjb as seen from the log. Throws InputError (no such log or episode, cameras as above,
 // log without MODEL or STATE), EnvironmentError.
 std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
-                                           const std::vector<std::string>& cameras, FrameSize size,
+                                           const std::vector<std::string>& cameras, FilmCrew* crew,
                                            const std::filesystem::path& folder,
                                            const FilmOptions& options = {});
 

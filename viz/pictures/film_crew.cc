@@ -1,29 +1,126 @@
 #include "viz/pictures/film_crew.h"
 
+#include <semaphore.h>
+#include <time.h>
+
 #include <algorithm>
-#include <boost/asio/post.hpp>
-#include <boost/asio/thread_pool.hpp>
-#include <deque>
-#include <future>
+#include <new>
+#include <optional>
+#include <stdexcept>
 #include <thread>
-#include <utility>
 
 #include "base/errors.h"
+#include "base/forked_work.h"
 #include "bus/host.h"
 #include "models/task_description.h"
+#include "viz/pictures/gl_context.h"
 #include "viz/pictures/recorded_episode.h"
 
 namespace evalbus::viz {
 namespace {
 
 // ffmpeg encodes no faster than so many draw.
-constexpr size_t kMostThreads = 8;
+constexpr size_t kMostProcesses = 8;
+// Frames that a process may have drawn and nobody has taken, so that none waits while another draws one that
+// takes longer.
+constexpr size_t kAhead = 4;
+// Between looks at whether a process still lives.
+constexpr int64_t kLookNs = 100000000;
+
+void CheckStop() {
+  if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
+}
+
+// Draws some of a film's frames in a process that has everything that this one had when it was made.
+class Drawer {
+ public:
+  // Draws frames first, first + step, ...; all are together as large as those of `like`.
+  Drawer(size_t first, size_t step, size_t num_frames, const FilmCrew::DrawFrames& draw,
+         const std::vector<Frame>& like)
+      : bytes_(BytesOf(like)), memory_(sizeof(Shared) + kAhead * bytes_), shared_(Init(memory_.get())) {
+    work_.emplace("a process that draws", [&] { Work(first, step, num_frames, draw); });
+  }
+
+  // The next.
+  void Take(std::vector<Frame>* frames);
+
+ private:
+  struct Shared {
+    sem_t room, drawn;
+  };
+
+  static size_t BytesOf(const std::vector<Frame>& frames) {
+    size_t bytes = 0;
+    for (const Frame& frame : frames) bytes += frame.bgrx.size();
+    return bytes;
+  }
+  static Shared* Init(void* memory) {
+    Shared* const shared = new (memory) Shared{};
+    sem_init(&shared->room, 1, kAhead);
+    sem_init(&shared->drawn, 1, 0);
+    return shared;
+  }
+  uint8_t* Place(size_t taken_or_drawn) const {
+    return static_cast<uint8_t*>(memory_.get()) + sizeof(Shared) + taken_or_drawn % kAhead * bytes_;
+  }
+  void Work(size_t first, size_t step, size_t num_frames, const FilmCrew::DrawFrames& draw) const;
+  // Whether a frame came to be drawn before it was time to look around.
+  bool WaitForFrame() const;
+
+  const size_t bytes_;
+  const SharedMemory memory_;
+  Shared* const shared_;
+  size_t taken_ = 0;
+  std::optional<ForkedWork> work_;
+};
+
+void Drawer::Work(size_t first, size_t step, size_t num_frames, const FilmCrew::DrawFrames& draw) const {
+  size_t drawn = 0;
+  for (size_t n = first; n < num_frames; n += step) {
+    // Whoever is asked to stop ends this process.
+    while (sem_wait(&shared_->room) != 0) {
+    }
+    const std::vector<Frame> frames = draw(n);
+    if (BytesOf(frames) != bytes_) throw std::logic_error("the frames of a film are not equally large");
+    uint8_t* place = Place(drawn++);
+    for (const Frame& frame : frames) place = std::copy(frame.bgrx.begin(), frame.bgrx.end(), place);
+    sem_post(&shared_->drawn);
+  }
+}
+
+bool Drawer::WaitForFrame() const {
+  timespec until;
+  clock_gettime(CLOCK_MONOTONIC, &until);
+  until.tv_nsec += kLookNs;
+  if (until.tv_nsec >= 1000000000) {
+    until.tv_nsec -= 1000000000;
+    ++until.tv_sec;
+  }
+  return sem_clockwait(&shared_->drawn, CLOCK_MONOTONIC, &until) == 0;
+}
+
+void Drawer::Take(std::vector<Frame>* frames) {
+  while (!WaitForFrame()) {
+    CheckStop();
+    if (!work_->HasEnded()) continue;
+    if (sem_trywait(&shared_->drawn) == 0) break;
+    work_->CheckEnd();
+    throw std::logic_error("a process that draws has left frames out");
+  }
+  const uint8_t* place = Place(taken_++);
+  for (Frame& frame : *frames) {
+    std::copy_n(place, frame.bgrx.size(), frame.bgrx.begin());
+    place += frame.bgrx.size();
+  }
+  sem_post(&shared_->room);
+}
 
 }  // namespace
 
 Renderer* FilmScenes::Of(const model_info_t& model, const std::filesystem::path& log,
                          std::optional<int64_t> seed) {
   Scene& scene = scenes_[model.visual_sha256 + model.variation + model.task_yaml];
+  scene.is_used = true;
   if (!scene.renderer) {
     scene.renderer = std::make_unique<Renderer>(VisualModel(model, log), largest_);
     const TaskDescription task = ParseTask(model.task_yaml, model.task_file, false);
@@ -36,54 +133,39 @@ Renderer* FilmScenes::Of(const model_info_t& model, const std::filesystem::path&
   return scene.renderer.get();
 }
 
-// OpenGL's contexts are made, used and freed in one thread.
-struct FilmCrew::Thread {
-  explicit Thread(FrameSize largest) : scenes(std::make_unique<FilmScenes>(largest)) {}
-  template <class F>
-  auto Do(F f) {
-    std::packaged_task<decltype(f())()> task(std::move(f));
-    auto done = task.get_future();
-    boost::asio::post(thread, std::move(task));
-    return done;
-  }
-  ~Thread() {
-    Do([this] { scenes.reset(); }).wait();
-  }
-
-  std::unique_ptr<FilmScenes> scenes;
-  DrawFrames draw;
-  boost::asio::thread_pool thread{1};
-};
-
-FilmCrew::FilmCrew(FrameSize largest, size_t threads) {
-  if (threads == 0) threads = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
-  while (threads_.size() < threads) threads_.push_back(std::make_unique<Thread>(largest));
+void FilmScenes::FreeUnused() {
+  std::erase_if(scenes_, [](const auto& entry) { return !entry.second.is_used; });
+  for (auto& [key, scene] : scenes_) scene.is_used = false;
 }
 
-FilmCrew::~FilmCrew() = default;
+FilmCrew::FilmCrew(FrameSize largest, size_t processes)
+    : largest_(largest), processes_(processes), scenes_(largest) {
+  if (processes_ == 0) {
+    processes_ = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostProcesses);
+  }
+  if (!IsGlInMemory()) processes_ = 1;
+}
 
 void FilmCrew::Film(size_t num_frames, const Begin& begin,
                     const std::function<void(size_t n, const std::vector<Frame>&)>& take) {
-  std::deque<std::future<std::vector<Frame>>> ahead;
-  const auto draw = [&](size_t n) {
-    if (n >= num_frames) return;
-    Thread& thread = *threads_[n % threads_.size()];
-    ahead.push_back(thread.Do([&begin, &thread, n] {
-      if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
-      if (!thread.draw) thread.draw = begin(thread.scenes.get());
-      return thread.draw(n);
-    }));
-  };
-  // However it ends, nothing of this film is drawn any more.
-  const auto finish = [this](void*) {
-    for (const auto& thread : threads_) thread->Do([&thread] { thread->draw = nullptr; }).wait();
-  };
-  const std::unique_ptr<void, decltype(finish)> finished(this, finish);
-  for (size_t n = 0; n < threads_.size(); ++n) draw(n);
-  for (size_t n = 0; n < num_frames; ++n) {
-    const std::vector<Frame> frames = ahead.front().get();
-    ahead.pop_front();
-    draw(n + threads_.size());
+  if (num_frames == 0) return;
+  CheckStop();
+  const DrawFrames draw = begin(&scenes_);
+  scenes_.FreeUnused();
+  std::vector<Frame> frames = draw(0);
+  std::vector<std::unique_ptr<Drawer>> drawers;
+  const size_t count = processes_ > 1 ? std::min(processes_, num_frames - 1) : 0;
+  while (drawers.size() < count) {
+    drawers.push_back(std::make_unique<Drawer>(1 + drawers.size(), count, num_frames, draw, frames));
+  }
+  take(0, frames);
+  for (size_t n = 1; n < num_frames; ++n) {
+    CheckStop();
+    if (drawers.empty()) {
+      frames = draw(n);
+    } else {
+      drawers[(n - 1) % count]->Take(&frames);
+    }
     take(n, frames);
   }
 }

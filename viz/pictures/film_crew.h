@@ -1,5 +1,8 @@
-// Draws the frames of films on several threads, each with renderers of its own, and hands them over in their
-// order: a film is the same whatever the number of threads.
+// Draws the frames of films in several processes and hands them over in their order: a film is the same
+// whatever their number.
+//
+// Processes, not threads: Mesa draws one picture at a time in each process. They are forked when this process
+// has drawn the first frame, so that the scene, OpenGL's context and its compiled shaders are made once.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +19,7 @@
 
 namespace evalbus::viz {
 
-// A renderer for each scene. Where a task draws colours, lights or cameras, each episode has its own. Used by
-// one thread.
+// A renderer for each scene. Where a task draws colours, lights or cameras, each episode has its own.
 class FilmScenes {
  public:
   explicit FilmScenes(FrameSize largest) : largest_(largest) {}
@@ -25,11 +27,13 @@ class FilmScenes {
   // Of an episode in a log, with its seed if that is known. Throws InputError as VisualModel and
   // Renderer::SetAppearance.
   Renderer* Of(const model_info_t& model, const std::filesystem::path& log, std::optional<int64_t> seed);
+  // Those that were not asked for since the last call.
+  void FreeUnused();
 
  private:
   struct Scene {
     std::unique_ptr<Renderer> renderer;
-    bool varies = false;
+    bool varies = false, is_used = false;
     std::optional<int64_t> seed;
   };
   FrameSize largest_;
@@ -37,27 +41,29 @@ class FilmScenes {
   std::map<std::string, Scene> scenes_;
 };
 
+// Made, used and freed in one thread.
 class FilmCrew {
  public:
-  // Frame n, of each film that is made at once.
+  // Frame n, of each film that is made at once; as many and as large for each n.
   using DrawFrames = std::function<std::vector<Frame>(size_t n)>;
-  // Called in each thread that draws, before its first frame.
+  // Called once for each film.
   using Begin = std::function<DrawFrames(FilmScenes*)>;
 
-  // Frames are no larger than this. threads: as many as there are cores, but not more than 8, unless said.
-  explicit FilmCrew(FrameSize largest, size_t threads = 0);
-  ~FilmCrew();
-  FilmCrew(const FilmCrew&) = delete;
-  FilmCrew& operator=(const FilmCrew&) = delete;
+  // Pictures are drawn no larger than this. processes: as many as there are cores, but not more than 8,
+  // unless said; one where a graphics processor draws.
+  explicit FilmCrew(FrameSize largest, size_t processes = 0);
 
-  // Calls take for frames 0 to num_frames - 1, in this thread, while later ones are drawn. Throws what
-  // drawing throws, and EnvironmentError where the process is asked to stop.
+  FrameSize largest() const { return largest_; }
+  // Calls take for frames 0 to num_frames - 1, in this process, while later ones are drawn. Throws what
+  // drawing throws (InputError, EnvironmentError, else std::runtime_error), and EnvironmentError where a
+  // process dies or this one is asked to stop.
   void Film(size_t num_frames, const Begin& begin,
             const std::function<void(size_t n, const std::vector<Frame>&)>& take);
 
  private:
-  struct Thread;
-  std::vector<std::unique_ptr<Thread>> threads_;
+  FrameSize largest_;
+  size_t processes_;
+  FilmScenes scenes_;
 };
 
 }  // namespace evalbus::viz

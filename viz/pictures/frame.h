@@ -11,6 +11,8 @@ namespace evalbus::viz {
 struct FrameSize {
   int width = 640;
   int height = 480;
+
+  bool operator==(const FrameSize&) const = default;
 };
 
 // From "640x480". Throws InputError.

@@ -17,6 +17,8 @@ namespace evalbus::viz {
 void UseGl(const std::string& name);
 // "osmesa" or "egl": what `name` comes to on this machine. Loads nothing into this process.
 std::string ResolveGl(const std::string& name);
+// Whether contexts are memory alone, which a fork copies: OSMesa's.
+bool IsGlInMemory();
 // What this process draws with: "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as UseGl.
 std::string GlInUse();
 // Of commands that draw.

@@ -25,9 +25,11 @@ struct GlFunctions {
   EVALBUS_GL(ActiveTexture);
   EVALBUS_GL(AttachShader);
   EVALBUS_GL(BindFramebuffer);
+  EVALBUS_GL(BindRenderbuffer);
   EVALBUS_GL(BindTexture);
   EVALBUS_GL(BlendFunc);
   EVALBUS_GL(CallList);
+  EVALBUS_GL(CheckFramebufferStatus);
   EVALBUS_GL(Clear);
   EVALBUS_GL(ClearColor);
   EVALBUS_GL(ClearDepth);
@@ -37,7 +39,9 @@ struct GlFunctions {
   EVALBUS_GL(CreateProgram);
   EVALBUS_GL(CreateShader);
   EVALBUS_GL(CullFace);
+  EVALBUS_GL(DeleteFramebuffers);
   EVALBUS_GL(DeleteProgram);
+  EVALBUS_GL(DeleteRenderbuffers);
   EVALBUS_GL(DeleteShader);
   EVALBUS_GL(DepthFunc);
   EVALBUS_GL(DepthMask);
@@ -45,7 +49,10 @@ struct GlFunctions {
   EVALBUS_GL(Disable);
   EVALBUS_GL(DrawBuffer);
   EVALBUS_GL(Enable);
+  EVALBUS_GL(FramebufferRenderbuffer);
   EVALBUS_GL(FrontFace);
+  EVALBUS_GL(GenFramebuffers);
+  EVALBUS_GL(GenRenderbuffers);
   EVALBUS_GL(GetProgramInfoLog);
   EVALBUS_GL(GetProgramiv);
   EVALBUS_GL(GetUniformLocation);
@@ -53,9 +60,13 @@ struct GlFunctions {
   EVALBUS_GL(LoadMatrixf);
   EVALBUS_GL(MatrixMode);
   EVALBUS_GL(MultMatrixf);
+  EVALBUS_GL(PixelStorei);
   EVALBUS_GL(PolygonMode);
   EVALBUS_GL(PopMatrix);
   EVALBUS_GL(PushMatrix);
+  EVALBUS_GL(ReadBuffer);
+  EVALBUS_GL(ReadPixels);
+  EVALBUS_GL(RenderbufferStorage);
   EVALBUS_GL(Scalef);
   EVALBUS_GL(Scissor);
   EVALBUS_GL(ShaderSource);

@@ -11,6 +11,8 @@ struct Vec {
   float x, y, z;
 };
 inline Vec Of(const float* v) { return {v[0], v[1], v[2]}; }
+inline Vec operator+(Vec a, Vec b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec operator*(float s, Vec a) { return {s * a.x, s * a.y, s * a.z}; }
 inline Vec operator-(Vec a, Vec b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline float Dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Vec Cross(Vec a, Vec b) {
@@ -52,6 +54,11 @@ inline Matrix Inverse(const Matrix& m) {
   return inverse;
 }
 
+// A point, by a matrix without perspective.
+inline Vec Place(const Matrix& m, Vec v) {
+  return {m[0] * v.x + m[4] * v.y + m[8] * v.z + m[12], m[1] * v.x + m[5] * v.y + m[9] * v.z + m[13],
+          m[2] * v.x + m[6] * v.y + m[10] * v.z + m[14]};
+}
 // A direction, by the turn of such a matrix; and back.
 inline Vec Turn(const Matrix& m, Vec v) {
   return {m[0] * v.x + m[4] * v.y + m[8] * v.z, m[1] * v.x + m[5] * v.y + m[9] * v.z,

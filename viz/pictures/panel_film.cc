@@ -57,7 +57,7 @@ Renderer* RendererOf(const FilmedEpisode& episode, FilmScenes* scenes) {
   return scenes->Of(episode.model, episode.log, episode.seed);
 }
 
-// What a thread draws into.
+// What is drawn into.
 struct Sheet {
   Sheet(FrameSize size, double scale) : frame(size), panels(&frame, scale) {}
   Frame frame;
@@ -130,8 +130,9 @@ std::vector<std::string> FullCameras(const mjModel& model) {
   return cameras;
 }
 
-void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& cameras, FrameSize size,
-              FilmCrew* crew, const std::filesystem::path& file, const FilmProgress& progress) {
+void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& cameras, FilmCrew* crew,
+              const std::filesystem::path& file, const FilmProgress& progress) {
+  const FrameSize size = crew->largest();
   CheckPanelSize(size);
   if (cameras.size() > kMostInsets + 1) {
     throw InputError(

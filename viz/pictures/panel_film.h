@@ -44,10 +44,10 @@ std::vector<std::string> FullCameras(const mjModel& model);
 
 using FilmProgress = std::function<void(double share)>;
 
-// The first camera is the main one. Throws InputError (too many or unknown cameras, size, file),
-// EnvironmentError; so do the others. No file is left half-written.
-void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& cameras, FrameSize size,
-              FilmCrew* crew, const std::filesystem::path& file, const FilmProgress& progress);
+// The first camera is the main one; the film is as large as the crew's frames. Throws InputError (too many or
+// unknown cameras, size, file), EnvironmentError; so do the others. No file is left half-written.
+void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& cameras, FilmCrew* crew,
+              const std::filesystem::path& file, const FilmProgress& progress);
 
 struct JointFilmOptions {
   std::string title, subtitle;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <list>
 #include <mutex>
 #include <vector>
 
@@ -22,6 +24,8 @@ constexpr int kMaxGeoms = 10000;
 // pixel. In software that is both quicker than OpenGL's multisampling and better to look at: the edges of
 // shadows and textures become smooth, too.
 constexpr int kDrawn = 3, kShown = 2;
+// Of all that stay, as they were drawn: 16 bytes each. A film of 1280x720 with three insets has 3 million.
+constexpr size_t kMostPixelsKept = 8000000;
 
 // One row of pixels from the drawn row that it covers wholly and the one that it covers half. kRed: where red
 // stands in a pixel of so many bytes, green being in the middle.
@@ -40,33 +44,38 @@ void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* pi
   }
 }
 
-// Rows from the top of what was drawn kDrawn : kShown as large. OpenGL's rows go upwards.
+// Rows from the top of what was drawn kDrawn : kShown as large: those that show the drawn rows from `bottom`
+// to before `top`. OpenGL's rows go upwards.
 template <size_t kPixelBytes, size_t kRed>
-void ShrinkAll(const std::vector<uint8_t>& drawn, FrameSize size, std::vector<uint8_t>* pixels) {
+void ShrinkRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom, size_t top,
+                std::vector<uint8_t>* pixels) {
   static_assert(kDrawn == 3 && kShown == 2);
   const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
   const size_t row_bytes = width / 2 * 3 * 4;
-  for (size_t row = 0; row < height; row += 2) {
-    const uint8_t* bottom = &drawn[(height - 2 - row) / 2 * 3 * row_bytes];
-    const uint8_t* middle = bottom + row_bytes;
-    const uint8_t* top = middle + row_bytes;
+  for (size_t row = height - 2 * ((top + 2) / 3); row < height - 2 * (bottom / 3); row += 2) {
+    const uint8_t* lower = &drawn[(height - 2 - row) / 2 * 3 * row_bytes];
+    const uint8_t* middle = lower + row_bytes;
+    const uint8_t* upper = middle + row_bytes;
     uint8_t* const pixel = &(*pixels)[row * width * kPixelBytes];
-    Shrink<kPixelBytes, kRed>(top, middle, width, pixel);
-    Shrink<kPixelBytes, kRed>(bottom, middle, width, pixel + width * kPixelBytes);
+    Shrink<kPixelBytes, kRed>(upper, middle, width, pixel);
+    Shrink<kPixelBytes, kRed>(lower, middle, width, pixel + width * kPixelBytes);
   }
 }
 
 // The same for what was drawn twice as large, which any size can be.
-void HalveAll(const std::vector<uint8_t>& drawn, FrameSize size, std::vector<uint8_t>* rgb) {
+template <size_t kPixelBytes, size_t kRed>
+void HalveRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom, size_t top,
+               std::vector<uint8_t>* pixels) {
   const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
   const size_t row_bytes = 2 * width * 4;
-  for (size_t row = 0; row < height; ++row) {
+  for (size_t row = height - (top + 1) / 2; row < height - bottom / 2; ++row) {
     const uint8_t* below = &drawn[2 * (height - 1 - row) * row_bytes];
     const uint8_t* above = below + row_bytes;
-    uint8_t* pixel = &(*rgb)[row * width * 3];
-    for (size_t i = 0; i < width; ++i, below += 8, above += 8, pixel += 3) {
+    uint8_t* pixel = &(*pixels)[row * width * kPixelBytes];
+    for (size_t i = 0; i < width; ++i, below += 8, above += 8, pixel += kPixelBytes) {
       for (size_t c = 0; c < 3; ++c) {
-        pixel[c] = static_cast<uint8_t>((below[c] + below[c + 4] + above[c] + above[c + 4] + 2) / 4);
+        pixel[kRed == 0 ? c : kRed - c] =
+            static_cast<uint8_t>((below[c] + below[c + 4] + above[c] + above[c + 4] + 2) / 4);
       }
     }
   }
@@ -84,6 +93,20 @@ int FindCamera(const mjModel& model, const std::string& name) {
   }
   throw InputError("no camera '" + name + "'; this scene has " + (names.empty() ? "none" : names));
 }
+
+// A shot as it was last drawn, and as it was then shown.
+struct Kept {
+  Kept(const GlFunctions& gl, const Shot& of, size_t bytes, FrameSize drawn_size)
+      : shot(of),
+        pixel_bytes(bytes),
+        drawn(gl, drawn_size.width, drawn_size.height),
+        pixels(static_cast<size_t>(of.size.width) * static_cast<size_t>(of.size.height) * bytes) {}
+
+  Shot shot;
+  size_t pixel_bytes;
+  KeptPicture drawn;
+  std::vector<uint8_t> pixels;
+};
 
 struct Renderer::Gl {
   explicit Gl(const mjModel& model) : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
@@ -105,7 +128,7 @@ struct Renderer::Gl {
       if (context.currentBuffer != mjFB_OFFSCREEN) {
         throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
       }
-      painter = std::make_unique<ScenePainter>(context);
+      painter = std::make_unique<ScenePainter>(context, model);
     } catch (...) {
       Free();
       throw;
@@ -118,12 +141,25 @@ struct Renderer::Gl {
   Gl(const Gl&) = delete;
   Gl& operator=(const Gl&) = delete;
 
-  // Four bytes a pixel, as they are in the buffer.
-  void ReadRgba() {
-    rgba.resize(size_t(view.width) * size_t(view.height) * 4);
-    read_pixels(0, 0, view.width, view.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+  // Of this shot, or new.
+  Kept& KeptOf(const Shot& shot, size_t pixel_bytes, FrameSize drawn_size) {
+    const auto found = std::ranges::find_if(
+        kept, [&](const Kept& k) { return k.shot == shot && k.pixel_bytes == pixel_bytes; });
+    if (found != kept.end()) {
+      kept.splice(kept.begin(), kept, found);
+      return kept.front();
+    }
+    kept.emplace_front(painter->gl(), shot, pixel_bytes, drawn_size);
+    size_t pixels_kept = 0;
+    for (auto k = kept.begin(); k != kept.end();) {
+      pixels_kept += k->drawn.rgba.size() / 4;
+      const bool is_wanted = k == kept.begin() || pixels_kept <= kMostPixelsKept;
+      k = is_wanted ? std::next(k) : kept.erase(k);
+    }
+    return kept.front();
   }
   void Free() {
+    kept.clear();
     painter.reset();
     mjr_freeContext(&context);
     mjv_freeScene(&scene);
@@ -137,11 +173,10 @@ struct Renderer::Gl {
   std::unique_ptr<ScenePainter> painter;
   decltype(glReadPixels)* read_pixels;
   FrameSize buffer;
-  // The map of shadows is that of the state that is shown.
-  bool has_shadows = false;
-  // Of the picture that was drawn last.
-  mjrRect view{};
-  std::vector<uint8_t> rgba;
+  // Used last first.
+  std::list<Kept> kept;
+  // Of what the painter does not know, as drawn and as shown.
+  std::vector<uint8_t> rgba, pixels;
 };
 
 Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), size_(size) {
@@ -158,7 +193,6 @@ Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), s
 Renderer::~Renderer() = default;
 
 void Renderer::SetAppearance(const model_info_t& info, std::optional<int64_t> seed) {
-  if (gl_) gl_->has_shadows = false;
   const TaskDescription task = ParseTask(info.task_yaml, info.task_file, false);
   const Variation& variation = task.variation(info.variation);
   if (unchanged_) mj_copyModel(model_.get(), unchanged_.get());
@@ -176,7 +210,6 @@ void Renderer::SetState(const state_t& state) {
     throw InputError(
         fmt::format("STATE has {} bodies, the visual model {}", state.num_bodies, model_->nbody));
   }
-  if (gl_) gl_->has_shadows = false;
   std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
   for (int body = 0; body < model_->nbody && model_->nmocap > 0; ++body) {
     const int mocap = model_->body_mocapid[body];
@@ -198,15 +231,18 @@ CameraPose Renderer::PoseOf(int camera) const {
   return pose;
 }
 
-void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
-  if (!gl_ || width > gl_->buffer.width || height > gl_->buffer.height) {
+void Renderer::Prepare(FrameSize buffer) {
+  if (!gl_ || buffer.width > gl_->buffer.width || buffer.height > gl_->buffer.height) {
     auto& global = model_->vis.global;
-    global.offwidth = gl_ ? std::max(width, gl_->buffer.width) : width;
-    global.offheight = gl_ ? std::max(height, gl_->buffer.height) : height;
+    global.offwidth = gl_ ? std::max(buffer.width, gl_->buffer.width) : buffer.width;
+    global.offheight = gl_ ? std::max(buffer.height, gl_->buffer.height) : buffer.height;
     gl_.reset();
     gl_ = std::make_unique<Gl>(*model_);
   }
   gl_->gl.MakeCurrent();
+}
+
+void Renderer::UpdateScene(const Shot& shot, bool is_depth) {
   gl_->camera.fixedcamid = shot.camera;
   gl_->scene.flags[mjRND_SHADOW] = shot.shadows && !is_depth;
   // Nothing but shapes: the sky would be as near as it is drawn.
@@ -216,42 +252,55 @@ void Renderer::Draw(const Shot& shot, int width, int height, bool is_depth) {
   if (shot.fovy_deg > 0) fovy = shot.fovy_deg;
   mjv_updateScene(model_.get(), data_.get(), &gl_->option, nullptr, &gl_->camera, mjCAT_ALL, &gl_->scene);
   fovy = own_fovy;
-  gl_->view = {0, 0, width, height};
-  if (ScenePainter::Knows(gl_->scene, gl_->context)) {
-    gl_->painter->Paint(gl_->view, gl_->scene, gl_->has_shadows);
-    gl_->has_shadows |= gl_->scene.flags[mjRND_SHADOW] != 0;
-  } else {
-    mjr_render(gl_->view, &gl_->scene, &gl_->context);
-    gl_->has_shadows = false;
-  }
 }
 
-void Renderer::Render(int camera, Frame* frame) {
-  Draw({camera, size_}, size_.width / kShown * kDrawn, size_.height / kShown * kDrawn);
-  gl_->ReadRgba();
-  ShrinkAll<4, 2>(gl_->rgba, size_, &frame->bgrx);
+void Renderer::DrawByMujoco(const Shot& shot, FrameSize size, bool is_depth) {
+  Prepare(size);
+  UpdateScene(shot, is_depth);
+  mjr_render({0, 0, size.width, size.height}, &gl_->scene, &gl_->context);
+  if (gl_->scene.flags[mjRND_SHADOW]) gl_->painter->ForgetShadows();
 }
 
-void Renderer::RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb) {
-  const auto [width, height] = shot.size;
-  rgb->resize(size_t(width) * size_t(height) * 3);
-  const bool is_even = width % kShown == 0 && height % kShown == 0;
-  if (is_even) {
-    Draw(shot, width / kShown * kDrawn, height / kShown * kDrawn);
-    gl_->ReadRgba();
-    ShrinkAll<3, 0>(gl_->rgba, shot.size, rgb);
-  } else {
-    Draw(shot, 2 * width, 2 * height);
-    gl_->ReadRgba();
-    HalveAll(gl_->rgba, shot.size, rgb);
+template <size_t kPixelBytes, size_t kRed>
+const std::vector<uint8_t>& Renderer::Draw(const Shot& shot) {
+  const bool is_even = shot.size.width % kShown == 0 && shot.size.height % kShown == 0;
+  const FrameSize drawn_size =
+      is_even ? FrameSize{shot.size.width / kShown * kDrawn, shot.size.height / kShown * kDrawn}
+              : FrameSize{2 * shot.size.width, 2 * shot.size.height};
+  const auto shrink = [&](const std::vector<uint8_t>& rgba, const Part& part, std::vector<uint8_t>* pixels) {
+    const size_t bottom = static_cast<size_t>(part.bottom), top = static_cast<size_t>(part.top);
+    if (is_even) {
+      ShrinkRows<kPixelBytes, kRed>(rgba, shot.size, bottom, top, pixels);
+    } else {
+      HalveRows<kPixelBytes, kRed>(rgba, shot.size, bottom, top, pixels);
+    }
+  };
+  Prepare({});
+  UpdateScene(shot, false);
+  if (!ScenePainter::Knows(gl_->scene, gl_->context)) {
+    DrawByMujoco(shot, drawn_size, false);
+    gl_->rgba.resize(static_cast<size_t>(drawn_size.width) * static_cast<size_t>(drawn_size.height) * 4);
+    gl_->read_pixels(0, 0, drawn_size.width, drawn_size.height, GL_RGBA, GL_UNSIGNED_BYTE, gl_->rgba.data());
+    gl_->pixels.resize(static_cast<size_t>(shot.size.width) * static_cast<size_t>(shot.size.height) *
+                       kPixelBytes);
+    shrink(gl_->rgba, {0, 0, drawn_size.width, drawn_size.height}, &gl_->pixels);
+    return gl_->pixels;
   }
+  Kept& kept = gl_->KeptOf(shot, kPixelBytes, drawn_size);
+  const Part part = gl_->painter->Paint(gl_->scene, &kept.drawn);
+  if (!part.is_empty()) shrink(kept.drawn.rgba, part, &kept.pixels);
+  return kept.pixels;
 }
+
+void Renderer::Render(int camera, Frame* frame) { frame->bgrx = Draw<4, 2>({camera, size_}); }
+
+void Renderer::RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb) { *rgb = Draw<3, 0>(shot); }
 
 void Renderer::RenderDepth(const Shot& shot, std::vector<float>* depth_m) {
   const size_t width = static_cast<size_t>(shot.size.width), height = static_cast<size_t>(shot.size.height);
   depth_m->resize(width * height);
-  Draw(shot, shot.size.width, shot.size.height, /*is_depth=*/true);
-  mjr_readPixels(nullptr, depth_m->data(), gl_->view, &gl_->context);
+  DrawByMujoco(shot, shot.size, true);
+  mjr_readPixels(nullptr, depth_m->data(), {0, 0, shot.size.width, shot.size.height}, &gl_->context);
   const double near = gl_->scene.camera[0].frustum_near, far = gl_->scene.camera[0].frustum_far;
   for (float& depth : *depth_m) depth = static_cast<float>(near / (1 - depth * (1 - near / far)));
   for (size_t row = 0; row < height / 2; ++row) {

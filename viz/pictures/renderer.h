@@ -32,6 +32,8 @@ struct Shot {
   // Vertical field of view; 0: the camera's own.
   double fovy_deg = 0;
   bool shadows = true;
+
+  bool operator==(const Shot&) const = default;
 };
 
 class Renderer {
@@ -66,8 +68,14 @@ class Renderer {
  private:
   struct Gl;
 
-  // Draws into the lower left corner of the buffer, of this size.
-  void Draw(const Shot& shot, int width, int height, bool is_depth = false);
+  // OpenGL is there, with room for a picture of this size where MuJoCo draws.
+  void Prepare(FrameSize buffer);
+  void UpdateScene(const Shot& shot, bool is_depth);
+  // Into the lower left corner of MuJoCo's buffer, of this size.
+  void DrawByMujoco(const Shot& shot, FrameSize size, bool is_depth);
+  // Rows from the top, so many bytes a pixel, of which red is this one. Valid until the next picture.
+  template <size_t kPixelBytes, size_t kRed>
+  const std::vector<uint8_t>& Draw(const Shot& shot);
 
   ModelPtr model_;
   // As it was, where an episode has changed it.

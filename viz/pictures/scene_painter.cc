@@ -1,10 +1,13 @@
 #include "viz/pictures/scene_painter.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "base/errors.h"
 #include "viz/pictures/shadow_map.h"
 
 namespace evalbus::viz {
@@ -23,7 +26,36 @@ int ShadowLight(const mjvScene& scene, const mjrContext& context) {
 
 }  // namespace
 
-ScenePainter::ScenePainter(const mjrContext& context) : context_(context) {
+KeptPicture::KeptPicture(const GlFunctions& gl, int width_pixels, int height_pixels)
+    : width(width_pixels),
+      height(height_pixels),
+      rgba(static_cast<size_t>(width) * static_cast<size_t>(height) * 4),
+      gl_(gl) {
+  gl_.GenFramebuffers(1, &framebuffer_);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  gl_.GenRenderbuffers(2, renderbuffers_);
+  const std::pair<GLenum, GLenum> kinds[] = {{GL_RGBA8, GL_COLOR_ATTACHMENT0},
+                                             {GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT}};
+  for (size_t i = 0; i < 2; ++i) {
+    gl_.BindRenderbuffer(GL_RENDERBUFFER, renderbuffers_[i]);
+    gl_.RenderbufferStorage(GL_RENDERBUFFER, kinds[i].first, width, height);
+    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, kinds[i].second, GL_RENDERBUFFER, renderbuffers_[i]);
+  }
+  if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+    Free();
+    throw EnvironmentError(fmt::format("OpenGL offers no offscreen buffer of {}x{} pixels", width, height));
+  }
+}
+
+KeptPicture::~KeptPicture() { Free(); }
+
+void KeptPicture::Free() {
+  gl_.DeleteFramebuffers(1, &framebuffer_);
+  gl_.DeleteRenderbuffers(2, renderbuffers_);
+}
+
+ScenePainter::ScenePainter(const mjrContext& context, const mjModel& model)
+    : context_(context), boxes_(model) {
   for (int i = 0; i < context.ntexture && sky_ < 0; ++i) {
     if (context.textureType[i] == mjTEXTURE_SKYBOX) sky_ = i;
   }
@@ -169,7 +201,50 @@ void ScenePainter::PaintSky(float far) {
   gl_.CullFace(GL_BACK);
 }
 
-void ScenePainter::Paint(mjrRect view, const mjvScene& scene, bool keep_shadows) {
+void ScenePainter::PaintShadows(const mjvScene& scene, const LightView& light) {
+  const Matrix shadow_from_world = ShadowFromWorld(light, scene);
+  Part part{0, 0, light.size, light.size};
+  if (map_shows_ && map_shows_->HasAsManyGeoms(scene) && shadow_from_world_ == shadow_from_world) {
+    part = ChangedShadows(*map_shows_, scene, boxes_, light);
+  }
+  if (!part.is_empty()) DrawShadowMap(gl_, geoms_, context_, scene, light, part);
+  map_shows_.emplace(scene);
+  shadow_from_world_ = shadow_from_world;
+}
+
+Part ScenePainter::Paint(const mjvScene& scene, KeptPicture* picture) {
+  const int width = picture->width, height = picture->height;
+  const mjvGLCamera camera = mjv_averageCamera(scene.camera, scene.camera + 1);
+  const Vec forward = Of(camera.forward);
+  eye_ = Of(camera.pos);
+  const Matrix eye_from_world = LookAlong(eye_, forward, Of(camera.up));
+  const float near = camera.frustum_near, far = camera.frustum_far, bottom = camera.frustum_bottom,
+              top = camera.frustum_top, middle = camera.frustum_center,
+              half = 0.5f * static_cast<float>(width) / static_cast<float>(height) * (top - bottom);
+  Matrix projection{};
+  projection[0] = near / half;
+  projection[5] = 2 * near / (top - bottom);
+  projection[8] = middle / half;
+  projection[9] = (top + bottom) / (top - bottom);
+  projection[10] = -(far + near) / (far - near);
+  projection[11] = -1;
+  projection[14] = -2 * far * near / (far - near);
+
+  const int shadow_light = ShadowLight(scene, context_);
+  std::optional<LightView> light;
+  if (shadow_light >= 0) light = LightViewOf(context_, scene.lights[shadow_light]);
+  Part part{0, 0, width, height};
+  if (picture->shows_ && picture->shows_->IsComparable(scene)) {
+    part = ChangedPart(*picture->shows_, scene, boxes_, {eye_, projection * eye_from_world, width, height},
+                       light);
+  }
+  if (part.is_empty()) {
+    picture->shows_.emplace(scene);
+    return part;
+  }
+  // Nothing of it is what it shows, should OpenGL throw.
+  picture->shows_.reset();
+
   gl_.Disable(GL_BLEND);
   gl_.Disable(GL_FOG);
   gl_.Disable(GL_LIGHTING);
@@ -183,45 +258,45 @@ void ScenePainter::Paint(mjrRect view, const mjvScene& scene, bool keep_shadows)
   gl_.DepthRange(0, 1);
   gl_.ClearColor(0, 0, 0, 0);
   gl_.ClearDepth(1);
-
-  const int shadow_light = ShadowLight(scene, context_);
-  const bool with_shadow = shadow_light >= 0;
   shaders_.Release();
-  if (with_shadow && !keep_shadows) {
-    shadow_from_world_ = DrawShadowMap(gl_, geoms_, context_, scene, scene.lights[shadow_light]);
-  }
+  if (light) PaintShadows(scene, *light);
 
-  const mjvGLCamera camera = mjv_averageCamera(scene.camera, scene.camera + 1);
-  const Vec forward = Of(camera.forward);
-  eye_ = Of(camera.pos);
-  const Matrix eye_from_world = LookAlong(eye_, forward, Of(camera.up));
-  const float near = camera.frustum_near, far = camera.frustum_far, bottom = camera.frustum_bottom,
-              top = camera.frustum_top, middle = camera.frustum_center,
-              half = 0.5f * static_cast<float>(view.width) / static_cast<float>(view.height) * (top - bottom);
-  Matrix projection{};
-  projection[0] = near / half;
-  projection[5] = 2 * near / (top - bottom);
-  projection[8] = middle / half;
-  projection[9] = (top + bottom) / (top - bottom);
-  projection[10] = -(far + near) / (far - near);
-  projection[11] = -1;
-  projection[14] = -2 * far * near / (far - near);
+  // Of the part's edges, as far away as the near plane.
+  const auto across = [&](int column) {
+    return middle + half * (2 * static_cast<float>(column) / static_cast<float>(width) - 1);
+  };
+  const auto up = [&](int row) {
+    return bottom + (top - bottom) * static_cast<float>(row) / static_cast<float>(height);
+  };
   const auto in_world = [&](Vec v) { return TurnBack(eye_from_world, Unit(v)); };
-  sides_ = {in_world({near, 0, middle + half}), in_world({-near, 0, -(middle - half)}),
-            in_world({0, near, top}), in_world({0, -near, -bottom})};
+  sides_ = {in_world({near, 0, across(part.right)}), in_world({-near, 0, -across(part.left)}),
+            in_world({0, near, up(part.top)}), in_world({0, -near, -up(part.bottom)})};
   gl_.MatrixMode(GL_PROJECTION);
   gl_.LoadMatrixf(projection.data());
   gl_.MatrixMode(GL_MODELVIEW);
   gl_.LoadMatrixf(eye_from_world.data());
   shaders_.SetLights(LightsOf(scene, shadow_light, forward, eye_from_world));
-
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, context_.offFBO);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, picture->framebuffer_);
   gl_.DrawBuffer(GL_COLOR_ATTACHMENT0);
-  gl_.Viewport(0, 0, view.width, view.height);
-  gl_.Scissor(0, 0, view.width, view.height);
+  gl_.Viewport(0, 0, width, height);
+  gl_.Scissor(part.left, part.bottom, part.width(), part.height());
   gl_.Enable(GL_SCISSOR_TEST);
-  gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  PaintPart(scene, light.has_value(), far);
   gl_.Disable(GL_SCISSOR_TEST);
+  gl_.ReadBuffer(GL_COLOR_ATTACHMENT0);
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, width);
+  const size_t first = static_cast<size_t>(part.bottom * width + part.left) * 4;
+  gl_.ReadPixels(part.left, part.bottom, part.width(), part.height(), GL_RGBA, GL_UNSIGNED_BYTE,
+                 &picture->rgba[first]);
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+  // MuJoCo draws into its own.
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, context_.offFBO);
+  picture->shows_.emplace(scene);
+  return part;
+}
+
+void ScenePainter::PaintPart(const mjvScene& scene, bool with_shadow, float far) {
+  gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   gl_.ActiveTexture(GL_TEXTURE1);
   gl_.BindTexture(GL_TEXTURE_2D, context_.shadowTex);
   gl_.ActiveTexture(GL_TEXTURE0);

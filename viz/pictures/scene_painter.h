@@ -1,35 +1,70 @@
 // Draws what mjr_render draws, in fewer passes: where MuJoCo draws everything three times (lights without a
 // shadow, the shadow map, the light with a shadow), this draws the shadow map once per state, whatever the
-// number of cameras, and everything else once. Uses MuJoCo's own triangles, textures and buffers, the
-// lighting of OpenGL's fixed functions and, in the same order of passes, what MuJoCo 2.2.2 does with them.
+// number of cameras, and everything else once; and of a map or a picture that was drawn before, only the part
+// that can have changed since, which gives the same bytes. Uses MuJoCo's own triangles, textures and buffers,
+// the lighting of OpenGL's fixed functions and, in the same order of passes, what MuJoCo 2.2.2 does with
+// them.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
 #include <array>
+#include <cstdint>
 #include <functional>
+#include <optional>
+#include <vector>
 
 #include "viz/pictures/gl_functions.h"
 #include "viz/pictures/gl_math.h"
+#include "viz/pictures/scene_changes.h"
 #include "viz/pictures/scene_geoms.h"
 #include "viz/pictures/scene_shaders.h"
 
 namespace evalbus::viz {
 
+// A picture that stays where it was drawn, so that the next one of this camera needs to be drawn only where
+// it differs. Made, used and freed where the painter's OpenGL context is current.
+class KeptPicture {
+ public:
+  // gl: the painter's. Throws EnvironmentError where OpenGL has no such buffer.
+  KeptPicture(const GlFunctions& gl, int width, int height);
+  ~KeptPicture();
+  KeptPicture(const KeptPicture&) = delete;
+  KeptPicture& operator=(const KeptPicture&) = delete;
+
+  const int width, height;
+  // Rows from the bottom, four bytes a pixel.
+  std::vector<uint8_t> rgba;
+
+ private:
+  friend class ScenePainter;
+
+  void Free();
+
+  const GlFunctions& gl_;
+  GLuint framebuffer_ = 0, renderbuffers_[2] = {0, 0};
+  std::optional<DrawnScene> shows_;
+};
+
 class ScenePainter {
  public:
   // context: made by mjr_makeContext in the OpenGL context that is current, here and in every call. Throws
   // EnvironmentError where that OpenGL is too old.
-  explicit ScenePainter(const mjrContext& context);
+  ScenePainter(const mjrContext& context, const mjModel& model);
 
+  const GlFunctions& gl() const { return gl_; }
   // Whether Paint knows everything that is in this scene; what it does not know (mirrors, fog, spot lights,
   // skins, two lights with shadows) is for mjr_render.
   static bool Knows(const mjvScene& scene, const mjrContext& context);
-  // Into the lower left corner of the offscreen buffer. keep_shadows: the bodies and lights are where they
-  // were at the last call that had shadows.
-  void Paint(mjrRect view, const mjvScene& scene, bool keep_shadows);
+  // Brings the picture up to date; returns what of it is new.
+  Part Paint(const mjvScene& scene, KeptPicture* picture);
+  // Something else has drawn into MuJoCo's map of shadows.
+  void ForgetShadows() { map_shows_.reset(); }
 
  private:
+  // The map of shadows is that of this scene from now on.
+  void PaintShadows(const mjvScene& scene, const LightView& light);
+  void PaintPart(const mjvScene& scene, bool with_shadow, float far);
   SceneLights LightsOf(const mjvScene& scene, int shadow_light, Vec forward, const Matrix& eye_from_world);
   void PaintOpaque(const mjvScene& scene, bool with_shadow,
                    const std::function<bool(const mjvGeom&)>& wanted);
@@ -45,15 +80,18 @@ class ScenePainter {
 
   const GlFunctions gl_;
   const mjrContext& context_;
+  const GeomBoxes boxes_;
   SceneGeoms geoms_{gl_, context_};
   SceneShaders shaders_{gl_};
   // The sky's texture; -1: none.
   int sky_ = -1;
   Matrix shadow_from_world_{};
+  // What the map of shadows is of.
+  std::optional<DrawnScene> map_shows_;
 
   // Of the picture that is being drawn.
   Vec eye_{};
-  // Outwards, of the picture's four edges.
+  // Outwards, of the four edges of what is drawn.
   std::array<Vec, 4> sides_{};
 };
 

@@ -5,16 +5,20 @@
 
 #include "viz/pictures/gl_functions.h"
 #include "viz/pictures/gl_math.h"
+#include "viz/pictures/scene_changes.h"
 #include "viz/pictures/scene_geoms.h"
 
 namespace evalbus::viz {
 
-// From the world to a place in the map, each coordinate from 0 to 1.
-using ShadowFromWorld = Matrix;
+// light: directional.
+LightView LightViewOf(const mjrContext& context, const mjvLight& light);
 
-// light: directional. Leaves OpenGL's matrices, viewport and framebuffer as they come; colours are drawn
-// again afterwards, and backs culled.
-ShadowFromWorld DrawShadowMap(const GlFunctions& gl, const SceneGeoms& geoms, const mjrContext& context,
-                              const mjvScene& scene, const mjvLight& light);
+// From the world to a place in the map, each coordinate from 0 to 1.
+Matrix ShadowFromWorld(const LightView& light, const mjvScene& scene);
+
+// Only this part of the map, which is not empty; the rest stays. Leaves OpenGL's matrices, viewport, scissors
+// and framebuffer as they come; colours are drawn again afterwards, and backs culled.
+void DrawShadowMap(const GlFunctions& gl, const SceneGeoms& geoms, const mjrContext& context,
+                   const mjvScene& scene, const LightView& light, const Part& part);
 
 }  // namespace evalbus::viz

@@ -1,14 +1,17 @@
-// Frames of films, drawn by several threads: the same whatever their number, in order, and an end to all when
-// one of them fails.
+// Frames of films, drawn by several processes: the same whatever their number, in order, and an end to all
+// when one of them fails.
 #include "viz/pictures/film_crew.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
 
-#include <atomic>
+#include <cstring>
+#include <functional>
 #include <set>
 #include <stdexcept>
-#include <thread>
 
+#include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 
@@ -16,16 +19,16 @@ namespace evalbus::viz::film_crew_test {
 
 constexpr FrameSize kCrewSize{64, 48};
 
-TEST(FilmCrewTest, AnyNumberOfThreadsDrawsEqualFrames) {
+TEST(FilmCrewTest, AnyNumberOfProcessesDrawsEqualFrames) {
   const Scene scene = LiftPotScene();
   TemporaryFolder folder;
   const std::filesystem::path log =
       WriteRun(folder.path(), *scene.visual, 20000, std::vector(7, HomeQpos(*scene.visual)));
   const model_info_t info = VisualInfo(folder.path(), *scene.visual);
   // The pot sinks from frame to frame.
-  const auto film = [&](size_t threads) {
+  const auto film = [&](size_t processes) {
     std::vector<Frame> drawn;
-    FilmCrew crew(kCrewSize, threads);
+    FilmCrew crew(kCrewSize, processes);
     const auto begin = [&](FilmScenes* scenes) {
       Renderer* const renderer = scenes->Of(info, log, std::nullopt);
       return [&, renderer](size_t n) {
@@ -50,50 +53,128 @@ TEST(FilmCrewTest, AnyNumberOfThreadsDrawsEqualFrames) {
   EXPECT_NE(alone[0].bgrx, alone[6].bgrx);
 }
 
-TEST(FilmCrewTest, EachThreadBeginsOnceInEachFilm) {
+// What a process draws that only counts.
+struct Count {
+  pid_t process;
+  size_t n;
+};
+
+Frame Drawn(size_t n) {
+  Frame frame({2, 2});
+  const Count count{getpid(), n};
+  static_assert(sizeof count == 16);
+  std::memcpy(frame.bgrx.data(), &count, sizeof count);
+  return frame;
+}
+
+Count CountOf(const Frame& frame) {
+  Count count;
+  std::memcpy(&count, frame.bgrx.data(), sizeof count);
+  return count;
+}
+
+TEST(FilmCrewTest, FirstFrameIsDrawnHereAndTheOthersInTurns) {
   FilmCrew crew(kCrewSize, 3);
   for (int i = 0; i < 2; ++i) {
-    std::atomic<int> begun = 0;
-    std::set<std::thread::id> threads;
-    size_t taken = 0;
+    int begun = 0;
+    std::vector<pid_t> processes;
     crew.Film(
-        20,
+        40,
         [&](FilmScenes*) {
           ++begun;
-          return [](size_t) { return std::vector<Frame>(); };
+          return [](size_t n) { return std::vector{Drawn(n), Drawn(n + 100)}; };
         },
-        [&](size_t n, const std::vector<Frame>&) {
-          threads.insert(std::this_thread::get_id());
-          EXPECT_EQ(n, taken++);
+        [&](size_t n, const std::vector<Frame>& frames) {
+          ASSERT_EQ(frames.size(), 2u);
+          EXPECT_EQ(n, processes.size());
+          EXPECT_EQ(CountOf(frames[0]).n, n);
+          EXPECT_EQ(CountOf(frames[1]).n, n + 100);
+          processes.push_back(CountOf(frames[0]).process);
         });
-    EXPECT_EQ(begun, 3);
-    EXPECT_EQ(taken, 20u);
-    EXPECT_EQ(threads, std::set{std::this_thread::get_id()});
+    EXPECT_EQ(begun, 1);
+    ASSERT_EQ(processes.size(), 40u);
+    EXPECT_EQ(processes[0], getpid());
+    EXPECT_EQ(std::set(processes.begin(), processes.end()).size(), 4u);
+    for (size_t n = 1; n + 3 < 40; ++n) EXPECT_EQ(processes[n], processes[n + 3]) << n;
+    // They are gone, and waited for.
+    for (size_t n = 1; n < 4; ++n) EXPECT_EQ(kill(processes[n], 0), -1);
   }
+}
+
+// How a film of 9 frames ends that draws like this.
+template <class Error>
+std::string EndOf(FilmCrew* crew, const std::function<void(size_t n)>& draw, size_t* taken) {
+  *taken = 0;
+  const auto begin = [&](FilmScenes*) {
+    return [&](size_t n) {
+      draw(n);
+      return std::vector{Drawn(n)};
+    };
+  };
+  try {
+    crew->Film(9, begin, [&](size_t, const std::vector<Frame>&) { ++*taken; });
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
 }
 
 TEST(FilmCrewTest, WhatDrawingThrowsEndsTheFilmAndTheNextOneIsWhole) {
   FilmCrew crew(kCrewSize, 2);
-  const auto draw = [&](size_t fails_at) {
-    size_t taken = 0;
-    try {
-      crew.Film(
-          9,
-          [&](FilmScenes*) {
-            return [&](size_t n) -> std::vector<Frame> {
-              if (n == fails_at) throw std::runtime_error("frame");
-              return {};
-            };
-          },
-          [&](size_t, const std::vector<Frame>&) { ++taken; });
-    } catch (const std::runtime_error&) {
-      EXPECT_EQ(taken, fails_at);
-    }
-    return taken;
+  size_t taken = 0;
+  for (const size_t at : {5u, 0u}) {
+    const auto fail = [&]<class Error>(Error error) {
+      return EndOf<Error>(
+          &crew, [&](size_t n) { n == at ? throw error : void(); }, &taken);
+    };
+    EXPECT_EQ(fail(InputError("no such file")), "no such file");
+    EXPECT_EQ(taken, at);
+    EXPECT_EQ(fail(EnvironmentError("no OpenGL")), "no OpenGL");
+    EXPECT_EQ(fail(std::runtime_error("frame")), "frame");
+  }
+  EXPECT_EQ(EndOf<std::exception>(
+                &crew, [](size_t) {}, &taken),
+            "");
+  EXPECT_EQ(taken, 9u);
+}
+
+TEST(FilmCrewTest, ProcessThatDiesEndsTheFilm) {
+  FilmCrew crew(kCrewSize, 2);
+  const pid_t here = getpid();
+  const auto die = [&](size_t n) {
+    if (n == 6 && getpid() != here) raise(SIGKILL);
   };
-  EXPECT_EQ(draw(5), 5u);
-  EXPECT_EQ(draw(0), 0u);
-  EXPECT_EQ(draw(99), 9u);
+  size_t taken = 0;
+  EXPECT_EQ(EndOf<EnvironmentError>(&crew, die, &taken),
+            "a process that draws was ended by a signal: Killed");
+  EXPECT_EQ(taken, 6u);
+}
+
+TEST(FilmCrewTest, FramesOfAnotherSizeAreRefused) {
+  FilmCrew crew(kCrewSize, 2);
+  for (const size_t frames : {1u, 3u}) {
+    const auto begin = [&](FilmScenes*) {
+      return [&](size_t n) { return std::vector(n == 4 ? frames : 2, Drawn(n)); };
+    };
+    EXPECT_THROW(crew.Film(9, begin, [](size_t, const std::vector<Frame>&) {}), std::runtime_error);
+  }
+}
+
+TEST(FilmCrewTest, ScenesStayWhileTheyAreUsed) {
+  const Scene scene = LiftPotScene();
+  TemporaryFolder folder;
+  const std::filesystem::path log =
+      WriteRun(folder.path(), *scene.visual, 20000, std::vector(1, HomeQpos(*scene.visual)));
+  const model_info_t info = VisualInfo(folder.path(), *scene.visual);
+  FilmScenes scenes(kCrewSize);
+  Renderer* const first = scenes.Of(info, log, std::nullopt);
+  scenes.FreeUnused();
+  EXPECT_EQ(scenes.Of(info, log, std::nullopt), first);
+  scenes.FreeUnused();
+  scenes.FreeUnused();
+  // Read once more, from a file that is not there any more.
+  std::filesystem::remove_all(folder.path() / "model");
+  EXPECT_THROW(scenes.Of(info, log, std::nullopt), InputError);
 }
 
 }  // namespace evalbus::viz::film_crew_test

@@ -14,6 +14,7 @@
 #include "base/errors.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
+#include "viz/pictures/film_crew.h"
 #include "viz/pictures/panel_film.h"
 #include "viz/pictures/video_writer.h"
 
@@ -64,6 +65,12 @@ double Difference(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) 
   double sum = 0;
   for (size_t i = 0; i < a.size(); ++i) sum += std::abs(a[i] - b[i]);
   return sum / static_cast<double>(a.size());
+}
+
+std::vector<fs::path> Film(const fs::path& log, const std::vector<std::string>& cameras, FrameSize size,
+                           const fs::path& folder, const FilmOptions& options = {}) {
+  FilmCrew crew(size);
+  return FilmLog(log, cameras, &crew, folder, options);
 }
 
 template <class Error>
@@ -119,7 +126,7 @@ TEST(FilmSchedule, TicksMayBeMissing) {
 TEST_F(FilmTest, FramesHaveTheirTimeSizeAndNumber) {
   // 2.02 s; the pot vanishes at 0.62 s: frame 18 (0.600 s) shows it, frame 19 (0.633 s) does not.
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(102, 31));
-  const auto films = FilmLog(log, {"front", "left/hand/wrist"}, kFilmSize, log.parent_path());
+  const auto films = Film(log, {"front", "left/hand/wrist"}, kFilmSize, log.parent_path());
   EXPECT_EQ(films, (std::vector<fs::path>{log.parent_path() / "front.mp4",
                                           log.parent_path() / "left_hand_wrist.mp4"}));
   for (const fs::path& film : films) {
@@ -141,8 +148,8 @@ TEST_F(FilmTest, FramesHaveTheirTimeSizeAndNumber) {
 TEST_F(FilmTest, EqualLogsGiveEqualBytes) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(20, 10));
   fs::create_directory(folder_.path() / "again");
-  const fs::path a = FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0];
-  const fs::path b = FilmLog(log, {"front"}, kFilmSize, folder_.path() / "again")[0];
+  const fs::path a = Film(log, {"front"}, kFilmSize, log.parent_path())[0];
+  const fs::path b = Film(log, {"front"}, kFilmSize, folder_.path() / "again")[0];
   EXPECT_GT(Bytes(a).size(), 1000u);
   EXPECT_TRUE(Bytes(a) == Bytes(b));
 }
@@ -164,7 +171,7 @@ TEST_F(FilmTest, EndsWithTheOutcomeOfTheScore) {
       if (!failure_reason.empty()) writer.Write(channels::kEpisodeSummary.name, Encode(summary), 60000);
       writer.Close();
     }
-    return Bytes(FilmLog(scored, {"front"}, kFilmSize, run)[0]);
+    return Bytes(Film(scored, {"front"}, kFilmSize, run)[0]);
   };
   const std::string slipped = film("a", "time_limit", "grasp_slip");
   EXPECT_TRUE(slipped == film("b", "grasp_slip", ""));
@@ -175,18 +182,18 @@ TEST_F(FilmTest, FullLayoutIsOneFilmWithTwoSecondsOfEndCard) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   FilmOptions options;
   options.layout = FilmLayout::kFull;
-  const auto films = FilmLog(log, {}, {640, 360}, log.parent_path(), options);
+  const auto films = Film(log, {}, {640, 360}, log.parent_path(), options);
   EXPECT_EQ(films, (std::vector<fs::path>{log.parent_path() / "full.mp4"}));
   EXPECT_EQ(Probe(films[0]), "h264,640,360,yuv420p,30/1\n");
   EXPECT_EQ(NumFrames(films[0]), 31 + kPanelHold);
   const std::string first = Bytes(films[0]);
-  FilmLog(log, {}, {640, 360}, log.parent_path(), options);
+  Film(log, {}, {640, 360}, log.parent_path(), options);
   EXPECT_TRUE(first == Bytes(films[0]));
-  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {}, kFilmSize, log.parent_path(), options); }),
+  EXPECT_EQ(MessageOf<InputError>([&] { Film(log, {}, kFilmSize, log.parent_path(), options); }),
             "--size 160x120: films with panels need 640x360 or more");
   EXPECT_EQ(MessageOf<InputError>([&] {
-              FilmLog(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
-                      log.parent_path(), options);
+              Film(log, {"head", "front", "overview", "left/hand/wrist", "right/hand/wrist"}, {640, 360},
+                   log.parent_path(), options);
             }),
             "the full layout shows 4 cameras at most, the first one large; these are 5");
   EXPECT_EQ(MessageOf<InputError>([] { ParseFilmLayout("big"); }), "--layout big: there are plain and full");
@@ -219,11 +226,11 @@ TEST_F(FilmTest, GifAndWebpAreOfTheSameLength) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000));
   FilmOptions options;
   options.file = folder_.path() / "film.gif";
-  const fs::path gif = FilmLog(log, {"front"}, kFilmSize, log.parent_path(), options)[0];
+  const fs::path gif = Film(log, {"front"}, kFilmSize, log.parent_path(), options)[0];
   EXPECT_EQ(Bytes(gif).substr(0, 6), "GIF89a");
   EXPECT_NEAR(NumFrames(gif), 20, 1);
   options.file = folder_.path() / "film.webp";
-  const std::string webp = Bytes(FilmLog(log, {"front"}, kFilmSize, log.parent_path(), options)[0]);
+  const std::string webp = Bytes(Film(log, {"front"}, kFilmSize, log.parent_path(), options)[0]);
   EXPECT_EQ(webp.substr(0, 4), "RIFF");
   EXPECT_EQ(webp.substr(8, 4), "WEBP");
   // The size that it says is its own; an animation that repeats for ever has 0 after its background colour.
@@ -234,18 +241,18 @@ TEST_F(FilmTest, GifAndWebpAreOfTheSameLength) {
   ASSERT_NE(anim, std::string::npos);
   EXPECT_EQ(webp.substr(anim + 12, 2), std::string(2, '\0'));
   options.file = folder_.path() / "film.avi";
-  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kFilmSize, log.parent_path(), options); }),
+  EXPECT_EQ(MessageOf<InputError>([&] { Film(log, {"front"}, kFilmSize, log.parent_path(), options); }),
             "films end in .mp4, .gif or .webp, not in '.avi'");
   options.file = folder_.path() / "film.gif";
   EXPECT_EQ(MessageOf<InputError>([&] {
-              FilmLog(log, {"front", "head"}, kFilmSize, log.parent_path(), options);
+              Film(log, {"front", "head"}, kFilmSize, log.parent_path(), options);
             }),
             "2 films do not go into one file: " + options.file.string());
 }
 
 TEST_F(FilmTest, CutFilmPlaysUpToThere) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(151, 1000));
-  const fs::path film = FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0];
+  const fs::path film = Film(log, {"front"}, kFilmSize, log.parent_path())[0];
   const auto whole = Decode(film);
   ASSERT_EQ(whole.size(), 91u + kFilmHold);
   const fs::path cut = folder_.path() / "cut.mp4";
@@ -259,7 +266,7 @@ TEST_F(FilmTest, CutFilmPlaysUpToThere) {
 
 TEST_F(FilmTest, LogWithoutEndIsFilmedAsFarAsItGoes) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(51, 1000), "");
-  EXPECT_EQ(Decode(FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0]).size(), 31u);
+  EXPECT_EQ(Decode(Film(log, {"front"}, kFilmSize, log.parent_path())[0]).size(), 31u);
 }
 
 // As lcm-logger leaves it beside a run.
@@ -286,7 +293,7 @@ TEST_F(FilmTest, EveryEpisodeOfALogHasAFilm) {
   std::vector<double> progress;
   FilmOptions options;
   options.progress = [&](double share) { progress.push_back(share); };
-  const auto films = FilmLog(log, {"front"}, kFilmSize, folder, options);
+  const auto films = Film(log, {"front"}, kFilmSize, folder, options);
   EXPECT_EQ(films,
             (std::vector<fs::path>{folder / "episode_0004_front.mp4", folder / "episode_0005_front.mp4",
                                    folder / "episode_0005_2_front.mp4"}));
@@ -301,10 +308,10 @@ TEST_F(FilmTest, EveryEpisodeOfALogHasAFilm) {
 
   for (const fs::path& film : films) fs::remove(film);
   options.episodes = {4};
-  EXPECT_EQ(FilmLog(log, {"front"}, kFilmSize, folder, options),
+  EXPECT_EQ(Film(log, {"front"}, kFilmSize, folder, options),
             (std::vector<fs::path>{folder / "episode_0004_front.mp4"}));
   options.episodes = {7};
-  EXPECT_EQ(MessageOf<InputError>([&] { FilmLog(log, {"front"}, kFilmSize, folder, options); }),
+  EXPECT_EQ(MessageOf<InputError>([&] { Film(log, {"front"}, kFilmSize, folder, options); }),
             log.string() + " has no episode 7; it has 4, 5");
 }
 
@@ -322,7 +329,7 @@ TEST_F(FilmTest, DamagedTimesNeitherStretchTheFilmNorEndIt) {
     log.Write(event.channel, data, event.time_us);
   }
   log.Close();
-  const fs::path film = FilmLog(damaged, {"front"}, kFilmSize, damaged.parent_path())[0];
+  const fs::path film = Film(damaged, {"front"}, kFilmSize, damaged.parent_path())[0];
   EXPECT_EQ(Decode(film).size(), 31u + kFilmHold);
 }
 
@@ -330,25 +337,25 @@ TEST_F(FilmTest, RunMayBeMoved) {
   fs::path log = WriteRun(folder_.path() / "here", visual(), 20000, States(2, 1000));
   fs::rename(folder_.path() / "here", folder_.path() / "there");
   log = folder_.path() / "there/episodes/0000/events.lcmlog";
-  EXPECT_TRUE(fs::exists(FilmLog(log, {"front"}, kFilmSize, log.parent_path())[0]));
+  EXPECT_TRUE(fs::exists(Film(log, {"front"}, kFilmSize, log.parent_path())[0]));
 }
 
 TEST_F(FilmTest, OtherModelIsRefused) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
   std::ofstream(folder_.path() / "model/visual.mjb", std::ios::app) << "x";
-  EXPECT_THROW(FilmLog(log, {"front"}, kFilmSize, log.parent_path()), InputError);
+  EXPECT_THROW(Film(log, {"front"}, kFilmSize, log.parent_path()), InputError);
 }
 
 TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
   const auto film = [&](const std::string& camera, FrameSize size) {
-    return [=] { FilmLog(log, {"front", camera}, size, log.parent_path()); };
+    return [=] { Film(log, {"front", camera}, size, log.parent_path()); };
   };
   EXPECT_NE(
       MessageOf<InputError>(film("nowhere", kFilmSize)).find("no camera 'nowhere'; this scene has head,"),
       std::string::npos);
   EXPECT_THROW(film("head", {161, 120})(), InputError);
-  EXPECT_THROW(FilmLog(folder_.path() / "none.lcmlog", {"front"}, kFilmSize, folder_.path()), InputError);
+  EXPECT_THROW(Film(folder_.path() / "none.lcmlog", {"front"}, kFilmSize, folder_.path()), InputError);
   setenv("EVALBUS_PATH", "/nonexistent", 1);
   EXPECT_EQ(MessageOf<EnvironmentError>(film("head", kFilmSize)),
             "films need the ffmpeg program: install it with 'apt-get install ffmpeg'");
@@ -359,7 +366,7 @@ TEST_F(FilmTest, MistakesGiveOneLineAndNoFile) {
 TEST_F(FilmTest, ACameraIsFilmedOnce) {
   const fs::path log = WriteRun(folder_.path(), visual(), 20000, States(2, 1000));
   EXPECT_EQ(MessageOf<InputError>([&] {
-              FilmLog(log, {"front", "front"}, kFilmSize, log.parent_path());
+              Film(log, {"front", "front"}, kFilmSize, log.parent_path());
             }),
             "camera 'front' is there twice, or another makes the same front.mp4");
   EXPECT_EQ(std::distance(fs::directory_iterator(log.parent_path()), fs::directory_iterator()), 1);

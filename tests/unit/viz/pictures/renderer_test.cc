@@ -159,6 +159,18 @@ TEST_F(RendererTest, EqualStatesGiveEqualPictures) {
   EXPECT_EQ(frame.bgrx, first.bgrx);
 }
 
+// They die of each other, and are lost where a process forks.
+TEST_F(RendererTest, MesaHasNoThreads) {
+  Picture("front", HomeQpos(model()));
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::string name;
+    std::ifstream comm(thread.path() / "comm");
+    std::getline(comm, name);
+    EXPECT_EQ(name.find("llvmpipe"), std::string::npos) << name;
+    EXPECT_EQ(name.find("disk$"), std::string::npos) << name;
+  }
+}
+
 TEST_F(RendererTest, PotIsSeenWhereItIs) {
   std::vector<double> qpos = HomeQpos(model());
   const size_t pot = static_cast<size_t>(QposIndex(model(), "pot"));
