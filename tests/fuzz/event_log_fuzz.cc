@@ -11,6 +11,7 @@
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/small_world.h"
 #include "viz/pictures/film.h"
+#include "viz/pictures/film_crew.h"
 
 namespace evalbus {
 namespace {
@@ -86,6 +87,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Try([&] { results::Rescorer(task).Rescore(file); });
   Try([&] { policy::OpenRecording(file)(0); });
   // There is no model to draw; until then it reads.
-  Try([&] { viz::FilmLog(file, {"overview"}, {}, folder.path()); });
+  Try([&] {
+    viz::FilmCrew crew({}, 1);
+    viz::FilmLog(file, {"overview"}, &crew, folder.path());
+  });
   return 0;
 }
