@@ -266,8 +266,9 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   for (int i = 0; i < 2; ++i) EXPECT_LT(fs::file_size(LogFile(run_, i)), 50'000'000u);
 }
 
-// Smaller ones are not tried here: with 4096 bytes a busy machine loses messages in every tick, and the honest end of that
-// takes three tries of up to a minute each, longer than a test may. What a loss does is seen in lossy_bus_test.
+// Smaller ones are not tried here: with 4096 bytes a busy machine loses messages in every tick, and the
+// honest end of that takes three tries of up to a minute each, longer than a test may. What a loss does is
+// seen in lossy_bus_test.
 TEST_F(UdpFaults, SmallReceiveBuffers) {
   for (const char* size : {"16384", "32768"}) {
     SCOPED_TRACE(size);
