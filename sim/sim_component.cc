@@ -354,13 +354,15 @@ void SimComponent::Poll(SteadyTime now) {
     bus().Publish(channels::kEpisodeEnd, end_);
   }
   if (phase_ != Phase::kRunning) return;
-  if (model_.Due(now) || state_.header.sim_time_us - model_published_sim_us_ >= kRepeatModelSimUs)
-    PublishModel();
   if (options_.realtime) {
     AdvanceRealtime(now);
   } else {
     MindSilence(now);
   }
+  // After a STATE said again, which it would push out of a small receive buffer.
+  if (phase_ == Phase::kRunning &&
+      (model_.Due(now) || state_.header.sim_time_us - model_published_sim_us_ >= kRepeatModelSimUs))
+    PublishModel();
 }
 
 void SimComponent::MindSilence(SteadyTime now) {
