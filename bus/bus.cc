@@ -49,6 +49,7 @@ Bus::Bus(const std::string& url, int64_t session) : url_(url), session_(session)
     throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
   }
   if (IsMulticast(url)) CheckLimits(url);
+  wake_event_ = std::make_shared<WakeEvent>();
   lcm_ = std::make_unique<lcm::LCM>(url);
   if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);
 }
@@ -89,7 +90,8 @@ void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   for (const auto& subscription : subscriptions_) wanted.push_back(subscription->channels);
   if (receiver_) return receiver_->Filter(wanted);
   try {
-    receiver_ = std::make_unique<MulticastReceiver>(ParseMulticastUrl(url_, kReceiveBufferBytes), wanted);
+    receiver_ = std::make_unique<MulticastReceiver>(ParseMulticastUrl(url_, kReceiveBufferBytes), wanted,
+                                                    wake_event_->fd());
   } catch (const std::system_error& error) {
     throw EnvironmentError("cannot open bus " + url_ + " (" + error.code().message() + "): " + kMulticastFix);
   }
@@ -127,23 +129,32 @@ void Bus::Subscription::Receive(const _lcm_recv_buf_t* buffer, const char* chann
   }
 }
 
+bool Bus::EndWait(SteadyTime deadline) {
+  // A caller that did not wait does not look for what set it either.
+  if (deadline != SteadyTime::min()) wake_event_->Clear();
+  return false;
+}
+
 bool Bus::Handle(SteadyTime deadline) {
   if (IsMulticast(url_)) return HandleReceived(deadline);
-  if (!WaitReadable(lcm_->getFileno(), deadline)) return false;
+  if (!WaitReadable(lcm_->getFileno(), wake_event_->fd(), deadline)) return EndWait(deadline);
   if (lcm_->handle() != 0) throw EnvironmentError("bus " + url_ + " failed while receiving");
   if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
   return true;
 }
 
 bool Bus::HandleReceived(SteadyTime deadline) {
-  if (!receiver_) return WaitReadable(-1, deadline);
+  if (!receiver_) {
+    WaitReadable(-1, wake_event_->fd(), deadline);
+    return EndWait(deadline);
+  }
   std::optional<MulticastReceiver::Received> received;
   try {
     received = receiver_->Next(deadline);
   } catch (const std::system_error& error) {
     throw EnvironmentError("bus " + url_ + " failed while receiving: " + error.code().message());
   }
-  if (!received) return false;
+  if (!received) return EndWait(deadline);
   const auto& [message, time_us] = *received;
   // A handler may subscribe.
   for (size_t i = 0; i < subscriptions_.size(); ++i) {

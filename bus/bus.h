@@ -21,6 +21,7 @@
 #include "bus/channels.h"
 #include "bus/message.h"
 #include "bus/trace.h"
+#include "bus/wake_event.h"
 
 namespace lcm {
 class LCM;
@@ -97,11 +98,15 @@ class Bus {
   // What the kernel gives us for messages that wait; nothing within a process, where there is no end to it.
   std::optional<size_t> receive_buffer_bytes() const;
 
-  // Handles one message if there is one before the deadline; false if there was none. Rethrows what a handler
-  // threw.
+  // Handles one message if there is one before the deadline; false if there was none, or if wake_event() was
+  // set while none was waiting. Rethrows what a handler threw.
   bool Handle(SteadyTime deadline);
   // The same without waiting.
   bool Handle() { return Handle(SteadyTime::min()); }
+
+  // Ends the wait in Handle() from any thread, for work that a thread hands back to the owner of this bus.
+  // May outlive the bus.
+  const std::shared_ptr<WakeEvent>& wake_event() const { return wake_event_; }
 
   // Bytes of the message that is being handled; valid inside its handler.
   std::span<const uint8_t> handled() const { return handled_; }
@@ -131,11 +136,14 @@ class Bus {
     if (trace_) trace_->Add(event, channel, data);
   }
   bool HandleReceived(SteadyTime deadline);
+  // No message came: false, for Handle().
+  bool EndWait(SteadyTime deadline);
   void Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
 
   std::string url_;
   int64_t session_;
   std::unique_ptr<lcm::LCM> lcm_;
+  std::shared_ptr<WakeEvent> wake_event_;
   std::unique_ptr<Trace> trace_ = Trace::OfEnvironment();
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   // By channel and type.

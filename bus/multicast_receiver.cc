@@ -67,8 +67,10 @@ MulticastAddress ParseMulticastUrl(const std::string& url, int default_buffer_by
   return address;
 }
 
-MulticastReceiver::MulticastReceiver(const MulticastAddress& address, std::span<const std::string> channels)
-    : is_local_(address.is_local),
+MulticastReceiver::MulticastReceiver(const MulticastAddress& address, std::span<const std::string> channels,
+                                     int wake_fd)
+    : wake_fd_(wake_fd),
+      is_local_(address.is_local),
       bytes_(std::make_unique_for_overwrite<uint8_t[]>(kBatch * kPlaceBytes)),
       control_(kBatch * kControlBytes),
       places_(kBatch),
@@ -151,7 +153,7 @@ bool MulticastReceiver::Wait(Time deadline) {
     const timespec pause = TimeUntil(std::min(deadline, now + patience_));
     return clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr) == 0;
   }
-  return WaitReadable(fd_, deadline);
+  return WaitReadable(fd_, wake_fd_, deadline);
 }
 
 std::optional<MulticastReceiver::Received> MulticastReceiver::Open(size_t index) {

@@ -41,17 +41,17 @@ class MulticastReceiver {
     int64_t time_us = 0;
   };
 
-  // Joins the group on the interface to which liblcm sends. channels: as of FilterChannels(). Throws
-  // std::system_error.
-  MulticastReceiver(const MulticastAddress& address, std::span<const std::string> channels);
+  // Joins the group on the interface to which liblcm sends. channels: as of FilterChannels(). wake_fd: Next()
+  // stops waiting when it becomes readable; -1: none. Throws std::system_error.
+  MulticastReceiver(const MulticastAddress& address, std::span<const std::string> channels, int wake_fd = -1);
   ~MulticastReceiver();
   MulticastReceiver(const MulticastReceiver&) = delete;
   MulticastReceiver& operator=(const MulticastReceiver&) = delete;
 
   void Filter(std::span<const std::string> channels);
 
-  // The next message, waited for until the deadline, or not at all for Time::min(). Nothing, too, where a
-  // signal came.
+  // The next message, waited for until the deadline, or not at all for Time::min(). Nothing after a signal,
+  // or when wake_fd is readable.
   std::optional<Received> Next(Time deadline);
 
   // Who is in no hurry reads only so often what has come since, as far as the kernel has room for it: one
@@ -73,6 +73,7 @@ class MulticastReceiver {
   std::optional<Received> Open(size_t index);
 
   int fd_ = -1;
+  int wake_fd_;
   bool is_local_;
   size_t buffer_bytes_ = 0;
   std::chrono::nanoseconds patience_{};

@@ -16,12 +16,12 @@ inline timespec TimeUntil(std::chrono::steady_clock::time_point deadline) {
   return {ns / 1'000'000'000, ns % 1'000'000'000};
 }
 
-// False if the deadline came first, or a signal, after which the caller looks at its flags. fd: -1 for
-// nothing.
-inline bool WaitReadable(int fd, std::chrono::steady_clock::time_point deadline) {
-  pollfd readable{fd, POLLIN, 0};
+// Waits until `fd` is readable: true. False at the deadline, after a signal (the caller checks its flags), or
+// when only `wake_fd` is readable. -1: no file descriptor.
+inline bool WaitReadable(int fd, int wake_fd, std::chrono::steady_clock::time_point deadline) {
+  pollfd readable[] = {{fd, POLLIN, 0}, {wake_fd, POLLIN, 0}};
   const timespec left = TimeUntil(deadline);
-  return ppoll(&readable, 1, &left, nullptr) > 0;
+  return ppoll(readable, 2, &left, nullptr) > 0 && readable[0].revents != 0;
 }
 
 }  // namespace evalbus

@@ -5,16 +5,10 @@
 #include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
+#include "lcmtypes/same.h"
 #include "models/physics_model.h"
 
 namespace evalbus::policy {
-namespace {
-
-// How often a policy that thinks, on a thread of its own, is asked whether it is done.
-constexpr auto kAskAgain = std::chrono::microseconds(500);
-
-}  // namespace
-
 PolicyComponent::PolicyComponent(Bus* bus, const PolicyOptions& options)
     : Component(bus, "policy"), name_(options.policy), make_policy_(FindPolicy(options)) {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
@@ -37,10 +31,12 @@ void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (status_.state != component_status_t::IDLE || !model_ || is_starting_) return;
   if (std::exchange(model_is_new_, false)) {
     policy_ = make_policy_(*LoadPhysicsModel(*model_), *model_);
-    policy_->SetRecord(
-        {.saw = [this](const observation_t& m) { this->bus().Publish(channels::kObservation, m); },
-         .said = [this](const policy_action_t& m) { this->bus().Publish(channels::kPolicyAction, m); },
-         .note = [this](const std::string& text) { log().Warn("{}", text); }});
+    policy_->SetCallbacks(
+        {.on_observation = [this](const observation_t& m) { this->bus().Publish(channels::kObservation, m); },
+         .on_policy_action =
+             [this](const policy_action_t& m) { this->bus().Publish(channels::kPolicyAction, m); },
+         .note = [this](const std::string& text) { log().Warn("{}", text); },
+         .wake = [event = this->bus().wake_event()] { event->Set(); }});
   }
   log().Debug("plays {}", name_);
   policy_->Begin(begin);
@@ -76,7 +72,10 @@ bool PolicyComponent::Act(const state_t& state) {
   try {
     const bool is_done = policy_->Think(state);
     const auto now = std::chrono::steady_clock::now();
-    if (const observe_t* observe = policy_->Wants(); observe && observe_.Due(now)) {
+    const observe_t* observe = policy_->Wants();
+    // A new request is published at once; the period is for one that may have been lost.
+    if (observe && (!SameTick(observe->header, observed_) || observe_.Due(now))) {
+      observed_ = observe->header;
       if (!std::exchange(hears_pictures_, true)) {
         bus().SubscribeRaw(
             channels::kImage.name + std::string(".*"),
@@ -120,7 +119,7 @@ void PolicyComponent::Poll(SteadyTime now) {
 }
 
 SteadyTime PolicyComponent::next_poll() const {
-  return is_starting_ || is_thinking_ ? std::chrono::steady_clock::now() + kAskAgain : SteadyTime::max();
+  return is_thinking_ ? policy_->think_again_at() : SteadyTime::max();
 }
 
 }  // namespace evalbus::policy

@@ -50,6 +50,8 @@ class PolicyComponent : public Component {
   // What the policy thinks about, if it does.
   bool is_thinking_ = false;
   state_t state_{};
+  // Header of the last OBSERVE published, and when to repeat it.
+  header_t observed_{};
   Repeater observe_{std::chrono::milliseconds(200)};
   bool hears_pictures_ = false;
   image_t image_{};

@@ -46,6 +46,8 @@ void CameraComponent::OnEpisodeBegin(const episode_begin_t& begin) {
     renderer_ = std::make_unique<Renderer>(LoadVisualModel(*model_), kUsualViewSize);
   }
   renderer_->SetAppearance(*model_, begin.seed);
+  for (state_t& state : states_) state.header.tick = -1;
+  shown_.tick = -1;
   waiting_.reset();
   drawn_.clear();
   SayReady();
@@ -58,8 +60,7 @@ void CameraComponent::OnState(const state_t& state) {
     return;
   }
   status_.missing_ticks += state.header.tick - status_.last_tick - 1;
-  state_ = state;
-  state_is_set_ = false;
+  states_[static_cast<size_t>(state.header.tick) % kKeptStates] = state;
   Progress(state.header);
   if (waiting_ && waiting_->header.tick <= state.header.tick) Answer(*std::exchange(waiting_, std::nullopt));
 }
@@ -84,14 +85,18 @@ void CameraComponent::OnObserve(const observe_t& observe) {
 void CameraComponent::Answer(const observe_t& observe) {
   for (const view_t& view : observe.view) {
     const image_t* image = Find(observe.header, view);
+    image_t gone{};
     if (!image) {
-      ++status_.skipped_ticks;
-      log().Warn("is asked for tick {} when tick {} has come: not answered", observe.header.tick,
-                 status_.last_tick);
-      return;
+      gone.header = observe.header;
+      gone.view = view;
     }
     const std::string channel = channels::ImageChannel(view.camera);
-    bus().Publish(Channel<image_t>{channel.c_str(), status_.component}, *image);
+    bus().Publish(Channel<image_t>{channel.c_str(), status_.component}, image ? *image : gone);
+    if (image) continue;
+    ++status_.skipped_ticks;
+    log().Warn("an OBSERVE of tick {} came at tick {}, too late for its images", observe.header.tick,
+               status_.last_tick);
+    return;
   }
 }
 
@@ -100,16 +105,18 @@ const image_t* CameraComponent::Find(const header_t& header, const view_t& view)
     return SameTick(image.header, header) && SameView(image.view, view);
   });
   if (known != drawn_.end()) return &*known;
-  if (!SameTick(header, state_.header)) return nullptr;
+  const state_t& state = states_[static_cast<size_t>(header.tick) % kKeptStates];
+  if (!SameTick(header, state.header)) return nullptr;
   if (drawn_.size() == kMaxViews || (!drawn_.empty() && !SameTick(drawn_[0].header, header))) drawn_.clear();
   drawn_.emplace_back();
-  Draw(view, &drawn_.back());
+  Draw(state, view, &drawn_.back());
   return &drawn_.back();
 }
 
-void CameraComponent::Draw(const view_t& view, image_t* image) {
-  if (!std::exchange(state_is_set_, true)) renderer_->SetState(state_);
-  DrawView(view, state_.header, renderer_.get(), image);
+void CameraComponent::Draw(const state_t& state, const view_t& view, image_t* image) {
+  if (!SameTick(shown_, state.header)) renderer_->SetState(state);
+  shown_ = state.header;
+  DrawView(view, state.header, renderer_.get(), image);
   ++num_drawn_;
 }
 

@@ -1,11 +1,13 @@
-// Pictures that a policy asks for: answers each OBSERVE with one IMAGE_<camera> for each of its views,
-// lossless and of exactly the STATE that it names. Nothing is drawn that nobody asked for.
+// Images on request: answers each OBSERVE with one IMAGE_<camera> for each of its views, lossless and of
+// exactly the STATE that it names. Nothing else is drawn.
 //
-// An OBSERVE that comes before its STATE waits for it. One of the tick last answered is answered again from
-// what was drawn. One of a tick that is gone is not answered: counted in STATUS (skipped_ticks) and told in
-// the log.
+// An OBSERVE received before its STATE is held until the STATE arrives. A repeated OBSERVE of the tick
+// answered last returns the cached images. The last kKeptStates ticks can be requested; an OBSERVE of an
+// older one, which happens only on a realtime clock, is answered with images without data, counted in STATUS
+// (skipped_ticks) and logged.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,6 +23,8 @@ namespace evalbus::viz {
 
 class CameraComponent : public Component {
  public:
+  static constexpr size_t kKeptStates = 64;
+
   // Throws EnvironmentError if OSMesa is missing. An OBSERVE of our episode that asks for what cannot be
   // drawn (an unknown camera, a size beyond 2048 pixels, ...) is an InputError of Bus::Handle.
   explicit CameraComponent(Bus* bus);
@@ -34,17 +38,18 @@ class CameraComponent : public Component {
   void OnState(const state_t& state);
   void OnObserve(const observe_t& observe);
   void Answer(const observe_t& observe);
-  // As it was drawn, if it was; nothing for a tick that is gone.
+  // The cached image, or one drawn now; null for a tick that is no longer kept.
   const image_t* Find(const header_t& header, const view_t& view);
-  void Draw(const view_t& view, image_t* image);
+  void Draw(const state_t& state, const view_t& view, image_t* image);
 
   std::optional<model_info_t> model_;
   bool model_is_new_ = false;
   // Of the model's scene; empty before the first episode.
   std::unique_ptr<Renderer> renderer_;
-  // The newest of this episode, and whether the renderer has it.
-  state_t state_{};
-  bool state_is_set_ = false;
+  // The newest ticks of this episode: that of tick k is at k modulo the size.
+  std::array<state_t, kKeptStates> states_{};
+  // Header of the state that the renderer shows; tick -1: none of this episode.
+  header_t shown_{};
   // Waits for its STATE.
   std::optional<observe_t> waiting_;
   // Of one tick.

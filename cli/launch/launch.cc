@@ -50,19 +50,19 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
   for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, options));
   if (options.sim.realtime) AskForRealtime(kSimRealtimePriority);
   RunController controller(&bus, plan, folder, listener);
-  SteadyTime poll_at{};
+  SteadyTime idle_poll_at{}, poll_at{};
   while (!controller.done() && !stop_requested()) {
     const auto now = steady_clock::now();
     if (now >= poll_at) {
-      poll_at = now + kIdlePoll;
-      for (const auto& component : components) {
-        component->Poll(now);
-        poll_at = std::min(poll_at, component->next_poll());
-      }
+      for (const auto& component : components) component->Poll(now);
       controller.Poll(now);
       listener->Poll(now);
+      idle_poll_at = now + kIdlePoll;
     }
-    bus.Handle(poll_at);
+    poll_at = idle_poll_at;
+    for (const auto& component : components) poll_at = std::min(poll_at, component->next_poll());
+    // No message: it is time to poll, or a policy's answer has arrived.
+    if (!bus.Handle(poll_at)) poll_at = {};
   }
   SayDropped(controller, listener);
 }

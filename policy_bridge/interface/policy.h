@@ -1,6 +1,7 @@
 // What every policy is to the rest: it begins an episode, then answers each state with an action.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <string>
 
@@ -14,12 +15,16 @@
 
 namespace evalbus::policy {
 
-// Where a policy tells what it saw and said.
-struct PolicyRecord {
-  std::function<void(const observation_t&)> saw;
-  std::function<void(const policy_action_t&)> said;
-  // What people should know now, one line.
+// What a policy reports to its owner. Each member may be empty.
+struct PolicyCallbacks {
+  // Records what the policy was shown, and what it answered.
+  std::function<void(const observation_t&)> on_observation;
+  std::function<void(const policy_action_t&)> on_policy_action;
+  // Logs one line for people as a warning.
   std::function<void(const std::string&)> note;
+  // May be called from any thread: Think() or IsReady() has news. Policies that compute on a thread of their
+  // own should call it as soon as they have the result; otherwise it is noticed up to 100 ms later.
+  std::function<void()> wake;
 };
 
 // Deterministic: actions depend on the model, the episode's seed and the states alone. Time is the state's
@@ -36,16 +41,22 @@ class Policy {
   // on.
   virtual void Act(const state_t& state, action_t* action) = 0;
 
-  // What follows is for policies that look and take their time. Others are always ready and see nothing.
+  // What follows is for policies that take time or need images. Other policies are always ready and need
+  // none.
 
-  // Asked again and again after Begin(), until true: the episode may start.
+  // Called after Begin() until it returns true: the episode may start.
   virtual bool IsReady() { return true; }
-  // Asked again and again for the tick of `state`, until true: Act() may be called. Throws as Act() does.
+  // Called for the tick of `state` until it returns true: Act() may be called. Throws as Act() does.
   virtual bool Think(const state_t& /*state*/) { return true; }
-  // Pictures that it needs before it can go on thinking; null: none. They are given to See() as they come.
+  // After a Think() that returned false: when to call it again at the latest.
+  virtual std::chrono::steady_clock::time_point think_again_at() const {
+    return std::chrono::steady_clock::time_point::max();
+  }
+  // Images that it needs before Think() can proceed; null: none. They are passed to See() as they arrive.
   virtual const observe_t* Wants() const { return nullptr; }
+  // An image without data: the tick that was asked for is no longer available; ask for a newer one.
   virtual void See(const image_t& /*image*/) {}
-  virtual void SetRecord(const PolicyRecord& /*record*/) {}
+  virtual void SetCallbacks(const PolicyCallbacks& /*callbacks*/) {}
 };
 
 }  // namespace evalbus::policy

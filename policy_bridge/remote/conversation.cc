@@ -14,7 +14,10 @@ void Conversation::Start(Job job) {
   });
   answer_ = task.get_future();
   // Nobody joins it: a process that is told to stop does not wait for a server's answer.
-  std::thread(std::move(task)).detach();
+  std::thread([task = std::move(task), on_answer = on_answer_]() mutable {
+    task();
+    if (on_answer) on_answer();
+  }).detach();
 }
 
 std::optional<Conversation::Answer> Conversation::Take() {

@@ -21,6 +21,9 @@ class Conversation {
 
   explicit Conversation(std::unique_ptr<PolicyClient> client) : client_(std::move(client)) {}
 
+  // Called by the thread of each later job when its answer can be taken.
+  void SetOnAnswer(std::function<void()> on_answer) { on_answer_ = std::move(on_answer); }
+
   // Starts a job; the last one has been taken.
   void Start(Job job);
   bool is_busy() const { return answer_.valid(); }
@@ -30,6 +33,7 @@ class Conversation {
  private:
   // A job that its owner does not wait for keeps it.
   std::shared_ptr<PolicyClient> client_;
+  std::function<void()> on_answer_;
   std::future<Answer> answer_;
 };
 

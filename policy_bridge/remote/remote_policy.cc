@@ -53,6 +53,11 @@ RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjMo
       converter_(Fitted(contract_, [&] { return ActionConverter(contract_.actions, model, info); })),
       conversation_(MakePolicyClient(ClientOptionsOf(contract_))) {}
 
+void RemotePolicy::SetCallbacks(const PolicyCallbacks& callbacks) {
+  callbacks_ = callbacks;
+  conversation_.SetOnAnswer(callbacks.wake);
+}
+
 void RemotePolicy::Begin(const episode_begin_t& begin) {
   begin_ = begin;
   phase_ = is_connected_ ? Phase::kGreeting : Phase::kConnecting;
@@ -160,6 +165,11 @@ const observe_t* RemotePolicy::Wants() const {
 
 void RemotePolicy::See(const image_t& image) {
   if (!observe_ || !SameTick(image.header, observe_->header)) return;
+  if (image.data.empty()) {
+    // The next tick is observed instead.
+    observe_.reset();
+    return;
+  }
   for (size_t i = 0; i < pictures_.size(); ++i) {
     if (SameView(image.view, observe_->view[i])) pictures_[i] = image;
   }
@@ -183,7 +193,7 @@ void RemotePolicy::Look() {
 void RemotePolicy::Ask() {
   observation_t record;
   Value observation = observations_.Build(&record);
-  if (record_.saw) record_.saw(record);
+  if (callbacks_.on_observation) callbacks_.on_observation(record);
   conversation_.Start(
       [observation = std::move(observation)](PolicyClient& client) { return client.Infer(observation); });
 }
@@ -235,7 +245,7 @@ void RemotePolicy::OnAnswer(const Conversation::Answer& answer) {
   said.answered_s = answer.took_s;
   said.server_s = answer.reply.server_s.value_or(-1);
   said.held_ticks = static_cast<int32_t>(held);
-  if (record_.said) record_.said(said);
+  if (callbacks_.on_policy_action) callbacks_.on_policy_action(said);
   rows_.assign(chunk.rows.begin(), chunk.rows.begin() + contract_.execute_steps);
 }
 
@@ -272,7 +282,7 @@ void RemotePolicy::CheckFirstStep(const state_t& state, const action_t& action) 
 }
 
 void RemotePolicy::Note(const std::string& text) const {
-  if (record_.note) record_.note(text);
+  if (callbacks_.note) callbacks_.note(text);
 }
 
 }  // namespace evalbus::policy

@@ -40,7 +40,7 @@ class RemotePolicy : public Policy {
   bool Think(const state_t& state) override;
   const observe_t* Wants() const override;
   void See(const image_t& image) override;
-  void SetRecord(const PolicyRecord& record) override { record_ = record; }
+  void SetCallbacks(const PolicyCallbacks& callbacks) override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -65,7 +65,7 @@ class RemotePolicy : public Policy {
   ObservationBuilder observations_;
   ActionConverter converter_;
   Conversation conversation_;
-  PolicyRecord record_;
+  PolicyCallbacks callbacks_;
 
   // Of the connection.
   Phase phase_ = Phase::kConnecting;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "bus/component.h"
@@ -34,6 +36,26 @@ TEST(Bus, DeliversEveryMessageInOrderToASlowSubscriber) {
   HandleAll(&bus);
   ASSERT_EQ(ticks.size(), 1000u);
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(ticks[static_cast<size_t>(i)], i);
+}
+
+// A wait that nothing ends would last until the test's time limit.
+TEST(Bus, AWakeEventEndsTheWaitForAMessage) {
+  const auto far = std::chrono::steady_clock::now() + std::chrono::hours(1);
+  Bus bus("memq://");
+  bus.wake_event()->Set();
+  EXPECT_FALSE(bus.Handle()) << "there is no message";
+  EXPECT_FALSE(bus.Handle(far)) << "set before the wait";
+  std::thread other([event = bus.wake_event()] { event->Set(); });
+  EXPECT_FALSE(bus.Handle(far)) << "set during the wait";
+  other.join();
+  // A message goes before it.
+  int received = 0;
+  bus.Subscribe(kChannel, [&](const header_t&) { ++received; });
+  bus.wake_event()->Set();
+  bus.Publish(kChannel, Header(0, 0));
+  EXPECT_TRUE(bus.Handle(far));
+  EXPECT_EQ(received, 1);
+  EXPECT_FALSE(bus.Handle(far));
 }
 
 TEST(Bus, CountsMessagesThatDoNotDecodeAndDropsThem) {

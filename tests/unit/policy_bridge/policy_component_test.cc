@@ -161,6 +161,44 @@ TEST_F(PolicyComponentTest, ActsOnceForEachStateAndSaysItAgain) {
   EXPECT_EQ(actions_[2].joint_position_rad, actions_[1].joint_position_rad);
 }
 
+// Needs one image of each tick.
+class ImagePolicy : public Policy {
+ public:
+  void Begin(const episode_begin_t&) override {}
+  bool Think(const state_t& state) override {
+    if (seen_tick_ == state.header.tick) return true;
+    observe_.header = state.header;
+    return false;
+  }
+  const observe_t* Wants() const override { return seen_tick_ < observe_.header.tick ? &observe_ : nullptr; }
+  void See(const image_t& image) override { seen_tick_ = image.header.tick; }
+  void Act(const state_t&, action_t* action) override { action->mode = action_t::JOINT_POSITION; }
+
+ private:
+  observe_t observe_{};
+  int64_t seen_tick_ = -1;
+};
+
+TEST_F(PolicyComponentTest, RequestsImagesOfANewTickAtOnce) {
+  RegisterPolicy("image_policy", "one image a tick",
+                 [](const mjModel&, const model_info_t&) { return std::make_unique<ImagePolicy>(); });
+  PolicyComponent component(&bus_, {"image_policy"});
+  std::vector<int64_t> observed;
+  bus_.Subscribe(channels::kObserve, [&](const observe_t& m) { observed.push_back(m.header.tick); });
+  Send(channels::kModel, model_);
+  Begin(0);
+  for (int64_t tick = 0; tick < 20; ++tick) {
+    Send(channels::kState, State(0, tick));
+    // The period of repeats has not passed since the last request.
+    ASSERT_EQ(observed.size(), static_cast<size_t>(tick) + 1);
+    EXPECT_EQ(observed.back(), tick);
+    image_t image{};
+    image.header = State(0, tick).header;
+    Send(Channel<image_t>{"EVALBUS_IMAGE_front", "cameras"}, image);
+    ASSERT_EQ(actions_.size(), static_cast<size_t>(tick) + 1);
+  }
+}
+
 TEST_F(PolicyComponentTest, ModelsThatAreNoneAreRefused) {
   // The model itself, where no run has it, and what never ends.
   fs::create_directories(folder_ / "pipe/model");

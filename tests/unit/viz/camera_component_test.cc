@@ -188,34 +188,48 @@ TEST_F(CameraComponentTest, SaysAgainWhatItHasDrawn) {
   EXPECT_TRUE(late[0].data == first[1].data);
   EXPECT_EQ(process.component.num_drawn(), 2);
   EXPECT_EQ(process.component.status().skipped_ticks, 0);
-  // What was not drawn then cannot be any more.
-  EXPECT_TRUE(process.Observe(0, {View("front", 64, 50)}).empty());
-  EXPECT_EQ(process.component.status().skipped_ticks, 1);
-  EXPECT_EQ(process.component.num_drawn(), 2);
 }
 
-TEST_F(CameraComponentTest, ATickThatIsGoneIsCountedAndTold) {
+TEST_F(CameraComponentTest, DrawsATickThatNewerOnesHaveFollowed) {
   Process process;
   Begin(&process);
-  process.SayState(0);
-  process.SayState(1);
-  EXPECT_TRUE(process.Observe(0, views_).empty());
+  for (int64_t tick = 0; tick < 5; ++tick) process.SayState(tick);
+  for (const int64_t tick : {1, 4, 0}) {
+    const std::vector<image_t> images = process.Observe(tick, views_);
+    ASSERT_EQ(images.size(), 2u);
+    EXPECT_EQ(images[0].header.tick, tick);
+    for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(images[i].data == Drawn(tick, views_[i]));
+  }
+  EXPECT_EQ(process.component.status().skipped_ticks, 0);
+}
+
+TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
+  Process process;
+  Begin(&process);
+  const auto num_states = static_cast<int64_t>(CameraComponent::kKeptStates);
+  for (int64_t tick = 0; tick <= num_states; ++tick) process.SayState(tick);
+  const std::vector<image_t> gone = process.Observe(0, views_);
+  ASSERT_EQ(gone.size(), 1u);
+  EXPECT_TRUE(gone[0].data.empty());
+  EXPECT_EQ(gone[0].header.tick, 0);
   EXPECT_EQ(process.component.status().skipped_ticks, 1);
   EXPECT_EQ(process.component.num_drawn(), 0);
-  EXPECT_EQ(process.log, "is asked for tick 0 when tick 1 has come: not answered\n");
-  // The tick of another time is not the one that there is.
+  EXPECT_EQ(process.log, "an OBSERVE of tick 0 came at tick 64, too late for its images\n");
+  EXPECT_FALSE(process.Observe(1, {views_[0]}).at(0).data.empty());
+  // A header with the time of another tick names no STATE.
   observe_t observe{};
-  observe.header = Header(1);
+  observe.header = Header(2);
   observe.header.sim_time_us += 1;
   observe.num_views = 1;
   observe.view = {views_[0]};
+  process.images.clear();
   process.Say(channels::kObserve, observe);
-  EXPECT_TRUE(process.images.empty());
+  EXPECT_TRUE(process.images.at(0).data.empty());
   EXPECT_EQ(process.component.status().skipped_ticks, 2);
-  // One that waited for a tick that was lost.
-  EXPECT_TRUE(process.Observe(2, views_).empty());
-  process.SayState(3);
-  EXPECT_TRUE(process.images.empty());
+  // A request held for a STATE that was lost.
+  EXPECT_TRUE(process.Observe(num_states + 1, views_).empty());
+  process.SayState(num_states + 2);
+  EXPECT_TRUE(process.images.at(0).data.empty());
   EXPECT_EQ(process.component.status().skipped_ticks, 3);
   EXPECT_EQ(process.component.status().missing_ticks, 1);
 }

@@ -1,11 +1,13 @@
 #include "policy_bridge/remote/remote_policy.h"
 
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include <cmath>
 #include <limits>
 
 #include "base/errors.h"
+#include "bus/wake_event.h"
 #include "tests/doubles/policy_server.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
@@ -49,9 +51,10 @@ class RemotePolicyTest : public testing::Test {
     info.substeps = 25;
     info.clock = clock;
     policy_ = std::make_unique<RemotePolicy>(contract_, latency, GetPolicyScene().model(), info);
-    policy_->SetRecord({.saw = [this](const observation_t& m) { saw_.push_back(m); },
-                        .said = [this](const policy_action_t& m) { said_.push_back(m); },
-                        .note = [this](const std::string& text) { notes_.push_back(text); }});
+    policy_->SetCallbacks({.on_observation = [this](const observation_t& m) { saw_.push_back(m); },
+                           .on_policy_action = [this](const policy_action_t& m) { said_.push_back(m); },
+                           .note = [this](const std::string& text) { notes_.push_back(text); },
+                           .wake = [event = wake_event_] { event->Set(); }});
   }
   template <class F>
   bool Until(const F& f) {
@@ -100,6 +103,7 @@ class RemotePolicyTest : public testing::Test {
   std::vector<observation_t> saw_;
   std::vector<policy_action_t> said_;
   std::vector<std::string> notes_;
+  std::shared_ptr<WakeEvent> wake_event_ = std::make_shared<WakeEvent>();
 };
 
 TEST_F(RemotePolicyTest, AsksWhenItsStepsAreUsedUp) {
@@ -199,6 +203,45 @@ TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
   ASSERT_TRUE(Until([&] { return Act(tick++) > 0; }));
   EXPECT_EQ(said_.at(0).header.tick, 0);
   EXPECT_GE(said_.at(0).held_ticks, 2);
+}
+
+TEST_F(RemotePolicyTest, WakesItsOwnerWhenAnAnswerIsThere) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  Make();
+  Begin();
+  for (const int64_t tick : {0, 2}) {
+    wake_event_->Clear();
+    const state_t state = State(tick);
+    // One call starts the request; the next one is made when the event is set, and has the answer.
+    if (policy_->Think(state)) continue;
+    pollfd readable{wake_event_->fd(), POLLIN, 0};
+    ASSERT_EQ(poll(&readable, 1, 60'000), 1);
+    EXPECT_TRUE(policy_->Think(state));
+    policy_->Act(state, &action_);
+    policy_->Act(State(tick + 1), &action_);
+  }
+}
+
+TEST_F(RemotePolicyTest, AnImageThatIsNoLongerAvailableGivesWayToTheNewestTick) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  std::string text = kContract;
+  text.insert(text.find("  - {key: prompt"), "  - {key: image, camera: front, size_px: [32, 32]}\n");
+  contract_ = ParseContract(text, "mine.yaml");
+  contract_.url = server_->url();
+  Make({}, "realtime");
+  Begin();
+  policy_->Think(State(0));
+  ASSERT_NE(policy_->Wants(), nullptr);
+  image_t gone{};
+  gone.header = policy_->Wants()->header;
+  policy_->Think(State(7));
+  EXPECT_EQ(policy_->Wants()->header.tick, 0);
+  gone.view = policy_->Wants()->view.at(0);
+  policy_->See(gone);
+  EXPECT_EQ(policy_->Wants(), nullptr);
+  policy_->Think(State(8));
+  ASSERT_NE(policy_->Wants(), nullptr);
+  EXPECT_EQ(policy_->Wants()->header.tick, 8);
 }
 
 TEST_F(RemotePolicyTest, FirstStepOfAnAbsoluteActionIsWhereTheRobotIs) {
