@@ -44,7 +44,8 @@ void CheckLimits(const std::string& url) {
 
 }  // namespace
 
-Bus::Bus(const std::string& url, int64_t session) : url_(url), session_(session) {
+Bus::Bus(const std::string& url, int64_t session, int64_t instance)
+    : url_(url), session_(session), instance_(instance) {
   if (url != "memq://" && !IsMulticast(url)) {
     throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
   }
@@ -114,6 +115,10 @@ int64_t Bus::decode_errors() const { return decode_errors_ + (receiver_ ? receiv
 
 void Bus::Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data,
                   int64_t time_us) {
+  if (session_ != 0 && channels::CarriesSession(channel) && SessionOf(data) != session_) {
+    ++foreign_messages_;
+    return;
+  }
   Note(Trace::Event::kReceived, channel, data);
   handled_ = data;
   to->handler(channel, data, time_us);
@@ -164,7 +169,7 @@ bool Bus::HandleReceived(SteadyTime deadline) {
   return true;
 }
 
-int64_t DrawSession() {
+int64_t DrawId() {
   std::random_device random;
   return static_cast<int64_t>(uint64_t{random()} << 32 | random() | 1);
 }

@@ -41,15 +41,18 @@ inline constexpr int kReceiveBufferBytes = 4 << 20;
 class Bus {
  public:
   // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of
-  // kReceiveBufferBytes is asked for unless the URL names one. session: as in MODEL. Throws EnvironmentError,
-  // with the fix, if the bus cannot be had.
-  explicit Bus(const std::string& url, int64_t session = 0);
+  // kReceiveBufferBytes is asked for unless the URL names one. session: of the run that this process belongs
+  // to, as in MODEL: every message that has a session is published with this one, and received only with this
+  // one. 0: messages are published as they are, and all are received. instance: as in STATUS; 0: each
+  // component draws its own. Throws EnvironmentError, with the fix, if the bus cannot be had.
+  explicit Bus(const std::string& url, int64_t session = 0, int64_t instance = 0);
   ~Bus();
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
   const std::string& url() const { return url_; }
   int64_t session() const { return session_; }
+  int64_t instance() const { return instance_; }
 
   // Sends a message to ourselves and waits for it. Throws EnvironmentError if it does not arrive within a
   // second.
@@ -60,6 +63,9 @@ class Bus {
   void Publish(const Channel<Message>& channel, const std::type_identity_t<Message>& message) {
     Note(Trace::Event::kEncode, channel, {});
     Encode(message, &buffer_);
+    if constexpr (HasSession<Message>) {
+      if (session_ != 0) SetSession(session_, buffer_);
+    }
     PublishRaw(channel.name, buffer_);
   }
   void PublishRaw(const char* channel, std::span<const uint8_t> data);
@@ -112,6 +118,8 @@ class Bus {
   std::span<const uint8_t> handled() const { return handled_; }
 
   int64_t decode_errors() const;
+  // Messages of other sessions that were dropped.
+  int64_t foreign_messages() const { return foreign_messages_; }
   // For who decodes by itself.
   void CountDecodeError() { ++decode_errors_; }
 
@@ -142,6 +150,7 @@ class Bus {
 
   std::string url_;
   int64_t session_;
+  int64_t instance_;
   std::unique_ptr<lcm::LCM> lcm_;
   std::shared_ptr<WakeEvent> wake_event_;
   std::unique_ptr<Trace> trace_ = Trace::OfEnvironment();
@@ -154,10 +163,11 @@ class Bus {
   std::span<const uint8_t> handled_;
   std::exception_ptr thrown_;
   int64_t decode_errors_ = 0;
+  int64_t foreign_messages_ = 0;
 };
 
-// A new session, not 0.
-int64_t DrawSession();
+// A random id, not 0, for a session or an instance.
+int64_t DrawId();
 
 // A multicast URL of this machine on a port derived from `salt` (a process id, say).
 std::string LocalMulticastUrl(uint32_t salt);

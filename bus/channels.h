@@ -90,6 +90,15 @@ void ForEach(const Function& function) {
   std::apply([&](const auto&... channel) { (function(channel), ...); }, kAll);
 }
 
+// False for channels that are not ours, and for those of an external source, which does not know the session.
+inline bool CarriesSession(std::string_view name) {
+  bool carries = name.starts_with(kImage.name);
+  ForEach([&]<class Message>(const Channel<Message>& channel) {
+    if (HasSession<Message> && channel == name) carries = true;
+  });
+  return carries;
+}
+
 // "EVALBUS_IMAGE_left_hand_wrist" for the camera "left/hand/wrist".
 inline std::string ImageChannel(std::string camera) {
   std::ranges::replace(camera, '/', '_');

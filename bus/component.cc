@@ -1,7 +1,6 @@
 #include "bus/component.h"
 
 #include <algorithm>
-#include <random>
 #include <utility>
 
 #include "base/errors.h"
@@ -20,8 +19,7 @@ std::string Messages(int64_t n) { return std::to_string(n) + (n == 1 ? " message
 
 Component::Component(Bus* bus, std::string name, int64_t lag_window_ticks) : bus_(bus), log_(name, bus) {
   status_.component = std::move(name);
-  std::random_device random;
-  status_.instance = static_cast<int64_t>(uint64_t{random()} << 32 | random());
+  status_.instance = bus->instance() != 0 ? bus->instance() : DrawId();
   status_.state = component_status_t::IDLE;
   status_.episode = status_.attempt = status_.last_finished_episode = -1;
   status_.last_tick = -1;
@@ -39,6 +37,8 @@ void Component::Poll(SteadyTime now) {
 
 void Component::PublishStatus() {
   status_.decode_errors = bus_->decode_errors();
+  const int64_t of_other_runs = bus_->foreign_messages();
+  status_.foreign_messages += of_other_runs - std::exchange(of_other_runs_, of_other_runs);
   bus_->Publish(channels::kStatus, status_);
   last_published_ = std::chrono::steady_clock::now();
   last_published_tick_ = status_.last_tick;
@@ -53,7 +53,7 @@ void Component::TellLosses() {
     log_.Info("dropped {} that were repeated or of another episode", Messages(n));
   }
   if (const int64_t n = grown(of_other_runs_, &of_other_runs_told_); n > 0) {
-    log_.Info("{} of them: MODEL or EPISODE_BEGIN of another run", n);
+    log_.Info("{} of them: of another run, or of a log being played", n);
   }
   if (const int64_t n = grown(status_.missing_ticks, &missing_ticks_told_); n > 0) {
     log_.Warn("{} never arrived", Plural(n, "tick"));
@@ -72,20 +72,9 @@ void Component::Stop() {
   TellLosses();
 }
 
-bool Component::IsNewModel(const model_info_t& model) {
-  if (!IsOfOurRun(model.session)) return false;
+bool Component::IsNewModel() {
   if (bus_->session() == 0 || model_bytes_.empty()) return IsNews(bus_->handled(), &model_bytes_);
-  if (!std::ranges::equal(bus_->handled(), model_bytes_)) {
-    ++status_.foreign_messages;
-    ++of_other_runs_;
-  }
-  return false;
-}
-
-bool Component::IsOfOurRun(int64_t session) {
-  if (bus_->session() == 0 || session == bus_->session()) return true;
-  ++status_.foreign_messages;
-  ++of_other_runs_;
+  if (!std::ranges::equal(bus_->handled(), model_bytes_)) ++status_.foreign_messages;
   return false;
 }
 
@@ -99,11 +88,14 @@ bool Component::EnterEpisode(const episode_begin_t& begin) {
     PublishStatus();
     return false;
   }
+  status_.session = begin.header.session;
   status_.state = component_status_t::IDLE;
   status_.episode = begin.header.episode;
   status_.attempt = begin.header.attempt;
   seed_ = begin.seed;
-  log_.SetPlace({begin.header.episode, begin.header.attempt, -1, 0});
+  header_t place = begin.header;
+  place.tick = -1;
+  log_.SetPlace(place);
   status_.last_tick = last_published_tick_ = -1;
   // An attempt before this one may have been finished.
   if (status_.last_finished_episode == begin.header.episode) status_.last_finished_episode = -1;

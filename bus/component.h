@@ -38,11 +38,9 @@ class Component {
  protected:
   Bus& bus() { return *bus_; }
 
-  // True for a MODEL to work by from the next episode on: one that differs from the last, or, where our
-  // launcher drew a session, the first of that session, whose sim says no other.
-  bool IsNewModel(const model_info_t& model);
-  // False for what says a session that is not ours, if we have one; counted as foreign.
-  bool IsOfOurRun(int64_t session);
+  // True for a MODEL to use from the next episode on: one that differs from the last one, or, in a session,
+  // the first one, since the sim of a session publishes no other.
+  bool IsNewModel();
   // True while in the episode, attempt and seed that it begins.
   bool HasEntered(const episode_begin_t& begin) const;
   // Enters the episode unless it is the one we are in (EPISODE_BEGIN is repeated until everybody is ready):
@@ -65,9 +63,9 @@ class Component {
 
   Bus* bus_;
   Log log_;
-  // MODEL and EPISODE_BEGIN of other runs.
+  // Messages of other sessions, counted in foreign_messages.
   int64_t of_other_runs_ = 0;
-  // What of it the log has said.
+  // As far as the log has reported them.
   int64_t decode_errors_told_ = 0, foreign_messages_told_ = 0, missing_ticks_told_ = 0,
           of_other_runs_told_ = 0;
   std::vector<uint8_t> model_bytes_;

@@ -28,12 +28,12 @@ void InstallStopSignals() {
 
 bool stop_requested() { return g_stop != 0; }
 
-int Host(const std::string& url, const ComponentFactory& make, int64_t session) {
+int Host(const std::string& url, const ComponentFactory& make, int64_t session, int64_t instance) {
   InstallStopSignals();
   std::unique_ptr<Bus> bus;
   std::unique_ptr<Component> component;
   try {
-    bus = std::make_unique<Bus>(url, session);
+    bus = std::make_unique<Bus>(url, session, instance);
     component = make(bus.get());
     std::cout << component->status().component << " ready" << std::endl;
     while (!stop_requested() && !component->done()) {
@@ -67,7 +67,7 @@ int HostMain(int argc, char** argv, const std::string& description,
              const std::function<void(CLI::App*)>& add_options, const ComponentFactory& make) {
   CLI::App app{description};
   std::string url;
-  int64_t session = 0;
+  int64_t session = 0, instance = 0;
   int realtime_priority = 0;
   add_options(&app);
   // A launcher starts all alike; one without options of its own takes none from the file.
@@ -78,11 +78,12 @@ int HostMain(int argc, char** argv, const std::string& description,
       ->required();
   // For launchers.
   app.add_option("--session", session)->group("");
+  app.add_option("--instance", instance)->group("");
   app.add_option("--realtime-priority", realtime_priority)->group("");
   AddLogLevel(&app);
   if (const auto code = ParseArguments(&app, argc, argv)) return *code;
   if (realtime_priority > 0) AskForRealtime(realtime_priority);
-  return Host(url, make, session);
+  return Host(url, make, session, instance);
 }
 
 }  // namespace evalbus

@@ -41,6 +41,33 @@ inline int64_t Fingerprint(std::span<const uint8_t> data) {
              : 0;
 }
 
+// Messages that begin, after the fingerprint, with the session of their publisher.
+template <class Message>
+concept HasSession = requires(Message message) {
+  message.session;
+}
+|| requires(Message message) { message.header.session; };
+
+// Position and size of the session in the bytes of such a message.
+inline constexpr size_t kSessionBegin = sizeof(int64_t), kSessionEnd = kSessionBegin + sizeof(int64_t);
+
+// Of the bytes of a message that HasSession. 0 where they are too few to be one.
+inline int64_t SessionOf(std::span<const uint8_t> data) {
+  int64_t session = 0;
+  if (data.size() >= kSessionEnd) {
+    __int64_t_decode_array(data.data(), kSessionBegin, static_cast<int>(data.size()) - kSessionBegin,
+                           &session, 1);
+  }
+  return session;
+}
+
+inline void SetSession(int64_t session, std::span<uint8_t> data) {
+  if (data.size() >= kSessionEnd) {
+    __int64_t_encode_array(data.data(), kSessionBegin, static_cast<int>(data.size()) - kSessionBegin,
+                           &session, 1);
+  }
+}
+
 // The header of a message that begins with one, without decoding the rest; false if the bytes are of another
 // type.
 template <class Message>

@@ -27,14 +27,13 @@ std::unique_ptr<CollisionChecker> LoadChecker(const model_info_t& info) {
 
 CollisionComponent::CollisionComponent(Bus* bus) : Component(bus, "collision") {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) {
-    if (IsNewModel(m)) model_info_ = m;
+    if (IsNewModel()) model_info_ = m;
   });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
 }
 
 void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
-  if (!IsOfOurRun(begin.session)) return;
   // Both are repeated until we are ready: without MODEL, wait for the next.
   if (!model_info_ || !EnterEpisode(begin)) return;
   CheckMessageVersion(*model_info_);

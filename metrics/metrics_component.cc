@@ -37,13 +37,12 @@ MetricsComponent::MetricsComponent(Bus* bus, bool is_part) : Component(bus, "met
 }
 
 void MetricsComponent::OnModel(const model_info_t& model) {
-  if (!IsNewModel(model)) return;
+  if (!IsNewModel()) return;
   model_ = model;
   model_is_new_ = true;
 }
 
 void MetricsComponent::OnEpisodeBegin(const episode_begin_t& begin) {
-  if (!IsOfOurRun(begin.session)) return;
   if (EnterEpisode(begin)) {
     begin_ = begin;
     running_ = false;

@@ -17,13 +17,12 @@ PolicyComponent::PolicyComponent(Bus* bus, const PolicyOptions& options)
 }
 
 void PolicyComponent::OnModel(const model_info_t& model) {
-  if (!IsNewModel(model)) return;
+  if (!IsNewModel()) return;
   model_ = model;
   model_is_new_ = true;  // for the next episode; this one goes on as it began
 }
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
-  if (!IsOfOurRun(begin.session)) return;
   if (EnterEpisode(begin)) {
     is_starting_ = is_thinking_ = false;
   }

@@ -64,6 +64,7 @@ void Describe(const SimOptions& options, PreparedScene* prepared) {
   info.run_id = options.run_id;
   info.variation = prepared->variation;
   info.clock = options.realtime ? clock_name::kRealtime : clock_name::kLockstep;
+  info.realtime_factor = options.realtime ? options.rtf : 0;
   SimOptions real = options;
   const std::string rate = MakeControlRateReal(info.timestep_us, &real);
   if (!rate.empty()) prepared->scene.warnings.push_back(rate);

@@ -10,12 +10,14 @@ constexpr size_t kMaxMembers = 100;
 
 }  // namespace
 
-void Roster::Begin(int32_t episode, int32_t attempt, std::vector<std::string> required,
-                   int64_t own_instance) {
-  episode_ = episode;
-  attempt_ = attempt;
-  required_ = std::move(required);
+void Roster::Begin(const command_t& start, int64_t own_instance) {
+  episode_ = start.episode;
+  attempt_ = start.attempt;
+  required_ = start.required_component;
   instances_ = {{"sim", own_instance}};
+  for (size_t i = 0; i < required_.size() && i < start.required_instance.size(); ++i) {
+    if (start.required_instance[i] != 0) instances_[required_[i]] = start.required_instance[i];
+  }
   twice_.clear();
 }
 
@@ -25,10 +27,15 @@ bool Roster::IsRequired(const std::string& component) const {
 
 bool Roster::Hear(const component_status_t& status) {
   const bool is_sim = status.component == "sim", is_required = IsRequired(status.component);
-  if (status.state == component_status_t::READY && status.episode == episode_ && status.attempt == attempt_ &&
-      (is_required || is_sim) &&
-      instances_.emplace(status.component, status.instance).first->second != status.instance) {
-    twice_ = status.component;
+  const bool is_ready =
+      status.state == component_status_t::READY && status.episode == episode_ && status.attempt == attempt_;
+  if (is_required || is_sim) {
+    const auto known = is_ready ? instances_.emplace(status.component, status.instance).first
+                                : instances_.find(status.component);
+    if (known != instances_.end() && known->second != status.instance) {
+      if (is_ready) twice_ = status.component;
+      return false;
+    }
   }
   if (is_sim) return true;
   if (!is_required && members_.size() >= kMaxMembers && !members_.contains(status.component)) return false;

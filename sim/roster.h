@@ -6,16 +6,19 @@
 #include <string>
 #include <vector>
 
+#include "evalbus/command_t.hpp"
 #include "evalbus/component_status_t.hpp"
 
 namespace evalbus::sim {
 
 class Roster {
  public:
-  // Begins an episode: nobody has been heard to be ready for it. own_instance: of the sim itself.
-  void Begin(int32_t episode, int32_t attempt, std::vector<std::string> required, int64_t own_instance);
+  // Begins the episode that `start` commands: no component is ready for it yet. own_instance: of the sim
+  // itself.
+  void Begin(const command_t& start, int64_t own_instance);
 
-  // False if it was not taken: whoever invents names cannot fill the memory.
+  // False if it was ignored: it is of another process than the known one of this name, or there are too many
+  // names.
   bool Hear(const component_status_t& status);
 
   // Names of the required components that are not ready for this episode, with commas; empty if all are.
@@ -24,7 +27,8 @@ class Roster {
   std::string Lagging(int64_t tick) const;
   // The last tick that a component has said it handled in this episode; -1 before the first.
   int64_t LastTick(const std::string& component) const;
-  // A component that two processes say they are, each ready for this episode; empty if there is none.
+  // A component that is ready for this episode in two processes, or in another process than the command
+  // requires; empty if there is none.
   const std::string& twice() const { return twice_; }
 
  private:
@@ -40,7 +44,7 @@ class Roster {
   int32_t episode_ = -1, attempt_ = -1;
   std::vector<std::string> required_;
   std::map<std::string, Member> members_;
-  // Of each that is ready for this episode, who it is.
+  // The process of each component: as required, else the first one that was ready for this episode.
   std::map<std::string, int64_t> instances_;
   std::string twice_;
 };

@@ -47,7 +47,7 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   bus->Subscribe(channels::kAction, [this](const action_t& m) { OnAction(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
   bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& m) { OnSummary(m.header); });
-  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnOwnModel(m); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t&) { OnOwnModel(); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnOwnEnd(m); });
   bus->SubscribeRaw(channels::kState.name,
@@ -88,16 +88,13 @@ void SimComponent::OnSummary(const header_t& header) {
   }
 }
 
-void SimComponent::OnOwnModel(const model_info_t& model) {
+void SimComponent::OnOwnModel() {
   if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
-  if (!IsOfOurRun(model.session)) return OnOtherRun("a MODEL");
   OnConflict("a MODEL that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
 void SimComponent::OnOwnBegin(const episode_begin_t& begin) {
-  if (phase_ == Phase::kIdle) return;
-  if (!IsOfOurRun(begin.session)) return OnOtherRun("an EPISODE_BEGIN");
-  if (HasEntered(begin)) return;
+  if (phase_ == Phase::kIdle || HasEntered(begin)) return;
   OnConflict("an EPISODE_BEGIN that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
@@ -115,11 +112,6 @@ void SimComponent::OnOwnEnd(const episode_end_t& end) {
   OnConflict("an EPISODE_END that is not this sim's: is a second sim on this bus, or a log being played?");
 }
 
-void SimComponent::OnOtherRun(const char* what) {
-  if (std::exchange(other_run_heard_, true)) return;
-  log().Warn("{} of another run is on this bus: is a second sim there, or is a log being played?", what);
-}
-
 void SimComponent::OnConflict(const std::string& what) {
   ++status_.foreign_messages;
   if (conflict_.empty()) conflict_ = what;
@@ -135,12 +127,10 @@ void SimComponent::BeginNext() {
   begin_.header.episode = command_.episode;
   begin_.header.attempt = command_.attempt;
   begin_.seed = command_.seed;
-  begin_.session = bus().session();
   EnterEpisode(begin_);
-  roster_.Begin(command_.episode, command_.attempt, command_.required_component, status_.instance);
+  roster_.Begin(command_, status_.instance);
   detector_.Start();
   conflict_.clear();
-  other_run_heard_ = false;
   const Variation& variation = scene_.task.variation(scene_.variation);
   std::vector<Parameter> parameters = world_.Reset(command_.seed, variation);
   if (!variation.appearance.empty()) {
@@ -171,14 +161,13 @@ void SimComponent::PublishModel() {
 }
 
 void SimComponent::OnStatus(const component_status_t& status) {
-  if (!roster_.Hear(status)) {
-    ++status_.foreign_messages;
-    return;
-  }
+  const bool is_taken = roster_.Hear(status);
+  if (!is_taken) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
   if (!roster_.twice().empty()) {
     return OnConflict("two processes on this bus say that they are the " + roster_.twice());
   }
+  if (!is_taken) return;
   if (phase_ == Phase::kWaiting) return StartIfReady();
   if (status.component == "policy" && status.state == component_status_t::FAILED &&
       status.episode == status_.episode && status.attempt == status_.attempt) {

@@ -63,12 +63,10 @@ class SimComponent : public Component {
   void OnPartial(const partial_metrics_t& partial);
   void OnSummary(const header_t& header);
   // Messages that only the sim publishes come back to it, as those of anybody else would come.
-  void OnOwnModel(const model_info_t& model);
+  void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
   void OnOwnState(std::span<const uint8_t> data);
   void OnOwnEnd(const episode_end_t& end);
-  // Nobody of our run takes it for ours.
-  void OnOtherRun(const char* what);
   // What this episode's result would be cannot be told any more: it ends as aborted.
   void OnConflict(const std::string& what);
 
@@ -114,8 +112,6 @@ class SimComponent : public Component {
   ConflictDetector detector_;
   // The first line about a conflict of this episode; empty without one.
   std::string conflict_;
-  // In this episode.
-  bool other_run_heard_ = false;
   Pacer pacer_;
   // Realtime clock: when the STATE of each tick was published, and what its answers took.
   std::vector<SteadyTime> published_;

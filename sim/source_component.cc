@@ -74,7 +74,7 @@ SourceComponent::SourceComponent(Bus* bus, const SimOptions& options)
   bus->Subscribe(channels::kCommand, [this](const command_t& m) { OnCommand(m); });
   bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { OnStatus(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
-  bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnOwnModel(m); });
+  bus->Subscribe(channels::kModel, [this](const model_info_t&) { OnOwnModel(); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
 }
 
@@ -152,9 +152,8 @@ void SourceComponent::BeginIfMet() {
   begin_.header.episode = command_->episode;
   begin_.header.attempt = command_->attempt;
   begin_.seed = command_->seed;
-  begin_.session = bus().session();
   EnterEpisode(begin_);
-  roster_.Begin(command_->episode, command_->attempt, command_->required_component, status_.instance);
+  roster_.Begin(*command_, status_.instance);
   command_.reset();
   running_.reset();
   phase_ = Phase::kWaiting;
@@ -173,23 +172,19 @@ void SourceComponent::PublishModel() {
   model_published_sim_us_ = running_ && running_->state ? running_->state->header.sim_time_us : 0;
 }
 
-void SourceComponent::OnOwnModel(const model_info_t& model) {
+void SourceComponent::OnOwnModel() {
   if (phase_ == Phase::kIdle || std::ranges::equal(bus().handled(), model_bytes_)) return;
-  if (!IsOfOurRun(model.session)) return;
   End(end_reason::kAborted, "a MODEL that is not ours: is a sim on this bus, or a log being played?");
 }
 
 void SourceComponent::OnOwnBegin(const episode_begin_t& begin) {
-  if (phase_ == Phase::kIdle || !IsOfOurRun(begin.session) || HasEntered(begin)) return;
+  if (phase_ == Phase::kIdle || HasEntered(begin)) return;
   End(end_reason::kAborted,
       "an EPISODE_BEGIN that is not ours: is a sim on this bus, or a log being played?");
 }
 
 void SourceComponent::OnStatus(const component_status_t& status) {
-  if (!roster_.Hear(status)) {
-    ++status_.foreign_messages;
-    return;
-  }
+  if (!roster_.Hear(status)) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
   if (!roster_.twice().empty()) {
     return End(end_reason::kAborted, "two processes on this bus say that they are the " + roster_.twice());

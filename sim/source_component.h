@@ -84,7 +84,7 @@ class SourceComponent : public Component {
   void OnStatus(const component_status_t& status);
   void OnSample(const source_state_t& message);
   void OnPartial(const partial_metrics_t& partial);
-  void OnOwnModel(const model_info_t& model);
+  void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
 
   // Throws InputError for what does not fit the task.

@@ -32,13 +32,12 @@ CameraComponent::CameraComponent(Bus* bus) : Component(bus, "cameras") {
 }
 
 void CameraComponent::OnModel(const model_info_t& model) {
-  if (!IsNewModel(model)) return;
+  if (!IsNewModel()) return;
   model_ = model;
   model_is_new_ = true;  // for the next episode; this one goes on as it began
 }
 
 void CameraComponent::OnEpisodeBegin(const episode_begin_t& begin) {
-  if (!IsOfOurRun(begin.session)) return;
   EnterEpisode(begin);
   // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
   if (status_.state != component_status_t::IDLE || !model_) return;

@@ -62,7 +62,7 @@ void Recorder::Poll(SteadyTime now) {
 bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
   model_info_t model{};
   Decode(data, &model);
-  if (!IsNewModel(model)) return std::ranges::equal(data, model_);
+  if (!IsNewModel()) return std::ranges::equal(data, model_);
   simulated_time_ = model.clock == clock_name::kLockstep;
   is_watched_ = model.source != source_name::kSim;
   model_.assign(data.begin(), data.end());
@@ -70,23 +70,21 @@ bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
   return true;
 }
 
-bool Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
+void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
   Decode(data, &begin);
-  if (!IsOfOurRun(begin.session)) return false;
-  // Like everybody else: what begins before the sim has said what it is, is not the sim's.
-  if (model_.empty()) return true;
+  // An episode that begins before MODEL is not of our sim.
+  if (model_.empty()) return;
   if (!HasEntered(begin) && closing_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
-  if (!HasEntered(begin) && !MayBegin(begin)) return true;
+  if (!HasEntered(begin) && !MayBegin(begin)) return;
   const auto left = UnfinishedEpisodeFolder(run_, status_.episode);
-  if (!EnterEpisode(begin)) return true;
+  if (!EnterEpisode(begin)) return;
   if (events_) {
     log().Warn("drops the unfinished log {}", left.string());
     events_.reset();
     OnDisk(left, [&] { fs::remove_all(left); });
   }
   Open(begin);
-  return true;
 }
 
 bool Recorder::MayBegin(const episode_begin_t& begin) {
@@ -132,8 +130,14 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
   if (!channels::IsWhatItCarries(channel, data, &decoded_)) return bus().CountDecodeError();
+  // Runs with equal seeds leave equal logs.
+  if (channels::CarriesSession(channel) && SessionOf(data) != 0) {
+    without_session_.assign(data.begin(), data.end());
+    SetSession(0, without_session_);
+    data = without_session_;
+  }
   if (channel == channels::kModel && !OnModel(data, receive_time_us)) return;
-  if (channel == channels::kEpisodeBegin && !OnEpisodeBegin(data)) return;
+  if (channel == channels::kEpisodeBegin) OnEpisodeBegin(data);
   if (!events_) return;
   Heard* heard = nullptr;
   if (recorded == Recorded::kOncePerTick) {

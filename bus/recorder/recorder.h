@@ -33,9 +33,9 @@ class Recorder : public Component {
 
  private:
   void Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us);
-  // False: not of our run.
+  // False: not the one to record.
   bool OnModel(std::span<const uint8_t> data, int64_t receive_time_us);
-  bool OnEpisodeBegin(std::span<const uint8_t> data);
+  void OnEpisodeBegin(std::span<const uint8_t> data);
   // True if the log of the episode that begins is to be opened.
   bool MayBegin(const episode_begin_t& begin);
   void Open(const episode_begin_t& begin);
@@ -61,6 +61,8 @@ class Recorder : public Component {
   };
   std::map<std::string, Heard, std::less<>> heard_;
   channels::Messages decoded_;
+  // The message to be recorded, with session 0.
+  std::vector<uint8_t> without_session_;
   Patience patience_;
   // EPISODE_END is the sim's, so a summary without it is not of this episode.
   std::optional<episode_end_t> end_;

@@ -175,7 +175,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
 
 // Returns the exit code. Throws InputError, EnvironmentError.
 int Foxglove(FoxgloveOptions options) {
-  options.server.session = std::to_string(DrawSession());
+  options.server.session = std::to_string(DrawId());
   auto told = std::make_shared<std::set<std::string>>();
   options.server.on_refused = [told](const std::string& text) {
     if (told->size() < 20 && told->insert(text).second) fmt::print(stderr, "{}\n", Printable(text));

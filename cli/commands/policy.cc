@@ -103,6 +103,10 @@ std::string InWords(const ObservationEntry& entry) {
       return "what the robot shall do";
     case Source::kConstant:
       return policy::Describe(entry.constant);
+    case Source::kCounter:
+      return entry.counter == ObservationEntry::Counter::kEpisode ? "index of the episode"
+             : entry.counter == ObservationEntry::Counter::kTick  ? "control tick of the episode"
+                                                                  : "observations before this one";
   }
   return "";
 }

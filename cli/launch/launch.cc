@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
 #include "base/realtime.h"
 #include "base/run_layout.h"
 #include "base/text.h"
@@ -70,19 +72,22 @@ void EvaluateInProcess(const RunOptions& options, const results::RunFolder& fold
 void EvaluateProcesses(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                        RunListener* listener) {
   Log::SetFiles([options](const std::string& component) { return LogOf(options, component); });
-  // People who start processes are told none.
-  const int64_t session = options.by_hand ? 0 : DrawSession();
+  // Processes started by hand have no session.
+  const int64_t session = options.by_hand ? 0 : DrawId();
   Bus bus(options.url, session);
   RunController controller(&bus, plan, folder, listener);
   Processes processes;
   const auto start = [&] {
+    std::map<std::string, int64_t> instances;
     for (const ComponentType& type : ComponentsOf(options)) {
       const std::string name(type.name);
+      const int64_t instance = instances[name] = DrawId();
       std::vector<std::string> command = CommandOf(type, options, folder);
-      command.insert(command.end(), {"--session", std::to_string(session)});
+      command.insert(command.end(),
+                     {"--session", std::to_string(session), "--instance", std::to_string(instance)});
       processes.Start(name, command, LogOf(options, name));
     }
-    controller.ExpectStart();
+    controller.ExpectStart(instances);
   };
   if (options.by_hand) {
     fmt::print("start these, in any order, each wherever you like:\n");

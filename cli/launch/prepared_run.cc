@@ -134,6 +134,9 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   plan.is_by_hand = options.by_hand;
   plan.is_watched = options.watch;
   plan.policy_is_external = options.policy.policy == policy::kExternalPolicy;
+  if (const auto contract = policy::FindContractOf(options.policy)) {
+    plan.calls = {contract->execute_steps, contract->settle_steps};
+  }
   plan.policy_timeout_s = options.sim.policy_timeout_s;
   for (int episode = 0; episode < options.episodes; ++episode) {
     if (IsWanted(options, episode) && !finished.contains(episode)) plan.episodes.push_back(episode);

@@ -74,12 +74,15 @@ void RunController::Command() {
   command.seed = seed();
   command.required_component = plan_.required;
   command.num_required = static_cast<int32_t>(plan_.required.size());
+  for (const std::string& name : plan_.required) {
+    const auto found = instances_.find(name);
+    command.required_instance.push_back(found == instances_.end() ? 0 : found->second);
+  }
   bus().Publish(channels::kCommand, command);
   command_.Said(std::chrono::steady_clock::now());
 }
 
 void RunController::OnModel(const model_info_t& model) {
-  if (!IsOfOurRun(model.session)) return;
   if (model.physics_file != own_model_) {
     attempt_.foreign_model = model.physics_file;
     return;
@@ -105,8 +108,8 @@ void RunController::CheckUnchanged(const model_info_t& model) {
 }
 
 void RunController::OnBegin(const episode_begin_t& begin) {
-  if (!IsOfOurRun(begin.session) || done() || begin.header.episode != episode_index() ||
-      begin.header.attempt != attempt_.number || begin.seed != seed()) {
+  if (done() || begin.header.episode != episode_index() || begin.header.attempt != attempt_.number ||
+      begin.seed != seed()) {
     return;
   }
   // Before our sim has said anything, this may be an old log of the same seed.
@@ -231,7 +234,14 @@ void RunController::FinishIfRecorded() {
     line["pacing"] = attempt_.end ? results::EpisodePacing(*attempt_.end, summary.extended.deadline_misses)
                                   : nlohmann::ordered_json();
   }
-  if (!attempt_.calls.empty()) folder_.AddPolicyCalls(episode_index(), attempt_.calls.Json());
+  if (plan_.calls) {
+    const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, summary.header.tick);
+    folder_.AddPolicyCalls(episode_index(), calls);
+    const std::string warning = results::RareCallsWarning({calls});
+    if (!warning.empty() && !std::exchange(rare_calls_reported_, true)) {
+      listener_->OnRemark(fmt::format("{:>7}  {}", episode_index(), warning));
+    }
+  }
   folder_.AddEpisode(episode_index(), line);
   listener_->OnEpisodeDone(line);
   if (summary.end_reason == end_reason::kServerError) {
@@ -245,6 +255,10 @@ void RunController::FinishIfRecorded() {
 
 void RunController::Poll(SteadyTime now) {
   Component::Poll(now);
+  if (bus().foreign_messages() > 0 && !std::exchange(foreign_reported_, true)) {
+    listener_->OnRemark(
+        "warning: another run, or a log being played, publishes on this bus: its messages are ignored");
+  }
   if (done()) return;
   if (!attempt_.waiting) attempt_.waiting.emplace(now);
   const auto waited = attempt_.waiting->Look(now);
@@ -280,7 +294,8 @@ void RunController::CheckPolicyComes(SteadyTime::duration waited) const {
       plan_.policy_timeout_s, attempt_.policy_error.empty() ? "" : ": " + attempt_.policy_error));
 }
 
-void RunController::ExpectStart() {
+void RunController::ExpectStart(const std::map<std::string, int64_t>& instances) {
+  instances_ = instances;
   const Silence start{Wait(std::chrono::steady_clock::now()), kStartSilence};
   silence_.insert_or_assign("sim", start);
   for (const std::string& name : plan_.required) silence_.insert_or_assign(name, start);

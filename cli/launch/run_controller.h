@@ -42,6 +42,8 @@ struct RunPlan {
   // most this long.
   bool policy_is_external = false;
   double policy_timeout_s = 60;
+  // Of a policy behind a server.
+  std::optional<results::CallSchedule> calls;
   // Episodes are a source's, which moves the robot when it likes: any time may pass before one begins, and
   // what the source did not send is missing in its log.
   bool is_watched = false;
@@ -73,8 +75,9 @@ class RunController : public Component {
   // Who, of those that must take part, has not said STATUS for too long: ten seconds, or a minute after a
   // start; empty while all is well.
   std::string Silent(SteadyTime now);
-  // The components were started: their silence counts from here.
-  void ExpectStart();
+  // The components were started: their silence counts from here, and episodes begin with these instances
+  // (component_status_t) alone. Components without one may be any process.
+  void ExpectStart(const std::map<std::string, int64_t>& instances = {});
 
   // The episode in progress is lost with its components, which are gone by now; begin it again. Throws
   // EnvironmentError after max_attempts.
@@ -138,6 +141,11 @@ class RunController : public Component {
   void BeginAgain(const std::string& why);
 
   RunPlan plan_;
+  std::map<std::string, int64_t> instances_;
+  // Messages of other sessions were reported.
+  bool foreign_reported_ = false;
+  // An episode with too few calls of the policy's server was reported.
+  bool rare_calls_reported_ = false;
   const results::RunFolder& folder_;
   RunListener* listener_;
   // The models of our sim are in the run's folder; another one may have answered the COMMAND.

@@ -33,13 +33,19 @@ std::string ThinkingInWords(const ordered_json& info) {
   return fmt::format("the policy's thinking was charged with {} ms of simulated time a call", latency);
 }
 
-std::string CallsInWords(const RecordedRun& run) {
-  std::vector<double> answered_s, server_s;
-  int64_t held_ticks = 0;
+std::vector<ordered_json> ReadCalls(const RecordedRun& run) {
+  std::vector<ordered_json> episodes;
   for (const RecordedEpisode& episode : run.episodes) {
     const auto file = EpisodeFolder(run.folder, episode.episode) / kPolicyCallsJson;
-    if (!std::filesystem::exists(file)) continue;
-    const auto calls = ReadJsonFile<ordered_json>(file);
+    if (std::filesystem::exists(file)) episodes.push_back(ReadJsonFile<ordered_json>(file));
+  }
+  return episodes;
+}
+
+std::string CallsInWords(const std::vector<ordered_json>& episodes) {
+  std::vector<double> answered_s, server_s;
+  int64_t held_ticks = 0;
+  for (const ordered_json& calls : episodes) {
     for (const auto& seconds : calls.at("answered_s")) answered_s.push_back(seconds.get<double>());
     for (const auto& seconds : calls.at("server_s")) {
       if (seconds.get<double>() >= 0) server_s.push_back(seconds.get<double>());
@@ -63,13 +69,37 @@ std::string CallsInWords(const RecordedRun& run) {
 
 void PolicyCalls::Add(const policy_action_t& action) {
   tick_.push_back(action.header.tick);
+  executed_from_.push_back(action.header.tick + action.held_ticks);
   answered_s_.push_back(action.answered_s);
   server_s_.push_back(action.server_s);
-  held_ticks_ += action.held_ticks;
 }
 
-ordered_json PolicyCalls::Json() const {
-  return {{"tick", tick_}, {"answered_s", answered_s_}, {"server_s", server_s_}, {"held_ticks", held_ticks_}};
+ordered_json PolicyCalls::Json(const CallSchedule& schedule, int64_t num_ticks) const {
+  const int64_t ticks = std::max<int64_t>(num_ticks - schedule.settle_steps, 0);
+  int64_t executed = 0;
+  for (const int64_t from : executed_from_) {
+    executed += std::clamp<int64_t>(num_ticks - from, 0, schedule.execute_steps);
+  }
+  return {
+      {"tick", tick_},         {"answered_s", answered_s_},
+      {"server_s", server_s_}, {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
+      {"ticks", ticks},        {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
+}
+
+std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {
+  int64_t calls = 0, due = 0, ticks = 0, held = 0;
+  for (const ordered_json& episode : episodes) {
+    calls += static_cast<int64_t>(episode.at("tick").size());
+    due += episode.value("due_calls", int64_t{0});
+    ticks += episode.value("ticks", int64_t{0});
+    held += episode.at("held_ticks").get<int64_t>();
+  }
+  if (calls * 2 >= due) return "";
+  return fmt::format(
+      "warning: the policy was called {} in {}, where {} are due: the robot held its last command for {} of "
+      "them, "
+      "and the scores say little about the policy",
+      Plural(calls, "time"), Plural(ticks, "tick"), Plural(due, "call"), held);
 }
 
 std::vector<std::string> PolicyNotes(const RecordedRun& run) {
@@ -77,15 +107,18 @@ std::vector<std::string> PolicyNotes(const RecordedRun& run) {
   if (found == run.info.end() || !found->is_object()) return {};
   const ordered_json& contract = *found;
   const ordered_json& action = contract.at("action");
-  std::vector<std::string> notes = {
+  const std::vector<ordered_json> episodes = ReadCalls(run);
+  std::vector<std::string> notes;
+  if (std::string warning = RareCallsWarning(episodes); !warning.empty()) notes.push_back(warning + ".");
+  notes.push_back(
       fmt::format("Policy behind a server, contract {} ({}): {}, {} of each answer executed at {:g} Hz; {}.",
                   contract.at("name").get<std::string>(), contract.at("wire").get<std::string>(),
                   action.at("kind").get<std::string>(), Plural(action.at("execute_steps").get<int>(), "step"),
-                  contract.at("rate_hz").get<double>(), ThinkingInWords(run.info))};
+                  contract.at("rate_hz").get<double>(), ThinkingInWords(run.info)));
   if (contract.value("privileged", false)) {
     notes.push_back("The policy was shown poses of objects, which no robot knows.");
   }
-  if (std::string calls = CallsInWords(run); !calls.empty()) notes.push_back(std::move(calls));
+  if (std::string calls = CallsInWords(episodes); !calls.empty()) notes.push_back(std::move(calls));
   return notes;
 }
 

@@ -1,5 +1,5 @@
-// How long a policy's server took, and how that counted: beside a run's scores and apart from them, since no
-// two runs agree.
+// How often a policy's server was called, how long it took, and what that cost: beside a run's scores and
+// apart from them, since no two runs agree.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,21 +11,35 @@
 
 namespace evalbus::results {
 
+// How often a contract has its server called: from tick settle_steps on, each time execute_steps commands of
+// the last answer were executed.
+struct CallSchedule {
+  int execute_steps = 1;
+  int settle_steps = 0;
+};
+
 // The calls of an episode, for episodes/0007/policy_calls.json (docs/run_folder.md).
 class PolicyCalls {
  public:
   void Add(const policy_action_t& action);
-  bool empty() const { return answered_s_.empty(); }
-  nlohmann::ordered_json Json() const;
+
+  // num_ticks: of the episode, without the reset state.
+  nlohmann::ordered_json Json(const CallSchedule& schedule, int64_t num_ticks) const;
 
  private:
   std::vector<int64_t> tick_;
+  // First tick at which the answer was executed.
+  std::vector<int64_t> executed_from_;
   std::vector<double> answered_s_, server_s_;
-  int64_t held_ticks_ = 0;
 };
 
-// What a reader of the scores of a policy behind a server has to know, a sentence each: what its contract
-// says, what its thinking cost in simulated time, how long its server took. Empty for other policies.
+// A line of warning where the policy of these episodes, each as of PolicyCalls::Json, was called less than
+// half as often as it should have been; else empty.
+std::string RareCallsWarning(const std::vector<nlohmann::ordered_json>& episodes);
+
+// What a reader of the scores of a policy behind a server has to know, a sentence each: RareCallsWarning(),
+// what its contract says, what its thinking cost in simulated time, how long its server took. Empty for other
+// policies.
 std::vector<std::string> PolicyNotes(const RecordedRun& run);
 
 }  // namespace evalbus::results

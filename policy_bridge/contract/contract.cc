@@ -33,6 +33,10 @@ constexpr Named<ClientOptions::GrootDialect> kDialects[] = {
 constexpr Named<const char*> kTypes[] = {{"float32", "<f4"}, {"float64", "<f8"}, {"uint8", "|u1"}};
 constexpr Named<bool> kLayouts[] = {{"hwc", false}, {"chw", true}};
 constexpr Named<bool> kColours[] = {{"rgb", false}, {"bgr", true}};
+constexpr Named<ObservationEntry::Counter> kCounters[] = {
+    {"episode", ObservationEntry::Counter::kEpisode},
+    {"tick", ObservationEntry::Counter::kTick},
+    {"observation", ObservationEntry::Counter::kObservation}};
 constexpr Named<bool> kModes[] = {{"pad", true}, {"stretch", false}};
 
 template <class Choice, size_t N>
@@ -160,16 +164,16 @@ Value ReadConstant(const YamlValue& value) {
 }
 
 ObservationEntry ReadEntry(const YamlValue& value) {
-  const std::vector<const char*> sources = {"camera", "depth", "state", "prompt", "constant"};
+  const std::vector<const char*> sources = {"camera", "depth", "state", "prompt", "constant", "counter"};
   const YamlMap map(
       value, {"key"},
-      {"camera", "depth", "state", "prompt", "constant", "size_px", "fovy_deg", "shadows", "rotate_deg",
-       "mirror", "resize_px", "resize", "colour", "layout", "type", "shape", "history_ticks"});
+      {"camera", "depth", "state", "prompt", "constant", "counter", "size_px", "fovy_deg", "shadows",
+       "rotate_deg", "mirror", "resize_px", "resize", "colour", "layout", "type", "shape", "history_ticks"});
   ObservationEntry entry;
   entry.key = Key(map["key"]);
   int found = 0;
   for (const char* source : sources) found += map.Find(source) != nullptr;
-  if (found != 1) map.value().Fail("expected one of camera, depth, state, prompt, constant");
+  if (found != 1) map.value().Fail("expected one of camera, depth, state, prompt, constant, counter");
 
   const bool is_picture = map.Find("camera") || map.Find("depth");
   for (const char* key : {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize",
@@ -181,7 +185,7 @@ ObservationEntry ReadEntry(const YamlValue& value) {
     if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only of a state");
   }
   if (const YamlValue* history = map.Find("history_ticks")) {
-    if (map.Find("prompt") || map.Find("constant")) history->Fail("only of a camera, depth or a state");
+    if (!is_picture && !map.Find("state")) history->Fail("only of a camera, depth or a state");
     entry.history_ticks = Integers(*history, -kLongestHistory, 0);
     if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
         entry.history_ticks.back() != 0) {
@@ -206,6 +210,9 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   } else if (const YamlValue* prompt = map.Find("prompt")) {
     entry.source = ObservationEntry::Source::kPrompt;
     if (!prompt->Bool()) prompt->Fail("expected true");
+  } else if (const YamlValue* counter = map.Find("counter")) {
+    entry.source = ObservationEntry::Source::kCounter;
+    entry.counter = Choose(*counter, kCounters);
   } else {
     entry.source = ObservationEntry::Source::kConstant;
     entry.constant = ReadConstant(map["constant"]);
@@ -370,6 +377,9 @@ nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
     case Source::kConstant:
       json["constant"] = Describe(entry.constant);
       break;
+    case Source::kCounter:
+      json["counter"] = WordOf(entry.counter, kCounters);
+      break;
   }
   if (!entry.history_ticks.empty()) json["history_ticks"] = entry.history_ticks;
   return json;
@@ -432,9 +442,9 @@ std::string Contract::PromptFor(const std::string& task, const std::string& inst
 }
 
 Contract ParseContract(const std::string& text, const std::filesystem::path& file) {
-  const YamlMap map(
-      ParseYaml(text, file.string()), {"wire", "url", "rate_hz", "observation", "action"},
-      {"description", "groot_dialect", "api_key_env", "deadlines", "batch_size", "settle_steps", "prompts"});
+  const YamlMap map(ParseYaml(text, file.string()), {"wire", "url", "rate_hz", "observation", "action"},
+                    {"description", "groot_dialect", "api_key_env", "deadlines", "batch_size", "settle_steps",
+                     "answer_window", "prompts"});
   Contract contract;
   contract.name = file.stem();
   contract.file = file;
@@ -468,6 +478,9 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   contract.rate_hz = map["rate_hz"].Number({.min = 1, .max = 500});
   if (const YamlValue* settle = map.Find("settle_steps"))
     contract.settle_steps = settle->Integer(0, kMostSteps);
+  if (const YamlValue* window = map.Find("answer_window")) {
+    contract.answer_window = window->Number({.min = 0, .max = 0.9});
+  }
   contract.observation = ReadObservation(map["observation"]);
   if (const YamlValue* prompts = map.Find("prompts")) {
     for (const YamlValue& prompt : prompts->Entries()) contract.prompts[prompt.key()] = prompt.Text();
@@ -539,6 +552,7 @@ nlohmann::ordered_json ContractJson(const Contract& contract) {
   nlohmann::ordered_json json = {
       {"name", contract.name}, {"wire", NameOf(contract.wire)}, {"rate_hz", contract.rate_hz}};
   json["settle_steps"] = contract.settle_steps;
+  json["answer_window"] = contract.answer_window;
   json["privileged"] = contract.is_privileged();
   for (const ObservationEntry& entry : contract.observation) json["observation"].push_back(EntryJson(entry));
   if (!contract.prompts.empty()) json["prompts"] = contract.prompts;

@@ -22,7 +22,10 @@ namespace evalbus::policy {
 
 // One entry of the observation.
 struct ObservationEntry {
-  enum class Source { kCamera, kDepth, kState, kPrompt, kConstant };
+  enum class Source { kCamera, kDepth, kState, kPrompt, kConstant, kCounter };
+  // The episode's index in its run; the control tick; the number of observations sent before this one in the
+  // episode, which is 0 in the first one.
+  enum class Counter { kEpisode, kTick, kObservation };
 
   // Where it stands: one key, or that of each map on the way to it.
   std::vector<std::string> key;
@@ -39,6 +42,7 @@ struct ObservationEntry {
   std::vector<int> history_ticks;
   // kConstant.
   Value constant;
+  Counter counter = Counter::kEpisode;
 
   bool is_picture() const { return source == Source::kCamera || source == Source::kDepth; }
   // "observation/image", "images.cam_high"
@@ -70,6 +74,9 @@ struct Contract {
   double rate_hz = 20;
   // Ticks before the first observation, for which the robot is held where it starts.
   int settle_steps = 0;
+  // On a realtime clock: an answer that arrives within this part of the control tick that it was asked at is
+  // executed at that tick, a later one at the next tick.
+  double answer_window = 0.5;
 
   std::vector<ObservationEntry> observation;
   // By task; what is not here is the task's own instruction.

@@ -78,6 +78,7 @@ ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& 
 
 void ObservationBuilder::Begin() {
   for (Entry& entry : entries_) entry.ticks.clear();
+  num_built_ = 0;
 }
 
 void ObservationBuilder::Add(const state_t& state, const std::vector<image_t>& pictures) {
@@ -106,7 +107,7 @@ Array ObservationBuilder::Stacked(const Entry& entry) const {
   return stacked;
 }
 
-Value ObservationBuilder::Build(observation_t* record) const {
+Value ObservationBuilder::Build(observation_t* record) {
   Map observation;
   *record = {};
   record->header = header_;
@@ -119,6 +120,14 @@ Value ObservationBuilder::Build(observation_t* record) const {
     }
     if (form.source == Source::kConstant) {
       Put(form.key, form.constant, &observation);
+      continue;
+    }
+    if (form.source == Source::kCounter) {
+      const int64_t value = form.counter == ObservationEntry::Counter::kEpisode ? header_.episode
+                            : form.counter == ObservationEntry::Counter::kTick  ? header_.tick
+                                                                                : num_built_;
+      record->array.push_back({form.KeyText(), 1, {static_cast<double>(value)}});
+      Put(form.key, value, &observation);
       continue;
     }
     Array array = Stacked(entry);
@@ -140,6 +149,7 @@ Value ObservationBuilder::Build(observation_t* record) const {
   }
   record->num_arrays = static_cast<int32_t>(record->array.size());
   record->num_pictures = static_cast<int32_t>(record->picture.size());
+  ++num_built_;
   return observation;
 }
 

@@ -33,7 +33,7 @@ class ObservationBuilder {
 
   // The observation of the last tick added, and what the log has of it (header, prompt, arrays, digests).
   // Before there is enough history the oldest tick stands for what was before it.
-  Value Build(observation_t* record) const;
+  Value Build(observation_t* record);
 
   // Pictures of the last Build() as they were sent, for people.
   struct Sent {
@@ -62,6 +62,8 @@ class ObservationBuilder {
   bool needs_every_tick_ = false, needs_every_picture_ = false;
   std::vector<Entry> entries_;
   header_t header_{};
+  // Observations built in this episode.
+  int64_t num_built_ = 0;
 };
 
 }  // namespace evalbus::policy

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/same.h"
 #include "policy_bridge/remote/server_claims.h"
 
@@ -48,7 +49,10 @@ RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjMo
       latency_(latency),
       info_(info),
       step_s_(static_cast<double>(info.timestep_us * info.substeps) / 1e6),
-      is_realtime_(info.clock == "realtime"),
+      is_realtime_(info.clock == clock_name::kRealtime),
+      answer_window_(is_realtime_ ? std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                                        contract_.answer_window * step_s_ / info.realtime_factor))
+                                  : Clock::duration::max()),
       observations_(Fitted(contract_, [&] { return ObservationBuilder(contract_, model, info); })),
       converter_(Fitted(contract_, [&] { return ActionConverter(contract_.actions, model, info); })),
       conversation_(MakePolicyClient(ClientOptionsOf(contract_))) {}
@@ -134,6 +138,7 @@ bool RemotePolicy::IsReady() {
 
 void RemotePolicy::OnTick(const state_t& state) {
   tick_ = state.header.tick;
+  tick_began_ = Clock::now();
   if (last_.joint_position_rad.empty()) {
     for (const arm_state_t& arm : state.arm) {
       last_.joint_position_rad.insert(last_.joint_position_rad.end(), arm.joint_position_rad.begin(),
@@ -211,7 +216,12 @@ bool RemotePolicy::Think(const state_t& state) {
       throw;
     }
   }
-  return is_realtime_ || (!observe_ && !conversation_.is_busy());
+  if (!observe_ && !conversation_.is_busy()) return true;
+  return is_realtime_ && (!rows_.empty() || Clock::now() >= think_again_at());
+}
+
+std::chrono::steady_clock::time_point RemotePolicy::think_again_at() const {
+  return is_realtime_ ? tick_began_ + answer_window_ : Clock::time_point::max();
 }
 
 Chunk RemotePolicy::ChunkOf(const Reply& reply) {

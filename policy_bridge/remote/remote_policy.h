@@ -38,6 +38,7 @@ class RemotePolicy : public Policy {
   void Act(const state_t& state, action_t* action) override;
   bool IsReady() override;
   bool Think(const state_t& state) override;
+  std::chrono::steady_clock::time_point think_again_at() const override;
   const observe_t* Wants() const override;
   void See(const image_t& image) override;
   void SetCallbacks(const PolicyCallbacks& callbacks) override;
@@ -62,6 +63,8 @@ class RemotePolicy : public Policy {
   const model_info_t info_;
   const double step_s_;
   const bool is_realtime_;
+  // Contract::answer_window as wall-clock time.
+  const Clock::duration answer_window_;
   ObservationBuilder observations_;
   ActionConverter converter_;
   Conversation conversation_;
@@ -76,6 +79,7 @@ class RemotePolicy : public Policy {
   // Of the episode.
   episode_begin_t begin_{};
   int64_t tick_ = -1;
+  Clock::time_point tick_began_{};
   // What is being observed, and the pictures of it that are there.
   std::optional<observe_t> observe_;
   state_t observed_{};

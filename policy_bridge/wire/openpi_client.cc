@@ -31,6 +31,7 @@ class OpenpiClient : public WebsocketClient {
       : WebsocketClient(options, ArrayKeys::kBytes), is_robo_arena_(options.wire == Wire::kRoboArena) {}
 
   Value Connect() override {
+    is_used_ = false;
     const Deadline deadline(options_.connect_s);
     Open(deadline);
     Value metadata = ReceiveFirst("metadata, with which an openpi server begins,", deadline);
@@ -46,7 +47,10 @@ class OpenpiClient : public WebsocketClient {
   }
 
   void BeginEpisode(const std::string&, int64_t episode) override {
-    if (!is_robo_arena_) return;
+    if (!is_robo_arena_) {
+      if (is_used_) Reconnect();
+      return;
+    }
     if (!session_id_.empty()) session_id_ = NewSessionId(episode);
     const Websocket::Message reply = Ask(Map{}, "reset");
     if (reply.is_text && reply.Text() == "reset successful") return;
@@ -62,6 +66,7 @@ class OpenpiClient : public WebsocketClient {
       throw Ended(Kind::kReply, fmt::format("answers with {}, not with a map", Describe(reply.value)));
     }
     Answered();
+    is_used_ = true;
     if (const Value* timing = reply.value.Find("server_timing")) {
       const std::optional<double> infer_ms = Number(timing->Find("infer_ms"));
       if (infer_ms) reply.server_s = *infer_ms / 1000;
@@ -72,6 +77,12 @@ class OpenpiClient : public WebsocketClient {
   std::string Name() const override { return is_robo_arena_ ? "RoboArena websocket" : "openpi websocket"; }
 
  private:
+  // To the same server: it has its model compiled, and later answers have the shorter deadline.
+  void Reconnect() {
+    Connect();
+    Answered();
+  }
+
   Websocket::Message Ask(Map request, const char* endpoint) {
     if (is_robo_arena_) {
       if (!session_id_.empty()) request.emplace_back("session_id", session_id_);
@@ -87,6 +98,7 @@ class OpenpiClient : public WebsocketClient {
   }
 
   bool is_robo_arena_;
+  bool is_used_ = false;    // an observation was answered since it is connected
   std::string session_id_;  // empty where the server needs none
 };
 

@@ -77,8 +77,10 @@ class PolicyClient {
   virtual Value Connect() = 0;
   virtual bool connected() const = 0;
 
-  // A new episode begins; forgets what the server keeps of the last one, where the wire has a message for
-  // that (RoboArena's and GR00T's reset, vla-eval's episode_end and episode_start with this task text).
+  // Begins an episode: the server forgets what it keeps of the last one. Sends the wire's message for that
+  // (RoboArena's and GR00T's reset, vla-eval's episode_end and episode_start with this task text); openpi's
+  // wire has none, so that each episode has a connection of its own. Does nothing on the REST wire, whose
+  // servers know neither. Throws ServerError.
   virtual void BeginEpisode(const std::string& instruction, int64_t episode) = 0;
 
   // One observation, a map as the contract builds it (keys as the server names them; GR00T: "video.NAME",

@@ -38,15 +38,24 @@ except ImportError:
         return _answer_health(path, headers)
 
 
+# How long a connection waits for its turn: less than a client waits for the metadata.
+_RELEASE_S = 5
+_BUSY = (
+    "this policy has reset(), so it remembers its episode and serves one connection at a time, and another one is "
+    "open: use one worker, or pass the policy's class to evalbus.serve()"
+)
+
+
 def serve(act, port=8000, host="127.0.0.1", metadata={}):
     """Serves a policy until the program is interrupted.
 
     act(observation) is called with a dictionary of numpy arrays and texts and returns an action chunk: an
     array (H, D) of H steps of D numbers, or (D,), which is a chunk of one step, or a dictionary with such an
     array as "actions".
-    act.reset(), where there is one, is called at the beginning of each connection.
-    Calls come one at a time, from one thread that is not the caller's. Several connections share one policy:
-    one that remembers the past serves one connection at a time.
+    act.reset(), if it exists, is called at the beginning of each connection. evalbus opens one for each episode.
+    Calls come one at a time, from one thread that is not the caller's. Connections share one policy. A policy with
+    reset() remembers its episode and serves one connection at a time; to serve several episodes at the same time,
+    pass its class, of which each connection then has its own object.
     port 0: any free one; the port is in the line that is printed. Who is not on this machine needs
     host="0.0.0.0".
     metadata: what clients are told of the policy; evalbus compares it with its contract.
@@ -59,12 +68,23 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
 
 
 async def _run(act, hello, host, port):
+    # Held by the connection that a policy with a memory serves.
+    turn = asyncio.Lock() if hasattr(act, "reset") and not isinstance(act, type) else None
+
     # The event loop stays free for pings and other connections while the policy computes.
     with concurrent.futures.ThreadPoolExecutor(max_workers=1) as worker:
 
         async def handle(connection):
             try:
-                await _converse(connection, act, hello, worker)
+                if turn is None:
+                    await _converse(connection, act, hello, worker)
+                elif await _taken(turn):
+                    try:
+                        await _converse(connection, act, hello, worker)
+                    finally:
+                        turn.release()
+                else:
+                    await _refuse(connection, _BUSY)
             except websockets.exceptions.ConnectionClosed:
                 pass
 
@@ -76,10 +96,27 @@ async def _run(act, hello, host, port):
             await asyncio.get_running_loop().create_future()
 
 
+async def _taken(turn):
+    # The connection of the episode before may still be closing.
+    try:
+        await asyncio.wait_for(turn.acquire(), _RELEASE_S)
+        return True
+    except asyncio.TimeoutError:
+        return False
+
+
+async def _refuse(connection, text):
+    print(text, file=sys.stderr, flush=True)
+    await connection.send(text)
+    await connection.close(1011, "the policy failed; the frame before says how")
+
+
 async def _converse(connection, act, hello, worker):
     loop = asyncio.get_running_loop()
     await connection.send(hello)
     try:
+        if isinstance(act, type):
+            act = await loop.run_in_executor(worker, act)
         if hasattr(act, "reset"):
             await loop.run_in_executor(worker, act.reset)
         async for request in connection:
@@ -87,10 +124,7 @@ async def _converse(connection, act, hello, worker):
     except websockets.exceptions.ConnectionClosed:
         raise
     except Exception:
-        text = traceback.format_exc()
-        print(text, file=sys.stderr, flush=True)
-        await connection.send(text)
-        await connection.close(1011, "the policy failed; the frame before says how")
+        await _refuse(connection, traceback.format_exc())
 
 
 def _answer(act, request):

@@ -50,6 +50,7 @@ class Policy:
         ready = messages.types()["component_status_t"].constants["READY"]
         self.status = {
             **self.status,
+            "session": header["session"],
             "state": ready,
             "episode": header["episode"],
             "attempt": header["attempt"],

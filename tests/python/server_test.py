@@ -63,6 +63,27 @@ class ServerTest(unittest.TestCase):
         self.assertEqual(second["resets"], first["resets"] + 1)
         self.assertEqual(second["thread"], first["thread"])
 
+    def test_a_policy_with_reset_serves_one_connection_at_a_time(self):
+        async def conversation(first):
+            async with websockets.connect(self.server.url) as second:
+                refusal = await second.recv()
+            return refusal, codec.unpack(await ask(first, "dictionary"))
+
+        refusal, answer = self.converse(conversation)
+        self.assertIn("serves one connection at a time", refusal)
+        self.assertEqual(answer["actions"].tolist(), [[1, 2]])
+
+    def test_each_connection_of_a_class_has_its_own_policy(self):
+        with support.Server(POLICY, 0, "class") as server:
+
+            async def conversation(first, _):
+                async with websockets.connect(server.url) as second:
+                    await second.recv()
+                    counts = [codec.unpack(await ask(c, "count"))["calls"] for c in (first, second, first)]
+                return counts
+
+            self.assertEqual(asyncio.run(support.converse(server.url, conversation)), [1, 1, 2])
+
     def test_pictures_of_several_megabytes(self):
         # Larger than the 1 MiB that websockets takes if not told otherwise.
         picture = np.zeros((1080, 1920, 3), np.uint8)

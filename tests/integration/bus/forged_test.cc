@@ -1,4 +1,4 @@
-// Somebody says MODEL and EPISODE_BEGIN beside a run's sim: nobody takes them for the run's.
+// Messages of other sessions on the bus of a run: its components ignore them.
 #include <set>
 
 #include "bus/channels.h"
@@ -8,7 +8,7 @@ namespace evalbus::forged_test {
 
 namespace fs = std::filesystem;
 
-// Answers what the sim says with what is wrong in every way.
+// Answers the sim's messages with wrong ones of other sessions, as another run or a played log would send.
 class Forger {
  public:
   explicit Forger(const std::string& url) : bus_(url) {
@@ -19,7 +19,9 @@ class Forger {
       if (!own_.contains(Encode(begin))) Forge(begin);
     });
     bus_.Subscribe(channels::kState, [this](const state_t& state) {
+      if (own_.contains(Encode(state))) return;
       if (state.header.tick % 10 == 5) Forge(begin_);
+      ForgeTick(state);
     });
   }
   void Work() {
@@ -29,6 +31,49 @@ class Forger {
   int said() const { return said_; }
 
  private:
+  // Every answer to a STATE, each of which would change the result or end the episode.
+  void ForgeTick(const state_t& state) {
+    header_t header = state.header;
+    for (const int64_t session : {int64_t{0}, model_.session + 1}) {
+      header.session = session;
+      state_t other = state;
+      other.header = header;
+      ++other.header.tick;
+      Say(channels::kState, other);
+      contacts_t contacts{};
+      contacts.header = header;
+      Say(channels::kContacts, contacts);
+      action_t action{};
+      action.header = header;
+      action.mode = action_t::JOINT_POSITION;
+      action.error = "forged";
+      Say(channels::kAction, action);
+      partial_metrics_t partial{};
+      partial.header = header;
+      partial.verdict = partial_metrics_t::FAILURE;
+      Say(channels::kPartial, partial);
+      component_status_t status{};
+      status.session = session;
+      status.instance = 1;
+      status.state = component_status_t::READY;
+      status.episode = header.episode;
+      for (const char* name : {"sim", "policy", "metrics", "collision", "recorder"}) {
+        status.component = name;
+        Say(channels::kStatus, status);
+      }
+      episode_end_t end{};
+      end.header = header;
+      end.end_reason = "failure";
+      Say(channels::kEpisodeEnd, end);
+      episode_summary_t summary{};
+      summary.header = header;
+      Say(channels::kEpisodeSummary, summary);
+      command_t command{};
+      command.session = session;
+      command.kind = command_t::STOP;
+      Say(channels::kCommand, command);
+    }
+  }
   template <class Message>
   void Say(const Channel<Message>& channel, const Message& message) {
     own_.insert(Encode(message));
@@ -53,7 +98,7 @@ class Forger {
       model.visual_sha256 = model.physics_sha256 = "none";
       Say(channels::kModel, model);
       episode_begin_t other = begin;
-      other.session = session;
+      other.header.session = session;
       Say(channels::kEpisodeBegin, other);
       other.seed += 1;
       Say(channels::kEpisodeBegin, other);
@@ -70,7 +115,7 @@ class Forger {
   int said_ = 0;
 };
 
-TEST(Forged, ModelsAndBeginningsAreNotObeyed) {
+TEST(Forged, MessagesOfOtherSessionsAreIgnored) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
   const std::string task = ShortTask(folder.path(), 1), url = UniqueUrl();
@@ -99,13 +144,16 @@ TEST(Forged, ModelsAndBeginningsAreNotObeyed) {
     ExpectSameTicks(log, ReadLog(LogFile(reference, i)));
     for (const model_info_t& model : log.Messages(channels::kModel)) {
       EXPECT_EQ(model.message_version, model_info_t::VERSION);
-      EXPECT_NE(model.session, 0);
+      EXPECT_EQ(model.session, 0);
     }
     for (const episode_begin_t& begin : log.Messages(channels::kEpisodeBegin))
       EXPECT_EQ(begin.header.episode, i);
   }
-  ExpectLogged(run, "sim", "warning", "a MODEL of another run is on this bus");
-  ExpectLogged(run, "metrics", "info", "MODEL or EPISODE_BEGIN of another run");
+  for (const char* component : {"sim", "metrics", "collision", "policy", "recorder"}) {
+    ExpectLogged(run, component, "info", "of another run, or of a log being played");
+  }
+  EXPECT_NE(launcher.out().find("warning: another run, or a log being played"), std::string::npos)
+      << launcher.out();
   // It draws at the lowest priority, and hears the rest later.
   EXPECT_TRUE(WaitFor(
       [&] { return !viz.running() || viz.err().find("passes over a MODEL: ") != std::string::npos; }));

@@ -96,6 +96,7 @@ TEST(Determinism, TheLastOfThreeEpisodesIsTheSameAlone) {
   command.seed = begin.seed;
   command.required_component = {"collision", "metrics", "policy", "recorder"};
   command.num_required = 4;
+  command.required_instance.assign(command.required_component.size(), 0);
   Bus bus(url);
   auto commanded = SteadyTime::min();
   ASSERT_TRUE(WaitFor([&] {

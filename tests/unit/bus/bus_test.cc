@@ -58,6 +58,44 @@ TEST(Bus, AWakeEventEndsTheWaitForAMessage) {
   EXPECT_FALSE(bus.Handle(far));
 }
 
+TEST(Bus, OfASessionReceivesOnlyItsSession) {
+  constexpr Channel<action_t> kAction = channels::kAction;
+  Bus bus("memq://", 7);
+  std::vector<action_t> received;
+  int raw = 0;
+  bus.Subscribe(kAction, [&](const action_t& action) { received.push_back(action); });
+  bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view, std::span<const uint8_t>, int64_t) { ++raw; });
+  action_t action{};
+  for (const int64_t session : {0, 8, 7}) {
+    action.header.session = session;
+    action.header.tick = session;
+    bus.PublishRaw(kAction.name, Encode(action));
+  }
+  HandleAll(&bus);
+  ASSERT_EQ(received.size(), 1u);
+  EXPECT_EQ(received[0].header.tick, 7);
+  EXPECT_EQ(raw, 1);
+  EXPECT_EQ(bus.foreign_messages(), 4);
+  // What it publishes itself has its session, whatever the message says.
+  action.header.session = 8;
+  bus.Publish(kAction, action);
+  HandleAll(&bus);
+  ASSERT_EQ(received.size(), 2u);
+  EXPECT_EQ(received[1].header.session, 7);
+}
+
+TEST(Bus, WithoutASessionPassesEverySessionOn) {
+  Bus bus("memq://");
+  std::vector<int64_t> sessions;
+  bus.Subscribe(channels::kAction, [&](const action_t& m) { sessions.push_back(m.header.session); });
+  action_t action{};
+  action.header.session = 8;
+  bus.Publish(channels::kAction, action);
+  HandleAll(&bus);
+  EXPECT_EQ(sessions, std::vector<int64_t>{8});
+  EXPECT_EQ(bus.foreign_messages(), 0);
+}
+
 TEST(Bus, CountsMessagesThatDoNotDecodeAndDropsThem) {
   Bus bus("memq://");
   int received = 0;

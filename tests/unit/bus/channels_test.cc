@@ -57,4 +57,29 @@ TEST(Channels, WhatIsForLookersOnIsNotRecorded) {
   EXPECT_EQ(channels::RecordedOf("SOMEBODY_ELSES"), Recorded::kYes);
 }
 
+TEST(Channels, MessagesBeginWithTheSessionButThoseOfASource) {
+  std::set<std::string> without;
+  channels::ForEach([&]<class Message>(const Channel<Message>& channel) {
+    EXPECT_EQ(channels::CarriesSession(channel.name), HasSession<Message>) << channel.name;
+    if constexpr (HasSession<Message>) {
+      Message message{};
+      if constexpr (requires { message.session; }) {
+        message.session = 0x123456789abcdef;
+      } else {
+        message.header.session = 0x123456789abcdef;
+      }
+      std::vector<uint8_t> data = Encode(message);
+      EXPECT_EQ(SessionOf(data), 0x123456789abcdef) << channel.name;
+      SetSession(0, data);
+      EXPECT_EQ(data, Encode(Message{})) << channel.name;
+    } else {
+      without.insert(channel.name);
+    }
+  });
+  EXPECT_EQ(without, (std::set<std::string>{"EVALBUS_HELLO", "EVALBUS_SOURCE_STATE"}));
+  EXPECT_TRUE(channels::CarriesSession("EVALBUS_IMAGE_front"));
+  EXPECT_FALSE(channels::CarriesSession("SOMEBODY_ELSES"));
+  EXPECT_EQ(SessionOf({}), 0);
+}
+
 }  // namespace evalbus::channels_test

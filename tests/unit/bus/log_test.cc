@@ -49,9 +49,9 @@ class LogTest : public testing::Test {
 TEST_F(LogTest, LinesHaveTimeLevelComponentAndPlace) {
   Log log("sim", &bus_);
   log.Info("starts");
-  log.SetPlace({3, 0, -1, 0});
+  log.SetPlace({0, 3, 0, -1, 0});
   log.Warn("{} of {}", 1, 2);
-  log.SetPlace({3, 1, 127, 2540000});
+  log.SetPlace({0, 3, 1, 127, 2540000});
   log.Error("falls");
   const std::string time = "[0-9]{4}-[0-9]{2}-[0-9]{2} [0-9:]{8}\\.[0-9]{3} ";
   EXPECT_THAT(Lines("sim"), ElementsAre(MatchesRegex(time + "\\[info\\] sim  starts"),

@@ -82,7 +82,7 @@ TEST(MessageLimits, NestedCountsAreLimitedByTheWholeMessage) {
   EXPECT_EQ(decoded.contact[1].distance_m, -0.25);
   // A contact takes 64 bytes, and 17 follow, so three of them do not fit.
   std::vector<uint8_t> more = bytes;
-  const size_t num_contacts = 8 + 24 + 3;  // behind fingerprint and header, its last byte
+  const size_t num_contacts = 8 + 32 + 3;  // behind fingerprint and header, its last byte
   ASSERT_EQ(more[num_contacts], 2);
   more[num_contacts] = 200;
   bool whole = true;

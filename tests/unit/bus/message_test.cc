@@ -9,9 +9,9 @@ namespace evalbus::message_test {
 
 TEST(Message, AHeaderIsReadWithoutTheRest) {
   contacts_t contacts{};
-  contacts.header = {3, 1, 127, 2540000};
+  contacts.header = {0, 3, 1, 127, 2540000};
   std::vector<uint8_t> bytes = Encode(contacts);
-  bytes.resize(8 + 24);  // the rest was cut off
+  bytes.resize(8 + 32);  // the rest was cut off
   header_t header{};
   ASSERT_TRUE(DecodeHeader<contacts_t>(bytes, &header));
   EXPECT_EQ(header.episode, 3);

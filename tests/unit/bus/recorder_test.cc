@@ -31,7 +31,7 @@ class RecorderTest : public testing::Test {
   }
   void Tick(int episode, int64_t tick) {
     state_t state{};
-    state.header = {episode, attempt_, tick, 20000 * tick};
+    state.header = {0, episode, attempt_, tick, 20000 * tick};
     bus_.Publish(channels::kState, state);
   }
   void End(int episode) {
@@ -165,7 +165,7 @@ TEST_F(RecorderTest, CountsTicksThatNeverArrived) {
 TEST_F(RecorderTest, TellsOfAClosedLogWhatItLacks) {
   const auto say = [this]<class Message>(const Channel<Message>& channel, int64_t tick) {
     Message message{};
-    message.header = {0, attempt_, tick, 20000 * tick};
+    message.header = {0, 0, attempt_, tick, 20000 * tick};
     bus_.Publish(channel, message);
   };
   const auto all = [&](int64_t tick) {
@@ -351,18 +351,18 @@ TEST(RecorderOfASession, HearsOnlyItsRun) {
     model_info_t model{};
     model.session = session;
     model.clock = session == 7 ? "lockstep" : "realtime";
-    bus.Publish(channels::kModel, model);
+    bus.PublishRaw(channels::kModel.name, Encode(model));
     episode_begin_t begin{};
-    begin.session = session;
+    begin.header.session = session;
     begin.header.episode = episode;
-    bus.Publish(channels::kEpisodeBegin, begin);
+    bus.PublishRaw(channels::kEpisodeBegin.name, Encode(begin));
     while (bus.Handle()) {
     }
   };
   std::filesystem::create_directories(EpisodeFolder(folder.path(), 0));
   say(8, 0);
   EXPECT_EQ(dut.status().episode, -1);
-  EXPECT_EQ(dut.status().foreign_messages, 2);
+  EXPECT_EQ(bus.foreign_messages(), 2);
   // Its launcher leaves no episode that would be begun again: so this is somebody else's, too.
   say(7, 0);
   EXPECT_EQ(dut.status().episode, -1);
@@ -371,7 +371,6 @@ TEST(RecorderOfASession, HearsOnlyItsRun) {
   EXPECT_EQ(dut.status().episode, 1);
   // Not even what says to be of our run, once MODEL is known.
   model_info_t forged{};
-  forged.session = 7;
   forged.message_version = 99;
   bus.Publish(channels::kModel, forged);
   episode_end_t end{};

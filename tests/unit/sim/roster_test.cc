@@ -6,7 +6,17 @@ namespace evalbus::sim::roster_test {
 
 class RosterTest : public testing::Test {
  protected:
-  RosterTest() { dut_.Begin(3, 1, {"metrics", "policy"}, 7); }
+  RosterTest() { dut_.Begin(Start(3, 1, {"metrics", "policy"}), 7); }
+
+  static command_t Start(int episode, int attempt, const std::vector<std::string>& required,
+                         const std::vector<int64_t>& instances = {}) {
+    command_t start{};
+    start.episode = episode;
+    start.attempt = attempt;
+    start.required_component = required;
+    start.required_instance = instances;
+    return start;
+  }
 
   bool Hear(const std::string& component, int8_t state = component_status_t::READY, int64_t instance = 1,
             int64_t last_tick = -1, int64_t window = 0) {
@@ -53,7 +63,7 @@ TEST_F(RosterTest, LastTicksAreThoseOfThisEpisode) {
   Hear("collision", component_status_t::READY, 1, 12);
   EXPECT_EQ(dut_.LastTick("collision"), 12);
   EXPECT_EQ(dut_.LastTick("metrics"), -1);
-  dut_.Begin(4, 0, {}, 7);
+  dut_.Begin(Start(4, 0, {}), 7);
   EXPECT_EQ(dut_.LastTick("collision"), -1);
 }
 
@@ -64,8 +74,21 @@ TEST_F(RosterTest, TwoProcessesOfOneNameAreFound) {
   Hear("policy", component_status_t::READY, 2);
   EXPECT_EQ(dut_.twice(), "policy");
   // Of an episode that is over nothing is held against the next.
-  dut_.Begin(4, 0, {"policy"}, 7);
+  dut_.Begin(Start(4, 0, {"policy"}), 7);
   EXPECT_EQ(dut_.twice(), "");
+}
+
+// The other one may be ready before the one that the launcher started.
+TEST_F(RosterTest, AnotherProcessThanTheRequiredOneIsFound) {
+  dut_.Begin(Start(3, 1, {"metrics", "policy"}, {0, 5}), 7);
+  Hear("metrics", component_status_t::READY, 1);
+  EXPECT_FALSE(Hear("policy", component_status_t::IDLE, 6));
+  EXPECT_EQ(dut_.twice(), "");
+  EXPECT_FALSE(Hear("policy", component_status_t::READY, 6));
+  EXPECT_EQ(dut_.twice(), "policy");
+  EXPECT_EQ(dut_.Missing(), "policy");
+  EXPECT_TRUE(Hear("policy", component_status_t::READY, 5));
+  EXPECT_EQ(dut_.Missing(), "");
 }
 
 TEST_F(RosterTest, OfThoseNobodyAskedForTwoMayBeThere) {

@@ -50,6 +50,7 @@ class SimComponentTest : public testing::Test {
     command.seed = 11;
     command.required_component = {"policy", "metrics"};
     command.num_required = 2;
+    command.required_instance.assign(command.required_component.size(), 0);
     bus_->Publish(channels::kCommand, command);
     HandleAll();
   }
@@ -332,20 +333,32 @@ TEST_F(SimComponentTest, WhatASimOfAnotherRunSaysIsCountedAndNotObeyed) {
   MakeSim({}, 7);
   Start();
   EXPECT_EQ(model_.session, 7);
-  EXPECT_EQ(begins_[0].session, 7);
+  EXPECT_EQ(begins_[0].header.session, 7);
+  EXPECT_EQ(states_[0].header.session, 7);
+  // An ACTION that would end the episode, and a verdict.
+  action_t action = Action(0);
+  action.header.session = 8;
+  action.error = "another run's policy failed";
+  bus_->PublishRaw(channels::kAction.name, Encode(action));
+  partial_metrics_t partial{};
+  partial.header = action.header;
+  partial.verdict = partial_metrics_t::FAILURE;
+  bus_->PublishRaw(channels::kPartial.name, Encode(partial));
   model_info_t model = model_;
   model.session = 8;
-  bus_->Publish(channels::kModel, model);
+  bus_->PublishRaw(channels::kModel.name, Encode(model));
   episode_begin_t begin = begins_[0];
-  begin.session = 8;
+  begin.header.session = 8;
   begin.header.episode = 3;
-  bus_->Publish(channels::kEpisodeBegin, begin);
+  bus_->PublishRaw(channels::kEpisodeBegin.name, Encode(begin));
   HandleAll();
   EXPECT_TRUE(ends_.empty());
-  EXPECT_EQ(sim_->status().foreign_messages, 2);
-  EXPECT_THAT(Logged(), testing::HasSubstr("a MODEL of another run is on this bus"));
-  // One that says our session is another matter.
-  begin.session = 7;
+  EXPECT_EQ(bus_->foreign_messages(), 4);
+  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(1));
+  EXPECT_EQ(sim_->status().foreign_messages, 4);
+  sim_->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
+  EXPECT_THAT(Logged(), testing::HasSubstr("4 of them: of another run, or of a log being played"));
+  // One of our session is another matter.
   bus_->Publish(channels::kEpisodeBegin, begin);
   HandleAll();
   ASSERT_EQ(ends_.size(), 1u);

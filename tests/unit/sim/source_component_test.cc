@@ -65,6 +65,7 @@ class SourceComponentTest : public testing::Test {
     command.episode = episode;
     command.required_component = {"metrics"};
     command.num_required = 1;
+    command.required_instance.assign(command.required_component.size(), 0);
     bus_->Publish(channels::kCommand, command);
     HandleAll();
     component_status_t status{};

@@ -70,6 +70,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   command.seed = 1;
   command.required_component = RequiredComponents(options);
   command.num_required = static_cast<int32_t>(command.required_component.size());
+  command.required_instance.assign(command.required_component.size(), 0);
   bus.Publish(channels::kCommand, command);
   const std::filesystem::path log = EpisodeLog(options.out, 0);
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(90);

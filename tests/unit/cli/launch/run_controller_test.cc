@@ -53,11 +53,10 @@ class RunControllerTest : public testing::Test {
     HandleAll();
   }
 
-  header_t Header(int attempt) const { return {episode_, attempt, 5, 100000}; }
+  header_t Header(int attempt) const { return {0, episode_, attempt, 5, 100000}; }
   int64_t Seed() const { return EpisodeSeed(plan_.seed, episode_); }
   model_info_t Model() const {
     model_info_t model{};
-    model.session = kSession;
     model.physics_file = (run_.path() / kModelFolder / kPhysicsModel).string();
     model.task_file = "pot.yaml";
     return model;
@@ -69,8 +68,7 @@ class RunControllerTest : public testing::Test {
   }
   void SayBegin(int attempt = 0) {
     episode_begin_t begin{};
-    begin.header = {episode_, attempt, 0, 0};
-    begin.session = kSession;
+    begin.header = {0, episode_, attempt, 0, 0};
     begin.seed = Seed();
     Say(channels::kEpisodeBegin, begin);
   }
@@ -458,23 +456,42 @@ TEST_F(RunControllerTest, WhatASimOfAnotherRunSaysIsNotHeard) {
   model.physics_file = "/elsewhere/model/physics.mjb";
   model.session = kSession + 1;
   Begin();
-  Say(channels::kModel, model);
+  bus_.PublishRaw(channels::kModel.name, Encode(model));
   episode_begin_t begin{};
   begin.header.episode = episode_;
   begin.seed = Seed();
-  begin.session = kSession + 1;
-  Say(channels::kEpisodeBegin, begin);
+  begin.header.session = kSession + 1;
+  bus_.PublishRaw(channels::kEpisodeBegin.name, Encode(begin));
   SayEnd();
   SaySummary();
   SayFinished("recorder");
   EXPECT_EQ(listener_.done.size(), 1u);
   EXPECT_THAT(listener_.remarks, IsEmpty());
-  EXPECT_EQ(Dut().status().foreign_messages, 2);
+  EXPECT_EQ(bus_.foreign_messages(), 2);
+  for (int i = 0; i < 2; ++i) Dut().Poll(In(seconds(i)));
+  EXPECT_THAT(
+      listener_.remarks,
+      ElementsAre("warning: another run, or a log being played, publishes on this bus: its messages are "
+                  "ignored"));
+}
+
+TEST_F(RunControllerTest, EpisodesBeginWithTheProcessesThatWereStarted) {
+  Dut().ExpectStart({{"metrics", 11}, {"sim", 12}});
+  Begin();
+  Dut().Poll(In(seconds(0)));
+  HandleAll();
+  Dut().Retry("a process ended");
+  Dut().Poll(In(seconds(10)));
+  HandleAll();
+  ASSERT_FALSE(commands_.empty());
+  EXPECT_THAT(commands_.back().required_component, ElementsAre("metrics", "recorder"));
+  EXPECT_THAT(commands_.back().required_instance, ElementsAre(11, 0));
+  EXPECT_EQ(commands_.back().session, kSession);
 }
 
 TEST_F(RunControllerTest, WarningsOfOthersAreRemarksWithTheirPlace) {
   log_t line{};
-  line.header = {4, 0, 12, 240000};
+  line.header = {0, 4, 0, 12, 240000};
   line.component = "sim";
   line.level = log_t::INFO_LEVEL;
   line.text = "ends, success";

@@ -61,6 +61,7 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   command.seed = 1;
   command.required_component = RequiredComponents(options);
   command.num_required = static_cast<int32_t>(command.required_component.size());
+  command.required_instance.assign(command.required_component.size(), 0);
   bus.Publish(channels::kCommand, command);
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (tick < kLast && std::chrono::steady_clock::now() < deadline) bus.Handle(deadline);

@@ -122,9 +122,9 @@ TEST_F(LogDamage, FlippedBytesCostOnlyTheEpisodesHit) {
 }
 
 TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
-  // message_version is the first member of MODEL, behind its fingerprint.
+  // message_version follows the fingerprint and the session of MODEL.
   std::string bytes = log_;
-  const size_t version = 28 + std::string(channels::kModel).size() + 8;
+  const size_t version = 28 + std::string(channels::kModel).size() + 16;
   bytes[version + 3] = 0;
   try {
     Rescore(bytes);

@@ -66,18 +66,16 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
   contract["privileged"] = true;
   const RecordedRun run = Run({{"policy_contract", contract}, {"latency", "none"}});
   PolicyCalls first, second;
-  EXPECT_TRUE(first.empty());
   first.Add(Call(0, 1.5, 0.004));
   first.Add(Call(10, 0.010, -1));
   second.Add(Call(0, 0.020, 0.002, 3));
-  EXPECT_FALSE(first.empty());
-  const auto write = [&](int episode, const PolicyCalls& calls) {
+  const auto write = [&](int episode, const PolicyCalls& calls, int64_t ticks) {
     const auto file = EpisodeFolder(run.folder, episode) / kPolicyCallsJson;
     std::filesystem::create_directories(file.parent_path());
-    std::ofstream(file) << calls.Json();
+    std::ofstream(file) << calls.Json({.execute_steps = 10}, ticks);
   };
-  write(0, first);
-  write(1, second);
+  write(0, first, 17);
+  write(1, second, 13);
   const auto notes = PolicyNotes(run);
   ASSERT_EQ(notes.size(), 3u);
   EXPECT_EQ(notes[1], "The policy was shown poses of objects, which no robot knows.");
@@ -85,6 +83,42 @@ TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
       notes[2],
       "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median as the "
       "server says itself; the robot held its last command for 3 ticks.");
+}
+
+// Asked once a second or less on a realtime clock: the answer to tick 0 is executed at tick 8.
+TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
+  const RecordedRun run = Run({{"policy_contract", Contract()}, {"realtime", true}});
+  PolicyCalls calls;
+  calls.Add(Call(0, 0.1, -1, 8));
+  calls.Add(Call(395, 0.1, -1, 1));
+  const ordered_json episode = calls.Json({.execute_steps = 1, .settle_steps = 10}, 410);
+  EXPECT_EQ(episode["ticks"], 400);
+  EXPECT_EQ(episode["due_calls"], 400);
+  EXPECT_EQ(episode["held_ticks"], 398);
+  const auto file = EpisodeFolder(run.folder, 0) / kPolicyCallsJson;
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file) << episode;
+  EXPECT_EQ(
+      PolicyNotes(run).at(0),
+      "warning: the policy was called 2 times in 400 ticks, where 400 calls are due: the robot held its last "
+      "command for 398 of them, and the scores say little about the policy.");
+  // Not one call.
+  EXPECT_NE(RareCallsWarning({PolicyCalls().Json({.execute_steps = 3}, 5)}), "");
+}
+
+TEST(PolicyCalls, HalfOfTheDueCallsAreEnough) {
+  PolicyCalls calls;
+  for (const int64_t tick : {0, 6, 12}) calls.Add(Call(tick, 0.1, -1, 3));
+  // 3 of 6 calls; 3 steps held after each.
+  const ordered_json episode = calls.Json({.execute_steps = 3}, 18);
+  EXPECT_EQ(episode["due_calls"], 6);
+  EXPECT_EQ(episode["held_ticks"], 9);
+  EXPECT_EQ(RareCallsWarning({episode}), "");
+  // An answer to the last tick is not executed any more; an episode without ticks has no calls due.
+  PolicyCalls last;
+  last.Add(Call(0, 0.1, -1));
+  EXPECT_EQ(last.Json({.execute_steps = 3}, 0)["held_ticks"], 0);
+  EXPECT_EQ(RareCallsWarning({last.Json({}, 0)}), "");
 }
 
 }  // namespace evalbus::results::policy_calls_test

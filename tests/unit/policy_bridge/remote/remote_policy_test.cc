@@ -45,11 +45,12 @@ class RemotePolicyTest : public testing::Test {
     contract_ = ParseContract(kContract, "mine.yaml");
     contract_.url = server_->url();
   }
-  void Make(Latency latency = {}, const std::string& clock = "lockstep") {
+  void Make(Latency latency = {}, const std::string& clock = "lockstep", double realtime_factor = 1) {
     model_info_t info = GetPolicyScene().info();
     info.timestep_us = 2000;
     info.substeps = 25;
     info.clock = clock;
+    info.realtime_factor = clock == "realtime" ? realtime_factor : 0;
     policy_ = std::make_unique<RemotePolicy>(contract_, latency, GetPolicyScene().model(), info);
     policy_->SetCallbacks({.on_observation = [this](const observation_t& m) { saw_.push_back(m); },
                            .on_policy_action = [this](const policy_action_t& m) { said_.push_back(m); },
@@ -203,6 +204,51 @@ TEST_F(RemotePolicyTest, OnARealtimeClockItHoldsUntilTheAnswerIsThere) {
   ASSERT_TRUE(Until([&] { return Act(tick++) > 0; }));
   EXPECT_EQ(said_.at(0).header.tick, 0);
   EXPECT_GE(said_.at(0).held_ticks, 2);
+}
+
+// The world runs so slowly here that the answer arrives within the first half of its tick, 25 s.
+TEST_F(RemotePolicyTest, OnARealtimeClockAnAnswerWithinTheWindowCountsForItsTick) {
+  Serve([calls = 0](const Value&) mutable { return ChunkOf(2, 0.2 * ++calls); });
+  Make({}, "realtime", 1e-3);
+  Begin();
+  EXPECT_FLOAT_EQ(Act(0), 0.2);
+  EXPECT_FLOAT_EQ(Act(1), 0.3);
+  EXPECT_FLOAT_EQ(Act(2), 0.4);
+  EXPECT_EQ(said_.at(1).header.tick, 2);
+  EXPECT_EQ(said_.at(1).held_ticks, 0);
+}
+
+TEST_F(RemotePolicyTest, WithoutAWindowAnAnswerCountsForTheNextTick) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  contract_.answer_window = 0;
+  Make({}, "realtime", 1e-3);
+  Begin();
+  const state_t state = State(0);
+  EXPECT_TRUE(policy_->Think(state)) << "it does not wait";
+}
+
+TEST_F(RemotePolicyTest, CountsEpisodesTicksAndObservations) {
+  Serve([](const Value&) { return ChunkOf(2, 0.7); });
+  std::string text = kContract;
+  text.insert(text.find("  - {key: prompt"),
+              "  - {key: episode, counter: episode}\n  - {key: tick, counter: tick}\n"
+              "  - {key: observation, counter: observation}\n");
+  contract_ = ParseContract(text, "mine.yaml");
+  contract_.url = server_->url();
+  Make();
+  for (const int episode : {0, 4}) {
+    Begin(episode);
+    // The header of State() is of episode 0.
+    for (int64_t tick = 0; tick < 4; ++tick) Act(tick);
+  }
+  const auto requests = server_->Requests();
+  ASSERT_EQ(requests.size(), 4u);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(*requests[i].Find("tick"), Value(static_cast<int>(i % 2 * 2)));
+    EXPECT_EQ(*requests[i].Find("observation"), Value(static_cast<int>(i % 2)));
+    EXPECT_EQ(*requests[i].Find("episode"), Value(0));
+  }
+  EXPECT_EQ(saw_.at(3).array.at(1).key, "episode");
 }
 
 TEST_F(RemotePolicyTest, WakesItsOwnerWhenAnAnswerIsThere) {

@@ -388,6 +388,25 @@ TEST(OpenpiClient, IsNotConnectedBeforeItConnects) {
   EXPECT_EQ(failure.what, "not connected");
 }
 
+// Servers that keep something of an episode reset when a connection begins: the wire has no other sign.
+TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
+  Double server(Answering(kChunk));
+  const auto client = MakePolicyClient(To(server.url()));
+  client->Connect();
+  client->BeginEpisode("lift", 0);
+  EXPECT_EQ(server.Handshakes().size(), 1u) << "the connection is fresh";
+  for (size_t episode = 1; episode < 4; ++episode) {
+    client->Infer(kObservation);
+    client->Infer(kObservation);
+    client->BeginEpisode("lift", static_cast<int64_t>(episode));
+    EXPECT_EQ(server.Handshakes().size(), episode + 1);
+    EXPECT_EQ(client->Infer(kObservation).value, kChunk);
+  }
+  // A server that is gone meanwhile is found at once.
+  server.Stop();
+  EXPECT_EQ(FailureOf([&] { client->BeginEpisode("lift", 4); }).kind, Kind::kUnreachable);
+}
+
 TEST(RoboArena, IsRecognisedByItsActionSpace) {
   Double::Options options = Answering(kChunk);
   options.wire = Wire::kRoboArena;
