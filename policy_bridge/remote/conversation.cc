@@ -1,30 +1,78 @@
 #include "policy_bridge/remote/conversation.h"
 
 #include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
 #include <thread>
+#include <utility>
 
 namespace evalbus::policy {
 
+struct Conversation::Shared {
+  std::unique_ptr<PolicyClient> client;
+  std::function<void()> on_answer;
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  Job job;
+  std::optional<Answer> answer;
+  std::exception_ptr error;
+  bool has_thread = false, must_end = false;
+
+  void Work() {
+    std::unique_lock lock(mutex);
+    for (;;) {
+      changed.wait(lock, [this] { return job || must_end; });
+      if (must_end) return;
+      Job now = std::exchange(job, nullptr);
+      lock.unlock();
+      Answer answered;
+      std::exception_ptr thrown;
+      const auto begin = std::chrono::steady_clock::now();
+      try {
+        answered.reply = now(*client);
+        answered.took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      } catch (...) {
+        thrown = std::current_exception();
+      }
+      now = nullptr;
+      lock.lock();
+      answer = std::move(answered);
+      error = thrown;
+      if (on_answer && !must_end) on_answer();
+    }
+  }
+};
+
+Conversation::Conversation(std::unique_ptr<PolicyClient> client) : shared_(std::make_shared<Shared>()) {
+  shared_->client = std::move(client);
+}
+
+Conversation::~Conversation() {
+  const std::lock_guard lock(shared_->mutex);
+  shared_->must_end = true;
+  shared_->changed.notify_all();
+}
+
+void Conversation::SetOnAnswer(std::function<void()> on_answer) { shared_->on_answer = std::move(on_answer); }
+
 void Conversation::Start(Job job) {
-  std::packaged_task<Answer()> task([client = client_, job = std::move(job)] {
-    const auto begin = std::chrono::steady_clock::now();
-    Reply reply = job(*client);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-    return Answer{std::move(reply), took.count()};
-  });
-  answer_ = task.get_future();
-  // Nobody joins it: a process that is told to stop does not wait for a server's answer.
-  std::thread([task = std::move(task), on_answer = on_answer_]() mutable {
-    task();
-    if (on_answer) on_answer();
-  }).detach();
+  is_busy_ = true;
+  const std::lock_guard lock(shared_->mutex);
+  shared_->job = std::move(job);
+  if (!std::exchange(shared_->has_thread, true)) std::thread([shared = shared_] { shared->Work(); }).detach();
+  shared_->changed.notify_all();
 }
 
 std::optional<Conversation::Answer> Conversation::Take() {
-  if (!answer_.valid() || answer_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-    return std::nullopt;
-  }
-  return answer_.get();
+  if (!is_busy_) return std::nullopt;
+  const std::lock_guard lock(shared_->mutex);
+  if (!shared_->answer) return std::nullopt;
+  is_busy_ = false;
+  Answer answer = *std::exchange(shared_->answer, std::nullopt);
+  if (const auto error = std::exchange(shared_->error, nullptr)) std::rethrow_exception(error);
+  return answer;
 }
 
 }  // namespace evalbus::policy

@@ -1,8 +1,7 @@
-// A client that works while its owner does other things.
+// A client that works on a thread of its own, one job at a time.
 #pragma once
 
 #include <functional>
-#include <future>
 #include <memory>
 #include <optional>
 
@@ -19,22 +18,28 @@ class Conversation {
   };
   using Job = std::function<Reply(PolicyClient& client)>;
 
-  explicit Conversation(std::unique_ptr<PolicyClient> client) : client_(std::move(client)) {}
+  explicit Conversation(std::unique_ptr<PolicyClient> client);
+  // Does not wait for a job that is not done: a process that is to stop does not wait for a server's answer.
+  ~Conversation();
+  Conversation(const Conversation&) = delete;
+  Conversation& operator=(const Conversation&) = delete;
 
-  // Called by the thread of each later job when its answer can be taken.
-  void SetOnAnswer(std::function<void()> on_answer) { on_answer_ = std::move(on_answer); }
+  // Called by the thread when an answer can be taken. Must be set before the first job.
+  void SetOnAnswer(std::function<void()> on_answer);
 
-  // Starts a job; the last one has been taken.
+  // Starts a job. Must not be called while is_busy().
   void Start(Job job);
-  bool is_busy() const { return answer_.valid(); }
-  // What the job answered, once; nothing while it goes on. Throws what the job threw.
+  // A job was started, and its answer was not taken.
+  bool is_busy() const { return is_busy_; }
+  // What the job answered, once; nothing while it is at work. Throws what the job threw.
   std::optional<Answer> Take();
 
  private:
-  // A job that its owner does not wait for keeps it.
-  std::shared_ptr<PolicyClient> client_;
-  std::function<void()> on_answer_;
-  std::future<Answer> answer_;
+  struct Shared;
+
+  // The thread keeps it as long as it works.
+  std::shared_ptr<Shared> shared_;
+  bool is_busy_ = false;
 };
 
 }  // namespace evalbus::policy

@@ -97,7 +97,9 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
       const auto* bytes = static_cast<const uint8_t*>(self->buffer.data().data());
       const Value message = DecodeMsgpack({bytes, self->buffer.size()});
       self->buffer.consume(self->buffer.size());
-      self->seen->Note([&] { self->seen->requests.push_back(message); });
+      if (self->options.keeps_requests) {
+        self->seen->Note([&] { self->seen->requests.push_back(message); });
+      }
       self->Take(message);
     });
     is_reading = true;

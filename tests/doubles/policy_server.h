@@ -57,6 +57,8 @@ class PolicyServerDouble {
     Answer episode_start = Nothing{};         // vla-eval's, whose servers say nothing but errors
     // Another one: refuses to become a websocket with it; 0: answers with what is no HTTP; -1: not at all.
     int http_status = 101;
+    // Whether Requests() has them; a benchmark sends too many.
+    bool keeps_requests = true;
   };
 
   // As the client's HTTP request had them; empty where it had none.

@@ -51,6 +51,7 @@ class Guest {
       late_.reset();
       status_.component = "policy";
       status_.instance = 7 + begin.header.attempt;
+      status_.session = begin.header.session;
       status_.state = component_status_t::READY;
       status_.episode = begin.header.episode;
       status_.attempt = begin.header.attempt;

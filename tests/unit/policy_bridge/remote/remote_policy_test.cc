@@ -4,6 +4,7 @@
 #include <poll.h>
 
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include "base/errors.h"
