@@ -52,7 +52,7 @@ def send_hostile_log(port):
         raw = text.encode() + b"\0"
         return struct.pack(">i", len(raw)) + raw
 
-    header = struct.pack(">iiqq", 0, 0, 5, 100000)
+    header = struct.pack(">qiiqq", 0, 0, 0, 5, 100000)
     line = (bytes.fromhex(LOG_FINGERPRINT) + header + string("<i>stranger</i>\n") + struct.pack(">b", 3)
             + string(HOSTILE))
     with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as out:

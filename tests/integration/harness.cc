@@ -177,8 +177,8 @@ void ExpectLogged(const fs::path& run, const std::string& component, const std::
                 << log;
 }
 
-// Where header_t.attempt is, behind the fingerprint and the episode.
-constexpr int kAttempt = 12;
+// Position of header_t.attempt, behind the fingerprint, the session and the episode.
+constexpr int kAttempt = 20;
 
 void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
   for (const char* channel :

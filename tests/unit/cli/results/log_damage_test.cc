@@ -138,7 +138,7 @@ TEST_F(LogDamage, AnotherMessageVersionIsRefusedByName) {
   }
   // Types of another version: no message decodes.
   bytes = log_.substr(0, end_[0]);
-  bytes[version - 1] ^= 1;
+  bytes[version - 9] ^= 1;
   EXPECT_THROW(Rescore(bytes), InputError);
 }
 

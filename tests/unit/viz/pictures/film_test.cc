@@ -281,8 +281,8 @@ TEST_F(FilmTest, EveryEpisodeOfALogHasAFilm) {
     for (LogEvent event; reader.Next(&event);) {
       if (event.channel == channels::kState && ++heard > states) continue;
       std::vector<uint8_t> data(event.data.begin(), event.data.end());
-      // The episode follows the fingerprint.
-      if (event.channel != channels::kModel) data[11] = static_cast<uint8_t>(episode);
+      // The episode follows the fingerprint and the session.
+      if (event.channel != channels::kModel) data[19] = static_cast<uint8_t>(episode);
       writer.Write(event.channel, data, event.time_us);
       // Said again until all are ready.
       if (event.channel == channels::kEpisodeBegin) writer.Write(event.channel, data, event.time_us);
