@@ -4,20 +4,30 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdlib>
 
 #include "base/errors.h"
 #include "base/file_errors.h"
+#include "base/this_process.h"
 
 namespace evalbus {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Of the temporary name, "FILE.PID.tmp".
+// Ending of a temporary name, "FILE.HOST-PID.tmp". The host is in it because processes of several machines
+// may write the same file on a shared disk. A dot in the host's name is written as "_", which no host's name
+// has.
 constexpr char kEnding[] = ".tmp";
+
+std::string TemporaryNameOf(const std::string& file) {
+  std::string process = ThisProcess();
+  std::ranges::replace(process, '.', '_');
+  return file + "." + process + kEnding;
+}
 
 [[noreturn]] void Throw(const fs::path& file, int error) {
   ThrowFileError("cannot write " + (file.empty() ? "a file without a name" : file.string()), error);
@@ -103,10 +113,14 @@ std::optional<TemporaryName> ParseTemporaryName(const std::string& name) {
   const std::string rest = name.substr(0, name.size() - (sizeof kEnding - 1));
   const size_t dot = rest.rfind('.');
   if (dot == std::string::npos) return std::nullopt;
-  TemporaryName parsed{rest.substr(0, dot)};
-  const char* const end = rest.data() + rest.size();
-  const auto number = std::from_chars(rest.data() + dot + 1, end, parsed.process);
-  if (number.ec != std::errc() || number.ptr != end || parsed.process <= 0) return std::nullopt;
+  TemporaryName parsed{rest.substr(0, dot), rest.substr(dot + 1)};
+  const size_t dash = parsed.process.rfind('-');
+  if (dash == 0) return std::nullopt;
+  const char* const end = parsed.process.data() + parsed.process.size();
+  const char* const digits = parsed.process.data() + (dash == std::string::npos ? 0 : dash + 1);
+  const auto number = std::from_chars(digits, end, parsed.pid);
+  if (number.ec != std::errc() || number.ptr != end || parsed.pid <= 0) return std::nullopt;
+  std::ranges::replace(parsed.process, '_', '.');
   return parsed;
 }
 
@@ -118,7 +132,7 @@ void WriteWhole(const fs::path& file, const std::string& text) {
   const bool exists = stat(file.c_str(), &before) == 0;
   if (exists && S_ISDIR(before.st_mode)) Throw(file, EISDIR);
   if (exists && !S_ISREG(before.st_mode)) return File(file, file, O_WRONLY).Write(text);
-  const fs::path temporary = target.string() + "." + std::to_string(getpid()) + kEnding;
+  const fs::path temporary = TemporaryNameOf(target.string());
   Removed removed(temporary);
   {
     File written(file, temporary, O_WRONLY | O_CREAT | O_TRUNC);

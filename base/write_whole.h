@@ -15,12 +15,15 @@ namespace evalbus {
 // wrong (no such folder, no permission, a folder), else EnvironmentError.
 void WriteWhole(const std::filesystem::path& file, const std::string& text);
 
-// The name under which a process writes a file, and under which it leaves it half-written where it is killed.
+// Name under which a process writes a file, and under which a killed process leaves it half-written:
+// "summary.json.node7-4711.tmp". Older versions wrote "summary.json.4711.tmp".
 struct TemporaryName {
   std::string file;
-  pid_t process = 0;
+  // As ThisProcess() names it; of older versions only the process id.
+  std::string process;
+  pid_t pid = 0;
 };
-// Nothing for other names.
+// Returns nothing for other names.
 std::optional<TemporaryName> ParseTemporaryName(const std::string& name);
 
 }  // namespace evalbus

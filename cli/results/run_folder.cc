@@ -201,7 +201,7 @@ void RunFolder::RemoveHalfWrittenFilms(std::optional<pid_t> by) const {
     const auto temporary = ParseTemporaryName(name);
     const auto is_film = [&](const char* ending) { return temporary->file.ends_with(ending); };
     return temporary && (is_film(".mp4") || is_film(".gif") || is_film(".webp")) &&
-           (!by || temporary->process == *by);
+           (!by || temporary->pid == *by);
   });
 }
 
