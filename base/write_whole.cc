@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdlib>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/file_errors.h"
@@ -42,8 +43,7 @@ class File {
   ~File() {
     if (fd_ >= 0) close(fd_);
   }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
+  File(File&& other) noexcept : shown_(other.shown_), fd_(std::exchange(other.fd_, -1)) {}
 
   void Write(const std::string& text) {
     for (size_t done = 0; done < text.size();) {
@@ -58,6 +58,8 @@ class File {
     Check(fchmod(fd_, other.st_mode & 07777) == 0);
   }
   void Sync() { Check(fsync(fd_) == 0); }
+  // Some disks say only now that they are full.
+  void Close() { Check(close(std::exchange(fd_, -1)) == 0); }
 
  private:
   void Check(bool good) const {
@@ -66,23 +68,6 @@ class File {
 
   const fs::path& shown_;
   int fd_;
-};
-
-// Removes a file unless told that it is wanted.
-class Removed {
- public:
-  explicit Removed(fs::path file) : file_(std::move(file)) {}
-  ~Removed() {
-    std::error_code ignored;
-    if (!kept_) fs::remove(file_, ignored);
-  }
-  Removed(const Removed&) = delete;
-  Removed& operator=(const Removed&) = delete;
-  void Keep() { kept_ = true; }
-
- private:
-  fs::path file_;
-  bool kept_ = false;
 };
 
 // A file that is open in this process by the name that it has as such: "/proc/self/fd/1".
@@ -124,24 +109,44 @@ std::optional<TemporaryName> ParseTemporaryName(const std::string& name) {
   return parsed;
 }
 
+WholeFile::WholeFile(fs::path file)
+    : file_(std::move(file)), target_(Target(file_)), temporary_(TemporaryNameOf(target_)) {
+  exists_ = stat(file_.c_str(), &before_) == 0;
+  if (exists_ && S_ISDIR(before_.st_mode)) Throw(file_, EISDIR);
+  if (exists_ && !S_ISREG(before_.st_mode)) Throw(file_, EEXIST);
+}
+
+WholeFile::~WholeFile() {
+  std::error_code ignored;
+  if (!is_finished_) fs::remove(temporary_, ignored);
+}
+
+void WholeFile::Finish() {
+  {
+    File written(file_, temporary_, O_RDONLY);
+    if (exists_) written.TakePermissionsOf(before_);
+    written.Sync();
+    written.Close();
+  }
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) Throw(file_, errno);
+  is_finished_ = true;
+}
+
 void WriteWhole(const fs::path& file, const std::string& text) {
   const fs::path target = Target(file);
-  // Whoever opened it may have written before us, and will behind us.
-  if (IsOpenHere(target)) return File(file, dup(std::atoi(target.filename().c_str()))).Write(text);
-  struct stat before {};
-  const bool exists = stat(file.c_str(), &before) == 0;
-  if (exists && S_ISDIR(before.st_mode)) Throw(file, EISDIR);
-  if (exists && !S_ISREG(before.st_mode)) return File(file, file, O_WRONLY).Write(text);
-  const fs::path temporary = TemporaryNameOf(target.string());
-  Removed removed(temporary);
-  {
-    File written(file, temporary, O_WRONLY | O_CREAT | O_TRUNC);
+  const auto write = [&](File written) {
     written.Write(text);
-    if (exists) written.TakePermissionsOf(before);
-    written.Sync();
+    written.Close();
+  };
+  // Whoever opened it may have written before us, and will behind us.
+  if (IsOpenHere(target)) return write(File(file, dup(std::atoi(target.filename().c_str()))));
+  struct stat before {};
+  if (stat(file.c_str(), &before) == 0 && !S_ISREG(before.st_mode) && !S_ISDIR(before.st_mode)) {
+    return write(File(file, file, O_WRONLY));
   }
-  if (std::rename(temporary.c_str(), target.c_str()) != 0) Throw(file, errno);
-  removed.Keep();
+  WholeFile whole(file);
+  write(File(file, whole.path(), O_WRONLY | O_CREAT | O_TRUNC));
+  whole.Finish();
 }
 
 }  // namespace evalbus

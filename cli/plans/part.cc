@@ -43,9 +43,12 @@ launch::Job JobOf(const Chunk& chunk, const fs::path& options, const fs::path& s
   return job;
 }
 
+// Where the log of a job has no room, its words are lost and its results, for which it waits, are not: the
+// job does not fail of that.
 void Say(const std::string& text) {
   fmt::print("{}\n", Printable(text));
   std::fflush(stdout);
+  std::clearerr(stdout);
 }
 
 // Puts it there as soon as the disk has room.

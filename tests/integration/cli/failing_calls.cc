@@ -1,6 +1,7 @@
 // For LD_PRELOAD: the N-th call of a function on a file below a folder fails, or kills the process.
 //
 //   FAILING_CALL=pwrite:7:28   the 7th pwrite() fails with this errno
+//   FAILING_CALL=pwrite:7:28+  and so do all that follow
 //   FAILING_CALL=rename:2:kill the 2nd rename() kills the process before it is done
 //   FAILING_BELOW=/tmp/x       only calls on files whose path begins so count
 //   COUNTED_CALLS=/tmp/calls   a line is appended here when a process ends: "pwrite 74"
@@ -22,7 +23,7 @@ struct Setting {
   char name[32] = "";
   long number = 0;
   int error = 0;
-  bool kills = false;
+  bool kills = false, stays = false;
   const char* below = "";
 };
 
@@ -34,6 +35,7 @@ Setting ReadSetting() {
     return {};
   setting.kills = strcmp(action, "kill") == 0;
   setting.error = atoi(action);
+  setting.stays = strchr(action, '+') != nullptr;
   if (const char* const below = getenv("FAILING_BELOW")) setting.below = below;
   return setting;
 }
@@ -54,7 +56,10 @@ __attribute__((destructor)) void SayCalls() {
 bool Fails(const char* name, const char* path) {
   if (strcmp(g_setting.name, name) != 0 || strncmp(path, g_setting.below, strlen(g_setting.below)) != 0)
     return false;
-  if (++g_calls != g_setting.number) return false;
+  ++g_calls;
+  const bool fails =
+      g_setting.stays ? g_setting.number > 0 && g_calls >= g_setting.number : g_calls == g_setting.number;
+  if (!fails) return false;
   if (g_setting.kills) kill(getpid(), SIGKILL);
   errno = g_setting.error;
   return true;
