@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/run_layout.h"
 #include "bus/lcm_wire.h"
 #include "bus/message.h"
@@ -84,16 +85,9 @@ void EventLogWriter::ClosePacked() {
 }
 
 EventLogReader::EventLogReader(const std::filesystem::path& file) {
-  const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat info {};
-  if (fd < 0 || fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
-    const std::string why = fd < 0 ? std::strerror(errno) : "not a file";
-    if (fd >= 0) close(fd);
-    throw InputError("cannot read log " + file.string() + ": " + why);
-  }
-  const auto size = static_cast<size_t>(info.st_size);
-  void* mapped = size == 0 ? nullptr : mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
-  close(fd);
+  const InputFile input(file, "log");
+  const size_t size = input.size();
+  void* mapped = size == 0 ? nullptr : mmap(nullptr, size, PROT_READ, MAP_PRIVATE, input.fd(), 0);
   if (mapped == MAP_FAILED)
     throw InputError("cannot read log " + file.string() + ": " + std::strerror(errno));
   bytes_ = {static_cast<const uint8_t*>(mapped), size};

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/plural.h"
 #include "base/random.h"
 #include "base/run_layout.h"
@@ -304,7 +305,7 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
 }
 
 void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs::path& out) {
-  const TrajectoryMap map = ReadTrajectoryMap(ReadText(map_file, "map of a trajectory"), map_file.string());
+  const TrajectoryMap map = ReadTrajectoryMap(ReadInput(map_file, "map of a trajectory"), map_file.string());
   std::vector<fs::path> files;
   if (fs::is_directory(data)) {
     for (const auto& entry : fs::directory_iterator(data)) {

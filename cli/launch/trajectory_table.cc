@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "cli/results/hdf5_file.h"
 #include "models/yaml_reader.h"
@@ -21,12 +20,6 @@ namespace evalbus::launch {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string ReadBytes(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || !fs::is_regular_file(file)) throw InputError(file.string() + ": cannot read");
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 std::vector<std::string> Cells(std::string line) {
   if (line.ends_with('\r')) line.pop_back();
@@ -44,7 +37,7 @@ std::vector<std::string> Cells(std::string line) {
 class Csv : public TrajectoryTable {
  public:
   explicit Csv(const fs::path& file) : TrajectoryTable(file.string()) {
-    const std::string text = ReadBytes(file);
+    const std::string text = ReadInput(file);
     int line_number = 0;
     for (size_t begin = 0; begin < text.size();) {
       const size_t end = std::min(text.find('\n', begin), text.size());
@@ -136,7 +129,7 @@ class Arrays : public TrajectoryTable {
 
 class Npz : public Arrays {
  public:
-  explicit Npz(const fs::path& file) : Arrays(file.string()), bytes_(ReadBytes(file)) {
+  explicit Npz(const fs::path& file) : Arrays(file.string()), bytes_(ReadInput(file)) {
     entries_ = ZipEntries({reinterpret_cast<const uint8_t*>(bytes_.data()), bytes_.size()}, file_);
   }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 
 namespace evalbus::results {
 namespace {
@@ -81,10 +82,19 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
   constexpr hsize_t kMost = 100'000'000;
   const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
   StartLibrary();
+  CheckInput(name);
   const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (file < 0) fail("no HDF5 file, or it is cut off");
-  const Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  // Numbers of another file might be those of a pipe, and are not this one's.
+  const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_elink_cb(
+      access, [](auto...) -> herr_t { return -1; }, nullptr);
+  const Handle set(H5Dopen2(file, path.c_str(), access), H5Dclose);
   if (set < 0) fail("no dataset '" + path + "'");
+  const Handle creation(H5Dget_create_plist(set), H5Pclose);
+  if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) {
+    fail("the numbers of '" + path + "' are in another file or dataset; expected them here");
+  }
   const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);
   if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("'" + path + "' holds no numbers");

@@ -137,7 +137,7 @@ TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
   const fs::path log = evalbus::LogFile(Part("hold", "0002-0003"), 3);
   const std::string text = ReadText(log);
   fs::remove(log);
-  ExpectRefused("cannot read log " + log.string());
+  ExpectRefused(log.string() + ": cannot read the log: No such file");
   for (const size_t size : {size_t{0}, text.size() / 2, text.size() - 1}) {
     WriteText(log, text.substr(0, size));
     ExpectRefused(log.string() + ": ");
