@@ -329,7 +329,8 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
     nlohmann::ordered_json names = nlohmann::ordered_json::array();
     for (const fs::path& file : files) names.push_back(fs::absolute(file).lexically_normal().string());
     nlohmann::ordered_json info = SceneFacts(prepared);
-    info.update({{"policy", data.filename().string()},
+    info.update({{"robot", prepared.robot.file.string()},
+                 {"policy", data.filename().string()},
                  {"seed", 0},
                  {"episodes", files.size()},
                  {"control_hz", map.control_hz},

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <string_view>
 
 #include "base/errors.h"
 #include "base/input_file.h"
@@ -38,8 +39,10 @@ class Csv : public TrajectoryTable {
  public:
   explicit Csv(const fs::path& file) : TrajectoryTable(file.string()) {
     const std::string text = ReadInput(file);
+    // Spreadsheets put a mark in front of a text in UTF-8.
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     int line_number = 0;
-    for (size_t begin = 0; begin < text.size();) {
+    for (size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0; begin < text.size();) {
       const size_t end = std::min(text.find('\n', begin), text.size());
       const std::string line = text.substr(begin, end - begin);
       begin = end + 1;

@@ -79,6 +79,20 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
   EXPECT_GE(with_clearance, 3);
 }
 
+// As spreadsheets write it.
+TEST_F(Score, AByteOrderMarkIsSkipped) {
+  const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
+                 marked = folder_.path() / "marked";
+  Evaluate({ShortTask(folder_.path(), 0.2) + "/base", "--policy", "hold", "--episodes", "1", "--in-process"},
+           run);
+  WriteTable(ReadLog(evalbus::LogFile(run, 0)));
+  ASSERT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", scored}).code, 0);
+  WriteText(table_, "\xEF\xBB\xBF" + ReadText(table_));
+  const Result result = RunProgram({"evalbus", "score", map_, table_, "--out", marked});
+  ASSERT_EQ(result.code, 0) << result.err;
+  ExpectSameScores(scored, marked);
+}
+
 // run.json says of both what they were made with.
 TEST_F(Score, SaysWhatItWasMadeWith) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";
