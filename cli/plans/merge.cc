@@ -22,7 +22,7 @@
 #include "base/run_layout.h"
 #include "base/this_process.h"
 #include "base/write_whole.h"
-#include "cli/launch/prepared_run.h"
+#include "cli/launch/progress_line.h"
 #include "cli/launch/suite.h"
 #include "cli/results/log_check.h"
 #include "cli/results/run_reader.h"
@@ -112,8 +112,18 @@ void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::str
                                ToText(run.info.at("control_hz")), planned, kPlanJson));
 }
 
+// What has been checked, by the names of chunks.
+struct Checked {
+  explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
+
+  std::set<std::string> chunks;
+  // Reading all logs of a large plan takes a while.
+  launch::ProgressLine line;
+  size_t episodes = 0;
+};
+
 // Throws InputError unless the chunk's folder holds each of its episodes, with its log, and no other.
-void CheckPart(const PlanFolder& folder, const Chunk& chunk) {
+void CheckPart(const PlanFolder& folder, const Chunk& chunk, Checked* checked) {
   const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.chunk_folder(chunk));
   CheckIsOfPlan(run, folder.plan(), chunk.policy, chunk.task);
   const std::string lines = (run.folder / kEpisodesJsonl).string();
@@ -134,6 +144,7 @@ void CheckPart(const PlanFolder& folder, const Chunk& chunk) {
   for (const results::RecordedEpisode& episode : run.episodes) {
     const model_info_t model = results::CheckLog(run, episode);
     CheckRate(run, folder.plan(), chunk.policy, model);
+    checked->line.Show(static_cast<double>(++checked->episodes));
   }
 }
 
@@ -239,7 +250,7 @@ std::vector<PlannedRun> RunsOf(const Plan& plan) {
 }
 
 // Checks parts that wait to be removed since their run is merged.
-void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, std::set<std::string>* checked) {
+void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   const results::RecordedRun merged = results::ReadRun(folder.run_folder(run.policy, run.task));
   CheckIsOfPlan(merged, folder.plan(), run.policy, run.task);
   for (const Chunk& chunk : run.chunks) {
@@ -247,7 +258,7 @@ void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, std::set<st
     try {
       if (!fs::exists(part)) continue;
       CheckIsMerged(chunk, part, merged);
-      checked->insert(chunk.name());
+      checked->chunks.insert(chunk.name());
     } catch (const std::exception&) {
       // Another merge has removed it meanwhile.
       if (fs::exists(part)) throw;
@@ -257,15 +268,15 @@ void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, std::set<st
 
 // Checks what is to be merged or removed and adds the names of these chunks to `checked`. Returns the chunks
 // that are missing; what is there of an incomplete run is neither checked nor merged. Throws InputError.
-std::vector<Chunk> CheckRun(const PlanFolder& folder, const PlannedRun& run, std::set<std::string>* checked) {
+std::vector<Chunk> CheckRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   std::vector<Chunk> missing;
   std::ranges::copy_if(run.chunks, std::back_inserter(missing),
                        [&](const Chunk& chunk) { return !folder.has(chunk); });
   if (!missing.empty()) return missing;
   try {
     if (!folder.has_run(run.policy, run.task)) {
-      for (const Chunk& chunk : run.chunks) CheckPart(folder, chunk);
-      for (const Chunk& chunk : run.chunks) checked->insert(chunk.name());
+      for (const Chunk& chunk : run.chunks) CheckPart(folder, chunk, checked);
+      for (const Chunk& chunk : run.chunks) checked->chunks.insert(chunk.name());
       return {};
     }
   } catch (const std::exception&) {
@@ -355,7 +366,7 @@ void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
 std::vector<Chunk> MergePlan(const PlanFolder& folder) {
   const std::vector<PlannedRun> runs = RunsOf(folder.plan());
   // All is checked before anything is changed.
-  std::set<std::string> checked;
+  Checked checked(runs.size() * static_cast<size_t>(folder.plan().options.episodes));
   std::vector<Chunk> missing;
   std::vector<const PlannedRun*> to_merge;
   for (const PlannedRun& run : runs) {
@@ -363,6 +374,7 @@ std::vector<Chunk> MergePlan(const PlanFolder& folder) {
     missing.insert(missing.end(), still_missing.begin(), still_missing.end());
     if (still_missing.empty()) to_merge.push_back(&run);
   }
+  checked.line.Clear();
   for (const PlannedRun* run : to_merge) {
     if (folder.has_run(run->policy, run->task)) continue;
     std::vector<fs::path> parts;
@@ -393,7 +405,7 @@ std::vector<Chunk> MergePlan(const PlanFolder& folder) {
   for (const PlannedRun& run : runs) {
     if (!folder.has_run(run.policy, run.task)) continue;
     for (const Chunk& chunk : run.chunks) {
-      if (checked.contains(chunk.name())) RemovePart(folder, chunk);
+      if (checked.chunks.contains(chunk.name())) RemovePart(folder, chunk);
     }
   }
   RemoveLeftovers(folder, runs);
