@@ -89,6 +89,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
 }
 
 TEST_F(Collect, KilledAtItsEndIsCompletedByResume) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
   const auto collect = [&](const fs::path& out, const std::string& call) {
     return RunProgram(Command(out, {"--in-process", "--resume"}),
                       {{}, [&] {
