@@ -36,7 +36,8 @@ InputFile::InputFile(const std::filesystem::path& file, const std::string& what)
     if (!good) Fail(error);
     throw InputError(fault_ + ": " + other + ", expected a file");
   };
-  // Before it is opened, for that may do something to a device; and after, for it may be another one by then.
+  // Checked before it is opened, since opening may affect a device, and after, since it may have been
+  // replaced.
   check(stat(file.c_str(), &status) == 0);
   fd_ = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   check(fd_ >= 0 && fstat(fd_, &status) == 0);
@@ -52,7 +53,7 @@ void InputFile::Fail(int error) const { throw InputError(fault_ + ": " + std::st
 std::string ReadInput(const std::filesystem::path& file, const std::string& what) {
   const InputFile input(file, what);
   std::string text;
-  // One byte more shows the end; files may grow, and those of /proc have no size.
+  // One byte more than the size shows the end. Files may grow, and files of /proc have size 0.
   for (size_t room = input.size() + 1;; room = text.size() + (64 << 10)) {
     const size_t done = text.size();
     text.resize(std::max(room, done + 1));
@@ -66,7 +67,7 @@ std::string ReadInput(const std::filesystem::path& file, const std::string& what
 
 std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what) {
   const InputFile input(file, what);
-  // By its descriptor it is the same file, whatever has its name now.
+  // Opened by its descriptor it is the same file, even if the name was given to another one.
   std::ifstream stream("/proc/self/fd/" + std::to_string(input.fd()), std::ios::binary);
   if (!stream) input.Fail(errno);
   return stream;

@@ -1,6 +1,6 @@
-// The one place where input files are opened: what users name, and what lies in folders that others write to.
-// Only files are read. Anything else (a named pipe, a device, a socket) is refused before it is opened, since
-// reading it, or only opening it, might never end.
+// The one place where input files are opened: files that users name, and files in folders that other
+// processes write to. Only regular files are read. Anything else (a named pipe, a device, a socket) is
+// refused before it is opened, since reading it, or only opening it, might never end.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace evalbus {
 
 class InputFile {
  public:
-  // Opens a file, or what a link leads to, and never waits. Throws InputError, one line with the reason:
+  // Opens a file, or the target of a link, and never blocks. Throws InputError, one line with the reason:
   // "a.yaml: cannot be read: No such file or directory"; with `what`, "a.yaml: cannot read the contract:
   // ...".
   explicit InputFile(const std::filesystem::path& file, const std::string& what = "");

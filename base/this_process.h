@@ -8,8 +8,8 @@ namespace evalbus {
 // "node7-4711": name of this machine, id of this process.
 std::string ThisProcess();
 
-// True only where it is certain: the process of this name was one of this machine's and is gone. Processes of
-// other machines are never said to have ended.
+// True only if it is certain that the process of this name ran on this machine and has ended. Always false
+// for processes of other machines, also of a container that has another host name.
 bool HasEnded(const std::string& process);
 
 }  // namespace evalbus

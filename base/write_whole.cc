@@ -58,7 +58,7 @@ class File {
     Check(fchmod(fd_, other.st_mode & 07777) == 0);
   }
   void Sync() { Check(fsync(fd_) == 0); }
-  // Some disks say only now that they are full.
+  // Some file systems report a full disk only here.
   void Close() { Check(close(std::exchange(fd_, -1)) == 0); }
 
  private:

@@ -28,8 +28,7 @@ constexpr struct {
 #undef EVALBUS_ROW
 };
 
-// Throws EnvironmentError where what was printed did not get to a file: `evalbus compare a b >
-// full_disk/table` is no success.
+// Throws EnvironmentError if output was lost, as in `evalbus compare a b > FILE` on a full disk.
 void FlushStandardOutput() {
   errno = 0;
   const bool is_flushed = std::fflush(stdout) == 0;

@@ -1,4 +1,4 @@
-// CONTACTS of a tick, for all who publish or record it. Pure.
+// Computes CONTACTS of a tick, for every component that publishes or records it. Pure.
 #pragma once
 
 #include "collision/checker.h"
@@ -8,9 +8,8 @@
 
 namespace evalbus::collision {
 
-// Checks the poses of a state and fills in every member of CONTACTS. The state has the bodies of the
-// checker's model, whose poses are finite. `watch` is that of the episode, to be called once per tick and in
-// order.
+// Finds the contacts of a state and sets every member of CONTACTS. The state must have the bodies of the
+// checker's model, with finite poses. `watch` is the episode's; call this once per tick, in order.
 void FillContacts(const state_t& state, CollisionChecker* checker, ClearanceWatch* watch,
                   contacts_t* contacts);
 

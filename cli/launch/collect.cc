@@ -109,8 +109,9 @@ void Collect(RunOptions options) {
     kept = Successes(folder);
   }
 
-  // What follows may be interrupted anywhere: done again, it comes to the same. Lines of failures are dropped
-  // first, so how many starts were tried is told by the groups; collect.json says that all is done.
+  // The rest may be interrupted anywhere and repeated with the same result. The lines of failures are removed
+  // first, so the number of starts tried is derived from the groups. collect.json is written last: it marks a
+  // complete collection.
   const results::RunFolder run = results::RunFolder::OfRun(folder, "collect", true);
   size_t tried = 0;
   for (const std::vector<int>& stratum : strata) {

@@ -1,5 +1,5 @@
-// How far a long command is, for people: in place where standard output is a terminal, else a line on
-// standard error now and then, so that what is piped or logged says it, too.
+// Progress of a long command: in place if standard output is a terminal, else a line on standard error every
+// ten seconds, so that pipes and logs have it, too.
 #pragma once
 
 #include <chrono>

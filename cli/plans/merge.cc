@@ -38,7 +38,8 @@ using nlohmann::ordered_json;
 
 // Keys of run.json that say where and how much of the run was done, and not what it is.
 constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process"};
-// Keys of run.json that a plan leaves to the run: what its models are, where they are, and how it is run.
+// Keys of run.json that a plan does not determine: digests and paths of the models, and where the run is
+// made.
 constexpr const char* kNotOfAPlan[] = {"only",           "run_id",        "url",           "workers",
                                        "in_process",     "video",         "task_path",     "control_hz",
                                        "physics_sha256", "visual_sha256", "scene_warnings"};
@@ -62,8 +63,8 @@ void Link(const fs::path& from, const fs::path& to) {
   }
 }
 
-// Whether a run was made with the planned file. A relative path, or the name of a robot of ours, may have
-// meant another folder where the run was made.
+// Whether a run was made with the planned file. Relative paths and names of our robots are compared by file
+// name only: the folder may differ between machines.
 bool IsSameFile(const fs::path& planned, const fs::path& made) {
   return planned.is_absolute() ? planned == made : planned.stem() == made.stem();
 }
@@ -83,7 +84,8 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
                    const std::string& task) {
   const std::string file = (run.folder / kRunJson).string();
   const auto fail = [&](const std::string& key, const std::string& is, const std::string& planned) {
-    throw InputError(fmt::format("{}: {} is {}, but {} in {}", file, key, is, planned, kPlanJson));
+    throw InputError(fmt::format("{}: {} is {}, but {} in {}; restore that file, or remove {}", file, key, is,
+                                 planned, kPlanJson, run.folder.string()));
   };
   launch::RunOptions made;
   launch::ReadOlderOptions(run.info, file, &made);
@@ -102,6 +104,7 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
     fail(fmt::format("\"{}\"", key), ToText(is[key]), ToText(value));
   }
 }
+
 // Throws InputError unless the rate is what the physics makes of the plan's.
 void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
                const model_info_t& model) {
@@ -112,7 +115,7 @@ void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::str
                                ToText(run.info.at("control_hz")), planned, kPlanJson));
 }
 
-// What has been checked, by the names of chunks.
+// Chunks that were checked, by name.
 struct Checked {
   explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
 
@@ -215,8 +218,8 @@ void SyncDisk(const fs::path& folder) {
   if (!good) ThrowFileError("cannot write " + folder.string(), error);
 }
 
-// Makes `out` of them, which appears whole or not at all. Another process may remove the parts afterwards:
-// all is on the disk.
+// Makes `out` of the parts. It appears whole or not at all. When this returns, all is synced to disk, so that
+// the parts may be removed.
 void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
   const fs::path coming = out.parent_path() / fmt::format(".{}.{}", out.filename().string(), ThisProcess());
   std::error_code ignored;
@@ -287,7 +290,7 @@ std::vector<Chunk> CheckRun(const PlanFolder& folder, const PlannedRun& run, Che
   return {};
 }
 
-// Removes a part that was merged. Whoever looks at it meanwhile finds it whole or not at all.
+// Removes a merged part. Other processes see it whole or not at all.
 void RemovePart(const PlanFolder& folder, const Chunk& chunk) {
   const fs::path part = folder.chunk_folder(chunk);
   const fs::path hidden = part.parent_path() / fmt::format(".{}.{}.merged", chunk.name(), ThisProcess());
@@ -295,18 +298,19 @@ void RemovePart(const PlanFolder& folder, const Chunk& chunk) {
   if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
 }
 
-// What a process that is gone, or that nobody waits for any more, has left.
+// Whether a file or folder was left by a process that has ended or, on another machine, has not touched it
+// for longer than any merge takes.
 bool IsLeft(const std::string& process, const fs::path& path) {
   constexpr auto kLongestMerge = std::chrono::hours(24);
   if (HasEnded(process)) return true;
-  // Of another machine: by the clock of the disk, which may be some minutes off.
+  // A process of another machine is judged by time stamps of the disk, whose clock may be some minutes off.
   std::error_code gone;
   const auto changed = fs::last_write_time(path, gone);
   return !gone && fs::file_time_type::clock::now() - changed > kLongestMerge;
 }
 
-// The run that a folder ".RUN.HOST-PID" was to become, and the process that made it. Names of runs may begin
-// with another's, and have dots, as names of hosts may.
+// Parses ".RUN.HOST-PID", a copy of a run that was not finished, into the run and the process. Names of runs
+// and hosts may contain dots, and one run's name may begin with another's.
 std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
                                                     const std::vector<PlannedRun>& runs,
                                                     const std::string& policy) {
@@ -321,7 +325,7 @@ std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
   return found;
 }
 
-// Removes what merges that were killed have left: copies of runs, half-written files.
+// Removes what killed merges have left: copies of runs, half-written files.
 void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& runs) {
   std::vector<fs::path> left;
   const auto look = [&](const fs::path& path, const auto& is_left) {
@@ -338,7 +342,8 @@ void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& ru
   for (const PlannedPolicy& policy : folder.plan().policies) {
     look(folder.policy_folder(policy.name), [&](const fs::path& path) {
       const auto [run, process] = ParseCopy(path.filename(), runs, policy.name);
-      // One that another process still makes of a run that is there is of no use: it will notice.
+      // A copy of a run that is merged by now is useless, even if another merge still writes it: that merge
+      // finds the run in place and ends well.
       return run && (folder.has_run(run->policy, run->task) || IsLeft(process, path));
     });
   }

@@ -43,8 +43,8 @@ launch::Job JobOf(const Chunk& chunk, const fs::path& options, const fs::path& s
   return job;
 }
 
-// Where the log of a job has no room, its words are lost and its results, for which it waits, are not: the
-// job does not fail of that.
+// Clears the error of standard output: on a full disk a job waits until its results fit, and must not fail
+// because lines of its log were lost.
 void Say(const std::string& text) {
   fmt::print("{}\n", Printable(text));
   std::fflush(stdout);

@@ -21,7 +21,8 @@ class Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   operator hid_t() const { return id_; }
-  // To be called of what is written: small data waits in a buffer until now. False where the disk refuses it.
+  // Must be called for everything that is written: the library keeps small data in a buffer until now.
+  // Returns false if the disk refuses the data.
   bool Close() { return close_(std::exchange(id_, -1)) >= 0; }
 
  private:
@@ -52,8 +53,8 @@ hid_t TextType() {
   return type;
 }
 
-// What the system said of the call that failed last: "No space left on device"; empty where it was none of
-// its. The library has it in a sentence.
+// The system's reason for the last failure, "No space left on device"; empty if the failure was the library's
+// own. The library embeds the reason in a sentence.
 std::string SystemsReason() {
   std::string reason;
   const auto look = [](unsigned, const H5E_error2_t* error, void* found) -> herr_t {
@@ -69,8 +70,8 @@ std::string SystemsReason() {
   return reason;
 }
 
-// To be called before anything else. The library's own handler would write once more to files that a full
-// disk left open, when the program ends, and dies of that; here every file is closed by hand.
+// Must be called before any other function of the library. At exit, the library's own handler would write
+// again to files that a full disk left open, and crash; all files are closed explicitly here.
 void StartLibrary() {
   H5dont_atexit();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -85,7 +86,7 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
   CheckInput(name);
   const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (file < 0) fail("no HDF5 file, or it is cut off");
-  // Numbers of another file might be those of a pipe, and are not this one's.
+  // Datasets may refer to other files, which may be pipes: refused.
   const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   H5Pset_elink_cb(
       access, [](auto...) -> herr_t { return -1; }, nullptr);

@@ -1,4 +1,4 @@
-// Checks the log of a finished episode before another copy of it is removed.
+// Checks the log of a finished episode, for commands that remove another copy of it.
 #pragma once
 
 #include "cli/results/run_reader.h"

@@ -13,8 +13,8 @@
 namespace evalbus::tools {
 
 // Encoder::SceneOf for MODELs of a run in this folder; empty: where they say. A model that is gone or not its
-// own draws nothing, and the remark says why. Episodes that look alike share one text, which takes longer to
-// make than an episode's other messages.
+// own draws nothing, and the remark states the reason. Episodes that look alike share one text, since making
+// it takes as long as all other messages of a short episode.
 class SceneSource {
  public:
   std::shared_ptr<const std::string> Of(const model_info_t& model, std::optional<int64_t> seed,

@@ -9,7 +9,7 @@ namespace evalbus::tools {
 
 // Meshes are triangles, in steps of 0.01 mm; boxes, spheres, ellipsoids and cylinders are themselves, a
 // capsule is a cylinder with two spheres, an endless plane is a square of 10 m. A texture is its material's
-// colour. appearance: what an episode changes of it (SceneBlocks::Appearance()); null: nothing.
+// color. appearance: changes of colors for one episode (SceneBlocks::Appearance()), or null.
 nlohmann::ordered_json SceneEntities(const viz::SceneBlocks& scene, const nlohmann::ordered_json& appearance);
 
 }  // namespace evalbus::tools

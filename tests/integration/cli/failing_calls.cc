@@ -52,7 +52,7 @@ __attribute__((destructor)) void SayCalls() {
   syscall(SYS_write, fd, line, size);
 }
 
-// Whether this call is the one that fails; errno then says why.
+// Whether this call is the one that fails. Sets errno then.
 bool Fails(const char* name, const char* path) {
   if (strcmp(g_setting.name, name) != 0 || strncmp(path, g_setting.below, strlen(g_setting.below)) != 0)
     return false;

@@ -195,7 +195,7 @@ TEST_F(Merge, RefusesPartsOfAnotherPlan) {
   ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
 }
 
-// A part whose run was merged without it, or with another evaluation of its episodes, is nobody's copy.
+// A part is kept if its run was merged without it, or with another evaluation of its episodes.
 TEST_F(Merge, RemovesOnlyWhatItCounted) {
   const fs::path part = Part("rnd", "0000-0001"), copy = folder_.path() / "copy";
   fs::copy(part, copy, fs::copy_options::recursive);

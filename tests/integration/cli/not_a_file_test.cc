@@ -1,4 +1,4 @@
-// Input that is no file: whatever reads it says so at once and does not wait for a pipe or read a device.
+// Input that is not a regular file is refused at once: no command waits for a pipe or reads a device.
 #include <sys/stat.h>
 
 #include "tests/integration/harness.h"
@@ -25,7 +25,7 @@ class NotAFile : public testing::TestWithParam<bool> {
     }
   }
 
-  // A named pipe that nobody writes to, or a link to a device that never ends.
+  // A named pipe without a writer, or a link to a device without an end.
   void Put(const fs::path& file) const {
     fs::remove(file);
     if (GetParam()) {

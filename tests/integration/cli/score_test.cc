@@ -93,7 +93,7 @@ TEST_F(Score, AByteOrderMarkIsSkipped) {
   ExpectSameScores(scored, marked);
 }
 
-// run.json says of both what they were made with.
+// run.json of both names what they were made with.
 TEST_F(Score, SaysWhatItWasMadeWith) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";
   Evaluate({"lift_pot/base", "--policy", "hold", "--episodes", "1", "--in-process", "--only", "0"}, run);

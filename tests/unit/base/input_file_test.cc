@@ -29,7 +29,7 @@ std::string ErrorOf(const Read& read) {
 
 class InputFileTest : public testing::Test {
  protected:
-  // Each way to open a file says the same.
+  // Each way to open a file reports the same.
   void ExpectRefused(const fs::path& file, const std::string& reason) const {
     EXPECT_EQ(ErrorOf([&] { InputFile{file}; }), file.string() + ": cannot be read: " + reason);
     EXPECT_EQ(ErrorOf([&] { ReadInput(file); }), file.string() + ": cannot be read: " + reason);
@@ -75,7 +75,7 @@ TEST_F(InputFileTest, RefusesAtOnceWhatIsNoFile) {
   ExpectRefused("/dev/zero", "a device, expected a file");
   fs::create_symlink("/dev/zero", folder_.path() / "link");
   ExpectRefused(folder_.path() / "link", "a device, expected a file");
-  // Nobody writes to it: to open it as usual would wait for ever.
+  // It has no writer: an ordinary open() would block for ever.
   ASSERT_EQ(mkfifo(file_.c_str(), 0600), 0);
   ExpectRefused(file_, "a named pipe, expected a file");
   const fs::path name = folder_.path() / "socket";
