@@ -11,10 +11,13 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 
 namespace evalbus {
 namespace {
 
+// In errors.
+constexpr char kWhat[] = "JSON file";
 // Ours are below ten; a hundred thousand would be more than the stack of who goes through them.
 constexpr size_t kDeepest = 64;
 
@@ -177,15 +180,6 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   std::optional<size_t> position_;
 };
 
-std::ifstream Open(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::error_code error;
-  if (!stream || std::filesystem::is_directory(file, error)) {
-    throw InputError(file.string() + ": expected a JSON file, it cannot be read");
-  }
-  return stream;
-}
-
 int LineOf(std::istream& text, size_t position) {
   int line = 1;
   for (char c; position > 0 && text.get(c); --position) line += c == '\n';
@@ -209,20 +203,19 @@ Json ParseJson(const std::string& text, const std::string& file, int line) {
 
 template <class Json>
 Json ReadJsonFile(const std::filesystem::path& file) {
-  std::ifstream stream = Open(file);
-  return ParseJson<Json>({std::istreambuf_iterator<char>(stream), {}}, file.string());
+  return ParseJson<Json>(ReadInput(file, kWhat), file.string());
 }
 
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
                             const TakeElement& take, const TakeText& take_text) {
-  std::ifstream stream = Open(file);
+  std::ifstream stream = OpenInput(file, kWhat);
   LookAhead ahead(&stream);
   std::istream text(&ahead);
   nlohmann::json json;
   Builder<nlohmann::json> builder(&json, &ahead, key, take, take_text);
   if (nlohmann::json::sax_parse(text, &builder)) return json;
   const auto position = builder.position();
-  std::ifstream again = Open(file);
+  std::ifstream again = OpenInput(file, kWhat);
   const std::string line = position ? ":" + std::to_string(LineOf(again, *position)) : "";
   throw InputError(file.string() + line + ": " + builder.what());
 }

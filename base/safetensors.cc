@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/json_file.h"
 #include "base/text.h"
 
@@ -170,9 +169,7 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
 }
 
 Safetensors ReadSafetensors(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || !std::filesystem::is_regular_file(file)) throw InputError(file.string() + ": cannot read");
-  const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), {}};
+  const std::string bytes = ReadInput(file);
   return ParseSafetensors({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, file.string());
 }
 

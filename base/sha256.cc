@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 
 namespace evalbus {
 namespace {
@@ -33,10 +34,7 @@ class Sha256 {
 }  // namespace
 
 std::string Sha256File(const std::filesystem::path& file) {
-  // The name may come from a message: a device or a pipe might never end.
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": cannot be read");
-  std::ifstream stream(file, std::ios::binary);
+  std::ifstream stream = OpenInput(file);
   Sha256 sha256;
   std::array<char, 65536> block{};
   while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {

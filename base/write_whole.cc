@@ -4,20 +4,31 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdlib>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/file_errors.h"
+#include "base/this_process.h"
 
 namespace evalbus {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Of the temporary name, "FILE.PID.tmp".
+// Ending of a temporary name, "FILE.HOST-PID.tmp". The host is in it because processes of several machines
+// may write the same file on a shared disk. A dot in the host's name is written as "_", which no host's name
+// has.
 constexpr char kEnding[] = ".tmp";
+
+std::string TemporaryNameOf(const std::string& file) {
+  std::string process = ThisProcess();
+  std::ranges::replace(process, '.', '_');
+  return file + "." + process + kEnding;
+}
 
 [[noreturn]] void Throw(const fs::path& file, int error) {
   ThrowFileError("cannot write " + (file.empty() ? "a file without a name" : file.string()), error);
@@ -32,8 +43,7 @@ class File {
   ~File() {
     if (fd_ >= 0) close(fd_);
   }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
+  File(File&& other) noexcept : shown_(other.shown_), fd_(std::exchange(other.fd_, -1)) {}
 
   void Write(const std::string& text) {
     for (size_t done = 0; done < text.size();) {
@@ -48,6 +58,8 @@ class File {
     Check(fchmod(fd_, other.st_mode & 07777) == 0);
   }
   void Sync() { Check(fsync(fd_) == 0); }
+  // Some file systems report a full disk only here.
+  void Close() { Check(close(std::exchange(fd_, -1)) == 0); }
 
  private:
   void Check(bool good) const {
@@ -56,23 +68,6 @@ class File {
 
   const fs::path& shown_;
   int fd_;
-};
-
-// Removes a file unless told that it is wanted.
-class Removed {
- public:
-  explicit Removed(fs::path file) : file_(std::move(file)) {}
-  ~Removed() {
-    std::error_code ignored;
-    if (!kept_) fs::remove(file_, ignored);
-  }
-  Removed(const Removed&) = delete;
-  Removed& operator=(const Removed&) = delete;
-  void Keep() { kept_ = true; }
-
- private:
-  fs::path file_;
-  bool kept_ = false;
 };
 
 // A file that is open in this process by the name that it has as such: "/proc/self/fd/1".
@@ -103,31 +98,55 @@ std::optional<TemporaryName> ParseTemporaryName(const std::string& name) {
   const std::string rest = name.substr(0, name.size() - (sizeof kEnding - 1));
   const size_t dot = rest.rfind('.');
   if (dot == std::string::npos) return std::nullopt;
-  TemporaryName parsed{rest.substr(0, dot)};
-  const char* const end = rest.data() + rest.size();
-  const auto number = std::from_chars(rest.data() + dot + 1, end, parsed.process);
-  if (number.ec != std::errc() || number.ptr != end || parsed.process <= 0) return std::nullopt;
+  TemporaryName parsed{rest.substr(0, dot), rest.substr(dot + 1)};
+  const size_t dash = parsed.process.rfind('-');
+  if (dash == 0) return std::nullopt;
+  const char* const end = parsed.process.data() + parsed.process.size();
+  const char* const digits = parsed.process.data() + (dash == std::string::npos ? 0 : dash + 1);
+  const auto number = std::from_chars(digits, end, parsed.pid);
+  if (number.ec != std::errc() || number.ptr != end || parsed.pid <= 0) return std::nullopt;
+  std::ranges::replace(parsed.process, '_', '.');
   return parsed;
+}
+
+WholeFile::WholeFile(fs::path file)
+    : file_(std::move(file)), target_(Target(file_)), temporary_(TemporaryNameOf(target_)) {
+  exists_ = stat(file_.c_str(), &before_) == 0;
+  if (exists_ && S_ISDIR(before_.st_mode)) Throw(file_, EISDIR);
+  if (exists_ && !S_ISREG(before_.st_mode)) Throw(file_, EEXIST);
+}
+
+WholeFile::~WholeFile() {
+  std::error_code ignored;
+  if (!is_finished_) fs::remove(temporary_, ignored);
+}
+
+void WholeFile::Finish() {
+  {
+    File written(file_, temporary_, O_RDONLY);
+    if (exists_) written.TakePermissionsOf(before_);
+    written.Sync();
+    written.Close();
+  }
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) Throw(file_, errno);
+  is_finished_ = true;
 }
 
 void WriteWhole(const fs::path& file, const std::string& text) {
   const fs::path target = Target(file);
-  // Whoever opened it may have written before us, and will behind us.
-  if (IsOpenHere(target)) return File(file, dup(std::atoi(target.filename().c_str()))).Write(text);
-  struct stat before {};
-  const bool exists = stat(file.c_str(), &before) == 0;
-  if (exists && S_ISDIR(before.st_mode)) Throw(file, EISDIR);
-  if (exists && !S_ISREG(before.st_mode)) return File(file, file, O_WRONLY).Write(text);
-  const fs::path temporary = target.string() + "." + std::to_string(getpid()) + kEnding;
-  Removed removed(temporary);
-  {
-    File written(file, temporary, O_WRONLY | O_CREAT | O_TRUNC);
+  const auto write = [&](File written) {
     written.Write(text);
-    if (exists) written.TakePermissionsOf(before);
-    written.Sync();
+    written.Close();
+  };
+  // Whoever opened it may have written before us, and will behind us.
+  if (IsOpenHere(target)) return write(File(file, dup(std::atoi(target.filename().c_str()))));
+  struct stat before {};
+  if (stat(file.c_str(), &before) == 0 && !S_ISREG(before.st_mode) && !S_ISDIR(before.st_mode)) {
+    return write(File(file, file, O_WRONLY));
   }
-  if (std::rename(temporary.c_str(), target.c_str()) != 0) Throw(file, errno);
-  removed.Keep();
+  WholeFile whole(file);
+  write(File(file, whole.path(), O_WRONLY | O_CREAT | O_TRUNC));
+  whole.Finish();
 }
 
 }  // namespace evalbus

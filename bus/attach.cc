@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/run_layout.h"
 #include "bus/live_runs.h"
 #include "bus/private_network.h"
@@ -20,7 +21,8 @@ namespace fs = std::filesystem;
 
 // Not an object where there is none.
 nlohmann::json RunJson(const fs::path& folder) {
-  std::ifstream stream(folder / kRunJson);
+  if (!fs::exists(folder / kRunJson)) return nlohmann::json::value_t::discarded;
+  std::ifstream stream = OpenInput(folder / kRunJson);
   return nlohmann::json::parse(stream, nullptr, false);
 }
 
@@ -33,7 +35,8 @@ T Get(const nlohmann::json& json, const char* key, T otherwise) {
 }
 
 int64_t FinishedEpisodes(const fs::path& run) {
-  std::ifstream stream(run / kEpisodesJsonl);
+  if (!fs::exists(run / kEpisodesJsonl)) return 0;
+  std::ifstream stream = OpenInput(run / kEpisodesJsonl);
   return std::count(std::istreambuf_iterator<char>(stream), {}, '\n');
 }
 

@@ -1,17 +1,17 @@
 #include "bus/event_log.h"
 
-#include <fcntl.h>
 #include <lcm/eventlog.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/run_layout.h"
 #include "bus/lcm_wire.h"
 #include "bus/message.h"
@@ -23,13 +23,8 @@ namespace {
 constexpr std::array<uint8_t, 4> kEventMagic = {0xED, 0xA1, 0xDA, 0x01};
 constexpr size_t kHeaderSize = 28;
 
-// Ends the mapping of a file.
-struct Unmapped {
-  std::span<const uint8_t> bytes;
-  ~Unmapped() {
-    if (!bytes.empty()) munmap(const_cast<uint8_t*>(bytes.data()), bytes.size());
-  }
-};
+// Read at once: a processor's cache holds it.
+constexpr size_t kWindowBytes = 256 << 10;
 
 int64_t BigEndian64(const uint8_t* p) {
   return static_cast<int64_t>(uint64_t{BigEndian32(p)} << 32 | BigEndian32(p + 4));
@@ -79,83 +74,110 @@ void EventLogWriter::ClosePacked() {
   if (std::fflush(stream_) != 0 || fstat(fileno(stream_), &info) != 0) Throw("cannot write");
   if (static_cast<size_t>(info.st_size) > kMostUnpackedBytes) return Close();
   End(false);
-  PackLog(EventLogReader(file_).bytes(), file_.string() + kPackedEnding);
+  PackLog(file_, file_.string() + kPackedEnding);
   if (unlink(file_.c_str()) != 0) Throw("cannot remove");
 }
 
-EventLogReader::EventLogReader(const std::filesystem::path& file) {
-  const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat info {};
-  if (fd < 0 || fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
-    const std::string why = fd < 0 ? std::strerror(errno) : "not a file";
-    if (fd >= 0) close(fd);
-    throw InputError("cannot read log " + file.string() + ": " + why);
+EventLogReader::EventLogReader(const std::filesystem::path& file)
+    : name_(file.string()), file_(file, "log"), size_(file_.size()) {
+  is_packed_ = IsPacked({At(0, std::min<size_t>(size_, kWindowBytes)), window_.size()});
+  if (!is_packed_) return;
+  // One that is longer than what it may unpack to is not read.
+  std::vector<uint8_t> packed(std::min<uint64_t>(size_, kMostUnpackedBytes + kWindowBytes));
+  Read(0, packed);
+  window_ = UnpackLog(packed, file);
+  size_ = window_.size();
+}
+
+void EventLogReader::Read(uint64_t offset, std::span<uint8_t> to) {
+  for (size_t done = 0; done < to.size();) {
+    const ssize_t n =
+        pread(file_.fd(), to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) file_.Fail(errno);
+    if (n == 0) {
+      throw InputError(name_ + ": cannot read the log: it has become shorter while it was read, from " +
+                       std::to_string(size_) + " to " + std::to_string(offset + done) + " bytes or less");
+    }
+    done += static_cast<size_t>(n);
   }
-  const auto size = static_cast<size_t>(info.st_size);
-  void* mapped = size == 0 ? nullptr : mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
-  close(fd);
-  if (mapped == MAP_FAILED)
-    throw InputError("cannot read log " + file.string() + ": " + std::strerror(errno));
-  bytes_ = {static_cast<const uint8_t*>(mapped), size};
-  if (!IsPacked(bytes_)) return;
-  const Unmapped packed{bytes_};
-  unpacked_ = UnpackLog(bytes_, file);
-  bytes_ = unpacked_;
 }
 
-EventLogReader::~EventLogReader() {
-  if (!is_packed()) Unmapped{bytes_};
+const uint8_t* EventLogReader::At(uint64_t offset, size_t size) {
+  if (!IsInWindow(offset, size)) {
+    // Empty where reading fails.
+    std::vector<uint8_t> window = std::exchange(window_, {});
+    window.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, kWindowBytes), size_ - offset)));
+    Read(offset, window);
+    window_ = std::move(window);
+    window_begin_ = offset;
+  }
+  return window_.data() + (offset - window_begin_);
 }
 
-bool EventLogReader::IsBoundary(size_t offset) const {
-  return offset == bytes_.size() ||
-         (bytes_.size() - offset >= kEventMagic.size() &&
-          std::memcmp(bytes_.data() + offset, kEventMagic.data(), kEventMagic.size()) == 0);
+bool EventLogReader::IsBoundary(uint64_t offset) {
+  if (offset == size_) return true;
+  if (size_ - offset < kEventMagic.size()) return false;
+  // Not by At(): it is looked for from the beginning of a long event, to which the window is to come back.
+  std::array<uint8_t, kEventMagic.size()> bytes{};
+  if (IsInWindow(offset, bytes.size())) {
+    std::copy_n(At(offset, bytes.size()), bytes.size(), bytes.begin());
+  } else {
+    Read(offset, bytes);
+  }
+  return bytes == kEventMagic;
 }
 
-size_t EventLogReader::EventSize(size_t offset) {
+size_t EventLogReader::EventSize(uint64_t offset) {
   const size_t size = ClaimedSize(offset);
   if (size == 0 || IsBoundary(offset + size)) return size;
   // Either the next event is damaged, or this one's lengths are: then it claims events that are whole.
   return NextWhole(offset + kEventMagic.size()) < offset + size ? 0 : size;
 }
 
-size_t EventLogReader::NextWhole(size_t offset) {
+uint64_t EventLogReader::FindStart(uint64_t offset) {
+  while (offset < size_) {
+    At(offset, 1);
+    const auto begin = window_.begin() + static_cast<std::ptrdiff_t>(offset - window_begin_);
+    const auto found = std::find(begin, window_.end(), kEventMagic[0]);
+    offset += static_cast<uint64_t>(found - begin);
+    if (found != window_.end()) return offset;
+  }
+  return size_;
+}
+
+uint64_t EventLogReader::NextWhole(uint64_t offset) {
   if (offset >= searched_from_ && offset <= whole_at_) return whole_at_;
   searched_from_ = whole_at_ = offset;
-  while (whole_at_ < bytes_.size()) {
+  while (whole_at_ < size_) {
     const size_t size = ClaimedSize(whole_at_);
     if (size > 0 && IsBoundary(whole_at_ + size)) break;
-    const void* next = memchr(bytes_.data() + whole_at_ + 1, kEventMagic[0], bytes_.size() - whole_at_ - 1);
-    whole_at_ = next ? static_cast<size_t>(static_cast<const uint8_t*>(next) - bytes_.data()) : bytes_.size();
+    whole_at_ = FindStart(whole_at_ + 1);
   }
   return whole_at_;
 }
 
-size_t EventLogReader::ClaimedSize(size_t offset) const {
-  if (bytes_.size() - offset < kHeaderSize) return 0;
-  const uint8_t* p = bytes_.data() + offset;
+size_t EventLogReader::ClaimedSize(uint64_t offset) {
+  if (size_ - offset < kHeaderSize) return 0;
+  const uint8_t* p = At(offset, kHeaderSize);
   if (std::memcmp(p, kEventMagic.data(), kEventMagic.size()) != 0) return 0;
   const uint32_t channel_size = BigEndian32(p + 20);
   const uint32_t data_size = BigEndian32(p + 24);
   if (channel_size == 0 || channel_size > kMaxChannelBytes || data_size > kMaxMessageBytes) return 0;
   const size_t size = kHeaderSize + channel_size + data_size;
-  return size <= bytes_.size() - offset ? size : 0;
+  return size <= size_ - offset ? size : 0;
 }
 
 bool EventLogReader::Next(LogEvent* event) {
-  const size_t start = offset_;
+  const uint64_t start = offset_;
   size_t size = 0;
-  while (offset_ < bytes_.size() && (size = EventSize(offset_)) == 0) {
-    const void* next = memchr(bytes_.data() + offset_ + 1, kEventMagic[0], bytes_.size() - offset_ - 1);
-    offset_ = next ? static_cast<size_t>(static_cast<const uint8_t*>(next) - bytes_.data()) : bytes_.size();
-  }
+  while (offset_ < size_ && (size = EventSize(offset_)) == 0) offset_ = FindStart(offset_ + 1);
   if (offset_ != start) {
     damaged_bytes_ += static_cast<int64_t>(offset_ - start);
     ++damaged_places_;
   }
-  if (offset_ == bytes_.size()) return false;
-  const uint8_t* p = bytes_.data() + offset_;
+  if (offset_ == size_) return false;
+  const uint8_t* p = At(offset_, size);
   const size_t channel_size = BigEndian32(p + 20);
   event->number = BigEndian64(p + 4);
   event->time_us = BigEndian64(p + 12);

@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 
 namespace evalbus {
 namespace {
@@ -38,21 +39,31 @@ bool IsPacked(std::span<const uint8_t> bytes) {
   return bytes.size() >= kZstdMagic.size() && std::equal(kZstdMagic.begin(), kZstdMagic.end(), bytes.begin());
 }
 
-void PackLog(std::span<const uint8_t> log, const std::filesystem::path& file) {
+void PackLog(const std::filesystem::path& log, const std::filesystem::path& file) {
   const auto check = [&](bool good) {
     if (!good) throw EnvironmentError("cannot write log " + file.string() + ": " + std::strerror(errno));
   };
+  const InputFile input(log, "log");
   const std::unique_ptr<FILE, Free> stream(std::fopen(file.c_str(), "wbx"));
   check(stream != nullptr);
   const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
-  ZSTD_CCtx_setPledgedSrcSize(context.get(), log.size());
-  std::vector<uint8_t> buffer(ZSTD_CStreamOutSize());
-  ZSTD_inBuffer in{log.data(), log.size(), 0};
-  for (size_t left = 1; left > 0;) {
+  ZSTD_CCtx_setPledgedSrcSize(context.get(), input.size());
+  std::vector<uint8_t> read_bytes(ZSTD_CStreamInSize()), buffer(ZSTD_CStreamOutSize());
+  uint64_t left_to_read = input.size();
+  ZSTD_inBuffer in{read_bytes.data(), 0, 0};
+  for (size_t left = 1; left > 0 || left_to_read > 0;) {
+    if (in.pos == in.size && left_to_read > 0) {
+      const ssize_t n =
+          read(input.fd(), read_bytes.data(), std::min<uint64_t>(read_bytes.size(), left_to_read));
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) input.Fail(n < 0 ? errno : EIO);
+      in = {read_bytes.data(), static_cast<size_t>(n), 0};
+      left_to_read -= static_cast<uint64_t>(n);
+    }
     ZSTD_outBuffer out{buffer.data(), buffer.size(), 0};
-    left = ZSTD_compressStream2(context.get(), &out, &in, ZSTD_e_end);
+    left = ZSTD_compressStream2(context.get(), &out, &in, left_to_read > 0 ? ZSTD_e_continue : ZSTD_e_end);
     if (ZSTD_isError(left)) throw EnvironmentError(std::string("zstd: ") + ZSTD_getErrorName(left));
     check(std::fwrite(buffer.data(), 1, out.pos, stream.get()) == out.pos);
   }

@@ -22,9 +22,9 @@ inline constexpr size_t kMostUnpackedBytes = size_t{1} << 30;
 // True where a file that begins so is packed.
 bool IsPacked(std::span<const uint8_t> bytes);
 
-// Writes the bytes of a log to a file that is not there yet, in one frame with its size and checksum, and
-// syncs it. Equal bytes give equal files. Throws EnvironmentError.
-void PackLog(std::span<const uint8_t> log, const std::filesystem::path& file);
+// Packs a log into a file that is not there yet, in one frame with its size and checksum, and syncs it. Equal
+// logs give equal files. Throws EnvironmentError, and InputError where the log cannot be read.
+void PackLog(const std::filesystem::path& log, const std::filesystem::path& file);
 
 // What PackLog or the zstd program packed. Throws InputError, which names `file`, where it is cut off,
 // damaged, or of more than `most` bytes.

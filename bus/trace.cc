@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <iostream>
 #include <string>
 
 #include "bus/message.h"
@@ -29,9 +30,10 @@ std::vector<Trace::Record> Trace::Read(const std::filesystem::path& file) {
 Trace::Trace(std::filesystem::path file) : file_(std::move(file)) { records_.reserve(1 << 20); }
 
 Trace::~Trace() {
-  std::ofstream(file_, std::ios::binary)
-      .write(reinterpret_cast<const char*>(records_.data()),
-             static_cast<std::streamsize>(records_.size() * sizeof(Record)));
+  std::ofstream stream(file_, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(records_.data()),
+               static_cast<std::streamsize>(records_.size() * sizeof(Record)));
+  if (!stream.flush()) std::cerr << "error: cannot write " << file_.string() << std::endl;
 }
 
 void Trace::Add(Event event, std::string_view channel, std::span<const uint8_t> data) {

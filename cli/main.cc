@@ -1,4 +1,7 @@
 // evalbus: the command that users type.
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <string>
 #include <utility>
@@ -25,6 +28,15 @@ constexpr struct {
 #undef EVALBUS_ROW
 };
 
+// Throws EnvironmentError if output was lost, as in `evalbus compare a b > FILE` on a full disk.
+void FlushStandardOutput() {
+  errno = 0;
+  const bool is_flushed = std::fflush(stdout) == 0;
+  if (is_flushed && std::ferror(stdout) == 0) return;
+  throw evalbus::EnvironmentError("cannot write standard output" +
+                                  (errno == 0 ? "" : std::string(": ") + std::strerror(errno)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -44,7 +56,10 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     for (const auto& [part, action] : actions) {
-      if (part->parsed()) return evalbus::WithClearFileErrors(action);
+      if (!part->parsed()) continue;
+      const int code = evalbus::WithClearFileErrors(action);
+      FlushStandardOutput();
+      return code;
     }
     return 0;
   } catch (const CLI::ParseError& error) {

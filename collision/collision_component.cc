@@ -1,9 +1,7 @@
 #include "collision/collision_component.h"
 
-#include <algorithm>
-#include <string>
-
 #include "bus/channels.h"
+#include "collision/tick_contacts.h"
 #include "lcmtypes/clock.h"
 #include "models/physics_model.h"
 
@@ -57,20 +55,7 @@ void CollisionComponent::OnState(const state_t& state) {
     return;
   }
   status_.missing_ticks += tick - status_.last_tick - 1;
-  for (int body = 0; body < state.num_bodies; ++body) {
-    checker_->SetBodyPose(body, state.body[body].position_m, state.body[body].quat_wxyz);
-  }
-  contacts_.header = state.header;
-  contacts_.contact = checker_->FindContacts();
-  contacts_.num_contacts = static_cast<int32_t>(contacts_.contact.size());
-  const std::optional<Clearance> clearance = clearance_->At(tick, contacts_.contact);
-  contacts_.has_clearance = clearance.has_value();
-  contacts_.clearance_m = clearance ? clearance->distance : 0;
-  contacts_.clearance_robot_geom = clearance ? clearance->robot_geom : -1;
-  contacts_.clearance_scene_geom = clearance ? clearance->scene_geom : -1;
-  const Clearance points = clearance.value_or(Clearance{});
-  std::ranges::copy(points.robot_point, contacts_.clearance_robot_point_m);
-  std::ranges::copy(points.scene_point, contacts_.clearance_scene_point_m);
+  FillContacts(state, checker_.get(), &*clearance_, &contacts_);
   bus().Publish(channels::kContacts, contacts_);
   Progress(state.header);
 }

@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "models/mjcf_file.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
@@ -219,7 +220,7 @@ std::filesystem::path FindRobot(const std::string& name) {
 
 RobotDescription LoadRobot(const std::filesystem::path& file,
                            const std::vector<std::filesystem::path>& model_path) {
-  const YamlMap map(ParseYaml(ReadText(file, "robot description"), file.string()), {"name", "arms"},
+  const YamlMap map(ParseYaml(ReadInput(file, "robot description"), file.string()), {"name", "arms"},
                     {"cameras"});
 
   RobotDescription robot;

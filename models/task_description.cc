@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "lcmtypes/metric_catalogue.h"
 #include "models/yaml_reader.h"
 
@@ -275,7 +276,7 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
 }
 
 TaskDescription LoadTask(const std::filesystem::path& file) {
-  return ParseTask(ReadText(file, "task description"), file, true);
+  return ParseTask(ReadInput(file, "task description"), file, true);
 }
 
 }  // namespace evalbus

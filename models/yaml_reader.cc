@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <set>
 #include <sstream>
 
@@ -275,15 +274,6 @@ std::optional<double> YamlMap::Angle(const std::string& stem, NumberRange range_
   range_rad.max *= kDegree;
   if (rad) return rad->Number(range_rad);
   return std::nullopt;
-}
-
-std::string ReadText(const std::filesystem::path& file, const std::string& what) {
-  std::ifstream stream(file);
-  std::stringstream text;
-  text << stream.rdbuf();
-  if (!stream || std::filesystem::is_directory(file))
-    throw InputError(file.string() + ": cannot read the " + what);
-  return text.str();
 }
 
 YamlValue ParseYaml(const std::string& text, const std::string& file) {

@@ -101,9 +101,6 @@ class YamlMap {
   std::map<std::string, YamlValue> entries_;
 };
 
-// Text of a file. Throws InputError "FILE: cannot read the WHAT".
-std::string ReadText(const std::filesystem::path& file, const std::string& what);
-
 // Reads a whole document. `file` only names it in messages.
 YamlValue ParseYaml(const std::string& text, const std::string& file);
 

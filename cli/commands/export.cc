@@ -2,13 +2,10 @@
 // files.
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "base/errors.h"
 #include "base/plural.h"
@@ -16,7 +13,7 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/film_progress.h"
+#include "cli/launch/progress_line.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/episode_table.h"
 #include "cli/results/run_reader.h"
@@ -27,7 +24,6 @@
 namespace evalbus::commands {
 namespace {
 
-using std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
 struct ExportOptions {
@@ -116,12 +112,17 @@ int ExportMcap(const ExportOptions& options) {
                     options.mcap_file.string(), logs.size()));
   }
   const std::string size = options.size.empty() ? "640x480" : options.size;
-  for (const fs::path& log : logs) {
-    tools::EncodedEpisode episode = tools::EncodeEpisode(log);
+  tools::SceneSource scenes;
+  launch::ProgressLine line(logs.size(), "exporting");
+  for (size_t i = 0; i < logs.size(); ++i) {
+    const fs::path& log = logs[i];
+    line.Show(static_cast<double>(i));
+    tools::EncodedEpisode episode = tools::EncodeEpisode(log, &scenes);
     if (!options.cameras.empty()) tools::AddPictures(log, options.cameras, size, &episode);
     const fs::path file = options.mcap_file.empty() ? log.parent_path() / "episode.mcap" : options.mcap_file;
     const std::string bytes = tools::McapFile(episode);
     WriteWhole(file, bytes);
+    line.Clear();
     fmt::print("{} messages, {:.1f} MB  {}\n", episode.messages.size(),
                static_cast<double>(bytes.size()) * 1e-6, fs::proximate(file).string());
     std::fflush(stdout);
@@ -149,33 +150,15 @@ int ExportTrainingSet(const ExportOptions& options) {
   const std::vector<fs::path> logs = LogsFor(options, &left_out);
   // What was drawn before it was stopped stays for the same command.
   InstallStopSignals();
-  std::optional<launch::FilmProgress> shown;
-  steady_clock::time_point last{};
-  const bool is_terminal = isatty(STDOUT_FILENO) != 0;
-  const auto progress = [&](double share) {
-    const auto now = steady_clock::now();
-    if (!is_terminal || now - last < std::chrono::milliseconds(200)) return;
-    last = now;
-    const double done = share * static_cast<double>(logs.size());
-    if (!shown) shown.emplace(logs.size(), done, now, "exporting");
-    fmt::print("\x1b[K{}\r", shown->Text(done, now));
-    std::fflush(stdout);
-  };
-  const auto clear = [&] {
-    if (is_terminal) fmt::print("\x1b[K");
-    std::fflush(stdout);
-  };
-  try {
+  {
+    launch::ProgressLine line(logs.size(), "exporting");
+    const auto progress = [&](double share) { line.Show(share * static_cast<double>(logs.size())); };
     if (options.hdf5.empty()) {
       results::WriteSafetensors(logs, out, progress);
     } else {
       results::WriteRobomimic(logs, out, {options.cameras, size.width, size.height}, progress);
     }
-  } catch (...) {
-    clear();
-    throw;
   }
-  clear();
   fmt::print("{}{}  {}\n", Plural(logs.size(), "episode"),
              left_out > 0 ? fmt::format(" ({} left out)", left_out) : "", out.string());
   return 0;

@@ -62,7 +62,7 @@ int ShowLive(const FoxgloveOptions& options, tools::FoxgloveServer* server) {
   InstallStopSignals();
   Bus bus(attached.url);
   server->Start();
-  tools::SceneSource scene(options.address.run);
+  tools::SceneSource scenes;
   std::string remark;
   size_t topics = 0;
   tools::Encoder encoder(
@@ -75,7 +75,9 @@ int ShowLive(const FoxgloveOptions& options, tools::FoxgloveServer* server) {
         server->Send(message);
         if (message.topic == tools::kTransforms) server->SendTime(message.time_ns);
       },
-      [&](const model_info_t& model, std::optional<int64_t> seed) { return scene.Of(model, seed); });
+      [&](const model_info_t& model, std::optional<int64_t> seed) {
+        return scenes.Of(model, seed, options.address.run);
+      });
   server->SetTopics(encoder.topics());
   topics = encoder.topics().size();
   bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
@@ -85,8 +87,8 @@ int ShowLive(const FoxgloveOptions& options, tools::FoxgloveServer* server) {
   SayWhere(*server, options, "listening to " + attached.url);
   while (!stop_requested()) {
     bus.Handle(steady_clock::now() + std::chrono::milliseconds(100));
-    if (scene.remark() == remark) continue;
-    remark = scene.remark();
+    if (scenes.remark().empty() || scenes.remark() == remark) continue;
+    remark = scenes.remark();
     fmt::print(stderr, "warning: {}\n", remark);
   }
   return 0;
@@ -113,7 +115,8 @@ class Controls {
 
 int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& options) {
   InstallStopSignals();
-  const tools::EncodedEpisode episode = tools::EncodeEpisode(log);
+  tools::SceneSource scenes;
+  const tools::EncodedEpisode episode = tools::EncodeEpisode(log, &scenes);
   for (const std::string& remark : episode.remarks) fmt::print(stderr, "warning: {}\n", remark);
   const int64_t end = episode.messages.back().time_ns;
   Controls controls;

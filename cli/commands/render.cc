@@ -15,8 +15,8 @@
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/film_progress.h"
 #include "cli/launch/filming.h"
+#include "cli/launch/progress_line.h"
 #include "cli/results/episode_logs.h"
 #include "viz/pictures/film.h"
 #include "viz/pictures/film_crew.h"
@@ -83,29 +83,25 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_flag("--say-progress", options->say_progress)->group("");
 }
 
-// Shows how far the films are: in place on a terminal, in lines for who reads our log, else not at all.
+// Shows how far the films are to people, or in lines to the process that reads our log.
 class Progress {
  public:
-  Progress(size_t logs, bool say)
-      : progress_(logs, 0, steady_clock::now()), is_terminal_(!say && isatty(STDOUT_FILENO)), say_(say) {}
-  ~Progress() { Clear(); }
+  Progress(size_t logs, bool say) : line_(logs, "filming"), say_(say) {}
 
   void Show(double done) {
+    if (!say_) return line_.Show(done);
     const auto now = steady_clock::now();
-    if (!(is_terminal_ || say_) || now - shown_ < std::chrono::milliseconds(200)) return;
-    shown_ = now;
-    is_terminal_ ? fmt::print("\x1b[K{}\r", progress_.Text(done, now))
-                 : fmt::print("{}{}\n", launch::kFilmShare, done);
+    if (now - said_ < launch::ProgressLine::kInPlace) return;
+    said_ = now;
+    fmt::print("{}{}\n", launch::kFilmShare, done);
     std::fflush(stdout);
   }
-  void Clear() const {
-    if (is_terminal_) fmt::print("\x1b[K");
-  }
+  void Clear() { line_.Clear(); }
 
  private:
-  launch::FilmProgress progress_;
-  bool is_terminal_, say_;
-  steady_clock::time_point shown_{};
+  launch::ProgressLine line_;
+  bool say_;
+  steady_clock::time_point said_{};
 };
 
 // "lift_pot/position 7" where there are several tasks.

@@ -176,7 +176,7 @@ class Player : public Component {
     // LCM's player knows no packed logs.
     std::optional<MemoryFile> unpacked;
     if (const EventLogReader reader(file); reader.is_packed()) {
-      const auto bytes = reader.bytes();
+      const auto bytes = reader.unpacked();
       WriteWhole(unpacked.emplace().path(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
     processes_.Start(

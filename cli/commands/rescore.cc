@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
-#include <sstream>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/json_file.h"
 #include "base/plural.h"
 #include "base/run_layout.h"
@@ -40,14 +39,8 @@ struct RescoreOptions {
 constexpr size_t kNamesShown = 4;
 
 TaskDescription ReadTask(const fs::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream || !fs::is_regular_file(file)) {
-    throw InputError("--task " + file.string() + ": cannot read this file");
-  }
   // Only the rules are used; the scene is the log's.
-  return ParseTask(text.str(), file, false);
+  return ParseTask(ReadInput(file, "task description"), file, false);
 }
 
 // What kept the episode from being scored as a whole; empty if nothing did.

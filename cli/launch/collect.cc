@@ -8,6 +8,7 @@
 #include "base/errors.h"
 #include "base/random.h"
 #include "base/run_layout.h"
+#include "cli/launch/prepared_run.h"
 #include "cli/launch/run.h"
 #include "cli/launch/strata.h"
 #include "cli/results/run_folder.h"
@@ -45,59 +46,93 @@ std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes)
   return starts;
 }
 
+// Episodes of a run folder that succeeded.
+std::set<int> Successes(const fs::path& folder) {
+  std::set<int> episodes;
+  for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(folder).episodes) {
+    if (episode.success && episode.complete) episodes.insert(episode.episode);
+  }
+  return episodes;
+}
+
+// Place of the kept start in its group, from 0; the group's size where none of it was kept.
+size_t PlaceOfKept(const std::vector<int>& stratum, const std::set<int>& kept) {
+  const auto found = std::ranges::find_if(stratum, [&](int episode) { return kept.contains(episode); });
+  return static_cast<size_t>(found - stratum.begin());
+}
+
+// Throws InputError if the collection in the folder was made otherwise.
+void CheckCollection(const RunOptions& options, int wanted) {
+  const results::RecordedRun before = results::ReadRunInfo(options.out);
+  if (before.planned != options.episodes) {
+    throw InputError(fmt::format("--resume: {} was collected with --episodes {}, not {}",
+                                 options.out.string(), before.planned / kStartsEach, wanted));
+  }
+  PrepareRun(options);
+}
+
 }  // namespace
 
 void Collect(RunOptions options) {
-  if (options.resume && fs::exists(options.out / kCollectJson)) {
-    throw InputError("--resume: " + options.out.string() + ": is complete");
-  }
   const int wanted = options.episodes;
   options.episodes = wanted * kStartsEach;
   options.sim.task = options.tasks.at(0);
   const auto strata = Strata(Starts(options, options.episodes), wanted);
 
-  std::vector<int> tried;
+  const fs::path folder = options.out;
   std::set<int> kept;
-  fs::path folder = options.out;
-  for (int round = 0; round < kStartsEach && static_cast<int>(kept.size()) < wanted; ++round) {
-    // Of each group that has no success yet, the next start.
-    std::vector<int> next;
+  bool is_complete = false;
+  if (options.resume && fs::exists(folder / kRunJson)) {
+    CheckCollection(options, wanted);
+    kept = Successes(folder);
+    is_complete = fs::exists(folder / kCollectJson);
+  }
+  for (int round = 0; round < kStartsEach && !is_complete; ++round) {
+    // Of each group that has no success yet, one start more.
+    std::vector<int> starts;
+    int next = 0;
     for (const std::vector<int>& stratum : strata) {
-      if (std::ranges::any_of(stratum, [&](int episode) { return kept.contains(episode); })) continue;
-      next.push_back(stratum[static_cast<size_t>(round)]);
+      if (PlaceOfKept(stratum, kept) < stratum.size()) continue;
+      starts.insert(starts.end(), stratum.begin(), stratum.begin() + round + 1);
+      ++next;
     }
+    if (next == 0) break;
     if (round > 0) {
-      fmt::print("{} of {} starts failed: their neighbours, try {} of {}\n", next.size(), wanted, round + 1,
+      fmt::print("{} of {} starts failed: their neighbours, try {} of {}\n", next, wanted, round + 1,
                  kStartsEach);
     }
-    tried.insert(tried.end(), next.begin(), next.end());
-    std::ranges::sort(tried);
-    options.only = tried;
+    std::ranges::sort(starts);
+    options.only = starts;
     options.round = round;
     Run(options);
     options.resume = true;
-    for (const results::RecordedEpisode& episode : results::ReadRun(folder).episodes) {
-      if (episode.success && episode.complete) kept.insert(episode.episode);
-    }
+    kept = Successes(folder);
   }
 
+  // The rest may be interrupted anywhere and repeated with the same result. The lines of failures are removed
+  // first, so the number of starts tried is derived from the groups. collect.json is written last: it marks a
+  // complete collection.
+  const results::RunFolder run = results::RunFolder::OfRun(folder, "collect", true);
+  size_t tried = 0;
+  for (const std::vector<int>& stratum : strata) {
+    tried += std::min(PlaceOfKept(stratum, kept) + 1, stratum.size());
+  }
   // No rate: starts that fail are tried near by again.
   const std::string failures = results::FailuresText(results::WriteRunSummary(folder).statistics);
-  const results::RunFolder run = results::RunFolder::OfRun(folder, "collect", true);
   std::vector<nlohmann::ordered_json> lines;
-  for (const results::RecordedEpisode& episode : results::ReadRun(folder).episodes) {
+  for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(folder).episodes) {
     if (kept.contains(episode.episode)) lines.push_back(episode.Json());
   }
   run.WriteEpisodes(lines);
   run.DiscardAllBut(kept);
-  const double yield = static_cast<double>(kept.size()) / static_cast<double>(tried.size());
+  results::WriteRunSummary(folder);
+  const double yield = static_cast<double>(kept.size()) / static_cast<double>(tried);
   run.WriteJson(kCollectJson, {{"wanted", wanted},
                                {"kept", kept.size()},
-                               {"tried", tried.size()},
+                               {"tried", tried},
                                {"yield", yield},
                                {"starts_drawn", options.episodes}});
-  if (!kept.empty()) results::WriteRunSummary(folder);
-  fmt::print("\nkept {} of {} wanted, of {} tried: yield {:.1f} %\n", kept.size(), wanted, tried.size(),
+  fmt::print("\nkept {} of {} wanted, of {} tried: yield {:.1f} %\n", kept.size(), wanted, tried,
              100 * yield);
   if (!failures.empty()) fmt::print("not kept        {}\n", failures);
   fmt::print("demonstrations  {}\n", (run.shown() / kEpisodesFolder).string());

@@ -71,20 +71,10 @@ nlohmann::ordered_json PluginsJson() {
 
 // What the run is made of, as the files are now.
 nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOptions& options) {
-  const MadeOf made_of = MadeOf::Of(prepared.info);
+  nlohmann::ordered_json facts = SceneFacts(prepared);
   const auto contract = policy::FindContractOf(options.policy);
-  return {{"task", prepared.task.name},
-          {"variation", prepared.variation},
-          {"task_sha256", made_of.task_sha256},
-          {"robot_sha256", Sha256File(prepared.robot.file)},
-          {"physics_sha256", made_of.physics_sha256},
-          {"visual_sha256", made_of.visual_sha256},
-          {"policy_contract", contract ? policy::ContractJson(*contract) : nlohmann::ordered_json()},
-          {"evalbus_version", kVersion},
-          {"git_commit", kGitCommit},
-          {"git_dirty", kGitDirty},
-          {"plugins", PluginsJson()},
-          {"mujoco_version", mj_versionString()}};
+  facts["policy_contract"] = contract ? policy::ContractJson(*contract) : nlohmann::ordered_json();
+  return facts;
 }
 
 [[noreturn]] void FailDiffers(const fs::path& file, const std::string& key,
@@ -162,6 +152,21 @@ void CheckFixedOptions(const fs::path& file, const nlohmann::ordered_json& befor
     const auto was = before.value(key, nlohmann::ordered_json());
     if (was != now[key]) FailDiffers(file, key, was, now[key]);
   }
+}
+
+nlohmann::ordered_json SceneFacts(const sim::PreparedScene& prepared) {
+  const MadeOf made_of = MadeOf::Of(prepared.info);
+  return {{"task", prepared.task.name},
+          {"variation", prepared.variation},
+          {"task_sha256", made_of.task_sha256},
+          {"robot_sha256", Sha256File(prepared.robot.file)},
+          {"physics_sha256", made_of.physics_sha256},
+          {"visual_sha256", made_of.visual_sha256},
+          {"evalbus_version", kVersion},
+          {"git_commit", kGitCommit},
+          {"git_dirty", kGitDirty},
+          {"plugins", PluginsJson()},
+          {"mujoco_version", mj_versionString()}};
 }
 
 std::string ShortPolicyName(const RunOptions& options) {

@@ -41,6 +41,9 @@ PreparedRun PrepareWorker(RunOptions options);
 // Chooses the run's bus, says so, and writes the models and run.json. What summary.json says ends here.
 void Announce(PreparedRun* run);
 
+// Keys of run.json that identify the task, robot, models and software of a run.
+nlohmann::ordered_json SceneFacts(const sim::PreparedScene& prepared);
+
 // Throws InputError that names the option that is another one than in a file of before, which holds options.
 void CheckFixedOptions(const std::filesystem::path& file, const nlohmann::ordered_json& before,
                        const RunOptions& options);

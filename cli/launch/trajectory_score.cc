@@ -8,21 +8,22 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/plural.h"
 #include "base/random.h"
 #include "base/run_layout.h"
-#include "base/sha256.h"
 #include "base/text.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
 #include "bus/message.h"
+#include "cli/launch/prepared_run.h"
 #include "cli/launch/trajectory_table.h"
-#include "cli/launch/version.h"
 #include "cli/results/episode_json.h"
 #include "cli/results/run_folder.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
 #include "collision/clearance_watch.h"
+#include "collision/tick_contacts.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/source_name.h"
@@ -217,18 +218,8 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
     header.sim_time_us = tick->number * tick_us;
     state_t state =
         scene_->At(*tick->before, *tick->behind, tick->share, before ? &*before : nullptr, header);
-    for (int body = 0; body < state.num_bodies; ++body) {
-      checker_->SetBodyPose(body, state.body[body].position_m, state.body[body].quat_wxyz);
-    }
     contacts_t contacts{};
-    contacts.header = header;
-    contacts.contact = checker_->FindContacts();
-    contacts.num_contacts = static_cast<int32_t>(contacts.contact.size());
-    const auto nearest = clearance.At(tick->number, contacts.contact);
-    contacts.has_clearance = nearest.has_value();
-    contacts.clearance_m = nearest ? nearest->distance : 0;
-    contacts.clearance_robot_geom = nearest ? nearest->robot_geom : -1;
-    contacts.clearance_scene_geom = nearest ? nearest->scene_geom : -1;
+    collision::FillContacts(state, checker_.get(), &clearance, &contacts);
     write(channels::kState, state, header.sim_time_us);
     write(channels::kContacts, contacts, header.sim_time_us);
     scorer_->Tick(state, contacts);
@@ -314,7 +305,7 @@ TrajectoryMap ReadTrajectoryMap(const std::string& text, const std::string& file
 }
 
 void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs::path& out) {
-  const TrajectoryMap map = ReadTrajectoryMap(ReadText(map_file, "map of a trajectory"), map_file.string());
+  const TrajectoryMap map = ReadTrajectoryMap(ReadInput(map_file, "map of a trajectory"), map_file.string());
   std::vector<fs::path> files;
   if (fs::is_directory(data)) {
     for (const auto& entry : fs::directory_iterator(data)) {
@@ -337,24 +328,17 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
     const sim::PreparedScene& prepared = kinematics.prepared();
     nlohmann::ordered_json names = nlohmann::ordered_json::array();
     for (const fs::path& file : files) names.push_back(fs::absolute(file).lexically_normal().string());
-    folder.WriteJson(kRunJson, {{"task", prepared.task.name},
-                                {"variation", prepared.variation},
-                                {"policy", data.filename().string()},
-                                {"seed", 0},
-                                {"episodes", files.size()},
-                                {"control_hz", map.control_hz},
-                                {"realtime", false},
-                                {"source", "file"},
-                                {"map", fs::absolute(map_file).lexically_normal().string()},
-                                {"files", names},
-                                {"task_sha256", Sha256Text(prepared.info.task_yaml)},
-                                {"robot_sha256", Sha256File(prepared.robot.file)},
-                                {"physics_sha256", prepared.info.physics_sha256},
-                                {"visual_sha256", prepared.info.visual_sha256},
-                                {"evalbus_version", kVersion},
-                                {"git_commit", kGitCommit},
-                                {"git_dirty", kGitDirty},
-                                {"mujoco_version", mj_versionString()}});
+    nlohmann::ordered_json info = SceneFacts(prepared);
+    info.update({{"robot", prepared.robot.file.string()},
+                 {"policy", data.filename().string()},
+                 {"seed", 0},
+                 {"episodes", files.size()},
+                 {"control_hz", map.control_hz},
+                 {"realtime", false},
+                 {"source", "file"},
+                 {"map", fs::absolute(map_file).lexically_normal().string()},
+                 {"files", names}});
+    folder.WriteJson(kRunJson, info);
     fmt::print("{}\n", results::EpisodeHeader(viz::TerminalWidth(stdout)));
     for (size_t i = 0; i < files.size(); ++i) {
       const int episode = static_cast<int>(i);

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
+#include <string_view>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/text.h"
 #include "cli/results/hdf5_file.h"
 #include "models/yaml_reader.h"
@@ -21,12 +21,6 @@ namespace evalbus::launch {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string ReadBytes(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || !fs::is_regular_file(file)) throw InputError(file.string() + ": cannot read");
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 std::vector<std::string> Cells(std::string line) {
   if (line.ends_with('\r')) line.pop_back();
@@ -44,9 +38,11 @@ std::vector<std::string> Cells(std::string line) {
 class Csv : public TrajectoryTable {
  public:
   explicit Csv(const fs::path& file) : TrajectoryTable(file.string()) {
-    const std::string text = ReadBytes(file);
+    const std::string text = ReadInput(file);
+    // Spreadsheets put a mark in front of a text in UTF-8.
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     int line_number = 0;
-    for (size_t begin = 0; begin < text.size();) {
+    for (size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0; begin < text.size();) {
       const size_t end = std::min(text.find('\n', begin), text.size());
       const std::string line = text.substr(begin, end - begin);
       begin = end + 1;
@@ -136,7 +132,7 @@ class Arrays : public TrajectoryTable {
 
 class Npz : public Arrays {
  public:
-  explicit Npz(const fs::path& file) : Arrays(file.string()), bytes_(ReadBytes(file)) {
+  explicit Npz(const fs::path& file) : Arrays(file.string()), bytes_(ReadInput(file)) {
     entries_ = ZipEntries({reinterpret_cast<const uint8_t*>(bytes_.data()), bytes_.size()}, file_);
   }
 

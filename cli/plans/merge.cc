@@ -1,24 +1,34 @@
 #include "cli/plans/merge.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <set>
-#include <sstream>
+#include <string>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/file_errors.h"
 #include "base/json_file.h"
 #include "base/options_json.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
+#include "base/this_process.h"
 #include "base/write_whole.h"
-#include "cli/launch/prepared_run.h"
+#include "cli/launch/progress_line.h"
 #include "cli/launch/suite.h"
+#include "cli/results/log_check.h"
 #include "cli/results/run_reader.h"
 #include "cli/results/run_summary.h"
+#include "lcmtypes/clock.h"
+#include "models/task_description.h"
 
 namespace evalbus::plans {
 namespace {
@@ -28,6 +38,11 @@ using nlohmann::ordered_json;
 
 // Keys of run.json that say where and how much of the run was done, and not what it is.
 constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process"};
+// Keys of run.json that a plan does not determine: digests and paths of the models, and where the run is
+// made.
+constexpr const char* kNotOfAPlan[] = {"only",           "run_id",        "url",           "workers",
+                                       "in_process",     "video",         "task_path",     "control_hz",
+                                       "physics_sha256", "visual_sha256", "scene_warnings"};
 
 ordered_json WithoutPart(ordered_json info) {
   for (const char* key : kOfAPart) info.erase(key);
@@ -45,6 +60,114 @@ void Link(const fs::path& from, const fs::path& to) {
     } else if (fs::create_hard_link(entry.path(), target, error); error) {
       fs::copy_file(entry.path(), target);
     }
+  }
+}
+
+// Whether a run was made with the planned file. Relative paths and names of our robots are compared by file
+// name only: the folder may differ between machines.
+bool IsSameFile(const fs::path& planned, const fs::path& made) {
+  return planned.is_absolute() ? planned == made : planned.stem() == made.stem();
+}
+
+// `made`: FILE/VARIATION. Without a variation, the plan means the file's first one.
+bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const fs::path& made) {
+  if (!IsTaskFile(planned)) return run.task_name() == planned;
+  const fs::path path(planned);
+  if (!path.parent_path().empty() && IsTaskFile(path.parent_path())) {
+    return path.filename() == made.filename() && IsSameFile(path.parent_path(), made.parent_path());
+  }
+  return IsSameFile(path, made.parent_path());
+}
+
+// Throws InputError unless run.json is of this policy on this task, with the options that the plan has now.
+void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
+                   const std::string& task) {
+  const std::string file = (run.folder / kRunJson).string();
+  const auto fail = [&](const std::string& key, const std::string& is, const std::string& planned) {
+    throw InputError(fmt::format("{}: {} is {}, but {} in {}; restore that file, or remove {}", file, key, is,
+                                 planned, kPlanJson, run.folder.string()));
+  };
+  launch::RunOptions made;
+  launch::ReadOlderOptions(run.info, file, &made);
+  if (!IsOfTask(run, task, made.sim.task)) fail("the task", run.task_name(), task);
+  const auto policy = std::ranges::find(plan.policies, policy_name, &PlannedPolicy::name);
+  const ordered_json is = OptionsJson(made), planned = OptionsJson(plan.OptionsOf(*policy));
+  for (const auto& [key, value] : planned.items()) {
+    if (std::ranges::find(kNotOfAPlan, key) != std::end(kNotOfAPlan) || is[key] == value) continue;
+    // A plan that stops when it is clear has run as many episodes as that took.
+    if (key == "episodes" && plan.until) continue;
+    // The task's own robot.
+    if (key == "robot" && value == "") continue;
+    const bool is_file = key == "robot" || ((key == "policy" || key == "contract") &&
+                                            policy::IsContractFile(value.get<std::string>()));
+    if (is_file && IsSameFile(value.get<std::string>(), is[key].get<std::string>())) continue;
+    fail(fmt::format("\"{}\"", key), ToText(is[key]), ToText(value));
+  }
+}
+
+// Throws InputError unless the rate is what the physics makes of the plan's.
+void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
+               const model_info_t& model) {
+  const auto policy = std::ranges::find(plan.policies, policy_name, &PlannedPolicy::name);
+  const double planned = RealControlHz(plan.OptionsOf(*policy).sim.control_hz, model.timestep_us);
+  if (run.info.at("control_hz") == planned) return;
+  throw InputError(fmt::format("{}: \"control_hz\" is {}, but {:g} in {}", (run.folder / kRunJson).string(),
+                               ToText(run.info.at("control_hz")), planned, kPlanJson));
+}
+
+// Chunks that were checked, by name.
+struct Checked {
+  explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
+
+  std::set<std::string> chunks;
+  // Reading all logs of a large plan takes a while.
+  launch::ProgressLine line;
+  size_t episodes = 0;
+};
+
+// Throws InputError unless the chunk's folder holds each of its episodes, with its log, and no other.
+void CheckPart(const PlanFolder& folder, const Chunk& chunk, Checked* checked) {
+  const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.chunk_folder(chunk));
+  CheckIsOfPlan(run, folder.plan(), chunk.policy, chunk.task);
+  const std::string lines = (run.folder / kEpisodesJsonl).string();
+  int next = chunk.first;
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    if (episode.episode < chunk.first || episode.episode > chunk.last) {
+      throw InputError(fmt::format("{}:{}: episode {} is not of this chunk, which has {} to {}", lines,
+                                   episode.line, episode.episode, chunk.first, chunk.last));
+    }
+    if (episode.episode == next) ++next;
+  }
+  if (next <= chunk.last) {
+    throw InputError(fmt::format(
+        "{}: {} of {}, the first missing one is episode {}{}; remove {} and run its part of the plan again",
+        lines, run.episodes.size(), Plural(chunk.size(), "episode"), next,
+        run.cut_line > 0 ? fmt::format(" (line {} was cut off)", run.cut_line) : "", run.folder.string()));
+  }
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    const model_info_t model = results::CheckLog(run, episode);
+    CheckRate(run, folder.plan(), chunk.policy, model);
+    checked->line.Show(static_cast<double>(++checked->episodes));
+  }
+}
+
+// Throws InputError unless the merged run has each episode of the chunk, with its log, as the part has it.
+void CheckIsMerged(const Chunk& chunk, const fs::path& part, const results::RecordedRun& merged) {
+  std::map<int, std::string> lines;
+  for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(part).episodes) {
+    lines[episode.episode] = episode.text;
+  }
+  for (int number = chunk.first; number <= chunk.last; ++number) {
+    const auto found =
+        std::ranges::lower_bound(merged.episodes, number, {}, &results::RecordedEpisode::episode);
+    const bool is_there = found != merged.episodes.end() && found->episode == number &&
+                          fs::exists(EpisodeLog(merged.folder, number));
+    if (is_there && (!lines.contains(number) || lines[number] == found->text)) continue;
+    throw InputError(
+        fmt::format("{}: {} was made without it: its episode {} is {} there; remove one of the two, or merge "
+                    "again without {}",
+                    part.string(), merged.folder.string(), number, is_there ? "another one" : "missing",
+                    merged.folder.string()));
   }
 }
 
@@ -86,42 +209,186 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
   results::WriteRunSummary(out);
 }
 
-}  // namespace
+// Writes everything to the disk of a folder.
+void SyncDisk(const fs::path& folder) {
+  const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool good = fd >= 0 && syncfs(fd) == 0;
+  const int error = errno;
+  if (fd >= 0) close(fd);
+  if (!good) ThrowFileError("cannot write " + folder.string(), error);
+}
 
-void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
+// Makes `out` of the parts. It appears whole or not at all. When this returns, all is synced to disk, so that
+// the parts may be removed.
+void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
   const fs::path coming = out.parent_path() / fmt::format(".{}.{}", out.filename().string(), ThisProcess());
   std::error_code ignored;
   try {
+    fs::remove_all(coming);
     fs::create_directories(coming);
     MergeInto(parts, NameOfRun(out), coming);
+    SyncDisk(coming);
     if (rename(coming.c_str(), out.c_str()) != 0) ThrowFileError("cannot write " + out.string(), errno);
+    SyncDisk(out.parent_path());
   } catch (...) {
     fs::remove_all(coming, ignored);
     throw;
   }
 }
 
-std::vector<Chunk> MergePlan(const PlanFolder& folder) {
-  std::map<std::pair<std::string, std::string>, std::vector<Chunk>> by_run;
-  for (const Chunk& chunk : ChunksOf(folder.plan())) by_run[{chunk.policy, chunk.task}].push_back(chunk);
-  std::vector<Chunk> missing;
-  for (const auto& [run, chunks] : by_run) {
-    const auto& [policy, task] = run;
-    if (folder.has_run(policy, task)) continue;
-    std::vector<fs::path> parts;
-    for (const Chunk& chunk : chunks) {
-      if (folder.has(chunk)) {
-        parts.push_back(folder.chunk_folder(chunk));
-      } else {
-        missing.push_back(chunk);
-      }
+struct PlannedRun {
+  std::string policy, task;
+  std::vector<Chunk> chunks;
+};
+
+std::vector<PlannedRun> RunsOf(const Plan& plan) {
+  std::vector<PlannedRun> runs;
+  for (Chunk& chunk : ChunksOf(plan)) {
+    if (runs.empty() || runs.back().policy != chunk.policy || runs.back().task != chunk.task) {
+      runs.push_back({chunk.policy, chunk.task, {}});
     }
-    if (parts.size() < chunks.size()) continue;
+    runs.back().chunks.push_back(std::move(chunk));
+  }
+  return runs;
+}
+
+// Checks parts that wait to be removed since their run is merged.
+void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
+  const results::RecordedRun merged = results::ReadRun(folder.run_folder(run.policy, run.task));
+  CheckIsOfPlan(merged, folder.plan(), run.policy, run.task);
+  for (const Chunk& chunk : run.chunks) {
+    const fs::path part = folder.chunk_folder(chunk);
     try {
-      MergeRuns(parts, folder.run_folder(policy, task));
+      if (!fs::exists(part)) continue;
+      CheckIsMerged(chunk, part, merged);
+      checked->chunks.insert(chunk.name());
+    } catch (const std::exception&) {
+      // Another merge has removed it meanwhile.
+      if (fs::exists(part)) throw;
+    }
+  }
+}
+
+// Checks what is to be merged or removed and adds the names of these chunks to `checked`. Returns the chunks
+// that are missing; what is there of an incomplete run is neither checked nor merged. Throws InputError.
+std::vector<Chunk> CheckRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
+  std::vector<Chunk> missing;
+  std::ranges::copy_if(run.chunks, std::back_inserter(missing),
+                       [&](const Chunk& chunk) { return !folder.has(chunk); });
+  if (!missing.empty()) return missing;
+  try {
+    if (!folder.has_run(run.policy, run.task)) {
+      for (const Chunk& chunk : run.chunks) CheckPart(folder, chunk, checked);
+      for (const Chunk& chunk : run.chunks) checked->chunks.insert(chunk.name());
+      return {};
+    }
+  } catch (const std::exception&) {
+    // Another merge was quicker and has removed the parts.
+    if (!folder.has_run(run.policy, run.task)) throw;
+  }
+  CheckMergedRun(folder, run, checked);
+  return {};
+}
+
+// Removes a merged part. Other processes see it whole or not at all.
+void RemovePart(const PlanFolder& folder, const Chunk& chunk) {
+  const fs::path part = folder.chunk_folder(chunk);
+  const fs::path hidden = part.parent_path() / fmt::format(".{}.{}.merged", chunk.name(), ThisProcess());
+  std::error_code ignored;
+  if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
+}
+
+// Whether a file or folder was left by a process that has ended or, on another machine, has not touched it
+// for longer than any merge takes.
+bool IsLeft(const std::string& process, const fs::path& path) {
+  constexpr auto kLongestMerge = std::chrono::hours(24);
+  if (HasEnded(process)) return true;
+  // A process of another machine is judged by time stamps of the disk, whose clock may be some minutes off.
+  std::error_code gone;
+  const auto changed = fs::last_write_time(path, gone);
+  return !gone && fs::file_time_type::clock::now() - changed > kLongestMerge;
+}
+
+// Parses ".RUN.HOST-PID", a copy of a run that was not finished, into the run and the process. Names of runs
+// and hosts may contain dots, and one run's name may begin with another's.
+std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
+                                                    const std::vector<PlannedRun>& runs,
+                                                    const std::string& policy) {
+  std::pair<const PlannedRun*, std::string> found{};
+  size_t longest = 0;
+  for (const PlannedRun& run : runs) {
+    const std::string start = "." + launch::FolderOfTask(run.task) + ".";
+    if (run.policy != policy || !name.starts_with(start) || start.size() <= longest) continue;
+    longest = start.size();
+    found = {&run, name.substr(longest)};
+  }
+  return found;
+}
+
+// Removes what killed merges have left: copies of runs, half-written files.
+void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& runs) {
+  std::vector<fs::path> left;
+  const auto look = [&](const fs::path& path, const auto& is_left) {
+    std::error_code gone;
+    for (const auto& entry : fs::directory_iterator(path, gone)) {
+      const auto temporary = ParseTemporaryName(entry.path().filename());
+      const bool is_file =
+          temporary && (temporary->file.ends_with(".json") || temporary->file.ends_with(".html"));
+      if (is_file ? IsLeft(temporary->process, entry.path()) : is_left(entry.path()))
+        left.push_back(entry.path());
+    }
+  };
+  look(folder.path(), [](const fs::path&) { return false; });
+  for (const PlannedPolicy& policy : folder.plan().policies) {
+    look(folder.policy_folder(policy.name), [&](const fs::path& path) {
+      const auto [run, process] = ParseCopy(path.filename(), runs, policy.name);
+      // A copy of a run that is merged by now is useless, even if another merge still writes it: that merge
+      // finds the run in place and ends well.
+      return run && (folder.has_run(run->policy, run->task) || IsLeft(process, path));
+    });
+  }
+  std::set<std::string> merged;
+  for (const PlannedRun& run : runs) {
+    if (!folder.has_run(run.policy, run.task)) continue;
+    for (const Chunk& chunk : run.chunks) merged.insert(chunk.name());
+  }
+  look(folder.path() / kPartsFolder,
+       [&](const fs::path& path) { return merged.contains(ParseHidden(path.filename()).first); });
+  std::error_code gone;
+  for (const fs::path& path : left) fs::remove_all(path, gone);
+}
+
+}  // namespace
+
+void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
+  for (const fs::path& part : parts) {
+    const results::RecordedRun run = results::ReadRun(part);
+    for (const results::RecordedEpisode& episode : run.episodes) results::CheckLog(run, episode);
+  }
+  MergeWhole(parts, out);
+}
+
+std::vector<Chunk> MergePlan(const PlanFolder& folder) {
+  const std::vector<PlannedRun> runs = RunsOf(folder.plan());
+  // All is checked before anything is changed.
+  Checked checked(runs.size() * static_cast<size_t>(folder.plan().options.episodes));
+  std::vector<Chunk> missing;
+  std::vector<const PlannedRun*> to_merge;
+  for (const PlannedRun& run : runs) {
+    const std::vector<Chunk> still_missing = CheckRun(folder, run, &checked);
+    missing.insert(missing.end(), still_missing.begin(), still_missing.end());
+    if (still_missing.empty()) to_merge.push_back(&run);
+  }
+  checked.line.Clear();
+  for (const PlannedRun* run : to_merge) {
+    if (folder.has_run(run->policy, run->task)) continue;
+    std::vector<fs::path> parts;
+    for (const Chunk& chunk : run->chunks) parts.push_back(folder.chunk_folder(chunk));
+    try {
+      MergeWhole(parts, folder.run_folder(run->policy, run->task));
     } catch (const std::exception&) {
       // Another merge was quicker, and may have taken the parts away.
-      if (!folder.has_run(policy, task)) throw;
+      if (!folder.has_run(run->policy, run->task)) throw;
     }
   }
   for (const PlannedPolicy& policy : folder.plan().policies) {
@@ -140,21 +407,13 @@ std::vector<Chunk> MergePlan(const PlanFolder& folder) {
     WriteWhole(suite / kSuiteJson, ToText(json, 2) + "\n");
     WriteWhole(suite / kSummaryJson, ToText(tally.Json(folder.plan().tasks), 2) + "\n");
   }
-  // What was merged is there once; nor is anything left of those that were killed at it.
-  std::error_code gone;
-  std::set<std::string> merged;
-  for (const auto& [run, chunks] : by_run) {
-    if (!folder.has_run(run.first, run.second)) continue;
-    for (const Chunk& chunk : chunks) {
-      fs::remove_all(folder.chunk_folder(chunk), gone);
-      merged.insert(chunk.name());
+  for (const PlannedRun& run : runs) {
+    if (!folder.has_run(run.policy, run.task)) continue;
+    for (const Chunk& chunk : run.chunks) {
+      if (checked.chunks.contains(chunk.name())) RemovePart(folder, chunk);
     }
   }
-  std::vector<fs::path> left;
-  for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, gone)) {
-    if (merged.contains(ParseHidden(entry.path().filename()).first)) left.push_back(entry.path());
-  }
-  for (const fs::path& path : left) fs::remove_all(path, gone);
+  RemoveLeftovers(folder, runs);
   return missing;
 }
 

@@ -43,9 +43,12 @@ launch::Job JobOf(const Chunk& chunk, const fs::path& options, const fs::path& s
   return job;
 }
 
+// Clears the error of standard output: on a full disk a job waits until its results fit, and must not fail
+// because lines of its log were lost.
 void Say(const std::string& text) {
   fmt::print("{}\n", Printable(text));
   std::fflush(stdout);
+  std::clearerr(stdout);
 }
 
 // Puts it there as soon as the disk has room.

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/options_json.h"
 #include "base/text.h"
 #include "cli/launch/suite.h"
@@ -172,7 +173,7 @@ constexpr const char* kWhichFilms[] = {"none", "all", "failures", "first"};
 bool IsPlanFile(const std::string& name) {
   if (!IsTaskFile(name) || !fs::exists(name)) return false;
   try {
-    const YamlValue value = ParseYaml(ReadText(name, "plan"), name);
+    const YamlValue value = ParseYaml(ReadInput(name, "plan"), name);
     return value.is_map() && std::ranges::any_of(value.Entries(), [](const YamlValue& entry) {
              return entry.key() == "policies";
            });
@@ -192,7 +193,7 @@ launch::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
 }
 
 Plan ReadPlan(const fs::path& file) {
-  const YamlMap map(ParseYaml(ReadText(file, "plan"), file.string()), {"policies", "tasks"},
+  const YamlMap map(ParseYaml(ReadInput(file, "plan"), file.string()), {"policies", "tasks"},
                     {"plan", "episodes", "seed", "options", "film", "compare", "until", "chunk_episodes"});
   Plan plan;
   plan.name = file.stem().string();

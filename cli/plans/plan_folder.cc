@@ -15,6 +15,7 @@
 #include "base/file_errors.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
+#include "base/this_process.h"
 #include "base/write_whole.h"
 #include "cli/launch/suite.h"
 
@@ -44,12 +45,6 @@ fs::path NewFolder(const std::string& name) {
 }
 
 }  // namespace
-
-std::string ThisProcess() {
-  char host[256] = {};
-  gethostname(host, sizeof host - 1);
-  return fmt::format("{}-{}", host, getpid());
-}
 
 std::string Chunk::name() const {
   return fmt::format("{}+{}+{:04}-{:04}", policy, launch::FolderOfTask(task), first, last);
@@ -123,6 +118,8 @@ bool PlanFolder::has(const Chunk& chunk) const {
 }
 
 void PlanFolder::Put(const Chunk& chunk, const fs::path& finished) const {
+  // Its twin was quicker, or is merged by now.
+  if (has(chunk)) return;
   const fs::path coming = Hidden(*this, chunk, ThisProcess() + ".coming");
   std::error_code ignored;
   try {

@@ -96,7 +96,4 @@ std::pair<std::string, std::string> ParseHidden(const std::string& name);
 // Why a chunk could not be done: said, and taken back when it could.
 void SayFailed(const PlanFolder& folder, const Chunk& chunk, const std::string& why);
 
-// "node7-4711": this process, on this machine.
-std::string ThisProcess();
-
 }  // namespace evalbus::plans

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "base/input_file.h"
 #include "base/json_file.h"
 #include "base/write_whole.h"
 #include "cli/launch/version.h"
@@ -12,7 +13,6 @@
 #include "cli/results/comparison.h"
 #include "cli/results/run_reader.h"
 #include "metrics/statistics/run_statistics.h"
-#include "models/yaml_reader.h"
 #include "viz/report/plan_page.h"
 
 namespace evalbus::plans {
@@ -30,7 +30,7 @@ viz::PlanCell CellOf(const metrics::RunSummary& summary) {
 class ReportWithEpisodes {
  public:
   ReportWithEpisodes(const fs::path& folder, const fs::path& page) : url_(viz::Url(page)) {
-    if (fs::exists(folder / page)) text_ = ReadText(folder / page, "report");
+    if (fs::exists(folder / page)) text_ = ReadInput(folder / page, "report");
   }
   const std::string& url() const { return url_; }
   // Where the viewer shows it; empty where it is not packed.

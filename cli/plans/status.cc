@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "base/input_file.h"
 #include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/text.h"
@@ -27,14 +28,15 @@ std::chrono::duration<double> Age(const fs::path& file) {
 }
 
 std::string FirstLine(const fs::path& file) {
-  std::ifstream stream(file);
+  std::ifstream stream = OpenInput(file);
   std::string line;
   std::getline(stream, line);
   return Printable(line);
 }
 
 int Lines(const fs::path& file) {
-  std::ifstream stream(file);
+  if (!fs::exists(file)) return 0;
+  std::ifstream stream = OpenInput(file);
   return static_cast<int>(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'));
 }
 

@@ -9,8 +9,6 @@
 #include <chrono>
 #include <cstring>
 #include <exception>
-#include <fstream>
-#include <iterator>
 #include <list>
 #include <memory>
 #include <new>
@@ -18,6 +16,7 @@
 
 #include "base/errors.h"
 #include "base/forked_work.h"
+#include "base/input_file.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/text.h"
@@ -176,9 +175,7 @@ void DrawnPictures::Draw(const std::function<void(double)>& progress) {
 }
 
 std::vector<std::string> DrawnPictures::Of(size_t i) const {
-  std::ifstream stream(files_[i], std::ios::binary);
-  if (!stream) throw InputError(files_[i].string() + ": cannot read");
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const std::string text = ReadInput(files_[i]);
   std::vector<std::string> pictures;
   for (size_t at = 0; at < text.size();) {
     uint32_t length = 0;

@@ -19,6 +19,26 @@ std::string Number(double value) {
   return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
 }
 
+// Columns of a run, so that tables of several runs can be put together; empty where run.json does not have
+// it.
+constexpr char kRunColumns[] = "run,policy,policy_name,task,variation,robot,control_hz,evalbus_version";
+
+std::string RunCells(const RecordedRun& run) {
+  const auto text = [&](const char* key) {
+    const auto found = run.info.find(key);
+    return found != run.info.end() && found->is_string() ? found->get<std::string>() : "";
+  };
+  const auto hz = run.info.find("control_hz");
+  std::string cells;
+  for (const std::string& cell :
+       {run.name, text("policy"), run.policy, run.task, run.variation,
+        std::filesystem::path(text("robot")).stem().string(),
+        hz != run.info.end() && hz->is_number() ? Number(hz->get<double>()) : "", text("evalbus_version")}) {
+    cells += Quoted(cell) + ",";
+  }
+  return cells;
+}
+
 }  // namespace
 
 std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
@@ -36,14 +56,14 @@ std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
       }
     }
   }
-  std::string table = "run,task,variation,episode,seed,end_reason,failure_reason,complete";
+  std::string table = std::string(kRunColumns) + ",episode,seed,end_reason,failure_reason,complete";
   for (const std::string& name : names) table += "," + Quoted(name);
   table += "\n";
   auto row = values.begin();
   for (const RecordedRun& run : runs) {
+    const std::string run_cells = RunCells(run);
     for (const RecordedEpisode& episode : run.episodes) {
-      table += Quoted(run.name) + "," + Quoted(run.task) + "," + Quoted(run.variation) + "," +
-               std::to_string(episode.episode) + "," + std::to_string(episode.seed) + "," +
+      table += run_cells + std::to_string(episode.episode) + "," + std::to_string(episode.seed) + "," +
                Quoted(episode.end_reason) + "," + Quoted(episode.failure_reason) + "," +
                (episode.complete ? "1" : "0");
       std::vector<std::string> cells(names.size());

@@ -1,11 +1,12 @@
 #include "cli/results/hdf5_file.h"
 
 #include <hdf5.h>
-#include <unistd.h>
 
+#include <string_view>
 #include <utility>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 
 namespace evalbus::results {
 namespace {
@@ -20,6 +21,9 @@ class Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   operator hid_t() const { return id_; }
+  // Must be called for everything that is written: the library keeps small data in a buffer until now.
+  // Returns false if the disk refuses the data.
+  bool Close() { return close_(std::exchange(id_, -1)) >= 0; }
 
  private:
   hid_t id_;
@@ -49,16 +53,49 @@ hid_t TextType() {
   return type;
 }
 
+// The system's reason for the last failure, "No space left on device"; empty if the failure was the library's
+// own. The library embeds the reason in a sentence.
+std::string SystemsReason() {
+  std::string reason;
+  const auto look = [](unsigned, const H5E_error2_t* error, void* found) -> herr_t {
+    constexpr std::string_view kBefore = "error message = '";
+    const std::string_view text = error->desc ? error->desc : "";
+    const size_t begin = text.find(kBefore);
+    if (begin == std::string_view::npos) return 0;
+    const std::string_view rest = text.substr(begin + kBefore.size());
+    *static_cast<std::string*>(found) = rest.substr(0, rest.find('\''));
+    return 1;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, look, &reason);
+  return reason;
+}
+
+// Must be called before any other function of the library. At exit, the library's own handler would write
+// again to files that a full disk left open, and crash; all files are closed explicitly here.
+void StartLibrary() {
+  H5dont_atexit();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
 }  // namespace
 
 Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path) {
   constexpr hsize_t kMost = 100'000'000;
   const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  StartLibrary();
+  CheckInput(name);
   const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (file < 0) fail("no HDF5 file, or it is cut off");
-  const Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  // Datasets may refer to other files, which may be pipes: refused.
+  const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_elink_cb(
+      access, [](auto...) -> herr_t { return -1; }, nullptr);
+  const Handle set(H5Dopen2(file, path.c_str(), access), H5Dclose);
   if (set < 0) fail("no dataset '" + path + "'");
+  const Handle creation(H5Dget_create_plist(set), H5Pclose);
+  if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) {
+    fail("the numbers of '" + path + "' are in another file or dataset; expected them here");
+  }
   const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);
   if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("'" + path + "' holds no numbers");
@@ -79,32 +116,26 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
 }
 
 void Hdf5File::Need(bool good, const std::string& what) const {
-  if (!good) throw EnvironmentError("cannot write " + file_.string() + ": HDF5 refused " + what);
+  if (good) return;
+  const std::string reason = SystemsReason();
+  throw EnvironmentError("cannot write " + file_.string() + ": " +
+                         (reason.empty() ? "HDF5 refused " + what : reason + " (" + what + ")"));
 }
 
-Hdf5File::Hdf5File(const std::filesystem::path& file)
-    : file_(file), temporary_(file.string() + "." + std::to_string(getpid()) + ".partial") {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  id_ = H5Fcreate(temporary_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  Need(id_ >= 0, "to create it");
+Hdf5File::Hdf5File(const std::filesystem::path& file) : file_(file), whole_(file) {
+  StartLibrary();
+  id_ = H5Fcreate(whole_.path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  Need(id_ >= 0, "the beginning of the file");
 }
 
 Hdf5File::~Hdf5File() {
-  if (id_ < 0) return;
-  H5Fclose(id_);
-  std::error_code ignored;
-  std::filesystem::remove(temporary_, ignored);
+  if (id_ >= 0) H5Fclose(id_);
 }
 
 void Hdf5File::Finish() {
-  const bool flushed = H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0;
-  const bool closed = H5Fclose(std::exchange(id_, -1)) >= 0;
-  std::error_code error;
-  if (flushed && closed) std::filesystem::rename(temporary_, file_, error);
-  if (flushed && closed && !error) return;
-  std::error_code ignored;
-  std::filesystem::remove(temporary_, ignored);
-  Need(false, "to finish it (is the disk full?)");
+  Need(H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0, "the end of the file");
+  Need(H5Fclose(std::exchange(id_, -1)) >= 0, "the end of the file");
+  whole_.Finish();
 }
 
 void Hdf5File::Write(const std::string& path, const std::vector<double>& numbers,
@@ -112,9 +143,9 @@ void Hdf5File::Write(const std::string& path, const std::vector<double>& numbers
   const std::vector<hsize_t> extents = Extents(shape);
   const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
   const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
-  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_IEEE_F64LE, space, links, layout, H5P_DEFAULT),
-                   H5Dclose);
-  Need(set >= 0 && H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) >= 0,
+  Handle set(H5Dcreate2(id_, path.c_str(), H5T_IEEE_F64LE, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Need(set >= 0 && H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) >= 0 &&
+           set.Close(),
        path);
 }
 
@@ -123,12 +154,13 @@ void Hdf5File::Write(const std::string& path, const std::vector<std::string>& te
   const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
   const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
   const Handle type(TextType(), H5Tclose);
-  const Handle set(H5Dcreate2(id_, path.c_str(), type, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Handle set(H5Dcreate2(id_, path.c_str(), type, space, links, layout, H5P_DEFAULT), H5Dclose);
   std::vector<const char*> pointers;
   for (const std::string& text : texts) pointers.push_back(text.c_str());
-  Need(
-      set >= 0 && (texts.empty() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) >= 0),
-      path);
+  Need(set >= 0 &&
+           (texts.empty() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) >= 0) &&
+           set.Close(),
+       path);
 }
 
 void Hdf5File::WriteDeflated(const std::string& path, const std::vector<int64_t>& row_shape,
@@ -141,13 +173,14 @@ void Hdf5File::WriteDeflated(const std::string& path, const std::vector<int64_t>
   const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
   H5Pset_chunk(layout, static_cast<int>(chunk.size()), chunk.data());
   H5Pset_deflate(layout, 1);
-  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
   Need(set >= 0, path);
   std::vector<hsize_t> begin(extents.size(), 0);
   for (; begin[0] < rows.size(); ++begin[0]) {
     const std::string_view row = rows[begin[0]];
     Need(H5Dwrite_chunk(set, H5P_DEFAULT, 0, begin.data(), row.size(), row.data()) >= 0, path);
   }
+  Need(set.Close(), path);
 }
 
 void Hdf5File::WriteShifted(const std::string& path, const std::vector<int64_t>& shape,
@@ -172,35 +205,39 @@ void Hdf5File::WriteShifted(const std::string& path, const std::vector<int64_t>&
   if (count[0] > 0) take(0, "/" + rows, extents[0], 1);
   count[0] = 1;
   take(extents[0] - 1, "/" + last, 1, 0);
-  const Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
-  Need(set >= 0, path);
+  Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Need(set >= 0 && set.Close(), path);
 }
 
 void Hdf5File::SetAttribute(const std::string& path, const std::string& name, const std::string& text) {
-  const Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle type(TextType(), H5Tclose);
-  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   const char* pointer = text.c_str();
-  Need(attribute >= 0 && H5Awrite(attribute, type, &pointer) >= 0, path + ", attribute " + name);
+  Need(attribute >= 0 && H5Awrite(attribute, type, &pointer) >= 0 && attribute.Close() && object.Close(),
+       path + ", attribute " + name);
 }
 
 void Hdf5File::SetAttribute(const std::string& path, const std::string& name, int64_t number) {
-  const Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
-  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_INT64, &number) >= 0, path + ", attribute " + name);
+  Handle attribute(H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                   H5Aclose);
+  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_INT64, &number) >= 0 && attribute.Close() &&
+           object.Close(),
+       path + ", attribute " + name);
 }
 
 void Hdf5File::SetAttribute(const std::string& path, const std::string& name,
                             const std::vector<double>& numbers) {
-  const Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
   const hsize_t extent = numbers.size();
   const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
-  const Handle attribute(H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
-                         H5Aclose);
-  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_DOUBLE, numbers.data()) >= 0,
+  Handle attribute(H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                   H5Aclose);
+  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_DOUBLE, numbers.data()) >= 0 && attribute.Close() &&
+           object.Close(),
        path + ", attribute " + name);
 }
 

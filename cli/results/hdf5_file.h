@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/write_whole.h"
+
 namespace evalbus::results {
 
 // Reads a dataset of one or two dimensions of whole or floating numbers. Throws InputError, one line: no such
@@ -20,7 +22,8 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& file, const std::string& path)
 
 class Hdf5File {
  public:
-  // Creates the file under a temporary name beside it. Throws EnvironmentError, as do the other functions.
+  // Creates the file under a temporary name beside it. Throws EnvironmentError, as do the other functions: a
+  // file that was finished holds all that was written.
   explicit Hdf5File(const std::filesystem::path& file);
   // Takes the half-written file away, unless it was finished.
   ~Hdf5File();
@@ -41,13 +44,14 @@ class Hdf5File {
   void SetAttribute(const std::string& path, const std::string& name, int64_t number);
   void SetAttribute(const std::string& path, const std::string& name, const std::vector<double>& numbers);
 
-  // Closes it and gives it its name.
+  // Closes it, syncs it and gives it its name.
   void Finish();
 
  private:
   void Need(bool good, const std::string& what) const;
 
-  std::filesystem::path file_, temporary_;
+  std::filesystem::path file_;
+  WholeFile whole_;
   int64_t id_ = -1;
 };
 

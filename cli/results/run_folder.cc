@@ -16,6 +16,7 @@
 
 #include "base/errors.h"
 #include "base/file_errors.h"
+#include "base/input_file.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
@@ -201,7 +202,7 @@ void RunFolder::RemoveHalfWrittenFilms(std::optional<pid_t> by) const {
     const auto temporary = ParseTemporaryName(name);
     const auto is_film = [&](const char* ending) { return temporary->file.ends_with(ending); };
     return temporary && (is_film(".mp4") || is_film(".gif") || is_film(".webp")) &&
-           (!by || temporary->process == *by);
+           (!by || temporary->pid == *by);
   });
 }
 
@@ -217,7 +218,8 @@ void RunFolder::TakeAway() const {
 
 std::vector<std::string> NewLines::Next() {
   std::vector<std::string> lines;
-  std::ifstream stream(file_);
+  if (!fs::exists(file_)) return lines;
+  std::ifstream stream = OpenInput(file_);
   stream.seekg(position_);
   std::string line;
   while (std::getline(stream, line) && !stream.eof()) {

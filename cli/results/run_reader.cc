@@ -7,6 +7,7 @@
 #include <map>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "base/json_file.h"
 #include "base/random.h"
 #include "base/run_layout.h"
@@ -62,8 +63,7 @@ void CheckPacing(const ordered_json& json, const std::string& where) {
 
 void ReadEpisodes(RecordedRun* run) {
   const fs::path file = run->folder / kEpisodesJsonl;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || fs::is_directory(file)) Fail(file.string(), "cannot be read");
+  std::ifstream stream = OpenInput(file);
   std::map<int, int> line_of;
   int line = 0;
   for (std::string text; std::getline(stream, text);) {

@@ -148,13 +148,14 @@ void Encoder::Enter(const header_t& header) {
   const bool has_begin = begin_ && IsOurs(begin_->header);
   if (has_begin) track_->Hear(*begin_);
   SayEpisode(nullptr);
-  const Json entities =
-      scene_ ? scene_(*model_, has_begin ? std::optional(begin_->seed) : std::nullopt) : Json(nullptr);
-  if (entities.is_null()) return;
+  const auto entities =
+      scene_ ? scene_(*model_, has_begin ? std::optional(begin_->seed) : std::nullopt) : nullptr;
+  if (!entities) return;
   // What another episode's model has left goes.
-  Say(kScene, 0,
-      {{"deletions", Json::array({{{"timestamp", TimeJson(0)}, {"type", 1}, {"id", ""}}})},
-       {"entities", entities}});
+  const Json deletions = Json::array({{{"timestamp", TimeJson(0)}, {"type", 1}, {"id", ""}}});
+  emit_({kScene, 0,
+         std::make_shared<const std::string>("{\"deletions\":" + ToText(deletions) +
+                                             ",\"entities\":" + *entities + "}")});
 }
 
 std::string Encoder::FrameName(size_t body) const {
@@ -185,7 +186,7 @@ void Encoder::Hear(const state_t& state) {
                           {"translation", VectorJson(pose.position_m)},
                           {"rotation", QuaternionJson(pose.quat_wxyz)}});
   }
-  Say(kTransforms, time, {{"transforms", transforms}});
+  Say(kTransforms, time, {{"transforms", std::move(transforms)}});
 
   Json joints = Json::array(), wrists = Json::object(), openings = Json::object();
   for (size_t k = 0; k < state.arm.size(); ++k) {
@@ -212,12 +213,12 @@ void Encoder::Hear(const state_t& state) {
       openings[model_->gripper[k].name] = state.gripper[k].opening;
     }
   }
-  Say(kJoints, time, {{"timestamp", stamp}, {"joints", joints}});
+  Say(kJoints, time, {{"timestamp", stamp}, {"joints", std::move(joints)}});
   Say(kRobot, time,
       {{"timestamp", stamp},
        {"tick", state.header.tick},
-       {"wrist", wrists},
-       {"gripper_opening", openings},
+       {"wrist", std::move(wrists)},
+       {"gripper_opening", std::move(openings)},
        {"action_clips", state.action_clips},
        {"deadline_misses", state.deadline_misses}});
 }
@@ -234,7 +235,7 @@ void Encoder::Hear(const action_t& action) {
       if (std::isfinite(position)) joints.push_back({{"name", name}, {"position", position}});
     }
   }
-  Say(kJointCommands, time, {{"timestamp", TimeJson(time)}, {"joints", joints}});
+  Say(kJointCommands, time, {{"timestamp", TimeJson(time)}, {"joints", std::move(joints)}});
 }
 
 void Encoder::Hear(const contacts_t& contacts) {
@@ -276,7 +277,7 @@ void Encoder::Hear(const contacts_t& contacts) {
   if (contacts.has_clearance && std::isfinite(contacts.clearance_m)) {
     json["clearance_m"] = contacts.clearance_m;
   }
-  json["contacts"] = list;
+  json["contacts"] = std::move(list);
   Say(kContacts, time, json);
   Say(kContactMarks, time,
       {{"deletions", Json::array()},
@@ -286,9 +287,9 @@ void Encoder::Hear(const contacts_t& contacts) {
                                   {"lifetime", TimeJson(0)},
                                   {"frame_locked", true},
                                   {"metadata", Json::array()},
-                                  {"arrows", arrows},
+                                  {"arrows", std::move(arrows)},
                                   {"cubes", Json::array()},
-                                  {"spheres", balls},
+                                  {"spheres", std::move(balls)},
                                   {"cylinders", Json::array()},
                                   {"lines", Json::array()},
                                   {"triangles", Json::array()},

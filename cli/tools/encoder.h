@@ -67,9 +67,10 @@ nlohmann::ordered_json TimeJson(int64_t time_ns);
 class Encoder {
  public:
   using Emit = std::function<void(const Message&)>;
-  // Entities of a SceneUpdate for a MODEL and, where it is known, a seed (tools/scene.h); null: nothing is
-  // drawn.
-  using SceneOf = std::function<nlohmann::ordered_json(const model_info_t&, std::optional<int64_t> seed)>;
+  // JSON of the entities of a SceneUpdate for a MODEL and, where it is known, a seed (tools/scene.h); null:
+  // nothing is drawn.
+  using SceneOf =
+      std::function<std::shared_ptr<const std::string>(const model_info_t&, std::optional<int64_t> seed)>;
 
   Encoder(Emit emit, SceneOf scene);
 

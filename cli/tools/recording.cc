@@ -27,33 +27,46 @@ constexpr int64_t kPicturePeriod_us = 100'000;
 
 }  // namespace
 
-nlohmann::ordered_json SceneSource::Of(const model_info_t& model, std::optional<int64_t> seed) {
-  // RUN/model/visual.mjb
-  const fs::path run = run_.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run_;
+std::shared_ptr<const std::string> SceneSource::Of(const model_info_t& model, std::optional<int64_t> seed,
+                                                   const fs::path& run) {
+  remark_.clear();
   try {
-    return SceneEntities(scenes_.Of(model, run), seed);
+    // RUN/model/visual.mjb
+    const viz::SceneBlocks& scene =
+        scenes_.Of(model, run.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run);
+    const nlohmann::ordered_json appearance = seed ? scene.Appearance(*seed) : nullptr;
+    if (std::string made_of = scene.id() + ToText(appearance); !entities_ || made_of != made_of_) {
+      entities_ = std::make_shared<const std::string>(ToText(SceneEntities(scene, appearance)));
+      made_of_ = std::move(made_of);
+    }
+    return entities_;
   } catch (const InputError& error) {
     remark_ = fmt::format("no scene: {}", error.what());
     return nullptr;
   }
 }
 
-EncodedEpisode EncodeEpisode(const fs::path& log) {
+EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
   EncodedEpisode episode;
-  SceneSource scene(RunFolderOf(log));
+  const fs::path run = RunFolderOf(log);
+  std::string remark;
   Encoder encoder(
       [&](const Message& message) {
         // Another one begins.
         if (message.topic == kEpisode && message.time_ns == 0) episode.messages.clear();
         episode.messages.push_back(message);
       },
-      [&](const model_info_t& model, std::optional<int64_t> seed) { return scene.Of(model, seed); });
+      [&](const model_info_t& model, std::optional<int64_t> seed) {
+        auto entities = scenes->Of(model, seed, run);
+        if (!scenes->remark().empty()) remark = scenes->remark();
+        return entities;
+      });
   EventLogReader reader(log);
   for (LogEvent event; reader.Next(&event);) encoder.Hear(event.channel, event.data);
   if (episode.messages.empty()) throw InputError(log.string() + ": no episode in this log");
   std::ranges::stable_sort(episode.messages, {}, &Message::time_ns);
   episode.topics = encoder.topics();
-  if (!scene.remark().empty()) episode.remarks.push_back(scene.remark());
+  if (!remark.empty()) episode.remarks.push_back(remark);
   if (reader.damaged_bytes() > 0) {
     episode.remarks.push_back(
         fmt::format("{}: {} damaged bytes were skipped", log.string(), reader.damaged_bytes()));

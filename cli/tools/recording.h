@@ -13,16 +13,20 @@
 namespace evalbus::tools {
 
 // Encoder::SceneOf for MODELs of a run in this folder; empty: where they say. A model that is gone or not its
-// own draws nothing, and its remark says why, once.
+// own draws nothing, and the remark states the reason. Episodes that look alike share one text, since making
+// it takes as long as all other messages of a short episode.
 class SceneSource {
  public:
-  explicit SceneSource(std::filesystem::path run) : run_(std::move(run)) {}
-  nlohmann::ordered_json Of(const model_info_t& model, std::optional<int64_t> seed);
+  std::shared_ptr<const std::string> Of(const model_info_t& model, std::optional<int64_t> seed,
+                                        const std::filesystem::path& run);
+  // Of the last call; empty: its model is there.
   const std::string& remark() const { return remark_; }
 
  private:
-  std::filesystem::path run_;
   results::Scenes scenes_;
+  // What was made last, and of what.
+  std::string made_of_;
+  std::shared_ptr<const std::string> entities_;
   std::string remark_;
 };
 
@@ -34,8 +38,9 @@ struct EncodedEpisode {
   std::vector<std::string> remarks;
 };
 
-// The last episode of a log, its last attempt. Throws InputError: cannot be read, or holds no episode.
-EncodedEpisode EncodeEpisode(const std::filesystem::path& log);
+// The last episode of a log, its last attempt. `scenes` may be that of other logs, too. Throws InputError:
+// cannot be read, or holds no episode.
+EncodedEpisode EncodeEpisode(const std::filesystem::path& log, SceneSource* scenes);
 
 // Its pictures as a camera sees them, 10 a second of simulated time: foxglove.CompressedImage (JPEG) on
 // "/camera/NAME". size as of `evalbus render`. Throws InputError, EnvironmentError.

@@ -95,13 +95,11 @@ void AddGeom(const Json& geom, const Json& colour, const viz::SceneBlocks& scene
 
 }  // namespace
 
-Json SceneEntities(const viz::SceneBlocks& scene, std::optional<int64_t> seed) {
+Json SceneEntities(const viz::SceneBlocks& scene, const Json& appearance) {
   Json head = viz::BlockReader(scene.blocks().at(scene.id())).head();
-  if (seed) {
-    const Json appearance = scene.Appearance(*seed);
-    for (const char* list : {"materials", "geoms"}) {
-      for (const Json& change : appearance[list]) head[list][change[0].get<size_t>()].update(change[1]);
-    }
+  for (const char* list : {"materials", "geoms"}) {
+    if (appearance.is_null()) break;
+    for (const Json& change : appearance[list]) head[list][change[0].get<size_t>()].update(change[1]);
   }
   std::map<int, Json> entities;
   for (const Json& geom : head["geoms"]) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/errors.h"
+#include "base/input_file.h"
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
 
@@ -490,7 +491,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
 }
 
 Contract ReadContract(const std::filesystem::path& file) {
-  return ParseContract(ReadText(file, "policy contract"), file);
+  return ParseContract(ReadInput(file, "policy contract"), file);
 }
 
 std::filesystem::path PoliciesFolder() { return ModelsFolder() / "policies"; }

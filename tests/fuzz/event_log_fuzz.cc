@@ -75,7 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     size_t bytes = 0;
     for (LogEvent event; reader.Next(&event);) bytes += 28 + event.channel.size() + event.data.size();
     // Every byte is part of an event or said to be damaged.
-    if (bytes + static_cast<size_t>(reader.damaged_bytes()) != reader.bytes().size()) std::abort();
+    if (bytes + static_cast<size_t>(reader.damaged_bytes()) != reader.size()) std::abort();
   });
 
   Try([&] {

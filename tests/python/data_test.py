@@ -224,7 +224,7 @@ with tempfile.TemporaryDirectory() as name:
         (good, bad_text("text.csv", csv.replace("\n", "\nfast", 1)), "text.csv:2: column 'q0': expected a number, got 'fast"),
         (good, bad_text("names.csv", csv.split("\n")[0] + "\n"), "no line of numbers"),
         (good, bad_text("data.parquet", "PAR1"), "expected a file that ends in .csv"),
-        (good, here / "none.csv", "none.csv: cannot read"),
+        (good, here / "none.csv", "none.csv: cannot be read: No such file"),
         (good, here / "nothing", "nothing: no *.csv"),
         (good, here / "mixed", "1.csv:2: expected 23 values"),
         (bad_map("joint.yaml", "left/joint1:", "left/joint9:"), table, "joint.yaml:5: key 'left/joint9': no joint is called 'left/joint9'; did you mean"),

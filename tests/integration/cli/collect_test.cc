@@ -1,6 +1,8 @@
 // evalbus collect: successes only, the same however they are made, also after an interruption.
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 
 #include "tests/integration/harness.h"
 
@@ -68,10 +70,58 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   EXPECT_EQ(rest.code, 0) << rest.err;
   ExpectEqual(resumed);
 
+  // One that is complete: a loop until it is done ends.
   const Result again = RunProgram(Command(resumed, {"--in-process", "--resume"}));
-  EXPECT_EQ(again.code, 1);
-  EXPECT_EQ(again.err, "error: --resume: " + resumed.string() + ": is complete\n");
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_NE(again.out.find("kept 3 of 3 wanted, of 6 tried: yield 50.0 %"), std::string::npos) << again.out;
   ExpectEqual(resumed);
+  // Not so where it was collected otherwise.
+  const Result of_other_seed = RunProgram(Command(resumed, {"--in-process", "--resume", "--seed", "1"}));
+  EXPECT_EQ(of_other_seed.code, 1);
+  EXPECT_NE(of_other_seed.err.find("the run was made with seed 0, not 1"), std::string::npos)
+      << of_other_seed.err;
+  std::vector<std::string> more = Command(resumed, {"--in-process", "--resume"});
+  *(std::ranges::find(more, "--episodes") + 1) = "4";
+  const Result of_more = RunProgram(more);
+  EXPECT_EQ(of_more.code, 1);
+  EXPECT_NE(of_more.err.find("was collected with --episodes 3, not 4"), std::string::npos) << of_more.err;
+  ExpectEqual(resumed);
+}
+
+TEST_F(Collect, KilledAtItsEndIsCompletedByResume) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
+  const auto collect = [&](const fs::path& out, const std::string& call) {
+    return RunProgram(Command(out, {"--in-process", "--resume"}),
+                      {{}, [&] {
+                         setenv("LD_PRELOAD", FAILING_CALLS, 1);
+                         setenv("FAILING_CALL", call.c_str(), 1);
+                         setenv("FAILING_BELOW", folder_.path().c_str(), 1);
+                         setenv("COUNTED_CALLS", (folder_.path() / "calls").c_str(), 1);
+                       }});
+  };
+  ASSERT_EQ(collect(reference_, "rename:0:kill").code, 0);
+  int renames = 0;
+  ASSERT_EQ(std::sscanf(ReadText(folder_.path() / "calls").c_str(), "rename %d", &renames), 1);
+  // The last six are those of the end: episodes.jsonl, summary.json twice each, collect.json.
+  const fs::path at_the_end = folder_.path() / "at_the_end";
+  ASSERT_EQ(collect(at_the_end, "rename:" + std::to_string(renames - 5) + ":kill").code, 128 + SIGKILL);
+  EXPECT_EQ(Lines(at_the_end), 6);
+  int kills = 0;
+  for (bool is_killed = true; is_killed; kills += is_killed) {
+    SCOPED_TRACE(kills);
+    const fs::path run = folder_.path() / std::to_string(kills);
+    fs::copy(at_the_end, run, fs::copy_options::recursive);
+    const int code = collect(run, "rename:" + std::to_string(kills + 1) + ":kill").code;
+    is_killed = code == 128 + SIGKILL;
+    ASSERT_TRUE(is_killed || code == 0);
+    const Result rest = collect(run, "rename:0:kill");
+    EXPECT_EQ(rest.code, 0) << rest.err;
+    EXPECT_NE(rest.out.find("kept 3 of 3 wanted, of 6 tried: yield 50.0 %"), std::string::npos) << rest.out;
+    ExpectEqual(run);
+    const fs::directory_iterator kept(run / "episodes");
+    EXPECT_EQ(std::distance(begin(kept), end(kept)), 3);
+  }
+  EXPECT_GE(kills, 6);
 }
 
 }  // namespace evalbus::collect_test

@@ -1,10 +1,14 @@
 // Files that commands write: whole or not at all, never in place of what is no file, and nothing left behind.
+#include <fcntl.h>
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 
 #include "tests/integration/harness.h"
@@ -108,6 +112,56 @@ TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
     EXPECT_EQ(std::distance(fs::directory_iterator(work_), {}), 2);
   }
   umount(work_.c_str());
+}
+
+// The disk is full for a moment, or for good, at any one of the file's writes.
+TEST_F(Outputs, AnHdf5FileIsRightOrNotThere) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
+  const fs::path file = work_ / "set.hdf5", counted = folder_.path() / "calls";
+  const auto write = [&](const std::string& call) {
+    return RunProgram({"evalbus", "export", run_, "--hdf5", file},
+                      {work_, [&] {
+                         setenv("LD_PRELOAD", FAILING_CALLS, 1);
+                         setenv("FAILING_CALL", call.c_str(), 1);
+                         setenv("FAILING_BELOW", work_.c_str(), 1);
+                         setenv("COUNTED_CALLS", counted.c_str(), 1);
+                       }});
+  };
+  std::string right;
+  for (const char* call : {"pwrite", "fsync", "close", "rename"}) {
+    fs::remove(counted);
+    ASSERT_EQ(write(call + std::string(":0:28")).code, 0);
+    right = ReadText(file);
+    fs::remove(file);
+    int calls = 0;
+    ASSERT_EQ(std::sscanf(ReadText(counted).c_str(), (call + std::string(" %d")).c_str(), &calls), 1) << call;
+    ASSERT_GE(calls, 1);
+    for (int number = 1; number <= calls; ++number) {
+      const char* const error = number % 3 == 0 ? ":28" : number % 3 == 1 ? ":28+" : ":5";
+      const std::string failing = call + (":" + std::to_string(number)) + error;
+      const Result result = write(failing);
+      EXPECT_EQ(result.code, 2) << failing << result.out;
+      EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << failing << result.err;
+      EXPECT_NE(result.err.find(error[1] == '5' ? "Input/output error" : "No space left on device"),
+                std::string::npos)
+          << failing << result.err;
+      EXPECT_TRUE(fs::is_empty(work_)) << failing;
+    }
+  }
+  EXPECT_EQ(write("pwrite:0:28").code, 0);
+  EXPECT_EQ(ReadText(file), right);
+}
+
+TEST_F(Outputs, WhatCannotBePrintedIsNoSuccess) {
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"evalbus", "compare", run_, run_},
+                                             {"evalbus", "tasks", "list"},
+                                             {"evalbus", "export", run_, "--csv", "-"}}) {
+    const Result result =
+        RunProgram(command, {work_, [] { dup2(open("/dev/full", O_WRONLY), STDOUT_FILENO); }});
+    EXPECT_EQ(result.code, 2) << command[1];
+    EXPECT_NE(result.err.find("error: cannot write "), std::string::npos) << result.err;
+  }
 }
 
 // Folders that cannot be looked into, or are no folders.

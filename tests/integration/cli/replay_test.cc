@@ -408,7 +408,8 @@ TEST_F(Recorded, WrongInputGetsOneLine) {
       {{"replay", run, "--speed", "1e300"}, "--speed: expected 0.001 to 1000000, not 1e+300"},
       {{"replay", run, "--speed", "nan"}, "--speed: expected 0.001 to 1000000, not nan"},
       {{"replay", run, "--url", "memq://"}, "--url memq://: expected udpm://ADDRESS:PORT?ttl=0"},
-      {{"rescore", run, "--task", none}, "--task " + none + ": cannot read this file"},
+      {{"rescore", run, "--task", none},
+       none + ": cannot read the task description: No such file or directory"},
       {{"rescore", run, "--out", text}, "--out " + text.string() + ": exists; choose another name"},
   };
   for (const auto& [arguments, line] : cases) {

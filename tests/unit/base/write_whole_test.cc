@@ -2,13 +2,16 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
 
 #include "base/errors.h"
+#include "base/this_process.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::write_whole_test {
@@ -85,7 +88,9 @@ TEST(WriteWhole, WritesThroughADeviceAndANamedPipe) {
     EXPECT_TRUE(fs::is_character_file(device));
     EXPECT_TRUE(fs::is_symlink(folder.path() / "link"));
   }
-  EXPECT_FALSE(fs::exists(fifo.string() + "." + std::to_string(getpid()) + ".tmp"));
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    EXPECT_FALSE(ParseTemporaryName(entry.path().filename())) << entry.path();
+  }
 }
 
 // As a shell's `>> file` does.
@@ -118,10 +123,58 @@ TEST(WriteWhole, KnowsItsTemporaryNames) {
   const auto parsed = ParseTemporaryName("a.json.12.tmp");
   ASSERT_TRUE(parsed);
   EXPECT_EQ(parsed->file, "a.json");
-  EXPECT_EQ(parsed->process, 12);
+  EXPECT_EQ(parsed->process, "12");
+  EXPECT_EQ(parsed->pid, 12);
+  const auto of_a_host = ParseTemporaryName("a.json.node7_my-lab-4711.tmp");
+  ASSERT_TRUE(of_a_host);
+  EXPECT_EQ(of_a_host->file, "a.json");
+  EXPECT_EQ(of_a_host->process, "node7.my-lab-4711");
+  EXPECT_EQ(of_a_host->pid, 4711);
   for (const char* name : {"a.json", "a.json.tmp", "a.json..tmp", "a.json.1x.tmp", "a.json.-1.tmp", ".tmp",
-                           "12.tmp", "a.json.12.tmp2"}) {
+                           "12.tmp", "a.json.12.tmp2", "a.json.node7-.tmp", "a.json.node7.tmp"}) {
     EXPECT_FALSE(ParseTemporaryName(name)) << name;
+  }
+}
+
+// Two machines that write the same file of a shared disk may have processes of the same number.
+TEST(WriteWhole, ATemporaryNameSaysItsMachineAndProcess) {
+  TemporaryFolder folder;
+  const fs::path file = folder.path() / "a.json";
+  WriteWhole(file, "before");
+  // A child that is killed by the limit on the size of files leaves its temporary file.
+  const pid_t child = fork();
+  if (child == 0) {
+    const struct rlimit limit = {10, 10};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    WriteWhole(file, std::string(100, 'x'));
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  std::string left;
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    if (entry.path() != file) left = entry.path().filename();
+  }
+  const auto parsed = ParseTemporaryName(left);
+  ASSERT_TRUE(parsed) << left;
+  EXPECT_EQ(parsed->file, "a.json");
+  EXPECT_EQ(parsed->pid, child);
+  EXPECT_TRUE(HasEnded(parsed->process)) << parsed->process;
+  EXPECT_EQ(Text(file), "before");
+}
+
+TEST(ThisProcess, OnlyThoseOfThisMachineAreSaidToHaveEnded) {
+  const std::string self = ThisProcess();
+  EXPECT_FALSE(HasEnded(self));
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  const std::string host = self.substr(0, self.rfind('-'));
+  EXPECT_TRUE(HasEnded(host + "-" + std::to_string(child)));
+  for (const std::string& name : {"other-" + std::to_string(child), std::to_string(child), host, host + "-",
+                                  host + "-1x", host + "--5", std::string()}) {
+    EXPECT_FALSE(HasEnded(name)) << name;
   }
 }
 

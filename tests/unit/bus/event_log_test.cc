@@ -159,6 +159,79 @@ TEST_F(EventLog, ManyFalseStartsAreReadInLinearTime) {
   EXPECT_GT(reader.damaged_bytes(), 0);
 }
 
+// As 'rsync --inplace' or a server does; a mapped file would end this process.
+TEST_F(EventLog, OneThatBecomesShorterIsAnError) {
+  {
+    EventLogWriter writer(file_);
+    for (int i = 0; i < 300; ++i) writer.Write("CHANNEL", std::vector<uint8_t>(10'000), i);
+    writer.Close();
+  }
+  EventLogReader reader(file_);
+  LogEvent event;
+  ASSERT_TRUE(reader.Next(&event));
+  std::filesystem::resize_file(file_, 4096);
+  try {
+    while (reader.Next(&event)) EXPECT_EQ(event.data.size(), 10'000u);
+    FAIL() << event.number;
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    EXPECT_TRUE(
+        what.starts_with(file_.string() + ": cannot read the log: it has become shorter while it was read"))
+        << what;
+  }
+}
+
+TEST_F(EventLog, OneThatGrowsEndsWhereItWas) {
+  WriteLog(3);
+  const std::string three = Bytes();
+  std::filesystem::remove(file_);
+  WriteLog(5);
+  const std::string five = Bytes();
+  SetBytes(three);
+  EventLogReader reader(file_);
+  std::ofstream(file_, std::ios::binary | std::ios::app) << five.substr(three.size());
+  int events = 0;
+  for (LogEvent event; reader.Next(&event);) ++events;
+  EXPECT_EQ(events, 3);
+  EXPECT_EQ(Read().numbers.size(), 5u);
+}
+
+// Events longer than what is read at once, between shorter ones, of which one is damaged.
+TEST_F(EventLog, ReadsEventsOfAnyLength) {
+  constexpr int kDamaged = 7;
+  std::vector<size_t> begins = {0};
+  const auto payload = [](int i) {
+    std::vector<uint8_t> bytes(i % 5 == 3 ? 700'000 + i : 90'000 / (i + 1));
+    for (size_t k = 0; k < bytes.size(); ++k)
+      bytes[k] = static_cast<uint8_t>(k * 31 + static_cast<size_t>(i));
+    return bytes;
+  };
+  {
+    EventLogWriter writer(file_);
+    for (int i = 0; i < 60; ++i) {
+      writer.Write("CHANNEL", payload(i), i);
+      begins.push_back(begins.back() + 28 + 7 + payload(i).size());
+    }
+    writer.Close();
+  }
+  std::string bytes = Bytes();
+  bytes[begins[kDamaged]] = 0;
+  SetBytes(bytes);
+  EventLogReader reader(file_);
+  EXPECT_EQ(reader.size(), bytes.size());
+  int events = 0;
+  for (LogEvent event; reader.Next(&event); ++events) {
+    const auto expected = payload(static_cast<int>(event.number));
+    EXPECT_NE(event.number, kDamaged);
+    EXPECT_EQ(event.channel, "CHANNEL");
+    EXPECT_TRUE(std::equal(event.data.begin(), event.data.end(), expected.begin(), expected.end()))
+        << event.number;
+  }
+  EXPECT_EQ(events, 59);
+  EXPECT_EQ(reader.damaged_places(), 1);
+  EXPECT_EQ(reader.damaged_bytes(), static_cast<int64_t>(begins[kDamaged + 1] - begins[kDamaged]));
+}
+
 TEST_F(EventLog, AnEmptyFileHasNoEvents) {
   SetBytes("");
   EXPECT_TRUE(Read().numbers.empty());

@@ -102,7 +102,7 @@ TEST(RobotDescription, ModelsAreLookedForInTheModelPath) {
             file.string() + ":4: key 'model': file 'newer_arm.xml' not found in " + folder.path().string() +
                 ", /nowhere, " + (ModelsFolder() / "robots").string());
   EXPECT_EQ(ErrorOf([] { LoadRobot("/nowhere/r.yaml"); }),
-            "/nowhere/r.yaml: cannot read the robot description");
+            "/nowhere/r.yaml: cannot read the robot description: No such file or directory");
 }
 
 TEST(RobotDescription, Shipped) {
@@ -326,9 +326,9 @@ TEST(TaskDescription, FilesMustExist) {
                                                   "/newer_robot.yaml does not exist, nor does " +
                                                   (TasksFolder() / "newer_robot.yaml").string());
   EXPECT_EQ(ErrorOf([] { LoadTask("/nowhere/t.yaml"); }),
-            "/nowhere/t.yaml: cannot read the task description");
+            "/nowhere/t.yaml: cannot read the task description: No such file or directory");
   EXPECT_EQ(ErrorOf([&] { LoadTask(folder.path()); }),
-            folder.path().string() + ": cannot read the task description");
+            folder.path().string() + ": cannot read the task description: a folder, expected a file");
   EXPECT_EQ(ParseTask(kTask, kModelsData / "t.yaml", true).name, "push");
 }
 
@@ -407,7 +407,7 @@ TEST(FindTask, UnknownNamesGetAHint) {
             "task lift_pot has no variation 'psition'; did you mean 'position'?");
   EXPECT_EQ(ErrorOf([] { FindTask("somersault"); }).substr(0, 37), "unknown task 'somersault'; there are ");
   EXPECT_EQ(ErrorOf([] { FindTask("/nowhere/t.yaml/base"); }),
-            "/nowhere/t.yaml: cannot read the task description");
+            "/nowhere/t.yaml: cannot read the task description: No such file or directory");
 }
 
 TEST(FindTask, TheModelsFolderCanBeElsewhere) {

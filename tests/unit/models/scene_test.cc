@@ -368,8 +368,9 @@ TEST(Sha256File, KnownDigest) {
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(Sha256File(folder.Write("empty", "")),
             "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-  EXPECT_EQ(ErrorOf([] { Sha256File("/nowhere"); }), "/nowhere: cannot be read");
-  EXPECT_EQ(ErrorOf([&] { Sha256File(folder.path()); }), folder.path().string() + ": cannot be read");
+  EXPECT_EQ(ErrorOf([] { Sha256File("/nowhere"); }), "/nowhere: cannot be read: No such file or directory");
+  EXPECT_EQ(ErrorOf([&] { Sha256File(folder.path()); }),
+            folder.path().string() + ": cannot be read: a folder, expected a file");
 }
 
 TEST(Scene, ATasksCameraLooksWhereItSays) {

@@ -1,0 +1,78 @@
+#include "base/input_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "base/errors.h"
+
+namespace evalbus {
+namespace {
+
+// Nothing for a file.
+const char* WhatElse(mode_t mode) {
+  if (S_ISREG(mode)) return nullptr;
+  return S_ISDIR(mode)    ? "a folder"
+         : S_ISFIFO(mode) ? "a named pipe"
+         : S_ISSOCK(mode) ? "a socket"
+                          : "a device";
+}
+
+}  // namespace
+
+InputFile::InputFile(const std::filesystem::path& file, const std::string& what)
+    : fault_(file.string() + (what.empty() ? ": cannot be read" : ": cannot read the " + what)) {
+  struct stat status {};
+  const auto check = [&](bool good) {
+    const int error = errno;
+    const char* const other = good ? WhatElse(status.st_mode) : nullptr;
+    if (good && !other) return;
+    if (fd_ >= 0) close(std::exchange(fd_, -1));
+    if (!good) Fail(error);
+    throw InputError(fault_ + ": " + other + ", expected a file");
+  };
+  // Checked before it is opened, since opening may affect a device, and after, since it may have been
+  // replaced.
+  check(stat(file.c_str(), &status) == 0);
+  fd_ = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  check(fd_ >= 0 && fstat(fd_, &status) == 0);
+  size_ = static_cast<uint64_t>(status.st_size);
+}
+
+InputFile::~InputFile() {
+  if (fd_ >= 0) close(fd_);
+}
+
+void InputFile::Fail(int error) const { throw InputError(fault_ + ": " + std::strerror(error)); }
+
+std::string ReadInput(const std::filesystem::path& file, const std::string& what) {
+  const InputFile input(file, what);
+  std::string text;
+  // One byte more than the size shows the end. Files may grow, and files of /proc have size 0.
+  for (size_t room = input.size() + 1;; room = text.size() + (64 << 10)) {
+    const size_t done = text.size();
+    text.resize(std::max(room, done + 1));
+    const ssize_t n = read(input.fd(), text.data() + done, text.size() - done);
+    const int error = errno;
+    text.resize(done + static_cast<size_t>(std::max<ssize_t>(n, 0)));
+    if (n < 0 && error != EINTR) input.Fail(error);
+    if (n == 0) return text;
+  }
+}
+
+std::ifstream OpenInput(const std::filesystem::path& file, const std::string& what) {
+  const InputFile input(file, what);
+  // Opened by its descriptor it is the same file, even if the name was given to another one.
+  std::ifstream stream("/proc/self/fd/" + std::to_string(input.fd()), std::ios::binary);
+  if (!stream) input.Fail(errno);
+  return stream;
+}
+
+void CheckInput(const std::filesystem::path& file) { InputFile{file}; }
+
+}  // namespace evalbus

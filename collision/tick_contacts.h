@@ -1,0 +1,16 @@
+// Computes CONTACTS of a tick, for every component that publishes or records it. Pure.
+#pragma once
+
+#include "collision/checker.h"
+#include "collision/clearance_watch.h"
+#include "evalbus/contacts_t.hpp"
+#include "evalbus/state_t.hpp"
+
+namespace evalbus::collision {
+
+// Finds the contacts of a state and sets every member of CONTACTS. The state must have the bodies of the
+// checker's model, with finite poses. `watch` is the episode's; call this once per tick, in order.
+void FillContacts(const state_t& state, CollisionChecker* checker, ClearanceWatch* watch,
+                  contacts_t* contacts);
+
+}  // namespace evalbus::collision

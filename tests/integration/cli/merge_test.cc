@@ -1,0 +1,295 @@
+// evalbus merge: the parts of a plan become the runs of the plan, or nothing is changed.
+#include <csignal>
+#include <ctime>
+#include <regex>
+#include <sstream>
+
+#include "base/this_process.h"
+#include "bus/event_log.h"
+#include "tests/integration/harness.h"
+
+namespace evalbus::merge_test {
+
+namespace fs = std::filesystem;
+
+// All files below a folder, with what is in them.
+std::map<std::string, std::string> Contents(const fs::path& folder) {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    contents[fs::relative(entry.path(), folder)] = entry.is_regular_file() ? ReadText(entry.path()) : "";
+  }
+  return contents;
+}
+
+void Replace(const fs::path& file, const std::string& what, const std::string& with) {
+  std::string text = ReadText(file);
+  const size_t at = text.find(what);
+  ASSERT_NE(at, std::string::npos) << file << ": " << what;
+  WriteText(file, text.replace(at, what.size(), with));
+}
+
+// A process of this machine that has ended.
+std::string DeadProcess() {
+  Program program({"/bin/true"});
+  EXPECT_EQ(program.Wait(), 0);
+  const std::string self = ThisProcess();
+  return self.substr(0, self.rfind('-') + 1) + std::to_string(program.pid());
+}
+
+// A plan of two policies and four episodes, evaluated in parts of two.
+class Merge : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    made_ = new TemporaryFolder;
+    const fs::path plan = made_->path() / "plan.yaml";
+    WriteText(plan, "policies: [{name: rnd, policy: random}, {name: hold, policy: hold}]\ntasks: " +
+                        ShortTask(made_->path(), 0.2) +
+                        "/position\nepisodes: 4\nseed: 5\nchunk_episodes: 2\n");
+    const Result result =
+        RunProgram({"evalbus", "run", plan, "--out", made_->path() / "results", "--part", "1/1"});
+    ASSERT_EQ(result.code, 0) << result.out << result.err;
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
+  void SetUp() override {
+    ASSERT_TRUE(fs::exists(made_->path() / "results/plan.json"));
+    fs::copy(made_->path() / "results", results_, fs::copy_options::recursive);
+  }
+
+  fs::path Part(const std::string& policy, const std::string& episodes) const {
+    for (const auto& entry : fs::directory_iterator(results_ / "parts")) {
+      const std::string name = entry.path().filename();
+      if (name.starts_with(policy + "+") && name.ends_with("+" + episodes)) return entry.path();
+    }
+    ADD_FAILURE() << "no part of " << policy << ", " << episodes;
+    return {};
+  }
+  fs::path Run(const std::string& policy) const {
+    for (const auto& entry : fs::directory_iterator(results_ / policy)) {
+      const std::string name = entry.path().filename();
+      if (entry.is_directory() && !name.starts_with(".") && name.ends_with("position")) return entry.path();
+    }
+    return {};
+  }
+  Result MergePlan() const { return RunProgram({"evalbus", "merge", results_}); }
+  size_t NumParts() const {
+    return static_cast<size_t>(std::distance(fs::directory_iterator(results_ / "parts"), {}));
+  }
+  // Refused in one line, and everything stays as it is.
+  void ExpectRefused(const std::string& reason) const {
+    const auto before = Contents(results_);
+    const Result result = MergePlan();
+    EXPECT_EQ(result.code, 1) << result.out;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_NE(result.err.find(reason), std::string::npos) << result.err;
+    EXPECT_TRUE(before == Contents(results_));
+  }
+  void ExpectMerged() const {
+    for (const char* policy : {"rnd", "hold"}) {
+      EXPECT_EQ(Episodes(Run(policy)).size(), 4u);
+      for (int episode = 0; episode < 4; ++episode)
+        EXPECT_TRUE(fs::exists(evalbus::LogFile(Run(policy), episode)));
+      const Result rescored = RunProgram({"evalbus", "rescore", Run(policy)});
+      EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
+    }
+    EXPECT_EQ(NumParts(), 0u);
+  }
+
+  static TemporaryFolder* made_;
+  TemporaryFolder folder_;
+  const fs::path results_ = folder_.path() / "results";
+};
+TemporaryFolder* Merge::made_ = nullptr;
+
+TEST_F(Merge, IsThePlanWithoutParts) {
+  const Result merged = MergePlan();
+  ASSERT_EQ(merged.code, 0) << merged.out << merged.err;
+  ExpectMerged();
+  const fs::path whole = folder_.path() / "whole";
+  ASSERT_EQ(RunProgram({"evalbus", "run", made_->path() / "plan.yaml", "--out", whole}).code, 0);
+  for (const char* policy : {"rnd", "hold"}) {
+    ExpectSameScores(Run(policy), whole / policy / Run(policy).filename());
+  }
+  // Once more is as once.
+  const auto before = Contents(results_);
+  ASSERT_EQ(MergePlan().code, 0);
+  EXPECT_EQ(Contents(results_).size(), before.size());
+}
+
+TEST_F(Merge, RefusesAPartThatLacksEpisodes) {
+  const fs::path lines = Part("rnd", "0000-0001") / "episodes.jsonl";
+  const std::string text = ReadText(lines);
+  WriteText(lines, text.substr(text.find('\n') + 1));
+  ExpectRefused(lines.string() + ": 1 of 2 episodes, the first missing one is episode 0; remove ");
+  WriteText(lines, text.substr(0, text.size() - 50));
+  ExpectRefused(lines.string() +
+                ": 1 of 2 episodes, the first missing one is episode 1 (line 2 was cut off)");
+  fs::remove(lines);
+  ExpectRefused(lines.string() + ": 0 of 2 episodes");
+  WriteText(lines, text);
+  ASSERT_EQ(MergePlan().code, 0);
+  ExpectMerged();
+}
+
+TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
+  const fs::path log = evalbus::LogFile(Part("hold", "0002-0003"), 3);
+  const std::string text = ReadText(log);
+  fs::remove(log);
+  ExpectRefused(log.string() + ": cannot read the log: No such file");
+  for (const size_t size : {size_t{0}, text.size() / 2, text.size() - 1}) {
+    WriteText(log, text.substr(0, size));
+    ExpectRefused(log.string() + ": ");
+  }
+  // Cut between two events, at its end and in its middle, where no byte is damaged.
+  std::vector<size_t> begins = {0};
+  EventLogReader reader(made_->path() / "results" / fs::relative(log, results_));
+  for (LogEvent event; reader.Next(&event);) {
+    begins.push_back(begins.back() + 28 + event.channel.size() + event.data.size());
+  }
+  const size_t middle = begins.size() / 2;
+  WriteText(log, text.substr(0, begins[middle]));
+  ExpectRefused(log.string() + ": no EPISODE_SUMMARY of episode 3");
+  WriteText(log, text.substr(0, begins[middle]) + text.substr(begins[middle + 1]));
+  ExpectRefused(log.string() + ": event " + std::to_string(middle) + " is missing");
+  // Whole, but of another episode, or of another policy.
+  WriteText(log, ReadText(evalbus::LogFile(Part("hold", "0002-0003"), 2)));
+  ExpectRefused(log.string() + ": no EPISODE_SUMMARY of episode 3");
+  WriteText(log, ReadText(evalbus::LogFile(Part("rnd", "0002-0003"), 3)));
+  ExpectRefused(log.string() + ": not the log of line 2 of episodes.jsonl: ");
+  WriteText(log, text);
+  ASSERT_EQ(MergePlan().code, 0);
+  ExpectMerged();
+}
+
+TEST_F(Merge, RefusesPartsOfAnotherPolicy) {
+  for (const char* episodes : {"0000-0001", "0002-0003"}) {
+    const fs::path part = Part("hold", episodes);
+    fs::remove_all(part);
+    fs::copy(Part("rnd", episodes), part, fs::copy_options::recursive);
+  }
+  ExpectRefused("/run.json: \"policy\" is \"random\", but \"hold\" in plan.json");
+}
+
+TEST_F(Merge, RefusesPartsOfOtherEpisodes) {
+  const fs::path part = Part("hold", "0002-0003");
+  fs::remove_all(part);
+  fs::copy(Part("hold", "0000-0001"), part, fs::copy_options::recursive);
+  ExpectRefused("episode 0 is not of this chunk, which has 2 to 3");
+}
+
+TEST_F(Merge, RefusesPartsOfAnotherPlan) {
+  Replace(results_ / "plan.json", "\"seed\": 5", "\"seed\": 6");
+  ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
+  Replace(results_ / "plan.json", "\"seed\": 6", "\"seed\": 5");
+  Replace(results_ / "plan.json", "\"control_hz\": 50.0", "\"control_hz\": 100.0");
+  ExpectRefused("/run.json: \"control_hz\" is 50.0, but 100 in plan.json");
+  Replace(results_ / "plan.json", "\"control_hz\": 100.0", "\"control_hz\": 50.0");
+  Replace(results_ / "plan.json", "\"after_success_s\": 0.0", "\"after_success_s\": 1.0");
+  ExpectRefused("/run.json: \"after_success_s\" is 0.0, but 1.0 in plan.json");
+  Replace(results_ / "plan.json", "\"after_success_s\": 1.0", "\"after_success_s\": 0.0");
+  ASSERT_EQ(MergePlan().code, 0);
+  // Nor are runs that were merged those of another plan.
+  Replace(results_ / "plan.json", "\"seed\": 5", "\"seed\": 6");
+  ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
+}
+
+// A part is kept if its run was merged without it, or with another evaluation of its episodes.
+TEST_F(Merge, RemovesOnlyWhatItCounted) {
+  const fs::path part = Part("rnd", "0000-0001"), copy = folder_.path() / "copy";
+  fs::copy(part, copy, fs::copy_options::recursive);
+  ASSERT_EQ(MergePlan().code, 0);
+  fs::copy(copy, part, fs::copy_options::recursive);
+  Replace(part / "episodes.jsonl", "\"end_detail\":\"\"", "\"end_detail\":\"by another run\"");
+  ExpectRefused("its episode 0 is another one there");
+  fs::remove_all(part);
+  // A copy of what was counted may go.
+  fs::copy(copy, part, fs::copy_options::recursive);
+  ASSERT_EQ(MergePlan().code, 0);
+  ExpectMerged();
+}
+
+TEST_F(Merge, WhatAKilledMergeLeftIsGoneAfterTheNext) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
+  const auto kill_at = [&](const std::string& call, int number) {
+    return RunProgram({"evalbus", "merge", results_},
+                      {{}, [&] {
+                         setenv("LD_PRELOAD", FAILING_CALLS, 1);
+                         setenv("FAILING_CALL", (call + ":" + std::to_string(number) + ":kill").c_str(), 1);
+                         setenv("FAILING_BELOW", results_.c_str(), 1);
+                       }});
+  };
+  // While it links logs of the second run, and before suite.json has its name.
+  for (const auto& [call, number] : {std::pair("link", 5), std::pair("link", 10), std::pair("rename", 5)}) {
+    EXPECT_EQ(kill_at(call, number).code, 128 + SIGKILL) << call << number;
+  }
+  const auto count = [&] {
+    int left = 0;
+    for (const auto& [name, text] : Contents(results_)) {
+      const std::string file = fs::path(name).filename();
+      left += file.ends_with(".tmp") || file.starts_with(".");
+    }
+    return left;
+  };
+  ASSERT_GE(count(), 1);
+  const Result merged = MergePlan();
+  ASSERT_EQ(merged.code, 0) << merged.out << merged.err;
+  EXPECT_EQ(count(), 0);
+  ExpectMerged();
+}
+
+// Machines share the folder: what may be in use stays.
+TEST_F(Merge, LeavesWhatALivingMergeMayNeed) {
+  ASSERT_FALSE(Part("rnd", "0000-0001").empty());
+  const std::string name = Part("rnd", "0000-0001").filename();
+  const std::string of_run =
+      "." + name.substr(name.find('+') + 1, name.rfind('+') - name.find('+') - 1) + ".";
+  // The run is not complete, so no merge needs to have ended.
+  fs::remove_all(Part("rnd", "0002-0003"));
+  const fs::path policy = results_ / "rnd";
+  fs::create_directories(policy);
+  const std::string alive = ThisProcess(), dead = DeadProcess(), other = "node7.lab-1";
+  for (const std::string& process : {alive, dead, other, std::string("node8-1")})
+    fs::create_directories(policy / (of_run + process) / "episodes");
+  const auto long_ago = fs::file_time_type::clock::now() - std::chrono::hours(25);
+  fs::last_write_time(policy / (of_run + "node8-1"), long_ago);
+  WriteText(policy / "suite.json.node7_lab-1.tmp", "half");
+  WriteText(policy / "suite.json.node8-1.tmp", "half");
+  fs::last_write_time(policy / "suite.json.node8-1.tmp", long_ago);
+  WriteText(policy / ("summary.json." + dead + ".tmp"), "half");
+  WriteText(policy / "notes.tmp", "mine");
+  EXPECT_EQ(MergePlan().code, 2);
+  std::set<std::string> left;
+  for (const auto& entry : fs::directory_iterator(policy)) left.insert(entry.path().filename());
+  EXPECT_EQ(left, (std::set<std::string>{of_run + alive, of_run + other, "suite.json.node7_lab-1.tmp",
+                                         "notes.tmp"}));
+}
+
+TEST_F(Merge, MergesAtTheSameTimeAreAsOne) {
+  for (int i = 0; i < 3; ++i) {
+    std::vector<std::unique_ptr<Program>> merges;
+    for (int k = 0; k < 3; ++k)
+      merges.push_back(std::make_unique<Program>(std::vector<std::string>{"evalbus", "merge", results_}));
+    for (const auto& merge : merges) EXPECT_EQ(merge->Wait(), 0) << merge->err();
+    ExpectMerged();
+    fs::remove_all(results_);
+    SetUp();
+  }
+}
+
+TEST_F(Merge, ByHandChecksTheLogs) {
+  const fs::path a = Part("rnd", "0000-0001"), b = Part("rnd", "0002-0003"), out = folder_.path() / "whole";
+  const fs::path log = evalbus::LogFile(b, 2);
+  const std::string text = ReadText(log);
+  WriteText(log, text.substr(0, text.size() / 2));
+  const Result refused = RunProgram({"evalbus", "merge", out, a, b});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_NE(refused.err.find(log.string() + ": "), std::string::npos) << refused.err;
+  EXPECT_FALSE(fs::exists(out));
+  WriteText(log, text);
+  EXPECT_EQ(RunProgram({"evalbus", "merge", out, a, b}).code, 0);
+  EXPECT_EQ(Episodes(out).size(), 4u);
+}
+
+}  // namespace evalbus::merge_test

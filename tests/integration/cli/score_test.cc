@@ -1,0 +1,113 @@
+// evalbus score MAP.yaml DATA: what a table of joints gives is what a simulation of them gives.
+#include <cmath>
+#include <cstring>
+
+#include "bus/channels.h"
+#include "evalbus/contacts_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "evalbus/state_t.hpp"
+#include "tests/integration/harness.h"
+
+namespace evalbus::score_test {
+
+namespace fs = std::filesystem;
+
+class Score : public testing::Test {
+ protected:
+  // The joints of a log of the simulation, at all its ticks, as a table and its map.
+  void WriteTable(const RecordedLog& log) const {
+    const model_info_t model = log.Messages(channels::kModel).at(0);
+    std::string names, columns, rows;
+    for (const arm_info_t& arm : model.arm) {
+      for (const std::string& joint : arm.joint_name) {
+        columns += (columns.empty() ? "" : ", ") + joint + ": " + "'" + joint + "'";
+        names += (names.empty() ? "" : ",") + joint;
+      }
+    }
+    for (const state_t& state : log.Messages(channels::kState)) {
+      std::string row;
+      for (const arm_state_t& arm : state.arm) {
+        for (const double position : arm.joint_position_rad) {
+          char text[32];
+          std::snprintf(text, sizeof text, "%.17g", position);
+          row += (row.empty() ? "" : ",") + std::string(text);
+        }
+      }
+      rows += row + "\n";
+    }
+    WriteText(table_, names + "\n" + rows);
+    WriteText(map_, "task: lift_pot/base\nrate_hz: 50\njoints: {unit: rad, columns: {" + columns +
+                        "}}\ngrippers: {left: open, right: open}\n");
+  }
+
+  TemporaryFolder folder_;
+  const fs::path table_ = folder_.path() / "joints.csv", map_ = folder_.path() / "map.yaml";
+};
+
+TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
+  const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";
+  Evaluate({ShortTask(folder_.path(), 0.4) + "/base", "--policy", "hold", "--episodes", "1", "--in-process"},
+           run);
+  const RecordedLog simulated = ReadLog(evalbus::LogFile(run, 0));
+  WriteTable(simulated);
+  const Result result = RunProgram({"evalbus", "score", map_, table_, "--out", scored});
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto expected = simulated.Messages(channels::kContacts);
+  const auto found = ReadLog(evalbus::LogFile(scored, 0)).Messages(channels::kContacts);
+  ASSERT_EQ(found.size(), expected.size());
+  int with_clearance = 0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    // Positions are computed from the joints once more: the last digits may differ, and with them, which
+    // ticks have the smallest clearance so far.
+    if (!expected[i].has_clearance || !found[i].has_clearance) continue;
+    ++with_clearance;
+    constexpr double kTolerance = 1e-6;
+    EXPECT_NEAR(found[i].clearance_m, expected[i].clearance_m, kTolerance) << i;
+    EXPECT_EQ(found[i].clearance_robot_geom, expected[i].clearance_robot_geom) << i;
+    EXPECT_EQ(found[i].clearance_scene_geom, expected[i].clearance_scene_geom) << i;
+    double distance = 0;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(found[i].clearance_robot_point_m[k], expected[i].clearance_robot_point_m[k], kTolerance)
+          << i;
+      EXPECT_NEAR(found[i].clearance_scene_point_m[k], expected[i].clearance_scene_point_m[k], kTolerance)
+          << i;
+      distance += std::pow(found[i].clearance_robot_point_m[k] - found[i].clearance_scene_point_m[k], 2);
+    }
+    // What contacts_t.lcm promises.
+    EXPECT_NEAR(std::sqrt(distance), found[i].clearance_m, kTolerance) << i;
+  }
+  EXPECT_GE(with_clearance, 3);
+}
+
+// As spreadsheets write it.
+TEST_F(Score, AByteOrderMarkIsSkipped) {
+  const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
+                 marked = folder_.path() / "marked";
+  Evaluate({ShortTask(folder_.path(), 0.2) + "/base", "--policy", "hold", "--episodes", "1", "--in-process"},
+           run);
+  WriteTable(ReadLog(evalbus::LogFile(run, 0)));
+  ASSERT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", scored}).code, 0);
+  WriteText(table_, "\xEF\xBB\xBF" + ReadText(table_));
+  const Result result = RunProgram({"evalbus", "score", map_, table_, "--out", marked});
+  ASSERT_EQ(result.code, 0) << result.err;
+  ExpectSameScores(scored, marked);
+}
+
+// run.json of both names what they were made with.
+TEST_F(Score, SaysWhatItWasMadeWith) {
+  const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";
+  Evaluate({"lift_pot/base", "--policy", "hold", "--episodes", "1", "--in-process", "--only", "0"}, run);
+  WriteTable(ReadLog(evalbus::LogFile(run, 0)));
+  ASSERT_EQ(RunProgram({"evalbus", "score", map_, table_, "--out", scored}).code, 0);
+  const auto info = nlohmann::json::parse(ReadText(run / "run.json")),
+             other = nlohmann::json::parse(ReadText(scored / "run.json"));
+  for (const char* key :
+       {"task", "variation", "task_sha256", "robot_sha256", "physics_sha256", "visual_sha256",
+        "evalbus_version", "git_commit", "git_dirty", "plugins", "mujoco_version"}) {
+    ASSERT_TRUE(info.contains(key) && other.contains(key)) << key;
+    EXPECT_EQ(info[key], other[key]) << key;
+  }
+  EXPECT_EQ(other["source"], "file");
+}
+
+}  // namespace evalbus::score_test
