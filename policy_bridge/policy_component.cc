@@ -1,5 +1,9 @@
 #include "policy_bridge/policy_component.h"
 
+#include <fmt/format.h>
+
+#include <exception>
+#include <stdexcept>
 #include <utility>
 
 #include "base/errors.h"
@@ -12,6 +16,17 @@ namespace {
 
 // How often a policy that thinks, on a thread of its own, is asked whether it is done.
 constexpr auto kAskAgain = std::chrono::microseconds(500);
+
+// Throws unless a policy's action says as many numbers as it has; its encoder would read past their end.
+void CheckSizes(const action_t& action) {
+  const auto check = [](const char* count, int32_t set, const char* values, size_t size) {
+    if (std::cmp_equal(set, size)) return;
+    throw std::runtime_error(
+        fmt::format("the policy set {} to {}, but {} has {} values", count, set, values, size));
+  };
+  check("num_joints", action.num_joints, "joint_position_rad", action.joint_position_rad.size());
+  check("num_grippers", action.num_grippers, "gripper_closing", action.gripper_closing.size());
+}
 
 }  // namespace
 
@@ -86,20 +101,28 @@ bool PolicyComponent::Act(const state_t& state) {
       bus().Publish(channels::kObserve, *observe);
     }
     if (!is_done) return false;
+    action_ = {};
     policy_->Act(state, &action_);
+    CheckSizes(action_);
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    action_ = {};
-    action_.mode = action_t::JOINT_POSITION;
-    action_.error = error.what();
-    action_.is_server_error = dynamic_cast<const ServerError*>(&error) != nullptr;
-    log().Warn("cannot act: {}", error.what());
+    SetError(error.what(), dynamic_cast<const ServerError*>(&error) != nullptr);
+  } catch (...) {
+    SetError("the policy threw something that is not a std::exception", false);
   }
   action_.header = state.header;
   bus().Publish(channels::kAction, action_);
   Progress(state.header);
   return true;
+}
+
+void PolicyComponent::SetError(const std::string& error, bool is_server_error) {
+  action_ = {};
+  action_.mode = action_t::JOINT_POSITION;
+  action_.error = error;
+  action_.is_server_error = is_server_error;
+  log().Warn("cannot act: {}", error);
 }
 
 void PolicyComponent::ThinkOn() {
