@@ -158,10 +158,4 @@ int64_t DrawSession() {
   return static_cast<int64_t>(uint64_t{random()} << 32 | random() | 1);
 }
 
-std::string LocalMulticastUrl(uint32_t salt) {
-  // Knuth's multiplicative hash spreads neighbouring process ids over the unprivileged ports.
-  const uint32_t port = 20000 + (salt * 2654435761u >> 8) % 40000;
-  return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0";
-}
-
 }  // namespace evalbus

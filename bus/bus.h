@@ -151,7 +151,4 @@ class Bus {
 // A new session, not 0.
 int64_t DrawSession();
 
-// A multicast URL of this machine on a port derived from `salt` (a process id, say).
-std::string LocalMulticastUrl(uint32_t salt);
-
 }  // namespace evalbus
