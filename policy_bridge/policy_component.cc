@@ -17,6 +17,16 @@ namespace {
 // How often a policy that thinks, on a thread of its own, is asked whether it is done.
 constexpr auto kAskAgain = std::chrono::microseconds(500);
 
+// Empties an action and keeps the memory of its lists, so that no tick allocates.
+void Clear(action_t* action) {
+  action_t empty{};
+  empty.joint_position_rad.swap(action->joint_position_rad);
+  empty.gripper_closing.swap(action->gripper_closing);
+  empty.joint_position_rad.clear();
+  empty.gripper_closing.clear();
+  *action = std::move(empty);
+}
+
 // Throws unless a policy's action says as many numbers as it has; its encoder would read past their end.
 void CheckSizes(const action_t& action) {
   const auto check = [](const char* count, int32_t set, const char* values, size_t size) {
@@ -101,7 +111,7 @@ bool PolicyComponent::Act(const state_t& state) {
       bus().Publish(channels::kObserve, *observe);
     }
     if (!is_done) return false;
-    action_ = {};
+    Clear(&action_);
     policy_->Act(state, &action_);
     CheckSizes(action_);
   } catch (const InputError&) {
