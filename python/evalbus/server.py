@@ -3,7 +3,8 @@
 The server's first frame is a map, its metadata. Then each binary request, an observation, has one binary
 reply, a map with "actions". When the policy raises, the reply is its traceback as text and the connection is
 closed with code 1011.
-GET /healthz says OK. Frames are not compressed and of any size.
+GET /healthz says OK. Frames are not compressed and have at most 256 MiB. Pages in browsers are refused: any site that
+is open on this machine could otherwise read the metadata and drive the policy.
 """
 
 import asyncio
@@ -38,6 +39,10 @@ except ImportError:
         return _answer_health(path, headers)
 
 
+# Of a request, which is in memory as a whole.
+_MAX_BYTES = 256 << 20
+
+
 def serve(act, port=8000, host="127.0.0.1", metadata={}):
     """Serves a policy until the program is interrupted.
 
@@ -69,7 +74,14 @@ async def _run(act, hello, host, port):
                 pass
 
         async with _serve(
-            handle, host, port, compression=None, max_size=None, process_request=_health
+            handle,
+            host,
+            port,
+            compression=None,
+            max_size=_MAX_BYTES,
+            # A browser names the origin of the page with every WebSocket; clients of policies name none.
+            origins=[None],
+            process_request=_health,
         ) as server:
             address = next(iter(server.sockets)).getsockname()
             print(f"policy server ready: ws://{host}:{address[1]}", flush=True)
