@@ -44,11 +44,20 @@ void CheckLimits(const std::string& url) {
 
 }  // namespace
 
+void CheckReceiveBuffer(const std::string& url) {
+  if (ParseMulticastUrl(url, kReceiveBufferBytes).receive_buffer_bytes >= kLeastReceiveBufferBytes) return;
+  throw InputError("bus URL '" + url + "': recv_buf_size: expected at least " +
+                   std::to_string(kLeastReceiveBufferBytes) + " bytes, or messages are lost");
+}
+
 Bus::Bus(const std::string& url, int64_t session) : url_(url), session_(session) {
   if (url != "memq://" && !IsMulticast(url)) {
     throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
   }
-  if (IsMulticast(url)) CheckLimits(url);
+  if (IsMulticast(url)) {
+    CheckReceiveBuffer(url);
+    CheckLimits(url);
+  }
   lcm_ = std::make_unique<lcm::LCM>(url);
   if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);
 }

@@ -104,6 +104,7 @@ ReservedBus ChooseBus(const std::string& asked) {
     if (!asked.starts_with("udpm://")) {
       throw InputError("--url " + asked + ": expected udpm://ADDRESS:PORT?ttl=0");
     }
+    CheckReceiveBuffer(asked);
     const std::string why = WhyNoMulticast(asked);
     if (!why.empty()) throw EnvironmentError(why);
     return ReservedBus::Chosen(asked);
