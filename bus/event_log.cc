@@ -104,7 +104,8 @@ EventLogReader::EventLogReader(const std::filesystem::path& file) {
 }
 
 EventLogReader::~EventLogReader() {
-  if (!is_packed()) Unmapped{bytes_};
+  if (is_packed()) return;
+  const Unmapped whole{bytes_};
 }
 
 bool EventLogReader::IsBoundary(size_t offset) const {

@@ -248,7 +248,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     Arrive({newest_episode_, std::nullopt, 0, "the source began the episode again", 0, true});
   }
   if (is_other || is_again) {
-    newest_.emplace().number = message.episode;
+    newest_.emplace(Arriving{}).number = message.episode;
     ++newest_episode_;
   }
   if (newest_->is_over || newest_episode_ <= finished_) return;  // it is scored; the rest does not matter
