@@ -20,6 +20,9 @@ struct EnvironmentError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Text for an exception of any other type, which only a plugin throws.
+inline constexpr char kNotAnException[] = "something was thrown that is not a std::exception, by a plugin?";
+
 // Says on stderr what a program ends with; returns its exit code.
 inline int ReportError(const std::exception& error) {
   std::cerr << "error: " << Printable(error.what()) << std::endl;

@@ -47,6 +47,8 @@ std::optional<int> LoadPlugins(const char* variable) {
     return std::nullopt;
   } catch (const std::exception& error) {
     return ReportError(error);
+  } catch (...) {
+    return ReportError(EnvironmentError(kNotAnException));
   }
 }
 

@@ -111,7 +111,9 @@ Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& 
 
   Safetensors result;
   std::vector<Placed> placed;
-  for (const auto& [name, entry] : header.items()) {
+  for (const auto& item : header.items()) {
+    const std::string& name = item.key();
+    const ordered_json& entry = item.value();
     const std::string where = "tensor \"" + Printable(Cut(name, 60)) + "\": ";
     if (name == kMetadata) {
       if (!entry.is_object()) fail("header: __metadata__ is no object");

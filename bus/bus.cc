@@ -44,12 +44,21 @@ void CheckLimits(const std::string& url) {
 
 }  // namespace
 
+void CheckReceiveBuffer(const std::string& url) {
+  if (ParseMulticastUrl(url, kReceiveBufferBytes).receive_buffer_bytes >= kLeastReceiveBufferBytes) return;
+  throw InputError("bus URL '" + url + "': recv_buf_size: expected at least " +
+                   std::to_string(kLeastReceiveBufferBytes) + " bytes, or messages are lost");
+}
+
 Bus::Bus(const std::string& url, int64_t session, int64_t instance)
     : url_(url), session_(session), instance_(instance) {
   if (url != "memq://" && !IsMulticast(url)) {
     throw InputError("bus URL '" + url + "': expected udpm://ADDRESS:PORT?ttl=0 or memq://");
   }
-  if (IsMulticast(url)) CheckLimits(url);
+  if (IsMulticast(url)) {
+    CheckReceiveBuffer(url);
+    CheckLimits(url);
+  }
   wake_event_ = std::make_shared<WakeEvent>();
   lcm_ = std::make_unique<lcm::LCM>(url);
   if (!lcm_->good()) throw EnvironmentError("cannot open bus " + url + ": bad address, or " + kMulticastFix);
@@ -172,12 +181,6 @@ bool Bus::HandleReceived(SteadyTime deadline) {
 int64_t DrawId() {
   std::random_device random;
   return static_cast<int64_t>(uint64_t{random()} << 32 | random() | 1);
-}
-
-std::string LocalMulticastUrl(uint32_t salt) {
-  // Knuth's multiplicative hash spreads neighbouring process ids over the unprivileged ports.
-  const uint32_t port = 20000 + (salt * 2654435761u >> 8) % 40000;
-  return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0";
 }
 
 }  // namespace evalbus

@@ -7,6 +7,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/exit_guard.h"
 #include "base/realtime.h"
 #include "bus/private_network.h"
 
@@ -30,8 +31,17 @@ bool stop_requested() { return g_stop != 0; }
 
 int Host(const std::string& url, const ComponentFactory& make, int64_t session, int64_t instance) {
   InstallStopSignals();
+  const ExitGuard exit_guard;
   std::unique_ptr<Bus> bus;
   std::unique_ptr<Component> component;
+  const auto fail = [&component](const std::exception& error) {
+    try {
+      if (component) component->Fail(error.what());
+    } catch (const std::exception&) {
+      // The bus itself is what failed; the exit code says so.
+    }
+    return ReportError(error);
+  };
   try {
     bus = std::make_unique<Bus>(url, session, instance);
     component = make(bus.get());
@@ -44,12 +54,9 @@ int Host(const std::string& url, const ComponentFactory& make, int64_t session, 
     component->Stop();
     return 0;
   } catch (const std::exception& error) {
-    try {
-      if (component) component->Fail(error.what());
-    } catch (const std::exception&) {
-      // The bus itself is what failed; the exit code says so.
-    }
-    return ReportError(error);
+    return fail(error);
+  } catch (...) {
+    return fail(EnvironmentError(kNotAnException));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sched.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -59,8 +60,11 @@ fs::path FolderOf(const fs::path& process, const std::vector<std::string>& argum
   return fs::read_symlink(process / "cwd", error) / folder;
 }
 
-bool Enter(const fs::path& name, int kind) {
-  const int fd = open(name.c_str(), O_RDONLY | O_CLOEXEC);
+// Anybody may call a process evalbus-sim; only what this user started is believed.
+bool IsOurs(const struct stat& process) { return process.st_uid == geteuid(); }
+
+bool Enter(int namespaces, const char* name, int kind) {
+  const int fd = openat(namespaces, name, O_RDONLY | O_CLOEXEC);
   if (fd < 0) return false;
   const bool entered = setns(fd, kind) == 0;
   const int error = errno;
@@ -80,6 +84,8 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
     LiveRun run;
     const auto parsed = std::from_chars(name.data(), name.data() + name.size(), run.pid);
     if (parsed.ptr != name.data() + name.size() || run.pid == getpid()) continue;
+    struct stat process {};
+    if (stat(entry.path().c_str(), &process) != 0 || !IsOurs(process)) continue;
     const auto arguments = Strings(entry.path() / "cmdline");
     if (arguments.empty()) continue;
     const std::string program = fs::path(arguments[0]).filename();
@@ -141,14 +147,25 @@ LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url) 
 }
 
 void JoinNetwork(const LiveRun& run) {
-  const fs::path namespaces = fs::path("/proc") / std::to_string(run.pid) / "ns";
-  if (Enter(namespaces / "net", CLONE_NEWNET)) return;
-  // Of a user without privileges, the network is owned by a user namespace that came with it.
-  if (Enter(namespaces / "user", CLONE_NEWUSER) && Enter(namespaces / "net", CLONE_NEWNET)) return;
+  std::string why;
+  const int namespaces =
+      open(fmt::format("/proc/{}/ns", run.pid).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  struct stat process {};
+  if (namespaces < 0 || fstat(namespaces, &process) != 0) {
+    why = std::strerror(errno);
+  } else if (!IsOurs(process)) {
+    why = fmt::format("process {} belongs to another user", run.pid);
+  } else if (!Enter(namespaces, "net", CLONE_NEWNET) &&
+             // Of a user without privileges, the network is owned by a user namespace that came with it.
+             !(Enter(namespaces, "user", CLONE_NEWUSER) && Enter(namespaces, "net", CLONE_NEWNET))) {
+    why = std::strerror(errno);
+  }
+  if (namespaces >= 0) close(namespaces);
+  if (why.empty()) return;
   throw EnvironmentError(fmt::format(
       "the run is in a private network namespace and cannot be heard from outside: {} (as the user "
       "who runs it: nsenter -t {} -U -n --preserve-credentials evalbus monitor --url '{}')",
-      std::strerror(errno), run.pid, run.url));
+      why, run.pid, run.url));
 }
 
 }  // namespace evalbus

@@ -23,7 +23,8 @@ struct LiveRun {
 // The option of a replay's metrics that names what is played. Read here and by nobody else.
 inline constexpr char kReplayOption[] = "--replay";
 
-// One entry per bus, from the command lines of evalbus' component processes; those who only look on are none.
+// One entry per bus, from the command lines of the component processes that this user has started; observers
+// have none.
 std::vector<LiveRun> FindLiveRuns(const std::filesystem::path& proc = "/proc");
 
 // Those of this run folder or log, and of the runs of this suite.
@@ -33,7 +34,7 @@ std::vector<LiveRun> LiveRunsOf(const std::vector<LiveRun>& runs, const std::fil
 LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url = "");
 
 // Moves this process, before it has started any thread, into the network of the run. Throws EnvironmentError,
-// with the fix, if that is not allowed.
+// with the fix, if that is not allowed or the run belongs to another user.
 void JoinNetwork(const LiveRun& run);
 
 }  // namespace evalbus

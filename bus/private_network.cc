@@ -99,33 +99,34 @@ void EnterPrivateNetwork() {
     throw EnvironmentError(std::string("no multicast in the private network: ") + std::strerror(error));
 }
 
-std::string ChooseBus(const std::string& asked) {
+ReservedBus ChooseBus(const std::string& asked) {
   if (!asked.empty()) {
     if (!asked.starts_with("udpm://")) {
       throw InputError("--url " + asked + ": expected udpm://ADDRESS:PORT?ttl=0");
     }
+    CheckReceiveBuffer(asked);
     const std::string why = WhyNoMulticast(asked);
     if (!why.empty()) throw EnvironmentError(why);
-    return asked;
+    return ReservedBus::Chosen(asked);
   }
-  std::string url = LocalMulticastUrl(static_cast<uint32_t>(getpid()));
-  if (WhyNoMulticast(url).empty()) {
-    fmt::print("bus {} (watch with 'evalbus monitor'{})\n", url,
+  ReservedBus bus = ReservedBus::Draw();
+  if (WhyNoMulticast(bus.url()).empty()) {
+    fmt::print("bus {} (watch with 'evalbus monitor'{})\n", bus.url(),
                FindProgram("lcm-logger").empty() ? "" : ", listen with lcm-logger");
     std::fflush(stdout);
-    return url;
+    return bus;
   }
   try {
     EnterPrivateNetwork();
   } catch (const EnvironmentError&) {
-    return "";
+    return {};
   }
   fmt::print(
       "bus {} in a private network namespace, since this machine has no multicast ('evalbus doctor' says "
       "why); outside, only 'evalbus monitor' and 'evalbus-viz' can listen\n",
-      url);
+      bus.url());
   std::fflush(stdout);
-  return url;
+  return bus;
 }
 
 }  // namespace evalbus

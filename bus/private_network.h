@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "bus/reserved_bus.h"
+
 namespace evalbus {
 
 // Names the bus for every program that is not told another one by its command line.
@@ -18,8 +20,8 @@ std::string WhyNoMulticast(const std::string& url);
 void EnterPrivateNetwork();
 
 // The bus to use, said on stdout with the reason: the one asked for, or the first that works of this
-// machine's multicast and multicast in a private network, which is then entered; empty if neither does.
+// machine's multicast and multicast in a private network, which is then entered; none if neither does.
 // Throws InputError or EnvironmentError if the one asked for does not work: it is never replaced.
-std::string ChooseBus(const std::string& asked);
+ReservedBus ChooseBus(const std::string& asked);
 
 }  // namespace evalbus

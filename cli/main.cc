@@ -9,6 +9,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/exit_guard.h"
 #include "base/file_errors.h"
 #include "base/plugins.h"
 #include "cli/commands/commands.h"
@@ -40,6 +41,7 @@ void FlushStandardOutput() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const evalbus::ExitGuard exit_guard;
   evalbus::SayFilesThatMayNotGrow();
   for (const char* variable : {evalbus::kPredicatePlugins, evalbus::kPolicyPlugins}) {
     if (const auto code = evalbus::LoadPlugins(variable)) return *code;
@@ -78,5 +80,7 @@ int main(int argc, char** argv) {
     return 1;
   } catch (const std::exception& error) {
     return evalbus::ReportError(error);
+  } catch (...) {
+    return evalbus::ReportError(evalbus::EnvironmentError(evalbus::kNotAnException));
   }
 }

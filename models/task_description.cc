@@ -250,7 +250,7 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
   const YamlMap robot(map["robot"], {"file"}, {"base"});
   task.robot_file = FileIn(robot["file"], folder, check_files);
   if (const YamlValue* base = robot.Find("base")) task.robot_base = ReadPose(*base);
-  task.time_limit = map["time_limit_s"].Number(kPositive);
+  task.time_limit = map["time_limit_s"].Number({.min = 0.001, .max = 1e6});
   ReadScene(map["scene"], folder, check_files, &task);
   ReadObjects(map["objects"], &task);
   if (const YamlValue* joints = map.Find("joints")) ReadJoints(*joints, &task.joints);

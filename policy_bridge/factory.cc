@@ -1,10 +1,13 @@
 #include "policy_bridge/factory.h"
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <utility>
 #include <vector>
 
 #include "base/errors.h"
+#include "policy_bridge/contract/contract.h"
 #include "policy_bridge/experts/expert.h"
 #include "policy_bridge/policies/demo_policy.h"
 #include "policy_bridge/policies/flawed_policy.h"
@@ -110,8 +113,14 @@ PolicyMaker FindPolicy(const std::string& name) {
 }
 
 void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make) {
+  const auto refuse = [&name](const char* why) { throw InputError("policy name '" + name + "': " + why); };
+  const bool is_word = std::ranges::all_of(
+      name, [](unsigned char c) { return (c < 128 && std::isalnum(c)) || c == '_' || c == '-'; });
+  if (name.empty() || !is_word) refuse("expected letters, digits, _ and -");
+  if (name == kExternalPolicy) refuse("is the name of a policy in an external process");
+  if (IsContract(name)) refuse("is the name of a contract");
   for (const Row& row : Policies()) {
-    if (row.name == name) throw InputError("there is a policy \"" + name + "\" already");
+    if (row.name == name) refuse("is taken");
   }
   Policies().push_back({name, "", help, [make](const std::string&) { return make; }});
 }

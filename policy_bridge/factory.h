@@ -23,8 +23,11 @@ PolicyMaker FindPolicy(const std::string& name);
 // Both at once.
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info);
 
-// Adds one, before any is looked for (docs/extending.md). help: one line. Throws InputError: the name is
-// taken.
+// The name of a policy that is a process of the user's on the bus.
+inline constexpr char kExternalPolicy[] = "lcm";
+
+// Adds one, before any is looked for (docs/extending.md). help: one line. Throws InputError: the name has
+// other characters than letters, digits, _ and -, is taken, or means another policy.
 void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make);
 
 // The policies there are, a line for each, for --help.

@@ -1,5 +1,10 @@
 #include "policy_bridge/policy_component.h"
 
+#include <fmt/format.h>
+
+#include <exception>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "base/errors.h"
@@ -9,6 +14,31 @@
 #include "models/physics_model.h"
 
 namespace evalbus::policy {
+namespace {
+
+// Empties an action and keeps the memory of its lists, so that no tick allocates.
+void Clear(action_t* action) {
+  action_t empty{};
+  empty.joint_position_rad.swap(action->joint_position_rad);
+  empty.gripper_closing.swap(action->gripper_closing);
+  empty.joint_position_rad.clear();
+  empty.gripper_closing.clear();
+  *action = std::move(empty);
+}
+
+// Throws unless a policy's action says as many numbers as it has; its encoder would read past their end.
+void CheckSizes(const action_t& action) {
+  const auto check = [](const char* count, int32_t set, const char* values, size_t size) {
+    if (std::cmp_equal(set, size)) return;
+    throw std::runtime_error(
+        fmt::format("the policy set {} to {}, but {} has {} values", count, set, values, size));
+  };
+  check("num_joints", action.num_joints, "joint_position_rad", action.joint_position_rad.size());
+  check("num_grippers", action.num_grippers, "gripper_closing", action.gripper_closing.size());
+}
+
+}  // namespace
+
 PolicyComponent::PolicyComponent(Bus* bus, const PolicyOptions& options)
     : Component(bus, "policy"), name_(options.policy), make_policy_(FindPolicy(options)) {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
@@ -84,20 +114,28 @@ bool PolicyComponent::Act(const state_t& state) {
       bus().Publish(channels::kObserve, *observe);
     }
     if (!is_done) return false;
+    Clear(&action_);
     policy_->Act(state, &action_);
+    CheckSizes(action_);
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    action_ = {};
-    action_.mode = action_t::JOINT_POSITION;
-    action_.error = error.what();
-    action_.is_server_error = dynamic_cast<const ServerError*>(&error) != nullptr;
-    log().Warn("cannot act: {}", error.what());
+    SetError(error.what(), dynamic_cast<const ServerError*>(&error) != nullptr);
+  } catch (...) {
+    SetError("the policy threw something that is not a std::exception", false);
   }
   action_.header = state.header;
   bus().Publish(channels::kAction, action_);
   Progress(state.header);
   return true;
+}
+
+void PolicyComponent::SetError(const std::string& error, bool is_server_error) {
+  action_ = {};
+  action_.mode = action_t::JOINT_POSITION;
+  action_.error = error;
+  action_.is_server_error = is_server_error;
+  log().Warn("cannot act: {}", error);
 }
 
 void PolicyComponent::ThinkOn() {

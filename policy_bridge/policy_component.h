@@ -37,6 +37,7 @@ class PolicyComponent : public Component {
   void StartIfReady();
   // False while the policy thinks about the state.
   bool Act(const state_t& state);
+  void SetError(const std::string& error, bool is_server_error);
   void ThinkOn();
 
   std::string name_;

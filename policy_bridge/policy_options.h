@@ -13,9 +13,6 @@
 
 namespace evalbus::policy {
 
-// The policy that is no process of ours: who says on the bus that it is the policy and ready, takes part.
-inline constexpr char kExternalPolicy[] = "lcm";
-
 struct PolicyOptions {
   // As FindPolicy takes it; a contract, by file or name; or the address of a server.
   std::string policy = "expert";

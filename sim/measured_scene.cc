@@ -16,6 +16,8 @@ namespace {
 constexpr double kDegree = 3.14159265358979323846 / 180;
 // A joint may be measured this far beyond its range, rad or m.
 constexpr double kBeyondRange = 0.05;
+// No robot's scene is larger, no joint without limits turns farther and none is faster: m or rad, and per s.
+constexpr double kFarthest = 1000, kFastest = 1e6;
 
 bool Has(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
@@ -112,8 +114,14 @@ std::string MeasuredScene::PositionFault(size_t joint, double position) const {
   if (!std::isfinite(position)) return fmt::format("{} is {}", measured_.joints[joint], position);
   const double lower = model_->jnt_range[2 * id], upper = model_->jnt_range[2 * id + 1];
   const auto is_within = [&](double q) { return q >= lower - kBeyondRange && q <= upper + kBeyondRange; };
-  if (!model_->jnt_limited[id] || is_within(position)) return "";
   const bool slides = model_->jnt_type[id] == mjJNT_SLIDE;
+  if (!model_->jnt_limited[id]) {
+    return std::abs(position) <= kFarthest
+               ? ""
+               : fmt::format("{} is at {:.4g} {}, expected at most {:g}", measured_.joints[joint], position,
+                             slides ? "m" : "rad", kFarthest);
+  }
+  if (is_within(position)) return "";
   return fmt::format("{:.4g} {} is beyond the range of {}, {:.3f} to {:.3f}{}", position,
                      slides ? "m" : "rad", measured_.joints[joint], lower, upper,
                      !slides && is_within(position * kDegree) ? "; are these degrees?" : "");
@@ -124,14 +132,16 @@ std::string MeasuredScene::SampleFault(const Sample& sample) const {
     if (const std::string fault = PositionFault(k, sample.position[k]); !fault.empty()) return fault;
   }
   for (size_t k = 0; k < sample.velocity.size(); ++k) {
-    if (std::isfinite(sample.velocity[k])) continue;
-    return fmt::format("the velocity of {} is {}", measured_.joints[k], sample.velocity[k]);
+    if (std::abs(sample.velocity[k]) <= kFastest) continue;
+    return fmt::format("the velocity of {} is {:.4g}, expected at most {:g}", measured_.joints[k],
+                       sample.velocity[k], kFastest);
   }
   for (size_t k = 0; k < sample.object.size(); ++k) {
     const auto& [position, quat] = sample.object[k];
-    if (!std::isfinite(position[0] + position[1] + position[2])) {
-      return fmt::format("the position of {} is {}, {}, {}", measured_.objects[k], position[0], position[1],
-                         position[2]);
+    if (!std::ranges::all_of(position, [](double at) { return std::abs(at) <= kFarthest; })) {
+      return fmt::format(
+          "the position of {} is {:.4g}, {:.4g}, {:.4g} m, expected at most {:g} m from the origin",
+          measured_.objects[k], position[0], position[1], position[2], kFarthest);
     }
     const double norm = std::hypot(std::hypot(quat[0], quat[1]), std::hypot(quat[2], quat[3]));
     if (std::abs(norm - 1) <= 0.01) continue;

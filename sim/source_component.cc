@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "base/errors.h"
@@ -46,6 +47,12 @@ std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>&
     openings[static_cast<size_t>(found - names.begin())] = how == "open" ? 1 : 0;
   }
   return openings;
+}
+
+// From a stamp to a later one; the greatest number where the difference is greater.
+int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
+  int64_t us = 0;
+  return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;
 }
 
 }  // namespace
@@ -202,7 +209,8 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
     return fmt::format("the time goes from {} us to {} us; it must go up", newest_->stamp_us,
                        message.stamp_us);
   }
-  sample->time_s = Seconds(message.stamp_us - newest_->first_stamp_us.value_or(message.stamp_us));
+  sample->time_s =
+      Seconds(MicrosecondsSince(newest_->first_stamp_us.value_or(message.stamp_us), message.stamp_us));
   sample->position = message.joint_position_mixed;
   sample->velocity = message.joint_velocity_mixed;
   sample->object = message.object;
@@ -235,7 +243,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     Arrive({newest_episode_, std::nullopt, 0, "the source began the episode again", 0, true});
   }
   if (is_other || is_again) {
-    newest_.emplace().number = message.episode;
+    newest_.emplace(Arriving{}).number = message.episode;
     ++newest_episode_;
   }
   if (newest_->is_over || newest_episode_ <= finished_) return;  // it is scored; the rest does not matter
@@ -246,6 +254,8 @@ void SourceComponent::OnSample(const source_state_t& message) {
   if (message.sample < expected) {
     arrived.fault = fmt::format("sample {} comes after sample {}: is a second source on this bus?",
                                 message.sample, newest_->sample);
+  } else if (message.sample > kMaxTick) {
+    arrived.fault = fmt::format("no episode has a sample {}", message.sample);
   } else {
     arrived.lost = message.sample - expected;
     newest_->sample = message.sample;
@@ -254,7 +264,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
   }
   if (arrived.fault.empty()) {
     if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
-    const int64_t leap_us = message.stamp_us - newest_->stamp_us;
+    const int64_t leap_us = MicrosecondsSince(newest_->stamp_us, message.stamp_us);
     const double longest_us = std::min(options_.source_timeout_s * 1e6,
                                        static_cast<double>(kMostLeapTicks * ControlPeriodUs(prepared_.info)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {

@@ -31,7 +31,7 @@ int Doctor() {
   fmt::print("evalbus {} ({}{}), MuJoCo {}\n", kVersion, kGitCommit, kGitDirty ? ", modified" : "",
              mj_versionString());
 
-  const std::string why = WhyNoMulticast(LocalMulticastUrl(static_cast<uint32_t>(getpid())));
+  const std::string why = WhyNoMulticast(ReservedBus::Draw().url());
   Print(why.empty(), "LCM multicast on this machine" + (why.empty() ? "" : ": " + why));
 
   int64_t limit = 0;

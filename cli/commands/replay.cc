@@ -350,7 +350,8 @@ int Replay(const ReplayOptions& options) {
   std::optional<launch::WebChild> web;
   if (options.web) web.emplace();
   const std::string asked = options.url.empty() ? UrlOfEnvironment() : options.url;
-  const std::string url = ChooseBus(asked);
+  const ReservedBus reserved = ChooseBus(asked);
+  const std::string& url = reserved.url();
   if (url.empty()) {
     throw EnvironmentError(
         "this machine has no multicast, which lcm-logplayer needs ('evalbus doctor' says why); "

@@ -16,8 +16,8 @@ Action AddWeb(CLI::App* app) {
   app->add_option("--port", options->port, "0: any that is free; default: 8080 if it is");
   app->add_option(
       "--listen", options->listen,
-      "address of this machine at which others can look, too, 0.0.0.0 for all; the page's URL then\n"
-      "has a token, and who knows it can look. Default: this machine alone");
+      "address to listen at, 0.0.0.0 for all; the page's URL then has a token, and whoever knows it\n"
+      "can look. Default: 127.0.0.1, where every user of this machine can look");
   app->add_flag(launch::kWebChildOption, options->is_child)->group("");
   return [options] { return launch::Web(*options); };
 }

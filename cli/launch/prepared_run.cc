@@ -135,11 +135,13 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
 }
 
 // Decides where the run's messages go and says so. What the user asked for is never replaced.
-void DecideBus(RunOptions* options) {
-  if (options->in_process) return;
-  options->url = ChooseBus(options->url);
-  if (!options->url.empty()) return;
-  options->in_process = true;
+void DecideBus(PreparedRun* run) {
+  RunOptions& options = run->options;
+  if (options.in_process) return;
+  run->bus = ChooseBus(options.url);
+  options.url = run->bus.url();
+  if (!options.url.empty()) return;
+  options.in_process = true;
   fmt::print("everything in one process, since this machine has no multicast ('evalbus doctor' says why)\n");
 }
 
@@ -223,13 +225,14 @@ PreparedRun PrepareWorker(RunOptions options) {
   plan.episodes = EpisodesOfWorker(plan.episodes, options.worker, workers);
   // What this worker left where it was killed.
   for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
-  DecideBus(&options);
-  return {std::move(options), {}, before.info, std::move(folder), std::move(plan), {}};
+  PreparedRun run{std::move(options), {}, before.info, std::move(folder), std::move(plan), {}};
+  DecideBus(&run);
+  return run;
 }
 
 void Announce(PreparedRun* run) {
   // Each worker has a bus of its own.
-  if (run->options.workers == 1) DecideBus(&run->options);
+  if (run->options.workers == 1) DecideBus(run);
   if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
   if (run->scene) sim::WriteModels(*run->scene, run->folder.path());
   run->scene.reset();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/reserved_bus.h"
 #include "cli/launch/run_controller.h"
 #include "cli/launch/run_options.h"
 #include "cli/results/run_folder.h"
@@ -24,6 +25,8 @@ struct PreparedRun {
   RunPlan plan;
   // Lines of episodes.jsonl that were there before and stay, in order: invalid ones are run again.
   std::vector<nlohmann::ordered_json> finished;
+  // Its bus, from Announce() on, or of a worker; none where everything is in one process.
+  ReservedBus bus{};
 
   // How many episodes there are to be.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }

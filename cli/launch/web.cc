@@ -37,6 +37,8 @@ constexpr int kInARow = 1000;
 // More than a receive buffer holds.
 constexpr int kMostQueued = 100000;
 constexpr size_t kMaxRuns = 1000;
+// So that Ctrl-C ends the server within two.
+constexpr std::chrono::seconds kStopping{1};
 
 std::string TimeOfDay() {
   const std::time_t now = std::time(nullptr);
@@ -367,9 +369,8 @@ void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply re
 std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
                                                std::shared_ptr<viz::Board> board) {
   const auto listen = [&](int number) {
-    const viz::WebServer::Address here;
-    return std::make_unique<viz::WebServer>(
-        viz::WebServer::Address{host.empty() ? here.host : host, static_cast<uint16_t>(number)}, board);
+    return std::make_unique<viz::WebServer>(viz::WebServer::Address{host, static_cast<uint16_t>(number)},
+                                            board);
   };
   if (port) {
     if (*port < 0 || *port > 65535) throw InputError("--port: expected 0 to 65535");
@@ -394,19 +395,25 @@ int Web(const WebOptions& options) {
   WebJobs jobs;
   WebPage page(options, board.get(), &jobs);
   page.Begin();
-  // The server's thread asks for jobs, whose answers go to connections of the server.
-  struct Stopping {
-    viz::WebServer* server;
-    ~Stopping() { server->Stop(); }
-  } stopping{server.get()};
-  jobs.Start();
   server->Start([&jobs](const viz::WebTarget& target, viz::WebServer::Reply reply) {
     Serve(target, &jobs, std::move(reply));
   });
   if (!options.is_child) fmt::print("page {}  (Ctrl-C ends it)\n", server->url());
   std::fflush(stdout);
-  page.Run(server.get());
-  return 0;
+  int code = 0;
+  try {
+    page.Run(server.get());
+  } catch (const std::exception& error) {
+    code = ReportError(error);
+  }
+  // Jobs whose answers go to connections of the server may still be reading, from a disk that does not
+  // answer, say: then neither may be destroyed.
+  server->Stop();
+  if (!jobs.Stop(kStopping)) {
+    std::fflush(stdout);
+    _exit(code);
+  }
+  return code;
 }
 
 }  // namespace evalbus::launch

@@ -19,7 +19,7 @@ struct WebOptions {
   std::vector<std::filesystem::path> runs;
   // A bus instead, of a run whose folder is not known.
   std::string url;
-  // Empty: this machine alone can look.
+  // Address to listen at, for whoever knows the token. Empty: 127.0.0.1, for this machine, without a token.
   std::string listen;
   // Without one: 8080, or one that is free.
   std::optional<int> port;

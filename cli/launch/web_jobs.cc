@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kHistoryPause = std::chrono::milliseconds(200);
+constexpr std::chrono::milliseconds kHistoryPause{200};
 constexpr int kHistoryTries = 10;
 
 // The messages of an episode in its log so far, and the last tick of STATE.
@@ -38,54 +38,31 @@ std::vector<viz::LiveFeed::Message> ReadHistory(const fs::path& log, int64_t* la
 
 }  // namespace
 
-WebJobs::~WebJobs() {
-  {
-    const std::lock_guard lock(mutex_);
-    stops_ = true;
-  }
-  changed_.notify_all();
-  if (thread_.joinable()) thread_.join();
-}
-
-void WebJobs::Start() {
-  thread_ = std::thread([this] { Work(); });
-}
-
-void WebJobs::Work() {
-  std::unique_lock lock(mutex_);
-  while (!stops_) {
-    if (jobs_.empty()) {
-      changed_.wait(lock);
-      continue;
-    }
-    const std::function<void()> job = std::move(jobs_.front());
-    jobs_.pop_front();
-    lock.unlock();
-    job();
-    lock.lock();
-  }
-}
-
-void WebJobs::Add(std::function<void()> job) {
-  {
-    const std::lock_guard lock(mutex_);
-    jobs_.push_back(std::move(job));
-  }
-  changed_.notify_all();
-}
-
-void WebJobs::Answer(std::function<void()> answer) {
+void WebJobs::AnswerLater(Answer answer) {
   const std::lock_guard lock(mutex_);
   answers_.push_back(std::move(answer));
 }
 
+void WebJobs::Add(std::function<Answer()> work, Answer given_up) {
+  const auto give_up = [this, given_up = std::move(given_up)] { AnswerLater(given_up); };
+  const bool is_added = threads_.Add(
+      [this, work = std::move(work)]() -> ReaderThreads::Tell {
+        return [this, answer = work()](bool is_late) {
+          if (!is_late) AnswerLater(answer);
+        };
+      },
+      give_up);
+  if (!is_added) give_up();
+}
+
 void WebJobs::TakeAnswers() {
-  std::vector<std::function<void()>> answers;
+  threads_.Poll(std::chrono::steady_clock::now());
+  std::vector<Answer> answers;
   {
     const std::lock_guard lock(mutex_);
     answers.swap(answers_);
   }
-  for (const auto& answer : answers) answer();
+  for (const Answer& answer : answers) answer();
 }
 
 void WebJobs::SetRun(int run, const fs::path& folder, const std::string& policy) {
@@ -94,46 +71,36 @@ void WebJobs::SetRun(int run, const fs::path& folder, const std::string& policy)
   runs_[static_cast<size_t>(run)] = {folder, policy};
 }
 
-viz::SharedBytes WebJobs::Block(const std::string& id) {
-  const std::lock_guard lock(mutex_);
-  const auto found = blocks_.find(id);
-  return found == blocks_.end() ? nullptr : found->second;
-}
-
-void WebJobs::PublishBlocks() {
-  const std::lock_guard lock(mutex_);
-  for (const auto& [id, block] : scenes_.blocks()) {
-    viz::SharedBytes& shared = blocks_[id];
-    if (!shared) shared = std::make_shared<const std::string>(block);
-  }
-}
-
 void WebJobs::AskEpisode(int run, int episode, viz::WebServer::Reply reply) {
   const Key key{run, episode};
+  const viz::WebAnswer stuck = viz::WebAnswer::Text(504, "the disk of this episode's log does not answer");
+  {
+    const std::lock_guard lock(mutex_);
+    const auto [asked, is_new] = asked_.try_emplace(key);
+    if (!is_new && asked->second.is_stuck) return reply(stuck);
+    asked->second.replies.push_back(std::move(reply));
+    if (!is_new) return;
+  }
+  const bool is_added = threads_.Add(
+      [this, key]() -> ReaderThreads::Tell {
+        return [this, key, answer = MakeEpisode(key)](bool) { Reply(key, answer, false); };
+      },
+      [this, key, stuck] { Reply(key, stuck, true); });
+  if (!is_added)
+    Reply(key, viz::WebAnswer::Text(503, "too many episodes are being read; again, please"), false);
+}
+
+void WebJobs::Reply(const Key& key, const viz::WebAnswer& answer, bool is_stuck) {
+  std::vector<viz::WebServer::Reply> replies;
   {
     const std::lock_guard lock(mutex_);
     const auto asked = asked_.find(key);
-    if (asked != asked_.end()) {
-      asked->second.push_back(std::move(reply));
-      return;
-    }
-    if (asked_.size() < kMaxWaiting) {
-      asked_[key].push_back(std::move(reply));
-      jobs_.push_back([this, key] {
-        const viz::WebAnswer answer = MakeEpisode(key);
-        std::vector<viz::WebServer::Reply> replies;
-        {
-          const std::lock_guard inner(mutex_);
-          replies = std::move(asked_[key]);
-          asked_.erase(key);
-        }
-        for (const auto& tell : replies) tell(answer);
-      });
-      changed_.notify_all();
-      return;
-    }
+    if (asked == asked_.end()) return;
+    replies.swap(asked->second.replies);
+    asked->second.is_stuck = is_stuck;
+    if (!is_stuck) asked_.erase(asked);
   }
-  reply(viz::WebAnswer::Text(503, "too many episodes are being read; again, please"));
+  for (const auto& reply : replies) reply(answer);
 }
 
 viz::WebAnswer WebJobs::MakeEpisode(const Key& key) {
@@ -172,7 +139,6 @@ viz::WebAnswer WebJobs::MakeEpisode(const Key& key) {
     } catch (const InputError&) {
       made = track(nullptr);
     }
-    PublishBlocks();
     answer.body = std::make_shared<const std::string>(made->EpisodeBlock());
     Keep({key, time, answer.body});
     return answer;
@@ -198,39 +164,40 @@ void WebJobs::Keep(Kept kept) {
 
 void WebJobs::AskScene(std::shared_ptr<const model_info_t> model, const fs::path& folder,
                        std::function<void(viz::LiveFeed::Scene, const std::string&)> answer) {
-  Add([this, model = std::move(model), folder, answer = std::move(answer)] {
-    viz::LiveFeed::Scene scene;
-    std::string error;
-    try {
-      const viz::SceneBlocks& made = scenes_.Of(*model, folder);
-      PublishBlocks();
-      scene = {made.id(), made.moving_bodies(), [&made](int64_t seed) { return made.Appearance(seed); }};
-    } catch (const std::exception& failure) {
-      error = Printable(failure.what());
-    }
-    Answer([answer, scene, error] { answer(scene, error); });
-  });
+  Add(
+      [this, model = std::move(model), folder, answer]() -> Answer {
+        try {
+          const viz::SceneBlocks& made = scenes_.Of(*model, folder);
+          const viz::LiveFeed::Scene scene = {made.id(), made.moving_bodies(),
+                                              [&made](int64_t seed) { return made.Appearance(seed); }};
+          return [answer, scene] { answer(scene, ""); };
+        } catch (const std::exception& failure) {
+          return [answer, error = Printable(failure.what())] { answer({}, error); };
+        }
+      },
+      [answer] { answer({}, "the disk of the run's models does not answer"); });
 }
 
 void WebJobs::AskHistory(const fs::path& folder, int episode, int64_t tick,
                          std::function<void(std::vector<viz::LiveFeed::Message>)> answer) {
-  Add([this, folder, episode, tick, answer = std::move(answer)] {
-    std::vector<viz::LiveFeed::Message> messages;
-    for (int i = 0; i < kHistoryTries; ++i) {
-      int64_t last_tick = -1;
-      try {
-        const fs::path unfinished = UnfinishedEpisodeFolder(folder, episode) / kEventLog;
-        messages = ReadHistory(fs::exists(unfinished) ? unfinished : EpisodeLog(folder, episode), &last_tick);
-      } catch (const InputError&) {
-        // Not there (any more).
-      }
-      if (last_tick >= tick) break;
-      // The recorder has some that it has not written yet.
-      std::unique_lock lock(mutex_);
-      if (changed_.wait_for(lock, kHistoryPause, [this] { return stops_; })) return;
-    }
-    Answer([answer, moved = std::move(messages)] { answer(moved); });
-  });
+  Add(
+      [this, folder, episode, tick, answer]() -> Answer {
+        std::vector<viz::LiveFeed::Message> messages;
+        for (int i = 0; i < kHistoryTries; ++i) {
+          int64_t last_tick = -1;
+          try {
+            const fs::path unfinished = UnfinishedEpisodeFolder(folder, episode) / kEventLog;
+            messages =
+                ReadHistory(fs::exists(unfinished) ? unfinished : EpisodeLog(folder, episode), &last_tick);
+          } catch (const InputError&) {
+            // Not there (any more).
+          }
+          // The recorder has some that it has not written yet.
+          if (last_tick >= tick || !threads_.Pause(kHistoryPause)) break;
+        }
+        return [answer, moved = std::move(messages)] { answer(moved); };
+      },
+      [answer] { answer({}); });
 }
 
 }  // namespace evalbus::launch

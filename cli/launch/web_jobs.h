@@ -1,19 +1,18 @@
-// Work of the web server that takes a while, one piece after the other in a thread of its own: viewers of
-// what goes on do not wait for it.
+// Work of the web server that reads files, on threads of its own: neither viewers of what goes on nor
+// requests for other files wait for it.
 #pragma once
 
-#include <condition_variable>
-#include <deque>
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <list>
 #include <map>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
+#include "cli/launch/reader_threads.h"
 #include "cli/results/episode_tracks.h"
 #include "viz/web/live_feed.h"
 #include "viz/web/server.h"
@@ -22,22 +21,18 @@ namespace evalbus::launch {
 
 class WebJobs {
  public:
-  // Episodes asked for that wait at the same time, and finished ones that are kept, bytes.
-  static constexpr size_t kMaxWaiting = 32, kMaxKept = size_t{64} << 20;
+  // Bytes of finished episodes that are kept.
+  static constexpr size_t kMaxKept = size_t{64} << 20;
 
-  WebJobs() = default;
-  ~WebJobs();
-  WebJobs(const WebJobs&) = delete;
-  WebJobs& operator=(const WebJobs&) = delete;
-
-  void Start();
+  // False if some are still reading after `patience`; then this object must stay.
+  bool Stop(std::chrono::milliseconds patience) { return threads_.Stop(patience); }
 
   // Where the episodes of a run of the page are. Of a run without a folder there are none.
   void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);
   // The block of an episode that is over, from its log; made once for all who ask meanwhile.
   void AskEpisode(int run, int episode, viz::WebServer::Reply reply);
   // A block of a scene by its id; null: unknown.
-  viz::SharedBytes Block(const std::string& id);
+  viz::SharedBytes Block(const std::string& id) const { return scenes_.FindBlock(id); }
 
   // These are answered on the thread that calls TakeAnswers(). The scene of a MODEL; its error where there is
   // none.
@@ -60,28 +55,32 @@ class WebJobs {
     std::filesystem::file_time_type time;
     viz::SharedBytes block;
   };
-  void Add(std::function<void()> job);
-  void Answer(std::function<void()> answer);
-  void Work();
+  // Work whose answer is called on the thread that calls TakeAnswers(); `given_up`: the answer where it takes
+  // too long.
+  using Answer = std::function<void()>;
+  void Add(std::function<Answer()> work, Answer given_up);
+  void AnswerLater(Answer answer);
   viz::WebAnswer MakeEpisode(const Key& key);
+  // is_stuck: the episode is still being read.
+  void Reply(const Key& key, const viz::WebAnswer& answer, bool is_stuck);
   void Keep(Kept kept);
-  void PublishBlocks();
 
   std::mutex mutex_;
-  std::condition_variable changed_;
-  bool stops_ = false;
-  std::deque<std::function<void()>> jobs_;
-  std::vector<std::function<void()>> answers_;
+  std::vector<Answer> answers_;
   std::vector<std::pair<std::filesystem::path, std::string>> runs_;
-  std::map<Key, std::vector<viz::WebServer::Reply>> asked_;
+  // Episodes that are being read, and for whom.
+  struct Asked {
+    std::vector<viz::WebServer::Reply> replies;
+    bool is_stuck = false;
+  };
+  std::map<Key, Asked> asked_;
   // The one used last in front.
   std::list<Kept> kept_;
   size_t kept_bytes_ = 0;
-  std::map<std::string, viz::SharedBytes> blocks_;
-  // Of the thread alone.
   results::Scenes scenes_;
 
-  std::thread thread_;
+  // Last: its work uses all of the above.
+  ReaderThreads threads_{ReaderThreads::Limits{}};
 };
 
 }  // namespace evalbus::launch

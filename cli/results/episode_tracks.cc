@@ -15,12 +15,31 @@ const viz::SceneBlocks& Scenes::Of(model_info_t model, const std::filesystem::pa
   UseModelsIn(run, &model);
   // Names and the description's variation stand in MODEL alone.
   const std::string key = model.visual_sha256 + model.physics_sha256 + model.robot + model.variation;
-  std::unique_ptr<viz::SceneBlocks>& scene = scenes_[key];
-  if (!scene) {
-    scene = std::make_unique<viz::SceneBlocks>(model);
-    blocks_.insert(scene->blocks().begin(), scene->blocks().end());
+  Entry& entry = [&]() -> Entry& {
+    const std::lock_guard lock(mutex_);
+    return scenes_[key];
+  }();
+  const std::lock_guard building(entry.mutex);
+  if (!entry.scene) {
+    entry.scene = std::make_unique<viz::SceneBlocks>(model);
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, bytes] : entry.scene->blocks()) {
+      Block& block = blocks_[id];
+      if (!block) block = std::make_shared<const std::string>(bytes);
+    }
   }
-  return *scene;
+  return *entry.scene;
+}
+
+std::map<std::string, Scenes::Block> Scenes::blocks() const {
+  const std::lock_guard lock(mutex_);
+  return blocks_;
+}
+
+Scenes::Block Scenes::FindBlock(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = blocks_.find(id);
+  return found == blocks_.end() ? nullptr : found->second;
 }
 
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "cli/results/run_reader.h"
@@ -13,18 +14,28 @@
 
 namespace evalbus::results {
 
-// The scenes of runs, each built once.
+// The scenes of runs, each built once. Thread-safe: what one thread builds, only those wait for that want it.
 class Scenes {
  public:
-  // Of a MODEL in the log of a run in this folder. Throws InputError where its model files are gone, or are
-  // not its own.
+  using Block = std::shared_ptr<const std::string>;
+
+  // Scene of a MODEL in the log of a run in this folder. Throws InputError where its model files are gone, or
+  // are not its own.
   const viz::SceneBlocks& Of(model_info_t model, const std::filesystem::path& run);
   // Every block of all of them, by id.
-  const std::map<std::string, std::string>& blocks() const { return blocks_; }
+  std::map<std::string, Block> blocks() const;
+  // One of them; null: unknown.
+  Block FindBlock(const std::string& id) const;
 
  private:
-  std::map<std::string, std::unique_ptr<viz::SceneBlocks>> scenes_;
-  std::map<std::string, std::string> blocks_;
+  struct Entry {
+    std::mutex mutex;
+    std::unique_ptr<viz::SceneBlocks> scene;
+  };
+  // Guards the maps.
+  mutable std::mutex mutex_;
+  std::map<std::string, Entry> scenes_;
+  std::map<std::string, Block> blocks_;
 };
 
 // The last episode of the log. With `scenes`, its poses too. Throws InputError: cannot be read, or holds no

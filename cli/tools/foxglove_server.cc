@@ -125,9 +125,8 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
   void Enter() {
     core_->viewers.insert(this);
     core_->num_viewers = static_cast<int>(core_->viewers.size());
-    const Options& options = core_->options;
-    Tell(ServerInfoText(options.name, options.session,
-                        has_playback_ ? options.playback_end_ns : std::nullopt));
+    const Options& server = core_->options;
+    Tell(ServerInfoText(server.name, server.session, has_playback_ ? server.playback_end_ns : std::nullopt));
     if (!core_->topics.empty()) Tell(AdvertiseText(core_->topics, 0));
     if (!core_->gone.empty()) Tell(UnadvertiseText({core_->gone.begin(), core_->gone.end()}));
     if (core_->playback) TellPlayback(*core_->playback);
@@ -191,8 +190,8 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
       if (channel >= core_->topics.size() || core_->gone.contains(channel)) continue;
       if (subscriptions_.size() > core_->topics.size()) return false;  // one each is all that helps
       subscriptions_[id] = channel;
-      const auto kept = core_->kept.find(channel);
-      if (kept != core_->kept.end()) Enqueue(id, kept->second);
+      const auto last = core_->kept.find(channel);
+      if (last != core_->kept.end()) Enqueue(id, last->second);
     }
     return true;
   }

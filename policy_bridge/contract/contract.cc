@@ -14,7 +14,8 @@
 namespace evalbus::policy {
 namespace {
 
-constexpr double kLongest = 1e6;  // s
+constexpr double kLongest = 1e6;      // s
+constexpr double kLargestStep = 100;  // rad
 constexpr int kMostPixels = 2048;
 constexpr int kMostSteps = 10'000;
 constexpr int kMostValues = 1000;
@@ -72,7 +73,11 @@ std::vector<int> Integers(const YamlValue& value, int min, int max) {
 
 // [0, 1, 5] or "0-6", both ends included.
 std::vector<int> Indices(const YamlValue& value) {
-  if (value.is_list()) return Integers(value, 0, kMostValues);
+  if (value.is_list()) {
+    std::vector<int> numbers = Integers(value, 0, kMostValues);
+    if (numbers.empty()) value.Fail("expected at least one index");
+    return numbers;
+  }
   const std::string text = value.Text();
   int first = 0, last = 0, end = 0;
   if (std::sscanf(text.c_str(), "%d-%d%n", &first, &last, &end) != 2 ||
@@ -85,8 +90,10 @@ std::vector<int> Indices(const YamlValue& value) {
 }
 
 std::vector<std::string> Key(const YamlValue& value) {
-  if (value.is_list()) return value.Texts();
-  return {value.Text()};
+  if (!value.is_list()) return {value.Text()};
+  std::vector<std::string> key = value.Texts();
+  if (key.empty()) value.Fail("expected at least one key");
+  return key;
 }
 
 std::pair<int, int> Size(const YamlValue& value) {
@@ -330,7 +337,7 @@ void ReadAction(const YamlValue& value, Contract* contract) {
     }
   }
   if (const YamlValue* limit = map.Find("first_step_rad"))
-    contract->first_step_rad = limit->Number(kPositive);
+    contract->first_step_rad = limit->Number({.min = 0, .max = kLargestStep, .open_min = true});
 }
 
 nlohmann::ordered_json PictureJson(const PictureForm& form) {

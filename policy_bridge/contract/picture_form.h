@@ -23,8 +23,6 @@ struct PictureForm {
   // ... blue first instead of red, planes before rows instead of after columns.
   bool bgr = false;
   bool chw = false;
-
-  friend bool operator==(const PictureForm&, const PictureForm&) = default;
 };
 
 // The array that the policy sees, "|u1" (H, W, 3) or (3, H, W); of depth "<f4" (H, W), m. image: what

@@ -36,9 +36,9 @@ class Policy {
   // Forgets the last episode. Throws InputError if this episode cannot be played (replay).
   virtual void Begin(const episode_begin_t& begin) = 0;
 
-  // Fills the targets of all arms and grippers for the tick of `state`; the header is the caller's business.
-  // Called for each tick from 0, in order. Throws std::runtime_error, one line, where the policy cannot go
-  // on.
+  // Fills the targets of all arms and grippers for the tick of `state`; the action is empty before each call,
+  // and the caller fills its header. Called for each tick from 0, in order. Throws std::runtime_error, one
+  // line, to end the episode with policy_error.
   virtual void Act(const state_t& state, action_t* action) = 0;
 
   // What follows is for policies that take time or need images. Other policies are always ready and need

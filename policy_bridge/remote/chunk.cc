@@ -2,17 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace evalbus::policy {
 namespace {
 
 [[noreturn]] void Fail(const std::string& what) { throw ServerError(ServerError::Kind::kReply, what); }
 
+// Values of a chunk, and steps, as far as any policy goes: a byte of an answer becomes a double several times
+// over.
+constexpr size_t kMaxValues = 1'000'000;
+
 struct Block {
   size_t num_steps = 0, num_values = 0;
-  std::vector<double> numbers;
+  const Array* array = nullptr;
 };
 
-Block ReadBlock(const std::string& key, const Value& reply, bool is_alone) {
+Block FindBlock(const std::string& key, const Value& reply, bool is_alone) {
   const Value* value = reply.Find(key);
   if (!value) Fail(fmt::format("the answer has no '{}': {}", key, Describe(reply)));
   const Array* array = value->As<Array>();
@@ -22,24 +28,37 @@ Block ReadBlock(const std::string& key, const Value& reply, bool is_alone) {
     Fail(fmt::format("'{}' of the answer: expected steps x values, got {}", key, Describe(*value)));
   }
   const auto first = static_cast<size_t>(shape.front()), last = static_cast<size_t>(shape.back());
-  if (shape.size() == 2) return {first, last, Numbers(*array)};
-  return is_alone ? Block{1, first, Numbers(*array)} : Block{first, 1, Numbers(*array)};
+  if (shape.size() == 2) return {first, last, array};
+  return is_alone ? Block{1, first, array} : Block{first, 1, array};
+}
+
+// The arrays of a chunk, whose values may be converted.
+std::vector<Block> FindBlocks(const Contract& contract, const Value& reply) {
+  std::vector<Block> blocks;
+  size_t num_values = 0;
+  for (const std::string& key : contract.action_keys) {
+    const Block& block = blocks.emplace_back(FindBlock(key, reply, contract.action_keys.size() == 1));
+    num_values += std::min(ItemCount(block.array->shape).value_or(kMaxValues + 1), kMaxValues + 1);
+    if (num_values > kMaxValues || block.num_steps > kMaxValues) {
+      Fail(fmt::format("'{}' of the answer: more than a million values: {}", key, Describe(*block.array)));
+    }
+    if (block.num_steps != blocks.front().num_steps) {
+      Fail(fmt::format("'{}' of the answer has {} steps, '{}' has {}", key, block.num_steps,
+                       contract.action_keys.front(), blocks.front().num_steps));
+    }
+  }
+  return blocks;
 }
 
 }  // namespace
 
 Chunk ReadChunk(const Contract& contract, const Value& reply) {
   Chunk chunk;
-  const bool is_alone = contract.action_keys.size() == 1;
-  for (const std::string& key : contract.action_keys) {
-    const Block block = ReadBlock(key, reply, is_alone);
-    if (&key == &contract.action_keys.front()) chunk.rows.resize(block.num_steps);
-    if (block.num_steps != chunk.rows.size()) {
-      Fail(fmt::format("'{}' of the answer has {} steps, '{}' has {}", key, block.num_steps,
-                       contract.action_keys.front(), chunk.rows.size()));
-    }
+  for (const Block& block : FindBlocks(contract, reply)) {
+    chunk.rows.resize(block.num_steps);
+    const std::vector<double> numbers = Numbers(*block.array);
     for (size_t i = 0; i < block.num_steps; ++i) {
-      const auto row = block.numbers.begin() + static_cast<std::ptrdiff_t>(i * block.num_values);
+      const auto row = numbers.begin() + static_cast<std::ptrdiff_t>(i * block.num_values);
       chunk.rows[i].insert(chunk.rows[i].end(), row, row + static_cast<std::ptrdiff_t>(block.num_values));
     }
   }

@@ -60,7 +60,7 @@ void Put(std::span<const std::string> key, Value value, Map* map) {
 
 ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& model,
                                        const model_info_t& info)
-    : contract_(contract), prompt_(contract.PromptFor(info.task, info.instruction)) {
+    : prompt_(contract.PromptFor(info.task, info.instruction)) {
   for (const ObservationEntry& form : contract.observation) {
     Entry entry{.form = &form, .signals = SignalReader(form.signals, model, info), .ticks = {}};
     if (!form.history_ticks.empty()) entry.reach = static_cast<size_t>(1 - form.history_ticks.front());

@@ -56,7 +56,6 @@ class ObservationBuilder {
 
   Array Stacked(const Entry& entry) const;
 
-  const Contract& contract_;
   std::string prompt_;
   std::vector<view_t> views_;
   bool needs_every_tick_ = false, needs_every_picture_ = false;

@@ -182,7 +182,7 @@ class Check {
             if (beyond.empty() && (target < arm.joint_lower_rad[j] - kBeyondLimit ||
                                    target > arm.joint_upper_rad[j] + kBeyondLimit)) {
               beyond =
-                  fmt::format("step {} wants joint {} at {:.2f} rad, its limits are {:.2f} and {:.2f}", k,
+                  fmt::format("step {} wants joint {} at {:.4g} rad, its limits are {:.2f} and {:.2f}", k,
                               arm.joint_name[j], target, arm.joint_lower_rad[j], arm.joint_upper_rad[j]);
             }
           }
@@ -195,7 +195,7 @@ class Check {
     const std::string step =
         largest_joint.empty()
             ? std::string("first step: no joint moves")
-            : fmt::format("first step: {:.3f} rad at most, of joint {}", largest, largest_joint);
+            : fmt::format("first step: {:.3g} rad at most, of joint {}", largest, largest_joint);
     if (largest > limit) {
       Doubt(fmt::format("{}; {:g} expected: absolute taken for a delta, other joints, another unit?", step,
                         limit));

@@ -8,6 +8,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <chrono>
+#include <optional>
 
 #include "policy_bridge/wire/json_numpy.h"
 #include "policy_bridge/wire/resolve.h"
@@ -23,6 +24,9 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 using Kind = ServerError::Kind;
+
+// HTTP answers before the one that counts.
+constexpr int kMaxInterim = 16;
 
 std::chrono::nanoseconds Duration(double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
@@ -109,15 +113,21 @@ class RestClient : public PolicyClient {
 
     // A dynamic body grows with what comes, not with the length that is announced. A server that refuses a
     // request says why before it has read all of it, so its answer is read whether all was sent or not.
-    http::response_parser<http::dynamic_body> response;
-    response.body_limit(options_.max_reply_bytes);
+    std::optional<http::response_parser<http::dynamic_body>> response;
     beast::flat_buffer buffer;
     error_code error = unsent;
-    if (unsent != beast::error::timeout) {
+    for (int interim = 0; error != beast::error::timeout; ++interim) {
+      if (interim > kMaxInterim) Fail(Kind::kProtocol, "nothing but interim HTTP answers (status 1xx)");
+      response.emplace();
+      response->body_limit(options_.max_reply_bytes);
       // The header by itself: Beast 1.74 forgets that the length is too large where a part of the body comes
       // with it.
-      error = Finish(io, [&](auto done) { http::async_read_header(stream, buffer, response, done); });
-      if (!error) error = Finish(io, [&](auto done) { http::async_read(stream, buffer, response, done); });
+      error = Finish(io, [&](auto done) { http::async_read_header(stream, buffer, *response, done); });
+      if (error) break;
+      // "100 Continue" and the like announce an answer.
+      if (response->get().result_int() / 100 == 1) continue;
+      error = Finish(io, [&](auto done) { http::async_read(stream, buffer, *response, done); });
+      break;
     }
     if (error == beast::error::timeout) Fail(Kind::kTimeout, fmt::format("no answer in {} s", limit_s));
     if (error == http::error::body_limit) {
@@ -128,11 +138,11 @@ class RestClient : public PolicyClient {
     }
     if (error) Fail(Kind::kProtocol, fmt::format("no whole HTTP answer: {}", error.message()));
 
-    std::string answer = beast::buffers_to_string(response.get().body().data());
-    if (response.get().result() != http::status::ok) {
+    std::string answer = beast::buffers_to_string(response->get().body().data());
+    if (response->get().result() != http::status::ok) {
       const ServerError said = ServerSays(answer);
       throw ServerError(Kind::kServer,
-                        fmt::format("HTTP status {}: {}", response.get().result_int(), said.what()), answer);
+                        fmt::format("HTTP status {}: {}", response->get().result_int(), said.what()), answer);
     }
     return answer;
   }

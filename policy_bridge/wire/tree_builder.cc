@@ -1,11 +1,16 @@
 #include "policy_bridge/wire/tree_builder.h"
 
+#include <algorithm>
+#include <string_view>
+
+#include "base/text.h"
 #include "policy_bridge/wire/policy_client.h"
 
 namespace evalbus::policy {
 namespace {
 
 constexpr size_t kMaxLevels = 32, kMaxValues = 1 << 20;
+constexpr int kShownKey = 100;  // characters
 
 }  // namespace
 
@@ -32,7 +37,16 @@ void TreeBuilder::Close(Value value) {
   Add(std::move(value));
 }
 
-void TreeBuilder::Refuse(const char* what) const {
+void TreeBuilder::CheckKeys(const Map& map) const {
+  std::vector<std::string_view> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  std::ranges::sort(keys);
+  const auto twice = std::ranges::adjacent_find(keys);
+  if (twice == keys.end()) return;
+  Refuse("key \"" + Printable(Cut(std::string(*twice), kShownKey)) + "\" twice in a map");
+}
+
+void TreeBuilder::Refuse(const std::string& what) const {
   throw ServerError(ServerError::Kind::kProtocol, std::string(format_) + ": " + what);
 }
 

@@ -9,8 +9,8 @@
 namespace evalbus::policy {
 
 // Throws ServerError (kProtocol), whose text begins with the format's name, for more than 32 levels or a
-// million values. A reply has some dozens of values, four levels deep; one may take a hundred times its bytes
-// in memory.
+// million values, and for a map that has a key twice. A reply has some dozens of values, four levels deep;
+// one may take a hundred times its bytes in memory.
 class TreeBuilder {
  public:
   explicit TreeBuilder(const char* format) : format_(format) {}
@@ -24,6 +24,7 @@ class TreeBuilder {
   // `meaning`: of Map to the Value that it stands for.
   template <class Meaning>
   void CloseMap(const Meaning& meaning) {
+    CheckKeys(*open_.back().value.As<Map>());
     Close(meaning(std::move(*open_.back().value.As<Map>())));
   }
 
@@ -36,7 +37,8 @@ class TreeBuilder {
   };
 
   void Close(Value value);
-  [[noreturn]] void Refuse(const char* what) const;
+  void CheckKeys(const Map& map) const;
+  [[noreturn]] void Refuse(const std::string& what) const;
 
   const char* format_;
   std::vector<Opened> open_;

@@ -35,7 +35,6 @@ class Socket : public asio::ip::tcp::socket {
  public:
   using asio::ip::tcp::socket::socket;
 
-  friend void teardown(beast::role_type, Socket& socket, error_code& error) { socket.close(error); }
   template <class Handler>
   friend void async_teardown(beast::role_type, Socket& socket, Handler&& handler) {
     error_code error;

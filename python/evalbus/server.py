@@ -3,7 +3,8 @@
 The server's first frame is a map, its metadata. Then each binary request, an observation, has one binary
 reply, a map with "actions". When the policy raises, the reply is its traceback as text and the connection is
 closed with code 1011.
-GET /healthz says OK. Frames are not compressed and of any size.
+GET /healthz says OK. Frames are not compressed and have at most 256 MiB. Pages in browsers are refused: any site that
+is open on this machine could otherwise read the metadata and drive the policy.
 """
 
 import asyncio
@@ -44,6 +45,8 @@ _BUSY = (
     "this policy has reset(), so it remembers its episode and serves one connection at a time, and another one is "
     "open: use one worker, or pass the policy's class to evalbus.serve()"
 )
+# The largest request, which is held in memory as a whole.
+_MAX_BYTES = 256 << 20
 
 
 def serve(act, port=8000, host="127.0.0.1", metadata={}):
@@ -56,7 +59,7 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
     Calls come one at a time, from one thread that is not the caller's. Connections share one policy. A policy with
     reset() remembers its episode and serves one connection at a time; to serve several episodes at the same time,
     pass its class, of which each connection then has its own object.
-    port 0: any free one; the port is in the line that is printed. Who is not on this machine needs
+    port 0: any free one; the port is in the line that is printed. A client on another machine needs
     host="0.0.0.0".
     metadata: what clients are told of the policy; evalbus compares it with its contract.
     """
@@ -89,7 +92,14 @@ async def _run(act, hello, host, port):
                 pass
 
         async with _serve(
-            handle, host, port, compression=None, max_size=None, process_request=_health
+            handle,
+            host,
+            port,
+            compression=None,
+            max_size=_MAX_BYTES,
+            # A browser names the origin of the page with every WebSocket; clients of policies name none.
+            origins=[None],
+            process_request=_health,
         ) as server:
             address = next(iter(server.sockets)).getsockname()
             print(f"policy server ready: ws://{host}:{address[1]}", flush=True)

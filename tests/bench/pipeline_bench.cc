@@ -122,7 +122,7 @@ class BareStepping {
 // separate processes pay at least once per tick, for STATE to the policy and ACTION back.
 double PingPong() {
   constexpr int kTrips = 5000;
-  const std::string url = LocalMulticastUrl(12345) + "&recv_buf_size=4194304";
+  const std::string url = ReservedBus::Draw().url() + "&recv_buf_size=4194304";
   const std::vector<char> message(3000);
   const pid_t child = fork();
   if (child == 0) {
@@ -223,7 +223,7 @@ void PrintHops(launch::RunOptions options, bool in_process, const std::filesyste
   setenv(Trace::kVariable, (folder / "traces").c_str(), 1);
   options.out = folder / "run";
   options.in_process = in_process;
-  options.url = in_process ? "" : LocalMulticastUrl(99);
+  options.url = in_process ? "" : ReservedBus::Draw().url();
   launch::PreparedRun run = launch::PrepareRun(options);
   launch::Announce(&run);
   Stopwatch stopwatch;
@@ -247,7 +247,7 @@ void Measure(double control_hz, const Amount& amount, const std::filesystem::pat
     for (const bool in_process : {true, false}) {
       options.out = folder / fmt::format("{}-{}-{}", control_hz, round, in_process);
       options.in_process = in_process;
-      options.url = in_process ? "" : LocalMulticastUrl(static_cast<uint32_t>(round));
+      options.url = in_process ? "" : ReservedBus::Draw().url();
       launch::PreparedRun run = launch::PrepareRun(options);
       launch::Announce(&run);
       Stopwatch stopwatch;

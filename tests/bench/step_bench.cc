@@ -232,7 +232,8 @@ void Measure(const Setting& setting, int calls, const fs::path& folder) {
   options.policy.policy = contract;
   options.episodes = 1;
   options.out = folder / "run";
-  options.url = setting.in_process ? "" : LocalMulticastUrl(static_cast<uint32_t>(getpid()));
+  const ReservedBus bus = setting.in_process ? ReservedBus() : ReservedBus::Draw();
+  options.url = bus.url();
   options.in_process = setting.in_process;
   launch::PreparedRun run = launch::PrepareRun(options);
   launch::Announce(&run);

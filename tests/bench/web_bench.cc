@@ -130,7 +130,7 @@ double TimeRun(int viewers, int episodes, uint32_t round, const std::filesystem:
   options.episodes = episodes;
   options.seed = 1;
   options.out = folder / fmt::format("run-{}-{}", round, viewers);
-  options.url = LocalMulticastUrl(round);
+  options.url = ReservedBus::Draw().url();
   launch::PreparedRun run = launch::PrepareRun(options);
   launch::Announce(&run);
   launch::Processes processes;

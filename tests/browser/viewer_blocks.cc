@@ -72,7 +72,7 @@ int Main(const fs::path& run_folder, const fs::path& out) {
       WriteLive(log, *track, scenes.Of(track->model(), run.folder), out / "live");
     }
   }
-  for (const auto& [id, bytes] : scenes.blocks()) Write(out / "block" / id, bytes);
+  for (const auto& [id, bytes] : scenes.blocks()) Write(out / "block" / id, *bytes);
   return 0;
 }
 

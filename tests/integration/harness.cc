@@ -26,7 +26,6 @@ namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
 std::string g_why_no_bus;
-int g_num_urls = 0;
 
 std::string Replace(std::string text, const std::string& what, const std::string& with) {
   size_t at = text.find(what);
@@ -58,7 +57,11 @@ void WriteText(const fs::path& file, const std::string& text) {
   EXPECT_EQ(fs::file_size(file), text.size()) << file;
 }
 
-std::string UniqueUrl() { return LocalMulticastUrl(static_cast<uint32_t>(getpid() + 100000 * ++g_num_urls)); }
+std::string UniqueUrl() {
+  static std::vector<ReservedBus> buses;
+  buses.push_back(ReservedBus::Draw());
+  return buses.back().url();
+}
 
 const std::string& WhyNoBus() { return g_why_no_bus; }
 

@@ -141,19 +141,44 @@ class ServerTest(unittest.TestCase):
 
             self.assertEqual(codec.unpack(self.converse(conversation))["actions"].tolist(), [[0]])
 
-    def test_offers_of_compression_are_declined(self):
+    def shake_hands(self, connection, header=b""):
+        """Sends a handshake with one more header line; returns the answer and the bytes behind it."""
+        connection.sendall(
+            b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n" + header + b"\r\n"
+        )
+        answer = b""
+        while b"\r\n\r\n" not in answer:
+            answer += connection.recv(4096)
+        head, _, rest = answer.partition(b"\r\n\r\n")
+        return head, rest
+
+    def connect(self):
         host, port = self.server.url.removeprefix("ws://").split(":")
-        with socket.create_connection((host, int(port)), timeout=support.DEADLINE_S) as connection:
-            connection.sendall(
-                b"GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
-                b"Sec-WebSocket-Extensions: permessage-deflate\r\n\r\n"
-            )
-            head = b""
-            while b"\r\n\r\n" not in head:
-                head += connection.recv(4096)
+        return socket.create_connection((host, int(port)), timeout=support.DEADLINE_S)
+
+    def test_offers_of_compression_are_declined(self):
+        with self.connect() as connection:
+            head, _ = self.shake_hands(connection, b"Sec-WebSocket-Extensions: permessage-deflate\r\n")
         self.assertTrue(head.startswith(b"HTTP/1.1 101"), head)
         self.assertNotIn(b"extensions", head.lower())
+
+    def test_pages_in_browsers_are_refused(self):
+        # A browser sends the page's origin with every WebSocket, a policy's client none.
+        for origin in (b"http://evil.example", b"http://127.0.0.1:8000", b"null"):
+            with self.connect() as connection:
+                head, _ = self.shake_hands(connection, b"Origin: " + origin + b"\r\n")
+            self.assertTrue(head.startswith(b"HTTP/1.1 403"), head)
+
+    def test_a_request_that_would_fill_the_memory_is_refused_when_announced(self):
+        with self.connect() as connection:
+            _, received = self.shake_hands(connection)
+            # The head of a binary frame of 1 GiB.
+            connection.sendall(b"\x82\xff" + (1 << 30).to_bytes(8, "big") + b"\0\0\0\0")
+            while part := connection.recv(4096):
+                received += part
+        # A close frame with the code for a message too big.
+        self.assertIn((1009).to_bytes(2, "big"), received[-125:])
 
 
 support.main()

@@ -234,9 +234,10 @@ void FilmPanels::Mark(Kind kind, const Point& center, double radius) {
       break;
     case Kind::kSlip: {
       const double r = radius * 1.15;
-      const auto triangle = [&](double size) {
-        return std::vector<Point>{
-            {x, y - size}, {x + size * 0.9, y + size * 0.7}, {x - size * 0.9, y + size * 0.7}};
+      const auto triangle = [&center](double size) {
+        return std::vector<Point>{{center.x, center.y - size},
+                                  {center.x + size * 0.9, center.y + size * 0.7},
+                                  {center.x - size * 0.9, center.y + size * 0.7}};
       };
       canvas_.Polygon(triangle(r + 2.2 * s_), kWhite);
       canvas_.Polygon(triangle(r), kPurple);

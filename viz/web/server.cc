@@ -16,9 +16,11 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/websocket.hpp>
+#include <list>
 #include <optional>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "base/errors.h"
 #include "viz/web/listener.h"
@@ -88,7 +90,8 @@ struct WebServer::Core {
   void Listen();
   void Take(tcp::socket socket);
   void WakeViewers();
-  bool MayAsk(std::string_view host) const { return !token.empty() || IsLoopbackHost(host); }
+  bool MayAsk(std::string_view asked) const { return !token.empty() || IsLoopbackHost(asked); }
+  std::string host() const { return address.host.empty() ? "127.0.0.1" : address.host; }
 
   const Address address;
   const std::shared_ptr<Board> board;
@@ -97,6 +100,8 @@ struct WebServer::Core {
   bool is_ipv6 = false, is_any = false;
   Handler handler;
   int connections = 0;
+  // Connections that wait for their client, the one longest without progress in front.
+  std::list<Connection*> waiting;
   std::set<ViewerSession*> viewers;
   std::atomic<bool> wake_is_posted{false};
   // Below what connections use: they go with it.
@@ -189,14 +194,16 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     ++core_->connections;
   }
   ~Connection() {
+    EndWait();
     if (!became_viewer_) --core_->connections;
   }
 
   void Read() {
     parser_.emplace();
     parser_->header_limit(kMaxHeader);
-    stream_.expires_after(core_->limits.patience);
+    BeginWait(std::exchange(is_first_, false) ? core_->limits.first_request : core_->limits.patience);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, size_t) {
+      self->EndWait();
       if (!error) return self->Answer();
       if (error == http::error::header_limit || error == http::error::buffer_overflow) {
         return self->Refuse(431, "the request is too long");
@@ -212,7 +219,24 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     });
   }
 
+  // Ends it where it waits for its client.
+  void Drop() {
+    EndWait();
+    stream_.close();
+  }
+
  private:
+  // From now on the client has so long.
+  void BeginWait(std::chrono::seconds patience) {
+    EndWait();
+    stream_.expires_after(patience);
+    waiting_ = core_->waiting.insert(core_->waiting.end(), this);
+  }
+  void EndWait() {
+    if (waiting_) core_->waiting.erase(*waiting_);
+    waiting_.reset();
+  }
+
   void Answer() {
     const auto& request = parser_->get();
     keep_alive_ = request.keep_alive();
@@ -268,10 +292,22 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
         answer_.status, std::string_view(reason.data(), reason.size()), answer_.type, length,
         keep_alive_ ? "keep-alive" : "close",
         answer_.is_forever ? "private, max-age=31536000, immutable" : "no-store", SocketSource());
-    std::array<asio::const_buffer, 2> buffers = {asio::buffer(head_), asio::const_buffer()};
-    if (!is_head_ && length > 0) buffers[1] = asio::buffer(*answer_.body);
-    stream_.expires_after(core_->limits.patience);
-    asio::async_write(stream_, buffers, [self = shared_from_this()](error_code error, size_t) {
+    left_ = {asio::buffer(head_), asio::const_buffer()};
+    if (!is_head_ && length > 0) left_[1] = asio::buffer(*answer_.body);
+    Write();
+  }
+
+  // What is left of the answer, as far as the client takes it.
+  void Write() {
+    BeginWait(core_->limits.patience);
+    stream_.async_write_some(left_, [self = shared_from_this()](error_code error, size_t written) {
+      self->EndWait();
+      for (asio::const_buffer& part : self->left_) {
+        const size_t taken = std::min(written, part.size());
+        part += taken;
+        written -= taken;
+      }
+      if (!error && asio::buffer_size(self->left_) > 0) return self->Write();
       self->answer_ = {};
       if (error || !self->keep_alive_) return self->Close();
       self->Read();
@@ -300,26 +336,33 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
   Allowance allowance_;
   std::string head_, host_;
   WebAnswer answer_;
-  bool keep_alive_ = false, is_head_ = false, became_viewer_ = false;
+  std::array<asio::const_buffer, 2> left_;
+  // Place in the core's list.
+  std::optional<std::list<Connection*>::iterator> waiting_;
+  bool is_first_ = true, keep_alive_ = false, is_head_ = false, became_viewer_ = false;
 };
 
 void WebServer::Core::Listen() {
   error_code error;
   tcp::resolver resolver(listener.context());
-  const auto found =
-      resolver.resolve(address.host, std::to_string(address.port), tcp::resolver::passive, error);
+  const auto found = resolver.resolve(host(), std::to_string(address.port), tcp::resolver::passive, error);
   if (error || found.empty()) {
     throw InputError(fmt::format("--listen {}: no such address ({})", address.host, error.message()));
   }
   const tcp::endpoint endpoint = found.begin()->endpoint();
   is_ipv6 = endpoint.address().is_v6();
   is_any = endpoint.address().is_unspecified();
-  if (!endpoint.address().is_loopback()) token = DrawToken();
-  listener.Listen(endpoint, address.host);
+  if (!address.host.empty()) token = DrawToken();
+  listener.Listen(endpoint, host());
 }
 
 void WebServer::Core::Take(tcp::socket socket) {
-  if (connections < limits.connections) std::make_shared<Connection>(this, std::move(socket))->Read();
+  if (connections >= limits.connections) {
+    // Viewers, and those whose answers are being made, stay.
+    if (waiting.empty()) return;
+    waiting.front()->Drop();
+  }
+  std::make_shared<Connection>(this, std::move(socket))->Read();
 }
 
 void WebServer::Core::WakeViewers() {
@@ -350,7 +393,7 @@ const std::string& WebServer::token() const { return core_->token; }
 
 std::string WebServer::url() const {
   error_code ignored;
-  const std::string host = core_->is_any ? asio::ip::host_name(ignored) : core_->address.host;
+  const std::string host = core_->is_any ? asio::ip::host_name(ignored) : core_->host();
   const bool in_brackets = core_->is_ipv6 && host.find(':') != host.npos;
   return fmt::format("http://{}:{}/{}", in_brackets ? "[" + host + "]" : host, port(),
                      core_->token.empty() ? "" : core_->token + "/");

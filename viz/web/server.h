@@ -2,9 +2,10 @@
 // which each viewer is told what the board has for it. One thread of its own; nobody waits for it, and no
 // viewer for another.
 //
-// Who may ask. On this machine's loopback address: whoever says a loopback name as Host, so that no page of
-// others reaches it by DNS rebinding; a WebSocket only from a page of our own (Origin). On any other address:
-// whoever knows the token, which is the first part of the path.
+// Who may ask. Without an address of the user's choice, at 127.0.0.1: every program of this machine that
+// sends a loopback name as Host, so that no other site's page reaches it by DNS rebinding; a WebSocket only
+// from a page of this server (Origin). At an address of the user's choice: whoever knows the token, which is
+// the first part of the path.
 #pragma once
 
 #include <chrono>
@@ -36,13 +37,17 @@ class WebServer {
     // Of one connection, from then on so many a second.
     int requests = 1000, requests_per_s = 200;
     int messages = 20, messages_per_s = 5;
-    // For a request to come whole, for an answer to be taken, and between two requests.
+    // For the first request of a connection to arrive. While all connections are used, the one that has made
+    // no progress for longest is dropped for a new one.
+    std::chrono::seconds first_request{5};
+    // For later ones, and without progress while a client takes an answer.
     std::chrono::seconds patience{30};
     // A viewer that neither says nor takes anything, not even the server's pings.
     std::chrono::seconds viewer_patience{60};
   };
   struct Address {
-    std::string host = "127.0.0.1";
+    // Empty: 127.0.0.1 alone, without a token.
+    std::string host{};
     // 0: one that is free.
     uint16_t port = 0;
   };
@@ -64,7 +69,7 @@ class WebServer {
 
   uint16_t port() const;
   int descriptor() const;
-  // Empty where only this machine is listened to.
+  // Empty without an address of the user's choice.
   const std::string& token() const;
   // "http://127.0.0.1:8080/", for people.
   std::string url() const;

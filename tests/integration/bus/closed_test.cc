@@ -34,11 +34,16 @@ int Option(int socket, int level, int name) {
   return value;
 }
 
-// Fails the test for each socket of the process that is neither one end of a local pair nor of the bus at
-// this address; returns the number of those that send.
-int CheckSockets(pid_t pid, const sockaddr_in& bus) {
+struct Sockets {
+  int senders = 0, reservations = 0;
+};
+
+// Fails the test for each socket of the process that is neither one end of a local pair, nor of the bus at
+// this address, nor its reservation; counts the others.
+Sockets CheckSockets(pid_t pid, const sockaddr_in& bus) {
   SCOPED_TRACE(ReadText("/proc/" + std::to_string(pid) + "/cmdline").c_str());
-  int senders = 0, receivers = 0;
+  Sockets found;
+  int receivers = 0;
   for (const auto& entry : fs::directory_iterator("/proc/" + std::to_string(pid) + "/fd")) {
     std::error_code gone;
     if (!fs::read_symlink(entry.path(), gone).string().starts_with("socket:")) continue;
@@ -47,15 +52,19 @@ int CheckSockets(pid_t pid, const sockaddr_in& bus) {
     const int domain = Option(socket, SOL_SOCKET, SO_DOMAIN);
     if (domain != AF_UNIX) {
       EXPECT_EQ(domain, AF_INET);
-      EXPECT_EQ(Option(socket, SOL_SOCKET, SO_TYPE), SOCK_DGRAM);
+      const bool is_tcp = Option(socket, SOL_SOCKET, SO_TYPE) != SOCK_DGRAM;
       EXPECT_EQ(Option(socket, SOL_SOCKET, SO_ACCEPTCONN), 0);
-      sockaddr_in local{};
+      sockaddr_in local{}, remote{};
       socklen_t size = sizeof local;
       EXPECT_EQ(getsockname(socket, reinterpret_cast<sockaddr*>(&local), &size), 0);
-      if (local.sin_port == bus.sin_port) {
+      if (is_tcp) {
+        EXPECT_EQ(local.sin_port, bus.sin_port);
+        EXPECT_NE(getpeername(socket, reinterpret_cast<sockaddr*>(&remote), &size), 0) << "connected";
+        ++found.reservations;
+      } else if (local.sin_port == bus.sin_port) {
         ++receivers;
       } else {
-        ++senders;
+        ++found.senders;
         EXPECT_EQ(Option(socket, IPPROTO_IP, IP_MULTICAST_TTL), 0);
       }
     }
@@ -63,7 +72,7 @@ int CheckSockets(pid_t pid, const sockaddr_in& bus) {
   }
   // What is sent to the port of a sender is read by nobody.
   EXPECT_LE(receivers, 1);
-  return senders;
+  return found;
 }
 
 sockaddr_in AddressOf(const std::string& url) {
@@ -95,7 +104,7 @@ class Closed : public testing::Test {
 
 TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
   EVALBUS_NEEDS_BUS();
-  const std::string url = UniqueUrl();
+  const std::string url = ReservedBus::Draw().url();  // free again, so that the launcher reserves it
   Program launcher(Command({"--url", url})), monitor({"evalbus-monitor", "--url", url}),
       viz({"evalbus-viz", "--url", url});
   ASSERT_TRUE(WaitFor([&] { return IsAtWork() && monitor.running() && viz.running(); })) << launcher.err();
@@ -103,7 +112,11 @@ TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
   EXPECT_EQ(processes.size(), 5u);
   for (const Program* program : {&launcher, &monitor, &viz}) processes.push_back(program->pid());
   int senders = 0;
-  for (const pid_t pid : processes) senders += CheckSockets(pid, AddressOf(url));
+  for (const pid_t pid : processes) {
+    const Sockets sockets = CheckSockets(pid, AddressOf(url));
+    senders += sockets.senders;
+    EXPECT_EQ(sockets.reservations, pid == launcher.pid() ? 1 : 0);
+  }
   EXPECT_EQ(senders, 8);
 }
 
@@ -189,7 +202,9 @@ TEST_F(Closed, OtherMachinesAreHeardOnlyIfTheUrlReachesThem) {
 TEST_F(Closed, OneProcessHasNothingOpen) {
   Program launcher(Command({"--in-process"}));
   ASSERT_TRUE(WaitFor([&] { return IsAtWork(); })) << launcher.err();
-  EXPECT_EQ(CheckSockets(launcher.pid(), {}), 0);
+  const Sockets sockets = CheckSockets(launcher.pid(), {});
+  EXPECT_EQ(sockets.senders, 0);
+  EXPECT_EQ(sockets.reservations, 0);
 }
 
 }  // namespace evalbus::closed_test

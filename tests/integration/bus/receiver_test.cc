@@ -156,4 +156,33 @@ TEST_F(Receiver, SaysWhenAMessageCame) {
   EXPECT_LE(time_us_, now_us());
 }
 
+// Two buses with one port, as of two programs that do not reserve it.
+TEST(Receivers, OfOtherGroupsOnOnePortHearOnlyTheirOwn) {
+  EVALBUS_NEEDS_BUS();
+  const std::string url = UniqueUrl(), port = url.substr(url.rfind(":"));
+  Bus a("udpm://239.255.1.1" + port), b("udpm://239.255.1.2" + port);
+  Heard heard_a, heard_b;
+  const auto note = [](Heard* heard) {
+    return [heard](std::string_view channel, std::span<const uint8_t>, int64_t) {
+      heard->emplace_back(channel);
+    };
+  };
+  a.SubscribeRaw("EVALBUS_GROUP.*", note(&heard_a));
+  b.SubscribeRaw("EVALBUS_GROUP.*", note(&heard_b));
+  const uint8_t byte = 0;
+  // What was sent first is received first, so that each last one shows that the others did not come.
+  a.PublishRaw("EVALBUS_GROUP_OF_A", {&byte, 1});
+  b.PublishRaw("EVALBUS_GROUP_OF_B", {&byte, 1});
+  a.PublishRaw("EVALBUS_GROUP_END", {&byte, 1});
+  b.PublishRaw("EVALBUS_GROUP_END", {&byte, 1});
+  EXPECT_TRUE(WaitFor([&] {
+    a.Handle();
+    b.Handle();
+    return std::ranges::count(heard_a, "EVALBUS_GROUP_END") > 0 &&
+           std::ranges::count(heard_b, "EVALBUS_GROUP_END") > 0;
+  }));
+  EXPECT_EQ(heard_a, (Heard{"EVALBUS_GROUP_OF_A", "EVALBUS_GROUP_END"}));
+  EXPECT_EQ(heard_b, (Heard{"EVALBUS_GROUP_OF_B", "EVALBUS_GROUP_END"}));
+}
+
 }  // namespace evalbus::receiver_test

@@ -266,14 +266,18 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   for (int i = 0; i < 2; ++i) EXPECT_LT(fs::file_size(LogFile(run_, i)), 50'000'000u);
 }
 
-// Smaller ones are not tried here: with 4096 bytes a busy machine loses messages in every tick, and the
-// honest end of that takes three tries of up to a minute each, longer than a test may. What a loss does is
-// seen in lossy_bus_test.
 TEST_F(UdpFaults, SmallReceiveBuffers) {
-  for (const char* size : {"16384", "32768"}) {
+  const std::string least = std::to_string(kLeastReceiveBufferBytes);
+  ExpectTheSameOrAReason(Run("", {}, "&recv_buf_size=" + least));
+  for (const char* size : {"4096", "0", "-1", "many", "65535"}) {
     SCOPED_TRACE(size);
     fs::remove_all(run_);
-    ExpectTheSameOrAReason(Run("", {}, std::string("&recv_buf_size=") + size));
+    const Result result = Run("", {}, std::string("&recv_buf_size=") + size);
+    EXPECT_EQ(result.code, 1);
+    EXPECT_NE(result.err.find("recv_buf_size: expected at least " + least + " bytes"), std::string::npos)
+        << result.err;
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+    EXPECT_FALSE(fs::exists(run_));
   }
 }
 

@@ -1,6 +1,11 @@
 #include "bus/live_runs.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -86,6 +91,49 @@ TEST_F(LiveRunsTest, ChoosesOnlyWhereThereIsNoChoice) {
     EXPECT_NE(std::string(error.what()).find("/runs/a"), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("/runs/b"), std::string::npos) << error.what();
   }
+}
+
+// Anybody on a shared machine can name a process evalbus-sim.
+TEST_F(LiveRunsTest, ProcessesOfOtherUsersAreIgnored) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root has files of other users";
+  constexpr uid_t kNobody = 65534;
+  Process("999991", {"evalbus-sim", "--url", "udpm://a", "--out", "/runs/a"}, "net:[1]");
+  Process("999992", {"evalbus-sim", "--url", "udpm://b", "--out", "/runs/a"}, "net:[1]");
+  ASSERT_EQ(chown((proc_.path() / "999991").c_str(), kNobody, kNobody), 0);
+  const auto runs = FindLiveRuns(proc_.path());
+  ASSERT_EQ(runs.size(), 1u);
+  EXPECT_EQ(runs[0].url, "udpm://b");
+}
+
+TEST(JoinNetwork, OfAnotherUsersProcessIsRefused) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can start processes of other users";
+  int ready[2];
+  ASSERT_EQ(pipe(ready), 0);
+  const pid_t other = fork();
+  if (other == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const bool good = unshare(CLONE_NEWNET) == 0 && setresuid(65534, 65534, 65534) == 0 &&
+                      prctl(PR_SET_DUMPABLE, 1) == 0 && write(ready[1], "r", 1) == 1;
+    if (!good) _exit(1);
+    for (;;) pause();
+  }
+  close(ready[1]);
+  char byte = 0;
+  const bool is_there = read(ready[0], &byte, 1) == 1;
+  close(ready[0]);
+  LiveRun run;
+  run.pid = other;
+  run.url = "udpm://a";
+  std::string refusal;
+  try {
+    if (is_there) JoinNetwork(run);
+  } catch (const EnvironmentError& error) {
+    refusal = error.what();
+  }
+  kill(other, SIGKILL);
+  waitpid(other, nullptr, 0);
+  if (!is_there) GTEST_SKIP() << "no network namespaces on this machine";
+  EXPECT_NE(refusal.find("belongs to another user"), std::string::npos) << refusal;
 }
 
 }  // namespace evalbus::live_runs_test

@@ -249,7 +249,10 @@ TEST(TaskDescription, NamedAndSingleQuantities) {
 TEST(TaskDescription, MistakesNameTheLine) {
   EXPECT_EQ(TaskError("time_limit_s: 10", "time_limit: 10"),
             "5: key 'time_limit': not a key here; did you mean 'time_limit_s'?");
-  EXPECT_EQ(TaskError("limit_s: 10", "limit_s: 0"), "5: key 'time_limit_s': expected a number > 0, got '0'");
+  for (const std::string seconds : {"0", "1e-320", "9223372036854775808", "1e308"}) {
+    EXPECT_EQ(TaskError("limit_s: 10", "limit_s: " + seconds),
+              "5: key 'time_limit_s': expected a number in [0.001, 1e+06], got '" + seconds + "'");
+  }
   EXPECT_EQ(TaskError("success:", "failure:"), "1: key 'success': required here, but missing");
   EXPECT_EQ(TaskError("position_m: [1, 0, 0]", "position_m: [1, 0]"),
             "11: key 'position_m': expected a list of 3 numbers, got 2");

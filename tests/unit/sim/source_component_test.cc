@@ -265,7 +265,13 @@ TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
         {[](source_state_t* s) { s->stamp_us -= 20'000; }, "the time goes from"},
         {[](source_state_t* s) { s->object[0].quat_wxyz[0] = 2; }, "has norm 2, expected 1"},
         {[](source_state_t* s) { s->object[0].position_m[2] = std::numeric_limits<double>::infinity(); },
-         "the position of pot is"}}) {
+         "the position of pot is"},
+        {[](source_state_t* s) { s->sample = std::numeric_limits<int64_t>::max(); },
+         "no episode has a sample 9223372036854775807"},
+        {[](source_state_t* s) { s->object[0].position_m[0] = 1e300; },
+         "the position of pot is 1e+300, 0, 1 m, expected at most 1000 m from the origin"},
+        {[](source_state_t* s) { s->object[0].position_m[1] = -1001; },
+         "the position of pot is 0.5, -1001, 1 m, expected at most 1000 m from the origin"}}) {
     states_.clear();
     ends_.clear();
     scored_ = 0;
@@ -280,7 +286,7 @@ TEST_F(SourceComponentTest, ARefusedSampleMakesTheEpisodeIncomplete) {
     // Tick 2 is missing: nothing was made of what cannot be.
     EXPECT_EQ(Ticks(), (std::vector<int64_t>{0, 1, 3, 4})) << said;
     ASSERT_EQ(ends_.size(), 1u);
-    EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample 2: "));
+    EXPECT_THAT(ends_[0].detail, HasSubstr("1 sample refused, the first: sample "));
     EXPECT_THAT(ends_[0].detail, HasSubstr(said));
   }
 }
@@ -347,6 +353,21 @@ TEST_F(SourceComponentTest, AClockThatLeapsBreaksTheEpisodeOff) {
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].header.tick, 1);
   EXPECT_THAT(ends_[0].detail, HasSubstr("its clock leaps by 3.6e+03 s"));
+}
+
+// Differences of these stamps are greater than any 64-bit number.
+TEST_F(SourceComponentTest, AClockThatLeapsThroughAllItsRangeIsNoExceptionToThat) {
+  Start();
+  source_state_t sample = Sample(0);
+  sample.stamp_us = std::numeric_limits<int64_t>::min();
+  Send(sample);
+  Score(0);
+  sample = Sample(1);
+  sample.stamp_us = std::numeric_limits<int64_t>::max() - 59;
+  Send(sample);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].header.tick, 1) << "which was never published: the episode is incomplete";
+  EXPECT_THAT(ends_[0].detail, HasSubstr("its clock leaps by 9.22e+12 s"));
 }
 
 TEST_F(SourceComponentTest, ASourceThatStartsAgainBeginsANewEpisode) {

@@ -130,7 +130,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   }
   EXPECT_GT(measured, 20);
   // What does not move stands where STATE says, too.
-  const viz::BlockReader scene(scenes.blocks().at(block.head()["scene"].get<std::string>()));
+  const viz::BlockReader scene(*scenes.FindBlock(block.head()["scene"].get<std::string>()));
   for (size_t i = 0; i < states[0].body.size(); ++i) {
     const auto& body = scene.head()["bodies"][i];
     if (body["moves"]) continue;

@@ -109,6 +109,11 @@ TEST(Contract, MistakesAreSaidWithLineAndKey) {
       {"index: 7", "index: 8", "mine.yaml:18: key 'index': expected a whole number from 0 to 7, got '8'"},
       {"indices: 0-6", "indices: 2-8", "mine.yaml:18: key 'indices': expected less than 'values', 8"},
       {"closed: 1", "closed: -1", "mine.yaml:18: key 'closed': expected another number than 'open'"},
+      {"indices: 0-6", "indices: []", "mine.yaml:18: key 'indices': expected at least one index"},
+      {"scale: -1", "indices: []", "mine.yaml:7: key 'indices': expected at least one index"},
+      {"key: image", "key: []", "mine.yaml:6: key 'key': expected at least one key"},
+      {"scale: 0.1\n", "scale: 0.1\n  first_step_rad: 1e308\n",
+       "mine.yaml:17: key 'first_step_rad': expected a number in (0, 100], got '1e308'"},
       {"threshold: 0}", "threshold: 2}",
        "mine.yaml:18: key 'threshold': expected a number between 'open' and 'closed'"},
   };

@@ -304,6 +304,19 @@ TEST_F(RemotePolicyTest, FirstStepOfAnAbsoluteActionIsWhereTheRobotIs) {
   }
 }
 
+TEST_F(RemotePolicyTest, AnAbsurdFirstStepIsSaidInAFewDigits) {
+  Serve([](const Value&) { return ChunkOf(2, 1e38); });
+  Make();
+  Begin();
+  try {
+    Act(0);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(" 1e+38 rad from where it is"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(RemotePolicyTest, AnotherShapeIsSaidBeforeTheFirstEpisodeCounts) {
   Serve([](const Value&) -> Value {
     return Map{{"actions", FloatArray(std::vector<double>(14, 0), {2, 7})}};

@@ -87,4 +87,9 @@ TEST(JsonNumpy, BoundsDepthAndNumberOfValues) {
   EXPECT_THAT(FailureOf([&] { DecodeJsonNumpy(many + "]"); }), FailsAs(Kind::kProtocol, "a million values"));
 }
 
+TEST(JsonNumpy, RefusesAKeyTwice) {
+  EXPECT_THAT(FailureOf([] { DecodeJsonNumpy(R"({"a": 1, "b": 2, "a": 1})"); }),
+              FailsAs(ServerError::Kind::kProtocol, "key \"a\" twice in a map"));
+}
+
 }  // namespace evalbus::policy::json_numpy_test

@@ -7,6 +7,7 @@
 #include "policy_bridge/wire/policy_client.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/policy_bridge/wire/hex.h"
+#include "tests/unit/policy_bridge/wire/server_failure.h"
 
 namespace evalbus::policy::msgpack_codec_test {
 
@@ -212,6 +213,15 @@ TEST(MsgpackCodec, AllocatesNothingForWhatIsOnlyAnnounced) {
     EXPECT_LT(AllocatedBytes() - before, 32 << 10) << ToHex(message);
     EXPECT_THAT(refusal, testing::StartsWith("MessagePack: ")) << ToHex(message);
   }
+}
+
+// Python's decoder takes the last one, others the first: what was meant is not known.
+TEST(Msgpack, RefusesAKeyTwice) {
+  EXPECT_THAT(FailureOf([] { DecodeMsgpack(FromHex("82a16101a16102")); }),
+              FailsAs(ServerError::Kind::kProtocol, "key \"a\" twice in a map"));
+  EXPECT_THAT(FailureOf([] { DecodeMsgpack(FromHex("81a16282a16101a16101")); }),
+              FailsAs(ServerError::Kind::kProtocol, "key \"a\" twice in a map"));
+  EXPECT_EQ(DecodeMsgpack(FromHex("82a16181a16101a16202")), (Value(Map{{"a", Map{{"a", 1}}}, {"b", 2}})));
 }
 
 }  // namespace evalbus::policy::msgpack_codec_test

@@ -212,4 +212,17 @@ TEST_F(RestClient, ALargeRequestAndALargeAnswerAreWhole) {
   EXPECT_EQ(server_->requests().back().body, "{\"image\":" + answer_ + "}");
 }
 
+// As servers and proxies send it that would rather not read a large request before they know that they want
+// it.
+TEST_F(RestClient, ReadsTheAnswerBehindInterimOnes) {
+  const std::string interim = "HTTP/1.1 100 Continue\r\n\r\n",
+                    early = "HTTP/1.1 103 Early Hints\r\nLink: x\r\n\r\n";
+  server_->SayNext(interim + early + interim + HttpAnswer("200 OK", kRow));
+  EXPECT_EQ(*client_->Infer(Observation()).value.Find("actions"), Value(Array{"<f8", {1, 2}, kRowBytes}));
+  std::string endless;
+  for (int i = 0; i < 100; ++i) endless += interim;
+  server_->SayNext(endless + HttpAnswer("200 OK", kRow));
+  EXPECT_THAT(Failure(), FailsAs(Kind::kProtocol, "interim"));
+}
+
 }  // namespace evalbus::policy::rest_client_test

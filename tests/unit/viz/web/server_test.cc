@@ -15,14 +15,15 @@ using testing::Not;
 
 class Server : public testing::Test {
  protected:
-  void Begin(const WebServer::Limits& limits = {}, const std::string& host = "127.0.0.1") {
+  void Begin(const WebServer::Limits& limits = {}, const std::string& host = "") {
     board_ = std::make_shared<Board>();
     server_.emplace(WebServer::Address{host, 0}, board_, limits);
     server_->Start([this](const WebTarget& target, WebServer::Reply reply) {
       if (target.kind == WebTarget::Kind::kEpisode) return Later(std::move(reply));
       WebAnswer answer;
       answer.type = "text/html";
-      answer.body = std::make_shared<const std::string>("file " + target.name);
+      answer.body =
+          target.name == "large" ? large_ : std::make_shared<const std::string>("file " + target.name);
       answer.is_forever = target.kind == WebTarget::Kind::kBlock;
       reply(answer);
     });
@@ -33,6 +34,7 @@ class Server : public testing::Test {
   }
   std::string Origin() const { return "http://localhost:" + std::to_string(port_); }
 
+  const SharedBytes large_ = std::make_shared<const std::string>(4 << 20, 'x');
   std::shared_ptr<Board> board_;
   std::optional<WebServer> server_;
   uint16_t port_ = 0;
@@ -229,12 +231,47 @@ TEST_F(Server, TooManyViewersAreRefused) {
   EXPECT_EQ(c.status(), 503);
 }
 
-TEST_F(Server, WhoSaysNothingIsLetGo) {
+TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
   WebServer::Limits limits;
-  limits.patience = std::chrono::seconds(1);
+  limits.first_request = std::chrono::seconds(1);
+  limits.patience = std::chrono::hours(1);
   Begin(limits);
   // Half a request: the server closes, or this would end in 30 s.
   EXPECT_EQ(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: loc"), "");
+  limits.first_request = std::chrono::hours(1);
+  limits.patience = std::chrono::seconds(1);
+  Begin(limits);
+  EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: localhost\r\n\r\nGET / HTTP/1.1\r\nHost: loc")),
+            200);
+}
+
+// Connections that are opened in great number and never ask.
+TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
+  WebServer::Limits limits;
+  limits.connections = 4;
+  Begin(limits);
+  HalfRequests half(port_);
+  for (int i = 0; i < 20; ++i) {
+    half.Add();
+    EXPECT_EQ(StatusOf(Get(port_, "/")), 200) << i;
+  }
+  // A viewer waits for nothing that it would have to say.
+  board_->SetRun(0, "the run");
+  WebClient viewer(port_, Origin());
+  EXPECT_EQ(viewer.Read(), "the run");
+  for (int i = 0; i < 20; ++i) half.Add();
+  board_->SetRun(0, "the run later");
+  server_->Wake();
+  EXPECT_EQ(viewer.Read(), "the run later");
+}
+
+// The whole takes several times as long as a client may take nothing.
+TEST_F(Server, AnAnswerMayTakeLongWhileItIsBeingTaken) {
+  WebServer::Limits limits;
+  limits.patience = std::chrono::seconds(2);
+  Begin(limits);
+  EXPECT_EQ(BodyOf(GetSlowly(port_, "/page/large", std::chrono::milliseconds(60), 40'000)).size(),
+            large_->size());
 }
 
 TEST_F(Server, AViewerThatLeavesIsForgotten) {
@@ -248,6 +285,17 @@ TEST_F(Server, AViewerThatLeavesIsForgotten) {
   // Its last word is on its way: another one's answer comes behind it.
   for (int i = 0; i < 1000 && board_->num_viewers() > 0; ++i) Get(port_, "/");
   EXPECT_EQ(board_->num_viewers(), 0);
+}
+
+TEST_F(Server, AnyAddressOfTheUsersChoiceHasAToken) {
+  for (const char* host : {"127.0.0.1", "127.0.0.2"}) {
+    Begin({}, host);
+    ASSERT_EQ(server_->token().size(), 32u) << host;
+    const std::string url = server_->url(), address = std::string(host) + ":" + std::to_string(port_);
+    ASSERT_EQ(url, "http://" + address + "/" + server_->token() + "/");
+    EXPECT_EQ(StatusOf(Get(port_, "/" + server_->token() + "/", address, "", "GET", host)), 200) << host;
+    EXPECT_EQ(StatusOf(Get(port_, "/", address, "", "GET", host)), 404) << host;
+  }
 }
 
 TEST(WebServer, ATakenPortIsSaid) {

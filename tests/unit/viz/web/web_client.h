@@ -14,18 +14,21 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace evalbus::viz {
 
-// What a server at 127.0.0.1 answers to these bytes, until it closes the connection; no more than `most`.
-inline std::string AnswerTo(uint16_t port, const std::string& bytes, size_t most = 1 << 20) {
+// What a server at this address answers to these bytes, until it closes the connection; no more than `most`.
+inline std::string AnswerTo(uint16_t port, const std::string& bytes, size_t most = 1 << 20,
+                            const std::string& address = "127.0.0.1") {
   namespace asio = boost::asio;
   asio::io_context context;
   boost::beast::tcp_stream stream(context);
   std::string answer(most, '\0');
   size_t count = 0;
   stream.expires_after(std::chrono::seconds(30));
-  stream.async_connect({asio::ip::address_v4::loopback(), port}, [&](boost::system::error_code error) {
+  stream.async_connect({asio::ip::make_address(address), port}, [&](boost::system::error_code error) {
     if (error) return;
     asio::async_write(stream, asio::buffer(bytes), [&](boost::system::error_code, size_t) {
       asio::async_read(stream, asio::buffer(answer), [&](boost::system::error_code, size_t n) { count = n; });
@@ -36,10 +39,47 @@ inline std::string AnswerTo(uint16_t port, const std::string& bytes, size_t most
 }
 
 inline std::string Get(uint16_t port, const std::string& target, const std::string& host = "localhost",
-                       const std::string& more = "", const std::string& method = "GET") {
-  return AnswerTo(port, method + " " + target + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" +
-                            more + "\r\n");
+                       const std::string& more = "", const std::string& method = "GET",
+                       const std::string& address = "127.0.0.1") {
+  return AnswerTo(
+      port,
+      method + " " + target + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + more + "\r\n",
+      1 << 20, address);
 }
+// The same by a client that takes `part` bytes, then nothing for a while.
+inline std::string GetSlowly(uint16_t port, const std::string& target, std::chrono::milliseconds pause,
+                             size_t part) {
+  namespace asio = boost::asio;
+  asio::io_context context;
+  asio::ip::tcp::socket socket(context, asio::ip::tcp::v4());
+  socket.set_option(asio::socket_base::receive_buffer_size(4096));
+  socket.connect({asio::ip::address_v4::loopback(), port});
+  asio::write(socket,
+              asio::buffer("GET " + target + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"));
+  std::string answer, bytes(part, '\0');
+  boost::system::error_code error;
+  while (!error) {
+    answer.append(bytes, 0, asio::read(socket, asio::buffer(bytes), error));
+    std::this_thread::sleep_for(pause);
+  }
+  return answer;
+}
+
+// Connections on which half a request was sent; they stay open.
+class HalfRequests {
+ public:
+  explicit HalfRequests(uint16_t port) : port_(port) {}
+  void Add() {
+    sockets_.emplace_back(context_);
+    sockets_.back().connect({boost::asio::ip::address_v4::loopback(), port_});
+    boost::asio::write(sockets_.back(), boost::asio::buffer("GET / HTTP/1.1\r\nHost: loc", 25));
+  }
+
+ private:
+  uint16_t port_;
+  boost::asio::io_context context_;
+  std::vector<boost::asio::ip::tcp::socket> sockets_;
+};
 inline int StatusOf(const std::string& answer) {
   return answer.starts_with("HTTP/1.1 ") ? std::stoi(answer.substr(9, 3)) : 0;
 }

@@ -1,0 +1,84 @@
+#include "bus/reserved_bus.h"
+
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <random>
+#include <utility>
+
+#include "base/errors.h"
+#include "bus/multicast_receiver.h"
+
+namespace evalbus {
+namespace {
+
+// Unprivileged ports that common services do not use.
+constexpr int kFirstPort = 20000, kLastPort = 59999;
+constexpr int kMaxDraws = 1000;
+
+// A socket of this type that nothing else may be bound beside; -1, with errno.
+int BindAlone(int type, uint16_t port) {
+  const int fd = socket(AF_INET, type | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  if (fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    const int error = errno;
+    close(fd);
+    errno = error;
+    return -1;
+  }
+  return fd;
+}
+
+// Whether a program receives on this UDP port: one that knows nothing of reservations, too.
+bool IsReceivedOn(uint16_t port) {
+  const int fd = BindAlone(SOCK_DGRAM, port);
+  if (fd >= 0) close(fd);
+  return fd < 0 && errno == EADDRINUSE;
+}
+
+}  // namespace
+
+ReservedBus& ReservedBus::operator=(ReservedBus&& other) noexcept {
+  if (this == &other) return *this;
+  Release();
+  url_ = std::exchange(other.url_, {});
+  socket_ = std::exchange(other.socket_, -1);
+  return *this;
+}
+
+void ReservedBus::Release() {
+  if (socket_ >= 0) close(std::exchange(socket_, -1));
+}
+
+ReservedBus::Place ReservedBus::DrawPlace() {
+  std::random_device random;
+  std::uniform_int_distribution<int> group(0, UINT16_MAX), port(kFirstPort, kLastPort);
+  return {static_cast<uint16_t>(group(random)), static_cast<uint16_t>(port(random))};
+}
+
+ReservedBus ReservedBus::Draw(const std::function<Place()>& draw) {
+  for (int i = 0; i < kMaxDraws; ++i) {
+    const Place place = draw();
+    ReservedBus bus(
+        fmt::format("udpm://239.255.{}.{}:{}?ttl=0", place.group >> 8, place.group & 0xff, place.port));
+    bus.socket_ = BindAlone(SOCK_STREAM, place.port);
+    // Where there are no sockets at all there is no bus either; whoever opens it reports that.
+    if (bus.socket_ < 0 && errno != EADDRINUSE) return bus;
+    if (bus.socket_ >= 0 && !IsReceivedOn(place.port)) return bus;
+  }
+  throw EnvironmentError(fmt::format("no bus: all of {} ports drawn between {} and {} are in use", kMaxDraws,
+                                     kFirstPort, kLastPort));
+}
+
+ReservedBus ReservedBus::Chosen(const std::string& url) {
+  ReservedBus bus(url);
+  bus.socket_ = BindAlone(SOCK_STREAM, ParseMulticastUrl(url, 0).port);
+  return bus;
+}
+
+}  // namespace evalbus

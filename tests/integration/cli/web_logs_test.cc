@@ -1,0 +1,48 @@
+// evalbus web over a run of which one log does not open, as on a file system that does not answer.
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <future>
+#include <vector>
+
+#include "base/run_layout.h"
+#include "tests/integration/harness.h"
+#include "tests/unit/viz/web/web_client.h"
+
+namespace evalbus::web_logs_test {
+
+namespace fs = std::filesystem;
+
+class WebLogs : public testing::Test {
+ protected:
+  void SetUp() override {
+    Evaluate({ShortTask(folder_.path(), 0.2), "--policy", "hold", "--episodes", "8", "--in-process"}, run_);
+    server_.emplace(std::vector<std::string>{"evalbus", "web", run_, "--port", "0"});
+    ASSERT_TRUE(WaitFor([&] { return server_->out().find("(Ctrl-C") != std::string::npos; }))
+        << server_->err();
+    const std::string said = server_->out();
+    port_ = static_cast<uint16_t>(std::stoi(said.substr(said.find("127.0.0.1:") + 10)));
+  }
+  // From now on this episode's log is a pipe into which nothing is written.
+  void MakeHang(int episode) {
+    fs::remove(LogFile(run_, episode));
+    ASSERT_EQ(mkfifo(LogFile(run_, episode).c_str(), 0600), 0);
+  }
+  std::string Ask(int episode) const { return viz::Get(port_, "/episode/0/" + std::to_string(episode)); }
+
+  TemporaryFolder folder_;
+  const fs::path run_ = folder_.path() / "run";
+  std::optional<Program> server_;
+  uint16_t port_ = 0;
+};
+
+TEST_F(WebLogs, OneThatHangsHoldsUpNoOtherAndNotTheEnd) {
+  MakeHang(1);
+  auto hanging = std::async(std::launch::async, [this] { return Ask(1); });
+  for (const int episode : {0, 2, 3}) EXPECT_EQ(viz::StatusOf(Ask(episode)), 200) << episode;
+  server_->Signal(SIGINT);
+  EXPECT_EQ(server_->Wait(), 0) << server_->err();
+  hanging.get();
+}
+
+}  // namespace evalbus::web_logs_test
