@@ -33,10 +33,11 @@ std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes)
   sim::World world(prepared.scene.physics.get(), prepared.info, prepared.robot, prepared.task,
                    prepared.info.substeps);
   const Variation& variation = prepared.task.variation(prepared.variation);
+  const SeedSource seeds{options.seed, options.seed_stream, prepared.task.name, prepared.variation};
   std::vector<std::vector<double>> starts;
   for (int episode = 0; episode < episodes; ++episode) {
     std::vector<double>& start = starts.emplace_back();
-    for (const Parameter& parameter : world.Reset(EpisodeSeed(options.seed, episode), variation)) {
+    for (const Parameter& parameter : world.Reset(seeds.OfEpisode(episode), variation)) {
       start.push_back(parameter.value);
     }
     // Distractors that are there or not make their number another one.
@@ -52,6 +53,7 @@ void Collect(RunOptions options) {
     throw InputError("--resume: " + options.out.string() + ": is complete");
   }
   const int wanted = options.episodes;
+  options.seed_stream = kCollectSeeds;
   options.episodes = wanted * kStartsEach;
   options.sim.task = options.tasks.at(0);
   const auto strata = Strata(Starts(options, options.episodes), wanted);
@@ -95,6 +97,8 @@ void Collect(RunOptions options) {
                                {"kept", kept.size()},
                                {"tried", tried.size()},
                                {"yield", yield},
+                               {"seed", options.seed},
+                               {"seed_stream", options.seed_stream},
                                {"starts_drawn", options.episodes}});
   if (!kept.empty()) results::WriteRunSummary(folder);
   fmt::print("\nkept {} of {} wanted, of {} tried: yield {:.1f} %\n", kept.size(), wanted, tried.size(),

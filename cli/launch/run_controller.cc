@@ -9,7 +9,6 @@
 #include "base/disk.h"
 #include "base/errors.h"
 #include "base/plural.h"
-#include "base/random.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/text.h"
@@ -63,7 +62,7 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
   bus->Subscribe(channels::kLog, [this](const log_t& line) { OnLog(line); });
 }
 
-int64_t RunController::seed() const { return EpisodeSeed(plan_.seed, episode_index()); }
+int64_t RunController::seed() const { return plan_.seeds().OfEpisode(episode_index()); }
 
 void RunController::Command() {
   bus().SetPatience({});

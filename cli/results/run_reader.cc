@@ -133,7 +133,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   }
   episode.episode = static_cast<int>(number);
   episode.seed = Get<int64_t>(json, "seed", "a whole number", where);
-  if (episode.seed != EpisodeSeed(run.seed, episode.episode)) {
+  if (episode.seed != run.seeds().OfEpisode(episode.episode)) {
     Fail(where, fmt::format("seed {} is not that of episode {} in a run with seed {}: a line of another run",
                             episode.seed, number, run.seed));
   }
@@ -230,6 +230,13 @@ std::vector<std::string> RecordedRun::Remarks() const {
   return remarks;
 }
 
+std::string SeedStreamOf(const ordered_json& info, const std::string& file) {
+  if (!info.contains("seed_stream")) return kSharedSeeds;
+  const auto stream = Get<std::string>(info, "seed_stream", "a name", file);
+  if (stream == kRunSeeds || stream == kCollectSeeds || stream == kSharedSeeds) return stream;
+  Fail(file, fmt::format("\"seed_stream\" is \"{}\", which this version of evalbus does not know", stream));
+}
+
 RecordedRun ReadRunInfo(const fs::path& folder) {
   const fs::path file = folder / kRunJson;
   RecordedRun run;
@@ -246,6 +253,7 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
     if (!name.empty()) run.policy = name;
   }
   run.seed = Get<int64_t>(run.info, "seed", "a whole number", file.string());
+  run.seed_stream = SeedStreamOf(run.info, file.string());
   run.planned = static_cast<int>(Get<int64_t>(run.info, "episodes", "a number", file.string()));
   return run;
 }
