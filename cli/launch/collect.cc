@@ -25,7 +25,6 @@ namespace fs = std::filesystem;
 // Starts that are drawn for each that is wanted: as often a start may be replaced by a neighbour where it
 // fails.
 constexpr int kStartsEach = 8;
-constexpr char kCollectJson[] = "collect.json";
 
 // Where each of so many episodes of the run begins: what its variation draws.
 std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes) {

@@ -92,8 +92,8 @@ class RunController : public Component {
     int number = 0;
     // Our sim's MODEL was heard since the attempt began; what began before that.
     bool own_model_heard = false;
-    std::optional<episode_begin_t> early_begin;
-    bool begun = false;
+    std::optional<episode_begin_t> early_begin, begin;
+    bool begun() const { return begin.has_value(); }
     // Its first score came.
     bool started = false;
     // Since we look.

@@ -28,6 +28,9 @@ struct RunOptions {
   int64_t seed = 0;
   // Of kRunSeeds and so on.
   std::string seed_stream = kRunSeeds;
+  // Of a run of a plan that stops when its comparisons are decided: the plan's words. The number of episodes
+  // then depends on the results.
+  std::string until;
   int workers = 1;
   std::string url;
   bool in_process = false;
@@ -68,6 +71,7 @@ void ForEachOption(Options& options, const F& f) {
                  Range{0, kMostEpisodes}},
           Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give equal bits", Range{}, kFixed},
           Option{&RunOptions::seed_stream, "seed_stream", "", Range{}, kFixed},
+          Option{&RunOptions::until, "until"},
           Option{&RunOptions::workers, "workers",
                  "episodes (of a suite: runs) at the same time; the same results", Range{1, 1024}},
           Option{&RunOptions::url, "url",

@@ -225,6 +225,11 @@ std::vector<std::string> RecordedRun::Remarks() const {
         fmt::format("line {} of {} is cut off and left out: the run was stopped while it was written",
                     cut_line, kEpisodesJsonl));
   }
+  // Written by evalbus collect.
+  if (std::filesystem::exists(folder / kCollectJson)) {
+    remarks.emplace_back(
+        "collected demonstrations: only successes were kept, so its rates say nothing of the policy");
+  }
   const std::string samples = Statistics().Summary(false).SamplesText();
   if (!samples.empty()) remarks.push_back(samples);
   return remarks;

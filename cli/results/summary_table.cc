@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalogue.h"
@@ -159,17 +160,25 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   text += "\n" + std::string(kLabelWidth, ' ');
   for (const Statistic& statistic : statistics) text += Pad(statistic.title, statistic.width);
   text += "\n";
+  std::string note;
   std::vector<std::string> names;
   for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
   for (const MetricNumber& main : MainMetrics(names)) {
-    const auto number = [&](double value) { return ShownValue(*main.metric, value); };
-    text += Pad(main.label(), -kLabelWidth);
-    for (const Statistic& statistic : statistics) {
-      text += Pad(statistic.text(*summary.Find(main.name), number), statistic.width);
-    }
+    const metrics::MetricSummary& metric = *summary.Find(main.name);
+    const auto number = [&](double value) {
+      return ShownValue(*main.metric, value, metric.std / std::sqrt(metric.episodes));
+    };
+    const bool is_of_fewer = IsOfSuccessesOnly(main.name) && metric.episodes < summary.complete;
+    text += Pad(main.label() + (is_of_fewer ? " *" : ""), -kLabelWidth);
+    for (const Statistic& statistic : statistics)
+      text += Pad(statistic.text(metric, number), statistic.width);
     text += main.shown_unit().empty() ? "\n" : fmt::format("  {}\n", main.shown_unit());
+    if (is_of_fewer) {
+      note = fmt::format("* of the {} that succeeded; all else of all {}\n",
+                         Plural(metric.episodes, "episode"), summary.complete);
+    }
   }
-  return text;
+  return text + note;
 }
 
 }  // namespace evalbus::results
