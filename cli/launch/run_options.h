@@ -23,7 +23,7 @@ struct RunOptions {
   policy::PolicyOptions policy;
   RecorderOptions recorder;
   std::string policy_name;
-  int episodes = 3;
+  int episodes = 10;
   std::vector<int> only;
   int64_t seed = 0;
   // Of kRunSeeds and so on.
