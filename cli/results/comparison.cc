@@ -285,6 +285,16 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
     remarks->push_back(name + (task.variation != task.baseline_variation ? "" : ": no seed in common") +
                        ": compared as independent samples");
   }
+  if (task.paired && !(own.is_simulated && other.is_simulated)) {
+    remarks->push_back(
+        fmt::format("{}: evalbus did not draw the starts of {}: episodes of equal number count as pairs, "
+                    "whether they began alike "
+                    "or not",
+                    name,
+                    !own.is_simulated && !other.is_simulated ? "either"
+                    : own.is_simulated                       ? baseline
+                                                             : run));
+  }
   MeritRemarks merits;
   for (const MetricComparison& metric : task.metrics) {
     if (metric.judgement() != Judgement::kDiffers) continue;

@@ -98,7 +98,7 @@ TEST(FindMetric, KnowsEachNumberByItsName) {
   expect("overall_rms_cartesian_jerk", "wrist jerk, rms", "m/s³");
   expect("bimanual_gripper_vertical_difference", "gripper height difference", "mm");
   expect("extended.min_clearance_m", "smallest clearance", "mm");
-  expect("extended.mechanical_work_J.right", "mechanical work, right", "J");
+  expect("extended.mechanical_work_J.right", "servo work, right", "J");
   expect("extended.peak_wrist_acceleration_mps2", "peak wrist acceleration", "m/s²");
   // Of another version of evalbus.
   expect("extended.wrist_angle_rad", "wrist angle rad", "");
