@@ -83,6 +83,7 @@ constexpr MetricInfo kMetrics[] = {
      .unit = "rad",
      .kind = kByName,
      .better = kLower,
+     .risk = true,
      .main = 4,
      .values = &Values::object_pose_error_rad,
      .names = &Values::pose_error_name},
@@ -376,6 +377,8 @@ std::vector<std::string> NamesOf(const MetricInfo& metric) {
 
 std::string MetricNumber::label() const {
   if (!metric) return Words(name.starts_with(kExtended) ? name.substr(kExtended.size()) : name);
+  // The task has named it.
+  if (metric->kind == kByName && !of.empty()) return Words(of);
   std::string text(metric->label);
   for (const Form& form : FormsOf(*metric)) {
     if (form.part == part) text += form.words;

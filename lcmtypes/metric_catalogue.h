@@ -112,7 +112,7 @@ struct MetricNumber {
   // What follows the metric's own name: arm, stage, ...
   std::string of;
 
-  std::string label() const;  // "servo work, left"
+  std::string label() const;  // "servo work, left"; of a task's own, what the task calls it
   std::string_view shown_unit() const { return metric ? metric->shown_unit : std::string_view(); }
   double scale() const { return metric ? metric->scale : 1; }
 };

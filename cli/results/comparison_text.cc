@@ -53,16 +53,18 @@ std::string SuccessRow(const std::string& label, int width, const SuccessCompari
 }
 
 std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
-  constexpr int kLabel = 27;
-  std::string text = Row(kLabel, "", Short(comparison.baseline.name), Short(comparison.run.name),
+  int label_width = 27;
+  for (const MetricComparison& metric : task.metrics)
+    label_width = std::max(label_width, static_cast<int>(metric.number.label().size()));
+  std::string text = Row(label_width, "", Short(comparison.baseline.name), Short(comparison.run.name),
                          "difference", "its 95 % interval", "p", "Holm", "", "");
-  text += SuccessRow("success", kLabel, comparison.success);
+  text += SuccessRow("success", label_width, comparison.success);
   int tested = 0;
   for (const MetricComparison& metric : task.metrics) {
     const MetricInfo& info = *metric.number.metric;
     const auto scaled = [&](double value) { return value * info.scale; };
     const int decimals = RowDecimals(metric);
-    text += Row(kLabel, metric.number.label() + (info.effort ? " *" : ""),
+    text += Row(label_width, metric.number.label() + (info.effort ? " *" : ""),
                 FixedOrDash(scaled(metric.baseline_mean), decimals),
                 FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),

@@ -149,27 +149,31 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   if (summary.complete == 0) return text;
   if (!summary.failure_reasons.empty()) text += "Failures: " + FailuresText(summary) + "\n";
 
-  constexpr int kLabelWidth = 25, kUnitWidth = 8;
+  std::vector<std::string> names;
+  for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
+  const std::vector<MetricNumber> numbers = MainMetrics(names);
+  int label_width = 25;
+  for (const MetricNumber& main : numbers)
+    label_width = std::max(label_width, static_cast<int>(main.label().size()));
+  constexpr int kUnitWidth = 8;
   std::vector<Statistic> statistics = Statistics();
   size_t shown = 0;
-  for (int used = kLabelWidth + kUnitWidth; shown < statistics.size(); ++shown) {
+  for (int used = label_width + kUnitWidth; shown < statistics.size(); ++shown) {
     used += statistics[shown].width;
     if (used > width && shown > 0) break;
   }
   statistics.resize(shown);
-  text += "\n" + std::string(kLabelWidth, ' ');
+  text += "\n" + std::string(static_cast<size_t>(label_width), ' ');
   for (const Statistic& statistic : statistics) text += Pad(statistic.title, statistic.width);
   text += "\n";
   std::string note;
-  std::vector<std::string> names;
-  for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
-  for (const MetricNumber& main : MainMetrics(names)) {
+  for (const MetricNumber& main : numbers) {
     const metrics::MetricSummary& metric = *summary.Find(main.name);
     const auto number = [&](double value) {
       return ShownValue(*main.metric, value, metric.std / std::sqrt(metric.episodes));
     };
     const bool is_of_fewer = IsOfSuccessesOnly(main.name) && metric.episodes < summary.complete;
-    text += Pad(main.label() + (is_of_fewer ? " *" : ""), -kLabelWidth);
+    text += Pad(main.label() + (is_of_fewer ? " *" : ""), -label_width);
     for (const Statistic& statistic : statistics)
       text += Pad(statistic.text(metric, number), statistic.width);
     text += main.shown_unit().empty() ? "\n" : fmt::format("  {}\n", main.shown_unit());

@@ -88,7 +88,7 @@ TEST(FindMetric, KnowsEachNumberByItsName) {
   expect("slip_count", "slips", "");
   expect("slip_count_per_object.object_2", "slips, object 2", "");
   expect("target_distance", "target distance", "m");
-  expect("target_distance.lift_distance", "target distance, lift distance", "m");
+  expect("target_distance.lift_distance", "lift distance", "m");
   expect("cartesian_path_length", "wrist path", "m");
   expect("cartesian_path_length.left", "wrist path, left", "m");
   expect("total_cartesian_path_length", "wrist path, both arms", "m");
