@@ -47,8 +47,8 @@ std::string FindableText(const Plan& plan, int tasks) {
 std::string PowerText(const Plan& plan) {
   const auto tasks = static_cast<int>(plan.tasks.size());
   return fmt::format(
-      "power     true difference of success rates that is found four times in five: {}{}\n"
-      "          {}; for rates around 50 % and unrelated outcomes, equal seeds mostly need fewer episodes\n",
+      "power     true difference that is found four times in five: {}{}\n"
+      "          ({}, rates around 50 %; equal seeds mostly help)\n",
       FindableText(plan, tasks),
       tasks > 1 ? fmt::format(" over all tasks, {} on one", FindableText(plan, 1)) : "",
       plan.until

@@ -181,6 +181,38 @@ TEST(ErrorRate, OfPairsWhereStartsComeAgain) {
   }
 }
 
+// The difference of rates that a plan shows when it stops early is too large on average; an interval of its
+// rates still holds the truth.
+TEST(Coverage, DifferencesShownByAPlanThatStopsWhenDecided) {
+  for (const double difference : {0.1, 0.2, 0.4}) {
+    Engine random(11);
+    double shown = 0;
+    int decided = 0;
+    Covered wilson;
+    for (int i = 0; i < Simulations(); ++i) {
+      int only_a = 0, only_b = 0, successes = 0, pairs = 0;
+      do {
+        for (int k = 0; k < 10; ++k, ++pairs) {
+          const bool a = Uniform(random) < 0.5 + difference / 2, b = Uniform(random) < 0.5 - difference / 2;
+          only_a += a && !b;
+          only_b += b && !a;
+          successes += a;
+        }
+      } while (pairs < 200 && SequentialMcNemar(only_a, only_b) > kAlpha);
+      wilson.Add(WilsonInterval(successes, pairs), 0.5 + difference / 2);
+      if (SequentialMcNemar(only_a, only_b) > kAlpha) continue;
+      ++decided;
+      shown += (only_a - only_b) / static_cast<double>(pairs);
+    }
+    const double mean = shown / std::max(1, decided);
+    std::printf("true difference %.0f points: decided in %.0f %%, which show %.0f points on average\n",
+                100 * difference, 100.0 * decided / Simulations(), 100 * mean);
+    wilson.Print("rate of a plan that stops", 200, "pairs at most");
+    EXPECT_GT(mean, difference);
+    wilson.ExpectAtLeast(0.92, "stopped", 200);
+  }
+}
+
 // What a plan that stops by success does to the test of a metric that is the same in both policies and goes
 // with success: it errs about as often as it says.
 TEST(ErrorRate, OfMetricsOfAPlanThatStopsWhenDecided) {
