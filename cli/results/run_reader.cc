@@ -145,6 +145,14 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   }
   const ordered_json& metrics = Get<ordered_json>(json, "metrics", "an object", where);
   Get<ordered_json>(json, "extended", "an object", where);
+  // Lines of older versions have none.
+  if (json.contains("parameters")) {
+    for (const auto& [name, value] : Get<ordered_json>(json, "parameters", "an object", where).items()) {
+      if (!value.is_number())
+        Fail(where,
+             fmt::format("\"parameters\": {} is {}, expected a number", Printable(name), ToText(value)));
+    }
+  }
   const auto success = metrics.find("success");
   const bool is_judged = success != metrics.end();
   if (is_judged != episode.judged() || (is_judged && *success != 0 && *success != 1)) {

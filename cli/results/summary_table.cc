@@ -71,8 +71,7 @@ std::string RateText(const metrics::RunSummary& summary, int width) {
   const std::string rate =
       fmt::format("Success in {} of {} {}episodes: {:.0f} %", summary.successes, summary.judged,
                   summary.judged < summary.complete ? "judged " : "", summary.success_rate * 100);
-  const std::string interval = fmt::format("(95 % interval {:.0f} to {:.0f} %, Wilson)",
-                                           summary.wilson.lower * 100, summary.wilson.upper * 100);
+  const std::string interval = fmt::format("(95 % interval {}, Wilson)", PercentText(summary.wilson));
   const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
   return rate + (one_line ? " " : "\n") + interval + "\n";
 }
@@ -84,6 +83,11 @@ std::string FormatDuration(double seconds) {
   if (whole < 60) return fmt::format("{} s", whole);
   if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
   return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string PercentText(const metrics::Interval& interval) {
+  const int decimals = interval.upper - interval.lower < 0.02 ? 1 : 0;
+  return fmt::format("{:.{}f} to {:.{}f} %", interval.lower * 100, decimals, interval.upper * 100, decimals);
 }
 
 std::string EpisodeHeader(int width) {

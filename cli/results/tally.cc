@@ -4,6 +4,7 @@
 
 #include "base/plural.h"
 #include "base/text.h"
+#include "cli/results/summary_table.h"
 
 namespace evalbus::results {
 namespace {
@@ -57,10 +58,8 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   }
   const bool judged = summary.judged > 0 || summary.complete == 0;
   return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",
-             judged
-                 ? fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100)
-                 : "-",
-             time ? fmt::format("{:.2f} s", time->mean) : "-", notes);
+             judged ? PercentText(summary.wilson) : "-", time ? fmt::format("{:.2f} s", time->mean) : "-",
+             notes);
 }
 
 }  // namespace evalbus::results

@@ -48,6 +48,12 @@ metrics::RunSummary Summary(int complete, int success) {
   return s;
 }
 
+TEST(PercentText, HasADecimalWhereItIsNarrow) {
+  EXPECT_EQ(PercentText({0.7225, 1}), "72 to 100 %");
+  // 3297 of 3300.
+  EXPECT_EQ(PercentText({0.99733, 0.99969}), "99.7 to 100.0 %");
+}
+
 TEST(FormatDuration, HasTheUnitThatFits) {
   EXPECT_EQ(FormatDuration(-3), "0 s");
   EXPECT_EQ(FormatDuration(0.4), "0 s");
