@@ -300,7 +300,8 @@ TEST_F(ExplanationTest, TheSameConditionIsSaidOnce) {
       "{a: "
       "pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}");
   Tick();
-  EXPECT_EQ(Text(), "timeout at 0.02 s: pot does not touch world, height of pot 1.00 m < 9; no stage reached");
+  EXPECT_EQ(Text(),
+            "timeout at 0.02 s: pot does not touch world, height of pot 1.00 m < 9; no stage reached");
   EXPECT_EQ(End().explanation.num_conditions, 3);
 }
 
