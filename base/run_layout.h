@@ -22,7 +22,7 @@ inline constexpr char kEpisodesJsonl[] = "episodes.jsonl";
 // Of a run, a suite, and of each episode once the launcher has counted it.
 inline constexpr char kSummaryJson[] = "summary.json";
 
-// Of a collection of demonstrations.
+// Summary of a collection of demonstrations.
 inline constexpr char kCollectJson[] = "collect.json";
 
 // The composed scene.

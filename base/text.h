@@ -28,8 +28,7 @@ std::string Words(std::string name);
 std::string Fixed(double value, int decimals);
 
 // Five characters, so that columns stay: four significant digits and no more than three decimals, three
-// digits behind a minus; thousands ("123k") from 100000 on. "-" for what is not finite. error: as Decimals
-// takes it.
+// digits behind a minus; thousands ("123k") from 100000 on. "-" for what is not finite. error: see Decimals.
 std::string Number(double value, double error = 0);
 
 // How many decimals show four significant digits of a number of this magnitude; three at most.

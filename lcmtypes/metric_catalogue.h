@@ -56,9 +56,10 @@ struct MetricInfo {
   // What it took to get there: says something of episodes that succeeded only, since who gives up at once has
   // the shortest path.
   bool effort = false;
-  // What may go wrong on the way: who does less risks less, so it is no merit of a policy that gets less far.
+  // Counts what may go wrong on the way. No merit of a policy that gets less far, which has less occasion for
+  // it.
   bool risk = false;
-  // A second or third difference of positions: noise and jitter of a recording multiply it, so a recording is
+  // A second or third difference of positions, which noise and jitter of a recording multiply: a recording is
   // neither better nor worse in it than a simulation.
   bool amplifies_noise = false;
   // Place among the main metrics, which tables show and comparisons test, from 1; 0: none of them. In the
@@ -86,8 +87,8 @@ struct MetricInfo {
   std::string_view wire_name() const { return is_extended() ? name.substr(9) : name; }
 };
 
-// True for a number that only a success has in statistics across episodes: the completion time, which of a
-// failure is when it was given up.
+// True for a metric whose statistics across episodes are over successes only: the completion time. That of a
+// failure only tells when the episode was given up.
 inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
 
 // RoboEval's in the order of its dictionary, then evalbus' own.

@@ -31,7 +31,8 @@ std::string Size(double bytes) {
   return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
-// Which true difference of success rates the plan's own test finds, over so many of its tasks.
+// The true difference of success rates that the plan's own test finds four times in five, over so many of its
+// tasks.
 std::string FindableText(const Plan& plan, int tasks) {
   const double alpha =
       (plan.until ? plan.until->alpha : metrics::kAlpha) / static_cast<double>(plan.policies.size() - 1);

@@ -26,10 +26,10 @@ struct RunOptions {
   int episodes = 10;
   std::vector<int> only;
   int64_t seed = 0;
-  // Of kRunSeeds and so on.
+  // kRunSeeds, kCollectSeeds or kSharedSeeds.
   std::string seed_stream = kRunSeeds;
-  // Of a run of a plan that stops when its comparisons are decided: the plan's words. The number of episodes
-  // then depends on the results.
+  // `until` of the plan, in a run of a plan that stops when its comparisons are decided; empty otherwise. The
+  // number of episodes then depends on the results.
   std::string until;
   int workers = 1;
   std::string url;

@@ -13,13 +13,13 @@ namespace evalbus::plans {
 struct PlanResults {
   // By policy, in the plan's order; named as the plan names them.
   std::vector<results::RecordedRuns> suites;
-  // Of each policy but the baseline with it. p values are adjusted for the policies, and hold at any look
-  // where the plan stops when decided.
+  // Comparison of each other policy with the baseline. p values are adjusted for the policies, and hold at
+  // any look where the plan stops when decided.
   std::vector<results::Comparison> comparisons;
-  // What the plan said of each comparison when it stopped; none where it does not stop.
+  // The plan's verdict of each comparison when it stopped (Stop::Text); none for a plan that does not stop.
   std::vector<std::string> stops;
-  // Not of a plan that stops when decided: its policies have been run in different numbers of episodes, which
-  // depend on their results.
+  // Empty for a plan that stops when decided: its policies have been run in different numbers of episodes,
+  // which depend on their results.
   std::vector<results::RankedRun> ranking;
 };
 

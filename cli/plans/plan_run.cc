@@ -97,7 +97,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
                                      fs::proximate(folder.path()).string()));
 }
 
-// num_comparisons: by Bonferroni each may err with its share of alpha.
+// num_comparisons: p is adjusted for so many, by Bonferroni.
 Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
           double num_comparisons) {
   const results::SuccessCounts counts =

@@ -37,8 +37,7 @@ BySeed CompleteBySeed(const RecordedRun& run) {
   return scored;
 }
 
-// The complete episodes of a run that are compared, and what decides of which metrics it may be called
-// better.
+// The complete episodes of one of the two runs, and what decides whether it may be called better.
 struct Side {
   explicit Side(BySeed compared, bool is_simulated_run)
       : episodes(std::move(compared)), is_simulated(is_simulated_run) {
@@ -78,10 +77,10 @@ bool IsSimulated(const RecordedRun& run) {
   return !run.info.value("watch", false) && run.info.value("source", "sim") == "sim";
 }
 
-// Why a smaller or larger value of this metric is no merit of `side`; null: it is one.
+// Why a better value of this metric is no merit of `side`; null: it is one.
 const char* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
   if (side.GotNowhere()) return "succeeded in no episode and reached no stage";
-  if (metric.risk && side.GotLessFarThan(other)) return "got less far, and who does less risks less";
+  if (metric.risk && side.GotLessFarThan(other)) return "got less far, which leaves less to go wrong";
   if (metric.effort && !paired && (side.success_rate < 1 || other.success_rate < 1))
     return "is compared over its own successes only, which may have been the easier starts";
   if (metric.amplifies_noise && side.is_simulated != other.is_simulated)
@@ -126,17 +125,17 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   return MainMetrics({names.begin(), names.end()});
 }
 
-// Adds why a difference that was found is nobody's merit, once for all metrics it holds of.
+// Collects the reasons why differences are no merit, one line for all metrics with the same reason.
 class MeritRemarks {
  public:
-  void Add(const std::string& who, const char* why, const MetricNumber& number) {
-    std::string& metrics = metrics_[{who, why}];
+  void Add(const std::string& run, const char* why, const MetricNumber& number) {
+    std::string& metrics = metrics_[{run, why}];
     metrics += (metrics.empty() ? "" : ", ") + number.label();
   }
   void AddTo(std::vector<std::string>* remarks, const std::string& task) const {
-    for (const auto& [who_why, metrics] : metrics_) {
+    for (const auto& [run_why, metrics] : metrics_) {
       remarks->push_back(
-          fmt::format("{}: {} {}: not called better in {}", task, who_why.first, who_why.second, metrics));
+          fmt::format("{}: {} {}: not called better in {}", task, run_why.first, run_why.second, metrics));
     }
   }
 
@@ -180,7 +179,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
                             .baseline_may_be_better = !WhyNoMerit(*number.metric, baseline, run, paired),
                             .ratio = std::nullopt,
                             .ratio_95 = {}};
-    // Of pairs that are one sample all are equal, and the first is tested.
+    // Episodes that count as one sample are equal, so the first one stands for all in the test.
     std::span<const double> tested = values, baseline_tested = baseline_values;
     if (run.num_samples == 1 && (!paired || baseline.num_samples == 1)) tested = tested.first(1);
     if (baseline.num_samples == 1 && (!paired || run.num_samples == 1))
@@ -199,7 +198,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   return metrics;
 }
 
-// Of the sides as they are compared.
+// Counts successes on both sides.
 SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired) {
   SuccessCounts counts;
   for (const auto& [seed, scored] : run.episodes) {
@@ -219,7 +218,7 @@ SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired)
   return counts;
 }
 
-// Where all are one sample, as they would be with one.
+// Reduces episodes, or pairs, that count as one sample to one.
 SuccessCounts CountSamples(SuccessCounts counts, const Side& run, const Side& baseline, bool paired) {
   const auto one = [](int* successes, int* trials) {
     *trials = std::min(1, *trials);
@@ -256,7 +255,7 @@ std::string Counted(const std::string& what, int count, const std::string& run, 
   return fmt::format("{} of {} and {} of {}", Plural(count, what), run, baseline_count, baseline);
 }
 
-// What a reader of the comparison has to know, a sentence each.
+// Adds what a reader of the comparison has to know, a sentence each.
 void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
                 const std::string& baseline, std::vector<std::string>* remarks) {
   const std::string name = task.name();
@@ -428,7 +427,7 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
   return result;
 }
 
-// What as many episodes find, and how many would find what was observed.
+// One or two sentences on what so many episodes can find, and how many it takes to find what was observed.
 std::string OutlookText(const SuccessComparison& success) {
   const SuccessCounts& counts = success.samples;
   const std::string what = success.paired
@@ -515,7 +514,7 @@ Judgement SuccessComparison::judgement() const {
 
 Judgement MetricComparison::judgement() const {
   if (!differs()) return Judgement::kNone;
-  // Without an interval all pairs differ by the same.
+  // Without an interval all pairs differ by the same amount.
   const bool is_one_value = std::isnan(difference_95.lower);
   const bool is_up = is_one_value ? difference > 0 : difference_95.lower > 0;
   const bool is_down = is_one_value ? difference < 0 : difference_95.upper < 0;
@@ -546,7 +545,8 @@ void SuccessComparison::Test() {
     p = metrics::FisherTest(samples.successes, samples.trials, samples.baseline_successes,
                             samples.baseline_trials);
   }
-  // What is tested may point the other way, where a task counts once: then nothing is shown.
+  // Where a task counts once in the test, the test may point the other way than the rates: then nothing is
+  // shown.
   const double tested = samples.successes * static_cast<double>(samples.baseline_trials) -
                         samples.baseline_successes * static_cast<double>(samples.trials);
   if (tested * difference < 0) p = 1;
@@ -576,7 +576,7 @@ Outlook OutlookOf(const SuccessComparison& success) {
   }
   const double rate = static_cast<double>(success.successes) / success.trials,
                baseline_rate = static_cast<double>(success.baseline_successes) / success.baseline_trials;
-  // From the baseline's rate to where there is more room.
+  // Differences are counted from the baseline's rate towards the side with more room.
   const bool is_up = baseline_rate <= 0.5;
   Outlook outlook;
   outlook.findable = metrics::FindableDifference(

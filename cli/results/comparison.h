@@ -37,8 +37,8 @@ enum class SuccessTest { kMcNemar, kFisher, kSequentialMcNemar };
 // for pairs. Otherwise: Fisher's test, Newcombe's interval for independent samples.
 struct SuccessComparison : SuccessCounts {
   bool paired = false;
-  // What the test counts: the same, but a task counts once where all its episodes, or pairs, are one sample
-  // (metrics::NumSamples). Rates, and the difference, are over all.
+  // What the test counts: the same numbers, except that a task counts once where all its episodes, or pairs,
+  // are one sample (metrics::NumSamples). Rates, and the difference, are over all.
   SuccessCounts samples;
   double difference = 0;
   metrics::Interval difference_95{};
@@ -54,19 +54,19 @@ struct SuccessComparison : SuccessCounts {
 
   void Add(const SuccessComparison& other);  // of another task; then Test()
   void Test();
-  // By Holm, of so many.
+  // Sets p adjusted by Holm for so many comparisons.
   void SetAdjusted(double p_holm, size_t comparisons);
-  // Of a plan that stops when decided: p of the test that holds however often one looks.
+  // Replaces the test by the sequential one of a plan that stops when decided.
   void SetSequential(double sequential_p, double adjusted, bool is_decided);
   Judgement judgement() const;
 };
 
-// What more episodes, or pairs, of this kind could show, if the true rates were those observed; in words of a
-// sentence each. Of independent samples: on each side.
+// What episodes, or pairs, of this kind can find. For independent samples: episodes on each side.
 struct Outlook {
-  // Smallest true difference that as many as there are find four times in five; nothing if there is none.
+  // Smallest true difference that the present number finds four times in five; nothing if it finds none.
   std::optional<double> findable;
-  // How many would find the observed difference four times in five; nothing if there is none, or too many.
+  // Number that finds the observed difference four times in five, if that is the true one; nothing if there
+  // is no difference, or more than metrics::kMostTrials are needed.
   std::optional<int> needed;
 };
 Outlook OutlookOf(const SuccessComparison& success);
@@ -85,7 +85,7 @@ struct MetricComparison {
   std::optional<double> p;
   // By Holm, over the metrics with a p.
   double p_holm = 1;
-  // A difference in its favor is a merit (comparison.cc says of which it is none).
+  // Whether a difference in favor of the run, and of the baseline, is a merit (WhyNoMerit in comparison.cc).
   bool may_be_better = true, baseline_may_be_better = true;
   // mean / baseline_mean of a metric of effort, on pairs that both succeeded.
   std::optional<double> ratio;
@@ -137,7 +137,7 @@ struct Comparison {
 // Episodes are pairs where task, variation and seed are the same. Throws InputError where values cannot be
 // compared: other control rate, task description or physics model, or no task in common.
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
-// Success alone, over all tasks.
+// Compares success alone, over all tasks.
 SuccessComparison CompareSuccess(const RecordedRuns& run, const RecordedRuns& baseline);
 // Each against the baseline, with p values of success adjusted for all of them.
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);
@@ -146,7 +146,7 @@ std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const 
 // compared comes first.
 std::string Conclusion(const Comparison& comparison);
 
-// Of the means of a task's metrics: over which episodes they are, and what p comes from.
+// Describes which episodes the means of a task's metrics are over, and which test p comes from.
 std::string WhatIsCounted(const TaskComparison& task);
 inline constexpr char kIntervalsAreSingle[] =
     "Intervals are not adjusted: each covers 95 % for its metric alone.";

@@ -9,8 +9,8 @@
 
 namespace evalbus::results {
 
-// One line of episodes.jsonl. begin: of an episode that evalbus simulates; of others nobody knows how they
-// began, and the line has no "parameters".
+// One line of episodes.jsonl. begin: EPISODE_BEGIN of an episode that evalbus simulates; null where its start
+// is not known, and the line has no "parameters".
 nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& variation,
                                    const episode_summary_t& summary, const episode_begin_t* begin = nullptr);
 

@@ -15,8 +15,9 @@ struct RankedRun {
   std::string letters;
 };
 
-// Compares all with each other, p adjusted by Holm for all pairs, so that with at most 5 % chance any two are
-// said to differ that do not. Most successful first; empty for fewer than three. Throws as CompareRuns does.
+// Compares all with each other, p adjusted by Holm for all pairs: the probability that any two equal policies
+// are separated is at most 5 %. Most successful first; empty for fewer than three. Throws as CompareRuns
+// does.
 std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
 
 // A table with a line that explains it; empty for none.

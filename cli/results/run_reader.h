@@ -56,7 +56,7 @@ struct RecordedRun {
   // Its name, as it was given, or what --policy said.
   std::string policy;
   int64_t seed = 0;
-  // Of kRunSeeds and so on (base/random.h).
+  // kRunSeeds, kCollectSeeds or kSharedSeeds (base/random.h).
   std::string seed_stream;
   SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
   // Episodes asked for.
@@ -100,7 +100,7 @@ RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::strin
                             const RecordedRun& run);
 // What run.json alone says.
 RecordedRun ReadRunInfo(const std::filesystem::path& folder);
-// The stream of seeds that a run.json names; that of older ones, which name none.
+// The seed_stream of a run.json; kSharedSeeds for an older one, which has none.
 std::string SeedStreamOf(const nlohmann::ordered_json& info, const std::string& file);
 // The folders in that of a suite, as suite.json names them.
 std::vector<std::string> RunsInSuite(const std::filesystem::path& folder);

@@ -33,9 +33,9 @@ class SuiteTally {
   const Tally& of_task(const std::string& name) const { return by_task_.at(name); }
   const std::map<std::string, Tally>& families() const { return families_; }
   const Tally& all() const { return all_; }
-  // Each task counts alike, whatever it has of complete episodes; NaN without one.
+  // Mean of the tasks' success rates, each task with the same weight; NaN without a complete episode.
   double mean_over_tasks() const;
-  // That as a line of the table; empty for one task.
+  // The mean as a line of the table; empty for one task.
   std::string MeanLine(size_t width) const;
   // A suite's summary.json, with the tasks in this order.
   nlohmann::ordered_json Json(const std::vector<std::string>& names) const;

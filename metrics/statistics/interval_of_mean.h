@@ -100,7 +100,7 @@ inline Interval EdgeworthInterval(double mean, double standard_error, double acc
   return {end(-kNormal975), end(kNormal975)};
 }
 
-// Of an estimate with this standard error.
+// Interval of an estimate with this standard error.
 inline Interval StudentInterval(double estimate, double standard_error, double degrees_of_freedom) {
   const double t = quantile(boost::math::students_t_distribution<>(degrees_of_freedom), 1 - kAlpha / 2);
   return {estimate - t * standard_error, estimate + t * standard_error};
@@ -111,7 +111,7 @@ inline bool AreAllEqual(std::span<const double> x, double tie) {
   return *most - *least <= tie;
 }
 
-// Of the mean. For pairs: of their differences.
+// Interval of the mean; for pairs, of their mean difference.
 inline Interval IntervalOfMean(std::span<const double> x) {
   if (x.size() < 2) return kNoInterval;
   const double tie = kTie * LargestMagnitude(x);
@@ -133,7 +133,7 @@ inline Interval IntervalOfMean(std::span<const double> x) {
   return BcaInterval(std::move(means), Mean(x), moments.acceleration(), tie);
 }
 
-// Of mean(a) - mean(b), independent samples.
+// Interval of mean(a) - mean(b), for independent samples.
 inline Interval IntervalOfDifference(std::span<const double> a, std::span<const double> b) {
   if (a.size() < 2 || b.size() < 2) return kNoInterval;
   const double tie = kTie * std::max(LargestMagnitude(a), LargestMagnitude(b));
@@ -165,8 +165,8 @@ inline Interval IntervalOfDifference(std::span<const double> a, std::span<const 
   return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration(), tie);
 }
 
-// Of mean(a) / mean(b), pairs (equal sizes), values not negative; resampled by percentile. None either where
-// b may be zero throughout a resample.
+// Interval of mean(a) / mean(b), for pairs (equal sizes) of values that are not negative; percentile
+// bootstrap. None where b may be zero throughout a resample.
 inline Interval IntervalOfRatio(std::span<const double> a, std::span<const double> b) {
   if (a.size() < 2 || a.size() != b.size()) return kNoInterval;
   const double mean_b = Mean(b);

@@ -20,7 +20,7 @@ inline std::vector<std::string> CompactLetters(const std::vector<std::vector<boo
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = i + 1; j < n; ++j) {
       if (!differs[i][j]) continue;
-      // Split what holds both.
+      // Split each group that holds both.
       std::vector<std::set<size_t>> split;
       for (const std::set<size_t>& group : groups) {
         if (!group.contains(i) || !group.contains(j)) {
@@ -32,7 +32,7 @@ inline std::vector<std::string> CompactLetters(const std::vector<std::vector<boo
           split.back().erase(without);
         }
       }
-      // Leave out what another one holds.
+      // Drop groups that another one holds.
       groups.clear();
       for (size_t k = 0; k < split.size(); ++k) {
         const bool is_held = std::ranges::any_of(split, [&](const std::set<size_t>& other) {

@@ -37,7 +37,7 @@ struct PairCounts {
 // Pairs. Source: Newcombe 1998, "Improved confidence intervals for the difference between binomial
 // proportions based on paired data", Statistics in Medicine 17, method 10: as above, less for what the two
 // have in common, by the correlation phi of the fourfold table (with a continuity correction where it is
-// positive). [-1, 1] without pairs. samples: as how many pairs they count; default: each as one.
+// positive). [-1, 1] without pairs. samples: the number of pairs that they count as; default: all.
 inline Interval NewcombePairedInterval(const PairCounts& counts, std::optional<int> samples = std::nullopt) {
   if (counts.pairs() == 0) return {-1, 1};
   const double n = samples.value_or(counts.pairs()), scale = n / counts.pairs();

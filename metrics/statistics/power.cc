@@ -17,7 +17,7 @@ using Binomial = boost::math::binomial_distribution<>;
 
 constexpr int kMostForExactFisher = 500;
 
-// Counts that are likely enough to matter, of so many trials at this rate.
+// Range of counts that are likely enough to matter, for so many trials at this rate.
 struct LikelyCounts {
   int first, last;
   LikelyCounts(int trials, double rate) {
@@ -33,8 +33,8 @@ std::vector<double> LogFactorials(int most) {
   return logs;
 }
 
-// For each count of successes in a, in how many of b at most Fisher's test finds a better; -1 for none. As
-// FisherTest (fisher.h), for all tables at once.
+// For each number of successes of a: the largest number of successes of b with which Fisher's test shows a to
+// be better; -1 for none. The same as FisherTest (fisher.h), for all tables at once.
 std::vector<int> FisherLimits(int trials_a, int trials_b, double alpha) {
   const std::vector<double> log_factorial = LogFactorials(trials_a + trials_b);
   const auto log_choose = [&](int n, int k) {
@@ -78,7 +78,7 @@ double McNemarPower(int pairs, const DiscordantShares& shares, double alpha) {
   const Binomial counts(pairs, discordant);
   const LikelyCounts likely(pairs, discordant);
   double power = 0;
-  // Most successes of b alone that still show a to be better; never falls.
+  // Largest number of pairs that only b won with which a is still shown to be better; never falls.
   int against = -1;
   for (int n = likely.first; n <= likely.last; ++n) {
     const Binomial fair(n, 0.5);

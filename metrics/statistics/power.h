@@ -17,8 +17,8 @@ inline constexpr double kWantedPower = 0.8;
 struct DiscordantShares {
   double only_a = 0, only_b = 0;
 
-  // Pairs that have nothing in common, of rates (1 + difference) / 2 and (1 - difference) / 2: around one
-  // half, where it takes most of them.
+  // For unrelated outcomes at rates (1 + difference) / 2 and (1 - difference) / 2: around one half, where
+  // most pairs are needed.
   static DiscordantShares AroundOneHalf(double difference);
 };
 
@@ -38,8 +38,8 @@ double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, dou
 std::optional<double> FindableDifference(const std::function<double(double difference)>& power,
                                          double largest = 1);
 
-// Fewest trials (about: power goes up in steps) whose power is kWantedPower; nothing if kMostTrials are too
-// few.
+// Approximately the smallest number of trials with kWantedPower (power rises in steps); nothing if
+// kMostTrials are too few.
 inline constexpr int kMostTrials = 100'000;
 std::optional<int> TrialsNeeded(const std::function<double(int trials)>& power);
 

@@ -52,7 +52,7 @@ void MostFrequentFirst(std::vector<std::pair<std::string, Number>>* counts) {
   });
 }
 
-// Of the mean, within what the metric can be.
+// Interval of the mean, cut off at what the metric can be.
 Interval MeanInterval(const std::string& name, const std::vector<double>& sorted) {
   Interval interval = IntervalOfMean(sorted);
   if (const MetricInfo* metric = FindMetric(name).metric; metric && std::isfinite(interval.lower)) {

@@ -47,11 +47,11 @@ struct EpisodeResult {
   bool operator==(const EpisodeResult&) const = default;
 };
 
-// Of one task's complete episodes, or of pairs of them (pointers, or a tuple of pointers): as how many they
-// count in intervals and tests. One where all are equal in every number, those of the start included: nothing
-// was drawn, or the same each time, and the policy did the same each time, so another one says nothing new.
-// Where a single one differs, all count: equal numbers from different starts are different samples, and so
-// are equal starts of a policy that does not do the same each time.
+// Number of samples that the complete episodes of one task (pointers to them) count as in intervals and
+// tests: one where all are equal in every number, those of the start included: nothing was drawn, or the same
+// each time, and the policy did the same each time, so another one adds no information. Where a single one
+// differs, all count: equal numbers from different starts are different samples, and so are equal starts of a
+// policy that does not do the same each time.
 template <class Episodes>
 int NumSamples(const Episodes& episodes) {
   const bool are_equal =

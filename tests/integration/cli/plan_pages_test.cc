@@ -58,7 +58,7 @@ until: decided(alpha 0.05, max 20)
   // What was run in numbers that depend on results is not ranked.
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("Ranking by success")));
 
-  // A comparison by hand says what it does not know.
+  // A comparison by hand notes that its p values are for another kind of plan.
   const fs::path run_folder = results_ / "expert/lift_pot-position";
   const Result compared =
       RunProgram({"evalbus", "compare", run_folder, results_ / "flawed_expert-miss/lift_pot-position"});

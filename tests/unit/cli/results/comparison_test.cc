@@ -418,7 +418,7 @@ TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
   const Comparison less = CompareRuns(With("careful", careful), baseline);
   EXPECT_EQ(Of(less, "slip_count"), Judgement::kDiffers);
   EXPECT_THAT(less.remarks, testing::ElementsAre(
-                                "lift_pot/position: careful got less far, and who does less risks less: not "
+                                "lift_pot/position: careful got less far, which leaves less to go wrong: not "
                                 "called better in slips"));
   // As many, and fewer stages.
   careful[0].success = true;
@@ -446,7 +446,7 @@ TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
       result.remarks,
       testing::Contains("lift_pot/position: a is compared over its own successes only, which may have been "
                         "the easier starts: not called better in completion time"));
-  // Where nobody fails, nobody was left out.
+  // Without failures no start is left out.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgement::kBetter);
   // Of pairs both are taken where both succeeded.
   EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgement::kBetter);
@@ -498,7 +498,7 @@ TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
   EXPECT_FALSE(CompareRuns(run("c", {0.1 + 0.2, 1}), run("d", {0.3, 1})).tasks[0].metrics[0].p);
 }
 
-// The table has a p and an adjusted p in each row, and says that intervals are not adjusted.
+// Each row has a p and an adjusted p; a line below states that intervals are not adjusted.
 TEST_F(CompareTest, TheTableSaysWhatIsAdjusted) {
   const Comparison result = CompareRuns(Run("b", Info(8), First(8, 8), 6), Run("a", Info(8), First(7, 8), 5));
   const std::string text = ComparisonText(result, false);

@@ -53,7 +53,7 @@ TEST(Ranking, MostSuccessfulFirstWithLetters) {
   EXPECT_EQ(RankingText({}), "");
 }
 
-// Policies that are equal are told apart in 5 % at most, however many they are.
+// The probability that any two of several equal policies are separated is at most 5 %.
 TEST(Ranking, ErrsInFivePercentAtMost) {
   const char* const asked = std::getenv("EVALBUS_SIMULATIONS");
   const int simulations = asked ? std::max(1, std::atoi(asked)) : 400;

@@ -214,7 +214,7 @@ TEST(Coverage, DifferencesShownByAPlanThatStopsWhenDecided) {
 }
 
 // What a plan that stops by success does to the test of a metric that is the same in both policies and goes
-// with success: it errs about as often as it says.
+// with success: it errs in little more than 5 %.
 TEST(ErrorRate, OfMetricsOfAPlanThatStopsWhenDecided) {
   for (const double better : {0.5, 0.7}) {
     Engine random(10);

@@ -84,7 +84,7 @@ TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
   EXPECT_LT(found, 0.95);
 }
 
-// The normal approximation says 62.6 points for 10 pairs: they are found in 62 %, not in 80 %.
+// By the normal approximation 10 pairs find 62.6 points in 80 %. The exact test finds them in 62 %.
 TEST(Power, FindableDifferenceIsFoundFourTimesInFive) {
   const auto power = [](int pairs) {
     return [pairs](double difference) {
