@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <random>
+#include <string>
+#include <string_view>
 
 namespace evalbus {
 
@@ -34,14 +36,42 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-// Seed of an episode from the run's seed and the episode's index alone, so that any episode can be run alone,
-// anywhere and in any order (SplitMix64's finaliser: Steele, Lea, Flood 2014). 53 bits, so that JSON readers
-// that know only doubles keep it exact.
-inline int64_t EpisodeSeed(int64_t run_seed, int32_t episode) {
-  uint64_t z = static_cast<uint64_t>(run_seed) + 0x9E3779B97F4A7C15u * (static_cast<uint64_t>(episode) + 1);
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-  return static_cast<int64_t>((z ^ (z >> 31)) >> 11);
-}
+// Streams of episode seeds (seed_stream in run.json). Evaluation and collection of demonstrations draw from
+// different ones, so that no policy is evaluated at the starts that it was trained on. The number is the
+// version of SeedSource::OfEpisode.
+inline constexpr char kRunSeeds[] = "run/2";
+inline constexpr char kCollectSeeds[] = "collect/2";
+// Version 1: the seeds depend on the run's seed and the episode's index only, so that all tasks, and
+// `collect`, share them. Runs that were recorded before there was a seed_stream have these.
+inline constexpr char kSharedSeeds[] = "";
+
+// What the seeds of a run's episodes are derived from.
+struct SeedSource {
+  int64_t seed = 0;
+  std::string stream, task, variation;
+
+  // Does not depend on any other episode, so that each can be run alone, anywhere and in any order. 53 bits,
+  // so that JSON readers that know only doubles keep it exact.
+  int64_t OfEpisode(int32_t episode) const {
+    uint64_t base = static_cast<uint64_t>(seed);
+    if (stream != kSharedSeeds) base = Mix(base ^ Hash(stream + "/" + task + "/" + variation));
+    const uint64_t step = 0x9E3779B97F4A7C15u;
+    return static_cast<int64_t>(Mix(base + step * (static_cast<uint64_t>(episode) + 1)) >> 11);
+  }
+
+ private:
+  // SplitMix64's finalizer: Steele, Lea, Flood 2014.
+  static uint64_t Mix(uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return z ^ (z >> 31);
+  }
+  // FNV-1a.
+  static uint64_t Hash(std::string_view text) {
+    uint64_t hash = 0xCBF29CE484222325u;
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001B3u;
+    return hash;
+  }
+};
 
 }  // namespace evalbus

@@ -22,6 +22,9 @@ inline constexpr char kEpisodesJsonl[] = "episodes.jsonl";
 // Of a run, a suite, and of each episode once the launcher has counted it.
 inline constexpr char kSummaryJson[] = "summary.json";
 
+// Summary of a collection of demonstrations.
+inline constexpr char kCollectJson[] = "collect.json";
+
 // The composed scene.
 inline constexpr char kModelFolder[] = "model";
 inline constexpr char kPhysicsModel[] = "physics.mjb";

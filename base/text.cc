@@ -99,17 +99,24 @@ std::string Fixed(double value, int decimals) {
   return is_nothing && text[0] == '-' ? text.substr(1) : text;
 }
 
-std::string Number(double value) {
+std::string Number(double value, double error) {
   if (!std::isfinite(value)) return "-";
   const double magnitude = std::abs(value);
   if (magnitude >= 99999.5) return fmt::format("{:.0f}k", value * 1e-3);
   // A minus takes the place of a digit, unless none would be left.
   const bool shorter = value < -0.005;
-  return Fixed(value, shorter ? std::min(2, Decimals(magnitude * 10)) : Decimals(magnitude));
+  const int decimals = Decimals(shorter ? magnitude * 10 : magnitude, error);
+  return Fixed(value, shorter ? std::min(2, decimals) : decimals);
 }
 
 int Decimals(double magnitude) {
   return magnitude >= 999.95 ? 0 : magnitude >= 99.995 ? 1 : magnitude >= 9.9995 ? 2 : 3;
+}
+
+int Decimals(double magnitude, double error) {
+  const int most = Decimals(magnitude);
+  if (!(error > 0) || !std::isfinite(error)) return most;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(error))), 0, most);
 }
 
 }  // namespace evalbus

@@ -28,10 +28,13 @@ std::string Words(std::string name);
 std::string Fixed(double value, int decimals);
 
 // Five characters, so that columns stay: four significant digits and no more than three decimals, three
-// digits behind a minus; thousands ("123k") from 100000 on. "-" for what is not finite.
-std::string Number(double value);
+// digits behind a minus; thousands ("123k") from 100000 on. "-" for what is not finite. error: see Decimals.
+std::string Number(double value, double error = 0);
 
 // How many decimals show four significant digits of a number of this magnitude; three at most.
 int Decimals(double magnitude);
+// The same for a number that is known to within `error`: no more than two digits of the error. An error that
+// is 0 or not finite limits nothing.
+int Decimals(double magnitude, double error);
 
 }  // namespace evalbus

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -55,12 +56,20 @@ struct MetricInfo {
   // What it took to get there: says something of episodes that succeeded only, since who gives up at once has
   // the shortest path.
   bool effort = false;
+  // Counts what may go wrong on the way. No merit of a policy that gets less far, which has less occasion for
+  // it.
+  bool risk = false;
+  // A second or third difference of positions, which noise and jitter of a recording multiply: a recording is
+  // neither better nor worse in it than a simulation.
+  bool amplifies_noise = false;
   // Place among the main metrics, which tables show and comparisons test, from 1; 0: none of them. In the
   // order of the questions people ask: how long, how far, how clean, how smooth.
   int main = 0;
   // Shown value = value * scale, in this unit; empty: none.
   std::string_view shown_unit = unit == "count" || unit == "1" ? std::string_view() : unit;
   double scale = 1;
+  // What a value can be, in SI units.
+  double least = 0, most = std::numeric_limits<double>::infinity();
   // Null: always there.
   const TrackOption* track = nullptr;
 
@@ -77,6 +86,10 @@ struct MetricInfo {
   // As in extended_metrics_t, and below "extended" in episodes.jsonl.
   std::string_view wire_name() const { return is_extended() ? name.substr(9) : name; }
 };
+
+// True for a metric whose statistics across episodes are over successes only: the completion time. That of a
+// failure only tells when the episode was given up.
+inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
 
 // RoboEval's in the order of its dictionary, then evalbus' own.
 std::span<const MetricInfo> Metrics();
@@ -100,7 +113,7 @@ struct MetricNumber {
   // What follows the metric's own name: arm, stage, ...
   std::string of;
 
-  std::string label() const;  // "mechanical work, left"
+  std::string label() const;  // "servo work, left"; of a task's own, what the task calls it
   std::string_view shown_unit() const { return metric ? metric->shown_unit : std::string_view(); }
   double scale() const { return metric ? metric->scale : 1; }
 };
@@ -114,7 +127,8 @@ std::vector<std::string> NamesOf(const MetricInfo& metric);
 // together, that for both; of jerk the root mean square.
 std::vector<MetricNumber> MainMetrics(const std::vector<std::string>& names);
 
-// A value in SI units as people read it, without its unit; "-" for what is not finite.
-std::string ShownValue(const MetricInfo& metric, double value);
+// A value in SI units as people read it, without its unit; "-" for what is not finite. error: how well it is
+// known; no digits beyond that are shown. 0 or NaN: exactly.
+std::string ShownValue(const MetricInfo& metric, double value, double error = 0);
 
 }  // namespace evalbus

@@ -172,7 +172,7 @@ void MetricsComponent::FinishEpisode() {
     log().Warn("{} ticks held numbers that are not finite, or fit no model: refused",
                summary.extended.refused_samples);
   }
-  statistics_.Add(end_.header.episode, ResultOf(summary));
+  statistics_.Add(end_.header.episode, ResultOf(begin_, summary));
   run_summary_ = SummaryMessage(statistics_.Summary(false));
   run_summary_.is_part = is_part_ || !statistics_.is_without_gap();
 

@@ -42,7 +42,7 @@ void ForEachOption(Options& options, const F& f) {
           Option{&PolicyOptions::latency, "latency",
                  "lockstep: what a server's thinking costs in simulated time, during which the robot holds "
                  "its last\n"
-                 "command: none (time stands still), measured, or milliseconds",
+                 "command: none (time stands still), measured, or milliseconds; rounded up to whole ticks",
                  Range{}, kFixed},
       },
       options, f);

@@ -33,11 +33,12 @@ SimComponent::SimComponent(Bus* bus, const SimOptions& options)
   model_bytes_ = Encode(scene_.info);
   for (const std::string& warning : scene_.scene.warnings) log().Warn("{}", warning);
   SetMujocoWarningSink([this](const std::string& warning) { log().Warn("MuJoCo: {}", warning); });
+  const SeedSource seeds{options.seed, kRunSeeds, scene_.task.name, scene_.variation};
   for (int i = 0; i < options.episodes; ++i) {
     command_t command{};
     command.kind = command_t::START_EPISODE;
     command.episode = i;
-    command.seed = EpisodeSeed(options.seed, i);
+    command.seed = seeds.OfEpisode(i);
     command.required_component = options.required;
     command.num_required = static_cast<int32_t>(options.required.size());
     queue_.push_back(command);

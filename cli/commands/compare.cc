@@ -185,8 +185,12 @@ int Compare(const CompareOptions& options) {
     fmt::print("{}{}", i == 0 ? "" : "\n\n",
                results::ComparisonText(comparisons[i], !options.baseline.empty()));
   }
+  std::vector<const results::RecordedRuns*> all = {&baseline};
+  for (const results::RecordedRuns& run : runs) all.push_back(&run);
+  const std::vector<results::RankedRun> ranking = results::RankBySuccess(all);
+  if (!ranking.empty()) fmt::print("\n\n{}", results::RankingText(ranking));
   if (!options.json.empty()) {
-    WriteWhole(options.json, ToText(results::ComparisonJson(comparisons), 2) + "\n");
+    WriteWhole(options.json, ToText(results::ComparisonJson(comparisons, ranking), 2) + "\n");
     fmt::print("\njson     {}\n", options.json.string());
   }
   if (!options.report.empty()) {

@@ -1,11 +1,13 @@
 // evalbus plan, merge, status: plans of many runs, on one machine or a cluster.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "base/errors.h"
+#include "base/plural.h"
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "cli/commands/commands.h"
@@ -27,6 +29,32 @@ std::string Size(double bytes) {
   int unit = 0;
   for (; bytes >= 1000 && unit < 4; ++unit) bytes /= 1000;
   return fmt::format("{:.3g} {}", bytes, units[unit]);
+}
+
+// The true difference of success rates that the plan's own test finds four times in five, over so many of its
+// tasks.
+std::string FindableText(const Plan& plan, int tasks) {
+  const double alpha =
+      (plan.until ? plan.until->alpha : metrics::kAlpha) / static_cast<double>(plan.policies.size() - 1);
+  const auto findable = metrics::FindableDifference([&](double difference) {
+    const auto shares = metrics::DiscordantShares::AroundOneHalf(difference);
+    return plan.until ? metrics::SequentialPower(plan.options.episodes * tasks,
+                                                 plan.until->max_episodes * tasks, shares, alpha)
+                      : metrics::McNemarPower(plan.options.episodes * tasks, shares, alpha);
+  });
+  return findable ? fmt::format("{:.0f} points", std::ceil(100 * *findable)) : "none";
+}
+
+std::string PowerText(const Plan& plan) {
+  const auto tasks = static_cast<int>(plan.tasks.size());
+  return fmt::format(
+      "power     true difference that is found four times in five: {}{}\n"
+      "          ({}, rates around 50 %; equal seeds mostly help)\n",
+      FindableText(plan, tasks),
+      tasks > 1 ? fmt::format(" over all tasks, {} on one", FindableText(plan, 1)) : "",
+      plan.until
+          ? fmt::format("sequential test, {} episodes of each task at most", plan.until->max_episodes)
+          : fmt::format("exact McNemar test, {} of each task", Plural(plan.options.episodes, "episode")));
 }
 
 void Show(const Plan& plan, bool probe) {
@@ -51,12 +79,7 @@ void Show(const Plan& plan, bool probe) {
         "most\n",
         plan.until->alpha, episodes, plan.until->max_episodes);
   }
-  if (plan.policies.size() > 1) {
-    fmt::print(
-        "power     success rates that differ by {:.0f} points over all tasks, or by {:.0f} on one, are told\n"
-        "          apart four times in five (around 50 %, where it is hardest; equal seeds help)\n",
-        100 * metrics::DetectableDifference(episodes * tasks), 100 * metrics::DetectableDifference(episodes));
-  }
+  if (plan.policies.size() > 1) fmt::print("{}", PowerText(plan));
   if (!probe) return;
   constexpr int kProbes = 6;
   const plans::Probe found = plans::ProbePlan(plan, kProbes);

@@ -266,7 +266,8 @@ int WriteReport(const ReportOptions& options) {
                        ": a plan; its page is report.html in its folder, and -o and --episode "
                        "are of runs");
     }
-    plans::WritePlanReport(plans::PlanFolder(options.run));
+    const plans::PlanFolder folder(options.run);
+    plans::WritePlanPages(folder, plans::ReadPlanResults(folder));
     fmt::print("{}\n", fs::proximate(options.run / "report.html").string());
     return 0;
   }

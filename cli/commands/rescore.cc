@@ -186,7 +186,9 @@ int Rescore(const RescoreOptions& options) {
       }
       if (!options.out.empty()) {
         const model_info_t& model = *episode.model;
-        lines += ToText(results::EpisodeJson(model.task, model.variation, episode.summary)) + "\n";
+        lines += ToText(results::EpisodeJson(model.task, model.variation, episode.summary,
+                                             episode.begin ? &*episode.begin : nullptr)) +
+                 "\n";
       }
       ++episodes;
       equal += episode.equal();

@@ -84,6 +84,7 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, launch::RunOption
   options->url.clear();
   options->workers = 1;
   options->by_hand = false;
+  options->until.clear();
   return tasks;
 }
 

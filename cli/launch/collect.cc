@@ -26,7 +26,6 @@ namespace fs = std::filesystem;
 // Starts that are drawn for each that is wanted: as often a start may be replaced by a neighbour where it
 // fails.
 constexpr int kStartsEach = 8;
-constexpr char kCollectJson[] = "collect.json";
 
 // Where each of so many episodes of the run begins: what its variation draws.
 std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes) {
@@ -34,10 +33,11 @@ std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes)
   sim::World world(prepared.scene.physics.get(), prepared.info, prepared.robot, prepared.task,
                    prepared.info.substeps);
   const Variation& variation = prepared.task.variation(prepared.variation);
+  const SeedSource seeds{options.seed, options.seed_stream, prepared.task.name, prepared.variation};
   std::vector<std::vector<double>> starts;
   for (int episode = 0; episode < episodes; ++episode) {
     std::vector<double>& start = starts.emplace_back();
-    for (const Parameter& parameter : world.Reset(EpisodeSeed(options.seed, episode), variation)) {
+    for (const Parameter& parameter : world.Reset(seeds.OfEpisode(episode), variation)) {
       start.push_back(parameter.value);
     }
     // Distractors that are there or not make their number another one.
@@ -75,6 +75,7 @@ void CheckCollection(const RunOptions& options, int wanted) {
 
 void Collect(RunOptions options) {
   const int wanted = options.episodes;
+  options.seed_stream = kCollectSeeds;
   options.episodes = wanted * kStartsEach;
   options.sim.task = options.tasks.at(0);
   const auto strata = Strata(Starts(options, options.episodes), wanted);
@@ -131,6 +132,8 @@ void Collect(RunOptions options) {
                                {"kept", kept.size()},
                                {"tried", tried},
                                {"yield", yield},
+                               {"seed", options.seed},
+                               {"seed_stream", options.seed_stream},
                                {"starts_drawn", options.episodes}});
   fmt::print("\nkept {} of {} wanted, of {} tried: yield {:.1f} %\n", kept.size(), wanted, tried,
              100 * yield);

@@ -52,6 +52,7 @@ TaskSelection Resolve(RunOptions* options) {
   options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
   options->sim.robot =
       fs::absolute(options->sim.robot.empty() ? selection.task.robot_file : FindRobot(options->sim.robot));
+  FollowRecording(options);
   // A contract, too, may be told by a file that the processes find from anywhere.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
@@ -119,6 +120,7 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   plan.made_of = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
                   facts["visual_sha256"].get<std::string>()};
   plan.seed = options.seed;
+  plan.seed_stream = options.seed_stream;
   plan.required = RequiredComponents(options);
   plan.realtime = options.sim.realtime;
   plan.is_by_hand = options.by_hand;

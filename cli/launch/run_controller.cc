@@ -9,7 +9,6 @@
 #include "base/disk.h"
 #include "base/errors.h"
 #include "base/plural.h"
-#include "base/random.h"
 #include "base/run_layout.h"
 #include "base/sha256.h"
 #include "base/text.h"
@@ -57,13 +56,13 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& end) { OnEnd(end); });
   bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& summary) { OnSummary(summary); });
   bus->Subscribe(channels::kPolicyAction, [this](const policy_action_t& action) {
-    if (attempt_.begun && !done() && IsOurs(action.header)) attempt_.calls.Add(action);
+    if (attempt_.begun() && !done() && IsOurs(action.header)) attempt_.calls.Add(action);
   });
   bus->Subscribe(channels::kStatus, [this](const component_status_t& status) { OnStatus(status); });
   bus->Subscribe(channels::kLog, [this](const log_t& line) { OnLog(line); });
 }
 
-int64_t RunController::seed() const { return EpisodeSeed(plan_.seed, episode_index()); }
+int64_t RunController::seed() const { return plan_.seeds().OfEpisode(episode_index()); }
 
 void RunController::Command() {
   bus().SetPatience({});
@@ -119,21 +118,21 @@ void RunController::OnBegin(const episode_begin_t& begin) {
   }
   if (!EnterEpisode(begin)) return;
   conflicts_.Start();
-  attempt_.begun = true;
+  attempt_.begin = begin;
   patience_.Begin(std::chrono::steady_clock::now());
   SayReady();
   listener_->OnEpisodeBegin(begin);
 }
 
 void RunController::OnPartial(const partial_metrics_t& partial) {
-  if (!attempt_.begun || !IsOurs(partial.header)) return;
+  if (!attempt_.begun() || !IsOurs(partial.header)) return;
   attempt_.started = true;
   bus().SetPatience(patience_.At(std::chrono::steady_clock::now()));
   listener_->OnPartial(partial);
 }
 
 void RunController::OnEnd(const episode_end_t& end) {
-  if (done() || !attempt_.begun || !IsOurs(end.header)) return;
+  if (done() || !attempt_.begun() || !IsOurs(end.header)) return;
   if (conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled()) == ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
   }
@@ -153,7 +152,7 @@ std::optional<std::string> RunController::WhyWorthless(const std::string& end_re
 }
 
 void RunController::OnSummary(const episode_summary_t& summary) {
-  if (done() || !attempt_.begun || !IsOurs(summary.header)) return;
+  if (done() || !attempt_.begun() || !IsOurs(summary.header)) return;
   if (const auto why = WhyWorthless(summary.end_reason, summary.end_detail)) return BeginAgain(*why);
   if (summary.seed != seed()) {
     return BeginAgain("begun with a seed that is not ours: is a second run on this bus?");
@@ -191,13 +190,13 @@ void RunController::OnStatus(const component_status_t& status) {
   }
   if (done()) return;
   // One that has just come has not heard what is to begin.
-  if (status.component == "sim" && !attempt_.begun &&
+  if (status.component == "sim" && !attempt_.begun() &&
       std::exchange(sim_, status.instance) != status.instance) {
     Command();
   }
   if (status.attempt != attempt_.number || status.last_finished_episode != episode_index()) return;
   // Its EPISODE_END may have been lost.
-  if (status.component == "sim" && attempt_.begun && !attempt_.ended) {
+  if (status.component == "sim" && attempt_.begun() && !attempt_.ended) {
     attempt_.ended.emplace(std::chrono::steady_clock::now());
   }
   if (status.component == "recorder") {
@@ -229,7 +228,8 @@ void RunController::FinishIfRecorded() {
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
     return BeginAgain("an EPISODE_SUMMARY of another end came: is an old log being played on this bus?");
   }
-  nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary);
+  nlohmann::ordered_json line = results::EpisodeJson(plan_.task, plan_.variation, summary,
+                                                     plan_.is_watched ? nullptr : &*attempt_.begin);
   if (plan_.realtime) {
     line["pacing"] = attempt_.end ? results::EpisodePacing(*attempt_.end, summary.extended.deadline_misses)
                                   : nlohmann::ordered_json();
@@ -263,7 +263,7 @@ void RunController::Poll(SteadyTime now) {
   if (!attempt_.waiting) attempt_.waiting.emplace(now);
   const auto waited = attempt_.waiting->Look(now);
   CheckPolicyComes(waited);
-  if (!attempt_.begun && command_.Due(now)) Command();
+  if (!attempt_.begun() && command_.Due(now)) Command();
   // All live, but the sim or somebody it waits for is in an episode that somebody else began.
   const double start_s =
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);

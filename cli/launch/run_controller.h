@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/random.h"
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
 #include "bus/patience.h"
@@ -32,6 +33,8 @@ struct RunPlan {
   // Which episodes to run, in this order.
   std::vector<int> episodes;
   int64_t seed = 0;
+  std::string seed_stream = kRunSeeds;
+  SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
   std::vector<std::string> required;
   // Tries per episode before the run gives up; before an episode is invalid, and the run goes on, where the
   // last of them ended with server_error.
@@ -92,8 +95,8 @@ class RunController : public Component {
     int number = 0;
     // Our sim's MODEL was heard since the attempt began; what began before that.
     bool own_model_heard = false;
-    std::optional<episode_begin_t> early_begin;
-    bool begun = false;
+    std::optional<episode_begin_t> early_begin, begin;
+    bool begun() const { return begin.has_value(); }
     // Its first score came.
     bool started = false;
     // Since we look.

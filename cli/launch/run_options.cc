@@ -8,9 +8,12 @@
 #include "base/json_file.h"
 #include "base/options_json.h"
 #include "base/plural.h"
+#include "base/run_layout.h"
 #include "base/text.h"
 #include "bus/packed_log.h"
+#include "cli/results/run_reader.h"
 #include "policy_bridge/policies/demonstration.h"
+#include "policy_bridge/policies/replay_policy.h"
 #include "policy_bridge/policy_options.h"
 
 namespace evalbus::launch {
@@ -25,6 +28,8 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
     if (row.help.empty() || !all.contains(row.key) || json.contains(row.key)) return;
     newer.push_back(fmt::format("{} {}", OptionName(row.key), ToText(all[row.key])));
   });
+  // Until there were others, all runs had these.
+  all["seed_stream"] = kSharedSeeds;
   if (json.is_object()) all.update(json);
   ReadOptions(json.is_object() ? all : json, file, options);
   return newer;
@@ -41,6 +46,15 @@ void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* optio
         options->sim.policy_timeout_s, deadlines.connect_s + deadlines.first_reply_s + deadlines.return_s);
   }
   if (options->policy_name.empty()) options->policy_name = contract->name;
+}
+
+void FollowRecording(RunOptions* options) {
+  namespace fs = std::filesystem;
+  const std::string path = policy::RecordingPath(options->policy.policy);
+  if (path.empty() || !fs::exists(path)) return;
+  const fs::path run = fs::is_directory(path) ? fs::path(path) : RunFolderOf(path);
+  if (!fs::exists(run / kRunJson)) return;
+  options->seed_stream = results::ReadRunInfo(run).seed_stream;
 }
 
 void CheckRunOptions(const RunOptions& options, size_t num_tasks) {

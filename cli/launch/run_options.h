@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/options.h"
+#include "base/random.h"
 #include "bus/recorder/recorder_options.h"
 #include "policy_bridge/policy_options.h"
 #include "sim/sim_options.h"
@@ -22,9 +23,14 @@ struct RunOptions {
   policy::PolicyOptions policy;
   RecorderOptions recorder;
   std::string policy_name;
-  int episodes = 3;
+  int episodes = 10;
   std::vector<int> only;
   int64_t seed = 0;
+  // kRunSeeds, kCollectSeeds or kSharedSeeds.
+  std::string seed_stream = kRunSeeds;
+  // `until` of the plan, in a run of a plan that stops when its comparisons are decided; empty otherwise. The
+  // number of episodes then depends on the results.
+  std::string until;
   int workers = 1;
   std::string url;
   bool in_process = false;
@@ -64,6 +70,8 @@ void ForEachOption(Options& options, const F& f) {
           Option{&RunOptions::only, "only", "of the episodes, counted from 0, run these only, with commas",
                  Range{0, kMostEpisodes}},
           Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give equal bits", Range{}, kFixed},
+          Option{&RunOptions::seed_stream, "seed_stream", "", Range{}, kFixed},
+          Option{&RunOptions::until, "until"},
           Option{&RunOptions::workers, "workers",
                  "episodes (of a suite: runs) at the same time; the same results", Range{1, 1024}},
           Option{&RunOptions::url, "url",
@@ -96,6 +104,10 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
 // What a policy's contract says and the user does not: control rate, how long the sim waits for an action,
 // the policy's name. Throws InputError.
 void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options);
+
+// Takes the stream of seeds of the run whose actions the policy replays, so that the episodes begin as they
+// were recorded. Throws InputError.
+void FollowRecording(RunOptions* options);
 
 // Throws InputError for what is wrong whatever the task is; num_tasks: how many there are.
 void CheckRunOptions(const RunOptions& options, size_t num_tasks);

@@ -165,8 +165,10 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
   fmt::print("\n{}", results::Tally::Title("family", width));
   for (const auto& [name, family] : tally.families()) fmt::print("{}", family.Line(name, width));
   if (tally.families().size() > 1) fmt::print("{}", tally.all().Line("all", width));
+  fmt::print("{}", tally.MeanLine(width));
   const auto shown = suite.folder().shown();
-  if (const std::string note = results::InvalidText(tally.all().invalid(), shown.string()); !note.empty()) {
+  if (const std::string note = results::InvalidText(tally.all().Summary().invalid, shown.string());
+      !note.empty()) {
     fmt::print("\n{}", note);
   }
   fmt::print("\n{} of {} runs in {}\nresults  {}\n", suite.num_done(), tasks.size(), elapsed(),

@@ -191,7 +191,7 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   };
   episode_begin_t begin{};
   begin.header.episode = episode;
-  begin.seed = EpisodeSeed(0, episode);
+  begin.seed = SeedSource{}.OfEpisode(episode);
   write(channels::kModel, info(), 0);
   write(channels::kEpisodeBegin, begin, 0);
   scorer_->Start();

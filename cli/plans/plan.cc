@@ -183,11 +183,14 @@ bool IsPlanFile(const std::string& name) {
   }
 }
 
+std::string Until::Text() const { return fmt::format("decided(alpha {:g}, max {})", alpha, max_episodes); }
+
 launch::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
   launch::RunOptions result = options;
   result.policy.policy = policy.policy;
   result.policy.contract = policy.contract;
   result.policy_name = policy.name;
+  if (until) result.until = until->Text();
   launch::FollowContract(rate_is_given, timeout_is_given, &result);
   return result;
 }

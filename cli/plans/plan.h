@@ -32,6 +32,9 @@ struct Until {
   double alpha = 0.05;
   // Episodes of each task after which it ends in any case.
   int max_episodes = 0;
+
+  // "decided(alpha 0.05, max 200)"
+  std::string Text() const;
 };
 
 struct Plan {

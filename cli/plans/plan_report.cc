@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
-#include <optional>
 
 #include "base/input_file.h"
 #include "base/json_file.h"
@@ -11,7 +11,10 @@
 #include "cli/launch/version.h"
 #include "cli/plans/plan_run.h"
 #include "cli/results/comparison.h"
+#include "cli/results/comparison_report.h"
 #include "cli/results/run_reader.h"
+#include "cli/results/run_summary.h"
+#include "cli/results/viewer_pack.h"
 #include "metrics/statistics/run_statistics.h"
 #include "viz/report/plan_page.h"
 
@@ -23,7 +26,7 @@ using results::RecordedRun;
 using results::RecordedRuns;
 
 viz::PlanCell CellOf(const metrics::RunSummary& summary) {
-  return {summary.successes, summary.complete, summary.wilson.lower, summary.wilson.upper, "", {}};
+  return {summary.successes, summary.judged, summary.wilson.lower, summary.wilson.upper, "", {}};
 }
 
 // A policy's report, into which some of its episodes are packed to be watched.
@@ -59,39 +62,63 @@ void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisod
   }
 }
 
-// Of all tasks; each episode has a number of its own.
-metrics::RunSummary SummaryOf(const RecordedRuns& suite) {
-  metrics::RunStatistics statistics;
-  int number = 0;
-  for (const RecordedRun& run : suite.runs) {
-    for (const results::RecordedEpisode& episode : run.episodes) {
-      statistics.Add(number++, episode.result);
-    }
-  }
-  return statistics.Summary(false);
-}
-
 }  // namespace
 
-fs::path ComparisonPageOf(const PlanFolder& folder, const std::string& policy) {
-  return folder.policy_folder(policy) / ("against_" + folder.plan().baseline + ".html");
+PlanResults ReadPlanResults(const PlanFolder& folder) {
+  const Plan& plan = folder.plan();
+  PlanResults results;
+  std::vector<RecordedRuns> others;
+  std::vector<const RecordedRuns*> all;
+  for (const PlannedPolicy& policy : plan.policies) {
+    results.suites.push_back(results::ReadRuns(folder.policy_folder(policy.name)));
+    results.suites.back().name = policy.name;
+  }
+  const RecordedRuns* baseline = nullptr;
+  for (const RecordedRuns& suite : results.suites) {
+    all.push_back(&suite);
+    if (suite.name == plan.baseline) {
+      baseline = &suite;
+    } else {
+      others.push_back(suite);
+    }
+  }
+  results.comparisons = results::CompareAll(others, *baseline);
+  const fs::path stops_file = folder.path() / kStopsJson;
+  if (!plan.until) {
+    results.ranking = results::RankBySuccess(all);
+    return results;
+  }
+  if (!fs::exists(stops_file)) return results;
+  const auto stops = ReadJsonFile(stops_file);
+  for (results::Comparison& comparison : results.comparisons) {
+    const auto stop = std::ranges::find_if(
+        stops, [&](const auto& entry) { return entry.at("policy") == comparison.run.name; });
+    if (stop == stops.end()) continue;
+    comparison.success.SetSequential(stop->at("p_unadjusted"), stop->at("p"), stop->at("is_decided"));
+    results.stops.push_back(stop->at("text"));
+    comparison.remarks.clear();
+    comparison.remarks.push_back(
+        "The plan looked at its results as they came and stopped when they decided. p of success holds all "
+        "the same. "
+        "The difference shown is on average larger than the true one, and p values of metrics are for one "
+        "look.");
+  }
+  return results;
 }
 
-void WritePlanReport(const PlanFolder& folder) {
+void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
   const Plan& plan = folder.plan();
+  const std::string made_by =
+      fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
   viz::PlanReport report;
   report.title = plan.name;
   report.baseline = plan.baseline;
   std::map<std::string, viz::PlanRow> rows;
   std::vector<std::string> order;  // of tasks, as the suites have them
-  std::vector<RecordedRuns> suites;
-  std::optional<RecordedRuns> baseline;
-  for (const PlannedPolicy& policy : plan.policies) {
-    RecordedRuns suite = results::ReadRuns(folder.policy_folder(policy.name));
-    suite.name = policy.name;
-    const ReportWithEpisodes page(folder.path(), fs::path(policy.name) / "report.html");
-    report.policies.push_back(policy.name);
-    report.reports.push_back({policy.name, page.url()});
+  for (const RecordedRuns& suite : results.suites) {
+    const ReportWithEpisodes page(folder.path(), fs::path(suite.name) / "report.html");
+    report.policies.push_back(suite.name);
+    report.reports.push_back({suite.name, page.url()});
     auto& failed = report.failed_episodes.emplace_back();
     std::vector<std::pair<std::string, viz::PlanCell>> cells;
     for (size_t i = 0; i < suite.runs.size(); ++i) {
@@ -101,11 +128,11 @@ void WritePlanReport(const PlanFolder& folder) {
       cell.url = page.url() + (suite.runs.size() > 1 ? fmt::format("#run-{}-", i) : "");
       AddEpisodes(suite.runs[i], i, page, &cell, &failed);
       for (const std::string& remark : suite.runs[i].Remarks()) {
-        report.remarks.push_back(policy.name + ", " + suite.runs[i].task_name() + ": " + remark);
+        report.remarks.push_back(suite.name + ", " + suite.runs[i].task_name() + ": " + remark);
       }
     }
     for (const std::string& missing : suite.missing) {
-      report.remarks.push_back(policy.name + ": no finished episode of " + missing);
+      report.remarks.push_back(suite.name + ": no finished episode of " + missing);
     }
     for (const auto& [task, cell] : cells) {
       const auto [row, is_new] = rows.emplace(task, viz::PlanRow{task, {}});
@@ -113,53 +140,47 @@ void WritePlanReport(const PlanFolder& folder) {
       row->second.cells.resize(report.policies.size());
       row->second.cells.back() = cell;
     }
-    const metrics::RunSummary all = SummaryOf(suite);
+    results::Tally tally;
+    for (const RecordedRun& run : suite.runs) tally.Add(run);
+    const metrics::RunSummary all = tally.Summary();
     report.all.cells.push_back(CellOf(all));
     report.failure_reasons.push_back(all.failure_reasons);
-    if (policy.name == plan.baseline) {
-      baseline = std::move(suite);
-    } else {
-      suites.push_back(std::move(suite));
-    }
+    results::SuiteTally tasks;
+    for (const RecordedRun& run : suite.runs) tasks.Add(run.task_name(), run);
+    report.means.push_back(tasks.mean_over_tasks());
   }
   report.all.name = "all";
   for (const std::string& task : order) {
     report.tasks.push_back(rows[task]);
     report.tasks.back().cells.resize(report.policies.size());
   }
-  const auto comparison_url = [&](const std::string& policy) {
-    return viz::Url(fs::relative(ComparisonPageOf(folder, policy), folder.path()));
-  };
-  if (const fs::path stops = folder.path() / kStopsJson; plan.until && fs::exists(stops)) {
-    report.verdict_note = fmt::format(
-        "Looked at every {} episodes of each task, {} at most: p values that hold at any look, by Bonferroni "
-        "over the "
-        "policies.",
-        plan.options.episodes, plan.until->max_episodes);
-    for (const auto& stop : ReadJsonFile(stops)) {
-      const std::string policy = stop.at("policy");
-      const bool is_better = stop.at("only_policy") > stop.at("only_baseline");
-      report.verdicts.push_back({.policy = policy,
-                                 .text = stop.at("text"),
-                                 .p = stop.at("p"),
-                                 .judgement = !stop.at("is_decided") ? ""
-                                              : is_better            ? "better"
-                                                                     : "worse",
-                                 .url = comparison_url(policy)});
-    }
-  } else if (!suites.empty()) {
-    report.verdict_note = "p values by Holm, over the policies that are compared.";
-    for (const results::Comparison& comparison : results::CompareAll(suites, *baseline)) {
-      report.verdicts.push_back({.policy = comparison.run.name,
-                                 .text = results::Conclusion(comparison),
-                                 .p = comparison.success.p_holm,
-                                 .judgement = results::Word(comparison.success.judgement()),
-                                 .url = comparison_url(comparison.run.name)});
-    }
+  for (size_t i = 0; i < results.comparisons.size(); ++i) {
+    const results::Comparison& comparison = results.comparisons[i];
+    const std::string& policy = comparison.run.name;
+    const fs::path page = folder.policy_folder(policy) / ("against_" + plan.baseline + ".html");
+    WriteWhole(page, results::ComparisonReport({comparison}, page, made_by,
+                                               static_cast<size_t>(results::kPageMegabytes * 1e6))
+                         .html);
+    std::string text = results::Conclusion(comparison);
+    if (i < results.stops.size()) text += " The plan: " + results.stops[i] + ".";
+    report.verdicts.push_back({.policy = policy,
+                               .text = text,
+                               .p = comparison.success.p_adjusted,
+                               .judgement = results::Word(comparison.success.judgement()),
+                               .url = viz::Url(fs::relative(page, folder.path()))});
   }
-  WriteWhole(folder.path() / "report.html",
-             viz::PlanPage(
-                 report, fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "")));
+  report.verdict_note = results.stops.empty()
+                            ? std::string("p values are adjusted by Holm for the policies that are compared.")
+                            : fmt::format(
+                                  "Looked at every {} episodes of each task, {} at most: p values hold at "
+                                  "any look, adjusted by "
+                                  "Bonferroni for the policies that are compared.",
+                                  plan.options.episodes, plan.until->max_episodes);
+  for (const results::RankedRun& run : results.ranking) {
+    report.ranking.push_back({run.name, run.successes, run.trials, run.letters});
+  }
+  report.ranking_note = results::kRankingNote;
+  WriteWhole(folder.path() / "report.html", viz::PlanPage(report, made_by));
 }
 
 }  // namespace evalbus::plans

@@ -97,18 +97,21 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
                                      fs::proximate(folder.path()).string()));
 }
 
+// num_comparisons: p is adjusted for so many, by Bonferroni.
 Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
-          double alpha) {
-  const results::Comparison comparison =
-      results::CompareRuns(results::ReadRuns(folder.policy_folder(policy)),
-                           results::ReadRuns(folder.policy_folder(folder.plan().baseline)));
+          double num_comparisons) {
+  const results::SuccessCounts counts =
+      results::CompareSuccess(results::ReadRuns(folder.policy_folder(policy)),
+                              results::ReadRuns(folder.policy_folder(folder.plan().baseline)))
+          .samples;
   Stop stop = before;
   stop.policy = policy;
   stop.episodes = episodes;
-  stop.only_policy = comparison.success.pairs.only_a;
-  stop.only_baseline = comparison.success.pairs.only_b;
+  stop.only_policy = counts.pairs.only_a;
+  stop.only_baseline = counts.pairs.only_b;
   stop.p = std::min(before.p, metrics::SequentialMcNemar(stop.only_policy, stop.only_baseline));
-  stop.is_decided = stop.p <= alpha;
+  stop.p_adjusted = std::min(1.0, stop.p * num_comparisons);
+  stop.is_decided = stop.p_adjusted <= folder.plan().until->alpha;
   return stop;
 }
 
@@ -121,14 +124,12 @@ std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
     going.insert(policy.name);
     if (policy.name != plan.baseline) stops[policy.name];
   }
-  // By Bonferroni: each comparison may err with its share of alpha.
-  const double alpha = plan.until->alpha / static_cast<double>(stops.size());
   for (int episodes = plan.options.episodes;;
        episodes = std::min(episodes + plan.options.episodes, plan.until->max_episodes)) {
     RunSuites(folder, going, episodes, workers);
     for (auto& [policy, stop] : stops) {
       if (!going.contains(policy)) continue;
-      stop = Look(folder, policy, stop, episodes, alpha);
+      stop = Look(folder, policy, stop, episodes, static_cast<double>(stops.size()));
       if (!stop.is_decided && episodes < plan.until->max_episodes) continue;
       fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
       going.erase(policy);
@@ -144,7 +145,8 @@ std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
                     {"episodes", stop.episodes},
                     {"only_policy", stop.only_policy},
                     {"only_baseline", stop.only_baseline},
-                    {"p", std::min(1.0, stop.p * static_cast<double>(stops.size()))},
+                    {"p", stop.p_adjusted},
+                    {"p_unadjusted", stop.p},
                     {"is_decided", stop.is_decided},
                     {"text", stop.Text(plan.baseline, *plan.until)}});
   }
@@ -192,7 +194,7 @@ void MakeFilms(const PlanFolder& folder, int workers) {
 
 std::string Stop::Text(const std::string& baseline, const Until& until) const {
   const std::string counts =
-      fmt::format("{} pairs won and {} lost, p {:.2g} at any look", only_policy, only_baseline, p);
+      fmt::format("{} pairs won and {} lost, p = {:.2g} at any look", only_policy, only_baseline, p_adjusted);
   if (!is_decided) {
     return fmt::format(
         "not decided against {} after {} episodes of each task, the most that the plan allows: {}", baseline,
@@ -221,34 +223,20 @@ void RunPlan(const PlanFolder& folder, int workers) {
 void FinishPlan(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
   MakeFilms(folder, workers);
-  std::vector<results::RecordedRuns> runs;
-  std::optional<results::RecordedRuns> baseline;
+  const PlanResults results = ReadPlanResults(folder);
+  for (const results::Comparison& comparison : results.comparisons) {
+    fmt::print("\n{}\n", results::Conclusion(comparison));
+  }
+  if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking));
   std::vector<launch::Job> pages;
   const std::string evalbus = (launch::Processes::BinaryFolder() / "evalbus").string();
-  const std::string baseline_folder = folder.policy_folder(plan.baseline).string();
   for (const PlannedPolicy& policy : plan.policies) {
     const fs::path own = folder.policy_folder(policy.name);
-    results::RecordedRuns suite = results::ReadRuns(own);
     pages.push_back({"report of " + policy.name, {evalbus, "report", own.string()}, LogFile(own, "report")});
-    if (policy.name == plan.baseline) {
-      baseline = std::move(suite);
-      continue;
-    }
-    runs.push_back(std::move(suite));
-    pages.push_back({"comparison of " + policy.name,
-                     {evalbus, "compare", baseline_folder, own.string(), "--report",
-                      ComparisonPageOf(folder, policy.name).string()},
-                     LogFile(own, "compare")});
+    fs::create_directories(pages.back().log_file.parent_path());
   }
-  // Tests for one look would say too much of what was looked at as it grew.
-  if (!runs.empty() && !plan.until) {
-    for (const results::Comparison& comparison : results::CompareAll(runs, *baseline)) {
-      fmt::print("\n{}\n", results::Conclusion(comparison));
-    }
-  }
-  for (const launch::Job& page : pages) fs::create_directories(page.log_file.parent_path());
   RunJobs(std::move(pages), workers, "pages", [](const std::string&) {});
-  WritePlanReport(folder);
+  WritePlanPages(folder, results);
   fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / "report.html").string());
 }
 

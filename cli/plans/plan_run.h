@@ -15,7 +15,7 @@ struct Stop {
   int episodes = 0;
   // Pairs in which only the policy, and only the baseline, succeeded; the smallest p of all looks.
   int only_policy = 0, only_baseline = 0;
-  double p = 1;
+  double p = 1, p_adjusted = 1;
   bool is_decided = false;
   // "after 40 episodes of each task: better than expert, ..."
   std::string Text(const std::string& baseline, const Until& until) const;

@@ -17,10 +17,10 @@ using nlohmann::ordered_json;
 // What is compared, what it is called, and how it was computed: none of it changes a value that is compared.
 // Every other key of run.json may, also one that is new.
 constexpr std::string_view kChangesNothing[] = {
-    "run_id",     "task",           "variation",     "task_path",   "task_sha256", "robot",
-    "model_path", "control_hz",     "policy",        "policy_name", "seed",        "episodes",
-    "only",       "workers",        "url",           "in_process",  "by_hand",     "video",
-    "git_dirty",  "physics_sha256", "visual_sha256", "contract"};
+    "run_id",     "task",       "variation",   "task_path", "task_sha256", "robot",          "model_path",
+    "control_hz", "policy",     "policy_name", "seed",      "episodes",    "only",           "workers",
+    "url",        "in_process", "by_hand",     "video",     "git_dirty",   "physics_sha256", "visual_sha256",
+    "contract",   "log",        "seed_stream", "until"};
 
 // Members of two contracts that differ, at most so many in words.
 constexpr size_t kMostContractWords = 4;

@@ -22,9 +22,15 @@ ordered_json Json(const SuccessComparison& success) {
                        {"difference_95", Json(success.difference_95)},
                        {"interval", success.paired ? "Newcombe, paired" : "Newcombe"},
                        {"test", success.paired ? "McNemar, exact" : "Fisher, exact"},
+                       {"samples", success.samples.trials},
+                       {"baseline_samples", success.samples.baseline_trials},
                        {"p", success.p},
-                       {"p_holm", success.p_holm},
-                       {"detectable_difference", Json(success.detectable)}};
+                       {"p_holm", success.p_adjusted}};
+  if (success.trials > 0 && success.baseline_trials > 0) {
+    const Outlook outlook = OutlookOf(success);
+    json["findable_difference"] = Json(outlook.findable);
+    json["episodes_needed"] = outlook.needed ? ordered_json(*outlook.needed) : ordered_json();
+  }
   if (success.paired) {
     json["pairs"] = {{"both", success.pairs.both},
                      {"run_only", success.pairs.only_a},
@@ -65,9 +71,16 @@ ordered_json Json(const ComparedRuns& runs) {
 
 }  // namespace
 
-ordered_json ComparisonJson(const std::vector<Comparison>& comparisons) {
+ordered_json ComparisonJson(const std::vector<Comparison>& comparisons,
+                            const std::vector<RankedRun>& ranking) {
   ordered_json json = {{"baseline", Json(comparisons.front().baseline)},
                        {"comparisons", ordered_json::array()}};
+  for (const RankedRun& run : ranking) {
+    json["ranking"].push_back({{"name", run.name},
+                               {"successes", run.successes},
+                               {"episodes", run.trials},
+                               {"letters", run.letters}});
+  }
   for (const Comparison& comparison : comparisons) {
     ordered_json one = Json(comparison.run);
     one["verdict"] = Conclusion(comparison);
@@ -81,8 +94,6 @@ ordered_json ComparisonJson(const std::vector<Comparison>& comparisons) {
                             {"paired", task.paired},
                             {"unmatched", task.unmatched},
                             {"baseline_unmatched", task.baseline_unmatched},
-                            {"repeated", task.repeated},
-                            {"baseline_repeated", task.baseline_repeated},
                             {"success", Json(task.success)}};
       entry["flipped"] = ordered_json::array();
       for (const FlippedPair& pair : task.flipped) {

@@ -28,7 +28,7 @@ viz::ReportDifference Success(const std::string& name, const SuccessComparison& 
           .lower = success.difference_95.lower,
           .upper = success.difference_95.upper,
           .p = success.p,
-          .p_holm = success.p_holm,
+          .p_holm = success.p_adjusted,
           .judgement = Word(success.judgement())};
 }
 
@@ -61,17 +61,7 @@ viz::ReportTaskComparison Task(const TaskComparison& task, const PageLinks& link
   viz::ReportTaskComparison report;
   report.task = task.name();
   report.success = Success(report.task, task.success);
-  report.counts =
-      task.paired
-          ? fmt::format(
-                "{} with the same seeds. Means over pairs; p: McNemar's exact test, and Wilcoxon's "
-                "signed-rank test. * over the pairs in which both succeeded.",
-                Plural(task.success.trials, "pair"))
-          : fmt::format(
-                "Independent episodes, {} against {}. p: Fisher's exact test, and Mann-Whitney's test. * "
-                "over "
-                "successes only.",
-                task.success.trials, task.success.baseline_trials);
+  report.counts = WhatIsCounted(task);
   for (const MetricComparison& metric : task.metrics) report.metrics.push_back(Metric(metric));
   bool any_film = false;
   for (const FlippedPair& pair : task.flipped) {
@@ -136,9 +126,9 @@ ComparisonPage ComparisonReport(const std::vector<Comparison>& comparisons, cons
     report.success = Success("all", comparison.success);
     report.notes = comparison.remarks;
     report.notes.push_back(
-        "Intervals: Newcombe's for success, bootstrap for means. Holm: p adjusted for the number of tests of "
-        "a "
-        "table. Each metric's interval is drawn on its own scale.");
+        fmt::format("p of success: {}. Adjusted p: for the number of tests of a table. {} Each is drawn on "
+                    "its own scale.",
+                    TestName(comparison.success.test), kIntervalsAreSingle));
     reports.push_back(std::move(report));
   }
   const auto html = [&](const std::optional<viz::PackedViewer>& viewer) {

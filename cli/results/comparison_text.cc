@@ -33,51 +33,47 @@ std::string Row(int label_width, const std::string& label, const std::string& ba
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
-// Those of the larger mean, for all numbers of a row.
+// Decimals for all numbers of a row: those of the larger mean, but no more than the difference is known to.
 int RowDecimals(const MetricComparison& metric) {
-  return Decimals(metric.number.scale() * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)));
+  const double scale = metric.number.scale();
+  return Decimals(scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)),
+                  scale * metrics::StandardErrorOf(metric.difference_95));
 }
 
 std::string Short(const std::string& name) {
   return name.size() <= 9 ? name : ".." + name.substr(name.size() - 7);
 }
 
-std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success, bool holm) {
+std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success) {
   const auto rate = [](int k, int n) { return n > 0 ? fmt::format("{:.0f}", 100.0 * k / n) : "-"; };
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
              rate(success.successes, success.trials), FixedOrDash(success.difference * 100, 0),
              Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
-             holm ? P(success.p_holm) : "", "%", Word(success.judgement()));
+             P(success.p_adjusted), "%", Word(success.judgement()));
 }
 
 std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
-  constexpr int kLabel = 27;
-  std::string text = Row(kLabel, "", Short(comparison.baseline.name), Short(comparison.run.name),
+  int label_width = 27;
+  for (const MetricComparison& metric : task.metrics)
+    label_width = std::max(label_width, static_cast<int>(metric.number.label().size()));
+  std::string text = Row(label_width, "", Short(comparison.baseline.name), Short(comparison.run.name),
                          "difference", "its 95 % interval", "p", "Holm", "", "");
-  text += SuccessRow("success", kLabel, comparison.success, false);
-  int efforts = 0, tested = 0;
+  text += SuccessRow("success", label_width, comparison.success);
+  int tested = 0;
   for (const MetricComparison& metric : task.metrics) {
     const MetricInfo& info = *metric.number.metric;
     const auto scaled = [&](double value) { return value * info.scale; };
     const int decimals = RowDecimals(metric);
-    text += Row(kLabel, metric.number.label() + (info.effort ? " *" : ""),
+    text += Row(label_width, metric.number.label() + (info.effort ? " *" : ""),
                 FixedOrDash(scaled(metric.baseline_mean), decimals),
                 FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
                 metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-",
                 std::string(info.shown_unit), metric.p ? Word(metric.judgement()) : "equal");
-    if (info.effort) efforts = std::max(efforts, metric.count);
     tested += metric.p.has_value();
   }
-  text += fmt::format(
-      "\nMeans{}. p: {}. Holm: adjusted for {}; interval: bootstrap.\n", task.paired ? " over pairs" : "",
-      task.paired ? "Wilcoxon's signed-rank test of the pairs' differences" : "Mann-Whitney's test",
-      Plural(tested, "metric"));
-  text += task.paired
-              ? fmt::format("* over the {} pairs in which both succeeded; all else over all {} pairs.\n",
-                            efforts, task.success.trials)
-              : "* over successes only.\n";
-  return text;
+  return text + fmt::format("\n{}\nHolm: p of metrics adjusted for {}. {}\n", WhatIsCounted(task),
+                            Plural(tested, "metric"), kIntervalsAreSingle);
 }
 
 std::string RatioTable(const TaskComparison& task, const Comparison& comparison) {
@@ -103,7 +99,7 @@ std::string SuiteTable(const Comparison& comparison) {
                          "difference", "its 95 % interval", "p", "Holm", "", "");
   std::string metrics;
   for (const TaskComparison& task : comparison.tasks) {
-    text += SuccessRow(task.task + "/" + task.variation, width, task.success, true);
+    text += SuccessRow(task.task + "/" + task.variation, width, task.success);
     for (const MetricComparison& metric : task.metrics) {
       if (!metric.differs()) continue;
       const int decimals = RowDecimals(metric);
@@ -114,8 +110,8 @@ std::string SuiteTable(const Comparison& comparison) {
                       metric.number.shown_unit(), P(metric.p_holm), Word(metric.judgement()));
     }
   }
-  text += SuccessRow("all", width, comparison.success, false);
-  text += "\nHolm: adjusted for the tasks.\n";
+  text += SuccessRow("all", width, comparison.success);
+  text += "\nHolm: p adjusted for the tasks. Intervals are not adjusted: each is for its row alone.\n";
   if (!metrics.empty()) text += "\nMetrics that differ, p adjusted for those of a task\n" + metrics;
   return text;
 }

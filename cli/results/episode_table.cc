@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "base/interned.h"
+
 namespace evalbus::results {
 namespace {
 
@@ -49,7 +51,11 @@ std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
   for (const RecordedRun& run : runs) {
     for (const RecordedEpisode& episode : run.episodes) {
       auto& cells = values.emplace_back();
-      for (const auto& [name, value] : episode.Values()) {
+      metrics::NamedNumbers numbers;
+      for (const auto& [name, value] : episode.result.parameters)
+        numbers.emplace_back(Interned("parameters." + std::string(name)), value);
+      for (const auto& number : episode.Values()) numbers.push_back(number);
+      for (const auto& [name, value] : numbers) {
         const auto [column, is_new] = index.emplace(name, names.size());
         if (is_new) names.emplace_back(name);
         cells.emplace_back(column->second, value);

@@ -34,7 +34,10 @@ std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& 
   // Only the run itself knew how well it kept time.
   line.erase("pacing");
   const model_info_t& model = *episode.model;
-  const ordered_json score = EpisodeJson(model.task, model.variation, episode.summary);
+  // Lines of older runs have no parameters.
+  const bool has_parameters = line.contains("parameters") && episode.begin;
+  const ordered_json score =
+      EpisodeJson(model.task, model.variation, episode.summary, has_parameters ? &*episode.begin : nullptr);
   // As it would be read back: words that are no UTF-8 have become others.
   const auto differences = Differences(line, ordered_json::parse(ToText(score)));
   return differences.empty() ? "" : std::string(kEpisodesJsonl) + " differs: " + DifferencesText(differences);

@@ -9,6 +9,7 @@
 #include "base/json_file.h"
 #include "base/plural.h"
 #include "base/run_layout.h"
+#include "policy_bridge/remote/latency.h"
 
 namespace evalbus::results {
 namespace {
@@ -29,8 +30,14 @@ std::string ThinkingInWords(const ordered_json& info) {
   if (info.value("realtime", false)) return "simulated time ran on while the policy thought (real time)";
   const std::string latency = info.value("latency", "none");
   if (latency == "none") return "simulated time stood still while the policy thought";
-  if (latency == "measured") return "the policy's thinking was charged in simulated time, as long as it took";
-  return fmt::format("the policy's thinking was charged with {} ms of simulated time a call", latency);
+  if (latency == "measured") {
+    return "the policy's thinking was charged in simulated time, as long as it took, rounded up to whole "
+           "ticks";
+  }
+  const double tick_s = 1 / info.at("control_hz").get<double>();
+  const int64_t ticks = policy::HeldTicks(policy::ParseLatency(latency).fixed_s, tick_s);
+  return fmt::format("each call was charged with {} ms of simulated time: {} = {:.5g} ms", latency,
+                     Plural(ticks, "tick"), static_cast<double>(ticks) * tick_s * 1e3);
 }
 
 std::vector<ordered_json> ReadCalls(const RecordedRun& run) {

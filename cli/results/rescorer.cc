@@ -13,6 +13,7 @@
 #include "cli/results/episode_json.h"
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
+#include "lcmtypes/source_name.h"
 
 namespace evalbus::results {
 
@@ -148,6 +149,7 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   running_ = false;
   RescoredEpisode episode;
   episode.model = model_;
+  if (model_->source == source_name::kSim) episode.begin = begin_;
   episode.recorded = recorded;
   episode.has_end = end_.has_value();
   if (!end_) {

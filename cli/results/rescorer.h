@@ -25,6 +25,8 @@ namespace evalbus::results {
 
 struct RescoredEpisode {
   std::shared_ptr<const model_info_t> model;
+  // EPISODE_BEGIN; nothing where evalbus did not simulate the episode.
+  std::optional<episode_begin_t> begin;
   // Score from the log's STATE and CONTACTS.
   episode_summary_t summary{};
   // EPISODE_SUMMARY of the log, if it has one for this episode and attempt.

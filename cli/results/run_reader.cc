@@ -133,7 +133,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   }
   episode.episode = static_cast<int>(number);
   episode.seed = Get<int64_t>(json, "seed", "a whole number", where);
-  if (episode.seed != EpisodeSeed(run.seed, episode.episode)) {
+  if (episode.seed != run.seeds().OfEpisode(episode.episode)) {
     Fail(where, fmt::format("seed {} is not that of episode {} in a run with seed {}: a line of another run",
                             episode.seed, number, run.seed));
   }
@@ -145,6 +145,14 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   }
   const ordered_json& metrics = Get<ordered_json>(json, "metrics", "an object", where);
   Get<ordered_json>(json, "extended", "an object", where);
+  // Lines of older versions have none.
+  if (json.contains("parameters")) {
+    for (const auto& [name, value] : Get<ordered_json>(json, "parameters", "an object", where).items()) {
+      if (!value.is_number())
+        Fail(where,
+             fmt::format("\"parameters\": {} is {}, expected a number", Printable(name), ToText(value)));
+    }
+  }
   const auto success = metrics.find("success");
   const bool is_judged = success != metrics.end();
   if (is_judged != episode.judged() || (is_judged && *success != 0 && *success != 1)) {
@@ -225,9 +233,21 @@ std::vector<std::string> RecordedRun::Remarks() const {
         fmt::format("line {} of {} is cut off and left out: the run was stopped while it was written",
                     cut_line, kEpisodesJsonl));
   }
+  // Written by evalbus collect.
+  if (std::filesystem::exists(folder / kCollectJson)) {
+    remarks.emplace_back(
+        "collected demonstrations: only successes were kept, so its rates say nothing of the policy");
+  }
   const std::string samples = Statistics().Summary(false).SamplesText();
   if (!samples.empty()) remarks.push_back(samples);
   return remarks;
+}
+
+std::string SeedStreamOf(const ordered_json& info, const std::string& file) {
+  if (!info.contains("seed_stream")) return kSharedSeeds;
+  const auto stream = Get<std::string>(info, "seed_stream", "a name", file);
+  if (stream == kRunSeeds || stream == kCollectSeeds || stream == kSharedSeeds) return stream;
+  Fail(file, fmt::format("\"seed_stream\" is \"{}\", which this version of evalbus does not know", stream));
 }
 
 RecordedRun ReadRunInfo(const fs::path& folder) {
@@ -246,6 +266,7 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
     if (!name.empty()) run.policy = name;
   }
   run.seed = Get<int64_t>(run.info, "seed", "a whole number", file.string());
+  run.seed_stream = SeedStreamOf(run.info, file.string());
   run.planned = static_cast<int>(Get<int64_t>(run.info, "episodes", "a number", file.string()));
   return run;
 }

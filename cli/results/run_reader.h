@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/random.h"
 #include "lcmtypes/end_reason.h"
 #include "metrics/statistics/run_statistics.h"
 
@@ -55,6 +56,9 @@ struct RecordedRun {
   // Its name, as it was given, or what --policy said.
   std::string policy;
   int64_t seed = 0;
+  // kRunSeeds, kCollectSeeds or kSharedSeeds (base/random.h).
+  std::string seed_stream;
+  SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
   // Episodes asked for.
   int planned = 0;
   // Finished ones, by number; also those that are not complete.
@@ -96,6 +100,8 @@ RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::strin
                             const RecordedRun& run);
 // What run.json alone says.
 RecordedRun ReadRunInfo(const std::filesystem::path& folder);
+// The seed_stream of a run.json; kSharedSeeds for an older one, which has none.
+std::string SeedStreamOf(const nlohmann::ordered_json& info, const std::string& file);
 // The folders in that of a suite, as suite.json names them.
 std::vector<std::string> RunsInSuite(const std::filesystem::path& folder);
 

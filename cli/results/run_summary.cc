@@ -1,10 +1,15 @@
 #include "cli/results/run_summary.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "cli/results/pacing.h"
 #include "cli/results/policy_calls.h"
+#include "metrics/statistics/describe.h"
 
 namespace evalbus::results {
 
@@ -31,8 +36,25 @@ void SuiteTally::Add(const std::string& name, const RecordedRun& run) {
   all_.Add(run);
 }
 
+double SuiteTally::mean_over_tasks() const {
+  std::vector<double> rates;
+  for (const auto& [name, tally] : by_task_) {
+    if (const metrics::RunSummary summary = tally.Summary(); summary.judged > 0)
+      rates.push_back(summary.success_rate);
+  }
+  return metrics::Mean(rates);
+}
+
+std::string SuiteTally::MeanLine(size_t width) const {
+  if (by_task_.size() < 2) return "";
+  const double mean = mean_over_tasks();
+  return fmt::format("{:<{}}  {:>9}  each task counts alike; in \"all\" each complete episode does\n",
+                     "mean of tasks", width, std::isfinite(mean) ? fmt::format("{:.0f} %", 100 * mean) : "-");
+}
+
 nlohmann::ordered_json SuiteTally::Json(const std::vector<std::string>& names) const {
   nlohmann::ordered_json json = {{"all", all_.Json()}};
+  json["all"]["mean_success_rate_of_tasks"] = mean_over_tasks();
   for (const auto& [name, tally] : families_) json["by_task"][name] = tally.Json();
   for (const std::string& name : names) {
     if (by_task_.contains(name)) json["by_variation"][name] = by_task_.at(name).Json();

@@ -33,6 +33,10 @@ class SuiteTally {
   const Tally& of_task(const std::string& name) const { return by_task_.at(name); }
   const std::map<std::string, Tally>& families() const { return families_; }
   const Tally& all() const { return all_; }
+  // Mean of the tasks' success rates, each task with the same weight; NaN without a complete episode.
+  double mean_over_tasks() const;
+  // The mean as a line of the table; empty for one task.
+  std::string MeanLine(size_t width) const;
   // A suite's summary.json, with the tasks in this order.
   nlohmann::ordered_json Json(const std::vector<std::string>& names) const;
 

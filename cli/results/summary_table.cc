@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/metric_catalogue.h"
@@ -70,8 +71,7 @@ std::string RateText(const metrics::RunSummary& summary, int width) {
   const std::string rate =
       fmt::format("Success in {} of {} {}episodes: {:.0f} %", summary.successes, summary.judged,
                   summary.judged < summary.complete ? "judged " : "", summary.success_rate * 100);
-  const std::string interval = fmt::format("(95 % interval {:.0f} to {:.0f} %, Wilson)",
-                                           summary.wilson.lower * 100, summary.wilson.upper * 100);
+  const std::string interval = fmt::format("(95 % interval {}, Wilson)", PercentText(summary.wilson));
   const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
   return rate + (one_line ? " " : "\n") + interval + "\n";
 }
@@ -83,6 +83,11 @@ std::string FormatDuration(double seconds) {
   if (whole < 60) return fmt::format("{} s", whole);
   if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
   return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string PercentText(const metrics::Interval& interval) {
+  const int decimals = interval.upper - interval.lower < 0.02 ? 1 : 0;
+  return fmt::format("{:.{}f} to {:.{}f} %", interval.lower * 100, decimals, interval.upper * 100, decimals);
 }
 
 std::string EpisodeHeader(int width) {
@@ -148,28 +153,40 @@ std::string SummaryTable(const metrics::RunSummary& summary, int width) {
   if (summary.complete == 0) return text;
   if (!summary.failure_reasons.empty()) text += "Failures: " + FailuresText(summary) + "\n";
 
-  constexpr int kLabelWidth = 25, kUnitWidth = 8;
+  std::vector<std::string> names;
+  for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
+  const std::vector<MetricNumber> numbers = MainMetrics(names);
+  int label_width = 25;
+  for (const MetricNumber& main : numbers)
+    label_width = std::max(label_width, static_cast<int>(main.label().size()));
+  constexpr int kUnitWidth = 8;
   std::vector<Statistic> statistics = Statistics();
   size_t shown = 0;
-  for (int used = kLabelWidth + kUnitWidth; shown < statistics.size(); ++shown) {
+  for (int used = label_width + kUnitWidth; shown < statistics.size(); ++shown) {
     used += statistics[shown].width;
     if (used > width && shown > 0) break;
   }
   statistics.resize(shown);
-  text += "\n" + std::string(kLabelWidth, ' ');
+  text += "\n" + std::string(static_cast<size_t>(label_width), ' ');
   for (const Statistic& statistic : statistics) text += Pad(statistic.title, statistic.width);
   text += "\n";
-  std::vector<std::string> names;
-  for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
-  for (const MetricNumber& main : MainMetrics(names)) {
-    const auto number = [&](double value) { return ShownValue(*main.metric, value); };
-    text += Pad(main.label(), -kLabelWidth);
-    for (const Statistic& statistic : statistics) {
-      text += Pad(statistic.text(*summary.Find(main.name), number), statistic.width);
-    }
+  std::string note;
+  for (const MetricNumber& main : numbers) {
+    const metrics::MetricSummary& metric = *summary.Find(main.name);
+    const auto number = [&](double value) {
+      return ShownValue(*main.metric, value, metric.std / std::sqrt(metric.episodes));
+    };
+    const bool is_of_fewer = IsOfSuccessesOnly(main.name) && metric.episodes < summary.complete;
+    text += Pad(main.label() + (is_of_fewer ? " *" : ""), -label_width);
+    for (const Statistic& statistic : statistics)
+      text += Pad(statistic.text(metric, number), statistic.width);
     text += main.shown_unit().empty() ? "\n" : fmt::format("  {}\n", main.shown_unit());
+    if (is_of_fewer) {
+      note = fmt::format("* of the {} that succeeded; all else of all {}\n",
+                         Plural(metric.episodes, "episode"), summary.complete);
+    }
   }
-  return text;
+  return text + note;
 }
 
 }  // namespace evalbus::results

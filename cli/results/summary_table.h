@@ -11,6 +11,9 @@ namespace evalbus::results {
 // "1:05 min", "12 s"; for people.
 std::string FormatDuration(double seconds);
 
+// "72 to 100 %"; with a decimal where it is narrower than two points.
+std::string PercentText(const metrics::Interval& interval);
+
 // A line per finished episode, from its line of episodes.jsonl, and the titles above: columns from the left
 // as far as the width goes.
 std::string EpisodeHeader(int width);

@@ -4,13 +4,14 @@
 
 #include "base/plural.h"
 #include "base/text.h"
+#include "cli/results/summary_table.h"
 
 namespace evalbus::results {
 namespace {
 
 std::string Row(const std::string& name, size_t width, const std::string& success, const std::string& rate,
                 const std::string& time, const std::string& why) {
-  std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>9}  {}", name, width, success, rate, time, why);
+  std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>12}  {}", name, width, success, rate, time, why);
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
@@ -27,8 +28,9 @@ std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& s
 
 void Tally::Add(const RecordedRun& run) {
   for (const RecordedEpisode& episode : run.episodes) {
-    statistics_.Add(episodes_++, episode.result);
+    statistics_.Add(episodes_++, episode.result, tasks_);
   }
+  ++tasks_;
 }
 
 nlohmann::ordered_json Tally::Json() const {
@@ -42,7 +44,7 @@ nlohmann::ordered_json Tally::Json() const {
 }
 
 std::string Tally::Title(const std::string& what, size_t width) {
-  return Row(what, width, "success", "95 % interval", "mean time", "remarks");
+  return Row(what, width, "success", "95 % interval", "success time", "remarks");
 }
 
 std::string Tally::Line(const std::string& name, size_t width) const {
@@ -52,14 +54,12 @@ std::string Tally::Line(const std::string& name, size_t width) const {
   const auto add = [&notes](const std::string& note) { notes += (notes.empty() ? "" : ", ") + note; };
   for (const auto& [reason, count] : FailuresOf(summary)) add(fmt::format("{} {}", count, Printable(reason)));
   if (summary.samples < summary.complete) {
-    add(Plural(summary.samples, "sample"));
+    add(fmt::format("interval of {}", Plural(summary.samples, "episode")));
   }
   const bool judged = summary.judged > 0 || summary.complete == 0;
   return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",
-             judged
-                 ? fmt::format("{:.0f} to {:.0f} %", summary.wilson.lower * 100, summary.wilson.upper * 100)
-                 : "-",
-             time ? fmt::format("{:.2f} s", time->mean) : "-", notes);
+             judged ? PercentText(summary.wilson) : "-", time ? fmt::format("{:.2f} s", time->mean) : "-",
+             notes);
 }
 
 }  // namespace evalbus::results

@@ -16,15 +16,14 @@ class Tally {
 
   // As in a suite's summary.json (docs/run_folder.md).
   nlohmann::ordered_json Json() const;
-  // Episodes whose policy's server failed.
-  int invalid() const { return statistics_.Summary(false).invalid; }
+  metrics::RunSummary Summary() const { return statistics_.Summary(false); }
   // width: of the name, in characters. The title has the words of what the names are.
   static std::string Title(const std::string& what, size_t width);
   std::string Line(const std::string& name, size_t width) const;
 
  private:
   metrics::RunStatistics statistics_;
-  int episodes_ = 0;
+  int episodes_ = 0, tasks_ = 0;
 };
 
 }  // namespace evalbus::results

@@ -206,7 +206,15 @@ ordered_json ExplanationJson(const explanation_t& e) {
   return result;
 }
 
-EpisodeResult ResultOf(const episode_summary_t& summary) {
+ordered_json ParametersJson(const episode_begin_t& begin) {
+  ordered_json result = ordered_json::object();
+  for (size_t k = 0; k < begin.parameter_name.size(); ++k) {
+    result[begin.parameter_name[k]] = begin.parameter_value_mixed[k];
+  }
+  return result;
+}
+
+EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& summary) {
   EpisodeResult result{
       .complete = summary.complete != 0,
       .invalid = summary.end_reason == end_reason::kServerError,
@@ -215,7 +223,8 @@ EpisodeResult ResultOf(const episode_summary_t& summary) {
       .values = NumbersOf(ResultJson(summary.metrics), ExtendedJson(summary.extended, summary.metrics)),
       .stages = {},
       .slips = summary.metrics.slip_count_per_object,
-      .collisions = {}};
+      .collisions = {},
+      .parameters = FlattenedValues(ParametersJson(begin))};
   const metric_values_t& v = summary.metrics;
   for (int k = 0; k < v.num_stages; ++k)
     result.stages.emplace_back(v.stage_index[k], v.stage_reached[k] != 0);

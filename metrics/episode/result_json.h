@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/explanation_t.hpp"
 #include "evalbus/extended_metrics_t.hpp"
@@ -23,7 +24,10 @@ nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const me
 // For the key "explanation" (docs/run_folder.md).
 nlohmann::ordered_json ExplanationJson(const explanation_t& explanation);
 
+// For the key "parameters" of an episode that evalbus simulates: what was drawn for its start.
+nlohmann::ordered_json ParametersJson(const episode_begin_t& begin);
+
 // The numbers that statistics are made of: the same as of the line of episodes.jsonl.
-EpisodeResult ResultOf(const episode_summary_t& summary);
+EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& summary);
 
 }  // namespace evalbus::metrics

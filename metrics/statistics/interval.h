@@ -13,4 +13,9 @@ inline constexpr double kNormal975 = 1.959963984540054;
 // Two-sided significance level.
 inline constexpr double kAlpha = 0.05;
 
+// Approximate standard error of an estimate with this interval; NaN where there is no interval.
+inline double StandardErrorOf(const Interval& interval) {
+  return (interval.upper - interval.lower) / (2 * kNormal975);
+}
+
 }  // namespace evalbus::metrics

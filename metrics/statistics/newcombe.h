@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/wilson.h"
@@ -12,10 +13,9 @@ namespace evalbus::metrics {
 
 // Independent samples. Source: Newcombe 1998, "Interval estimation for the difference between independent
 // proportions", Statistics in Medicine 17, method 10. [-1, 1] where a sample is empty.
-inline Interval NewcombeInterval(int successes_a, int trials_a, int successes_b, int trials_b) {
+inline Interval NewcombeInterval(double successes_a, double trials_a, double successes_b, double trials_b) {
   if (trials_a == 0 || trials_b == 0) return {-1, 1};
-  const double a = static_cast<double>(successes_a) / trials_a,
-               b = static_cast<double>(successes_b) / trials_b;
+  const double a = successes_a / trials_a, b = successes_b / trials_b;
   const Interval wilson_a = WilsonInterval(successes_a, trials_a);
   const Interval wilson_b = WilsonInterval(successes_b, trials_b);
   return {a - b - std::hypot(a - wilson_a.lower, wilson_b.upper - b),
@@ -37,19 +37,20 @@ struct PairCounts {
 // Pairs. Source: Newcombe 1998, "Improved confidence intervals for the difference between binomial
 // proportions based on paired data", Statistics in Medicine 17, method 10: as above, less for what the two
 // have in common, by the correlation phi of the fourfold table (with a continuity correction where it is
-// positive). [-1, 1] without pairs.
-inline Interval NewcombePairedInterval(const PairCounts& counts) {
-  const double n = counts.pairs();
-  if (n == 0) return {-1, 1};
-  const double a = counts.successes_a() / n, b = counts.successes_b() / n;
-  const Interval wilson_a = WilsonInterval(counts.successes_a(), counts.pairs());
-  const Interval wilson_b = WilsonInterval(counts.successes_b(), counts.pairs());
-  const double margins =
-      counts.successes_a() * (n - counts.successes_a()) * counts.successes_b() * (n - counts.successes_b());
+// positive). [-1, 1] without pairs. samples: the number of pairs that they count as; default: all.
+inline Interval NewcombePairedInterval(const PairCounts& counts, std::optional<int> samples = std::nullopt) {
+  if (counts.pairs() == 0) return {-1, 1};
+  const double n = samples.value_or(counts.pairs()), scale = n / counts.pairs();
+  const double successes_a = counts.successes_a() * scale, successes_b = counts.successes_b() * scale;
+  const double a = successes_a / n, b = successes_b / n;
+  const Interval wilson_a = WilsonInterval(successes_a, n);
+  const Interval wilson_b = WilsonInterval(successes_b, n);
+  const double margins = successes_a * (n - successes_a) * successes_b * (n - successes_b);
   double phi = 0;
   if (margins > 0) {
-    const double product = static_cast<double>(counts.both) * counts.neither -
-                           static_cast<double>(counts.only_a) * counts.only_b;
+    const double product = scale * scale *
+                           (static_cast<double>(counts.both) * counts.neither -
+                            static_cast<double>(counts.only_a) * counts.only_b);
     phi = (product > 0 ? std::max(product - n / 2, 0.0) : product) / std::sqrt(margins);
   }
   const auto distance = [phi](double x, double y) {

@@ -8,10 +8,11 @@
 #include "base/errors.h"
 #include "base/interned.h"
 #include "lcmtypes/end_reason.h"
-#include "metrics/statistics/bootstrap.h"
+#include "lcmtypes/metric_catalogue.h"
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
 #include "metrics/statistics/describe.h"
+#include "metrics/statistics/interval_of_mean.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -51,6 +52,15 @@ void MostFrequentFirst(std::vector<std::pair<std::string, Number>>* counts) {
   });
 }
 
+// Interval of the mean, cut off at what the metric can be.
+Interval MeanInterval(const std::string& name, const std::vector<double>& sorted) {
+  Interval interval = IntervalOfMean(sorted);
+  if (const MetricInfo* metric = FindMetric(name).metric; metric && std::isfinite(interval.lower)) {
+    interval = {std::max(interval.lower, metric->least), std::min(interval.upper, metric->most)};
+  }
+  return interval;
+}
+
 // is_one_sample: the values are one that was found again and again.
 MetricSummary Describe(const std::string& name, const std::vector<double>& sorted, bool is_one_sample,
                        bool with_bootstrap) {
@@ -63,7 +73,7 @@ MetricSummary Describe(const std::string& name, const std::vector<double>& sorte
           .p95 = Quantile(sorted, 0.95),
           .min = sorted.front(),
           .max = sorted.back(),
-          .mean_95 = with_bootstrap && !is_one_sample ? BootstrapMean(sorted) : Interval{kNaN, kNaN}};
+          .mean_95 = with_bootstrap && !is_one_sample ? MeanInterval(name, sorted) : kNoInterval};
 }
 
 // An empty object where there is none.
@@ -100,7 +110,8 @@ EpisodeResult ResultOf(const ordered_json& episode) {
                        .values = NumbersOf(metrics, episode.at("extended")),
                        .stages = {},
                        .slips = {},
-                       .collisions = {}};
+                       .collisions = {},
+                       .parameters = FlattenedValues(Member(episode, "parameters"))};
   const ordered_json& stages = Member(metrics, kStages);
   for (const auto& [index, reached] : stages.items()) {
     result.stages.emplace_back(StageIndex(index), reached.get<bool>());
@@ -141,11 +152,12 @@ std::string RunSummary::SamplesText() const {
   if (samples == complete) return "";
   if (samples == 1) {
     return "all " + std::to_string(complete) +
-           " episodes are equal in every number, so they are one sample: "
-           "nothing that was randomised made a difference";
+           " episodes began alike and are equal in every number: the interval counts them as one";
   }
-  return "among " + std::to_string(complete) + " episodes are " + std::to_string(samples) +
-         " different ones: those that are equal in every number are one sample";
+  return "the interval counts " + std::to_string(samples) + " episodes instead of " +
+         std::to_string(complete) +
+         ": where all of a task began alike and are equal in every number, it "
+         "counts one";
 }
 
 const MetricSummary* RunSummary::Find(const std::string& metric) const {
@@ -178,10 +190,11 @@ const std::vector<double>& RunStatistics::Values::Ascending() const {
   return values_;
 }
 
-void RunStatistics::Add(int episode, const EpisodeResult& result) {
+void RunStatistics::Add(int episode, const EpisodeResult& result, int task) {
   Entry& entry = episodes_[episode];
   for (const auto& [index, value] : entry.values) values_[index].Remove(value);
   entry = {};
+  entry.task = task;
   entry.complete = result.complete;
   entry.invalid = result.invalid;
   if (!result.complete) return;
@@ -190,7 +203,10 @@ void RunStatistics::Add(int episode, const EpisodeResult& result) {
   entry.collisions = result.collisions;
   entry.stages = result.stages;
   entry.slips = result.slips;
+  entry.parameters = result.parameters;
   for (const auto& [name, value] : result.values) {
+    if (IsOfSuccessesOnly(name)) entry.time_s = value;
+    if (IsOfSuccessesOnly(name) && !result.success) continue;
     const size_t index = Index(name);
     entry.values.emplace_back(index, value);
     values_[index].Add(value);
@@ -200,13 +216,13 @@ void RunStatistics::Add(int episode, const EpisodeResult& result) {
 RunSummary RunStatistics::Summary(bool with_bootstrap) const {
   RunSummary summary;
   std::vector<std::pair<int, int>> stages;
-  std::vector<const Entry*> results;
+  std::map<int, std::vector<const Entry*>> of_task;
   for (const auto& [number, episode] : episodes_) {
     ++summary.episodes;
     summary.invalid += episode.invalid;
     if (!episode.complete) continue;
     ++summary.complete;
-    results.push_back(&episode);
+    of_task[episode.task].push_back(&episode);
     summary.judged += episode.failure_reason != end_reason::kNotJudged;
     summary.successes += episode.success;
     if (!episode.success) Count(episode.failure_reason, 1, &summary.failure_reasons);
@@ -218,10 +234,7 @@ RunSummary RunStatistics::Summary(bool with_bootstrap) const {
     }
     for (const auto& [geom, count] : episode.collisions) Count(geom, count, &summary.collisions_per_geom);
   }
-  const auto is_before = [](const Entry* a, const Entry* b) { return *a < *b; };
-  std::sort(results.begin(), results.end(), is_before);
-  summary.samples = summary.complete;
-  for (size_t i = 1; i < results.size(); ++i) summary.samples -= !is_before(results[i - 1], results[i]);
+  for (const auto& [task, entries] : of_task) summary.samples += NumSamples(entries);
   for (const auto& [index, reached] : stages) summary.stages.push_back({index, reached});
   MostFrequentFirst(&summary.failure_reasons);
   MostFrequentFirst(&summary.collisions_per_geom);

@@ -1,12 +1,12 @@
 // Statistics across the episodes of a run.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -39,10 +39,25 @@ struct EpisodeResult {
   std::vector<int64_t> slips;
   // New collisions by geom of the scene, or by pair of the robot's ("left/hand + right/hand").
   std::map<std::string, int64_t> collisions;
+  // What was drawn for its start; empty where nothing was, or where that is not known (a run of an older
+  // evalbus, a recorded trajectory, a source).
+  NamedNumbers parameters;
 
-  // Equal in every number: one sample (RunSummary::samples).
-  auto operator<=>(const EpisodeResult&) const = default;
+  // Equal in every number, those of the start included (RunSummary::samples).
+  bool operator==(const EpisodeResult&) const = default;
 };
+
+// Number of samples that the complete episodes of one task (pointers to them) count as in intervals and
+// tests: one where all are equal in every number, those of the start included: nothing was drawn, or the same
+// each time, and the policy did the same each time, so another one adds no information. Where a single one
+// differs, all count: equal numbers from different starts are different samples, and so are equal starts of a
+// policy that does not do the same each time.
+template <class Episodes>
+int NumSamples(const Episodes& episodes) {
+  const bool are_equal =
+      std::ranges::all_of(episodes, [&](const auto* episode) { return *episode == **episodes.begin(); });
+  return are_equal ? std::min(1, static_cast<int>(episodes.size())) : static_cast<int>(episodes.size());
+}
 
 // From a line of episodes.jsonl; from a message: metrics/episode/result_json.h. Throws InputError where a
 // stage is no number, nlohmann's exceptions where a key is missing or of another type.
@@ -56,7 +71,7 @@ NamedNumbers NumbersOf(const nlohmann::ordered_json& metrics, const nlohmann::or
 // ("extended.min_clearance_m").
 NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::string& before = "");
 
-// All over complete episodes; of a metric, over those that have it.
+// Over the complete episodes that have the metric; of the completion time, over those that succeeded.
 struct MetricSummary {
   std::string name;  // flattened
   int episodes = 0;
@@ -67,8 +82,8 @@ struct MetricSummary {
   // Percentiles.
   double p5 = 0, p95 = 0;
   double min = 0, max = 0;
-  // Bootstrap interval of the mean (statistics/bootstrap.h); NaN for one episode, where all are equal, or
-  // where it was not asked for.
+  // Bootstrap interval of the mean (statistics/interval_of_mean.h); NaN for one episode, where all are equal,
+  // or where it was not asked for.
   Interval mean_95{};
 };
 
@@ -83,9 +98,8 @@ struct RunSummary {
   int complete = 0;
   // Of those that are not complete, the ones whose policy's server failed.
   int invalid = 0;
-  // Different results among the complete ones. Episodes that are equal in every number are one sample,
-  // however often they are run: a variation that randomises nothing, and a policy that does the same each
-  // time.
+  // As how many the complete ones count in the intervals (NumSamples), of a suite added up over its tasks.
+  // Rates and means are over all of them in any case.
   int samples = 0;
   // Of the complete ones, those with a verdict about success (EpisodeResult::judged), and those that
   // succeeded.
@@ -117,8 +131,9 @@ struct RunSummary {
 // episodes.
 class RunStatistics {
  public:
-  // Of an episode that was run twice, the last result counts.
-  void Add(int episode, const EpisodeResult& result);
+  // Of an episode that was run twice, the last result counts. task: a number for each task of a suite, whose
+  // episodes are counted on.
+  void Add(int episode, const EpisodeResult& result, int task = 0);
   // Every episode from 0 to the highest added is there.
   bool is_without_gap() const {
     return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
@@ -129,18 +144,17 @@ class RunStatistics {
 
  private:
   struct Entry {
+    int task = 0;
     bool complete = false, invalid = false, success = false;
     std::string failure_reason;
     std::vector<std::pair<size_t, double>> values;  // index in names_
     std::vector<std::pair<int, bool>> stages;
     std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;
-    bool operator<(const Entry& other) const {
-      const auto all = [](const Entry& e) {
-        return std::tie(e.complete, e.success, e.failure_reason, e.values, e.stages, e.slips, e.collisions);
-      };
-      return all(*this) < all(other);
-    }
+    NamedNumbers parameters;
+    // When it ended, whether it succeeded or not.
+    double time_s = 0;
+    bool operator==(const Entry&) const = default;
   };
   size_t Index(std::string_view name);
 

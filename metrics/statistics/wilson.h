@@ -18,7 +18,7 @@ inline Interval WilsonInterval(double successes, double trials) {
   const double scale = 1 + z * z / n;
   // At the ends of the range the bound is exact; rounding would leave it beside.
   return {successes == 0 ? 0 : std::max(0.0, (center - half_width) / scale),
-          successes == trials ? 1 : std::min(1.0, (center + half_width) / scale)};
+          successes >= trials ? 1 : std::min(1.0, (center + half_width) / scale)};
 }
 
 }  // namespace evalbus::metrics

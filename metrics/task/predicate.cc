@@ -19,24 +19,31 @@ std::string UnitAfterNumber(const std::string& unit) {
   return unit == "1" ? "" : unit == "deg" ? " degrees" : " " + unit;
 }
 
-// How many digits of the value are before those of its last decimal place in the text.
-int DigitsDownTo(const std::string& text, double value) {
+int DecimalsOf(const std::string& text) {
   const size_t point = text.find('.');
-  const int decimals = point == std::string::npos ? 0 : static_cast<int>(text.size() - point - 1);
-  return decimals + (value == 0 ? 1 : 1 + static_cast<int>(std::floor(std::log10(std::abs(value)))));
+  return point == std::string::npos ? 0 : static_cast<int>(text.size() - point - 1);
 }
 
-// "27.4 degrees > 20": at least three digits, at least the decimal places of the limit, and as many of both
-// as it takes to compare as the numbers do.
+// Digits of a number before its decimal point; negative: zeros behind it.
+int DigitsBeforePoint(double value) {
+  return value == 0 ? 1 : 1 + static_cast<int>(std::floor(std::log10(std::abs(value))));
+}
+
+// "27.4 degrees > 20", "1.100 m >= 1.096": at least three digits, at least the decimal places of the limit,
+// and as many of both as it takes to compare as the numbers do.
 std::string Compared(double value, const std::string& relation, double threshold, const std::string& unit) {
   const auto order = [](double a, double b) { return (a > b) - (a < b); };
   std::string text, limit;
   for (int more = 0; more < 15; ++more) {
     limit = fmt::format("{:.{}g}", threshold, std::min(6 + more, 17));
-    text = fmt::format("{:.{}g}", value, std::clamp(DigitsDownTo(limit, value), 3, 17 - more) + more);
+    const int digits = DigitsBeforePoint(value);
+    const bool is_plain = more == 0 && digits > -4 && digits < 7;
+    text = is_plain
+               ? fmt::format("{:.{}f}", value, std::max(DecimalsOf(limit), 3 - digits))
+               : fmt::format("{:.{}g}", value, std::clamp(DecimalsOf(limit) + digits, 3, 17 - more) + more);
     if (order(std::stod(text), std::stod(limit)) == order(value, threshold)) break;
   }
-  if (text == "-0") text = "0";
+  if (value == 0) text = "0";
   return text + UnitAfterNumber(unit) + " " + relation + " " + limit;
 }
 

@@ -19,6 +19,12 @@ enum class ActionKind {
   kEefDelta,       // translation (m) and rotation per step
 };
 
+// Is added to a joint position or pose, DeltaOn.
+inline bool IsDelta(ActionKind kind) {
+  return kind == ActionKind::kJointDelta || kind == ActionKind::kJointVelocity ||
+         kind == ActionKind::kEefDelta;
+}
+
 // What a delta, and what a velocity brings about in a step, is added to: the last joint target (of an
 // episode's first step: the measured position), or the measured joint position. A pose's is that of these
 // joints.

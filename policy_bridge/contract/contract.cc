@@ -294,13 +294,14 @@ void ReadAction(const YamlValue& value, Contract* contract) {
   Choose(map, "point", kEefPoints, &space.point);
   Choose(map, "rotation", kRotationForms, &space.rotation);
   const bool is_eef = space.kind == ActionKind::kEefPose || space.kind == ActionKind::kEefDelta;
-  const bool is_delta = space.kind == ActionKind::kJointDelta || space.kind == ActionKind::kEefDelta;
+  const bool is_delta = IsDelta(space.kind);
   for (const char* key : {"frame", "point", "rotation"}) {
     if (const YamlValue* wrong = map.Find(key); wrong && !is_eef)
       wrong->Fail("only of eef_pose and eef_delta");
     if (is_eef && !map.Find(key)) map.value().Fail(std::string("expected '") + key + "' with this kind");
   }
-  if (const YamlValue* wrong = map.Find("delta_on"); wrong && !is_delta) wrong->Fail("only of deltas");
+  if (const YamlValue* wrong = map.Find("delta_on"); wrong && !is_delta)
+    wrong->Fail("only of deltas and velocities");
   if (is_delta && !map.Find("delta_on"))
     map.value().Fail("expected 'delta_on', target or measured, with this kind");
   if (space.kind == ActionKind::kEefPose && space.frame == ActionFrame::kWrist) {
@@ -396,7 +397,7 @@ nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
 nlohmann::ordered_json ActionJson(const Contract& contract) {
   const ActionSpace& space = contract.actions;
   nlohmann::ordered_json json = {{"keys", contract.action_keys}, {"kind", NameOf(space.kind)}};
-  if (space.kind == ActionKind::kJointDelta || space.kind == ActionKind::kEefDelta) {
+  if (IsDelta(space.kind)) {
     json["delta_on"] = WordOf(space.delta_on, kDeltaOns);
   }
   if (space.kind == ActionKind::kEefPose || space.kind == ActionKind::kEefDelta) {

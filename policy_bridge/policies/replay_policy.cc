@@ -86,6 +86,13 @@ Recording OpenRecording(const std::string& path) {
   return [path](int episode) { return ReadEpisode(path, episode); };
 }
 
+std::string RecordingPath(const std::string& policy) {
+  for (const std::string prefix : {"replay:", "replay_anyway:"}) {
+    if (policy.starts_with(prefix)) return policy.substr(prefix.size());
+  }
+  return "";
+}
+
 ReplayPolicy::ReplayPolicy(Recording recording, const model_info_t& info, bool anyway)
     : recording_(std::move(recording)), info_(info), anyway_(anyway) {}
 

@@ -25,6 +25,9 @@ using Recording = std::function<RecordedEpisode(int episode)>;
 // there is no such thing.
 Recording OpenRecording(const std::string& path);
 
+// PATH of a policy called "replay:PATH" or "replay_anyway:PATH"; empty for other policies.
+std::string RecordingPath(const std::string& policy);
+
 // Repeats the recorded actions of the episode with the same number. At each tick that is the last one whose
 // simulated time has come, so a recording plays at another control rate too.
 class ReplayPolicy : public Policy {

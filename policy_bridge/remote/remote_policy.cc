@@ -17,7 +17,6 @@ namespace evalbus::policy {
 namespace {
 
 constexpr auto kRetry = std::chrono::seconds(1);
-constexpr double kLongestLatency = 60e3;  // ms
 
 // How far a control rate may be from the contract's.
 constexpr double kRateTolerance = 0.05;
@@ -31,17 +30,6 @@ Contract Fitting(const Contract& contract, const model_info_t& info) {
 }
 
 }  // namespace
-
-Latency ParseLatency(const std::string& text) {
-  if (text == "none") return {};
-  if (text == "measured") return {Latency::Kind::kMeasured, 0};
-  double ms = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ms);
-  if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongestLatency)) {
-    throw InputError("--latency: expected none, measured or milliseconds, not '" + text + "'");
-  }
-  return {Latency::Kind::kFixed, ms / 1e3};
-}
 
 RemotePolicy::RemotePolicy(const Contract& contract, Latency latency, const mjModel& model,
                            const model_info_t& info)
@@ -242,8 +230,7 @@ void RemotePolicy::OnAnswer(const Conversation::Answer& answer) {
   const double charged_s = latency_.kind == Latency::Kind::kMeasured ? answer.took_s
                            : latency_.kind == Latency::Kind::kFixed  ? latency_.fixed_s
                                                                      : 0;
-  const auto held = is_realtime_ ? tick_ - observed_.header.tick
-                                 : static_cast<int64_t>(std::ceil(charged_s / step_s_ - 1e-9));
+  const auto held = is_realtime_ ? tick_ - observed_.header.tick : HeldTicks(charged_s, step_s_);
   held_until_tick_ = observed_.header.tick + held;
   policy_action_t said{};
   said.header = observed_.header;

@@ -14,20 +14,10 @@
 #include "policy_bridge/interface/policy.h"
 #include "policy_bridge/remote/chunk.h"
 #include "policy_bridge/remote/conversation.h"
+#include "policy_bridge/remote/latency.h"
 #include "policy_bridge/remote/observation_builder.h"
 
 namespace evalbus::policy {
-
-// What thinking costs in simulated time, in lockstep: nothing (time stands still), what it took on the wall
-// clock, or always the same. The robot holds its last command meanwhile, as it does on a realtime clock.
-struct Latency {
-  enum class Kind { kNone, kMeasured, kFixed };
-  Kind kind = Kind::kNone;
-  double fixed_s = 0;
-};
-
-// "none", "measured" or milliseconds, as --latency takes it. Throws InputError.
-Latency ParseLatency(const std::string& text);
 
 class RemotePolicy : public Policy {
  public:

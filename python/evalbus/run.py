@@ -13,7 +13,8 @@ def read_run(folder):
     ["summary"]   rates and statistics: what is in summary.json; None while the run goes on
     ["episodes"]  a dictionary for each finished episode, in order: the lines of episodes.jsonl
     ["scores"]    name -> array with a value for each of these episodes; nan where one has none. Names of
-                  nested values are joined by dots, as in `evalbus export`: "extended.min_clearance_m"
+                  nested values are joined by dots, as in `evalbus export`: "extended.min_clearance_m",
+                  "parameters.pot_x_m" (what was drawn for the start)
     ["logs"]      episode -> file of its log, for read_log
 
     Rates are over episodes whose "complete" is true. Raises ValueError with file and line for what is no run.
@@ -75,7 +76,8 @@ def _episodes(file):
 def _scores(episodes):
     rows = []
     for episode in episodes:
-        rows.append(dict(_numbers(episode["metrics"], "")))
+        rows.append(dict(_numbers(episode.get("parameters", {}), "parameters.")))
+        rows[-1].update(_numbers(episode["metrics"], ""))
         rows[-1].update(_numbers(episode["extended"], "extended."))
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in names}

@@ -29,13 +29,19 @@ def run(*arguments):
     return time.monotonic() - began, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
-def episode_seed(run_seed, episode):
-    """base/random.h."""
+def episode_seed(info, episode):
+    """SeedSource::OfEpisode() of base/random.h."""
     mask = (1 << 64) - 1
-    z = (run_seed + 0x9E3779B97F4A7C15 * (episode + 1)) & mask
-    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
-    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
-    return (z ^ (z >> 31)) >> 11
+
+    def mix(z):
+        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
+        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
+        return z ^ (z >> 31)
+
+    fnv = 0xCBF29CE484222325
+    for byte in "{seed_stream}/{task}/{variation}".format(**info).encode():
+        fnv = ((fnv ^ byte) * 0x100000001B3) & mask
+    return mix((mix(info["seed"] ^ fnv) + 0x9E3779B97F4A7C15 * (episode + 1)) & mask) >> 11
 
 
 def episode_folder(run_folder, episode):
@@ -57,7 +63,7 @@ def multiply(small, large, count, shift):
         for episode in range(count):
             line = copy.deepcopy(lines[(episode * 7 + shift) % len(lines)])
             source = episode_folder(small, line["episode"])
-            line["episode"], line["seed"] = episode, episode_seed(info["seed"], episode)
+            line["episode"], line["seed"] = episode, episode_seed(info, episode)
             for key in ("joint_path_length", "cartesian_path_length"):
                 if isinstance(line["metrics"].get(key), float):
                     line["metrics"][key] *= draw.uniform(0.9, 1.1)

@@ -174,7 +174,7 @@ class Run {
   void Record() {
     command_t command{};
     command.kind = command_t::START_EPISODE;
-    command.seed = EpisodeSeed(0, 0);
+    command.seed = SeedSource{}.OfEpisode(0);
     samples_[channels::kCommand.name].push_back(Encode(command));
     command.kind = command_t::STOP;
     samples_[channels::kCommand.name].push_back(Encode(command));

@@ -136,7 +136,8 @@ std::string SmallRun() {
     text +=
         R"(
 {"task": "lift_pot", "variation": "base", "episode": )" +
-        std::to_string(episode) + R"(, "seed": )" + std::to_string(EpisodeSeed(7, episode)) +
+        std::to_string(episode) + R"(, "seed": )" +
+        std::to_string(SeedSource{7, kSharedSeeds, {}, {}}.OfEpisode(episode)) +
         R"(, "end_reason": "success", "failure_reason": "", "complete": true, "metrics": {"success": 1.0, )"
         R"("completion_time_s": 3.5, "path": {"left": 1.5}}, "extended": {"missing_ticks": 0}})";
   }

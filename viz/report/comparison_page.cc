@@ -67,7 +67,7 @@ void Table(const ReportComparison& comparison, const std::string& what, const st
           html->Element("th", {{"class", "unsorted"}}, "its 95 % interval, around 0");
           html->Element("th", {{"class", "unsorted"}}, "");
           html->Element("th", {{"class", "number"}}, "p");
-          html->Element("th", {{"class", "number"}}, "p, Holm");
+          html->Element("th", {{"class", "number"}}, "p, adjusted");
           html->Element("th", {}, "");
         });
       });

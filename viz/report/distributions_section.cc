@@ -70,6 +70,7 @@ Distribution DistributionOf(const ReportMetric& metric, const MetricNumber& numb
   for (const ReportEpisode& episode : run.episode) {
     const double value = ValueOf(episode, metric.name);
     if (!episode.complete || !std::isfinite(value)) continue;
+    if (IsOfSuccessesOnly(metric.name) && !episode.success) continue;
     (episode.success ? result.figure.succeeded : result.figure.failed).push_back(value * number.scale());
     result.low = std::min(result.low, value);
     result.high = std::max(result.high, value);

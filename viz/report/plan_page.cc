@@ -61,7 +61,14 @@ void Rates(const PlanReport& report, Markup* html) {
       html->Element("tbody", {}, [&] {
         for (const PlanRow& task : report.tasks) Row(task, html);
       });
-      if (report.tasks.size() > 1) html->Element("tfoot", {}, [&] { Row(report.all, html); });
+      if (report.tasks.size() < 2) return;
+      html->Element("tfoot", {}, [&] {
+        Row(report.all, html);
+        html->Element("tr", {}, [&] {
+          html->Element("th", {{"scope", "row"}}, "mean of the tasks' rates");
+          for (const double mean : report.means) NumberCell(mean, Percent(mean), html);
+        });
+      });
     });
   });
 }
@@ -84,6 +91,29 @@ void Verdicts(const PlanReport& report, Markup* html) {
             NumberCell(verdict.p, verdict.p < 0.001 ? "p < 0.001" : fmt::format("p = {:.3f}", verdict.p),
                        html);
             html->Element("td", {}, verdict.text);
+          });
+        }
+      });
+    });
+  });
+}
+
+void Ranking(const PlanReport& report, Markup* html) {
+  if (report.ranking.empty()) return;
+  html->Element("h2", {{"id", "ranking"}}, "Ranking by success");
+  html->Element("p", {{"class", "note"}}, report.ranking_note);
+  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+    html->Element("table", {}, [&] {
+      html->Element("tbody", {}, [&] {
+        for (const PlanRank& rank : report.ranking) {
+          const double rate = rank.episodes > 0 ? static_cast<double>(rank.successes) / rank.episodes
+                                                : std::numeric_limits<double>::quiet_NaN();
+          html->Element("tr", {}, [&] {
+            html->Element("th", {{"scope", "row"}}, rank.policy);
+            html->Element("td", {{"class", "number"}},
+                          fmt::format("{} of {}", rank.successes, rank.episodes));
+            NumberCell(rate, Percent(rate), html);
+            html->Element("td", {}, rank.letters);
           });
         }
       });
@@ -149,6 +179,7 @@ std::string PlanPage(const PlanReport& report, const std::string& made_by) {
     for (const std::string& remark : report.remarks) html->Element("p", {{"class", "note"}}, remark);
     Rates(report, html);
     Verdicts(report, html);
+    Ranking(report, html);
     Failures(report, html);
   });
 }

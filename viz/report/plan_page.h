@@ -12,6 +12,7 @@
 namespace evalbus::viz {
 
 struct PlanCell {
+  // complete: with a verdict.
   int successes = 0, complete = 0;
   // Of the success rate, in shares.
   double lower = 0, upper = 0;
@@ -35,6 +36,13 @@ struct PlanVerdict {
   std::string url;  // of the comparison's page
 };
 
+struct PlanRank {
+  std::string policy;
+  int successes = 0, episodes = 0;
+  // Two that share one are not shown to differ.
+  std::string letters;
+};
+
 struct PlanReport {
   std::string title;
   std::vector<std::string> policies;
@@ -42,8 +50,13 @@ struct PlanReport {
   std::vector<PlanRow> tasks;
   // Over all tasks; not where there is one.
   PlanRow all;
+  // By policy, of all tasks: mean of their rates.
+  std::vector<double> means;
   std::vector<PlanVerdict> verdicts;
   std::string verdict_note;
+  // Most successful first; empty: none.
+  std::vector<PlanRank> ranking;
+  std::string ranking_note;
   // By policy: reasons with how many episodes failed for them.
   std::vector<std::vector<std::pair<std::string, int>>> failure_reasons;
   // By policy: of a reason the address of an episode in 3D that failed for it; not of every one.

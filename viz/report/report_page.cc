@@ -28,7 +28,7 @@ void SuiteTitles(Markup* html) {
   html->Element("th", {{"class", "number"}}, "episodes");
   html->Element("th", {{"class", "number"}}, "success");
   html->Element("th", {{"class", "unsorted"}}, "95 % interval");
-  for (const char* title : {"time, s", "progress", "slips", "collisions"}) {
+  for (const char* title : {"success time, s", "progress", "slips", "collisions"}) {
     html->Element("th", {{"class", "number"}}, title);
   }
 }
@@ -69,8 +69,9 @@ void SuiteTable(const Report& report, Markup* html) {
   html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
     html->Element("table", {{"class", "sortable"}, {"id", "suite"}}, table);
   });
-  html->Element("p", {{"class", "note"}},
-                "Time, progress, slips and collisions are means over complete episodes.");
+  html->Element(
+      "p", {{"class", "note"}},
+      "Progress, slips and collisions are means over complete episodes; time over those that succeeded.");
 }
 
 }  // namespace

@@ -83,7 +83,8 @@ void MetricTile(const ReportMetric& metric, Markup* html) {
   const std::string unit(number.shown_unit());
   const auto shown = [&](const char* statistic) { return Statistic(&metric, statistic) * number.scale(); };
   html->Element("div", {{"class", "tile"}}, [&] {
-    html->Element("div", {{"class", "label"}}, "mean " + number.label());
+    html->Element("div", {{"class", "label"}},
+                  "mean " + number.label() + (IsOfSuccessesOnly(metric.name) ? " of successes" : ""));
     html->Element("div", {{"class", "value"}}, [&] {
       Data(Statistic(&metric, "mean"), Number(shown("mean")), html);
       if (!unit.empty()) html->Element("span", {{"class", "unit"}}, " " + unit);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "base/random.h"
 #include "tests/integration/harness.h"
 
 namespace evalbus::collect_test {
@@ -43,7 +44,7 @@ int CountOf(const std::string& part, const std::string& text) {
 TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const Result reference = RunProgram(Command(reference_, {"--in-process"}));
   ASSERT_EQ(reference.code, 0) << reference.err;
-  EXPECT_NE(reference.out.find("kept 3 of 3 wanted, of 6 tried: yield 50.0 %"), std::string::npos)
+  EXPECT_NE(reference.out.find("kept 3 of 3 wanted, of 4 tried: yield 75.0 %"), std::string::npos)
       << reference.out;
   // Each episode is told once; a rate of starts that were chosen is none.
   EXPECT_EQ(CountOf("  success  ", reference.out), 3) << reference.out;
@@ -53,6 +54,25 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   for (const auto& episode : Episodes(reference_)) EXPECT_EQ(episode["metrics"]["success"], 1.0);
   const fs::directory_iterator kept(reference_ / "episodes");
   EXPECT_EQ(std::distance(begin(kept), end(kept)), 3);
+
+  // No run starts where these did.
+  const auto summary = nlohmann::json::parse(ReadText(reference_ / "collect.json"));
+  EXPECT_EQ(summary["seed"], 0);
+  EXPECT_EQ(summary["seed_stream"], kCollectSeeds);
+  std::string numbers;
+  for (const auto& episode : Episodes(reference_)) {
+    const int number = episode["episode"];
+    numbers += (numbers.empty() ? "" : ",") + std::to_string(number);
+    EXPECT_EQ(episode["seed"], (SeedSource{0, kCollectSeeds, "lift_pot", "position"}.OfEpisode(number)));
+    EXPECT_NE(episode["seed"], (SeedSource{0, kRunSeeds, "lift_pot", "position"}.OfEpisode(number)));
+  }
+  // Only what replays them.
+  const fs::path replayed = folder_.path() / "replayed";
+  Evaluate({"lift_pot/position", "--policy", "replay:" + reference_.string(), "--episodes", "24", "--only",
+            numbers, "--in-process"},
+           replayed);
+  EXPECT_EQ(ReadText(replayed / "episodes.jsonl"), ReadText(reference_ / "episodes.jsonl"));
+  EXPECT_EQ(RunProgram({"evalbus", "rescore", reference_}).code, 0);
 
   const Result workers = RunProgram(Command(run_, {"--workers", "2"}));
   EXPECT_EQ(workers.code, 0) << workers.err;

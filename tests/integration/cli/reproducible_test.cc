@@ -148,9 +148,9 @@ TEST(RecordedActions, DoTheSameInTheirWorldAndAreRefusedInAnother) {
 TEST(Only, RefusesAnEpisodeThatTheRunDoesNotHave) {
   TemporaryFolder folder;
   const Result result =
-      RunProgram({"evalbus", "run", "lift_pot", "--only", "0,3", "--out", folder.path() / "run"});
+      RunProgram({"evalbus", "run", "lift_pot", "--only", "0,10", "--out", folder.path() / "run"});
   EXPECT_EQ(result.code, 1);
-  EXPECT_EQ(result.err, "error: --only 3: expected 0 to 2, since --episodes is 3\n");
+  EXPECT_EQ(result.err, "error: --only 10: expected 0 to 9, since --episodes is 10\n");
 }
 
 }  // namespace evalbus::reproducible_test

@@ -353,7 +353,9 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   for (const std::string name : json["runs"]) EXPECT_EQ(Episodes(suite / name).size(), 1u) << name;
   const auto summary = nlohmann::json::parse(ReadText(suite / "summary.json"));
   EXPECT_EQ(summary["all"]["episodes"], 4);
-  EXPECT_EQ(summary["by_task"]["lift_pot"], summary["all"]);
+  nlohmann::json all = summary["all"];
+  EXPECT_EQ(all.erase("mean_success_rate_of_tasks"), 1u);
+  EXPECT_EQ(summary["by_task"]["lift_pot"], all);
   EXPECT_EQ(summary["by_variation"]["lift_pot/position"]["episodes"], 1);
   EXPECT_NE(run.out.find("4 of 4"), std::string::npos) << run.out;
 

@@ -2,6 +2,7 @@
 #include <regex>
 #include <set>
 
+#include "base/random.h"
 #include "base/sha256.h"
 #include "bus/channels.h"
 #include "evalbus/action_t.hpp"
@@ -79,9 +80,14 @@ TEST_P(RunFolderTest, ResultsHaveRoboEvalsKeys) {
     const ordered_json& episode = episodes[static_cast<size_t>(i)];
     EXPECT_EQ(episode, ordered_json::parse(
                            ReadText(run_ / "episodes" / ("000" + std::to_string(i)) / "summary.json")));
-    EXPECT_EQ(Keys(episode),
-              (std::vector<std::string>{"task", "variation", "episode", "seed", "end_reason", "end_detail",
-                                        "failure_reason", "complete", "metrics", "extended", "explanation"}));
+    EXPECT_EQ(Keys(episode), (std::vector<std::string>{"task", "variation", "episode", "seed", "parameters",
+                                                       "end_reason", "end_detail", "failure_reason",
+                                                       "complete", "metrics", "extended", "explanation"}));
+    // What was drawn, as EPISODE_BEGIN has it.
+    const auto begin = ReadLog(LogFile(run_, i)).Messages(channels::kEpisodeBegin).at(0);
+    EXPECT_EQ(Keys(episode["parameters"]), begin.parameter_name);
+    for (size_t k = 0; k < begin.parameter_name.size(); ++k)
+      EXPECT_EQ(episode["parameters"][begin.parameter_name[k]], begin.parameter_value_mixed[k]);
     EXPECT_EQ(episode["episode"], i);
     EXPECT_EQ(episode["end_reason"], "success");
     EXPECT_EQ(episode["complete"], true);
@@ -245,6 +251,49 @@ TEST(Like, RunsAnOlderRunAgain) {
   EXPECT_NE(resumed.err.find("made with another physics model (physics_sha256)"), std::string::npos)
       << resumed.err;
   EXPECT_EQ(std::count(resumed.err.begin(), resumed.err.end(), '\n'), 1) << resumed.err;
+}
+
+// A run.json without a seed_stream: its episodes' seeds come from the run's seed and the index alone.
+TEST(SeedStream, ARunThatIsOlderThanItKeepsItsSeeds) {
+  const TemporaryFolder folder;
+  const fs::path old = folder.path() / "old", again = folder.path() / "again",
+                 replayed = folder.path() / "replayed";
+  const std::vector<std::string> run = {
+      "lift_pot/position", "--policy", "noisy_expert", "--episodes", "2", "--seed", "3", "--in-process"};
+  const auto forget = [](const fs::path& run_json) {
+    ordered_json info = ordered_json::parse(ReadText(run_json));
+    EXPECT_EQ(info.erase("seed_stream"), 1u);
+    WriteText(run_json, info.dump());
+  };
+  Evaluate(run, folder.path() / "new");
+  fs::create_directories(old);
+  fs::copy(folder.path() / "new/run.json", old / "run.json");
+  forget(old / "run.json");
+  Evaluate({"--like", old}, again);
+  forget(again / "run.json");
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(Episodes(again)[static_cast<size_t>(i)]["seed"],
+              (SeedSource{3, kSharedSeeds, {}, {}}.OfEpisode(i)));
+    EXPECT_EQ(Episodes(folder.path() / "new")[static_cast<size_t>(i)]["seed"],
+              (SeedSource{3, kRunSeeds, "lift_pot", "position"}.OfEpisode(i)));
+  }
+  const Result rescored = RunProgram({"evalbus", "rescore", again});
+  EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
+  for (const fs::path& recording : {again, LogFile(again, 1)}) {
+    std::vector<std::string> replay = run;
+    replay[2] = "replay:" + recording.string();
+    replay.insert(replay.end(), {"--only", "1"});
+    fs::remove_all(replayed);
+    Evaluate(replay, replayed);
+    EXPECT_EQ(Episodes(replayed).at(0), Episodes(again).at(1));
+  }
+  ordered_json info = ordered_json::parse(ReadText(again / "run.json"));
+  info["seed_stream"] = "run/99";
+  WriteText(again / "run.json", info.dump());
+  const Result newer = RunProgram({"evalbus", "rescore", again});
+  EXPECT_EQ(newer.code, 1);
+  EXPECT_EQ(newer.err, "error: " + (again / "run.json").string() +
+                           ": \"seed_stream\" is \"run/99\", which this version of evalbus does not know\n");
 }
 
 TEST(PolicyName, IsWhatResultsCallThePolicy) {

@@ -133,7 +133,7 @@ const std::vector<Failures> kFailures = {
           {},
           Count::kNone,
           Count::kNone,
-          "fraction of the range of box/left_flap 1 > 0.1"},
+          "fraction of the range of box/left_flap 1.00 > 0.1"},
          {"pick_single_book_from_table", "grasp_miss", {}, Count::kNone, Count::kNone, "height of book 0.7"},
          {"rotate_valve",
           "grasp_miss",

@@ -88,7 +88,7 @@ TEST(FindMetric, KnowsEachNumberByItsName) {
   expect("slip_count", "slips", "");
   expect("slip_count_per_object.object_2", "slips, object 2", "");
   expect("target_distance", "target distance", "m");
-  expect("target_distance.lift_distance", "target distance, lift distance", "m");
+  expect("target_distance.lift_distance", "lift distance", "m");
   expect("cartesian_path_length", "wrist path", "m");
   expect("cartesian_path_length.left", "wrist path, left", "m");
   expect("total_cartesian_path_length", "wrist path, both arms", "m");
@@ -98,7 +98,7 @@ TEST(FindMetric, KnowsEachNumberByItsName) {
   expect("overall_rms_cartesian_jerk", "wrist jerk, rms", "m/s³");
   expect("bimanual_gripper_vertical_difference", "gripper height difference", "mm");
   expect("extended.min_clearance_m", "smallest clearance", "mm");
-  expect("extended.mechanical_work_J.right", "mechanical work, right", "J");
+  expect("extended.mechanical_work_J.right", "servo work, right", "J");
   expect("extended.peak_wrist_acceleration_mps2", "peak wrist acceleration", "m/s²");
   // Of another version of evalbus.
   expect("extended.wrist_angle_rad", "wrist angle rad", "");

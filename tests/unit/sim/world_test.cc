@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "base/errors.h"
 #include "base/random.h"
@@ -301,7 +302,7 @@ TEST(EpisodeSeed, DependsOnRunSeedAndEpisodeAndFitsADouble) {
   std::vector<int64_t> seeds;
   for (int64_t run = 0; run < 50; ++run) {
     for (int32_t episode = 0; episode < 50; ++episode) {
-      const int64_t seed = EpisodeSeed(run, episode);
+      const int64_t seed = SeedSource{run, kRunSeeds, "lift_pot", "position"}.OfEpisode(episode);
       EXPECT_GE(seed, 0);
       EXPECT_LT(seed, int64_t{1} << 53);
       seeds.push_back(seed);
@@ -309,8 +310,37 @@ TEST(EpisodeSeed, DependsOnRunSeedAndEpisodeAndFitsADouble) {
   }
   std::sort(seeds.begin(), seeds.end());
   EXPECT_EQ(std::unique(seeds.begin(), seeds.end()), seeds.end());
+}
+
+// Expected values: from an implementation of its own in Python, in tests/bench/large_runs.py.
+TEST(EpisodeSeed, IsThatOfAnIndependentImplementation) {
+  const auto seed = [](const char* stream, int64_t run, int episode) {
+    return SeedSource{run, stream, "lift_pot", "position"}.OfEpisode(episode);
+  };
   // SplitMix64's published first output for state 0, shifted to 53 bits.
-  EXPECT_EQ(EpisodeSeed(0, 0), static_cast<int64_t>(0xE220A8397B1DCDAFu >> 11));
+  EXPECT_EQ(seed(kSharedSeeds, 0, 0), static_cast<int64_t>(0xE220A8397B1DCDAFu >> 11));
+  EXPECT_EQ(seed(kRunSeeds, 0, 0), 219242484420174);
+  EXPECT_EQ(seed(kRunSeeds, 7, 3), 3413277648798279);
+  EXPECT_EQ(seed(kCollectSeeds, 7, 3), 2501348859290401);
+}
+
+TEST(EpisodeSeed, IsAnotherInEachTaskVariationAndStream) {
+  std::set<int64_t> seeds;
+  int drawn = 0;
+  for (const char* stream : {kRunSeeds, kCollectSeeds, kSharedSeeds}) {
+    for (const char* task : {"lift_pot", "rotate_valve"}) {
+      for (const char* variation : {"position", "orientation"}) {
+        // Which had the same seeds in all tasks.
+        if (stream == kSharedSeeds &&
+            (task != std::string("lift_pot") || variation != std::string("position")))
+          continue;
+        for (int episode = 0; episode < 1000; ++episode, ++drawn) {
+          seeds.insert(SeedSource{0, stream, task, variation}.OfEpisode(episode));
+        }
+      }
+    }
+  }
+  EXPECT_EQ(seeds.size(), static_cast<size_t>(drawn));
 }
 
 }  // namespace evalbus::sim::world_test

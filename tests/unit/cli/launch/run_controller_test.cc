@@ -54,7 +54,7 @@ class RunControllerTest : public testing::Test {
   }
 
   header_t Header(int attempt) const { return {0, episode_, attempt, 5, 100000}; }
-  int64_t Seed() const { return EpisodeSeed(plan_.seed, episode_); }
+  int64_t Seed() const { return plan_.seeds().OfEpisode(episode_); }
   model_info_t Model() const {
     model_info_t model{};
     model.physics_file = (run_.path() / kModelFolder / kPhysicsModel).string();
@@ -177,7 +177,7 @@ TEST_F(RunControllerTest, CommandsUntilItIsHeard) {
   Dut().Poll(In(seconds(1)));
   HandleAll();
   ASSERT_EQ(commands_.size(), 2u);
-  EXPECT_EQ(commands_[1].seed, EpisodeSeed(0, 0));
+  EXPECT_EQ(commands_[1].seed, plan_.seeds().OfEpisode(0));
   EXPECT_THAT(commands_[1].required_component, ElementsAre("metrics", "recorder"));
   Begin();
   Dut().Poll(In(seconds(2)));

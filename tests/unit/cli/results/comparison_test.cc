@@ -78,8 +78,6 @@ TEST_F(CompareTest, PairsBySeed) {
   EXPECT_NEAR(success.p, 0.0075378, 5e-8);  // scipy's binomtest(3, 18)
   const metrics::Interval expected = metrics::NewcombePairedInterval(success.pairs);
   EXPECT_EQ(success.difference_95.lower, expected.lower);
-  // Against the three, 12 would have been enough: 12 to 3 gives p = 0.0352, 11 to 3 p = 0.0574.
-  EXPECT_DOUBLE_EQ(*success.detectable, 9.0 / 50);
   EXPECT_EQ(
       Conclusion(result),
       "b succeeds more often than a: 43 of 50 against 31 of 50 on the same seeds, difference 24 points (95 % "
@@ -127,11 +125,12 @@ TEST_F(CompareTest, SaysWhenNothingCanBeSaid) {
   EXPECT_EQ(
       Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
       "No difference shown between b and a: 10 of 10 against 7 of 10 on the same seeds, difference 30 points "
-      "(95 % interval -4 to 60), exact McNemar p = 0.25; 10 pairs like these can only show differences from "
-      "about 60 points on.");
+      "(95 % interval -4 to 60), exact McNemar p = 0.25. 10 pairs like these find a true difference of 68 "
+      "points "
+      "four times in five; to find one of 30 points takes about 25 pairs.");
   const std::string few =
       Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
-  EXPECT_TRUE(few.ends_with("4 pairs are too few to show any difference.")) << few;
+  EXPECT_TRUE(few.ends_with("4 pairs are too few to find any difference.")) << few;
 }
 
 TEST_F(CompareTest, UnpairedSaysSo) {
@@ -141,7 +140,6 @@ TEST_F(CompareTest, UnpairedSaysSo) {
   EXPECT_NEAR(result.success.p, 0.01129645681947858, 1e-10);  // scipy's fisher_exact
   EXPECT_EQ(result.success.difference_95.lower, metrics::NewcombeInterval(43, 50, 31, 50).lower);
   EXPECT_TRUE(Conclusion(result).ends_with("Fisher's exact test p = 0.011.")) << Conclusion(result);
-  ASSERT_EQ(result.remarks.size(), 1u);
   EXPECT_EQ(result.remarks[0], "lift_pot/position: no seed in common: compared as independent samples");
   EXPECT_EQ(result.tasks[0].metrics[0].count, 43);
   EXPECT_EQ(result.tasks[0].metrics[0].baseline_count, 31);
@@ -203,38 +201,102 @@ TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
   EXPECT_NE(Refusal(other, a).find("no task in common"), std::string::npos);
 }
 
-// Nothing was randomised and both always do the same: three pairs are one.
-TEST_F(CompareTest, EqualPairsAreOneSample) {
-  const auto with_equal = [&](const std::string& name, const std::vector<bool>& success, double time) {
-    std::vector<ordered_json> lines;
-    for (size_t i = 0; i < success.size(); ++i) {
-      lines.push_back(EpisodeLine(static_cast<int>(i), success[i], {{"completion_time", time}}));
-    }
-    WriteRun(folder_.path() / name, Info(static_cast<int>(success.size())), lines);
-    return ReadRuns(folder_.path() / name);
+// Runs whose episodes are equal in every number but in what is given.
+class EqualEpisodesTest : public CompareTest {
+ protected:
+  struct Each {
+    bool success;
+    double time, yaw_rad = 0;
   };
-  const RecordedRuns good = with_equal("good", std::vector<bool>(20, true), 5);
-  const RecordedRuns bad = with_equal("bad", std::vector<bool>(20, false), 20);
+  // with_starts: what was drawn is known.
+  RecordedRuns Equal(const std::string& name, const std::vector<Each>& episodes, bool with_starts = false) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < episodes.size(); ++i) {
+      lines.push_back(
+          EpisodeLine(static_cast<int>(i), episodes[i].success, {{"completion_time", episodes[i].time}}));
+      if (with_starts) lines.back()["parameters"] = {{"cube_yaw_rad", episodes[i].yaw_rad}};
+    }
+    WriteRun(folder_.path() / name, Info(static_cast<int>(episodes.size())), lines);
+    return ReadRuns(folder_.path() / name);
+  }
+};
+
+// Nothing was randomized and both always do the same: twenty pairs are one, but the rates are those of
+// twenty.
+TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
+  const RecordedRuns good = Equal("good", std::vector<Each>(20, {true, 5}));
+  const RecordedRuns bad = Equal("bad", std::vector<Each>(20, {false, 20}));
   const Comparison result = CompareRuns(good, bad);
-  EXPECT_EQ(result.success.trials, 1);
+  EXPECT_EQ(result.success.trials, 20);
+  EXPECT_EQ(result.success.successes, 20);
+  EXPECT_EQ(result.success.difference, 1);
+  EXPECT_EQ(result.success.samples.pairs.only_a, 1);
   EXPECT_EQ(result.success.p, 1);
-  EXPECT_EQ(result.tasks[0].repeated, 19);
+  EXPECT_EQ(result.success.difference_95.lower,
+            metrics::NewcombePairedInterval({.both = 0, .only_a = 1, .only_b = 0, .neither = 0}).lower);
   EXPECT_THAT(result.remarks,
-              testing::Contains("lift_pot/position: equal to another in every number, so no sample of "
-                                "its own, and left out: 19 of 20 pairs"));
-  EXPECT_TRUE(Conclusion(result).ends_with("; 1 pair is too few to show any difference."))
+              testing::Contains("lift_pot/position: all 20 pairs began alike and are equal in every number: "
+                                "interval and test count them as one"));
+  EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair is too few to find any difference."))
       << Conclusion(result);
-  // Where one side differs, so do the pairs.
-  std::vector<bool> some(20, false);
-  some[3] = true;
-  EXPECT_EQ(CompareRuns(good, with_equal("some", some, 20)).success.trials, 2);
+  // Where a single one differs, all count.
+  std::vector<Each> some(20, {false, 20});
+  some[3] = {true, 4};
+  EXPECT_EQ(CompareRuns(good, Equal("some", some)).success.samples.pairs.only_a, 19);
   // Of independent samples each side by itself.
   RecordedRuns other = bad;
   for (RecordedEpisode& episode : other.runs[0].episodes) episode.seed += 1;
   const Comparison independent = CompareRuns(good, other);
-  EXPECT_EQ(independent.success.trials, 1);
-  EXPECT_EQ(independent.success.baseline_trials, 1);
+  EXPECT_EQ(independent.success.trials, 20);
+  EXPECT_EQ(independent.success.samples.trials, 1);
+  EXPECT_EQ(independent.success.samples.baseline_trials, 1);
   EXPECT_EQ(independent.success.p, 1);
+  EXPECT_EQ(independent.success.difference_95.upper, metrics::NewcombeInterval(1, 1, 0, 1).upper);
+}
+
+// No number depends on the start, yet each start is another: all count.
+TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
+  std::vector<Each> half, none;
+  for (int i = 0; i < 30; ++i) {
+    half.push_back({i < 15, i < 15 ? 5.0 : 20.0, 0.01 * i});
+    none.push_back({false, 20, 0.01 * i});
+  }
+  const Comparison result = CompareRuns(Equal("half", half, true), Equal("none", none, true));
+  EXPECT_EQ(result.success.successes, 15);
+  EXPECT_EQ(result.success.trials, 30);
+  EXPECT_EQ(result.success.samples.trials, 30);
+  EXPECT_EQ(result.success.difference, 0.5);
+  EXPECT_NEAR(result.success.p, 2 * std::pow(0.5, 15), 1e-12);
+  EXPECT_TRUE(Conclusion(result).starts_with(
+      "half succeeds more often than none: 15 of 30 against 0 of 30 on the same seeds, difference 50 points"))
+      << Conclusion(result);
+  // Also where all of both are equal but for the start.
+  EXPECT_EQ(CompareRuns(Equal("never", none, true), Equal("none", none, true)).success.samples.trials, 30);
+  // And where starts are equal and the policy does not do the same each time.
+  for (Each& each : half) each.yaw_rad = 0;
+  for (Each& each : none) each.yaw_rad = 0;
+  EXPECT_EQ(CompareRuns(Equal("half", half, true), Equal("none", none, true)).success.samples.trials, 30);
+}
+
+// A suite: a task of which all pairs are one counts once in the test, and fully in the rates.
+TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
+  const auto suite = [&](const std::string& name, const RecordedRuns& base, const RecordedRuns& position) {
+    RecordedRuns runs{.folder = name, .name = name, .is_suite = true, .runs = {}, .missing = {}};
+    runs.runs = {base.runs[0], position.runs[0]};
+    runs.runs[0].variation = "base";
+    return runs;
+  };
+  const RecordedRuns good = Equal("good", std::vector<Each>(40, {true, 5}));
+  const RecordedRuns bad = Equal("bad", std::vector<Each>(40, {false, 20}));
+  const Comparison result = CompareRuns(suite("b", good, Run("b1", Info(10), First(1, 10), 5)),
+                                        suite("a", bad, Run("a1", Info(10), First(10, 10), 5)));
+  EXPECT_EQ(result.success.successes, 41);
+  EXPECT_EQ(result.success.samples.pairs.only_a, 1);
+  EXPECT_EQ(result.success.samples.pairs.only_b, 9);
+  EXPECT_GT(result.success.difference, 0);
+  // 1 to 9 would be p = 0.02, for the other side.
+  EXPECT_EQ(result.success.p, 1);
+  EXPECT_EQ(result.success.judgement(), Judgement::kNone);
 }
 
 TEST_F(CompareTest, TwoVariationsAreSaidFirst) {
@@ -288,38 +350,136 @@ TEST_F(CompareTest, SaysWhatElseWasDifferent) {
       testing::ElementsAre("b and a were made with realtime true against false, mujoco_version \"3.1.0\" "
                            "against \"2.2.2\": that alone may make them differ"));
   EXPECT_THAT(CompareRuns(Run("c", lockstep, First(5, 6), 5), a).remarks, testing::IsEmpty());
+  // Nor how the log is kept, which is scored alike.
+  ordered_json packed = lockstep;
+  packed["log"] = "zstd";
+  packed["video"] = {"front"};
+  packed["workers"] = 2;
+  EXPECT_THAT(CompareRuns(Run("d", packed, First(5, 6), 5), a).remarks, testing::IsEmpty());
 }
 
-// Whoever stands still touches nothing.
-TEST_F(CompareTest, WhoNeverMovedIsNotBetter) {
-  const auto run = [&](const std::string& name, double path, double penetration) {
+// Which policy is called better, and why none is.
+class MeritTest : public CompareTest {
+ protected:
+  struct Each {
+    bool success;
+    // Highest of two stages; 0: none.
+    int stage;
+    double slips, time = 20, jerk = 1;
+  };
+  RecordedRuns With(const std::string& name, const std::vector<Each>& episodes, ordered_json info) {
     std::vector<ordered_json> lines;
-    for (int i = 0; i < 10; ++i) {
-      lines.push_back(EpisodeLine(i, false,
-                                  {{"cartesian_path_length", {{"left", path}, {"right", path / 2}}},
-                                   {"total_cartesian_path_length", 1.5 * path}}));
-      lines.back()["extended"]["peak_penetration_m"] = penetration + 1e-5 * i;
+    for (size_t i = 0; i < episodes.size(); ++i) {
+      const Each& each = episodes[i];
+      lines.push_back(EpisodeLine(static_cast<int>(i), each.success,
+                                  {{"completion_time", each.time},
+                                   {"subtask_progress", each.stage / 2.0},
+                                   {"slip_count", each.slips},
+                                   {"overall_rms_joint_jerk", each.jerk}}));
+      lines.back()["seed"] = EpisodeSeed(info["seed"], static_cast<int>(i));
     }
-    WriteRun(folder_.path() / name, Info(10), lines);
+    info["episodes"] = episodes.size();
+    WriteRun(folder_.path() / name, info, lines);
     return ReadRuns(folder_.path() / name);
-  };
-  const RecordedRuns moves = run("moves", 0.8, 2e-3), still = run("still", 0.009, 1e-4);
-  const auto judged = [](const Comparison& comparison) {
-    for (const MetricComparison& metric : comparison.tasks[0].metrics) {
-      if (metric.number.name == "extended.peak_penetration_m") return metric.judgement();
+  }
+  RecordedRuns With(const std::string& name, const std::vector<Each>& episodes) {
+    return With(name, episodes, Info(1));
+  }
+  static Judgement Of(const Comparison& comparison, const std::string& metric) {
+    for (const MetricComparison& compared : comparison.tasks[0].metrics) {
+      if (compared.number.name == metric) return compared.judgement();
     }
+    ADD_FAILURE() << metric;
     return Judgement::kNone;
-  };
-  const Comparison result = CompareRuns(still, moves);
-  EXPECT_EQ(judged(result), Judgement::kDiffers);
-  EXPECT_THAT(result.remarks,
-              testing::ElementsAre(
-                  "lift_pot/position: still never moved its arms (no wrist by 10 mm), so in no metric "
-                  "is it called better"));
-  EXPECT_EQ(judged(CompareRuns(moves, still)), Judgement::kDiffers);
-  // Who hit more is worse all the same, moved or not.
-  EXPECT_EQ(judged(CompareRuns(run("pushed", 0.009, 5e-3), moves)), Judgement::kWorse);
-  EXPECT_EQ(judged(CompareRuns(run("moved", 0.011, 1e-4), moves)), Judgement::kBetter);
+  }
+};
+
+// Who never grasps cannot slip.
+TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
+  std::vector<Each> tries, stays, careful, worse;
+  for (int i = 0; i < 30; ++i) {
+    tries.push_back({i < 23, 2, 1.0 + i % 3});
+    stays.push_back({false, 0, 0, 20, 1 + 0.1 * i});
+    careful.push_back({i < 23, 2, 0});
+    worse.push_back({i < 10, 2, 5.0 + i % 3});
+  }
+  const RecordedRuns baseline = With("tries", tries);
+  const Comparison result = CompareRuns(With("stays", stays), baseline);
+  EXPECT_EQ(Of(result, "slip_count"), Judgement::kDiffers);
+  EXPECT_THAT(
+      result.remarks,
+      testing::ElementsAre("lift_pot/position: stays succeeded in no episode and reached no stage: not "
+                           "called better in slips"));
+  // Nor is the other one worse.
+  EXPECT_EQ(Of(CompareRuns(baseline, With("stays", stays)), "slip_count"), Judgement::kDiffers);
+  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgement::kBetter);
+  // Fewer successes.
+  careful[0].success = false;
+  const Comparison less = CompareRuns(With("careful", careful), baseline);
+  EXPECT_EQ(Of(less, "slip_count"), Judgement::kDiffers);
+  EXPECT_THAT(less.remarks, testing::ElementsAre(
+                                "lift_pot/position: careful got less far, which leaves less to go wrong: not "
+                                "called better in slips"));
+  // As many, and fewer stages.
+  careful[0].success = true;
+  careful[29].stage = 1;
+  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgement::kDiffers);
+  // Who gets less far and slips more is worse all the same.
+  EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgement::kWorse);
+}
+
+// A fails where it is hard, B never; both take the same time on the same start.
+TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
+  std::vector<Each> fails, never, quick;
+  for (int i = 0; i < 100; ++i) {
+    const double difficulty = (i * 37 % 100) / 100.0;
+    fails.push_back(
+        {difficulty <= 0.5, difficulty <= 0.5 ? 2 : 0, 0, difficulty <= 0.5 ? 4 + 6 * difficulty : 20});
+    never.push_back({true, 2, 0, 4 + 6 * difficulty});
+    quick.push_back({true, 2, 0, 3 + 6 * difficulty});
+  }
+  const RecordedRuns b = With("b", never, Info(1, 8));
+  const Comparison result = CompareRuns(With("a", fails), b);
+  EXPECT_FALSE(result.success.paired);
+  EXPECT_EQ(Of(result, "completion_time"), Judgement::kDiffers);
+  EXPECT_THAT(
+      result.remarks,
+      testing::Contains("lift_pot/position: a is compared over its own successes only, which may have been "
+                        "the easier starts: not called better in completion time"));
+  // Without failures no start is left out.
+  EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgement::kBetter);
+  // Of pairs both are taken where both succeeded.
+  EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgement::kBetter);
+}
+
+// Stamps and encoders of a recording multiply jerk.
+TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
+  std::vector<Each> smooth, rough;
+  for (int i = 0; i < 20; ++i) {
+    smooth.push_back({true, 2, 0, 5 + 0.1 * i, 1 + 0.01 * i});
+    rough.push_back({true, 2, 0, 6 + 0.1 * i, 9 + 0.01 * i});
+  }
+  ordered_json watched = Info(1), from_file = Info(1);
+  watched["watch"] = true;
+  from_file["source"] = "file";
+  const RecordedRuns simulated = With("sim", smooth);
+  for (const ordered_json& info : {watched, from_file}) {
+    const Comparison result = CompareRuns(With("robot", rough, info), simulated);
+    EXPECT_EQ(Of(result, "overall_rms_joint_jerk"), Judgement::kDiffers);
+    EXPECT_EQ(Of(result, "completion_time"), Judgement::kWorse);
+    EXPECT_THAT(
+        result.remarks,
+        testing::Contains("lift_pot/position: evalbus did not draw the starts of robot: episodes of equal "
+                          "number count as pairs, whether they began alike or not"));
+    EXPECT_THAT(
+        result.remarks,
+        testing::Contains("lift_pot/position: sim is compared with a recording whose noise this metric "
+                          "amplifies: not called better in joint jerk, rms"));
+  }
+  EXPECT_EQ(Of(CompareRuns(With("robot", rough, watched), With("other", smooth, watched)),
+               "overall_rms_joint_jerk"),
+            Judgement::kWorse);
+  EXPECT_EQ(Of(CompareRuns(With("rough", rough), simulated), "overall_rms_joint_jerk"), Judgement::kWorse);
 }
 
 TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
@@ -336,6 +496,44 @@ TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
       CompareRuns(run("b", {4.66, 5.06, 5.20, 5.80, 5.88}), run("a", {4.60, 5.20, 5.46, 5.66, 5.74}));
   EXPECT_EQ(result.tasks[0].metrics[0].p, 1);
   EXPECT_FALSE(CompareRuns(run("c", {0.1 + 0.2, 1}), run("d", {0.3, 1})).tasks[0].metrics[0].p);
+}
+
+// Each row has a p and an adjusted p; a line below states that intervals are not adjusted.
+TEST_F(CompareTest, TheTableSaysWhatIsAdjusted) {
+  const Comparison result = CompareRuns(Run("b", Info(8), First(8, 8), 6), Run("a", Info(8), First(7, 8), 5));
+  const std::string text = ComparisonText(result, false);
+  EXPECT_THAT(text, testing::ContainsRegex("success .* 1.000   1.000  %"));
+  EXPECT_THAT(text,
+              testing::HasSubstr("Means over the 8 pairs with equal seeds; *: over the 7 pairs in which "
+                                 "both succeeded. p: Wilcoxon's signed-rank test.\n"
+                                 "Holm: p of metrics adjusted for 1 metric. Intervals are not adjusted: each "
+                                 "covers 95 % for its metric alone.\n"));
+  const std::string html = ComparisonReport({result}, folder_.path() / "page.html", "0.1.0", 0).html;
+  EXPECT_THAT(html, testing::HasSubstr("over the 7 pairs in which both succeeded"));
+  EXPECT_THAT(html, testing::HasSubstr("Intervals are not adjusted"));
+}
+
+TEST_F(CompareTest, SaysThatAPlanStoppedByItsResults) {
+  ordered_json info = Info(4);
+  info["until"] = "decided(alpha 0.05, max 200)";
+  EXPECT_THAT(
+      CompareRuns(Run("b", info, First(4, 4), 5), Run("a", Info(4), First(4, 4), 6)).remarks,
+      testing::Contains("b: its plan stopped by its results (until: decided(alpha 0.05, max 200)): p values "
+                        "here are for a number of episodes that was fixed beforehand, those of the plan's "
+                        "report hold"));
+}
+
+TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
+  Comparison result = CompareRuns(Run("b", Info(10), First(10, 10), 5), Run("a", Info(10), First(3, 10), 5));
+  EXPECT_EQ(result.success.judgement(), Judgement::kBetter);
+  result.success.SetSequential(0.06, 0.12, false);
+  EXPECT_EQ(result.success.judgement(), Judgement::kNone);
+  EXPECT_THAT(Conclusion(result),
+              testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.12."));
+  // A plan may ask for more certainty, or less, than 5 %.
+  result.success.SetSequential(0.03, 0.06, true);
+  EXPECT_EQ(result.success.judgement(), Judgement::kBetter);
+  EXPECT_TRUE(Conclusion(result).starts_with("b succeeds more often than a")) << Conclusion(result);
 }
 
 TEST_F(CompareTest, ThePageLinksTheFilmsOfSeedsThatFlipped) {
@@ -359,7 +557,7 @@ TEST_F(CompareTest, SeveralAreAdjusted) {
   const RecordedRuns a = Run("a", Info(6), First(0, 6), 5);
   const auto results = CompareAll({Run("b", Info(6), First(6, 6), 5), Run("c", Info(6), First(1, 6), 5)}, a);
   EXPECT_DOUBLE_EQ(results[0].success.p, 1.0 / 32);
-  EXPECT_DOUBLE_EQ(results[0].success.p_holm, 1.0 / 16);
+  EXPECT_DOUBLE_EQ(results[0].success.p_adjusted, 1.0 / 16);
   EXPECT_TRUE(Conclusion(results[0]).starts_with("No difference shown")) << Conclusion(results[0]);
 }
 
@@ -378,7 +576,7 @@ TEST_F(CompareTest, SuitesByTask) {
   EXPECT_EQ(result.success.trials, 16);
   EXPECT_EQ(result.success.pairs.only_a, 10);
   EXPECT_DOUBLE_EQ(result.tasks[0].success.p, 2.0 / 32);
-  EXPECT_DOUBLE_EQ(result.tasks[0].success.p_holm, 4.0 / 32);
+  EXPECT_DOUBLE_EQ(result.tasks[0].success.p_adjusted, 4.0 / 32);
   EXPECT_NE(ComparisonText(result, false).find("lift_pot/base"), std::string::npos);
   b.runs.pop_back();
   EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: left out");

@@ -56,7 +56,14 @@ TEST_F(PolicyNotesTest, SaysWhatThinkingCost) {
                   "executed at 20 Hz; simulated time stood still while the policy thought."));
   EXPECT_THAT(
       PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}})),
-      ElementsAre(EndsWith("the policy's thinking was charged with 120 ms of simulated time a call.")));
+      ElementsAre(EndsWith("each call was charged with 120 ms of simulated time: 6 ticks = 120 ms.")));
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}, {"control_hz", 20.0}})),
+      ElementsAre(EndsWith("each call was charged with 120 ms of simulated time: 3 ticks = 150 ms.")));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "1"}, {"control_hz", 20.0}})),
+              ElementsAre(EndsWith("each call was charged with 1 ms of simulated time: 1 tick = 50 ms.")));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "measured"}})),
+              ElementsAre(EndsWith("as long as it took, rounded up to whole ticks.")));
   EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}, {"realtime", true}})),
               ElementsAre(EndsWith("simulated time ran on while the policy thought (real time).")));
 }

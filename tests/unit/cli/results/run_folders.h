@@ -10,6 +10,11 @@
 
 namespace evalbus::results {
 
+// Seed of an episode of a run whose run.json names no seed_stream.
+inline int64_t EpisodeSeed(int64_t run_seed, int episode) {
+  return SeedSource{run_seed, kSharedSeeds, {}, {}}.OfEpisode(episode);
+}
+
 // run.json of a run of lift_pot/position.
 inline nlohmann::ordered_json RunInfo(int episodes, const std::string& policy = "expert") {
   return {{"run_id", "run"},      {"task", "lift_pot"}, {"variation", "position"}, {"policy", policy},

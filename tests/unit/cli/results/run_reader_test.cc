@@ -69,7 +69,25 @@ TEST_F(RunReaderTest, EqualEpisodesAreRemarked) {
   WriteRun(run_, RunInfo(2), {EpisodeLine(0), EpisodeLine(1)});
   const std::vector<std::string> remarks = ReadRun(run_).Remarks();
   ASSERT_EQ(remarks.size(), 1u);
-  EXPECT_TRUE(remarks[0].starts_with("all 2 episodes are equal in every number, so they are one sample"));
+  EXPECT_TRUE(remarks[0].starts_with("all 2 episodes began alike and are equal in every number"));
+}
+
+TEST_F(RunReaderTest, ParametersAreNumbers) {
+  EXPECT_EQ(ErrorOfLines(Line(0) + Line(1, "parameters", {{"pot_x_m", 0.5}})), "read");
+  EXPECT_EQ(ReadRun(run_).episodes[1].result.parameters, (metrics::NamedNumbers{{"pot_x_m", 0.5}}));
+  EXPECT_EQ(ErrorOfLines(Line(0, "parameters", "none")),
+            "run/episodes.jsonl:1: \"parameters\" is \"none\", expected an object");
+  EXPECT_EQ(ErrorOfLines(Line(0, "parameters", {{"pot_x_m", "far"}})),
+            "run/episodes.jsonl:1: \"parameters\": pot_x_m is \"far\", expected a number");
+}
+
+TEST_F(RunReaderTest, ACollectionIsNoSampleOfThePolicy) {
+  WriteRun(run_, RunInfo(2), {EpisodeLine(0), EpisodeLine(1, true, {{"slip_count", 1}})});
+  WriteFile(run_ / "collect.json", "{}");
+  EXPECT_EQ(ReadRun(run_).Remarks(),
+            (std::vector<std::string>{
+                "collected demonstrations: only successes were kept, so its rates say nothing of "
+                "the policy"}));
 }
 
 TEST_F(RunReaderTest, InterruptedRunSaysSo) {

@@ -48,6 +48,12 @@ metrics::RunSummary Summary(int complete, int success) {
   return s;
 }
 
+TEST(PercentText, HasADecimalWhereItIsNarrow) {
+  EXPECT_EQ(PercentText({0.7225, 1}), "72 to 100 %");
+  // 3297 of 3300.
+  EXPECT_EQ(PercentText({0.99733, 0.99969}), "99.7 to 100.0 %");
+}
+
 TEST(FormatDuration, HasTheUnitThatFits) {
   EXPECT_EQ(FormatDuration(-3), "0 s");
   EXPECT_EQ(FormatDuration(0.4), "0 s");
@@ -65,9 +71,36 @@ TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
             "Failures: 3 timeout, 1 dropped\n"
             "\n"
             "                              mean   its 95 % interval      std   median\n"
-            "slips                        1.500        1 to       2    0.500        1\n"
+            "slips                         1.50        1 to       2     0.50        1\n"
             "smallest clearance           163.5                   -        -    200.0  mm\n"
-            "gripper height difference    0.123    0.100 to   12.50    12346    1235k  mm\n");
+            "gripper height difference        0        0 to      12    12346    1235k  mm\n");
+}
+
+// No digits beyond what is known: half a second of 16 episodes is 0.12 s, of the mean.
+TEST(SummaryTable, ShowsTwoDigitsOfTheErrorAtMost) {
+  metrics::RunSummary summary = Summary(16, 16);
+  summary.failure_reasons.clear();
+  summary.metrics = {{"completion_time", 16, 5.0496, 0.4853, 5.24, 4.0, 6.0, 4.0, 6.0, {4.791, 5.308}}};
+  EXPECT_TRUE(Has(SummaryTable(summary, 80),
+                  "completion time               5.05     4.79 to    5.31     0.49     5.24  s\n"))
+      << SummaryTable(summary, 80);
+}
+
+TEST(SummaryTable, SaysThatCompletionTimeIsOfSuccesses) {
+  metrics::RunSummary summary = Summary(5, 2);
+  summary.metrics.insert(summary.metrics.begin(), {"completion_time", 2, 5, 1, 5, 4, 6, 4, 6, {-4, 14}});
+  const std::string table = SummaryTable(summary, 80);
+  EXPECT_TRUE(Has(table, "\ncompletion time *             5.00")) << table;
+  EXPECT_TRUE(Has(table, "\n* of the 2 episodes that succeeded; all else of all 5\n")) << table;
+}
+
+// A metric of one's own is one of them.
+TEST(SummaryTable, ShowsTargetDistances) {
+  metrics::RunSummary summary = Summary(2, 1);
+  summary.metrics.push_back(
+      {"target_distance.peg_depth", 2, 0.0123, 0.001, 0.0123, 0.01, 0.02, 0.01, 0.02, {0.01, 0.02}});
+  const std::string table = SummaryTable(summary, 80);
+  EXPECT_TRUE(Has(table, "\npeg depth  ")) << table;
 }
 
 TEST(SummaryTable, FitsEveryWidth) {
@@ -83,9 +116,10 @@ TEST(SummaryTable, FitsEveryWidth) {
 
 TEST(SummaryTable, SaysThatEqualEpisodesAreOneSample) {
   metrics::RunSummary summary = Summary(3, 3);
-  EXPECT_FALSE(Has(SummaryTable(summary, 80), "sample"));
+  EXPECT_FALSE(Has(SummaryTable(summary, 80), "Note: "));
   summary.samples = 1;
-  EXPECT_TRUE(Has(SummaryTable(summary, 80), "Note: all 3 episodes are equal in every number"))
+  EXPECT_TRUE(
+      Has(SummaryTable(summary, 80), "Note: all 3 episodes began alike and are equal in every number"))
       << SummaryTable(summary, 80);
 }
 

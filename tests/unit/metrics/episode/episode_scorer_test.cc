@@ -193,7 +193,7 @@ TEST_F(EpisodeScorerTest, MessageAndJsonGiveOneResult) {
   dut_.Tick(State(0), Contacts(0, {{kLeftPad, kWall}}));
   dut_.Tick(State(1), Contacts(1, {{kLeftLink, kTop}, {kLeftLink, kRightLink}}));
   const episode_summary_t summary = Summary("time_limit", 1);
-  const EpisodeResult a = ResultOf(summary);
+  const EpisodeResult a = ResultOf({}, summary);
   const EpisodeResult b = ResultOf({{"complete", true},
                                     {"end_reason", "time_limit"},
                                     {"failure_reason", summary.failure_reason},
@@ -255,7 +255,7 @@ TEST_F(EpisodeScorerTest, AServersFaultIsNoFailureOfThePolicy) {
     const std::string start =
         "server_error at 0.02 s (invalid: the policy's server failed, which says nothing of the policy): ";
     EXPECT_TRUE(summary.explanation.text.starts_with(start)) << summary.explanation.text;
-    const EpisodeResult result = ResultOf(summary);
+    const EpisodeResult result = ResultOf({}, summary);
     EXPECT_TRUE(result.invalid);
     RunStatistics statistics;
     statistics.Add(0, result);

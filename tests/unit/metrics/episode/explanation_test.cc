@@ -261,7 +261,8 @@ TEST_F(ExplanationTest, ANumberBesideItsLimitHasTheDigitsThatTellThemApart) {
                                             {"1.096", 1.1034, "1.103 m >= 1.096"},
                                             {"1.096", 1.096, "1.096 m >= 1.096"},
                                             {"1.096", 1.09599996, "1.09599996 m < 1.096"},
-                                            {"1.096", 2.0, "2 m >= 1.096"},
+                                            {"1.096", 1.09979, "1.100 m >= 1.096"},
+                                            {"1.096", 2.0, "2.000 m >= 1.096"},
                                             {"1.1", 1.1034, "1.103 m >= 1.1"},
                                             {"1.12345678", 1.12345679, "1.12345679 m >= 1.12345678"},
                                             {"1.12345678", 1.12345677, "1.1234568 m < 1.123457"},
@@ -299,7 +300,8 @@ TEST_F(ExplanationTest, TheSameConditionIsSaidOnce) {
       "{a: "
       "pot, b: world}}, {height_above: {object: pot, min_m: 9}}]}");
   Tick();
-  EXPECT_EQ(Text(), "timeout at 0.02 s: pot does not touch world, height of pot 1 m < 9; no stage reached");
+  EXPECT_EQ(Text(),
+            "timeout at 0.02 s: pot does not touch world, height of pot 1.00 m < 9; no stage reached");
   EXPECT_EQ(End().explanation.num_conditions, 3);
 }
 
@@ -379,10 +381,10 @@ TEST_F(ExplanationTest, AsJson) {
   Tick({{kLeftLink, kTop}, {kLeftLink, kRightLink}});
   EXPECT_EQ(
       ExplanationJson(End().explanation).dump(),
-      R"({"text":"grasp_slip at 0.04 s: height of pot 1 m < 1.1; last stage 1 (held) at 0.02 s; )"
+      R"({"text":"grasp_slip at 0.04 s: height of pot 1.00 m < 1.1; last stage 1 (held) at 0.02 s; )"
       R"(first collision at 0.04 s, left/link with counter/top; pot slipped from left at 0.04 s",)"
       R"("last_stage":{"index":1,"name":"held","time_s":0.02},)"
-      R"("conditions":[{"text":"height of pot 1 m < 1.1","predicate":"height_above","subject":"pot",)"
+      R"("conditions":[{"text":"height of pot 1.00 m < 1.1","predicate":"height_above","subject":"pot",)"
       R"("holds":false,"value":1.0,"comparison":">=","threshold":1.1,"unit":"m","tick":2,"time_s":0.04}],)"
       R"("first_collision":{"robot_geom":"left/link","scene_geom":"counter/top","tick":2,"time_s":0.04},)"
       R"("collisions_per_geom":{"counter/top":1,"left/link + right/link":1},)"

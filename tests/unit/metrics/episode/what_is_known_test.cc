@@ -118,11 +118,11 @@ TEST(WhatIsKnown, FixturesThatMustNotBeTouchedAreLackingInCollisions) {
 TEST(WhatIsKnown, RatesAreOfJudgedEpisodes) {
   model_info_t model = Model();
   RunStatistics statistics;
-  statistics.Add(0, ResultOf(ScoreOf(model)));
+  statistics.Add(0, ResultOf({}, ScoreOf(model)));
   model.object_is_tracked = {0};
   RunStatistics blind;
-  blind.Add(0, ResultOf(ScoreOf(model)));
-  statistics.Add(1, ResultOf(ScoreOf(model)));
+  blind.Add(0, ResultOf({}, ScoreOf(model)));
+  statistics.Add(1, ResultOf({}, ScoreOf(model)));
   EXPECT_EQ(statistics.Summary(false).complete, 2);
   EXPECT_EQ(statistics.Summary(false).judged, 1);
   EXPECT_EQ(statistics.Summary(false).success_rate, 1);

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "base/errors.h"
-#include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
+#include "metrics/statistics/interval_of_mean.h"
 
 namespace evalbus::metrics::run_statistics_test {
 
@@ -20,7 +20,8 @@ EpisodeResult Episode(bool complete, bool success, const ordered_json& metrics) 
           .values = FlattenedValues(metrics),
           .stages = {},
           .slips = {},
-          .collisions = {}};
+          .collisions = {},
+          .parameters = {}};
 }
 
 RunStatistics StatisticsOf(const std::vector<EpisodeResult>& episodes) {
@@ -78,11 +79,59 @@ TEST(RunStatistics, EqualEpisodesAreOneSample) {
   EXPECT_DOUBLE_EQ(summary.clopper_pearson.lower, 0.025);
   EXPECT_TRUE(std::isnan(summary.metrics[0].std));
   EXPECT_TRUE(std::isnan(summary.metrics[0].mean_95.lower));
+  EXPECT_EQ(summary.SamplesText(),
+            "all 3 episodes began alike and are equal in every number: the interval counts them as one");
+  EXPECT_EQ(SummaryJson("a", "b", summary)["samples"], 1);
+}
+
+// Equal numbers from different starts are different samples: no number may depend on the start.
+TEST(RunStatistics, EqualEpisodesFromDifferentStartsAreAsManySamples) {
+  auto first = Episode(true, false, {{"path", 1.5}}), second = first;
+  first.parameters = {{"cube_yaw_rad", 0.1}};
+  second.parameters = {{"cube_yaw_rad", 0.2}};
+  EXPECT_EQ(StatisticsOf({first, second, second}).Summary(false).samples, 3);
+  // The same was drawn each time.
+  EXPECT_EQ(StatisticsOf({first, first, first}).Summary(false).samples, 1);
+}
+
+// A policy that does not do the same each time: 15 equal successes and 15 equal failures are 30 samples.
+TEST(RunStatistics, EqualStartsThatEndDifferentlyAreAsManySamples) {
+  RunStatistics statistics;
+  for (int i = 0; i < 30; ++i) statistics.Add(i, Episode(true, i % 2 == 0, {{"path", 1.5}}));
+  const RunSummary summary = statistics.Summary(false);
+  EXPECT_EQ(summary.samples, 30);
+  EXPECT_EQ(summary.success_rate, 0.5);
+  EXPECT_EQ(summary.wilson.lower, WilsonInterval(15, 30).lower);
+}
+
+TEST(RunStatistics, OfASuiteCountSamplesByTask) {
+  RunStatistics statistics;
+  for (int i = 0; i < 10; ++i) statistics.Add(i, Episode(true, true, {{"path", 1.5}}), 0);
+  for (int i = 10; i < 20; ++i) statistics.Add(i, Episode(true, i < 14, {{"path", i}}), 1);
+  const RunSummary summary = statistics.Summary(false);
+  EXPECT_EQ(summary.complete, 20);
+  EXPECT_EQ(summary.samples, 11);
+  EXPECT_EQ(summary.success_rate, 0.7);
+  EXPECT_EQ(summary.wilson.lower, WilsonInterval(14 * 11 / 20.0, 11).lower);
   EXPECT_EQ(
       summary.SamplesText(),
-      "all 3 episodes are equal in every number, so they are one sample: nothing that was randomised made a "
-      "difference");
-  EXPECT_EQ(SummaryJson("a", "b", summary)["samples"], 1);
+      "the interval counts 11 episodes instead of 20: where all of a task began alike and are equal in every "
+      "number, it counts one");
+}
+
+// When a failure was given up is no completion time.
+TEST(RunStatistics, CompletionTimeIsThatOfSuccesses) {
+  const RunSummary summary = StatisticsOf({Episode(true, true, {{"completion_time", 4}, {"path", 1}}),
+                                           Episode(true, false, {{"completion_time", 30}, {"path", 2}}),
+                                           Episode(true, true, {{"completion_time", 6}, {"path", 3}})})
+                                 .Summary(true);
+  EXPECT_EQ(summary.Find("completion_time")->episodes, 2);
+  EXPECT_EQ(summary.Find("completion_time")->mean, 5);
+  EXPECT_EQ(summary.Find("completion_time")->max, 6);
+  EXPECT_EQ(summary.Find("path")->episodes, 3);
+  EXPECT_EQ(
+      StatisticsOf({Episode(true, false, {{"completion_time", 30}})}).Summary(true).Find("completion_time"),
+      nullptr);
 }
 
 TEST(RunStatistics, SomeEqualEpisodesNarrowNoInterval) {
@@ -92,9 +141,9 @@ TEST(RunStatistics, SomeEqualEpisodesNarrowNoInterval) {
       StatisticsOf({same, Episode(true, false, {{"path", 1.5}}), same, Episode(true, true, {{"path", 2}}),
                     Episode(false, true, {{"path", 3}})})
           .Summary(true);
-  EXPECT_EQ(summary.samples, 3);
+  EXPECT_EQ(summary.samples, 4);
   EXPECT_EQ(summary.success_rate, 0.75);
-  EXPECT_EQ(summary.wilson.lower, WilsonInterval(2.25, 3).lower);
+  EXPECT_EQ(summary.wilson.lower, WilsonInterval(3, 4).lower);
   EXPECT_FALSE(std::isnan(summary.metrics[0].mean_95.lower));
 }
 
@@ -192,7 +241,7 @@ TEST(RunStatistics, BootstrapTheMean) {
     statistics.Add(i, Episode(true, true, {{"x", i * i}}));
   }
   const ordered_json metric = SummaryJson("lift_pot", "base", statistics.Summary(true))["metrics"]["x"];
-  const Interval expected = BootstrapMean(sorted);
+  const Interval expected = IntervalOfMean(sorted);
   EXPECT_EQ(metric["mean_95"], (std::vector<double>{expected.lower, expected.upper}));
   EXPECT_LT(expected.lower, metric["mean"]);
   EXPECT_GT(expected.upper, metric["mean"]);
@@ -212,6 +261,7 @@ TEST(ResultOf, TakesALineOfEpisodes) {
   ordered_json line = ordered_json::parse(R"({"episode": 3, "end_reason": "time_limit", "complete": true,
       "failure_reason": "dropped", "metrics": {"success": 0.0, "task_stage_reached": {"1": true, "12": false},
       "slip_count_per_object": {"object_1": 2, "object_2": 0}, "path": {"left": 2}}, "extended": {"y": 3},
+      "parameters": {"pot_x_m": 0.25},
       "explanation": {"text": "", "collisions_per_geom": {"counter": 2}}})");
   const EpisodeResult result = ResultOf(line);
   EXPECT_TRUE(result.complete);
@@ -225,6 +275,7 @@ TEST(ResultOf, TakesALineOfEpisodes) {
   EXPECT_EQ(result.stages, (std::vector<std::pair<int, bool>>{{1, true}, {12, false}}));
   EXPECT_EQ(result.slips, (std::vector<int64_t>{2, 0}));
   EXPECT_EQ(result.collisions, (std::map<std::string, int64_t>{{"counter", 2}}));
+  EXPECT_EQ(result.parameters, (NamedNumbers{{"pot_x_m", 0.25}}));
 
   line["metrics"]["task_stage_reached"] = {{"first", true}};
   EXPECT_THROW(ResultOf(line), InputError);

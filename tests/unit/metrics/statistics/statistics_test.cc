@@ -7,12 +7,12 @@
 #include <functional>
 #include <random>
 
-#include "metrics/statistics/bootstrap.h"
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
 #include "metrics/statistics/describe.h"
 #include "metrics/statistics/fisher.h"
 #include "metrics/statistics/holm.h"
+#include "metrics/statistics/interval_of_mean.h"
 #include "metrics/statistics/mann_whitney.h"
 #include "metrics/statistics/mcnemar.h"
 #include "metrics/statistics/newcombe.h"
@@ -387,10 +387,23 @@ TEST(Bootstrap, MiceByAllResamples) {
   Moments moments;
   moments.Add(kMice, 1);
   ExpectInterval(BcaInterval(all, Mean(kMice), moments.acceleration(), 0), 46.3, 138.3, 0.6);
-  // 10000 of them say nearly the same.
-  const Interval drawn = BootstrapMean(kMice);
-  ExpectInterval(drawn, percentile.lower, percentile.upper, 1.2);
-  EXPECT_EQ(drawn.lower, BootstrapMean(kMice).lower);
+}
+
+// Seven values: mean 608 / 7, variance 4457.810, quantile of t with 6 degrees of freedom 2.446912.
+TEST(IntervalOfMean, OfFewIsStudents) {
+  const double error = std::sqrt(4457.8095238 / 7), mean = 608.0 / 7;
+  ExpectInterval(IntervalOfMean(kMice), mean - 2.446911851 * error, mean + 2.446911851 * error, 1e-5);
+}
+
+// Welch: variances 1 and 16, n = 3 and 5; s = sqrt(1/3 + 16/5), degrees of freedom (1/3 + 16/5)^2 / ((1/3)^2
+// / 2
+// + (16/5)^2 / 4) = 4.773; quantile of t 2.607766 (by integration of its density).
+TEST(IntervalOfMean, OfTwoSmallSamplesIsWelchs) {
+  const Values a = {1, 2, 3}, b = {6, 10, 10, 10, 14};
+  EXPECT_DOUBLE_EQ(std::pow(StandardDeviation(b), 2), 8);
+  const Values wide = {10 - std::sqrt(32.0), 10, 10, 10, 10 + std::sqrt(32.0)};
+  const double error = std::sqrt(1.0 / 3 + 16.0 / 5);
+  ExpectInterval(IntervalOfDifference(a, wide), -8 - 2.6077657 * error, -8 + 2.6077657 * error, 1e-5);
 }
 
 TEST(Bootstrap, FollowsShiftScaleAndMirror) {
@@ -401,9 +414,9 @@ TEST(Bootstrap, FollowsShiftScaleAndMirror) {
     moved.push_back(3 * value + 2);
     mirrored.push_back(-value);
   }
-  const Interval interval = BootstrapMean(x);
-  ExpectInterval(BootstrapMean(moved), 3 * interval.lower + 2, 3 * interval.upper + 2, 1e-9);
-  ExpectInterval(BootstrapMean(mirrored), -interval.upper, -interval.lower, 1e-9);
+  const Interval interval = IntervalOfMean(x);
+  ExpectInterval(IntervalOfMean(moved), 3 * interval.lower + 2, 3 * interval.upper + 2, 1e-9);
+  ExpectInterval(IntervalOfMean(mirrored), -interval.upper, -interval.lower, 1e-9);
   // Skewed to the right: BCa reaches further up than down.
   EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
 }
@@ -424,7 +437,7 @@ TEST(Bootstrap, ManyValuesAreNotResampled) {
   moments.Add(x, 1);
   const Interval drawn = BcaInterval(means, Mean(x), moments.acceleration(), 0);
   const double width = drawn.upper - drawn.lower;
-  ExpectInterval(BootstrapMean(x), drawn.lower, drawn.upper, width / 50);
+  ExpectInterval(IntervalOfMean(x), drawn.lower, drawn.upper, width / 50);
 
   std::vector<double> differences(kResamples), ratios(kResamples);
   for (size_t k = 0; k < differences.size(); ++k) {
@@ -438,9 +451,9 @@ TEST(Bootstrap, ManyValuesAreNotResampled) {
     ratios[k] = sum_x / sum_y;
   }
   const Interval difference = PercentileInterval(differences), ratio = PercentileInterval(ratios);
-  ExpectInterval(BootstrapDifferenceOfMeans(x, y), difference.lower, difference.upper,
+  ExpectInterval(IntervalOfDifference(x, y), difference.lower, difference.upper,
                  (difference.upper - difference.lower) / 50);
-  ExpectInterval(BootstrapRatioOfMeans(x, y), ratio.lower, ratio.upper, (ratio.upper - ratio.lower) / 50);
+  ExpectInterval(IntervalOfRatio(x, y), ratio.lower, ratio.upper, (ratio.upper - ratio.lower) / 50);
 }
 
 TEST(Bootstrap, NothingHangsOnTheLastBitsOfASum) {
@@ -448,18 +461,17 @@ TEST(Bootstrap, NothingHangsOnTheLastBitsOfASum) {
   const Values x = {0, 0, 0, -third, 0, -third, -third, 0, 0, 0, -third, -third};
   Values whole;
   for (const double value : x) whole.push_back(3 * value);
-  const Interval interval = BootstrapMean(x);
-  ExpectInterval(BootstrapMean(whole), 3 * interval.lower, 3 * interval.upper, 1e-9);
+  const Interval interval = IntervalOfMean(x);
+  ExpectInterval(IntervalOfMean(whole), 3 * interval.lower, 3 * interval.upper, 1e-9);
   const Values other = {third, 0, third, 0, 0, third, 0, 0, 0, 0};
   Values other_whole;
   for (const double value : other) other_whole.push_back(3 * value);
-  const Interval difference = BootstrapDifferenceOfMeans(x, other);
-  ExpectInterval(BootstrapDifferenceOfMeans(whole, other_whole), 3 * difference.lower, 3 * difference.upper,
-                 1e-9);
+  const Interval difference = IntervalOfDifference(x, other);
+  ExpectInterval(IntervalOfDifference(whole, other_whole), 3 * difference.lower, 3 * difference.upper, 1e-9);
   // Values that only rounding tells apart are one.
   Values same(12, 0.3);
   same[5] = 0.1 + 0.2;
-  ExpectInterval(BootstrapMean(same), 0.3, 0.3, 1e-15);
+  EXPECT_TRUE(std::isnan(IntervalOfMean(same).lower));
 }
 
 TEST(Bootstrap, CoversTheMean) {
@@ -469,7 +481,7 @@ TEST(Bootstrap, CoversTheMean) {
   for (int trial = 0; trial < 200; ++trial) {
     Values x(30);
     for (double& value : x) value = exponential(random);
-    const Interval interval = BootstrapMean(x);
+    const Interval interval = IntervalOfMean(x);
     covered += interval.lower <= 1 && 1 <= interval.upper;
   }
   // 92 to 93 % is what BCa reaches with 30 values of this distribution; 200 trials are off by 4 points at
@@ -479,13 +491,18 @@ TEST(Bootstrap, CoversTheMean) {
 }
 
 TEST(Bootstrap, OfLittle) {
-  EXPECT_TRUE(std::isnan(BootstrapMean(Values{3}).lower));
-  EXPECT_TRUE(std::isnan(BootstrapMean({}).upper));
-  ExpectInterval(BootstrapMean(Values(20, 0.1)), 0.1, 0.1, 0);
-  EXPECT_TRUE(std::isnan(BootstrapDifferenceOfMeans(Values{3}, Values{1, 2}).lower));
-  ExpectInterval(BootstrapDifferenceOfMeans(Values(12, 5), Values(15, 3)), 2, 2, 0);
-  ExpectInterval(BootstrapRatioOfMeans(Values(12, 5), Values(12, 2)), 2.5, 2.5, 1e-15);
-  EXPECT_TRUE(std::isnan(BootstrapRatioOfMeans(Values{1, 2}, Values{0, 1}).lower));
+  EXPECT_TRUE(std::isnan(IntervalOfMean(Values{3}).lower));
+  EXPECT_TRUE(std::isnan(IntervalOfMean({}).upper));
+  // Equal values do not show how much they vary.
+  EXPECT_TRUE(std::isnan(IntervalOfMean(Values(20, 0.1)).lower));
+  EXPECT_TRUE(std::isnan(IntervalOfMean(Values(600, 0.1)).lower));
+  EXPECT_TRUE(std::isnan(IntervalOfDifference(Values{3}, Values{1, 2}).lower));
+  EXPECT_TRUE(std::isnan(IntervalOfDifference(Values(12, 5), Values(15, 3)).lower));
+  EXPECT_TRUE(std::isnan(IntervalOfRatio(Values(12, 5), Values(12, 2)).lower));
+  Values rarely(25, 0), some(25, 1);
+  rarely[3] = some[3] = 2;
+  EXPECT_TRUE(std::isnan(IntervalOfRatio(some, rarely).lower));
+  EXPECT_TRUE(std::isnan(IntervalOfRatio(Values{1, 2}, Values{0, 0}).lower));
 }
 
 TEST(Bootstrap, DifferencesOfLargeSamplesAreNormal) {
@@ -494,8 +511,8 @@ TEST(Bootstrap, DifferencesOfLargeSamplesAreNormal) {
   for (int i = 0; i < 300; ++i) b.push_back(9 + 2 * std::cos(3 * i));
   const double difference = Mean(a) - Mean(b);
   const double error = std::hypot(StandardDeviation(a) / 20, StandardDeviation(b) / std::sqrt(300));
-  ExpectInterval(BootstrapDifferenceOfMeans(a, b), difference - kNormal975 * error,
-                 difference + kNormal975 * error, 0.06 * error);
+  ExpectInterval(IntervalOfDifference(a, b), difference - kNormal975 * error, difference + kNormal975 * error,
+                 0.06 * error);
 }
 
 TEST(Bootstrap, RatioOfPairs) {
@@ -509,8 +526,7 @@ TEST(Bootstrap, RatioOfPairs) {
   const double ratio = Mean(a) / Mean(b);
   for (size_t i = 0; i < a.size(); ++i) rest.push_back((a[i] - ratio * b[i]) / Mean(b));
   const double error = StandardDeviation(rest) / std::sqrt(200);
-  ExpectInterval(BootstrapRatioOfMeans(a, b), ratio - kNormal975 * error, ratio + kNormal975 * error,
-                 0.08 * error);
+  ExpectInterval(IntervalOfRatio(a, b), ratio - kNormal975 * error, ratio + kNormal975 * error, 0.08 * error);
 }
 
 }  // namespace evalbus::metrics::statistics_test

@@ -173,7 +173,7 @@ TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {
   Evaluate(near.get());
   std::vector<condition_t> why;
   near->Explain(&why);
-  EXPECT_EQ(why[0].text, "distance of pot from pot/lid 0.5 m > 0.25");
+  EXPECT_EQ(why[0].text, "distance of pot from pot/lid 0.500 m > 0.25");
   EXPECT_EQ(why[0].subject, "pot");
   EXPECT_EQ(near->Describe(true), std::vector<std::string>{"distance of pot from pot/lid at most 0.25 m"});
 }

@@ -120,6 +120,21 @@ TEST(Contract, MistakesAreSaidWithLineAndKey) {
   for (const auto& [from, to, message] : mistakes) EXPECT_EQ(ErrorWith(from, to), message) << to;
 }
 
+// DROID's velocities: docs/connecting_a_policy.md, Actions.
+TEST(Contract, AVelocityIsOnTheTargetOrOnTheMeasurement) {
+  std::string text = kGood;
+  const std::string kind = "kind: joint_delta";
+  text.replace(text.find(kind), kind.size(), "kind: joint_velocity");
+  const Contract contract = ParseContract(text, "mine.yaml");
+  EXPECT_EQ(contract.actions.kind, ActionKind::kJointVelocity);
+  EXPECT_EQ(contract.actions.delta_on, DeltaOn::kMeasured);
+  EXPECT_EQ(ContractJson(contract)["action"]["delta_on"], "measured");
+  EXPECT_EQ(ErrorWith("kind: joint_delta\n  delta_on: measured", "kind: joint_velocity"),
+            "mine.yaml:10: key 'action': expected 'delta_on', target or measured, with this kind");
+  EXPECT_EQ(ErrorWith("kind: joint_delta", "kind: joint_position"),
+            "mine.yaml:12: key 'delta_on': only of deltas and velocities");
+}
+
 TEST(Contract, OfAllPresetsOneCanReadAndTellThemApart) {
   const std::vector<Contract> all = AllContracts();
   std::vector<std::string> names, jsons;

@@ -70,10 +70,12 @@ ReportRun SomeRun() {
   run.intervals = {{"Wilson", 0.2, 0.9}};
   run.stages = {{"1", "left_gripper_holds_pot", 1, 3.5}};
   run.failure_reasons = {{"timeout", 1}};
-  run.metrics = {{"completion_time",
-                  {{"mean", {9.25}}, {"median", {5.5}}, {"p5", {4.5}}, {"p95", {17.5}}, {"max", {20}}}},
-                 {"extended.min_clearance_m", {{"mean", {0.125}}, {"mean_bca_95", {0.11, 0.14}}}},
-                 {"slip_count", {{"mean", {0.0}}}}};
+  run.metrics = {
+      {"completion_time",
+       {{"mean", {9.25}}, {"median", {5.5}}, {"p5", {4.5}}, {"p95", {17.5}}, {"max", {20}}}},
+      {"extended.min_clearance_m", {{"mean", {0.125}}, {"mean_bca_95", {0.11, 0.14}}}},
+      {"extended.contact_time_s", {{"mean", {5.25}}, {"median", {5.25}}, {"p5", {4.3}}, {"p95", {6.2}}}},
+      {"slip_count", {{"mean", {0.0}}}}};
   for (int i = 0; i < 4; ++i) {
     ReportEpisode episode;
     episode.episode = i;
@@ -83,7 +85,10 @@ ReportRun SomeRun() {
     episode.complete = i < 3;
     episode.failure_reason = i < 2 ? "" : "timeout";
     episode.explanation = i == 2 ? "tilt of pot 27.4 deg > 20 deg" : "";
-    episode.values = {{"completion_time", 4.25 + i}, {"slip_count", 0}, {"task_stage_reached.1", i == 0}};
+    episode.values = {{"completion_time", 4.25 + i},
+                      {"extended.contact_time_s", 4.25 + i},
+                      {"slip_count", 0},
+                      {"task_stage_reached.1", i == 0}};
     episode.logs = {{"log", "episodes/000" + std::to_string(i) + "/events.lcmlog"}};
     run.episode.push_back(episode);
   }
@@ -178,13 +183,17 @@ TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
 // Bars of the histogram: 4.25, 5.25 and 6.25 in bins of 0.2 from 4.2 on, the last one not a success.
 TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
   const Page page(PageOf({SomeRun()}));
-  const auto figures = page.All("svg", [](const XMLElement& svg) {
-    const char* label = svg.Attribute("aria-label");
-    return label && std::string(label).starts_with("histogram of completion time");
-  });
-  ASSERT_EQ(figures.size(), 1u);
+  const auto bars_of = [&](const std::string& metric) {
+    const auto figures = page.All("svg", [&](const XMLElement& svg) {
+      const char* label = svg.Attribute("aria-label");
+      return label && std::string(label).starts_with("histogram of " + metric);
+    });
+    EXPECT_EQ(figures.size(), 1u) << metric;
+    return figures.at(0);
+  };
   std::vector<std::string> titles, classes;
-  for (auto* g = figures[0]->FirstChildElement("g"); g; g = g->NextSiblingElement("g")) {
+  const auto* figure = bars_of("time touching the scene");
+  for (auto* g = figure->FirstChildElement("g"); g; g = g->NextSiblingElement("g")) {
     if (g->Attribute("class")) continue;
     titles.push_back(TextOf(g->FirstChildElement("title")));
     classes.push_back(g->FirstChildElement("rect")->Attribute("class"));
@@ -194,6 +203,11 @@ TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
             (std::vector<std::string>{"4.2 to 4.4 s: 1 of 3 episodes", "5.2 to 5.4 s: 1 of 3 episodes",
                                       "6.2 to 6.4 s: 1 of 3 episodes, 1 without success"}));
   EXPECT_EQ(classes, (std::vector<std::string>{"good", "good", "bad"}));
+  // When a failure was given up is no completion time.
+  int bars = 0;
+  for (auto* g = bars_of("completion time")->FirstChildElement("g"); g; g = g->NextSiblingElement("g"))
+    bars += !g->Attribute("class");
+  EXPECT_EQ(bars, 2);
 }
 
 // The figure's frame is 260 pixels wide; a character takes about 6.4.

@@ -43,7 +43,7 @@ joint path       10.50 4.000 14.50 rad     pose error                0.031 rad
 wrist rotation   2.000 1.000 3.000 rad     slips                         3
 wrist jerk, rms  150.0 90.00 125.0 m/s³    collisions with the scene     2
 joint jerk, rms   2000  123k 70000 rad/s³  self collisions               0
-mechanical work  5.000 2.500 7.500 J       time touching the scene   0.060 s
+servo work       5.000 2.500 7.500 J       time touching the scene   0.060 s
 wrist jerk, mean 100.5 80.00 90.25 m/s³    deepest penetration       0.400 mm
 joint jerk, mean  1000 12345  6000 rad/s³  arm speed difference      0.500 rad/s
 peak wrist speed 0.310 0.300       m/s     gripper height difference 12.10 mm
@@ -133,7 +133,7 @@ TEST_F(MonitorScreenTest, EveryValueHasItsUnit) {
         "wrist jerk, mean          100.5  80.00  90.25 m/s³ ",
         "joint jerk, rms            2000   123k  70000 rad/s³ ",
         "joint jerk, mean           1000  12345   6000 rad/s³ ",
-        "mechanical work           5.000  2.500  7.500 J ",
+        "servo work                5.000  2.500  7.500 J ",
         "peak wrist speed          0.310  0.300        m/s ", "2.52 s of 5 s", "progress 50 %"}) {
     EXPECT_NE(screen.find(text), std::string::npos) << text << "\n" << screen;
   }

@@ -184,8 +184,8 @@ TEST(ScoreRows, HaveTheCataloguesWordsAndNumbers) {
   EXPECT_EQ(find("wrist path").whole, 2);
   EXPECT_EQ(find("wrist jerk, rms").whole, 125);
   EXPECT_EQ(find("wrist jerk, mean").each, (std::vector<double>{100.5, 80}));
-  EXPECT_EQ(find("mechanical work").whole, 7.5);
-  EXPECT_EQ(find("mechanical work").of, (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(find("servo work").whole, 7.5);
+  EXPECT_EQ(find("servo work").of, (std::vector<std::string>{"left", "right"}));
   EXPECT_TRUE(std::isnan(find("peak wrist speed").whole)) << "speeds do not add up";
   EXPECT_EQ(find("left_gripper_to_pot").whole, 0.25);
   EXPECT_EQ(find("pose error").whole, 0.031);

@@ -1,0 +1,40 @@
+// What a policy's thinking costs in simulated time.
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "base/errors.h"
+
+namespace evalbus::policy {
+
+// In lockstep: nothing (time stands still), what it took on the wall clock, or always the same. The robot
+// holds its last command meanwhile, as it does on a realtime clock.
+struct Latency {
+  enum class Kind { kNone, kMeasured, kFixed };
+  Kind kind = Kind::kNone;
+  double fixed_s = 0;
+};
+
+// "none", "measured" or milliseconds, as --latency takes it. Throws InputError.
+inline Latency ParseLatency(const std::string& text) {
+  constexpr double kLongest = 60e3;  // ms
+  if (text == "none") return {};
+  if (text == "measured") return {Latency::Kind::kMeasured, 0};
+  double ms = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), ms);
+  if (error != std::errc() || end != text.data() + text.size() || !(ms >= 0 && ms <= kLongest)) {
+    throw InputError("--latency: expected none, measured or milliseconds, not '" + text + "'");
+  }
+  return {Latency::Kind::kFixed, ms / 1e3};
+}
+
+// Ticks for which the robot holds its last command when a call costs so much simulated time: whole ones,
+// rounded up.
+inline int64_t HeldTicks(double charged_s, double tick_s) {
+  return static_cast<int64_t>(std::ceil(charged_s / tick_s - 1e-9));
+}
+
+}  // namespace evalbus::policy

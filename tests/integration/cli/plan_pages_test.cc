@@ -1,0 +1,88 @@
+// The console, the report and the comparison pages of a plan have one p for one comparison.
+#include <gmock/gmock.h>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus::plan_pages_test {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+class PlanPages : public testing::Test {
+ protected:
+  Result Run(const std::string& yaml) {
+    WriteText(folder_.path() / "plan.yaml", yaml);
+    return RunProgram({"evalbus", "run", folder_.path() / "plan.yaml", "--out", results_, "--workers", "2"});
+  }
+  std::string Page(const std::string& name) { return ReadText(results_ / name); }
+
+  TemporaryFolder folder_;
+  const fs::path results_ = folder_.path() / "results";
+};
+
+TEST_F(PlanPages, OfOneThatStopsHaveThePOfAnyLook) {
+  const Result run = Run(R"(policies: [expert, "flawed_expert:miss", noisy_expert]
+tasks: [lift_pot/position]
+episodes: 10
+until: decided(alpha 0.05, max 20)
+)");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto stops = nlohmann::json::parse(ReadText(results_ / "stops.json"));
+  ASSERT_EQ(stops.size(), 2u);
+  for (const auto& stop : stops) {
+    const std::string policy = stop["policy"];
+    SCOPED_TRACE(policy);
+    // Of the pairs that only one won, by hand: (n + 1) C(n, a) / 2^n, the smallest of all looks, times two
+    // policies.
+    if (policy == "flawed_expert-miss") {
+      EXPECT_EQ(stop["only_baseline"], 10);
+      EXPECT_EQ(stop["episodes"], 10);
+      EXPECT_DOUBLE_EQ(stop["p"], 2 * 11.0 / 1024);
+    }
+    const double adjusted = stop["p"];
+    char p[32];
+    std::snprintf(p, sizeof p, "p = %.2g", adjusted);
+    const std::string page = Page(policy + "/against_expert.html");
+    EXPECT_THAT(page, HasSubstr("McNemar valid at any look"));
+    EXPECT_THAT(page, HasSubstr(p));
+    EXPECT_THAT(page, Not(HasSubstr("exact McNemar")));
+    EXPECT_THAT(page, HasSubstr("on average larger than the true one"));
+    EXPECT_THAT(Page("report.html"), HasSubstr(p));
+    EXPECT_THAT(run.out, HasSubstr(p));
+    EXPECT_THAT(stop["text"].get<std::string>(), HasSubstr(p));
+    const bool is_decided = stop["is_decided"];
+    EXPECT_EQ(page.find("succeeds less often than") != std::string::npos, is_decided);
+  }
+  EXPECT_THAT(Page("report.html"), Not(HasSubstr("exact McNemar")));
+  // What was run in numbers that depend on results is not ranked.
+  EXPECT_THAT(Page("report.html"), Not(HasSubstr("Ranking by success")));
+
+  // A comparison by hand notes that its p values are for another kind of plan.
+  const fs::path run_folder = results_ / "expert/lift_pot-position";
+  const Result compared =
+      RunProgram({"evalbus", "compare", run_folder, results_ / "flawed_expert-miss/lift_pot-position"});
+  EXPECT_THAT(compared.out,
+              HasSubstr("its plan stopped by its results (until: decided(alpha 0.05, max 20))"));
+  Evaluate({"--like", run_folder, "--episodes", "1"}, folder_.path() / "again");
+  EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "again/run.json"))["until"], "");
+}
+
+TEST_F(PlanPages, OfSeveralPoliciesHaveThePOfAllAndARanking) {
+  const Result run = Run(R"(policies: [expert, "flawed_expert:miss", noisy_expert]
+tasks: [lift_pot/position]
+episodes: 8
+)");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::string verdict =
+      "flawed_expert-miss succeeds less often than expert: 0 of 8 against 8 of 8 on the same seeds, "
+      "difference -100 "
+      "points (95 % interval -100 to -54), exact McNemar, adjusted by Holm, p = 0.016.";
+  EXPECT_THAT(run.out, HasSubstr(verdict));
+  EXPECT_THAT(Page("report.html"), HasSubstr(verdict));
+  EXPECT_THAT(Page("flawed_expert-miss/against_expert.html"), HasSubstr(verdict));
+  EXPECT_THAT(run.out, HasSubstr("Ranking by success\nexpert"));
+  EXPECT_THAT(Page("report.html"), HasSubstr("Ranking by success"));
+}
+
+}  // namespace evalbus::plan_pages_test

@@ -1,0 +1,241 @@
+// How often the intervals hold the truth and the tests err: by simulation, with fixed random numbers. A few
+// hundred samples each, so that it takes seconds; EVALBUS_SIMULATIONS=4000 gives the figures of
+// docs/metrics.md. Prints them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <random>
+
+#include "metrics/statistics/interval_of_mean.h"
+#include "metrics/statistics/mcnemar.h"
+#include "metrics/statistics/run_statistics.h"
+#include "metrics/statistics/sequential_mcnemar.h"
+#include "metrics/statistics/wilcoxon.h"
+
+namespace evalbus::metrics::coverage_test {
+
+using Values = std::vector<double>;
+using Engine = std::mt19937_64;
+
+// Fewer where each sample is resampled.
+int Simulations(int n = 0) {
+  const char* const asked = std::getenv("EVALBUS_SIMULATIONS");
+  if (asked) return std::max(1, std::atoi(asked));
+  return n < static_cast<int>(kFewestToResample) ? 400 : 50;
+}
+// Four standard errors of a share of so many.
+double Slack(double share, int samples) { return 4 * std::sqrt(share * (1 - share) / std::max(1, samples)); }
+
+double Uniform(Engine& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+double Normal(Engine& random) { return std::normal_distribution<>()(random); }
+double Poisson(Engine& random, double mean) { return std::poisson_distribution<>(mean)(random); }
+
+struct Kind {
+  const char* name;
+  double mean;
+  std::function<double(Engine&)> draw;
+};
+const Kind kKinds[] = {
+    {"normal", 0, Normal},
+    {"lognormal, sigma 0.7", std::exp(0.245), [](Engine& r) { return std::exp(0.7 * Normal(r)); }},
+    {"counts of mean 0.3", 0.3, [](Engine& r) { return Poisson(r, 0.3); }},
+    {"80 % zeros", 0.4, [](Engine& r) { return Uniform(r) < 0.8 ? 0.0 : 1 + Poisson(r, 1); }},
+};
+
+// Share of the samples with an interval whose interval holds the truth, and share of samples without one.
+struct Covered {
+  int held = 0, stated = 0, all = 0;
+  void Add(const Interval& interval, double truth) {
+    ++all;
+    if (std::isnan(interval.lower)) return;
+    ++stated;
+    held += interval.lower <= truth && truth <= interval.upper;
+  }
+  double share() const { return stated > 0 ? held / static_cast<double>(stated) : 1; }
+  void Print(const char* what, int n, const char* kind) const {
+    std::printf("%-22s n %3d  %-22s holds the truth in %5.1f %%, none in %5.1f %%\n", what, n, kind,
+                100 * share(), 100.0 * (all - stated) / all);
+  }
+  // Is at least this share, and no more than chance below it.
+  void ExpectAtLeast(double least, const char* kind, int n) const {
+    EXPECT_GE(share(), least - Slack(least, stated)) << kind << ", n " << n;
+  }
+};
+
+TEST(Coverage, MeansOfFewAndMany) {
+  for (const Kind& kind : kKinds) {
+    for (const int n : {2, 3, 5, 10, 19, 20, 50}) {
+      Engine random(5);
+      Covered covered;
+      for (int i = 0; i < Simulations(n); ++i) {
+        Values x(static_cast<size_t>(n));
+        for (double& value : x) value = kind.draw(random);
+        covered.Add(IntervalOfMean(x), kind.mean);
+      }
+      covered.Print("mean", n, kind.name);
+      covered.ExpectAtLeast(n < 20 && kind.mean == 0 ? 0.95 : 0.86, kind.name, n);
+    }
+  }
+}
+
+TEST(Coverage, DifferencesOfIndependentMeans) {
+  for (const Kind& kind : kKinds) {
+    for (const int n : {3, 5, 10, 19, 20}) {
+      Engine random(6);
+      Covered covered;
+      for (int i = 0; i < Simulations(n); ++i) {
+        // The second twice as wide, and half as many again.
+        Values a(static_cast<size_t>(n)), b(static_cast<size_t>(n + n / 2));
+        for (double& value : a) value = kind.draw(random);
+        for (double& value : b) value = 2 * kind.draw(random);
+        covered.Add(IntervalOfDifference(a, b), -kind.mean);
+      }
+      covered.Print("difference of means", n, kind.name);
+      covered.ExpectAtLeast(0.86, kind.name, n);
+    }
+  }
+}
+
+TEST(Coverage, RatiosOfPairs) {
+  for (const int n : {3, 5, 10, 19, 20}) {
+    Engine random(7);
+    Covered covered;
+    for (int i = 0; i < Simulations(n); ++i) {
+      Values a(static_cast<size_t>(n)), b(a);
+      for (size_t k = 0; k < a.size(); ++k) {
+        const double start = std::exp(0.3 * Normal(random));
+        a[k] = 1.2 * start * std::exp(0.2 * Normal(random));
+        b[k] = start * std::exp(0.2 * Normal(random));
+      }
+      covered.Add(IntervalOfRatio(a, b), 1.2);
+    }
+    covered.Print("ratio of pairs", n, "lognormal");
+    covered.ExpectAtLeast(0.87, "ratio", n);
+  }
+}
+
+EpisodeResult Episode(int start, int starts, bool success) {
+  EpisodeResult result;
+  result.complete = true;
+  result.success = success;
+  result.failure_reason = success ? "" : "timeout";
+  if (starts > 1) result.parameters = {{"pot_x_m", start}};
+  return result;
+}
+
+// A variation with few starts, and a policy that does the same on each: starts that come again are drawn
+// anew, so they count; but nothing is learned of one start that is all there is.
+TEST(Coverage, RatesWhereStartsComeAgain) {
+  for (const int starts : {1, 2, 4, 20, 1000}) {
+    Engine random(8);
+    Covered wilson;
+    double samples = 0;
+    for (int i = 0; i < Simulations(); ++i) {
+      std::vector<bool> outcome;
+      double rate = 0;
+      for (int start = 0; start < starts; ++start) {
+        outcome.push_back(Uniform(random) < 0.7);
+        rate += outcome.back() / static_cast<double>(starts);
+      }
+      RunStatistics statistics;
+      for (int episode = 0; episode < 30; ++episode) {
+        const int start = static_cast<int>(Uniform(random) * starts);
+        statistics.Add(episode, Episode(start, starts, outcome[static_cast<size_t>(start)]));
+      }
+      const RunSummary summary = statistics.Summary(false);
+      wilson.Add(summary.wilson, rate);
+      samples += summary.samples;
+    }
+    wilson.Print("rate, starts that recur", starts, "30 episodes");
+    if (starts == 1) {
+      EXPECT_EQ(samples, Simulations());
+    }
+    wilson.ExpectAtLeast(0.94, "starts", starts);
+  }
+}
+
+// The same for the test of two such policies that succeed equally often.
+TEST(ErrorRate, OfPairsWhereStartsComeAgain) {
+  for (const int starts : {2, 4, 20}) {
+    Engine random(9);
+    int errors = 0;
+    for (int i = 0; i < Simulations(); ++i) {
+      // b succeeds where a does, moved by one start.
+      std::vector<bool> a, b;
+      for (int start = 0; start < starts; ++start) a.push_back(start < starts / 2);
+      for (int start = 0; start < starts; ++start) b.push_back(a[static_cast<size_t>((start + 1) % starts)]);
+      int only_a = 0, only_b = 0;
+      for (int pair = 0; pair < 30; ++pair) {
+        const auto start = static_cast<size_t>(Uniform(random) * starts);
+        only_a += a[start] && !b[start];
+        only_b += b[start] && !a[start];
+      }
+      errors += McNemarTest(only_a, only_b) < kAlpha;
+    }
+    const double share = errors / static_cast<double>(Simulations());
+    std::printf("McNemar, %2d starts that recur: %.1f %% wrong\n", starts, 100 * share);
+    EXPECT_LE(share, 0.05 + Slack(0.05, Simulations()));
+  }
+}
+
+// The difference of rates that a plan shows when it stops early is too large on average; an interval of its
+// rates still holds the truth.
+TEST(Coverage, DifferencesShownByAPlanThatStopsWhenDecided) {
+  for (const double difference : {0.1, 0.2, 0.4}) {
+    Engine random(11);
+    double shown = 0;
+    int decided = 0;
+    Covered wilson;
+    for (int i = 0; i < Simulations(); ++i) {
+      int only_a = 0, only_b = 0, successes = 0, pairs = 0;
+      do {
+        for (int k = 0; k < 10; ++k, ++pairs) {
+          const bool a = Uniform(random) < 0.5 + difference / 2, b = Uniform(random) < 0.5 - difference / 2;
+          only_a += a && !b;
+          only_b += b && !a;
+          successes += a;
+        }
+      } while (pairs < 200 && SequentialMcNemar(only_a, only_b) > kAlpha);
+      wilson.Add(WilsonInterval(successes, pairs), 0.5 + difference / 2);
+      if (SequentialMcNemar(only_a, only_b) > kAlpha) continue;
+      ++decided;
+      shown += (only_a - only_b) / static_cast<double>(pairs);
+    }
+    const double mean = shown / std::max(1, decided);
+    std::printf("true difference %.0f points: decided in %.0f %%, which show %.0f points on average\n",
+                100 * difference, 100.0 * decided / Simulations(), 100 * mean);
+    wilson.Print("rate of a plan that stops", 200, "pairs at most");
+    EXPECT_GT(mean, difference);
+    wilson.ExpectAtLeast(0.92, "stopped", 200);
+  }
+}
+
+// What a plan that stops by success does to the test of a metric that is the same in both policies and goes
+// with success: it errs in little more than 5 %.
+TEST(ErrorRate, OfMetricsOfAPlanThatStopsWhenDecided) {
+  for (const double better : {0.5, 0.7}) {
+    Engine random(10);
+    int errors = 0;
+    for (int i = 0; i < Simulations(); ++i) {
+      Values differences;
+      int only_a = 0, only_b = 0;
+      while (differences.size() < 200 &&
+             (differences.size() % 20 != 0 || SequentialMcNemar(only_a, only_b) > kAlpha)) {
+        const double luck_a = Uniform(random), luck_b = Uniform(random);
+        const bool a = luck_a < better, b = luck_b < 0.5;
+        only_a += a && !b;
+        only_b += b && !a;
+        differences.push_back(luck_a - luck_b + 0.3 * Normal(random));
+      }
+      errors += WilcoxonSignedRankTest(differences).p < kAlpha;
+    }
+    const double share = errors / static_cast<double>(Simulations());
+    std::printf("metric of a plan that stops, rates 0.5 and %.1f: %.1f %% wrong\n", better, 100 * share);
+    EXPECT_LE(share, 0.06 + Slack(0.06, Simulations()));
+  }
+}
+
+}  // namespace evalbus::metrics::coverage_test
