@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
@@ -13,7 +14,6 @@
 namespace evalbus::sim {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 // A joint may be measured this far beyond its range, rad or m.
 constexpr double kBeyondRange = 0.05;
 

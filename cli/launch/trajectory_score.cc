@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "base/plural.h"
 #include "base/random.h"
@@ -37,7 +38,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 double OneOf(const YamlValue& value, const std::map<std::string, double>& units) {
   const auto found = units.find(value.Text());
   if (found != units.end()) return found->second;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "lcmtypes/clock.h"
 #include "metrics/task/expressions.h"
@@ -223,7 +224,7 @@ class TiltBelow : public Within {
                        ": 'tilt_below' needs either 'max_deg' or 'max_rad'");
     }
     const YamlValue* degrees = arguments.Find("max_deg");
-    upper_ = degrees ? degrees->Number() : *max * 180 / std::numbers::pi;
+    upper_ = degrees ? degrees->Number() : ToDegrees(*max);
     condition_.predicate = "tilt_below";
     condition_.kind = condition_t::POSE;
     condition_.subject = arguments["object"].Text();
@@ -236,7 +237,7 @@ class TiltBelow : public Within {
     const double* quat = world.state.body[body_].quat_wxyz;
     const double up_z = quat[0] * quat[0] - quat[1] * quat[1] - quat[2] * quat[2] + quat[3] * quat[3];
     const double tilt = Tilt(quat, axis_);
-    return (up_z >= 0 || axis_ == kNoAxis ? tilt : std::numbers::pi - tilt) * 180 / std::numbers::pi;
+    return ToDegrees(up_z >= 0 || axis_ == kNoAxis ? tilt : std::numbers::pi - tilt);
   }
 
  private:
