@@ -44,7 +44,7 @@ class RemoteRun : public testing::Test {
   std::string Contract(const std::string& kind = "joint_position", const std::string& rate_hz = "20") {
     const std::string file = folder_.path() / "mine.yaml";
     WriteText(file, "wire: openpi\nurl: " + server_->url() + "\nrate_hz: " + rate_hz +
-                        "\ndeadlines: {connect_s: 20, first_reply_s: 60, reply_s: 60, return_s: 60}\n"
+                        "\ndeadlines: {connect_s: 900, first_reply_s: 900, reply_s: 900, return_s: 900}\n"
                         "observation:\n"
                         "  - {key: image, camera: roboeval/head, size_px: [48, 32]}\n"
                         "  - {key: state, state: left.joint_position_rad}\n"

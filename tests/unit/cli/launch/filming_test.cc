@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
+#include "tests/deadline.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::launch::filming_test {
@@ -114,7 +115,7 @@ TEST_F(FilmingTest, AnUnfinishedFilmLeavesNoFile) {
     const auto filming = Make(write + "sleep 1000");
     filming->OnEpisodeDone(Episode(0));
     filming->Poll(SteadyTime{});
-    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    const auto give_up = std::chrono::steady_clock::now() + kDeadline;
     while (!std::filesystem::exists(folder_.path() / "begun") && std::chrono::steady_clock::now() < give_up)
       std::this_thread::yield();
     EXPECT_TRUE(std::filesystem::exists(folder_.path() / "begun"));

@@ -12,8 +12,9 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket.hpp>
-#include <chrono>
 #include <string>
+
+#include "tests/deadline.h"
 
 namespace evalbus::viz {
 
@@ -24,7 +25,7 @@ inline std::string AnswerTo(uint16_t port, const std::string& bytes, size_t most
   boost::beast::tcp_stream stream(context);
   std::string answer(most, '\0');
   size_t count = 0;
-  stream.expires_after(std::chrono::seconds(30));
+  stream.expires_after(kDeadline);
   stream.async_connect({asio::ip::address_v4::loopback(), port}, [&](boost::system::error_code error) {
     if (error) return;
     asio::async_write(stream, asio::buffer(bytes), [&](boost::system::error_code, size_t) {
@@ -45,7 +46,7 @@ inline int StatusOf(const std::string& answer) {
 }
 inline std::string BodyOf(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
 
-// A page's WebSocket. Each call ends after 30 s at the latest.
+// A page's WebSocket. Each call ends after kDeadline at the latest.
 class WebClient {
  public:
   // small_window: the kernel keeps little for it, as for one who does not read.
@@ -91,7 +92,7 @@ class WebClient {
   template <class Start>
   void Do(const Start& start) {
     if (error_) return;
-    stream_.next_layer().expires_after(std::chrono::seconds(30));
+    stream_.next_layer().expires_after(kDeadline);
     start([this](boost::system::error_code error) { error_ = error; });
     context_.restart();
     context_.run();
