@@ -48,6 +48,11 @@ std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>&
   return openings;
 }
 
+SimOptions WithoutPhysics(SimOptions options) {
+  options.is_source = true;
+  return options;
+}
+
 }  // namespace
 
 std::string SourceComponent::Running::Faults() const {
@@ -58,11 +63,12 @@ std::string SourceComponent::Running::Faults() const {
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-SourceComponent::SourceComponent(Bus* bus, const SimOptions& options)
+SourceComponent::SourceComponent(Bus* bus, SimOptions options)
     : Component(bus, "sim"),
-      options_(options),
-      prepared_(PrepareScene(options)),
-      opening_(FixedOpenings(options.gripper, prepared_.info)),
+      options_(WithoutPhysics(std::move(options))),
+      prepared_(PrepareScene(options_)),
+      tick_s_(ControlPeriod(prepared_.info)),
+      opening_(FixedOpenings(options_.gripper, prepared_.info)),
       announcement_(kAnnouncePeriod),
       model_(kRepeatModel),
       unheard_state_(kRepeatUnheard),
@@ -260,8 +266,8 @@ void SourceComponent::OnSample(const source_state_t& message) {
   if (arrived.fault.empty()) {
     if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
     const int64_t leap_us = message.stamp_us - newest_->stamp_us;
-    const double longest_us = std::min(options_.source_timeout_s * 1e6,
-                                       static_cast<double>(kMostLeapTicks * ControlPeriodUs(prepared_.info)));
+    const double longest_us =
+        std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMostLeapTicks)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
       arrived.fault = fmt::format("its clock leaps by {:.3g} s", Seconds(leap_us));
       arrived.is_last = true;
@@ -297,7 +303,7 @@ void SourceComponent::TakeArrived() {
     Arrived& arrived = arrived_.front();
     if (arrived.episode <= finished_) continue;
     if (!running_) {
-      running_.emplace(arrived.episode, ControlPeriod(prepared_.info), Seconds(hello_->period_us));
+      running_.emplace(arrived.episode, tick_s_, Seconds(hello_->period_us));
     }
     if (arrived.episode != running_->episode) {
       running_->is_over = true;
@@ -319,9 +325,9 @@ void SourceComponent::TakeArrived() {
 }
 
 bool SourceComponent::TimeIsUp() const {
-  return running_->state->header.sim_time_us >= (running_->success_us
-                                                     ? *running_->success_us + prepared_.info.after_success_us
-                                                     : prepared_.info.time_limit_us);
+  const int64_t now_us = running_->state->header.sim_time_us;
+  return running_->success_us ? HasHeld(prepared_.info, *running_->success_us, now_us)
+                              : now_us >= prepared_.info.time_limit_us;
 }
 
 void SourceComponent::EndInTime() {
@@ -361,7 +367,7 @@ void SourceComponent::PublishState(const SampleTicks::Tick& tick) {
   Running& r = *running_;
   header_t header = begin_.header;
   header.tick = tick.number;
-  header.sim_time_us = tick.number * ControlPeriodUs(prepared_.info);
+  header.sim_time_us = TimeOf(tick.number);
   if (tick.number > (r.state ? r.state->header.tick : -1) + 1) r.behind_gap = tick.number;
   r.state = scene_->At(*tick.before, *tick.behind, tick.share, r.state ? &*r.state : nullptr, header);
   const auto now = steady_clock::now();
@@ -401,7 +407,7 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
     const bool is_broken = running_->after_refused || running_->ticks.is_broken();
     if (lacks_tick || (reason == end_reason::kEndOfData && is_broken)) {
       ++end_.header.tick;
-      end_.header.sim_time_us += ControlPeriodUs(prepared_.info);
+      end_.header.sim_time_us = TimeOf(end_.header.tick);
     }
     finished_ = running_->episode;
     running_.reset();

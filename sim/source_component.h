@@ -22,7 +22,7 @@ namespace evalbus::sim {
 class SourceComponent : public Component {
  public:
   // Composes and compiles the scene, writes the models. Throws InputError.
-  SourceComponent(Bus* bus, const SimOptions& options);
+  SourceComponent(Bus* bus, SimOptions options);
 
   void Poll(SteadyTime now) override;
   bool done() const override { return done_; }
@@ -106,9 +106,11 @@ class SourceComponent : public Component {
   // lacks_tick: one that should have come did not, which makes the episode incomplete.
   void End(std::string reason, std::string detail = "", bool lacks_tick = false);
   std::string source() const { return prepared_.info.source; }
+  int64_t TimeOf(int64_t tick) const { return TickUs(tick, tick_s_); }
 
   SimOptions options_;
   PreparedScene prepared_;
+  const double tick_s_;
   // By gripper: how far it is open all the time, where nobody measures it.
   std::vector<std::optional<double>> opening_;
   // Of the source, once its HELLO was heard.

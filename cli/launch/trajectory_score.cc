@@ -56,6 +56,7 @@ class Kinematics {
     options.task = map_.task;
     if (!map_.robot.empty()) options.robot = map_.robot;
     options.control_hz = map_.control_hz;
+    options.is_source = true;
     options.out = out;
     options.run_id = NameOfRun(out);
     prepared_ = std::make_unique<sim::PreparedScene>(sim::PrepareScene(options));
@@ -194,8 +195,8 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   write(channels::kModel, info(), 0);
   write(channels::kEpisodeBegin, begin, 0);
   scorer_->Start();
-  const int64_t tick_us = ControlPeriodUs(info());
-  collision::ClearanceWatch clearance(checker_.get(), tick_us);
+  const double tick_s = ControlPeriod(info());
+  collision::ClearanceWatch clearance(checker_.get(), ControlPeriodUs(info()));
   clearance.Start();
 
   std::vector<double> steps;
@@ -205,7 +206,7 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
     std::ranges::nth_element(steps, steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2));
     usual = steps[steps.size() / 2];
   }
-  sim::SampleTicks ticks(Seconds(tick_us), usual);
+  sim::SampleTicks ticks(tick_s, usual);
   for (const sim::Sample& sample : samples) ticks.Add(sample);
 
   episode_end_t end{};
@@ -214,7 +215,7 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   header_t header = begin.header;
   while (const auto tick = ticks.Next()) {
     header.tick = tick->number;
-    header.sim_time_us = tick->number * tick_us;
+    header.sim_time_us = TickUs(tick->number, tick_s);
     state_t state =
         scene_->At(*tick->before, *tick->behind, tick->share, before ? &*before : nullptr, header);
     for (int body = 0; body < state.num_bodies; ++body) {
@@ -342,7 +343,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
                                 {"policy", data.filename().string()},
                                 {"seed", 0},
                                 {"episodes", files.size()},
-                                {"control_hz", map.control_hz},
+                                {"control_hz", 1 / ControlPeriod(prepared.info)},
                                 {"realtime", false},
                                 {"source", "file"},
                                 {"map", fs::absolute(map_file).lexically_normal().string()},

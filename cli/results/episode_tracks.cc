@@ -4,7 +4,6 @@
 #include "base/run_layout.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
-#include "lcmtypes/clock.h"
 #include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
@@ -64,9 +63,7 @@ std::string RunBlock(const RecordedRun& run, int number) {
   viz::RunNumbers numbers;
   numbers.task = run.task;
   numbers.variation = run.variation;
-  const auto realtime = run.info.find("realtime");
-  const bool is_realtime = realtime != run.info.end() && *realtime == true;
-  numbers.clock = is_realtime ? clock_name::kRealtime : clock_name::kLockstep;
+  numbers.clock = run.clock();
   numbers.planned = run.planned;
   numbers.done = summary.episodes;
   numbers.complete = summary.complete;

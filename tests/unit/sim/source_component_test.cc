@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "bus/channels.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "sim/world.h"
 #include "tests/unit/temporary_folder.h"
@@ -151,6 +152,39 @@ TEST_F(SourceComponentTest, AnswersHelloWithAModelThatSaysWhatIsKnown) {
   const int before = num_models_;
   Hello();  // it has not heard
   EXPECT_EQ(num_models_, before + 1);
+}
+
+// 30 Hz is 30 Hz, though no physics step of 2 ms goes into it.
+TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
+  options_.control_hz = 30;
+  options_.after_success_s = 0.1;
+  hello_.period_us = 33'333;
+  Start();
+  EXPECT_EQ(model_.clock, "source");
+  EXPECT_EQ(ControlPeriod(model_), 1.0 / 30);
+  EXPECT_EQ(model_.after_success_us, 100'000);
+  for (int64_t k = 0; k < 8; ++k) {
+    source_state_t sample = Sample(k);
+    sample.stamp_us = 1'000'000'000 + std::llround(static_cast<double>(k) * 1e6 / 30);
+    sample.joint_position_mixed[0] = 0.01 * static_cast<double>(k);
+    Send(sample);
+    ASSERT_EQ(states_.size(), static_cast<size_t>(k) + 1) << "the sample is the tick";
+    const state_t& state = states_.back();
+    EXPECT_EQ(state.header.sim_time_us, std::llround(static_cast<double>(k) * 1e6 / 30));
+    if (k > 0) {
+      EXPECT_NEAR(state.qvel_mixed[0], 0.3, 1e-12) << "0.01 rad in 1/30 s";
+    }
+    // The success of tick 2, at 66667 us, is held for three ticks.
+    partial_metrics_t partial{};
+    partial.header = state.header;
+    partial.verdict = k < 2 ? partial_metrics_t::UNDECIDED : partial_metrics_t::SUCCESS;
+    bus_->Publish(channels::kPartial, partial);
+    HandleAll();
+    if (!ends_.empty()) break;
+  }
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "success");
+  EXPECT_EQ(ends_[0].header.tick, 5);
 }
 
 TEST_F(SourceComponentTest, AnObjectThatNobodyTracksIsSaidNotToBe) {
