@@ -231,6 +231,10 @@ void RunController::FinishIfRecorded() {
     line["pacing"] = attempt_.end ? results::EpisodePacing(*attempt_.end, summary.extended.deadline_misses)
                                   : nlohmann::ordered_json();
   }
+  if (summary.end_reason == end_reason::kSuccess || summary.end_reason == end_reason::kFailure ||
+      summary.end_reason == end_reason::kTimeLimit) {
+    attempt_.calls.RemoveUndecided(summary.header.tick);
+  }
   if (!attempt_.calls.empty()) folder_.AddPolicyCalls(episode_index(), attempt_.calls.Json());
   folder_.AddEpisode(episode_index(), line);
   listener_->OnEpisodeDone(line);

@@ -61,15 +61,20 @@ std::string CallsInWords(const RecordedRun& run) {
 
 }  // namespace
 
-void PolicyCalls::Add(const policy_action_t& action) {
-  tick_.push_back(action.header.tick);
-  answered_s_.push_back(action.answered_s);
-  server_s_.push_back(action.server_s);
-  held_ticks_ += action.held_ticks;
+void PolicyCalls::RemoveUndecided(int64_t last_tick) {
+  std::erase_if(calls_, [&](const Call& call) { return call.tick >= last_tick; });
 }
 
 ordered_json PolicyCalls::Json() const {
-  return {{"tick", tick_}, {"answered_s", answered_s_}, {"server_s", server_s_}, {"held_ticks", held_ticks_}};
+  ordered_json tick = ordered_json::array(), answered_s = tick, server_s = tick;
+  int64_t held_ticks = 0;
+  for (const Call& call : calls_) {
+    tick.push_back(call.tick);
+    answered_s.push_back(call.answered_s);
+    server_s.push_back(call.server_s);
+    held_ticks += call.held_ticks;
+  }
+  return {{"tick", tick}, {"answered_s", answered_s}, {"server_s", server_s}, {"held_ticks", held_ticks}};
 }
 
 std::vector<std::string> PolicyNotes(const RecordedRun& run) {

@@ -14,14 +14,23 @@ namespace evalbus::results {
 // The calls of an episode, for episodes/0007/policy_calls.json (docs/run_folder.md).
 class PolicyCalls {
  public:
-  void Add(const policy_action_t& action);
-  bool empty() const { return answered_s_.empty(); }
+  void Add(const policy_action_t& action) {
+    calls_.push_back({action.header.tick, action.answered_s, action.server_s, action.held_ticks});
+  }
+  // Removes the call about the tick at which a verdict or the time limit ended the episode. The policy is
+  // asked while that tick is scored, so whether the answer arrives before the end is chance, and it decides
+  // nothing.
+  void RemoveUndecided(int64_t last_tick);
+  bool empty() const { return calls_.empty(); }
   nlohmann::ordered_json Json() const;
 
  private:
-  std::vector<int64_t> tick_;
-  std::vector<double> answered_s_, server_s_;
-  int64_t held_ticks_ = 0;
+  struct Call {
+    int64_t tick;
+    double answered_s, server_s;
+    int64_t held_ticks;
+  };
+  std::vector<Call> calls_;
 };
 
 // What a reader of the scores of a policy behind a server has to know, a sentence each: what its contract
