@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -182,8 +183,19 @@ class Inside : public Within {
  public:
   Inside(const Expression& expression, const CompileContext& context)
       : Inside(ArgumentsOf(expression, {"object", "center_m", "half_extents_m"}, {"frame"}), context) {}
+  std::vector<std::string> Describe(bool value) const override {
+    const auto& [x, y, z] = center_;
+    const auto& [dx, dy, dz] = half_extents_;
+    return {fmt::format(
+        "{} {}inside the box of {:.6g} x {:.6g} x {:.6g} m around ({:.6g}, {:.6g}, {:.6g}) m{}",
+        condition_.subject, value ? "" : "not ", 2 * dx, 2 * dy, 2 * dz, x, y, z, frame_.words())};
+  }
 
  protected:
+  std::string Words(bool holds, double value) const override {
+    return fmt::format("{} {} its box{}, by {:.3g} m", condition_.subject, holds ? "inside" : "outside",
+                       frame_.words(), std::abs(value));
+  }
   double Value(const WorldView& world) override {
     const std::array<double, 3> position = frame_.Of(world.state.body[body_].position_m, world);
     double out = -std::numeric_limits<double>::infinity();
@@ -203,7 +215,6 @@ class Inside : public Within {
     condition_.kind = condition_t::POSE;
     condition_.subject = arguments["object"].Text();
     condition_.unit = "m";
-    quantity_ = "distance of " + condition_.subject + " out of its box" + frame_.words();
   }
   Frame frame_;
   int body_;
