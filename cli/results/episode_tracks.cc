@@ -2,8 +2,11 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
+#include "bus/channels.h"
+#include "bus/event_log.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
+#include "lcmtypes/source_name.h"
 #include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
@@ -21,6 +24,19 @@ const viz::SceneBlocks& Scenes::Of(model_info_t model, const std::filesystem::pa
   }
   return *scene;
 }
+
+namespace {
+
+// Images of a source's cameras.
+void HearImages(const std::filesystem::path& log, viz::EpisodeTrack* track) {
+  EventLogReader reader(log);
+  for (LogEvent event; reader.Next(&event);) {
+    if (!channels::Carries(channels::kCameraImage, event.channel)) continue;
+    if (image_t image{}; Decode(event.data, &image)) track->Hear(image);
+  }
+}
+
+}  // namespace
 
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
                                                 viz::EpisodeTrack::About about, Scenes* scenes) {
@@ -53,6 +69,7 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
       });
   const RescoredLog scores = rescorer.Rescore(log);
   if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
+  if (track->model().source != source_name::kSim) HearImages(log, track.get());
   track->Hear(criteria);
   track->Hear(scores.episodes.back().summary);
   return track;

@@ -8,19 +8,17 @@ They run in a network of their own. Runs are short: numbers of episodes, sizes o
 import os
 import pathlib
 import re
-import shlex
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 
 import support
+from page_commands import Shell, blocks, enter_network
 
 support.need("numpy", "msgpack", "websockets")
 
 BIN = pathlib.Path(sys.argv[1]).resolve()
-NETWORK = "EVALBUS_README_TEST"
 # They install and build, need Java (StockTools.SpyKnowsOurTypes) or a shell's jobs.
 LEFT_OUT = {"./run", "./test", "scripts/spy", "kill %1 %2"}
 REDUCED = [
@@ -39,90 +37,6 @@ UNTIL_CTRL_C = [
     (r"^evalbus-viz ", r"viz ready", True),
     (r"^lcm-logger ", r"", False),
 ]
-
-
-def enter_network():
-    """Begins this program again where its ports and multicast groups are its own; skips it where that is not allowed."""
-    if not os.environ.get(NETWORK):
-        inside = ["unshare", "--net", "--map-root-user", "--pid", "--fork", "--kill-child"]
-        if subprocess.run([*inside, "true"], capture_output=True).returncode != 0:
-            support.skip("no namespaces here")
-        os.environ[NETWORK] = "1"
-        os.execvp(inside[0], [*inside, sys.executable, "-B", *sys.argv])
-    subprocess.run("ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo", shell=True, check=True)
-
-
-def blocks():
-    """The code blocks of README.md that have commands: [["evalbus ...", ...], ...], and the text behind each."""
-    parts = re.split(r"^```.*\n", (support.SOURCE / "README.md").read_text(), flags=re.MULTILINE)
-    fences = re.findall(r"^```(.*)$", (support.SOURCE / "README.md").read_text(), flags=re.MULTILINE)[::2]
-    for language, text in zip(fences, parts[1::2]):
-        if not language:
-            yield [re.sub(r"\s+# .*", "", line) for line in text.splitlines() if line.strip()], text
-        elif language == "python":
-            yield [f"/usr/bin/python3 -c {shlex.quote(text)}"], text
-
-
-class Shell:
-    """Runs commands in one folder; a block's exports hold for its later commands."""
-
-    def __init__(self, folder):
-        self.folder = folder
-        self.background = []
-        self.exports = ""
-        self.count = 0
-
-    def start(self, command):
-        log = open(self.folder / f"command-{self.count}.txt", "w+")
-        self.count += 1
-        process = subprocess.Popen(["/bin/bash", "-c", f"{self.exports}exec {command}"], cwd=self.folder, stdout=log,
-                                   stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)  # fmt: skip
-        process.said = lambda: pathlib.Path(log.name).read_text()
-        return process
-
-    def wait_for(self, condition, what):
-        end = time.monotonic() + support.DEADLINE_S
-        while not condition():
-            assert time.monotonic() < end, what()
-            time.sleep(0.01)
-
-    def until_says(self, process, pattern):
-        self.wait_for(lambda: re.search(pattern, process.said()) or process.poll() is not None, process.said)
-
-    def stay(self, command, pattern=r"\n"):
-        """Starts what goes on in the background."""
-        process = self.start(command)
-        self.background.append(process)
-        self.until_says(process, pattern)
-        assert process.poll() is None, f"{command}: {process.said()}"
-        return process
-
-    def run(self, command):
-        shell = subprocess.run(["/bin/bash", "-c", self.exports + command], cwd=self.folder, capture_output=True,
-                               text=True, timeout=support.DEADLINE_S, stdin=subprocess.DEVNULL)  # fmt: skip
-        assert shell.returncode == 0, f"{command}: exit code {shell.returncode}\n{shell.stdout}{shell.stderr}"
-        return shell.stdout
-
-    def run_until_ctrl_c(self, command, pattern, needs_run):
-        long_run = f"evalbus run lift_pot --realtime --episodes 1000 --out runs/live-{self.count}"
-        live = self.stay(long_run, "udpm") if needs_run else None
-        process = self.stay(command, pattern)
-        if command.startswith("lcm-logger"):
-            self.wait_for(lambda: (self.folder / command.split()[1]).exists(), process.said)
-        process.send_signal(signal.SIGINT)
-        code = process.wait(support.DEADLINE_S)
-        assert code == 0, f"{command}: exit code {code}\n{process.said()}"
-        if live:
-            live.send_signal(signal.SIGINT)
-            live.wait(support.DEADLINE_S)
-
-    def end(self):
-        """Ends what a block has left in the background."""
-        for process in self.background:
-            if process.poll() is None:
-                process.terminate()
-            process.wait(support.DEADLINE_S)
-        self.background.clear()
 
 
 def reduced(command):
@@ -168,11 +82,9 @@ def run_block(shell, commands):
 def main():
     enter_network()
     os.environ["PATH"] = f"{BIN}:{os.environ['PATH']}"
-    all_blocks = list(blocks())
+    all_blocks = list(blocks("README.md"))
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        for part in ("python", "models", "lcmtypes", "tests", "scripts"):
-            (folder / part).symlink_to(support.SOURCE / part)
         shell = Shell(folder)
         try:
             # The table of ten episodes, to the last digit.

@@ -51,10 +51,18 @@ TEST(Channels, AreThoseOfTheDocumentation) {
 
 TEST(Channels, WhatIsForLookersOnIsNotRecorded) {
   EXPECT_EQ(channels::RecordedOf("EVALBUS_IMAGE_front"), Recorded::kNo);
+  EXPECT_EQ(channels::RecordedOf("EVALBUS_SOURCE_IMAGE_front"), Recorded::kNo);
+  EXPECT_EQ(channels::RecordedOf("EVALBUS_CAMERA_front"), Recorded::kYes);
   EXPECT_EQ(channels::RecordedOf("EVALBUS_LOG"), Recorded::kNo);
   EXPECT_EQ(channels::RecordedOf("EVALBUS_STATE"), Recorded::kOncePerTick);
   EXPECT_EQ(channels::RecordedOf("EVALBUS_MODEL"), Recorded::kYes);
   EXPECT_EQ(channels::RecordedOf("SOMEBODY_ELSES"), Recorded::kYes);
+}
+
+TEST(Channels, OfACameraCarryImagesAndNothingElse) {
+  channels::Messages messages;
+  EXPECT_TRUE(channels::IsWhatItCarries("EVALBUS_CAMERA_front", Encode(image_t{}), &messages));
+  EXPECT_FALSE(channels::IsWhatItCarries("EVALBUS_CAMERA_front", Encode(header_t{}), &messages));
 }
 
 }  // namespace evalbus::channels_test

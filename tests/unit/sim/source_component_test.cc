@@ -2,9 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <turbojpeg.h>
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "base/errors.h"
@@ -185,6 +187,136 @@ TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
   ASSERT_EQ(ends_.size(), 1u);
   EXPECT_EQ(ends_[0].end_reason, "success");
   EXPECT_EQ(ends_[0].header.tick, 5);
+}
+
+// A gray image, as libjpeg-turbo makes it.
+std::vector<uint8_t> Jpeg(int width, int height) {
+  const std::unique_ptr<void, int (*)(void*)> encoder(tjInitCompress(), tjDestroy);
+  const std::vector<uint8_t> gray(static_cast<size_t>(width * height), 128);
+  std::vector<uint8_t> jpeg(tjBufSize(width, height, TJSAMP_GRAY));
+  uint8_t* begin = jpeg.data();
+  unsigned long size = jpeg.size();
+  EXPECT_EQ(tjCompress2(encoder.get(), gray.data(), width, 0, height, TJPF_GRAY, &begin, &size, TJSAMP_GRAY,
+                        80, TJFLAG_NOREALLOC),
+            0);
+  jpeg.resize(size);
+  return jpeg;
+}
+
+class CameraImages : public SourceComponentTest {
+ protected:
+  void Begin() {
+    Start();
+    for (const char* camera : {"EVALBUS_CAMERA_front", "EVALBUS_CAMERA_left_wrist"})
+      bus_->Subscribe(Channel<image_t>{camera, "sim"}, [this](const image_t& m) { passed_on_.push_back(m); });
+    Send(Sample(0));
+    ScoreAll();
+  }
+  // Of the second episode of the source's clock, in ms after its first sample.
+  image_t Image(int64_t time_ms, const std::string& camera = "front") const {
+    image_t image{};
+    image.header.sim_time_us = 1'000'000'000 + time_ms * 1000;
+    image.view.camera = camera;
+    image.view.width_px = 64;
+    image.view.height_px = 48;
+    image.view.encoding = "jpeg";
+    image.data = jpeg_;
+    image.num_bytes = static_cast<int32_t>(jpeg_.size());
+    return image;
+  }
+  void Publish(image_t image) {
+    image.num_bytes = static_cast<int32_t>(image.data.size());
+    const std::string channel = channels::ImageChannel(image.view.camera, channels::kSourceImage);
+    bus_->PublishRaw(channel.c_str(), Encode(image));
+    HandleAll();
+  }
+  // What the episode's end says of the images.
+  std::string EndDetail() {
+    source_state_t last = Sample(100);
+    last.sample = 1;
+    last.is_last = true;
+    last.stamp_us = 1'000'000'000 + 20'000;
+    Send(last);
+    ScoreAll();
+    return ends_.empty() ? "no end" : ends_.back().detail;
+  }
+
+  const std::vector<uint8_t> jpeg_ = Jpeg(64, 48);
+  std::vector<image_t> passed_on_;
+};
+
+TEST_F(CameraImages, ArePassedOnWithTheEpisodesHeader) {
+  Begin();
+  Publish(Image(45));
+  Publish(Image(50, "left/wrist"));
+  ASSERT_EQ(passed_on_.size(), 2u);
+  EXPECT_EQ(passed_on_[0].header.episode, 0);
+  EXPECT_EQ(passed_on_[0].header.tick, 2) << "the last one by 45 ms, of 20 ms each";
+  EXPECT_EQ(passed_on_[0].header.sim_time_us, 45'000);
+  EXPECT_EQ(passed_on_[0].data, jpeg_);
+  EXPECT_EQ(passed_on_[1].view.camera, "left/wrist");
+  EXPECT_EQ(EndDetail(), "");
+}
+
+TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
+  Begin();
+  // Every third one: of 0, 99, ..., 990 ms.
+  for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
+  EXPECT_EQ(passed_on_.size(), 11u);
+  EXPECT_EQ(EndDetail(), "") << "the others are left out, which is no fault";
+}
+
+TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {
+  Begin();
+  image_t image = Image(0);
+  image.data.resize(image.data.size() / 2);
+  Publish(image);
+  image = Image(0);
+  image.data = {'n', 'o'};
+  Publish(image);
+  image = Image(0);
+  image.view.width_px = 65;
+  Publish(image);
+  image = Image(0);
+  image.view.encoding = "rgb8";
+  Publish(image);
+  image = Image(0);
+  image.data.resize((512 << 10) + 1);
+  Publish(image);
+  image = Image(0);
+  image.view.camera = "front.jpg";
+  Publish(image);
+  image = Image(0);
+  image.header.sim_time_us = std::numeric_limits<int64_t>::max();
+  Publish(image);
+  Publish(Image(0));
+  EXPECT_EQ(passed_on_.size(), 1u);
+  Publish(Image(0));  // its time does not go up
+  EXPECT_EQ(passed_on_.size(), 1u);
+  const std::string detail = EndDetail();
+  EXPECT_THAT(detail, testing::StartsWith("8 images refused, the first: no JPEG: "));
+  EXPECT_EQ(ends_.back().end_reason, "end_of_data");
+  EXPECT_EQ(ends_.back().header.tick, 1) << "no tick is missing";
+}
+
+TEST_F(CameraImages, OfAnotherEpisodeAndBytesOfNoImageAreCounted) {
+  Begin();
+  image_t image = Image(0);
+  image.header.episode = 7;
+  const int64_t before = component_->status().foreign_messages;
+  Publish(image);
+  EXPECT_EQ(component_->status().foreign_messages, before + 1);
+  bus_->PublishRaw("EVALBUS_SOURCE_IMAGE_front", Encode(header_t{}));
+  HandleAll();
+  EXPECT_EQ(bus_->decode_errors(), 1);
+  EXPECT_TRUE(passed_on_.empty());
+  EXPECT_EQ(EndDetail(), "");
+}
+
+TEST_F(CameraImages, OfMoreThanEightCamerasAreRefused) {
+  Begin();
+  for (int k = 0; k < 9; ++k) Publish(Image(0, "camera" + std::to_string(k)));
+  EXPECT_EQ(EndDetail(), "1 image refused, the first: camera 'camera8': there are 8 others already");
 }
 
 TEST_F(SourceComponentTest, AnObjectThatNobodyTracksIsSaidNotToBe) {
