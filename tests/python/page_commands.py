@@ -39,6 +39,14 @@ def blocks(page):
             yield [f"/usr/bin/python3 -c {shlex.quote(text)}"], text
 
 
+def catches(pid, number):
+    """Whether a program has a handler for a signal by now; the shell that starts it does not count."""
+    if os.path.basename(os.readlink(f"/proc/{pid}/exe")) == "bash":
+        return False
+    (caught,) = re.findall(r"^SigCgt:\s*(\w+)", pathlib.Path(f"/proc/{pid}/status").read_text(), re.MULTILINE)
+    return int(caught, 16) >> (number - 1) & 1 == 1
+
+
 class Shell:
     """Runs commands in one folder; a block's exports hold for its later commands."""
 
@@ -85,8 +93,7 @@ class Shell:
         long_run = f"evalbus run lift_pot --realtime --episodes 1000 --out runs/live-{self.count}"
         live = self.stay(long_run, "udpm") if needs_run else None
         process = self.stay(command, pattern)
-        if command.startswith("lcm-logger"):
-            self.wait_for(lambda: (self.folder / command.split()[1]).exists(), process.said)
+        self.wait_for(lambda: catches(process.pid, signal.SIGINT), process.said)
         process.send_signal(signal.SIGINT)
         code = process.wait(support.DEADLINE_S)
         assert code == 0, f"{command}: exit code {code}\n{process.said()}"
