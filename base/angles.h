@@ -8,4 +8,6 @@ namespace evalbus {
 // rad
 inline constexpr double kDegree = std::numbers::pi / 180;
 
+constexpr double ToDegrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
+
 }  // namespace evalbus

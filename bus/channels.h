@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "bus/message.h"
@@ -35,6 +36,8 @@
 namespace evalbus {
 
 inline constexpr std::string_view kEverybody = "every component";
+// Process of a user that `evalbus watch` evaluates; it does not know the run's session.
+inline constexpr std::string_view kSource = "source";
 
 enum class Recorded {
   kYes,
@@ -73,16 +76,20 @@ inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metr
 inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", kEverybody};
 inline constexpr Channel<command_t> kCommand{"EVALBUS_COMMAND", "run"};
 inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
-inline constexpr Channel<hello_t> kHello{"EVALBUS_HELLO", "source", Recorded::kNo};
-inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", "source"};
-// Of each camera; this is how their names begin.
+inline constexpr Channel<hello_t> kHello{"EVALBUS_HELLO", kSource, Recorded::kNo};
+inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", kSource};
+// One channel for each camera; this is how their names begin.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
+// Images of a source's own cameras: as the source publishes them, and as the sim passes them on, checked and
+// with the episode's header.
+inline constexpr Channel<image_t> kSourceImage{"EVALBUS_SOURCE_IMAGE_", kSource, Recorded::kNo};
+inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
 // In the order of an episode's tick, then the rest.
-inline constexpr std::tuple kAll{kState,          kContacts,     kAction, kPartial,      kObserve,
-                                 kObservation,    kPolicyAction, kModel,  kEpisodeBegin, kEpisodeEnd,
-                                 kEpisodeSummary, kRunSummary,   kStatus, kCommand,      kLog,
-                                 kImage,          kCriteria,     kHello,  kSourceState};
+inline constexpr std::tuple kAll{
+    kState, kContacts,     kAction,     kPartial,        kObserve,     kObservation, kPolicyAction,
+    kModel, kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,  kStatus,      kCommand,
+    kLog,   kImage,        kCriteria,   kHello,          kSourceState, kSourceImage, kCameraImage};
 
 // Calls function with each channel.
 template <class Function>
@@ -90,40 +97,57 @@ void ForEach(const Function& function) {
   std::apply([&](const auto&... channel) { (function(channel), ...); }, kAll);
 }
 
-// False for channels that are not ours, and for those of an external source, which does not know the session.
-inline bool CarriesSession(std::string_view name) {
-  bool carries = name.starts_with(kImage.name);
-  ForEach([&]<class Message>(const Channel<Message>& channel) {
-    if (HasSession<Message> && channel == name) carries = true;
-  });
-  return carries;
+// "EVALBUS_IMAGE_left_hand_wrist" for the camera "left/hand/wrist".
+inline std::string ImageChannel(std::string camera, const Channel<image_t>& channel = kImage) {
+  std::ranges::replace(camera, '/', '_');
+  return channel.name + std::move(camera);
 }
 
-// "EVALBUS_IMAGE_left_hand_wrist" for the camera "left/hand/wrist".
-inline std::string ImageChannel(std::string camera) {
-  std::ranges::replace(camera, '/', '_');
-  return kImage.name + std::move(camera);
+// True for the channel's name and, where that ends with "_", for a name that begins with it.
+template <class Message>
+bool Carries(const Channel<Message>& channel, std::string_view name) {
+  const std::string_view own = channel.name;
+  return name == own || (own.ends_with('_') && name.starts_with(own));
+}
+
+// False for channels that are not ours, and for those of a source.
+inline bool CarriesSession(std::string_view name) {
+  bool carries = false;
+  ForEach([&]<class Message>(const Channel<Message>& channel) {
+    if (HasSession<Message> && channel.from != kSource && Carries(channel, name)) carries = true;
+  });
+  return carries;
 }
 
 // What the recorder does with a channel of this name; one that is not ours is recorded as it is.
 inline Recorded RecordedOf(std::string_view name) {
   Recorded recorded = Recorded::kYes;
   ForEach([&](const auto& channel) {
-    if (channel == name) recorded = channel.recorded;
+    if (Carries(channel, name)) recorded = channel.recorded;
   });
-  return name.starts_with(kImage.name) ? kImage.recorded : recorded;
+  return recorded;
 }
+
+// The types of a list, each once.
+template <class Once, class... Rest>
+struct EachOnce {
+  using Tuple = Once;
+};
+template <class... Once, class Message, class... Rest>
+struct EachOnce<std::tuple<Once...>, Message, Rest...>
+    : std::conditional_t<(std::is_same_v<Once, Message> || ...), EachOnce<std::tuple<Once...>, Rest...>,
+                         EachOnce<std::tuple<Once..., Message>, Rest...>> {};
 
 // One message of each type: decoded into again and again, they keep their storage.
 template <class... Message>
-std::tuple<Message...> OneOfEach(const std::tuple<Channel<Message>...>&);
+typename EachOnce<std::tuple<>, Message...>::Tuple OneOfEach(const std::tuple<Channel<Message>...>&);
 using Messages = decltype(OneOfEach(kAll));
 
 // False for bytes on one of our channels that are not the message it carries. messages: room to decode in.
 inline bool IsWhatItCarries(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
   bool good = true;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
-    if (channel == name) good = Decode(data, &std::get<Message>(*messages));
+    if (Carries(channel, name)) good = Decode(data, &std::get<Message>(*messages));
   });
   return good;
 }

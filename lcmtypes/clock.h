@@ -12,20 +12,45 @@ namespace evalbus {
 namespace clock_name {
 inline constexpr char kLockstep[] = "lockstep";  // each tick waits for its answers
 inline constexpr char kRealtime[] = "realtime";  // the wall clock
+inline constexpr char kSource[] = "source";      // samples of a source or a file; nothing is simulated
 }  // namespace clock_name
 
-// Simulated time between two ticks.
+// Simulated time between two ticks, in whole microseconds.
 inline int64_t ControlPeriodUs(const model_info_t& model) { return model.timestep_us * model.substeps; }
 
 // Simulated seconds: whoever turns a time into seconds gets the same number for the same tick.
 inline double Seconds(int64_t us) { return static_cast<double>(us) / 1e6; }
 
-// Of so many ticks that last dt (s) each.
-inline double TickTime(int64_t ticks, double dt) {
-  return Seconds(std::llround(static_cast<double>(ticks) * dt * 1e6));
+// Time of a tick, where ticks last dt (s) each. Only the sum is rounded to a microsecond, so errors do not
+// add up.
+inline int64_t TickUs(int64_t ticks, double dt) {
+  return std::llround(static_cast<double>(ticks) * dt * 1e6);
+}
+inline double TickTime(int64_t ticks, double dt) { return Seconds(TickUs(ticks, dt)); }
+
+// A source has no physics step of which its tick must be a multiple, so its rate is exact: the one with the
+// fewest decimals whose tick is tick_us, rounded to a microsecond. 33333 us: 30 Hz, not 30.0003; 16683
+// us: 59.94 Hz.
+inline double SourceHz(int64_t tick_us) {
+  const double hz = 1e6 / static_cast<double>(tick_us);
+  for (double scale = 1; scale < 1e6; scale *= 10) {
+    const double rounded = std::round(hz * scale) / scale;
+    if (rounded > 0 && std::llround(1e6 / rounded) == tick_us) return rounded;
+  }
+  return hz;
 }
 
-inline double ControlPeriod(const model_info_t& model) { return Seconds(ControlPeriodUs(model)); }
+// Seconds between two ticks.
+inline double ControlPeriod(const model_info_t& model) {
+  const int64_t period_us = ControlPeriodUs(model);
+  return model.clock == clock_name::kSource ? 1 / SourceHz(period_us) : Seconds(period_us);
+}
+
+// An episode whose first success was at success_us goes on as long as MODEL says, and is over by now_us. Each
+// of a source's times is rounded to a microsecond.
+inline bool HasHeld(const model_info_t& model, int64_t success_us, int64_t now_us) {
+  return now_us + 1 >= success_us + model.after_success_us;
+}
 
 // Physics steps per control tick for a rate: rounded half to even, as RoboEval does (200 Hz: 2 of 2 ms).
 inline int Substeps(double control_hz, int64_t timestep_us) {

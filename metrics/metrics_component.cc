@@ -62,7 +62,7 @@ void MetricsComponent::Prepare() {
     scorer_ = std::make_unique<EpisodeScorer>(*model_, task);
     criteria_ = {};
     log().Debug("scores {}/{}", model_->task, model_->variation);
-    is_lockstep_ = model_->clock == clock_name::kLockstep;
+    is_lockstep_ = model_->clock != clock_name::kRealtime;
     model_is_new_ = false;
   }
   scorer_->Start();

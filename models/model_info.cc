@@ -89,18 +89,26 @@ void FillBarredGeoms(const TaskDescription& task, model_info_t* info) {
   for (const std::string& object : task.objects) {
     std::vector<std::string> touchable;
     std::vector<int> geoms;
-    std::vector<std::string> known;
+    std::vector<std::string> geom_names, body_names;
     for (int geom = 0; geom < info->num_geoms; ++geom) {
       if (info->entity_name[info->body_entity[info->geom_body[geom]]] != object) continue;
       geoms.push_back(geom);
-      known.push_back(info->geom_name[geom]);
-      known.push_back(info->body_name[info->geom_body[geom]]);
+      geom_names.push_back(info->geom_name[geom]);
+      body_names.push_back(info->body_name[info->geom_body[geom]]);
     }
+    std::vector<std::string> known = geom_names;
+    known.insert(known.end(), body_names.begin(), body_names.end());
     for (const Touchable& part : task.touchables) {
       if (part.object != object) continue;
       if (std::ranges::find(known, part.name) == known.end()) {
+        const std::string in_part = object + "/" + part.name;
+        const bool lacks_part = std::ranges::find(known, in_part) != known.end();
+        const std::string nearest = lacks_part ? in_part : NearestName(part.name, known);
         throw InputError(part.location.ToString() + ": object '" + object + "' has no body or geom '" +
-                         part.name + "' that can be touched" + Suggestion(part.name, known));
+                         part.name + "' that can be touched; " +
+                         (nearest.empty() ? "expected PART/NAME, a body (" + ListOf(body_names) +
+                                                ") or a geom (" + ListOf(geom_names) + ")"
+                                          : "did you mean '" + nearest + "'?"));
       }
       touchable.push_back(part.name);
     }

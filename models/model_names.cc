@@ -18,12 +18,10 @@ int Find(const std::vector<std::string>& names, const std::string& name) {
   return found == names.end() ? -1 : static_cast<int>(found - names.begin());
 }
 
-std::string List(const std::vector<std::string>& names, const std::string& suffix = "") {
-  std::string text;
-  for (const std::string& name : names) {
-    if (!name.empty()) text += (text.empty() ? "" : ", ") + name + suffix;
-  }
-  return text.empty() ? "(none)" : text;
+std::string List(std::vector<std::string> names, const std::string& suffix = "") {
+  for (std::string& name : names) name += suffix;
+  const std::string list = ListOf(std::move(names));
+  return list.empty() ? "(none)" : list;
 }
 
 std::vector<std::string> Joined(std::initializer_list<const std::vector<std::string>*> lists) {

@@ -333,11 +333,20 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
   return nearest;
 }
 
+std::string ListOf(std::vector<std::string> names) {
+  std::ranges::sort(names);
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  std::string list;
+  for (const std::string& name : names) {
+    if (!name.empty()) list += (list.empty() ? "" : ", ") + name;
+  }
+  return list;
+}
+
 std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates) {
   const std::string nearest = NearestName(name, candidates);
   if (!nearest.empty()) return "; did you mean '" + nearest + "'?";
-  std::string list;
-  for (const std::string& candidate : candidates) list += (list.empty() ? "" : ", ") + candidate;
+  const std::string list = ListOf(candidates);
   return list.empty() ? "" : "; expected one of " + list;
 }
 

@@ -109,6 +109,8 @@ Pose ReadPose(const YamlValue& value);
 
 // The candidate that `name` is most likely a misspelling of, or empty.
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
+// "a, b, c": each once, in the order of the alphabet, without empty ones.
+std::string ListOf(std::vector<std::string> names);
 // "; did you mean 'x'?" when there is such a candidate, else "; expected one of a, b, c".
 std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates);
 

@@ -22,8 +22,9 @@ packages=(
   iproute2 python3-jsonschema python3-numpy python3-msgpack python3-websockets
 )
 
-# What tests look at pages and files with, and nothing else needs: `install_missing "${test_packages[@]}"`.
-test_packages=(chromium python3-h5py slurm-wlm munge)
+# What tests look at pages and files with, and install the Python package with. Nothing else needs them:
+# `install_missing "${test_packages[@]}"`.
+test_packages=(chromium python3-h5py python3-pip python3-setuptools python3-wheel slurm-wlm munge)
 
 say() { printf '%s\n' "$*" >&2; }
 

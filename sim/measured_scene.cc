@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "base/text.h"
 #include "lcmtypes/clock.h"
@@ -13,7 +14,6 @@
 namespace evalbus::sim {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 // A joint may be measured this far beyond its range, rad or m.
 constexpr double kBeyondRange = 0.05;
 // No robot's scene is larger, no joint without limits turns farther and none is faster: m or rad, and per s.
@@ -181,7 +181,9 @@ state_t MeasuredScene::At(const Sample& a, const Sample& b, double share, const 
   mju_copy(d.mocap_pos, home_->mocap_pos, 3 * model_->nmocap);
   mju_copy(d.mocap_quat, home_->mocap_quat, 4 * model_->nmocap);
   const auto between = [share](double from, double to) { return from + share * (to - from); };
-  const double elapsed = before ? Seconds(header.sim_time_us - before->header.sim_time_us) : 0;
+  // From ticks: the header's times are rounded to a microsecond each.
+  const double elapsed =
+      before ? static_cast<double>(header.tick - before->header.tick) * ControlPeriod(info) : 0;
   for (size_t k = 0; k < joints_.size(); ++k) {
     const int qpos = model_->jnt_qposadr[joints_[k]], dof = model_->jnt_dofadr[joints_[k]];
     d.qpos[qpos] = between(a.position[k], b.position[k]);

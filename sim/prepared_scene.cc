@@ -63,15 +63,21 @@ void Describe(const SimOptions& options, PreparedScene* prepared) {
   info.message_version = model_info_t::VERSION;
   info.run_id = options.run_id;
   info.variation = prepared->variation;
-  info.clock = options.realtime ? clock_name::kRealtime : clock_name::kLockstep;
+  info.clock = options.is_source  ? clock_name::kSource
+               : options.realtime ? clock_name::kRealtime
+                                  : clock_name::kLockstep;
   info.realtime_factor = options.realtime ? options.rtf : 0;
   SimOptions real = options;
   const std::string rate = MakeControlRateReal(info.timestep_us, &real);
   if (!rate.empty()) prepared->scene.warnings.push_back(rate);
-  info.substeps = Substeps(real.control_hz, info.timestep_us);
-  const double tick_us = static_cast<double>(ControlPeriodUs(info));
-  info.after_success_us =
-      std::llround(std::ceil(options.after_success_s * 1e6 / tick_us - 1e-6)) * ControlPeriodUs(info);
+  if (options.is_source) {
+    info.timestep_us = std::llround(1e6 / real.control_hz);
+    info.substeps = 1;
+  } else {
+    info.substeps = Substeps(real.control_hz, info.timestep_us);
+  }
+  const double tick_s = ControlPeriod(info);
+  info.after_success_us = TickUs(std::llround(std::ceil(options.after_success_s / tick_s - 1e-6)), tick_s);
 }
 
 }  // namespace

@@ -78,8 +78,9 @@ class SampleTicks {
     bool after_refused;
   };
   static constexpr double kGap = 3;
-  // A tick on a sample is that sample, s.
-  static constexpr double kOnSample = 1e-9;
+  // Within this time (s) a tick uses the sample itself, without interpolation: a source rounds the times of
+  // its samples to a microsecond.
+  static constexpr double kOnSample = 0.501e-6;
 
   double TimeOf(int64_t tick) const { return static_cast<double>(tick) * tick_s_; }
   void Break() {

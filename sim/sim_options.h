@@ -38,6 +38,8 @@ struct SimOptions {
 
   // Not options of the command line: run folder; the models are written to OUT/model/.
   std::filesystem::path out;
+  // Ticks are moments of a source or a file; nothing is simulated.
+  bool is_source = false;
   // Wall-clock time to wait in lockstep for a score.
   double metrics_timeout_s = 10;
   // Not zero: run this many episodes without waiting for a COMMAND, then be done.
@@ -87,15 +89,21 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Throws InputError. Of the rate that was asked for makes the one that physics steps of this length allow;
-// where that is another, returns a line that says so, else an empty string.
+// Throws InputError. Replaces the rate that was asked for by the one that is possible: a whole number of
+// physics steps of this length per tick or, of a source, any whose tick is known to a microsecond. Where the
+// two differ, returns a line that says so, else an empty string.
 inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options) {
-  const double asked = options->control_hz, real = RealControlHz(asked, timestep_us);
+  CheckRanges(*options);
+  const double asked = options->control_hz;
+  const double real =
+      options->is_source ? SourceHz(std::llround(1e6 / asked)) : RealControlHz(asked, timestep_us);
   options->control_hz = real;
   CheckRanges(*options);
   if (std::abs(real - asked) <= 1e-9 * asked) return {};
-  return fmt::format("--control-hz {:g}: {:.5g} Hz, {} physics steps of {:g} ms per tick", asked, real,
-                     Substeps(real, timestep_us), static_cast<double>(timestep_us) / 1e3);
+  const std::string rates = fmt::format("control rate: {:.5g} Hz instead of {:.8g} Hz; ", real, asked);
+  if (options->is_source) return rates + "a source's tick is known to a microsecond";
+  return rates + fmt::format("a tick is {} physics steps of {:g} ms", Substeps(real, timestep_us),
+                             static_cast<double>(timestep_us) / 1e3);
 }
 
 // Throws InputError.

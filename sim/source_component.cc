@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "lcmtypes/source_name.h"
+#include "sim/jpeg_check.h"
 #include "sim/repeat_periods.h"
 
 namespace evalbus::sim {
@@ -26,6 +28,14 @@ constexpr int64_t kGapWindowTicks = 120;
 constexpr int64_t kMostLeapTicks = 4000;
 // Of a source that is faster than its scoring, a hundred megabytes or so.
 constexpr size_t kMostWaiting = 100'000;
+
+// Images are for people, so a few small ones are enough: the log of a minute with two cameras has some 60 MB.
+constexpr size_t kMaxCameras = 8;
+constexpr int kMaxImageBytes = 512 << 10;
+constexpr int kMaxImagePixels = 2048;
+constexpr size_t kMaxWaitingImageBytes = size_t{64} << 20;
+// More images of a camera are left out: 10 a second, less what a source's clock is off.
+constexpr int64_t kLeastBetweenImagesUs = 95'000;
 
 // "left=open,right=closed": how far open is a gripper that nobody measures.
 std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>& texts,
@@ -55,6 +65,11 @@ int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
   return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;
 }
 
+SimOptions WithoutPhysics(SimOptions options) {
+  options.is_source = true;
+  return options;
+}
+
 }  // namespace
 
 std::string SourceComponent::Running::Faults() const {
@@ -62,14 +77,17 @@ std::string SourceComponent::Running::Faults() const {
   if (ticks.gaps() > 0) all.push_back("samples are missing in " + Plural(ticks.gaps(), "place"));
   if (lost > 0) all.push_back(Plural(lost, "sample") + " never came");
   if (refused > 0) all.push_back(Plural(refused, "sample") + " refused, the first: " + first_fault);
+  if (refused_images > 0)
+    all.push_back(Plural(refused_images, "image") + " refused, the first: " + first_image_fault);
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-SourceComponent::SourceComponent(Bus* bus, const SimOptions& options)
+SourceComponent::SourceComponent(Bus* bus, SimOptions options)
     : Component(bus, "sim"),
-      options_(options),
-      prepared_(PrepareScene(options)),
-      opening_(FixedOpenings(options.gripper, prepared_.info)),
+      options_(WithoutPhysics(std::move(options))),
+      prepared_(PrepareScene(options_)),
+      tick_s_(ControlPeriod(prepared_.info)),
+      opening_(FixedOpenings(options_.gripper, prepared_.info)),
       announcement_(kAnnouncePeriod),
       model_(kRepeatModel),
       unheard_state_(kRepeatUnheard),
@@ -78,6 +96,9 @@ SourceComponent::SourceComponent(Bus* bus, const SimOptions& options)
   for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
   bus->Subscribe(channels::kHello, [this](const hello_t& m) { OnHello(m); });
   bus->Subscribe(channels::kSourceState, [this](const source_state_t& m) { OnSample(m); });
+  bus->SubscribeRaw(
+      channels::kSourceImage.name + std::string(".*"),
+      [this](std::string_view channel, std::span<const uint8_t> data, int64_t) { OnImage(channel, data); });
   bus->Subscribe(channels::kCommand, [this](const command_t& m) { OnCommand(m); });
   bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { OnStatus(m); });
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
@@ -265,8 +286,8 @@ void SourceComponent::OnSample(const source_state_t& message) {
   if (arrived.fault.empty()) {
     if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
     const int64_t leap_us = MicrosecondsSince(newest_->stamp_us, message.stamp_us);
-    const double longest_us = std::min(options_.source_timeout_s * 1e6,
-                                       static_cast<double>(kMostLeapTicks * ControlPeriodUs(prepared_.info)));
+    const double longest_us =
+        std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMostLeapTicks)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
       arrived.fault = fmt::format("its clock leaps by {:.3g} s", Seconds(leap_us));
       arrived.is_last = true;
@@ -285,6 +306,92 @@ void SourceComponent::OnSample(const source_state_t& message) {
   Advance();
 }
 
+std::string SourceComponent::FaultOf(const image_t& image, std::string_view channel) {
+  const view_t& view = image.view;
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '/';
+  };
+  if (view.camera.empty() || view.camera.size() > 64 || !std::ranges::all_of(view.camera, is_plain)) {
+    return fmt::format("camera '{}': expected 1 to 64 letters, digits, '_' and '/'", Printable(view.camera));
+  }
+  if (channels::ImageChannel(view.camera, channels::kSourceImage) != channel)
+    return fmt::format("camera '{}' on {}", view.camera, Printable(std::string(channel)));
+  if (view.encoding != "jpeg") return fmt::format("encoding '{}': expected jpeg", Printable(view.encoding));
+  if (std::min(view.width_px, view.height_px) < 1 ||
+      std::max(view.width_px, view.height_px) > kMaxImagePixels) {
+    return fmt::format("{}x{} pixels: expected 1 to {} each way", view.width_px, view.height_px,
+                       kMaxImagePixels);
+  }
+  if (image.num_bytes > kMaxImageBytes)
+    return fmt::format("{} bytes: expected at most {}", image.num_bytes, kMaxImageBytes);
+  if (!cameras_.contains(view.camera) && cameras_.size() >= kMaxCameras)
+    return fmt::format("camera '{}': there are {} others already", view.camera, kMaxCameras);
+  return JpegFault({image.data.data(), image.data.size()}, view.width_px, view.height_px);
+}
+
+void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t> data) {
+  const auto image = std::make_shared<image_t>();
+  if (!Decode(data, image.get())) return bus().CountDecodeError();
+  // Before the episode's first sample its time is not known, and behind its end it shows nothing of it.
+  if (!newest_ || newest_->is_over || !newest_->first_stamp_us || image->header.episode != newest_->number ||
+      newest_episode_ <= finished_) {
+    ++status_.foreign_messages;
+    return;
+  }
+  // Any number may come, so the difference wraps around.
+  const auto time_us = static_cast<int64_t>(static_cast<uint64_t>(image->header.sim_time_us) -
+                                            static_cast<uint64_t>(*newest_->first_stamp_us));
+  const double ahead_s =
+      (static_cast<double>(image->header.sim_time_us) - static_cast<double>(newest_->stamp_us)) / 1e6;
+  const auto last = newest_->image_us.find(image->view.camera);
+  const int64_t between_us = last == newest_->image_us.end() ? kLeastBetweenImagesUs : time_us - last->second;
+  // Taken before the first sample, or one of more than are shown. Where too many samples wait, too, these are
+  // what counts.
+  if (time_us < 0 || (between_us > 0 && between_us < kLeastBetweenImagesUs) ||
+      arrived_.size() + 1 >= kMostWaiting) {
+    return;
+  }
+  Arrived arrived{newest_episode_, std::nullopt};
+  arrived.image = image;
+  arrived.fault = between_us <= 0
+                      ? fmt::format("camera '{}': the time goes from {} us to {} us; it must go up",
+                                    Printable(image->view.camera), last->second, time_us)
+                  : ahead_s > options_.source_timeout_s
+                      ? fmt::format("camera '{}': its time is {:.3g} s ahead of the samples",
+                                    Printable(image->view.camera), ahead_s)
+                  : waiting_image_bytes_ + image->data.size() > kMaxWaitingImageBytes
+                      ? "scores do not keep up with the source"
+                      : FaultOf(*image, channel);
+  if (arrived.fault.empty()) {
+    cameras_.insert(image->view.camera);
+    newest_->image_us[image->view.camera] = time_us;
+    image->header.sim_time_us = time_us;
+    waiting_image_bytes_ += image->data.size();
+  } else {
+    image->data.clear();
+  }
+  Arrive(std::move(arrived));
+  Advance();
+}
+
+void SourceComponent::TakeImage(const Arrived& arrived) {
+  Running& r = *running_;
+  image_t& image = *arrived.image;
+  if (!arrived.fault.empty()) {
+    if (r.refused_images++ > 0) return;
+    r.first_image_fault = arrived.fault;
+    log().Warn("refused an image: {}", arrived.fault);
+    return;
+  }
+  const int64_t time_us = image.header.sim_time_us;
+  image.header = begin_.header;
+  image.header.sim_time_us = time_us;
+  image.header.tick = static_cast<int64_t>(Seconds(time_us) / tick_s_ + 1e-6);
+  bus().Publish(
+      Channel<image_t>{channels::ImageChannel(image.view.camera, channels::kCameraImage).c_str(), "sim"},
+      image);
+}
+
 void SourceComponent::Arrive(Arrived arrived) {
   if (arrived_.size() >= kMostWaiting) {
     overflowed_ = true;
@@ -298,17 +405,25 @@ void SourceComponent::Arrive(Arrived arrived) {
 }
 
 void SourceComponent::TakeArrived() {
-  for (; !arrived_.empty(); arrived_.pop_front()) {
+  const auto pop = [this] {
+    if (const auto& image = arrived_.front().image) waiting_image_bytes_ -= image->data.size();
+    arrived_.pop_front();
+  };
+  for (; !arrived_.empty(); pop()) {
     Arrived& arrived = arrived_.front();
     if (arrived.episode <= finished_) continue;
     if (!running_) {
-      running_.emplace(arrived.episode, ControlPeriod(prepared_.info), Seconds(hello_->period_us));
+      running_.emplace(arrived.episode, tick_s_, Seconds(hello_->period_us));
     }
     if (arrived.episode != running_->episode) {
       running_->is_over = true;
       return;
     }
     if (running_->is_over) continue;
+    if (arrived.image) {
+      TakeImage(arrived);
+      continue;
+    }
     running_->lost += arrived.lost;
     running_->is_over = arrived.is_last;
     if (arrived.sample) {
@@ -324,9 +439,9 @@ void SourceComponent::TakeArrived() {
 }
 
 bool SourceComponent::TimeIsUp() const {
-  return running_->state->header.sim_time_us >= (running_->success_us
-                                                     ? *running_->success_us + prepared_.info.after_success_us
-                                                     : prepared_.info.time_limit_us);
+  const int64_t now_us = running_->state->header.sim_time_us;
+  return running_->success_us ? HasHeld(prepared_.info, *running_->success_us, now_us)
+                              : now_us >= prepared_.info.time_limit_us;
 }
 
 void SourceComponent::EndInTime() {
@@ -366,7 +481,7 @@ void SourceComponent::PublishState(const SampleTicks::Tick& tick) {
   Running& r = *running_;
   header_t header = begin_.header;
   header.tick = tick.number;
-  header.sim_time_us = tick.number * ControlPeriodUs(prepared_.info);
+  header.sim_time_us = TimeOf(tick.number);
   if (tick.number > (r.state ? r.state->header.tick : -1) + 1) r.behind_gap = tick.number;
   r.state = scene_->At(*tick.before, *tick.behind, tick.share, r.state ? &*r.state : nullptr, header);
   const auto now = steady_clock::now();
@@ -406,7 +521,7 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
     const bool is_broken = running_->after_refused || running_->ticks.is_broken();
     if (lacks_tick || (reason == end_reason::kEndOfData && is_broken)) {
       ++end_.header.tick;
-      end_.header.sim_time_us += ControlPeriodUs(prepared_.info);
+      end_.header.sim_time_us = TimeOf(end_.header.tick);
     }
     finished_ = running_->episode;
     running_.reset();

@@ -5,9 +5,13 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bus/component.h"
@@ -22,7 +26,7 @@ namespace evalbus::sim {
 class SourceComponent : public Component {
  public:
   // Composes and compiles the scene, writes the models. Throws InputError.
-  SourceComponent(Bus* bus, const SimOptions& options);
+  SourceComponent(Bus* bus, SimOptions options);
 
   void Poll(SteadyTime now) override;
   bool done() const override { return done_; }
@@ -33,18 +37,21 @@ class SourceComponent : public Component {
     kWaiting,  // EPISODE_BEGIN is out, not everybody is ready
     kRunning,  // all are ready; the source's next episode is this one
   };
-  // A SOURCE_STATE that waits, or what is left of one that was refused.
+  // A SOURCE_STATE or an image that waits, or what is left of one that was refused.
   struct Arrived {
     // Of the source's episodes, in the order in which they came.
     int64_t episode;
-    // Nothing: refused.
-    std::optional<Sample> sample;
+    // Nothing: refused, or an image.
+    std::optional<Sample> sample{};
     // The source's number of it, and why it was refused.
     int64_t number = 0;
-    std::string fault;
+    std::string fault{};
     // Those before it that never came.
     int64_t lost = 0;
     bool is_last = false;
+    // An image of the source's cameras; its header has the time since the episode's first sample. Without
+    // bytes: it was refused, and `fault` says why.
+    std::shared_ptr<image_t> image{};
   };
   // The episode that goes on.
   struct Running {
@@ -62,8 +69,8 @@ class SourceComponent : public Component {
     int64_t behind_gap = -1;
     // Simulated time of the first success.
     std::optional<int64_t> success_us;
-    int64_t refused = 0, lost = 0;
-    std::string first_fault;
+    int64_t refused = 0, lost = 0, refused_images = 0;
+    std::string first_fault, first_image_fault;
 
     bool is_in_gap() const { return scored_tick < behind_gap; }
     bool is_scored() const { return state && scored_tick >= state->header.tick; }
@@ -77,12 +84,15 @@ class SourceComponent : public Component {
     std::optional<int64_t> first_stamp_us;
     int64_t stamp_us = 0;
     bool is_over = false;
+    // When the last image of each camera was taken, since the episode's first sample.
+    std::map<std::string, int64_t> image_us{};
   };
 
   void OnHello(const hello_t& hello);
   void OnCommand(const command_t& command);
   void OnStatus(const component_status_t& status);
   void OnSample(const source_state_t& message);
+  void OnImage(std::string_view channel, std::span<const uint8_t> data);
   void OnPartial(const partial_metrics_t& partial);
   void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
@@ -94,10 +104,12 @@ class SourceComponent : public Component {
   void PublishModel();
   // Of a sample, in an episode that has begun; empty: the sample is good.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
+  std::string FaultOf(const image_t& image, std::string_view channel);
   void Arrive(Arrived arrived);
   // Takes what has come, publishes what may be, ends what is over.
   void Advance();
   void TakeArrived();
+  void TakeImage(const Arrived& arrived);
   bool MayPublish() const;
   void PublishState(const SampleTicks::Tick& tick);
   bool TimeIsUp() const;
@@ -106,9 +118,11 @@ class SourceComponent : public Component {
   // lacks_tick: one that should have come did not, which makes the episode incomplete.
   void End(std::string reason, std::string detail = "", bool lacks_tick = false);
   std::string source() const { return prepared_.info.source; }
+  int64_t TimeOf(int64_t tick) const { return TickUs(tick, tick_s_); }
 
   SimOptions options_;
   PreparedScene prepared_;
+  const double tick_s_;
   // By gripper: how far it is open all the time, where nobody measures it.
   std::vector<std::optional<double>> opening_;
   // Of the source, once its HELLO was heard.
@@ -128,6 +142,10 @@ class SourceComponent : public Component {
   int64_t newest_episode_ = -1, finished_ = -1;
   std::optional<Arriving> newest_;
   std::deque<Arrived> arrived_;
+  // Of the images in it.
+  size_t waiting_image_bytes_ = 0;
+  // Names of the cameras that have published, at most kMaxCameras.
+  std::set<std::string> cameras_;
   // Samples were dropped, since there are too many.
   bool overflowed_ = false;
   // Since the source has said something; since the tick that is out waits for its score.

@@ -63,7 +63,7 @@ bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
   model_info_t model{};
   Decode(data, &model);
   if (!IsNewModel()) return std::ranges::equal(data, model_);
-  simulated_time_ = model.clock == clock_name::kLockstep;
+  simulated_time_ = model.clock != clock_name::kRealtime;
   is_watched_ = model.source != source_name::kSim;
   model_.assign(data.begin(), data.end());
   model_time_us_ = receive_time_us;

@@ -24,9 +24,9 @@ namespace evalbus {
 
 class Recorder : public Component {
  public:
-  // Events of a lockstep run are stamped with simulated time (microseconds since the episode began), so that
+  // Events are stamped with simulated time (microseconds since the episode began), so that
   // a player at speed 1 shows the episode as fast as the robot moves, however fast it was evaluated; those of
-  // a realtime run with the wall-clock time of their arrival.
+  // a realtime run are stamped with the wall-clock time of their arrival.
   Recorder(Bus* bus, std::filesystem::path run, LogForm form = LogForm::kPlain);
 
   void Poll(SteadyTime now) override;

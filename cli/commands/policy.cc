@@ -39,6 +39,7 @@ struct PolicyCommandOptions {
   policy::PolicyOptions policy;
   sim::SimOptions sim;
   int64_t seed = 0;
+  std::optional<double> first_step_rad;
   fs::path out;
   bool json = false;
 };
@@ -230,9 +231,10 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_pictures)
 }
 
 int Check(PolicyCommandOptions options) {
-  const std::optional<Contract> contract = policy::FindContractOf(options.policy);
+  std::optional<Contract> contract = policy::FindContractOf(options.policy);
   if (!contract)
     throw InputError("--policy " + options.policy.policy + ": not behind a server; nothing to check");
+  if (options.first_step_rad) contract->first_step_rad = options.first_step_rad;
   FirstLook look = Look(options, *contract);
   const mjModel& model = *look.prepared.scene.physics;
   policy::ObservationBuilder observations = policy::Fitted(
@@ -279,6 +281,12 @@ Action AddPolicy(CLI::App* app) {
   check->add_option("--model-path", options->sim.model_path,
                     "folder with the robot's models; may be repeated");
   check->add_option("--seed", options->seed, "seed of the episode")->capture_default_str();
+  check
+      ->add_option("--first-step", options->first_step_rad,
+                   "how far the first action may be from where the robot is, rad; default: the contract's "
+                   "first_step_rad, else 0.5. For a policy whose first step is rightly a large one")
+      ->type_name("RAD")
+      ->check(CLI::PositiveNumber);
   check->add_option("--out", options->out,
                     "folder for pictures and check.json; default policy_check/CONTRACT");
   check->add_flag("--json", options->json, "print check.json instead of words");

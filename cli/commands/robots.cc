@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <utility>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "cli/commands/commands.h"
 #include "cli/commands/scene_words.h"
@@ -81,7 +81,7 @@ int List(const RobotsOptions& options) {
   return 0;
 }
 
-std::string Degrees(double radians) { return fmt::format("{:.3g}", radians * 180 / std::numbers::pi); }
+std::string Degrees(double radians) { return fmt::format("{:.3g}", ToDegrees(radians)); }
 
 int Show(const RobotsOptions& options) {
   Alone alone(options);

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "viz/pictures/png.h"
 
@@ -20,9 +20,8 @@ std::string Vector(const double* values, size_t size) {
 std::string PoseInWords(const Pose& pose) {
   std::string text = Vector(pose.position.data(), 3) + " m";
   const auto& q = pose.quaternion;
-  const double degrees = 180 / std::numbers::pi;
   if (q[1] != 0 || q[2] != 0) return text + ", quaternion " + Vector(q.data(), 4);
-  const double yaw = 2 * std::atan2(q[3], q[0]) * degrees;
+  const double yaw = ToDegrees(2 * std::atan2(q[3], q[0]));
   return yaw == 0 ? text : text + fmt::format(", turned by {:.6g} degrees", yaw);
 }
 

@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <string>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
@@ -79,11 +79,11 @@ std::string InWords(const SpawnPlane& plane) {
 
 std::string InWords(const SpawnYaw& yaw) {
   return fmt::format("{} turned about the vertical by up to {:.6g} degrees either way", yaw.object,
-                     yaw.bound * 180 / std::numbers::pi);
+                     ToDegrees(yaw.bound));
 }
 
 std::string InWords(const SpawnJoint& spawn) {
-  const double scale = spawn.is_angle ? 180 / std::numbers::pi : 1;
+  const double scale = spawn.is_angle ? ToDegrees(1) : 1;
   return fmt::format("joint {} anywhere from {:.6g} to {:.6g} {}", spawn.joint, spawn.min * scale,
                      spawn.max * scale, spawn.is_angle ? "degrees" : "m");
 }
@@ -126,7 +126,7 @@ std::string InWords(const RandomLight& light) {
 
 std::string InWords(const RandomCamera& camera) {
   return fmt::format("camera {} shifted by up to {} m and turned by up to {:.6g} degrees either way",
-                     camera.name.text, Vector(camera.shift.data(), 3), camera.turn * 180 / std::numbers::pi);
+                     camera.name.text, Vector(camera.shift.data(), 3), ToDegrees(camera.turn));
 }
 
 std::string NamesOf(const std::vector<NamedExpression>& expressions) {

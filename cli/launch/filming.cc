@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,13 +23,9 @@ namespace evalbus::launch {
 
 namespace {
 
-// `evalbus render`, with what processor time others leave.
-Filming::Render Niced(const std::filesystem::path& run, const std::vector<std::string>& cameras) {
+Filming::Render Rendering(const std::filesystem::path& run, const std::vector<std::string>& cameras) {
   return [=](int episode) -> std::vector<std::string> {
-    return {"/usr/bin/nice",
-            "-n",
-            "19",
-            (Processes::BinaryFolder() / "evalbus").string(),
+    return {(Processes::BinaryFolder() / "evalbus").string(),
             "render",
             run.string(),
             "--episode",
@@ -42,7 +39,7 @@ Filming::Render Niced(const std::filesystem::path& run, const std::vector<std::s
 }  // namespace
 
 Filming::Filming(const results::RunFolder& folder, const std::vector<std::string>& cameras, RunListener* next)
-    : Filming(folder, cameras, next, Niced(folder.path(), cameras)) {}
+    : Filming(folder, cameras, next, Rendering(folder.path(), cameras)) {}
 
 Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
                  Render render)
@@ -84,6 +81,7 @@ size_t Filming::Finish() {
   using std::chrono::steady_clock;
   constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
   const bool is_terminal = isatty(STDOUT_FILENO) != 0;
+  is_beside_run_ = false;
   Advance();
   const size_t total = Missing();
   const auto done = [&] { return static_cast<double>(total) - Left(); };
@@ -101,6 +99,8 @@ size_t Filming::Finish() {
     }
     std::fflush(stdout);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    // Again and again: one that has just begun lowers its priority a little later.
+    processes_.SetNice(getpriority(PRIO_PROCESS, 0));
     Advance();
   }
   if (is_terminal) fmt::print("\x1b[K");
@@ -125,7 +125,10 @@ void Filming::Advance() {
     }
   }
   if (filming_ || waiting_.empty()) return;
-  processes_.Start("film", render_(waiting_.front()), folder_.log_file("film"));
+  std::vector<std::string> command = render_(waiting_.front());
+  // With the processor time that the evaluation leaves.
+  if (is_beside_run_) command.insert(command.begin(), {"/usr/bin/nice", "-n", "19"});
+  processes_.Start("film", command, folder_.log_file("film"));
   filming_ = waiting_.front();
   Left();  // what the film before said
   share_ = 0;

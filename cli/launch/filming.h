@@ -1,5 +1,5 @@
-// Films of a run's finished episodes, made beside it: one `evalbus render` at a time, at low priority. One
-// that fails or is killed is tried once more.
+// Films of a run's finished episodes, made beside it: one `evalbus render` at a time, at low priority while
+// the run evaluates. One that fails or is killed is tried once more.
 #pragma once
 
 #include <deque>
@@ -57,6 +57,7 @@ class Filming : public RunListener {
   // The first.
   std::string failure_;
   bool gave_up_ = false;
+  bool is_beside_run_ = true;
   // What `evalbus render` says, and how far it is by that.
   results::NewLines log_;
   double share_ = 0;

@@ -15,7 +15,6 @@
 namespace evalbus::launch {
 namespace {
 
-using std::chrono::steady_clock;
 using viz::TerminalWidth;
 
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(100);
@@ -62,8 +61,12 @@ void AddScores(const viz::RunWatch& watch, std::vector<std::string>* lines) {
 
 }  // namespace
 
-LiveView::LiveView(FILE* out, const LiveHeader& header)
-    : out_(out), is_terminal_(isatty(fileno(out)) != 0), header_(header), started_(steady_clock::now()) {
+LiveView::LiveView(FILE* out, const LiveHeader& header, Clock clock)
+    : out_(out),
+      is_terminal_(isatty(fileno(out)) != 0),
+      header_(header),
+      clock_(std::move(clock)),
+      started_(clock_()) {
   if (header.there_before > 0 && !header.tells_those_before) return;
   const int width = TerminalWidth(out_);
   const std::string what = fmt::format("{}/{}  policy {}", header.task, header.variation, header.policy);
@@ -75,12 +78,12 @@ LiveView::LiveView(FILE* out, const LiveHeader& header)
 }
 
 void LiveView::OnEpisodeBegin(const episode_begin_t& begin) {
-  watch_.Hear(begin, steady_clock::now());
+  watch_.Hear(begin, clock_());
   watch_.TakeEvents();  // a line per finished episode says it all
   is_running_ = true;
 }
 
-void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Hear(partial, steady_clock::now()); }
+void LiveView::OnPartial(const partial_metrics_t& partial) { watch_.Hear(partial, clock_()); }
 
 void LiveView::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   statistics_.Add(num_episodes_++, metrics::ResultOf(episode));
@@ -145,7 +148,7 @@ void LiveView::Draw(const std::string& above, const std::vector<std::string>& li
 }
 
 void LiveView::Print(const std::string& line) {
-  Draw(Printable(line), is_terminal_ ? LinesThatFit(steady_clock::now()) : std::vector<std::string>());
+  Draw(Printable(line), is_terminal_ ? LinesThatFit(clock_()) : std::vector<std::string>());
 }
 
 void LiveView::Poll(SteadyTime now) {

@@ -1,7 +1,9 @@
 // What `evalbus run` shows: a line per finished episode, and, on a terminal, the running one live below.
 #pragma once
 
+#include <chrono>
 #include <cstdio>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,8 +27,10 @@ struct LiveHeader {
 
 class LiveView : public RunListener {
  public:
+  using Clock = std::function<SteadyTime()>;
+
   // Draws live if `out` is a terminal, else prints plain lines only.
-  LiveView(FILE* out, const LiveHeader& header);
+  LiveView(FILE* out, const LiveHeader& header, Clock clock = std::chrono::steady_clock::now);
   ~LiveView() override { Finish(); }
 
   void OnEpisodeBegin(const episode_begin_t& begin) override;
@@ -53,6 +57,7 @@ class LiveView : public RunListener {
   FILE* out_;
   bool is_terminal_;
   LiveHeader header_;
+  Clock clock_;
   SteadyTime started_;
   SteadyTime drawn_{};
   int drawn_lines_ = 0;

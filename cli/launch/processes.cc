@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -156,6 +157,10 @@ std::optional<Processes::Exit> Processes::Poll() {
     return exit;
   }
   return std::nullopt;
+}
+
+void Processes::SetNice(int nice) {
+  for (const Child& child : children_) setpriority(PRIO_PGRP, static_cast<id_t>(child.pid), nice);
 }
 
 std::vector<Processes::Exit> Processes::StopAll() {

@@ -45,6 +45,9 @@ class Processes {
   // A process that ended since the last call, if any; called at least every 100 ms while they are minded.
   std::optional<Exit> Poll();
 
+  // Changes the priority of the children and of theirs, where this process may: a higher one takes root's
+  // rights.
+  void SetNice(int nice);
   // SIGTERM, then SIGKILL for who is still there after a second. Returns those that did not end with code
   // 0.
   std::vector<Exit> StopAll();

@@ -38,13 +38,17 @@ double SecondsSince(steady_clock::time_point start) {
   return std::chrono::duration<double>(steady_clock::now() - start).count();
 }
 
+const char* ClockOf(const RunOptions& options) {
+  if (options.watch) return clock_name::kSource;
+  return options.sim.realtime ? clock_name::kRealtime : clock_name::kLockstep;
+}
+
 LiveHeader HeaderOf(const PreparedRun& run) {
   const RunOptions& options = run.options;
-  return {run.plan.task,          run.plan.variation,
-          PolicyName(options),    options.sim.realtime ? clock_name::kRealtime : clock_name::kLockstep,
-          options.sim.control_hz, options.seed,
-          run.num_wanted(),       static_cast<int>(run.finished.size()),
-          options.round < 1};
+  return {
+      run.plan.task,          run.plan.variation, PolicyName(options), ClockOf(options),
+      options.sim.control_hz, options.seed,       run.num_wanted(),    static_cast<int>(run.finished.size()),
+      options.round < 1};
 }
 
 // Runs the episodes that are missing, with films made beside them.
@@ -147,7 +151,7 @@ void Watch(RunOptions options) {
   unsetenv(kUrlVariable);
   sim::CheckSimOptions(options.sim);
   CheckRanges(options);
-  options.watch = true;
+  options.watch = options.sim.is_source = true;
   options.policy.policy = "source";
   RunOne(std::move(options));
 }

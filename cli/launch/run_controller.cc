@@ -235,6 +235,10 @@ void RunController::FinishIfRecorded() {
                                   : nlohmann::ordered_json();
   }
   if (plan_.calls) {
+    if (summary.end_reason == end_reason::kSuccess || summary.end_reason == end_reason::kFailure ||
+        summary.end_reason == end_reason::kTimeLimit) {
+      attempt_.calls.RemoveUndecided(summary.header.tick);
+    }
     const nlohmann::ordered_json calls = attempt_.calls.Json(*plan_.calls, summary.header.tick);
     folder_.AddPolicyCalls(episode_index(), calls);
     const std::string warning = results::RareCallsWarning({calls});

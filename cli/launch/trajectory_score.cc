@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "base/input_file.h"
 #include "base/plural.h"
@@ -38,7 +39,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 double OneOf(const YamlValue& value, const std::map<std::string, double>& units) {
   const auto found = units.find(value.Text());
   if (found != units.end()) return found->second;
@@ -57,6 +57,7 @@ class Kinematics {
     options.task = map_.task;
     if (!map_.robot.empty()) options.robot = map_.robot;
     options.control_hz = map_.control_hz;
+    options.is_source = true;
     options.out = out;
     options.run_id = NameOfRun(out);
     prepared_ = std::make_unique<sim::PreparedScene>(sim::PrepareScene(options));
@@ -195,8 +196,8 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   write(channels::kModel, info(), 0);
   write(channels::kEpisodeBegin, begin, 0);
   scorer_->Start();
-  const int64_t tick_us = ControlPeriodUs(info());
-  collision::ClearanceWatch clearance(checker_.get(), tick_us);
+  const double tick_s = ControlPeriod(info());
+  collision::ClearanceWatch clearance(checker_.get(), ControlPeriodUs(info()));
   clearance.Start();
 
   std::vector<double> steps;
@@ -206,7 +207,7 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
     std::ranges::nth_element(steps, steps.begin() + static_cast<ptrdiff_t>(steps.size() / 2));
     usual = steps[steps.size() / 2];
   }
-  sim::SampleTicks ticks(Seconds(tick_us), usual);
+  sim::SampleTicks ticks(tick_s, usual);
   for (const sim::Sample& sample : samples) ticks.Add(sample);
 
   episode_end_t end{};
@@ -215,7 +216,7 @@ episode_summary_t Kinematics::Score(const std::vector<sim::Sample>& samples, int
   header_t header = begin.header;
   while (const auto tick = ticks.Next()) {
     header.tick = tick->number;
-    header.sim_time_us = tick->number * tick_us;
+    header.sim_time_us = TickUs(tick->number, tick_s);
     state_t state =
         scene_->At(*tick->before, *tick->behind, tick->share, before ? &*before : nullptr, header);
     contacts_t contacts{};
@@ -333,7 +334,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
                  {"policy", data.filename().string()},
                  {"seed", 0},
                  {"episodes", files.size()},
-                 {"control_hz", map.control_hz},
+                 {"control_hz", 1 / ControlPeriod(prepared.info)},
                  {"realtime", false},
                  {"source", "file"},
                  {"map", fs::absolute(map_file).lexically_normal().string()},

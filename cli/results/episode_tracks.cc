@@ -2,9 +2,11 @@
 
 #include "base/errors.h"
 #include "base/run_layout.h"
+#include "bus/channels.h"
+#include "bus/event_log.h"
 #include "cli/results/episode_logs.h"
 #include "cli/results/rescorer.h"
-#include "lcmtypes/clock.h"
+#include "lcmtypes/source_name.h"
 #include "metrics/episode/criteria_pace.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/physics_model.h"
@@ -42,6 +44,19 @@ Scenes::Block Scenes::FindBlock(const std::string& id) const {
   return found == blocks_.end() ? nullptr : found->second;
 }
 
+namespace {
+
+// Images of a source's cameras.
+void HearImages(const std::filesystem::path& log, viz::EpisodeTrack* track) {
+  EventLogReader reader(log);
+  for (LogEvent event; reader.Next(&event);) {
+    if (!channels::Carries(channels::kCameraImage, event.channel)) continue;
+    if (image_t image{}; Decode(event.data, &image)) track->Hear(image);
+  }
+}
+
+}  // namespace
+
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
                                                 viz::EpisodeTrack::About about, Scenes* scenes) {
   std::unique_ptr<viz::EpisodeTrack> track;
@@ -73,6 +88,7 @@ std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log
       });
   const RescoredLog scores = rescorer.Rescore(log);
   if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
+  if (track->model().source != source_name::kSim) HearImages(log, track.get());
   track->Hear(criteria);
   track->Hear(scores.episodes.back().summary);
   return track;
@@ -83,9 +99,7 @@ std::string RunBlock(const RecordedRun& run, int number) {
   viz::RunNumbers numbers;
   numbers.task = run.task;
   numbers.variation = run.variation;
-  const auto realtime = run.info.find("realtime");
-  const bool is_realtime = realtime != run.info.end() && *realtime == true;
-  numbers.clock = is_realtime ? clock_name::kRealtime : clock_name::kLockstep;
+  numbers.clock = run.clock();
   numbers.planned = run.planned;
   numbers.done = summary.episodes;
   numbers.complete = summary.complete;

@@ -74,23 +74,26 @@ std::string CallsInWords(const std::vector<ordered_json>& episodes) {
 
 }  // namespace
 
-void PolicyCalls::Add(const policy_action_t& action) {
-  tick_.push_back(action.header.tick);
-  executed_from_.push_back(action.header.tick + action.held_ticks);
-  answered_s_.push_back(action.answered_s);
-  server_s_.push_back(action.server_s);
+void PolicyCalls::RemoveUndecided(int64_t last_tick) {
+  std::erase_if(calls_, [&](const Call& call) { return call.tick >= last_tick; });
 }
 
 ordered_json PolicyCalls::Json(const CallSchedule& schedule, int64_t num_ticks) const {
+  ordered_json tick = ordered_json::array(), answered_s = tick, server_s = tick;
   const int64_t ticks = std::max<int64_t>(num_ticks - schedule.settle_steps, 0);
   int64_t executed = 0;
-  for (const int64_t from : executed_from_) {
-    executed += std::clamp<int64_t>(num_ticks - from, 0, schedule.execute_steps);
+  for (const Call& call : calls_) {
+    tick.push_back(call.tick);
+    answered_s.push_back(call.answered_s);
+    server_s.push_back(call.server_s);
+    executed += std::clamp<int64_t>(num_ticks - call.executed_from, 0, schedule.execute_steps);
   }
-  return {
-      {"tick", tick_},         {"answered_s", answered_s_},
-      {"server_s", server_s_}, {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
-      {"ticks", ticks},        {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
+  return {{"tick", tick},
+          {"answered_s", answered_s},
+          {"server_s", server_s},
+          {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
+          {"ticks", ticks},
+          {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
 }
 
 std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {

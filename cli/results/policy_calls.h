@@ -21,16 +21,25 @@ struct CallSchedule {
 // The calls of an episode, for episodes/0007/policy_calls.json (docs/run_folder.md).
 class PolicyCalls {
  public:
-  void Add(const policy_action_t& action);
+  void Add(const policy_action_t& action) {
+    calls_.push_back({action.header.tick, action.header.tick + action.held_ticks, action.answered_s, action.server_s});
+  }
+  // Removes the call about the tick at which a verdict or the time limit ended the episode. The policy is
+  // asked while that tick is scored, so whether the answer arrives before the end is chance, and it decides
+  // nothing.
+  void RemoveUndecided(int64_t last_tick);
 
   // num_ticks: of the episode, without the reset state.
   nlohmann::ordered_json Json(const CallSchedule& schedule, int64_t num_ticks) const;
 
  private:
-  std::vector<int64_t> tick_;
-  // First tick at which the answer was executed.
-  std::vector<int64_t> executed_from_;
-  std::vector<double> answered_s_, server_s_;
+  struct Call {
+    int64_t tick;
+    // First tick at which the answer was executed.
+    int64_t executed_from;
+    double answered_s, server_s;
+  };
+  std::vector<Call> calls_;
 };
 
 // A line of warning where the policy of these episodes, each as of PolicyCalls::Json, was called less than

@@ -132,7 +132,7 @@ void Rescorer::ScoreTicks() {
     end.header = pair.state->header;
     if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
       // A realtime episode runs on until the sim hears the verdict.
-      if (model_->clock != clock_name::kLockstep) continue;
+      if (model_->clock == clock_name::kRealtime) continue;
       if (scorer_->verdict() == partial_metrics_t::SUCCESS && !IsAfterSuccess(end.header)) continue;
       end.end_reason = end_reason::Of(scorer_->verdict());
     } else if (end.header.sim_time_us >= std::llround(task_->time_limit * 1e6)) {

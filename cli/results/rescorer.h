@@ -18,6 +18,7 @@
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
+#include "lcmtypes/clock.h"
 #include "metrics/episode/episode_scorer.h"
 #include "metrics/episode/tick_merger.h"
 
@@ -79,7 +80,7 @@ class Rescorer {
   void ScoreTicks();
   // At this tick the first success is after_success_us ago.
   bool IsAfterSuccess(const header_t& header) const {
-    return header.sim_time_us >= scorer_->verdict_time_us().value_or(0) + model_->after_success_us;
+    return HasHeld(*model_, scorer_->verdict_time_us().value_or(0), header.sim_time_us);
   }
   // Ends the episode in progress, if there is one.
   void Finish(const std::optional<episode_summary_t>& recorded, RescoredLog* log);

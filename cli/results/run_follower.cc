@@ -9,7 +9,6 @@
 #include "base/errors.h"
 #include "base/json_file.h"
 #include "cli/results/episode_tracks.h"
-#include "lcmtypes/clock.h"
 
 namespace evalbus::results {
 namespace fs = std::filesystem;
@@ -97,8 +96,7 @@ void RunFollower::Count() {
   const metrics::RunSummary summary = statistics_.Summary(false);
   numbers_.task = info_->task;
   numbers_.variation = info_->variation;
-  const bool is_realtime = info_->info.value("realtime", false);
-  numbers_.clock = is_realtime ? clock_name::kRealtime : clock_name::kLockstep;
+  numbers_.clock = info_->clock();
   const auto only = info_->info.find("only");
   const bool is_part = only != info_->info.end() && only->is_array() && !only->empty();
   numbers_.planned = is_part ? static_cast<int>(only->size()) : info_->planned;

@@ -13,6 +13,8 @@
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "cli/results/pacing.h"
+#include "lcmtypes/clock.h"
+#include "lcmtypes/source_name.h"
 
 namespace evalbus::results {
 namespace {
@@ -181,6 +183,15 @@ metrics::NamedNumbers RecordedEpisode::Values() const {
   const metrics::NamedNumbers extended = metrics::FlattenedValues(json.at("extended"), "extended");
   values.insert(values.end(), extended.begin(), extended.end());
   return values;
+}
+
+const char* RecordedRun::clock() const {
+  const auto is = [&](const char* key, const auto& value) {
+    const auto found = info.find(key);
+    return found != info.end() && *found == value;
+  };
+  if (is("watch", true) || is("source", source_name::kFile)) return clock_name::kSource;
+  return is("realtime", true) ? clock_name::kRealtime : clock_name::kLockstep;
 }
 
 std::vector<int> RecordedRun::incomplete() const {

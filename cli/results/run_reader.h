@@ -69,6 +69,8 @@ struct RecordedRun {
   // not.
   int cut_line = 0;
 
+  // As model_info_t.clock has it.
+  const char* clock() const;
   // "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
   std::vector<int> incomplete() const;  // but for invalid ones

@@ -11,6 +11,8 @@
 namespace evalbus::results {
 namespace {
 
+// Of the images of a source's cameras in an episode of a page.
+constexpr size_t kImageBytes = size_t{1} << 20;
 // Of a block's element, beside its name and its text.
 constexpr size_t kElement = 80;
 
@@ -56,9 +58,10 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
     try {
       for (const Wanted& episode : together) {
         const RecordedRun& run = *runs_[static_cast<size_t>(episode.run)];
-        const auto track =
-            TrackEpisode(EpisodeLogs(run.folder, {episode.episode}).front(),
-                         {.run = episode.run, .policy = run.policy, .scene = {}, .bodies = {}}, &scenes_);
+        const auto track = TrackEpisode(
+            EpisodeLogs(run.folder, {episode.episode}).front(),
+            {.run = episode.run, .policy = run.policy, .scene = {}, .bodies = {}, .image_bytes = kImageBytes},
+            &scenes_);
         for (const auto& [id, bytes] : scenes_.Of(track->model(), run.folder).blocks()) add(id, bytes);
         add(fmt::format("episode/{}/{}", episode.run, episode.episode), track->EpisodeBlock());
       }

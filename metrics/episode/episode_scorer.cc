@@ -165,8 +165,9 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
 }
 
 void EpisodeScorer::WatchSuccess(const state_t& state, const contacts_t& contacts) {
-  // Of a realtime episode more ticks may come than were asked for.
-  if (state.header.sim_time_us > decided_->sim_time_us + model_.after_success_us) return;
+  // A realtime episode may have more ticks than were asked for. A source's times are rounded to a microsecond
+  // each.
+  if (state.header.sim_time_us - 1 > decided_->sim_time_us + model_.after_success_us) return;
   evaluator_.Evaluate({state, KnownContacts(contacts)}, state.header.tick);
   holds_ = evaluator_.success_holds();
   held_ticks_ += holds_;

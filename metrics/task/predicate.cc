@@ -99,18 +99,21 @@ std::vector<std::string> Within::Describe(bool value) const {
   return {quantity_ + (value ? " " : " not ") + range + unit};
 }
 
+std::string Within::Words(bool holds, double value) const {
+  const bool is_upper = IsUpperNearer();
+  const char* relation = holds ? (is_upper ? "<=" : ">=") : (is_upper ? ">" : "<");
+  return quantity_ + " " + Compared(value, relation, is_upper ? upper_ : lower_, condition_.unit);
+}
+
 void Within::Explain(std::vector<condition_t>* conditions) const {
   const bool is_upper = IsUpperNearer();
-  const double limit = is_upper ? upper_ : lower_;
   condition_t condition = condition_;
   condition.holds = Holds();
   condition.has_value = true;
   condition.value_mixed = value_;
-  condition.threshold_mixed = limit;
+  condition.threshold_mixed = is_upper ? upper_ : lower_;
   condition.comparison = is_upper ? "<=" : ">=";
-  const std::string relation = condition.holds ? condition.comparison : is_upper ? ">" : "<";
-  condition.text =
-      quantity_ + " " + Compared(condition.value_mixed, relation, condition.threshold_mixed, condition.unit);
+  condition.text = Words(condition.holds, condition.value_mixed);
   SetTick(header_, &condition);
   conditions->push_back(std::move(condition));
 }

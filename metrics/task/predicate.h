@@ -89,11 +89,13 @@ class Within : public Predicate {
   bool Evaluate(const WorldView& world) final;
   void Explain(std::vector<condition_t>* conditions) const final;
   void Stand(bool wanted, Standing* standing) const final;
-  std::vector<std::string> Describe(bool value) const final;
+  std::vector<std::string> Describe(bool value) const override;
 
  protected:
   // In the condition's unit.
   virtual double Value(const WorldView& world) = 0;
+  // Words for what was measured at a tick, which hold or do not: "tilt of pot 27.4 degrees > 20".
+  virtual std::string Words(bool holds, double value) const;
   // predicate, kind, subject and unit; the rest comes from the tick.
   condition_t condition_{};
   // What the number is, in words: "tilt of pot".

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "lcmtypes/clock.h"
 #include "metrics/task/expressions.h"
@@ -181,8 +183,19 @@ class Inside : public Within {
  public:
   Inside(const Expression& expression, const CompileContext& context)
       : Inside(ArgumentsOf(expression, {"object", "center_m", "half_extents_m"}, {"frame"}), context) {}
+  std::vector<std::string> Describe(bool value) const override {
+    const auto& [x, y, z] = center_;
+    const auto& [dx, dy, dz] = half_extents_;
+    return {fmt::format(
+        "{} {}inside the box of {:.6g} x {:.6g} x {:.6g} m around ({:.6g}, {:.6g}, {:.6g}) m{}",
+        condition_.subject, value ? "" : "not ", 2 * dx, 2 * dy, 2 * dz, x, y, z, frame_.words())};
+  }
 
  protected:
+  std::string Words(bool holds, double value) const override {
+    return fmt::format("{} {} its box{}, by {:.3g} m", condition_.subject, holds ? "inside" : "outside",
+                       frame_.words(), std::abs(value));
+  }
   double Value(const WorldView& world) override {
     const std::array<double, 3> position = frame_.Of(world.state.body[body_].position_m, world);
     double out = -std::numeric_limits<double>::infinity();
@@ -202,7 +215,6 @@ class Inside : public Within {
     condition_.kind = condition_t::POSE;
     condition_.subject = arguments["object"].Text();
     condition_.unit = "m";
-    quantity_ = "distance of " + condition_.subject + " out of its box" + frame_.words();
   }
   Frame frame_;
   int body_;
@@ -223,7 +235,7 @@ class TiltBelow : public Within {
                        ": 'tilt_below' needs either 'max_deg' or 'max_rad'");
     }
     const YamlValue* degrees = arguments.Find("max_deg");
-    upper_ = degrees ? degrees->Number() : *max * 180 / std::numbers::pi;
+    upper_ = degrees ? degrees->Number() : ToDegrees(*max);
     condition_.predicate = "tilt_below";
     condition_.kind = condition_t::POSE;
     condition_.subject = arguments["object"].Text();
@@ -236,7 +248,7 @@ class TiltBelow : public Within {
     const double* quat = world.state.body[body_].quat_wxyz;
     const double up_z = quat[0] * quat[0] - quat[1] * quat[1] - quat[2] * quat[2] + quat[3] * quat[3];
     const double tilt = Tilt(quat, axis_);
-    return (up_z >= 0 || axis_ == kNoAxis ? tilt : std::numbers::pi - tilt) * 180 / std::numbers::pi;
+    return ToDegrees(up_z >= 0 || axis_ == kNoAxis ? tilt : std::numbers::pi - tilt);
   }
 
  private:

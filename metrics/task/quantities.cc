@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
+#include "base/angles.h"
 #include "base/errors.h"
 #include "lcmtypes/clock.h"
 #include "metrics/task/expressions.h"
@@ -254,7 +254,7 @@ class QuantityWithin : public Within {
     if (kind.key == "deg") optional.insert(optional.end(), {"min_rad", "max_rad"});
     const YamlMap arguments = ArgumentsOf(expression, kind.required_arguments, optional);
     quantity_of_ = kind.make(arguments, context);
-    scale_ = kind.key == "deg" ? 180 / std::numbers::pi : 1;
+    scale_ = kind.key == "deg" ? ToDegrees(1) : 1;
 
     const std::optional<double> lower = Limit(arguments, "min", kind), upper = Limit(arguments, "max", kind);
     if (!lower && !upper) {
@@ -292,9 +292,7 @@ class QuantityWithin : public Within {
     const std::optional<double> limit = arguments.Angle(which, kind.range);
     // As it is written, where it is written in degrees.
     const YamlValue* degrees = arguments.Find(which + "_deg");
-    return degrees ? degrees->Number()
-           : limit ? std::optional(*limit * 180 / std::numbers::pi)
-                   : std::nullopt;
+    return degrees ? degrees->Number() : limit ? std::optional(ToDegrees(*limit)) : std::nullopt;
   }
   std::unique_ptr<Quantity> quantity_of_;
   // From SI units to the condition's.

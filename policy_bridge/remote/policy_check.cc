@@ -197,8 +197,15 @@ class Check {
             ? std::string("first step: no joint moves")
             : fmt::format("first step: {:.3g} rad at most, of joint {}", largest, largest_joint);
     if (largest > limit) {
-      Doubt(fmt::format("{}; {:g} expected: absolute taken for a delta, other joints, another unit?", step,
-                        limit));
+      // Rounded up, so that it may be copied.
+      const double enough = std::ceil(largest * 10) / 10;
+      Doubt(fmt::format(
+          "{}; {:g} rad at most expected ({}): absolute taken for a delta, other joints, another unit? If "
+          "the step is right, state it: 'first_step_rad: {:g}' in the contract's action, or --first-step "
+          "{:g}",
+          step, limit,
+          contract_.first_step_rad ? "first_step_rad" : "the default where no first_step_rad is stated",
+          enough, enough));
     } else {
       Good(step);
     }

@@ -272,7 +272,8 @@ void RemotePolicy::CheckFirstStep(const state_t& state, const action_t& action) 
           contract_,
           fmt::format(
               "the policy's first action wants joint {} of arm {} {:.3g} rad from where it is, {:g} at most "
-              "(action.first_step_rad): are its numbers absolute, in this order and unit?",
+              "(action.first_step_rad): are its numbers absolute, in this order and unit? If they are, raise "
+              "first_step_rad",
               info_.arm[i].joint_name[j], info_.arm[i].name, step, *contract_.first_step_rad));
     }
   }

@@ -4,12 +4,13 @@
     python3 python/examples/lerobot_policy.py [CHECKPOINT]
     evalbus run lift_pot --policy python/examples/lerobot_policy.yaml
 
-CHECKPOINT: folder of a trained ACT policy, with what normalises for it. Without one its weights are random.
+CHECKPOINT: folder of a trained ACT policy, with what normalizes for it, as `lerobot-train` writes it. Without one its
+weights are random.
 
-Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the two
-grippers' openings (1 open, 0 closed); "image", (224, 224, 3), uint8, RGB: the camera called "head" in
-training.
-Actions: 20 steps of 16 numbers (a checkpoint: as it was trained): 14 joint targets (rad), then the two
+Observation: the keys of the data set that to_lerobot.py writes: "observation.state", 16 numbers: the 14 joint
+positions of the two arms (rad, left arm first), then the two grippers' openings (1 open, 0 closed);
+"observation.images.head" and others, (height, width, 3), uint8, RGB, as they were in training.
+Actions: 20 steps of 16 numbers (a checkpoint: as many as in training): 14 joint targets (rad), then the two
 grippers.
 """
 
@@ -50,12 +51,13 @@ class Policy:
         self.policy.reset()
 
     def __call__(self, observation):
-        batch = self.before(
-            {
-                "observation.state": torch.from_numpy(observation["state"]).float(),
-                "observation.images.head": torch.from_numpy(observation["image"]).permute(2, 0, 1) / 255,
-            }
-        )
+        batch = {}
+        for key, value in observation.items():
+            if key.startswith("observation.images."):
+                batch[key] = torch.from_numpy(value).permute(2, 0, 1) / 255
+            elif key.startswith("observation."):
+                batch[key] = torch.from_numpy(value).float()
+        batch = self.before(batch)
         return self.after(self.policy.predict_action_chunk(batch))[0].numpy()
 
 

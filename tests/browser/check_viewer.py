@@ -34,7 +34,7 @@ AT_THE_END = ("extended.spectral_arc_length",)
 HOSTILE = "<img src=x onerror=alert(1)><b>&amp;\u202e\u0007" + "long " * 40
 
 
-def wait_until(browser, expression, what, limit_s=60):
+def wait_until(browser, expression, what, limit_s=900):
     end = time.monotonic() + limit_s
     while not browser.evaluate(expression):
         if time.monotonic() > end:

@@ -11,6 +11,7 @@
 
 #include "policy_bridge/wire/policy_client.h"
 #include "policy_bridge/wire/value.h"
+#include "tests/deadline.h"
 
 namespace evalbus::policy {
 
@@ -86,11 +87,11 @@ class PolicyServerDouble {
 
   // Pings all connections, and waits for an answer of each. False if one does not come in time; then drops
   // them all, as websockets' keep-alive does.
-  bool Ping(std::chrono::seconds limit = std::chrono::seconds(30));
+  bool Ping(std::chrono::seconds limit = kDeadline);
   // A message to all connections that wait for a request.
   void SayUnasked(const std::string& message, bool is_text);
   // Waits until so many connections are open.
-  bool WaitForConnections(size_t count, std::chrono::seconds limit = std::chrono::seconds(30));
+  bool WaitForConnections(size_t count, std::chrono::seconds limit = kDeadline);
 
  private:
   struct Server;

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -36,8 +37,8 @@ std::string Replace(std::string text, const std::string& what, const std::string
 
 }  // namespace
 
-bool WaitFor(const std::function<bool()>& condition, std::chrono::milliseconds deadline) {
-  const auto end = steady_clock::now() + deadline;
+bool WaitFor(const std::function<bool()>& condition) {
+  const auto end = steady_clock::now() + kDeadline;
   while (!condition()) {
     if (steady_clock::now() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -105,8 +106,8 @@ void Program::Signal(int signal) {
   if (!ended_) kill(pid_, signal);
 }
 
-int Program::Wait(std::chrono::milliseconds deadline) {
-  EXPECT_TRUE(WaitFor([this] { return !running(); }, deadline)) << out() << err();
+int Program::Wait() {
+  EXPECT_TRUE(WaitFor([this] { return !running(); })) << out() << err();
   return code_;
 }
 
@@ -133,6 +134,14 @@ std::string ShortTask(const fs::path& folder, double time_limit_s, const std::st
   const fs::path file = folder / ("short_" + task.substr(task.rfind('_') + 1) + ".yaml");
   WriteText(file, text);
   return file;
+}
+
+Stopped::Stopped(std::vector<pid_t> processes) : processes_(std::move(processes)) {
+  for (const pid_t process : processes_) EXPECT_EQ(kill(process, SIGSTOP), 0);
+}
+
+Stopped::~Stopped() {
+  for (const pid_t process : processes_) kill(process, SIGCONT);
 }
 
 std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program) {

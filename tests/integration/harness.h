@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 #include <sys/types.h>
 
-#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "bus/bus.h"
+#include "tests/deadline.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus {
@@ -23,11 +23,8 @@ constexpr bool kIsSanitized = true;
 constexpr bool kIsSanitized = false;
 #endif
 
-// Far more than anything here takes on a busy machine; a test that waits this long has failed.
-constexpr std::chrono::seconds kDeadline{kIsSanitized ? 900 : 90};
-
-// Looks at a condition until it is true; false at the deadline.
-bool WaitFor(const std::function<bool()>& condition, std::chrono::milliseconds deadline = kDeadline);
+// Polls a condition until it is true; false at the deadline.
+bool WaitFor(const std::function<bool()>& condition);
 
 std::string ReadText(const std::filesystem::path& file);
 void WriteText(const std::filesystem::path& file, const std::string& text);
@@ -58,7 +55,7 @@ class Program {
   bool running();
   void Signal(int signal);
   // Exit code, or 128 + signal; -1 and a failure of the test if it does not end.
-  int Wait(std::chrono::milliseconds deadline = kDeadline);
+  int Wait();
   std::string out() const { return ReadText(folder_.path() / "out"); }
   std::string err() const { return ReadText(folder_.path() / "err"); }
 
@@ -81,6 +78,18 @@ void Evaluate(const std::vector<std::string>& arguments, const std::filesystem::
 // A task as a file of the folder, each episode as long as said; returns the file.
 std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
                       const std::string& task = "lift_pot");
+
+// Stops processes while it lives.
+class Stopped {
+ public:
+  explicit Stopped(std::vector<pid_t> processes);
+  ~Stopped();
+  Stopped(const Stopped&) = delete;
+  Stopped& operator=(const Stopped&) = delete;
+
+ private:
+  std::vector<pid_t> processes_;
+};
 
 // Process ids of the children of a process whose program has this name.
 std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program = "");

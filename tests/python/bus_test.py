@@ -39,7 +39,7 @@ def run_on_bus(policy, out, *options):
     ]
     with support.Program(*policy, ready="policy ready"):
         done = subprocess.run(
-            [*command, *options], capture_output=True, text=True, timeout=3 * support.DEADLINE_S
+            [*command, *options], capture_output=True, text=True, timeout=support.DEADLINE_S
         )
     assert done.returncode == 0, f"{done.stdout}{done.stderr}"
     return evalbus.read_run(out)

@@ -15,11 +15,13 @@ try:
 except ImportError:
     sys.exit(77)
 
+from support import DEADLINE_S
+
 BIN = pathlib.Path(sys.argv[1]) / "evalbus"
 
 
 def evalbus(*arguments, code=0):
-    done = subprocess.run([BIN, *map(str, arguments)], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([BIN, *map(str, arguments)], capture_output=True, text=True, timeout=DEADLINE_S)
     assert done.returncode == code, (arguments, done.returncode, done.stdout, done.stderr)
     return done.stdout + done.stderr
 
@@ -64,7 +66,7 @@ with tempfile.TemporaryDirectory() as name:
         while stopped.poll() is None and not (kept.exists() and any(len(f.name) == 32 for f in kept.iterdir())):
             time.sleep(0.005)
         stopped.send_signal(signal.SIGINT)
-        said = stopped.communicate(timeout=60)[1]
+        said = stopped.communicate(timeout=DEADLINE_S)[1]
     assert stopped.returncode == 2 and "and the same command goes on with them" in said, (stopped.returncode, said)
     assert not (here / "stopped.hdf5").exists()
     begun = {f: f.stat().st_mtime_ns for f in kept.iterdir()}
@@ -278,7 +280,7 @@ with tempfile.TemporaryDirectory() as name:
     commands += [(["export", which, *options], words) for which, options, words in exports]
     before = sorted(here.rglob("*"))
     for command, words in commands:
-        done = subprocess.run([BIN, *map(str, command)], capture_output=True, text=True, timeout=300)
+        done = subprocess.run([BIN, *map(str, command)], capture_output=True, text=True, timeout=DEADLINE_S)
         said = done.stderr
         assert done.returncode == 1 and words in said and said.startswith("error: "), (command, done.returncode, said)
         assert said.count("\n") == 1 and len(said) < 600, (command, said)

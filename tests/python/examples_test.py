@@ -75,7 +75,8 @@ class ExamplesTest(unittest.TestCase):
     def test_lerobot(self):
         if importlib.util.find_spec("lerobot") is None:
             self.skipTest("needs LeRobot: scripts/interop lerobot")
-        chunk = actions("lerobot_policy.py", state=AT_HOME, image=np.zeros((224, 224, 3), np.uint8))
+        observation = {"observation.state": AT_HOME, "observation.images.head": np.zeros((224, 224, 3), np.uint8)}
+        chunk = actions("lerobot_policy.py", **observation)
         self.assertEqual((chunk.shape, chunk.dtype), ((20, 16), np.float32))
         self.assertTrue(np.isfinite(chunk).all())
         # Random weights do nothing sensible, under their own contract, to the end.

@@ -19,13 +19,15 @@ from robomimic.utils.dataset import SequenceDataset
 from safetensors import safe_open
 from safetensors.numpy import save_file
 
+import support
+
 BIN = pathlib.Path(sys.argv[1]) / "evalbus"
 TO_LEROBOT = pathlib.Path(__file__).parents[2] / "python/examples/to_lerobot.py"
 CAMERAS = ["roboeval/head", "roboeval/left_wrist"]
 
 
 def run(*command):
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=600)
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=support.DEADLINE_S)
     assert done.returncode == 0, (command, done.stdout[-2000:], done.stderr[-2000:])
     return done.stdout
 

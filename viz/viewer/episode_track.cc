@@ -229,6 +229,31 @@ void EpisodeTrack::Hear(const episode_summary_t& summary) {
   ++layout_;
 }
 
+void EpisodeTrack::Hear(const image_t& image) {
+  if (!IsOurs(image.header) || !IsPlausible(image.header) || image.header.tick >= kMaxTicks ||
+      image.view.encoding != "jpeg" || image.data.empty()) {
+    return;
+  }
+  auto camera = std::ranges::find(cameras_, image.view.camera);
+  if (camera == cameras_.end()) {
+    if (cameras_.size() > std::numeric_limits<uint8_t>::max()) return;
+    camera = cameras_.insert(cameras_.end(), image.view.camera);
+    num_images_.push_back(0);
+    ++layout_;
+  }
+  const auto index = static_cast<size_t>(camera - cameras_.begin());
+  const int64_t number = num_images_[index]++;
+  if (number % image_stride_ != 0) return;
+  images_.push_back({index, number, image.header.tick, ticks(), {image.data.begin(), image.data.end()}});
+  image_bytes_ += image.data.size();
+  while (image_bytes_ > about_.image_bytes && images_.size() > cameras_.size()) {
+    image_stride_ *= 2;
+    std::erase_if(images_, [&](const Image& kept) { return kept.number % image_stride_ != 0; });
+    image_bytes_ = 0;
+    for (const Image& kept : images_) image_bytes_ += kept.jpeg.size();
+  }
+}
+
 int64_t EpisodeTrack::ticks() const {
   const auto all = static_cast<int64_t>(ticks_.size());
   if (is_over()) return all;
@@ -489,6 +514,24 @@ void EpisodeTrack::AddArrays(int64_t from, BlockWriter* block) const {
   block->Add("contact_normal", {3, c}, normal)["scale"] = 1 / kUnit;
   block->Add("contact_depth_m", {c}, depth);
   block->Add("missing", {missing.size()}, missing);
+  if (!cameras_.empty()) AddImages(from, block);
+}
+
+void EpisodeTrack::AddImages(int64_t from, BlockWriter* block) const {
+  std::vector<uint8_t> camera, jpeg;
+  std::vector<uint32_t> tick, begins;
+  for (const Image& image : images_) {
+    if (image.known_ticks < from) continue;
+    camera.push_back(static_cast<uint8_t>(image.camera));
+    tick.push_back(static_cast<uint32_t>(image.tick));
+    begins.push_back(static_cast<uint32_t>(jpeg.size()));
+    jpeg.insert(jpeg.end(), image.jpeg.begin(), image.jpeg.end());
+  }
+  begins.push_back(static_cast<uint32_t>(jpeg.size()));
+  block->Add("image_camera", {camera.size()}, camera);
+  block->Add("image_tick", {tick.size()}, tick);
+  block->Add("image_from", {begins.size()}, begins);
+  block->Add("image_jpeg", {jpeg.size()}, jpeg);
 }
 
 std::string EpisodeTrack::EpisodeBlock() const {
@@ -514,6 +557,7 @@ std::string EpisodeTrack::EpisodeBlock() const {
   Json& grippers = head["grippers"] = Json::array();
   for (const gripper_info_t& gripper : model_->gripper) grippers.push_back(gripper.name);
   head["objects"] = model_->object_name;
+  head["image_cameras"] = cameras_;
   Json& curves = head["curves"] = Json::array();
   for (const Curve& curve : curves_.curves()) {
     curves.push_back({{"name", curve.name},

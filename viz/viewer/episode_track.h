@@ -18,6 +18,7 @@
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
+#include "evalbus/image_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/state_t.hpp"
@@ -47,7 +48,10 @@ class EpisodeTrack {
     // As of SceneBlocks; empty: the page draws nothing.
     std::string scene = {};
     std::vector<int> bodies = {};
+    // Images of a source's cameras beyond so many bytes: every second one is left out, and so on.
+    size_t image_bytes = kMaxImageBytes;
   };
+  static constexpr size_t kMaxImageBytes = size_t{8} << 20;
 
   // Positions are sent in steps of so much, m, which makes half of it the largest error.
   static constexpr double kPositionStep = 2e-5;
@@ -66,6 +70,8 @@ class EpisodeTrack {
   void Hear(const criteria_t& criteria);
   void Hear(const episode_end_t& end);
   void Hear(const episode_summary_t& summary);
+  // An image of a source's camera, as the sim passes it on.
+  void Hear(const image_t& image);
 
   const model_info_t& model() const { return *model_; }
   const header_t& episode() const { return episode_; }
@@ -115,6 +121,15 @@ class EpisodeTrack {
     // By row of curves_.
     std::vector<double> values;
   };
+  struct Image {
+    size_t camera;
+    // How manieth of its camera.
+    int64_t number;
+    int64_t tick;
+    // ticks() when it came: blocks of ticks from there on have it.
+    int64_t known_ticks;
+    std::vector<uint8_t> jpeg;
+  };
   struct CriteriaAt {
     int64_t tick;
     std::vector<float> value;
@@ -131,6 +146,7 @@ class EpisodeTrack {
   void AddHead(nlohmann::ordered_json* head) const;
   void AddChanging(nlohmann::ordered_json* head) const;
   void AddArrays(int64_t from, BlockWriter* block) const;
+  void AddImages(int64_t from, BlockWriter* block) const;
   nlohmann::ordered_json CriteriaJson() const;
   nlohmann::ordered_json CriteriaTrees() const;
 
@@ -153,6 +169,13 @@ class EpisodeTrack {
   std::vector<CriteriaAt> criteria_at_;
   std::optional<episode_end_t> end_;
   std::optional<episode_summary_t> summary_;
+  // Of the source: names, and how many images of each have come.
+  std::vector<std::string> cameras_;
+  std::vector<int64_t> num_images_;
+  std::vector<Image> images_;
+  size_t image_bytes_ = 0;
+  // Of each camera every so many are kept.
+  int64_t image_stride_ = 1;
 
   std::vector<TrackEvent> scores_events_, touches_;
   std::map<std::pair<int, int>, int64_t> last_touch_us_;  // by geoms

@@ -126,6 +126,8 @@ void LiveFeed::Give(std::string_view channel, std::span<const uint8_t> data) {
     if (episode_end_t end{}; Decode(data, &end)) track_->Hear(end);
   } else if (channel == channels::kEpisodeSummary) {
     if (episode_summary_t summary{}; Decode(data, &summary)) track_->Hear(summary);
+  } else if (channels::Carries(channels::kCameraImage, channel)) {
+    if (image_t image{}; Decode(data, &image)) track_->Hear(image);
   }
 }
 

@@ -3,8 +3,10 @@
 // scene; what was before we came) others find for it; meanwhile the episode's messages wait here.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bus/channels.h"
 #include "viz/viewer/episode_track.h"
 #include "viz/viewer/run_block.h"
 #include "viz/watch/run_watch.h"
@@ -33,11 +36,15 @@ class LiveFeed {
     std::vector<uint8_t> data;
   };
 
-  // Channels that it wants.
+  // Channels that it wants, as Bus::SubscribeRaw takes them.
   static constexpr std::string_view kChannels[] = {
       "EVALBUS_MODEL",           "EVALBUS_EPISODE_BEGIN", "EVALBUS_STATE",  "EVALBUS_CONTACTS",
       "EVALBUS_PARTIAL",         "EVALBUS_CRITERIA",      "EVALBUS_STATUS", "EVALBUS_EPISODE_END",
-      "EVALBUS_EPISODE_SUMMARY", "EVALBUS_RUN_SUMMARY",   "EVALBUS_LOG"};
+      "EVALBUS_EPISODE_SUMMARY", "EVALBUS_RUN_SUMMARY",   "EVALBUS_LOG",    "EVALBUS_CAMERA_.*"};
+  static bool Wants(std::string_view channel) {
+    return std::ranges::find(kChannels, channel) != std::end(kChannels) ||
+           channels::Carries(channels::kCameraImage, channel);
+  }
   static constexpr auto kRunPeriod = std::chrono::milliseconds(200);
   static constexpr auto kTicksPeriod = std::chrono::milliseconds(33);
   // Between two whole episodes, which are long, where a run is much faster than the robot.

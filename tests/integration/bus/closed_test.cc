@@ -155,7 +155,7 @@ class Neighbour {
       std::error_code error;
       return fs::read_symlink("/proc/" + process + "/ns/net", error);
     };
-    return WaitFor([&] { return network(pid) != network("self"); }, std::chrono::seconds(5)) &&
+    return WaitFor([&] { return network(pid) != network("self"); }) &&
            RunProgram({"sh", "-ec",
                        "ip link add cable type veth peer name cable netns " + pid + "; ip address add " +
                            kOurs + "/24 dev cable; ip link set cable up; " + in +

@@ -43,7 +43,7 @@ TEST_P(ByHand, AnyOrderOfStartsGivesTheSameScores) {
     if (name == "sim") continue;
     EXPECT_TRUE(program->running()) << name;
     program->Signal(SIGTERM);
-    EXPECT_EQ(program->Wait(std::chrono::seconds(5)), 0) << name;
+    EXPECT_EQ(program->Wait(), 0) << name;
     // What it noticed, which is nothing to worry about.
     std::istringstream lines(program->err());
     for (std::string line; std::getline(lines, line);) {
@@ -110,7 +110,7 @@ TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
   for (const auto& program : programs) {
     EXPECT_TRUE(program->running());
     program->Signal(SIGTERM);
-    EXPECT_EQ(program->Wait(std::chrono::seconds(5)), 0) << program->err();
+    EXPECT_EQ(program->Wait(), 0) << program->err();
   }
 }
 
@@ -210,7 +210,7 @@ TEST(Programs, ComponentsEndOnBothStopSignals) {
     Program sim({"evalbus-sim", "lift_pot", "--out", folder.path(), "--url", url});
     ASSERT_TRUE(WaitFor([&] { return sim.out() == "sim ready\n"; })) << sim.err();
     sim.Signal(signal);
-    EXPECT_EQ(sim.Wait(std::chrono::seconds(5)), 0);
+    EXPECT_EQ(sim.Wait(), 0);
     EXPECT_EQ(sim.err(), "");
   }
 }

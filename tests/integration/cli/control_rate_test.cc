@@ -22,7 +22,7 @@ class ControlRate : public testing::Test {
 TEST_F(ControlRate, IsTheRealOneEverywhere) {
   const Result result = Run("200", "run");
   ASSERT_EQ(result.code, 0) << result.err;
-  const std::string line = "--control-hz 200: 250 Hz, 2 physics steps of 2 ms per tick\n";
+  const std::string line = "control rate: 250 Hz instead of 200 Hz; a tick is 2 physics steps of 2 ms\n";
   EXPECT_EQ(result.out.rfind(line, 0), 0u) << result.out;
   EXPECT_NE(result.out.find("lockstep 250 Hz"), std::string::npos) << result.out;
   const auto run = folder_.path() / "run";

@@ -52,7 +52,7 @@ class Recorded : public testing::Test {
     more.insert(more.begin(), {"evalbus", "rescore", what});
     return RunProgram(more);
   }
-  Result Replay(const fs::path& what, std::vector<std::string> more = {"--speed", "10"}) {
+  Result Replay(const fs::path& what, std::vector<std::string> more = {"--speed", "5"}) {
     more.insert(more.begin(), {"evalbus", "replay", what});
     return RunProgram(more);
   }
@@ -95,7 +95,7 @@ TEST_F(Recorded, ReplayGivesTheRecordedBits) {
   EXPECT_EQ(result.err, "");
   EXPECT_SAYS(result.out, "2 of 2 episodes equal the recorded scores in every bit; 0 of " +
                               std::to_string(NumStates(2)) + " ticks lost");
-  const Result one = Replay(run_, {"--speed", "20", "--episode", "1"});
+  const Result one = Replay(run_, {"--speed", "5", "--episode", "1"});
   EXPECT_EQ(one.code, 0) << one.out << one.err;
   EXPECT_SAYS(one.out, "1 of 1 episodes equal");
 }
@@ -128,7 +128,7 @@ TEST_F(Recorded, SuitesAreReplayedRescoredAndFilmed) {
   }
 
   EVALBUS_NEEDS_BUS();
-  const Result replayed = Replay(suite, {"--speed", "20"});
+  const Result replayed = Replay(suite, {"--speed", "5"});
   EXPECT_EQ(replayed.code, 0) << replayed.out << replayed.err;
   EXPECT_SAYS(replayed.out, "lift_pot/base  policy flawed_expert:error");
   EXPECT_SAYS(replayed.out, "stack_two_blocks/base  policy flawed_expert:error");
@@ -164,7 +164,7 @@ TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   bus.SubscribeRaw(".*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
     heard.events.push_back({std::string(channel), {data.begin(), data.end()}, 0});
   });
-  Program replay({"evalbus", "replay", run_, "--speed", "10", "--url", url});
+  Program replay({"evalbus", "replay", run_, "--speed", "5", "--url", url});
   EXPECT_TRUE(WaitFor([&] {
     while (bus.Handle()) {
     }
@@ -333,7 +333,7 @@ TEST_F(Recorded, CutLogIsScoredAsFarAsItGoes) {
   EXPECT_EQ(score["complete"], false);
   const double last = static_cast<double>(states.back().header.sim_time_us) * 1e-6;
   EXPECT_NEAR(score["metrics"]["completion_time"], last, 0.0201);
-  const Result replayed = Replay(log, {"--speed", "20"});
+  const Result replayed = Replay(log, {"--speed", "5"});
   EXPECT_EQ(replayed.code, 2);
   EXPECT_SAYS(replayed.out, "no EPISODE_END in the log; no score was recorded");
   EXPECT_SAYS(replayed.out, "0 of ");
@@ -355,7 +355,7 @@ TEST_F(Recorded, DamageCostsRescoringOneTickAndThePlayerTheRest) {
   EXPECT_SAYS(rescored.out, "incomplete: 1 tick missing\n");
   EXPECT_SAYS(rescored.out, "damaged bytes in 1 place skipped");
   const size_t played = 99, scored = NumStates(1) - 1;
-  const Result replayed = Replay(log, {"--speed", "20"});
+  const Result replayed = Replay(log, {"--speed", "5"});
   EXPECT_EQ(replayed.code, 2);
   EXPECT_SAYS(replayed.out, std::to_string(scored - played) + " ticks were lost in the replay");
   EXPECT_SAYS(replayed.out, "LCM's player stops at the first damaged event");
@@ -380,7 +380,7 @@ TEST_F(Recorded, InterruptEndsTheReplay) {
   ASSERT_TRUE(WaitFor([&] { return !ChildrenOf(replay.pid(), "lcm-logplayer").empty(); })) << replay.err();
   const std::vector<pid_t> children = ChildrenOf(replay.pid());
   replay.Signal(SIGINT);
-  EXPECT_EQ(replay.Wait(std::chrono::seconds(5)), 2);
+  EXPECT_EQ(replay.Wait(), 2);
   EXPECT_EQ(replay.err(), "error: stopped before the end\n");
   EXPECT_EQ(children.size(), 2u);
   for (const pid_t child : children) EXPECT_NE(kill(child, 0), 0);

@@ -70,7 +70,7 @@ TEST_F(Resume, AfterCtrlCTheRestIsDone) {
   Program launcher(RunCommand(run_, {"--in-process"}));
   ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
   launcher.Signal(SIGINT);
-  EXPECT_EQ(launcher.Wait(std::chrono::seconds(2)), 2);
+  EXPECT_EQ(launcher.Wait(), 2);
   EXPECT_NE(launcher.err().find("--resume goes on"), std::string::npos) << launcher.err();
   EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
   ExpectAsReference(run_);
@@ -422,7 +422,7 @@ TEST(Suite, CtrlCLeavesNoProcessAndResumeGoesOn) {
       for (const pid_t component : ChildrenOf(run)) family.push_back(component);
     }
     ASSERT_EQ(kill(-launcher.pid(), SIGINT), 0);
-    EXPECT_EQ(launcher.Wait(std::chrono::seconds(2)), 2);
+    EXPECT_EQ(launcher.Wait(), 2);
     EXPECT_NE(launcher.err().find("error: stopped after "), std::string::npos) << launcher.err();
     for (const pid_t pid : family) EXPECT_EQ(kill(pid, 0), -1) << pid << " is still there";
   }

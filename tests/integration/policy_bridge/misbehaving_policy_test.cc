@@ -297,9 +297,11 @@ TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
   })) << launcher.err();
   std::vector<pid_t> all = ChildrenOf(launcher.pid());
   all.push_back(launcher.pid());
-  for (const pid_t pid : all) kill(pid, SIGSTOP);
-  std::this_thread::sleep_for(std::chrono::seconds(11));
-  for (const pid_t pid : all) kill(pid, SIGCONT);
+  {
+    const Stopped stopped(all);
+    // The pause itself is what is tested.
+    std::this_thread::sleep_for(std::chrono::seconds(11));
+  }
   ASSERT_TRUE(WaitFor([&] {
     guest.Work();
     return !launcher.running();

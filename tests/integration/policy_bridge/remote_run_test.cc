@@ -44,7 +44,7 @@ class RemoteRun : public testing::Test {
   std::string Contract(const std::string& kind = "joint_position", const std::string& rate_hz = "20") {
     const std::string file = folder_.path() / "mine.yaml";
     WriteText(file, "wire: openpi\nurl: " + server_->url() + "\nrate_hz: " + rate_hz +
-                        "\ndeadlines: {connect_s: 20, first_reply_s: 60, reply_s: 60, return_s: 60}\n"
+                        "\ndeadlines: {connect_s: 900, first_reply_s: 900, reply_s: 900, return_s: 900}\n"
                         "observation:\n"
                         "  - {key: image, camera: roboeval/head, size_px: [48, 32]}\n"
                         "  - {key: state, state: left.joint_position_rad}\n"
@@ -114,6 +114,25 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
   const fs::path replayed = folder_.path() / "replayed";
   Evaluate(With(Arguments("replay:" + apart.string(), 3), {"--control-hz", "20"}), replayed);
   ExpectSameScores(apart, replayed);
+}
+
+// The policy is asked about the last tick, too, while that is scored: whether its answer comes in time is
+// chance.
+TEST_F(RemoteRun, CallsAreAsManyInOneProcessAsInMany) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const fs::path contract = Contract();
+  std::string text = ReadText(contract);
+  const std::string three = "execute_steps: 3";
+  WriteText(contract, text.replace(text.find(three), three.size(), "execute_steps: 2"));
+  const fs::path apart = folder_.path() / "apart", same = folder_.path() / "same";
+  Evaluate(Arguments(contract, 1), apart);
+  Evaluate(With(Arguments(contract, 1), {"--in-process"}), same);
+  for (const fs::path& run : {apart, same}) {
+    const auto calls = nlohmann::json::parse(ReadText(run / "episodes/0000/policy_calls.json"));
+    // The episode ends at tick 20, about which it is asked, too.
+    EXPECT_EQ(calls["tick"].dump(), "[0,2,4,6,8,10,12,14,16,18]") << run;
+  }
 }
 
 // What the workers ask together is one request, and their results are those of one worker.
@@ -195,6 +214,18 @@ TEST_F(RemoteRun, TellsHowItWasMade) {
   EXPECT_EQ(info["policy_contract"]["action"]["execute_steps"], 3);
   ASSERT_EQ(RunProgram({"evalbus", "report", run}).code, 0);
   EXPECT_NE(ReadText(run / "report.html").find("Its server was called 7 times"), std::string::npos);
+}
+
+// No physics step of 2 ms goes into 30 Hz, and nobody has typed a rate.
+TEST_F(RemoteRun, SaysAtWhichRateTheContractsRateIsRun) {
+  EVALBUS_NEEDS_BUS();
+  Serve(Forward);
+  const Result result = Run(Contract("joint_position", "30"), 1, folder_.path() / "run");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(result.out.starts_with(
+      "control rate: 29.412 Hz instead of 30 Hz; a tick is 17 physics steps of 2 ms\n"))
+      << result.out;
+  EXPECT_NE(result.out.find("29.4118 Hz"), std::string::npos) << result.out;
 }
 
 // The server fails once, in its own way in each episode: the episode is begun again from its seed.
@@ -290,6 +321,27 @@ TEST_F(RemoteRun, CheckTellsWhatIsWrongApart) {
   EXPECT_EQ(result.code, 6) << result.out;
   EXPECT_NE(result.out.find("absolute taken for a delta"), std::string::npos) << result.out;
 
+  // Rightly elsewhere than the robot is: an early checkpoint, another pose at the start.
+  Serve([](const Value& observation) -> Value {
+    std::vector<double> row = Numbers(*observation.Find("state")->As<Array>());
+    for (double& joint : row) joint += 0.65;
+    row.push_back(0.5);
+    std::vector<double> rows;
+    for (int k = 0; k < kSteps; ++k) rows.insert(rows.end(), row.begin(), row.end());
+    return Map{{"actions", FloatArray(rows, {kSteps, 8})}};
+  });
+  const std::string elsewhere = Contract();
+  result = check(elsewhere);
+  EXPECT_EQ(result.code, 6) << result.out;
+  EXPECT_NE(result.out.find("; 0.5 rad at most expected (first_step_rad)"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("state it: 'first_step_rad: 0.7' in the contract's action, or --first-step 0.7"),
+            std::string::npos)
+      << result.out;
+  result = RunProgram({"evalbus", "policy", "check", elsewhere, "--first-step", "0.75", "--out",
+                       (folder_.path() / "check").string()});
+  EXPECT_EQ(result.code, 0) << result.out << result.err;
+
+  Serve(Forward);
   const std::string contract = Contract();
   server_->Stop();
   EXPECT_EQ(check(contract).code, 3);

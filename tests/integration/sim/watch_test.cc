@@ -170,6 +170,32 @@ TEST_F(Watch, ARunStrippedToWhatATrackedRobotKnowsGetsItsScores) {
   }
 }
 
+// Nothing is simulated, so no physics step bounds the rate.
+TEST_F(Watch, AnyRateIsExactAndNoLockstep) {
+  const std::string url = UniqueUrl();
+  const auto watch = Begin(url, {"--hz", "30"});
+  Source source(url);
+  ASSERT_TRUE(source.Meet(model_, true));
+  ASSERT_TRUE(source.Play(states_, 0, [](source_state_t*) {}));
+  ASSERT_EQ(watch->Wait(), 0) << watch->err();
+  EXPECT_NE(watch->out().find("source 30 Hz"), std::string::npos) << watch->out();
+  EXPECT_EQ(watch->out().find("lockstep"), std::string::npos) << watch->out();
+  EXPECT_EQ(watch->out().find("control rate"), std::string::npos) << watch->out();
+  EXPECT_EQ(nlohmann::json::parse(ReadText(out() / "run.json"))["control_hz"], 30);
+  const RecordedLog log = ReadLog(LogFile(out(), 0));
+  EXPECT_EQ(log.Messages(channels::kModel).at(0).clock, "source");
+  const auto states = log.Messages(channels::kState);
+  ASSERT_GT(states.size(), 90u);
+  EXPECT_EQ(states[90].header.sim_time_us, 3'000'000);
+  // Within the tick of the original's success.
+  const double before = Episodes(original()).at(0)["metrics"]["completion_time"],
+               after = Episodes(out()).at(0)["metrics"]["completion_time"];
+  EXPECT_NEAR(before, after, 1.0 / 30 + 0.02);
+  const Result rescored = RunProgram({"evalbus", "rescore", out()});
+  EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
+  EXPECT_NE(rescored.out.find("equal the recorded scores in every bit"), std::string::npos) << rescored.out;
+}
+
 TEST_F(Watch, WithoutObjectsNothingIsSaidAboutThem) {
   const std::string url = UniqueUrl();
   const auto watch = Begin(url);

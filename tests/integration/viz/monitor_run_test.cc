@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 
 #include "tests/integration/harness.h"
@@ -14,9 +13,8 @@
 namespace evalbus::monitor_run_test {
 
 namespace fs = std::filesystem;
-using std::chrono::steady_clock;
 
-// Short episodes of a hand that holds still: the speed of the bus is what is measured.
+// Short episodes of a hand that holds still.
 std::vector<std::string> RunCommand(const fs::path& folder, const std::string& name, const std::string& url,
                                     const std::vector<std::string>& more = {}) {
   std::vector<std::string> command = {
@@ -26,38 +24,39 @@ std::vector<std::string> RunCommand(const fs::path& folder, const std::string& n
   return command;
 }
 
-double SecondsOf(const std::vector<std::string>& command) {
-  const auto began = steady_clock::now();
-  const Result result = RunProgram(command);
-  EXPECT_EQ(result.code, 0) << result.out << result.err;
-  return std::chrono::duration<double>(steady_clock::now() - began).count();
+int Count(const std::string& text, const std::string& words) {
+  int count = 0;
+  for (size_t at = 0; (at = text.find(words, at)) != std::string::npos; at += words.size()) ++count;
+  return count;
 }
 
-TEST(MonitorRun, AHangingMonitorNeitherStopsNorSlowsTheRun) {
+// A monitor that listens until the run is over misses no component: one that a loaded machine keeps waiting
+// is back.
+void ExpectNoComponentIsMissed(const std::string& out) {
+  EXPECT_EQ(Count(out, " is silent since "), Count(out, " is back\n")) << out;
+}
+
+// A run that waited for it would wait for ever.
+TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
-  const double alone = SecondsOf(RunCommand(folder.path(), "alone", UniqueUrl(), {"--episodes", "4"}));
+  const Result alone = RunProgram(RunCommand(folder.path(), "alone", UniqueUrl(), {"--episodes", "4"}));
+  ASSERT_EQ(alone.code, 0) << alone.out << alone.err;
   const std::string url = UniqueUrl();
   Program hanging({"evalbus-monitor", "--url", url}), listening({"evalbus", "monitor", "--url", url});
   ASSERT_TRUE(WaitFor([&] { return !hanging.out().empty() && !listening.out().empty(); }));
-  const auto began = steady_clock::now();
   Program run(RunCommand(folder.path(), "watched", url, {"--episodes", "4"}));
   // In the middle of the run, when it has heard and could have said everything.
   ASSERT_TRUE(WaitFor([&] { return hanging.out().find("episode 0 begins") != std::string::npos; }));
   hanging.Signal(SIGSTOP);
   ASSERT_TRUE(run.running());
   EXPECT_EQ(run.Wait(), 0) << run.err();
-  const double watched = std::chrono::duration<double>(steady_clock::now() - began).count();
   EXPECT_EQ(run.out().find("begun again"), std::string::npos) << run.out();
   ExpectSameScores(folder.path() / "alone", folder.path() / "watched");
   for (int i = 0; i < 4; ++i) {
     ExpectSameTicks(ReadLog(LogFile(folder.path() / "alone", i)),
                     ReadLog(LogFile(folder.path() / "watched", i)));
   }
-  // A run that waits would wait for ever; the rest is the noise of a busy machine.
-  EXPECT_LT(watched, 2 * alone + 2);
-  RecordProperty("alone_ms", static_cast<int>(alone * 1e3));
-  RecordProperty("watched_ms", static_cast<int>(watched * 1e3));
   hanging.Signal(SIGCONT);
   // The run is over: both say so and end.
   for (Program* monitor : {&hanging, &listening}) {
@@ -68,8 +67,7 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorSlowsTheRun) {
   const std::string reason = Episodes(folder.path() / "watched").at(3)["failure_reason"];
   EXPECT_NE(listening.out().find("episode 3 " + reason + " after 4.00 s"), std::string::npos)
       << listening.out();
-  // Nobody is missed who has said good-bye.
-  EXPECT_EQ(listening.out().find("silent"), std::string::npos) << listening.out();
+  ExpectNoComponentIsMissed(listening.out());
   EXPECT_NE(listening.out().find("4 done, success 0 %"), std::string::npos) << listening.out();
 }
 
@@ -83,8 +81,14 @@ TEST(MonitorRun, OpenedInMidEpisodeShowsWhatCameBefore) {
            !error;
   })) << run.out()
       << run.err();
-  // By its folder; the number of episodes planned is in run.json, that of episodes done came before us.
+  // The monitor starts while the run stands still, so that a loaded machine does not start it after the run.
+  std::vector<pid_t> processes = ChildrenOf(run.pid());
+  processes.push_back(run.pid());
+  std::optional<Stopped> stopped(processes);
+  // By its folder; the number of episodes planned is in run.json, that of episodes done was published before.
   Program monitor({"evalbus", "monitor", folder.path() / "run"});
+  ASSERT_TRUE(WaitFor([&] { return monitor.out().starts_with("listening to "); })) << monitor.err();
+  stopped.reset();
   for (const char* text : {"1 of 2 done", "episode 1  "}) {
     EXPECT_TRUE(WaitFor([&] { return monitor.out().find(text) != std::string::npos; })) << monitor.out();
   }
@@ -102,8 +106,9 @@ TEST(MonitorRun, FindsARunInAPrivateNetwork) {
           .code != 0)
     GTEST_SKIP() << "no network namespaces here";
   TemporaryFolder folder;
-  Program run({"evalbus", "run", ShortTask(folder.path(), 4), "--policy", "hold", "--realtime", "--episodes",
-               "2", "--out", folder.path() / "run"},
+  // Longer than a loaded machine takes to start a monitor; it ends with this test.
+  Program run({"evalbus", "run", ShortTask(folder.path(), 3600), "--policy", "hold", "--realtime",
+               "--episodes", "1", "--out", folder.path() / "run"},
               {"", [] {
                  if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(125);
                }});
@@ -129,15 +134,23 @@ TEST(MonitorRun, FindsAReplayAndSaysWhenARunIsOver) {
                               "' plays what there is\n");
   }
   Program replay({"evalbus", "replay", run});
-  // It is found once its metrics are there.
-  ASSERT_TRUE(WaitFor([&] { return !ChildrenOf(replay.pid(), "evalbus-metrics").empty(); })) << replay.err();
+  // The monitor starts while the player stands still, so that a loaded machine does not start it after the
+  // replay.
+  std::vector<pid_t> player;
+  ASSERT_TRUE(WaitFor([&] {
+    player = ChildrenOf(replay.pid(), "lcm-logplayer");
+    return !player.empty();
+  })) << replay.err();
+  std::optional<Stopped> stopped(player);
   Program monitor({"evalbus", "monitor", run});
+  ASSERT_TRUE(WaitFor([&] { return monitor.out().starts_with("listening to "); })) << monitor.err();
+  stopped.reset();
   ASSERT_TRUE(WaitFor([&] { return monitor.out().find("episode 0 ") != std::string::npos; }))
       << monitor.out() << monitor.err();
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
   EXPECT_EQ(monitor.Wait(), 0);
   EXPECT_TRUE(monitor.out().ends_with("\nthe run is over\n")) << monitor.out();
-  EXPECT_EQ(monitor.out().find("silent"), std::string::npos) << monitor.out();
+  ExpectNoComponentIsMissed(monitor.out());
 }
 
 TEST(MonitorRun, WrongInputIsOneLine) {

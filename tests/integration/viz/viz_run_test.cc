@@ -117,9 +117,9 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
 TEST_F(VizRun, MayComeInTheMiddleOfARunByItsFolder) {
   EVALBUS_NEEDS_BUS();
   const fs::path run = folder_.path() / "run";
-  // Longer than a busy machine takes to start a renderer.
-  Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 60), "--policy", "hold", "--episodes", "1",
-                      "--realtime", "--url", url_, "--out", run});
+  // Longer than a loaded machine takes to start a renderer; it ends with this test.
+  Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 3600), "--policy", "hold", "--episodes",
+                      "1", "--realtime", "--url", url_, "--out", run});
   ASSERT_TRUE(HearUntil([&] { return heard_.state_tick.size() > 20; })) << evaluation.err();
   std::vector<std::string> command = viz_;
   command.erase(command.begin() + 1, command.begin() + 3);

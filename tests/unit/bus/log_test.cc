@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "base/errors.h"
 #include "bus/bus.h"
@@ -39,6 +42,18 @@ class LogTest : public testing::Test {
     std::vector<std::string> texts;
     for (const log_t& line : heard_) texts.push_back(line.text);
     return texts;
+  }
+  // Repeats what took longer than the second in which ten lines are published.
+  template <class Write>
+  void WithinASecond(const Write& write) {
+    while (true) {
+      const auto start = std::chrono::steady_clock::now();
+      std::filesystem::remove(folder_.path() / "sim.log");
+      Heard();
+      heard_.clear();
+      write();
+      if (std::chrono::steady_clock::now() - start < std::chrono::seconds(1)) return;
+    }
   }
 
   TemporaryFolder folder_;
@@ -90,13 +105,15 @@ TEST_F(LogTest, ALevelThatIsOffCostsNothing) {
 }
 
 TEST_F(LogTest, TheBusHearsTenLinesASecondAndHowManyMoreThereWere) {
-  Log log("sim", &bus_);
-  for (int i = 0; i < 47; ++i) log.Info("line {}", i);
+  std::optional<Log> log;
+  WithinASecond([&] {
+    log.emplace("sim", &bus_);
+    for (int i = 0; i < 47; ++i) log->Info("line {}", i);
+    log->Poll(std::chrono::steady_clock::now());
+  });
   EXPECT_EQ(Lines("sim").size(), 47u);
   EXPECT_EQ(Heard().size(), 10u);
-  log.Poll(std::chrono::steady_clock::now());
-  EXPECT_EQ(Heard().size(), 10u);
-  log.Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
+  log->Poll(std::chrono::steady_clock::now() + std::chrono::seconds(2));
   ASSERT_EQ(Heard().size(), 11u);
   EXPECT_EQ(Heard().back(), "and 37 more");
 }
@@ -110,10 +127,19 @@ TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
 
 // Whoever answers log lines with log lines goes round in circles as fast as lines may be said, and no faster.
 TEST_F(LogTest, LinesAboutLinesAreBounded) {
-  Log log("sim", &bus_);
-  bus_.Subscribe(channels::kLog, [&](const log_t& line) { log.Info("heard {}", line.text.size()); });
-  log.Info("first");
-  EXPECT_EQ(Heard().size(), 10u);
+  std::optional<Log> log;
+  bus_.Subscribe(channels::kLog, [&](const log_t& line) {
+    if (log) log->Info("heard {}", line.text.size());
+  });
+  WithinASecond([&] {
+    log.reset();
+    Heard();
+    heard_.clear();
+    log.emplace("sim", &bus_);
+    log->Info("first");
+    Heard();
+  });
+  EXPECT_EQ(heard_.size(), 10u);
 }
 
 TEST_F(LogTest, AFileThatCannotBeWrittenIsSaid) {

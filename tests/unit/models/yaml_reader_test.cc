@@ -43,7 +43,13 @@ TEST(YamlReader, UnknownKeyNamesTheNearest) {
   EXPECT_EQ(ErrorOf(read("name: a\ntime_limt_s: 3\n")),
             "f.yaml:2: key 'time_limt_s': not a key here; did you mean 'time_limit_s'?");
   EXPECT_EQ(ErrorOf(read("name: a\ncolour: 3\n")),
-            "f.yaml:2: key 'colour': not a key here; expected one of time_limit_s, name");
+            "f.yaml:2: key 'colour': not a key here; expected one of name, time_limit_s");
+}
+
+TEST(YamlReader, ListsOfNamesAreSortedAndNameEachOnce) {
+  EXPECT_EQ(ListOf({"socket/w2", "", "socket/w1", "socket/w2"}), "socket/w1, socket/w2");
+  EXPECT_EQ(Suggestion("kettle", {"pot", "lid", "pot"}), "; expected one of lid, pot");
+  EXPECT_EQ(Suggestion("kettle", {"", ""}), "");
 }
 
 TEST(YamlReader, MissingAndDuplicateKeys) {

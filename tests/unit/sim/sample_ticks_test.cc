@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "lcmtypes/clock.h"
+
 namespace evalbus::sim::sample_ticks_test {
 
 using testing::ElementsAre;
@@ -49,6 +51,46 @@ TEST(SampleTicks, OnASampleAreThatSample) {
     EXPECT_EQ(tick->before, tick->behind);
   }
   EXPECT_FALSE(ticks.Next());
+}
+
+// A source at 30 Hz whose clock has whole microseconds: 0, 33333, 66667, 100000, ...
+TEST(SampleTicks, OfThirtyHzAreTheSamplesThemselvesForAnHour) {
+  SampleTicks ticks(1.0 / 30, 1.0 / 30);
+  for (int64_t i = 0; i < 30 * 3600; ++i) {
+    Sample sample;
+    sample.time_s = static_cast<double>(std::llround(static_cast<double>(i) * 1e6 / 30)) / 1e6;
+    ticks.Add(sample);
+    const auto tick = ticks.Next();
+    ASSERT_TRUE(tick) << i;
+    ASSERT_EQ(tick->number, i);
+    ASSERT_EQ(tick->before, tick->behind) << i;
+    ASSERT_EQ(tick->before->time_s, sample.time_s) << i;
+  }
+  EXPECT_EQ(ticks.gaps(), 0);
+}
+
+TEST(SourceRate, IsTheOneWithTheFewestDecimals) {
+  EXPECT_EQ(SourceHz(20'000), 50);
+  EXPECT_EQ(SourceHz(33'333), 30);
+  EXPECT_EQ(SourceHz(16'667), 60);
+  EXPECT_EQ(SourceHz(16'683), 59.94);
+  EXPECT_EQ(SourceHz(7'813), 128);
+  EXPECT_EQ(SourceHz(8'333), 120);
+  for (int hz = 5; hz <= 500; ++hz) EXPECT_EQ(SourceHz(std::llround(1e6 / hz)), hz);
+}
+
+TEST(SourceRate, TicksDoNotDrift) {
+  model_info_t model{};
+  model.clock = clock_name::kSource;
+  model.timestep_us = 33'333;
+  model.substeps = 1;
+  const double period_s = ControlPeriod(model);
+  EXPECT_EQ(TickUs(1, period_s), 33'333);
+  EXPECT_EQ(TickUs(2, period_s), 66'667);
+  EXPECT_EQ(TickUs(3, period_s), 100'000);
+  EXPECT_EQ(TickUs(30 * 3600, period_s), 3'600'000'000);
+  model.clock = clock_name::kLockstep;
+  EXPECT_EQ(TickUs(3, ControlPeriod(model)), 99'999) << "physics steps are what they are";
 }
 
 TEST(SampleTicks, ComeOfRareSamplesAsOftenAsTheRuleAllows) {

@@ -2,13 +2,16 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <turbojpeg.h>
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "base/errors.h"
 #include "bus/channels.h"
+#include "lcmtypes/clock.h"
 #include "lcmtypes/end_reason.h"
 #include "sim/world.h"
 #include "tests/unit/temporary_folder.h"
@@ -152,6 +155,169 @@ TEST_F(SourceComponentTest, AnswersHelloWithAModelThatSaysWhatIsKnown) {
   const int before = num_models_;
   Hello();  // it has not heard
   EXPECT_EQ(num_models_, before + 1);
+}
+
+// 30 Hz is 30 Hz, though no physics step of 2 ms goes into it.
+TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
+  options_.control_hz = 30;
+  options_.after_success_s = 0.1;
+  hello_.period_us = 33'333;
+  Start();
+  EXPECT_EQ(model_.clock, "source");
+  EXPECT_EQ(ControlPeriod(model_), 1.0 / 30);
+  EXPECT_EQ(model_.after_success_us, 100'000);
+  for (int64_t k = 0; k < 8; ++k) {
+    source_state_t sample = Sample(k);
+    sample.stamp_us = 1'000'000'000 + std::llround(static_cast<double>(k) * 1e6 / 30);
+    sample.joint_position_mixed[0] = 0.01 * static_cast<double>(k);
+    Send(sample);
+    ASSERT_EQ(states_.size(), static_cast<size_t>(k) + 1) << "the sample is the tick";
+    const state_t& state = states_.back();
+    EXPECT_EQ(state.header.sim_time_us, std::llround(static_cast<double>(k) * 1e6 / 30));
+    if (k > 0) {
+      EXPECT_NEAR(state.qvel_mixed[0], 0.3, 1e-12) << "0.01 rad in 1/30 s";
+    }
+    // The success of tick 2, at 66667 us, is held for three ticks.
+    partial_metrics_t partial{};
+    partial.header = state.header;
+    partial.verdict = k < 2 ? partial_metrics_t::UNDECIDED : partial_metrics_t::SUCCESS;
+    bus_->Publish(channels::kPartial, partial);
+    HandleAll();
+    if (!ends_.empty()) break;
+  }
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].end_reason, "success");
+  EXPECT_EQ(ends_[0].header.tick, 5);
+}
+
+// A gray image, as libjpeg-turbo makes it.
+std::vector<uint8_t> Jpeg(int width, int height) {
+  const std::unique_ptr<void, int (*)(void*)> encoder(tjInitCompress(), tjDestroy);
+  const std::vector<uint8_t> gray(static_cast<size_t>(width * height), 128);
+  std::vector<uint8_t> jpeg(tjBufSize(width, height, TJSAMP_GRAY));
+  uint8_t* begin = jpeg.data();
+  unsigned long size = jpeg.size();
+  EXPECT_EQ(tjCompress2(encoder.get(), gray.data(), width, 0, height, TJPF_GRAY, &begin, &size, TJSAMP_GRAY,
+                        80, TJFLAG_NOREALLOC),
+            0);
+  jpeg.resize(size);
+  return jpeg;
+}
+
+class CameraImages : public SourceComponentTest {
+ protected:
+  void Begin() {
+    Start();
+    for (const char* camera : {"EVALBUS_CAMERA_front", "EVALBUS_CAMERA_left_wrist"})
+      bus_->Subscribe(Channel<image_t>{camera, "sim"}, [this](const image_t& m) { passed_on_.push_back(m); });
+    Send(Sample(0));
+    ScoreAll();
+  }
+  // Of the second episode of the source's clock, in ms after its first sample.
+  image_t Image(int64_t time_ms, const std::string& camera = "front") const {
+    image_t image{};
+    image.header.sim_time_us = 1'000'000'000 + time_ms * 1000;
+    image.view.camera = camera;
+    image.view.width_px = 64;
+    image.view.height_px = 48;
+    image.view.encoding = "jpeg";
+    image.data = jpeg_;
+    image.num_bytes = static_cast<int32_t>(jpeg_.size());
+    return image;
+  }
+  void Publish(image_t image) {
+    image.num_bytes = static_cast<int32_t>(image.data.size());
+    const std::string channel = channels::ImageChannel(image.view.camera, channels::kSourceImage);
+    bus_->PublishRaw(channel.c_str(), Encode(image));
+    HandleAll();
+  }
+  // What the episode's end says of the images.
+  std::string EndDetail() {
+    source_state_t last = Sample(100);
+    last.sample = 1;
+    last.is_last = true;
+    last.stamp_us = 1'000'000'000 + 20'000;
+    Send(last);
+    ScoreAll();
+    return ends_.empty() ? "no end" : ends_.back().detail;
+  }
+
+  const std::vector<uint8_t> jpeg_ = Jpeg(64, 48);
+  std::vector<image_t> passed_on_;
+};
+
+TEST_F(CameraImages, ArePassedOnWithTheEpisodesHeader) {
+  Begin();
+  Publish(Image(45));
+  Publish(Image(50, "left/wrist"));
+  ASSERT_EQ(passed_on_.size(), 2u);
+  EXPECT_EQ(passed_on_[0].header.episode, 0);
+  EXPECT_EQ(passed_on_[0].header.tick, 2) << "the last one by 45 ms, of 20 ms each";
+  EXPECT_EQ(passed_on_[0].header.sim_time_us, 45'000);
+  EXPECT_EQ(passed_on_[0].data, jpeg_);
+  EXPECT_EQ(passed_on_[1].view.camera, "left/wrist");
+  EXPECT_EQ(EndDetail(), "");
+}
+
+TEST_F(CameraImages, AreAtMostTenASecondOfEachCamera) {
+  Begin();
+  // Every third one: of 0, 99, ..., 990 ms.
+  for (int64_t ms = 0; ms < 1000; ms += 33) Publish(Image(ms));
+  EXPECT_EQ(passed_on_.size(), 11u);
+  EXPECT_EQ(EndDetail(), "") << "the others are left out, which is no fault";
+}
+
+TEST_F(CameraImages, ThatAreWrongAreRefusedCountedAndCostNoSample) {
+  Begin();
+  image_t image = Image(0);
+  image.data.resize(image.data.size() / 2);
+  Publish(image);
+  image = Image(0);
+  image.data = {'n', 'o'};
+  Publish(image);
+  image = Image(0);
+  image.view.width_px = 65;
+  Publish(image);
+  image = Image(0);
+  image.view.encoding = "rgb8";
+  Publish(image);
+  image = Image(0);
+  image.data.resize((512 << 10) + 1);
+  Publish(image);
+  image = Image(0);
+  image.view.camera = "front.jpg";
+  Publish(image);
+  image = Image(0);
+  image.header.sim_time_us = std::numeric_limits<int64_t>::max();
+  Publish(image);
+  Publish(Image(0));
+  EXPECT_EQ(passed_on_.size(), 1u);
+  Publish(Image(0));  // its time does not go up
+  EXPECT_EQ(passed_on_.size(), 1u);
+  const std::string detail = EndDetail();
+  EXPECT_THAT(detail, testing::StartsWith("8 images refused, the first: no JPEG: "));
+  EXPECT_EQ(ends_.back().end_reason, "end_of_data");
+  EXPECT_EQ(ends_.back().header.tick, 1) << "no tick is missing";
+}
+
+TEST_F(CameraImages, OfAnotherEpisodeAndBytesOfNoImageAreCounted) {
+  Begin();
+  image_t image = Image(0);
+  image.header.episode = 7;
+  const int64_t before = component_->status().foreign_messages;
+  Publish(image);
+  EXPECT_EQ(component_->status().foreign_messages, before + 1);
+  bus_->PublishRaw("EVALBUS_SOURCE_IMAGE_front", Encode(header_t{}));
+  HandleAll();
+  EXPECT_EQ(bus_->decode_errors(), 1);
+  EXPECT_TRUE(passed_on_.empty());
+  EXPECT_EQ(EndDetail(), "");
+}
+
+TEST_F(CameraImages, OfMoreThanEightCamerasAreRefused) {
+  Begin();
+  for (int k = 0; k < 9; ++k) Publish(Image(0, "camera" + std::to_string(k)));
+  EXPECT_EQ(EndDetail(), "1 image refused, the first: camera 'camera8': there are 8 others already");
 }
 
 TEST_F(SourceComponentTest, AnObjectThatNobodyTracksIsSaidNotToBe) {

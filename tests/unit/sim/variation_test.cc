@@ -203,14 +203,20 @@ TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
   ASSERT_EQ(scene.info.barred_geom.size(), 1u);
   const int wall = scene.info.barred_geom[0];
   EXPECT_EQ(scene.info.geom_name[static_cast<size_t>(wall)], "box/wall");
-  EXPECT_EQ(
-      ErrorOf([&] {
-        BuildScene(ParseTask(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
-                                          "objects: [{name: box, may_touch: [box/lit]}]\n"),
-                             "t.yaml", true),
-                   robot);
-      }),
-      "t.yaml:9: object 'box' has no body or geom 'box/lit' that can be touched; did you mean 'box/lid'?");
+  const auto error = [&](const std::string& name) {
+    return ErrorOf([&] {
+      BuildScene(ParseTask(ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
+                                        "objects: [{name: box, may_touch: [" + name + "]}]\n"),
+                           "t.yaml", true),
+                 robot);
+    });
+  };
+  const std::string before = "t.yaml:9: object 'box' has no body or geom '",
+                    behind = "' that can be touched; ";
+  EXPECT_EQ(error("box/lit"), before + "box/lit" + behind + "did you mean 'box/lid'?");
+  EXPECT_EQ(error("lid"), before + "lid" + behind + "did you mean 'box/lid'?");
+  EXPECT_EQ(error("hinge"), before + "hinge" + behind +
+                                "expected PART/NAME, a body (box, box/lid) or a geom (box/lid, box/wall)");
 }
 
 class RandomisedTest : public VariationTest {

@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "bus/channels.h"
+#include "tests/deadline.h"
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/decoded_jpeg.h"
 #include "tests/unit/viz/viz_scene.h"
@@ -271,7 +272,7 @@ TEST_F(VizComponentTest, MistakesAreErrors) {
   EXPECT_THROW(VizComponent(&bus, {{"front"}, kSize, 0}), InputError);
   VizComponent viz(&bus, {{"nowhere"}, kSize, 10});
   bus.Publish(channels::kModel, VisualInfo(folder_.path(), *scene_->visual));
-  EXPECT_THROW(bus.Handle(std::chrono::steady_clock::now() + std::chrono::seconds(5)), InputError);
+  EXPECT_THROW(bus.Handle(std::chrono::steady_clock::now() + kDeadline), InputError);
 }
 
 }  // namespace evalbus::viz::viz_component_test

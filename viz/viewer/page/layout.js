@@ -32,8 +32,9 @@ Evalbus.makeLayout = (place) => {
   parts.layerList = e("div", { class: "ev-layer-list" });
   parts.layers.append(parts.layerList);
   parts.note = e("p", { class: "ev-scene-note", hidden: "" });
+  parts.images = e("div", { class: "ev-images", hidden: "", "aria-label": "images of the source's cameras" });
   parts.view = e("div", { class: "ev-view" }, parts.labels, e("div", { class: "ev-tools" }, parts.camera, parts.layers),
-    parts.note);
+    parts.note, parts.images);
 
   parts.first = button("first", "first tick (Home)");
   parts.before = button("back", "one tick back (←)");

@@ -35,6 +35,7 @@ Evalbus.Track = class {
     this.contactNormal = new Evalbus.Growing(Float32Array);
     this.contactDepth = new Evalbus.Growing(Float32Array);
     this.missing = new Set();
+    this.images = [];  // by camera: ticks, which go up, and the JPEG of each
     this.version = 0;
     this.take(block, 0);
   }
@@ -76,9 +77,43 @@ Evalbus.Track = class {
       }
       this.takeContacts(block, from, count);
     }
+    if (block.has("image_jpeg")) this.takeImages(block);
     if (block.has("missing")) block.raw("missing").forEach((tick) => this.missing.add(tick));
     this.ticks = Math.max(this.ticks, block.head.ticks);
     ++this.version;
+  }
+
+  // One that came between two blocks may be in both.
+  takeImages(block) {
+    const cameras = block.raw("image_camera"), ticks = block.raw("image_tick"), from = block.raw("image_from");
+    const jpeg = block.raw("image_jpeg");
+    cameras.forEach((camera, k) => {
+      const images = this.images[camera] = this.images[camera] || { ticks: [], jpegs: [] };
+      if (images.ticks.length && images.ticks[images.ticks.length - 1] >= ticks[k]) return;
+      images.ticks.push(ticks[k]);
+      images.jpegs.push(jpeg.slice(from[k], from[k + 1]));
+    });
+    // Of a long episode every second one, and so on.
+    const bytes = () => this.images.flatMap((one) => one.jpegs).reduce((sum, one) => sum + one.length, 0);
+    while (bytes() > 64e6 && this.images.some((one) => one.ticks.length > 2)) {
+      for (const images of this.images) {
+        images.ticks = images.ticks.filter((_, k) => k % 2 === 0);
+        images.jpegs = images.jpegs.filter((_, k) => k % 2 === 0);
+      }
+    }
+  }
+
+  // The last one of a camera by this tick; null before the first.
+  imageAt(camera, tick) {
+    const images = this.images[camera];
+    if (!images) return null;
+    let low = 0, high = images.ticks.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (images.ticks[middle] <= tick) low = middle + 1;
+      else high = middle;
+    }
+    return low > 0 ? images.jpegs[low - 1] : null;
   }
 
   transpose(values, growing, from, count, width) {

@@ -23,6 +23,7 @@ Evalbus.Viewer = class {
     this.timeline = new Evalbus.Timeline(this.parts.lanes, seek);
     this.conditions = new Evalbus.Conditions(this.parts.conditions, seek);
     this.curves = new Evalbus.Curves(this.parts.curves, seek);
+    this.images = new Evalbus.Images(this.parts.images);
     this.runPanel = new Evalbus.RunPanel(this.parts.run, {
       open: (row) => this.open(row.run, row.episode),
       compare: (row) => this.compare(row.run, row.episode),
@@ -497,6 +498,7 @@ Evalbus.Viewer = class {
     this.conditions.move(ticks);
     this.curves.move(ticks);
     const track = this.tracks[0];
+    this.images.show(track, ticks[0]);
     Evalbus.setText(this.parts.clockTime, `${(this.player.shown * track.tickSeconds).toFixed(2)} s`);
     Evalbus.setText(this.parts.clockTick, `tick ${this.player.shown} of ${this.player.last}`);
     if (this.scene && this.isSceneReady) {

@@ -2,12 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <fstream>
 #include <thread>
 
 #include "base/errors.h"
 #include "base/run_layout.h"
+#include "tests/deadline.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::launch::filming_test {
@@ -58,6 +60,26 @@ TEST_F(FilmingTest, SaysHowFarItIs) {
   const std::string out = testing::internal::GetCapturedStdout();
   EXPECT_THAT(
       out, testing::MatchesRegex("filming 2 episodes: (0|25) %\nfilming 2 episodes: 50 %, [0-9]+ s left\n"));
+}
+
+// Beside a run it yields to the evaluation; later there is nothing to yield to, and other work of the machine
+// would keep it waiting for hours.
+TEST_F(FilmingTest, IsAtTheLowestPriorityWhileTheRunEvaluates) {
+  const auto filming = Make("nice > nice$1; until test -e go; do sleep 0.01; done; echo $1 >> made");
+  for (const int episode : {0, 1}) filming->OnEpisodeDone(Episode(episode));
+  filming->Poll(SteadyTime{});
+  const auto nice_of = [&](int episode) {
+    std::ifstream stream(folder_.path() / ("nice" + std::to_string(episode)));
+    std::string nice;
+    std::getline(stream, nice);
+    return nice;
+  };
+  const auto give_up = std::chrono::steady_clock::now() + kDeadline;
+  while (nice_of(0).empty() && std::chrono::steady_clock::now() < give_up) std::this_thread::yield();
+  EXPECT_EQ(nice_of(0), "19");
+  std::ofstream(folder_.path() / "go");
+  EXPECT_EQ(filming->Finish(), 0u);
+  EXPECT_EQ(nice_of(1), std::to_string(getpriority(PRIO_PROCESS, 0)));
 }
 
 TEST_F(FilmingTest, WhatIsFilmedAlreadyIsLeft) {
@@ -114,7 +136,7 @@ TEST_F(FilmingTest, AnUnfinishedFilmLeavesNoFile) {
     const auto filming = Make(write + "sleep 1000");
     filming->OnEpisodeDone(Episode(0));
     filming->Poll(SteadyTime{});
-    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    const auto give_up = std::chrono::steady_clock::now() + kDeadline;
     while (!std::filesystem::exists(folder_.path() / "begun") && std::chrono::steady_clock::now() < give_up)
       std::this_thread::yield();
     EXPECT_TRUE(std::filesystem::exists(folder_.path() / "begun"));

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "cli/launch/workers.h"
+#include "tests/deadline.h"
 #include "tests/unit/temporary_folder.h"
 
 namespace evalbus::launch::job_pool_test {
@@ -30,7 +31,7 @@ class JobPoolTest : public testing::Test {
     JobPool pool(
         std::move(jobs), at_once, [this](const std::string& why) { restarts_.push_back(why); }, patience);
     std::vector<std::string> ended;
-    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    const auto give_up = std::chrono::steady_clock::now() + kDeadline;
     while (!pool.done() && std::chrono::steady_clock::now() < give_up) {
       if (const auto name = pool.Poll()) {
         ended.push_back(*name);

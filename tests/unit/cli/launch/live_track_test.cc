@@ -11,6 +11,7 @@
 #include "cli/launch/components.h"
 #include "cli/launch/prepared_run.h"
 #include "cli/results/episode_tracks.h"
+#include "tests/deadline.h"
 #include "tests/unit/temporary_folder.h"
 #include "viz/viewer/block.h"
 
@@ -73,7 +74,7 @@ TEST(LiveTrack, IsThatOfTheLogAndShowsWhatStateSays) {
   command.required_instance.assign(command.required_component.size(), 0);
   bus.Publish(channels::kCommand, command);
   const std::filesystem::path log = EpisodeLog(options.out, 0);
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(90);
+  const auto deadline = std::chrono::steady_clock::now() + kDeadline;
   while (!(track && track->summary() && std::filesystem::exists(log)) &&
          std::chrono::steady_clock::now() < deadline) {
     bus.Handle(std::chrono::steady_clock::now() + std::chrono::milliseconds(5));

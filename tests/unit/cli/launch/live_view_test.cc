@@ -102,12 +102,11 @@ class LiveViewTest : public testing::Test {
     summary.metrics.success = episode == 0;
     dut_.OnEpisodeDone(results::EpisodeJson("lift_pot", "base", summary));
   }
-  std::vector<std::string> Lines(int width) {
-    return dut_.Lines(width, std::chrono::steady_clock::now() + seconds(10));
-  }
+  std::vector<std::string> Lines(int width) { return dut_.Lines(width, now_ + seconds(10)); }
 
   FILE* file_ = std::tmpfile();
-  LiveView dut_{file_, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 0}};
+  const SteadyTime now_{seconds(1000)};
+  LiveView dut_{file_, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 0}, [this] { return now_; }};
 };
 
 TEST_F(LiveViewTest, BeforeTheFirstScoreThereIsProgressOnly) {
@@ -163,10 +162,10 @@ TEST_F(LiveViewTest, KnowsWhatWasThereBefore) {
     before.push_back(results::EpisodeJson("lift_pot", "base", summary));
   }
   FILE* file = std::tmpfile();
-  LiveView view(file, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 2});
+  LiveView view(file, {"lift_pot", "base", "expert", "lockstep", 50, 7, 4, 2}, [this] { return now_; });
   for (const auto& episode : before) view.OnEpisodeDone(episode);
   // After ten seconds nothing of its own is done, so nobody knows how long the rest takes.
-  const auto at = std::chrono::steady_clock::now() + seconds(10);
+  const auto at = now_ + seconds(10);
   EXPECT_EQ(view.Lines(80, at)[1], "episode 3 of 4  ━━━━━━━━━━────────── 50 %");
   view.OnEpisodeDone(before[0]);
   const std::string text = Joined(view.Lines(80, at));
@@ -191,7 +190,7 @@ TEST_F(LiveViewTest, FitsEveryWidth) {
 TEST_F(LiveViewTest, WithoutATerminalThereArePlainLinesOnly) {
   Begin(0);
   Partial();
-  dut_.Poll(std::chrono::steady_clock::now() + seconds(1));
+  dut_.Poll(now_ + seconds(1));
   Done(0, "the reason");
   dut_.OnRemark("a remark");
   dut_.Finish();

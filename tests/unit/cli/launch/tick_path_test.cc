@@ -9,6 +9,7 @@
 #include "collision/clearance_watch.h"
 #include "collision/collision_component.h"
 #include "lcmtypes/clock.h"
+#include "tests/deadline.h"
 #include "tests/unit/allocation_count.h"
 #include "tests/unit/temporary_folder.h"
 
@@ -63,7 +64,7 @@ TEST(TickPath, NobodyAllocatesButFcl) {
   command.num_required = static_cast<int32_t>(command.required_component.size());
   command.required_instance.assign(command.required_component.size(), 0);
   bus.Publish(channels::kCommand, command);
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  const auto deadline = std::chrono::steady_clock::now() + kDeadline;
   while (tick < kLast && std::chrono::steady_clock::now() < deadline) bus.Handle(deadline);
   ASSERT_EQ(tick, kLast);
   const int64_t of_checking = AllocationsOfChecking(model, states);

@@ -26,6 +26,17 @@ policy_action_t Call(int64_t tick, double answered_s, double server_s, int held_
   return call;
 }
 
+TEST(PolicyCalls, TheCallAboutTheLastTickIsNotCounted) {
+  PolicyCalls calls;
+  calls.Add(Call(0, 0.5, -1));
+  calls.Add(Call(10, 0.25, 0.125, 2));
+  calls.Add(Call(20, 1, -1, 1));
+  EXPECT_EQ(calls.Json()["tick"].dump(), "[0,10,20]");
+  calls.RemoveUndecided(20);
+  EXPECT_EQ(calls.Json().dump(),
+            R"({"tick":[0,10],"answered_s":[0.5,0.25],"server_s":[-1.0,0.125],"held_ticks":2})");
+}
+
 class PolicyNotesTest : public testing::Test {
  protected:
   RecordedRun Run(const ordered_json& more) {

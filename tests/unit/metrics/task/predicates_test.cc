@@ -120,6 +120,18 @@ TEST_F(PredicatesTest, InsideIsABoxOfTheWorld) {
     Set(&state_.body[kPot].position_m, outside);
     EXPECT_FALSE(Evaluate(box.get())) << outside[0] << " " << outside[1] << " " << outside[2];
   }
+  EXPECT_EQ(box->Describe(true),
+            std::vector<std::string>{"pot inside the box of 0.2 x 0.4 x 0.6 m around (0.5, 0, 1) m"});
+  const auto words = [&](const std::array<double, 3>& position) {
+    Set(&state_.body[kPot].position_m, position);
+    Evaluate(box.get());
+    std::vector<condition_t> conditions;
+    box->Explain(&conditions);
+    EXPECT_EQ(conditions.at(0).threshold_mixed, 0);
+    return conditions.at(0).text;
+  };
+  EXPECT_EQ(words({0.58, 0, 1}), "pot inside its box, by 0.02 m");
+  EXPECT_EQ(words({0.5, 0, 1.35}), "pot outside its box, by 0.05 m");
   EXPECT_EQ(Error("{inside: {object: pot, center_m: [0.5, 0], half_extents_m: [1, 1, 1]}}"),
             "key 'center_m': expected a list of 3 numbers, got 2");
 }
@@ -148,12 +160,18 @@ TEST_F(PredicatesTest, AFrameMovesWithItsPart) {
                             "half_extents_m: " + half_extents + "}}")
                         .get());
   };
+  EXPECT_EQ(
+      Compile("{inside: {object: pot, frame: pot/lid, center_m: [0, 0.2, 0.4], half_extents_m: [0.01, 0.01, "
+              "0.11]}}")
+          ->Describe(false),
+      std::vector<std::string>{
+          "pot not inside the box of 0.02 x 0.02 x 0.22 m around (0, 0.2, 0.4) m in the frame of pot/lid"});
   EXPECT_TRUE(in_lid("[0.01, 0.01, 0.11]"));
   EXPECT_FALSE(in_lid("[0.01, 0.01, 0.09]"));
   EXPECT_EQ(
       Error("{inside: {object: pot, center_m: [0, 0, 0], half_extents_m: [1, 1, 1], frame: lid}}"),
-      "no entity or body is called 'lid'; expected an entity (world, left, right, counter, pot) or a body "
-      "(world, left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid)");
+      "no entity or body is called 'lid'; expected an entity (counter, left, pot, right, world) or a body "
+      "(counter/counter, left/base, left/hand, pot/lid, pot/pot, right/base, right/hand, world)");
 }
 
 TEST_F(PredicatesTest, AQuantityWithLimitsIsAPredicate) {

@@ -220,12 +220,11 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
             "t.yaml:4: key 'griper': not a key here; did you mean 'gripper'?");
   EXPECT_EQ(PredicateError(Call("holding", {{"gripper", "third"}, {"object", "pot"}})),
             "t.yaml:4: no gripper is called 'third'; expected left, right or any");
-  EXPECT_EQ(
-      PredicateError(Call("touching", {{"a", "kettle"}, {"b", "counter"}})),
-      "t.yaml:4: nothing is called 'kettle'; expected an entity (world, left, right, counter, pot), a "
-      "gripper (left_gripper, right_gripper), a body (world, "
-      "left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid) or a geom (floor, "
-      "left/link, left/pad, right/link, right/pad, counter/top, pot/wall)");
+  EXPECT_EQ(PredicateError(Call("touching", {{"a", "kettle"}, {"b", "counter"}})),
+            "t.yaml:4: nothing is called 'kettle'; expected an entity (counter, left, pot, right, world), a "
+            "gripper (left_gripper, right_gripper), a body (counter/counter, left/base, left/hand, pot/lid, "
+            "pot/pot, right/base, right/hand, world) or a geom (counter/top, floor, left/link, left/pad, "
+            "pot/wall, right/link, right/pad)");
   EXPECT_EQ(PredicateError(Call("touching", {{"a", "pott"}, {"b", "counter"}})),
             "t.yaml:4: nothing is called 'pott'; did you mean 'pot'?");
   EXPECT_EQ(QuantityError(Call("lift", {{"object", "countr"}})),
@@ -244,10 +243,11 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
             "t.yaml:3: 'touching' takes arguments, not other expressions");
   const Expression yes = Call("height_above", {{"object", "pot"}, {"min_m", "-9"}});
   EXPECT_EQ(PredicateError(Of("not", {yes, yes})), "t.yaml:3: 'not' needs exactly one predicate");
-  EXPECT_EQ(QuantityError(Call("distance", {{"a", "floor"}, {"b", "pot"}})),
-            "t.yaml:4: no entity or body is called 'floor'; expected an entity (world, left, right, counter, "
-            "pot) or a "
-            "body (world, left/base, left/hand, right/base, right/hand, counter/counter, pot/pot, pot/lid)");
+  EXPECT_EQ(
+      QuantityError(Call("distance", {{"a", "floor"}, {"b", "pot"}})),
+      "t.yaml:4: no entity or body is called 'floor'; expected an entity (counter, left, pot, right, "
+      "world) or a body (counter/counter, left/base, left/hand, pot/lid, pot/pot, right/base, right/hand, "
+      "world)");
   EXPECT_EQ(QuantityError(Call("lift", {{"object", "left"}})),
             "t.yaml:4: 'lift' needs a part of the scene, 'left' is none");
 }

@@ -9,6 +9,7 @@
 
 #include "base/errors.h"
 #include "bus/wake_event.h"
+#include "tests/deadline.h"
 #include "tests/doubles/policy_server.h"
 #include "tests/unit/policy_bridge/policy_scene.h"
 
@@ -19,7 +20,7 @@ using namespace std::chrono_literals;
 constexpr char kContract[] = R"(wire: openpi
 url: ws://127.0.0.1:1
 rate_hz: 20
-deadlines: {connect_s: 5, first_reply_s: 20, reply_s: 20, return_s: 20}
+deadlines: {connect_s: 900, first_reply_s: 900, reply_s: 900, return_s: 900}
 observation:
   - {key: state, state: left.joint_position_rad, history_ticks: [-1, 0]}
   - {key: prompt, prompt: true}
@@ -60,7 +61,7 @@ class RemotePolicyTest : public testing::Test {
   }
   template <class F>
   bool Until(const F& f) {
-    const auto deadline = std::chrono::steady_clock::now() + 60s;
+    const auto deadline = std::chrono::steady_clock::now() + kDeadline;
     while (!f()) {
       if (std::chrono::steady_clock::now() > deadline) return false;
       std::this_thread::yield();

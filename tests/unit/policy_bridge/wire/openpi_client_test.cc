@@ -343,7 +343,7 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
     options.greeting = greeting;
     Double server(options);
     ClientOptions to = To(server.url());
-    to.connect_s = std::holds_alternative<Double::Nothing>(greeting) ? 0.2 : 60;
+    to.connect_s = std::holds_alternative<Double::Nothing>(greeting) ? 1 : 60;
     const auto client = MakePolicyClient(to);
     const Failure failure = FailureOf([&] { client->Connect(); });
     EXPECT_FALSE(client->connected());
@@ -352,7 +352,7 @@ TEST(OpenpiClient, ExpectsMetadataFirst) {
   Failure failure = failure_with(Double::Nothing{});
   EXPECT_EQ(failure.kind, Kind::kProtocol);
   EXPECT_EQ(failure.what,
-            "no metadata, with which an openpi server begins, within 0.2 s: does it speak another wire?");
+            "no metadata, with which an openpi server begins, within 1 s: does it speak another wire?");
   failure = failure_with(Value(List{}));
   EXPECT_EQ(failure.kind, Kind::kProtocol);
   EXPECT_EQ(failure.what, "begins with list of 0; an openpi server begins with a map of its metadata");
@@ -369,12 +369,12 @@ TEST(OpenpiClient, TellsWhatAnswersInPlaceOfAWebsocket) {
            {401, Kind::kServer, "HTTP 401 Unauthorized: is the API key right?"},
            {503, Kind::kUnreachable, "HTTP 503 Service Unavailable: the server behind it is down"},
            {0, Kind::kProtocol, "no websocket answers there (bad version)"},
-           {-1, Kind::kTimeout, "no answer to the websocket's handshake within 0.2 s"}}) {
+           {-1, Kind::kTimeout, "no answer to the websocket's handshake within 1 s"}}) {
     Double::Options options = Answering(kChunk);
     options.http_status = status;
     Double server(options);
     ClientOptions to = To(server.url());
-    to.connect_s = status < 0 ? 0.2 : 60;
+    to.connect_s = status < 0 ? 1 : 60;
     const Failure failure = FailureOf([&] { MakePolicyClient(to)->Connect(); });
     EXPECT_EQ(failure.kind, kind) << status;
     EXPECT_EQ(failure.what, what);

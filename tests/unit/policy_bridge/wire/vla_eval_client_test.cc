@@ -162,7 +162,7 @@ TEST(VlaEvalClient, ExpectsAHello) {
     Double::Options options = Answering(kAction);
     options.greeting = greeting;
     Double server(options);
-    const auto client = ClientOf(server, std::holds_alternative<Double::Nothing>(greeting) ? 0.2 : 60);
+    const auto client = ClientOf(server, std::holds_alternative<Double::Nothing>(greeting) ? 1 : 60);
     EXPECT_EQ(FailureOf([&] { client->Connect(); }, what), kind);
     EXPECT_FALSE(client->connected());
   };

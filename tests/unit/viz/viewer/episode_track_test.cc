@@ -222,6 +222,52 @@ TEST(EpisodeTrack, TicksJoinToTheWhole) {
   EXPECT_EQ(joined, whole);
 }
 
+image_t Image(int64_t tick, const std::string& camera, const std::string& bytes) {
+  image_t image{};
+  image.header = Header(tick);
+  image.view.camera = camera;
+  image.view.encoding = "jpeg";
+  image.data.assign(bytes.begin(), bytes.end());
+  image.num_bytes = static_cast<int32_t>(bytes.size());
+  return image;
+}
+
+TEST(EpisodeTrack, HasTheImagesOfASourcesCameras) {
+  EpisodeTrack track = MakeTrack();
+  Hear(0, &track);
+  EXPECT_FALSE(BlockReader(track.EpisodeBlock()).Has("image_jpeg"));
+  const int layout = track.layout();
+  track.Hear(Image(0, "front", "JPEG0"));
+  track.Hear(Image(0, "left/wrist", "w"));
+  EXPECT_NE(track.layout(), layout) << "the whole episode is given again: it has cameras now";
+  for (int64_t tick = 1; tick < 4; ++tick) Hear(tick, &track);
+  const int64_t sent = track.ticks();
+  track.Hear(Image(3, "front", "JPEG3"));
+  for (int64_t tick = 4; tick < 7; ++tick) Hear(tick, &track);
+  image_t other = Image(5, "front", "of another episode");
+  other.header.episode = 9;
+  track.Hear(other);
+
+  const BlockReader all(track.EpisodeBlock());
+  EXPECT_EQ(all.head()["image_cameras"], nlohmann::ordered_json({"front", "left/wrist"}));
+  EXPECT_EQ(all.Values("image_camera"), (std::vector<double>{0, 1, 0}));
+  EXPECT_EQ(all.Values("image_tick"), (std::vector<double>{0, 0, 3}));
+  EXPECT_EQ(all.Values("image_from"), (std::vector<double>{0, 5, 6, 11}));
+  EXPECT_EQ(all.Raw("image_jpeg"), "JPEG0wJPEG3");
+  // What came behind the ticks that were sent.
+  const BlockReader ticks(track.TicksBlock(sent));
+  EXPECT_EQ(ticks.Raw("image_jpeg"), "JPEG3");
+}
+
+TEST(EpisodeTrack, LeavesOutEverySecondImageOfTooManyBytes) {
+  EpisodeTrack track(std::make_shared<model_info_t>(Model()), Header(0),
+                     {.run = 3, .policy = "expert", .scene = "abc", .bodies = kMoving, .image_bytes = 10});
+  Hear(0, &track);
+  for (int64_t tick = 0; tick < 32; ++tick) track.Hear(Image(tick, "front", "xx"));
+  const BlockReader block(track.EpisodeBlock());
+  EXPECT_EQ(block.Values("image_tick"), (std::vector<double>{0, 8, 16, 24}));
+}
+
 TEST(EpisodeTrack, TicksThatNeverCame) {
   EpisodeTrack track = MakeTrack();
   // As who begins to listen in the middle, and loses a tick.

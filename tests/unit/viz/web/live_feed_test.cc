@@ -118,4 +118,41 @@ TEST_F(LiveFeedTest, WhoComesLaterIsNotGivenAnEpisodeOfLongAgo) {
   EXPECT_THAT(Given(&second), ElementsAre(std::pair(1, false)));
 }
 
+TEST_F(LiveFeedTest, ImagesOfASourceComeWithTheTicks) {
+  EXPECT_TRUE(LiveFeed::Wants("EVALBUS_CAMERA_front"));
+  EXPECT_FALSE(LiveFeed::Wants("EVALBUS_IMAGE_front"));
+  Board::Viewer viewer;
+  board_.Enter(&viewer);
+  const auto image = [this](int64_t tick, const std::string& bytes) {
+    image_t message{};
+    message.header = HeaderOf(0, tick);
+    message.view.camera = "front";
+    message.view.encoding = "jpeg";
+    message.data.assign(bytes.begin(), bytes.end());
+    message.num_bytes = static_cast<int32_t>(bytes.size());
+    Hear(Channel<image_t>{"EVALBUS_CAMERA_front", "sim"}, message);
+  };
+  const auto images = [&] {
+    std::string all;
+    while (const SharedBytes bytes = board_.Next(&viewer)) {
+      const BlockReader block(*bytes);
+      const auto kind = block.head()["block"];
+      if ((kind == "episode" || kind == "ticks") && block.Has("image_jpeg")) all += block.Raw("image_jpeg");
+    }
+    return all;
+  };
+  Begin(0);
+  for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
+  image(2, "A");
+  Publish();
+  EXPECT_EQ(images(), "A");
+  image(4, "B");
+  Tick(0, 4);
+  Publish();
+  EXPECT_EQ(images(), "AB") << "of the tick at which the last block ended: it may have come behind that";
+  Tick(0, 5);
+  Publish();
+  EXPECT_EQ(images(), "");
+}
+
 }  // namespace evalbus::viz::live_feed_test

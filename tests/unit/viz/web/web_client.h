@@ -12,10 +12,11 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket.hpp>
-#include <chrono>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "tests/deadline.h"
 
 namespace evalbus::viz {
 
@@ -27,7 +28,7 @@ inline std::string AnswerTo(uint16_t port, const std::string& bytes, size_t most
   boost::beast::tcp_stream stream(context);
   std::string answer(most, '\0');
   size_t count = 0;
-  stream.expires_after(std::chrono::seconds(30));
+  stream.expires_after(kDeadline);
   stream.async_connect({asio::ip::make_address(address), port}, [&](boost::system::error_code error) {
     if (error) return;
     asio::async_write(stream, asio::buffer(bytes), [&](boost::system::error_code, size_t) {
@@ -85,7 +86,7 @@ inline int StatusOf(const std::string& answer) {
 }
 inline std::string BodyOf(const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); }
 
-// A page's WebSocket. Each call ends after 30 s at the latest.
+// A page's WebSocket. Each call ends after kDeadline at the latest.
 class WebClient {
  public:
   // small_window: the kernel keeps little for it, as for one who does not read.
@@ -131,7 +132,7 @@ class WebClient {
   template <class Start>
   void Do(const Start& start) {
     if (error_) return;
-    stream_.next_layer().expires_after(std::chrono::seconds(30));
+    stream_.next_layer().expires_after(kDeadline);
     start([this](boost::system::error_code error) { error_ = error; });
     context_.restart();
     context_.run();

@@ -1,0 +1,124 @@
+"""Publishes what another simulator or a robot measures, for `evalbus watch`: joints, poses of objects, camera images.
+
+Needs no LCM: it sends and receives LCM's datagrams itself. docs/watch.md says who publishes what when.
+"""
+
+import itertools
+import os
+import socket
+import struct
+import time
+import urllib.parse
+
+import numpy as np
+
+from evalbus import messages
+
+_USUAL_URL = "udpm://239.255.76.67:7667?ttl=0"
+# Of a message's bytes, in one datagram; longer messages come in parts.
+_PART = 60_000
+
+
+class Source:
+    """One robot, or one scene of a simulator.
+
+    name: what people call it. joints: names, as the task has them ("left/joint1"), in the order in which positions are
+    published; objects: names of tracked objects. period_s: time between two samples. url: the bus of `evalbus watch`;
+    the one of EVALBUS_URL by default, else LCM's usual one.
+    """
+
+    def __init__(self, name, joints, period_s, objects=(), has_velocity=False, url=None):
+        self.hello = {
+            "source": name,
+            "joint_name": list(joints),
+            "object_name": list(objects),
+            "has_velocity": has_velocity,
+            "period_us": round(period_s * 1e6),
+        }
+        bus = urllib.parse.urlsplit(url or os.environ.get("EVALBUS_URL") or _USUAL_URL)
+        self._to = (bus.hostname, bus.port)
+        self._sequence = itertools.count()
+        self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        ttl = int(urllib.parse.parse_qs(bus.query).get("ttl", ["0"])[0])
+        self._out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, ttl)
+        self._in = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._in.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._in.bind(self._to)
+        self._in.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(bus.hostname) + bytes(4))
+        self._episode = -1
+        self._sample = 0
+
+    def meet(self):
+        """Publishes HELLO until `evalbus watch` answers with MODEL."""
+        self._in.settimeout(0.5)
+        published, packet = 0, b""
+        while b"EVALBUS_MODEL\0" not in packet[:64]:  # long messages come in parts; the first names the channel
+            if time.monotonic() - published > 0.5:
+                published = time.monotonic()
+                self._publish("EVALBUS_HELLO", "hello_t", self.hello)
+            try:
+                packet = self._in.recv(65536)
+            except TimeoutError:
+                pass
+
+    def begin_episode(self):
+        self._episode += 1
+        self._sample = 0
+
+    def publish(self, stamp_s, positions, objects=(), velocities=(), is_last=False):
+        """A sample: joint positions (rad, m), and (position, quaternion wxyz) of each object in the world frame.
+
+        stamp_s: when it was measured, on any clock that does not go back. is_last: the episode ends with it.
+        """
+        sample = {
+            "episode": self._episode,
+            "sample": self._sample,
+            "stamp_us": round(stamp_s * 1e6),
+            "joint_position_mixed": np.asarray(positions, float),
+            "joint_velocity_mixed": np.asarray(velocities, float),
+            "object": [{"position_m": position, "quat_wxyz": quat} for position, quat in objects],
+            "is_last": is_last,
+        }
+        self._sample += 1
+        self._publish("EVALBUS_SOURCE_STATE", "source_state_t", sample)
+
+    def image(self, stamp_s, camera, jpeg):
+        """An image of a camera ("front", "left/wrist"): bytes of a JPEG file, taken at stamp_s on the clock of publish().
+
+        `evalbus watch` takes at most ten a second of each camera, of at most 512 KiB and 2048 pixels each way.
+        """
+        width, height = jpeg_size(jpeg)
+        image = {
+            "header": {"episode": self._episode, "sim_time_us": round(stamp_s * 1e6)},
+            "view": {"camera": camera, "width_px": width, "height_px": height, "encoding": "jpeg"},
+            "data": np.frombuffer(jpeg, np.uint8),
+        }
+        self._publish("EVALBUS_SOURCE_IMAGE_" + camera.replace("/", "_"), "image_t", image)
+
+    def _publish(self, channel, type_, message):
+        """As LCM's senders do: a short message in one datagram, a long one in parts."""
+        data = messages.encode(type_, message)
+        name, sequence = channel.encode() + b"\0", next(self._sequence) & 0xFFFFFFFF
+        if len(name) + len(data) <= _PART:
+            self._out.sendto(struct.pack(">4sI", b"LC02", sequence) + name + data, self._to)
+            return
+        parts = [data[: _PART - len(name)]]
+        parts += [data[at : at + _PART] for at in range(len(parts[0]), len(data), _PART)]
+        offset = 0
+        for number, part in enumerate(parts):
+            header = struct.pack(">4sIIIHH", b"LC03", sequence, len(data), offset, number, len(parts))
+            self._out.sendto(header + (b"" if number else name) + part, self._to)
+            offset += len(part)
+
+
+def jpeg_size(jpeg):
+    """(width, height) of a JPEG file's bytes. Raises ValueError where it is none."""
+    at = 2
+    while jpeg[:2] == b"\xff\xd8" and len(jpeg) >= at + 9 and jpeg[at] == 0xFF:
+        marker, (size,) = jpeg[at + 1], struct.unpack_from(">H", jpeg, at + 2)
+        # Start of a frame, of any kind but those that only define tables.
+        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack_from(">HH", jpeg, at + 5)
+            return width, height
+        at += 2 + size
+    raise ValueError("these bytes are no JPEG file")

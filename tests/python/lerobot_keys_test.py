@@ -1,0 +1,82 @@
+"""A policy that was trained on what to_lerobot.py writes is shown the same under lerobot_policy.yaml: same keys, shapes
+and, at the first tick, the same numbers. LeRobot itself is not needed (scripts/interop data and lerobot have it).
+
+usage: lerobot_keys_test.py BIN   (the folder of evalbus' programs)
+"""
+
+import support
+
+support.need("numpy", "msgpack", "websockets", "h5py")
+
+import os
+import pathlib
+import pickle
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+BIN = sys.argv.pop(1)
+# In place of LeRobot's writer.
+WRITER = """
+import pickle
+
+class LeRobotDataset:
+    @classmethod
+    def create(cls, repo_id, fps, features, root, **_):
+        made = cls()
+        made.features, made.root, made.frames = features, root, []
+        return made
+    def add_frame(self, frame):
+        self.frames.append(frame)
+    def save_episode(self):
+        pickle.dump((self.features, self.frames[0]), open(self.root, "wb"))
+"""
+# A policy that stays where it is and keeps what it is shown first.
+POLICY = """
+import pickle, sys
+import evalbus, numpy as np
+
+def act(observation):
+    pickle.dump(observation, open(sys.argv[1], "xb")) if act.first else None
+    act.first = False
+    return np.append(observation["observation.state"][:14], [0, 0])[None].repeat(10, 0)
+
+act.first = True
+evalbus.serve(act, port=0)
+"""
+
+
+class LeRobotKeysTest(unittest.TestCase):
+    def test_the_contract_shows_what_the_data_set_has(self):
+        with tempfile.TemporaryDirectory() as name:
+            here = pathlib.Path(name)
+            of, set_file, contract = here / "run", here / "set.hdf5", support.EXAMPLES / "lerobot_policy.yaml"
+            support.evaluate(BIN, "lift_pot/position", "--control-hz", "20", "--seed", "5", "--episodes", "1", out=of)
+            subprocess.run([f"{BIN}/evalbus", "export", of, "--hdf5", set_file, "--camera", "roboeval/head", "--size",
+                            "224x224"], check=True, capture_output=True, timeout=support.DEADLINE_S)  # fmt: skip
+            package = here / "stub" / "lerobot" / "datasets"
+            package.mkdir(parents=True)
+            for folder in (package, package.parent):
+                (folder / "__init__.py").touch()
+            (package / "lerobot_dataset.py").write_text(WRITER)
+            subprocess.run([sys.executable, "-B", support.EXAMPLES / "to_lerobot.py", set_file, "--out", here / "frames"],
+                           check=True, env={**os.environ, "PYTHONPATH": str(here / "stub")})  # fmt: skip
+            features, frame = pickle.loads((here / "frames").read_bytes())
+
+            (here / "policy.py").write_text(POLICY)
+            with support.Server(here / "policy.py", here / "observation") as server:
+                support.evaluate(BIN, "lift_pot/position", "--policy", server.url, "--contract", str(contract), "--seed",
+                                 "5", "--episodes", "1", out=here / "shown")  # fmt: skip
+            observation = pickle.loads((here / "observation").read_bytes())
+        keys = {key for key in features if key.startswith("observation.")}
+        self.assertEqual({key for key in observation if key != "prompt"}, keys)
+        for key in keys:
+            self.assertEqual(tuple(observation[key].shape), tuple(features[key]["shape"]), key)
+        np.testing.assert_array_equal(observation["observation.state"], frame["observation.state"])
+        np.testing.assert_array_equal(observation["observation.images.head"], frame["observation.images.head"])
+
+
+support.main()

@@ -1,0 +1,104 @@
+"""Runs the commands of README.md as they stand there, in its order, in a folder that looks like the source tree.
+
+usage: readme_test.py BIN   (the folder of evalbus' programs)
+
+They run in a network of their own. Runs are short: numbers of episodes, sizes of images and speeds of replays are reduced.
+"""
+
+import os
+import pathlib
+import re
+import signal
+import sys
+import tempfile
+import time
+
+import support
+from page_commands import Shell, blocks, enter_network
+
+support.need("numpy", "msgpack", "websockets")
+
+BIN = pathlib.Path(sys.argv[1]).resolve()
+# They install and build, need Java (StockTools.SpyKnowsOurTypes) or a shell's jobs.
+LEFT_OUT = {"./run", "./test", "scripts/spy", "kill %1 %2"}
+REDUCED = [
+    (r"^\./run ", "evalbus run "),
+    (r"^evalbus run all ", "evalbus run rotate_valve/all "),
+    (r"(--episodes|episodes:) \d+", lambda m: f"{m[1]} {min(int(m[0].split()[1]), 4)}"),
+    (r"^(evalbus run (?!.*(--episodes|plan\.yaml|replay:)).*)$", r"\1 --episodes 1"),
+    (r"^(evalbus render .*)$", r"\1 --size 64x48"),
+    (r"^(lcm-logplayer|evalbus replay) ", r"\1 --speed 20 "),
+]
+# Commands that end by Ctrl-C, and what they have said by then. The second of a pair: they watch a run that is active.
+UNTIL_CTRL_C = [
+    (r"^evalbus run .*--web", r"(?s)http://.*episodes? in ", False),
+    (r"^evalbus web ", r"http://", False),
+    (r"^evalbus monitor", r"listening to ", True),
+    (r"^evalbus-viz ", r"viz ready", True),
+    (r"^lcm-logger ", r"", False),
+]
+
+
+def reduced(command):
+    for pattern, to in REDUCED:
+        command = re.sub(pattern, to, command)
+    return command
+
+
+def run_block(shell, commands):
+    """Runs each command once; returns how many."""
+    shell.end()
+    shell.exports = ""
+    ran = 0
+    while commands:
+        command = reduced(commands.pop(0))
+        if command in LEFT_OUT:
+            continue
+        ran += 1
+        began = time.monotonic()
+        if command.startswith("export "):
+            shell.exports += command + "; "
+        elif command.endswith(" &"):
+            shell.stay(command.removesuffix(" &").replace("PYTHONPATH=python ", "env PYTHONPATH=python "))
+        elif commands and commands[0].endswith("& done"):
+            # The next line is typed in another terminal.
+            run = shell.stay(command, "evalbus-sim --options")
+            parts = shell.run(commands.pop(0).replace("& done", ">/dev/null 2>&1 & echo $!; done")).split()
+            ran += 1
+            assert run.wait(support.DEADLINE_S) == 0, run.said()
+            for part in parts:
+                os.kill(int(part), signal.SIGTERM)
+        else:
+            for pattern, says, needs_run in UNTIL_CTRL_C:
+                if re.search(pattern, command):
+                    shell.run_until_ctrl_c(command, says, needs_run)
+                    break
+            else:
+                shell.run(command)
+        print(f"{time.monotonic() - began:5.1f} s  {command}", flush=True)
+    return ran
+
+
+def main():
+    enter_network()
+    os.environ["PATH"] = f"{BIN}:{os.environ['PATH']}"
+    all_blocks = list(blocks("README.md"))
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        shell = Shell(folder)
+        try:
+            # The table of ten episodes, to the last digit.
+            (at,) = [i for i, (commands, _) in enumerate(all_blocks) if "--episodes 10 --seed 7" in "".join(commands)]
+            (command,), table = all_blocks[at][0], all_blocks[at + 1][1]
+            said = shell.run(command.replace("./run", "evalbus run") + " --in-process --video none --out runs/ten")
+            expected = [line for line in table.splitlines() if not line.startswith("10 episodes in")]
+            missing = [line for line in expected if line not in said.splitlines()]
+            assert not missing, (missing, said)
+            ran = sum(run_block(shell, commands) for i, (commands, _) in enumerate(all_blocks) if i != at + 1)
+            print(f"{ran} commands", flush=True)
+            assert ran > 50, ran
+        finally:
+            shell.end()
+
+
+main()
