@@ -88,12 +88,10 @@ ordered_json PolicyCalls::Json(const CallSchedule& schedule, int64_t num_ticks) 
     server_s.push_back(call.server_s);
     executed += std::clamp<int64_t>(num_ticks - call.executed_from, 0, schedule.execute_steps);
   }
-  return {{"tick", tick},
-          {"answered_s", answered_s},
-          {"server_s", server_s},
-          {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
-          {"ticks", ticks},
-          {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
+  return {
+      {"tick", tick},         {"answered_s", answered_s},
+      {"server_s", server_s}, {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
+      {"ticks", ticks},       {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
 }
 
 std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {

@@ -22,7 +22,8 @@ struct CallSchedule {
 class PolicyCalls {
  public:
   void Add(const policy_action_t& action) {
-    calls_.push_back({action.header.tick, action.header.tick + action.held_ticks, action.answered_s, action.server_s});
+    calls_.push_back(
+        {action.header.tick, action.header.tick + action.held_ticks, action.answered_s, action.server_s});
   }
   // Removes the call about the tick at which a verdict or the time limit ended the episode. The policy is
   // asked while that tick is scored, so whether the answer arrives before the end is chance, and it decides

@@ -34,11 +34,12 @@ def enter_namespace():
     os.execvp(inside[0], [*inside, sys.executable, *sys.argv])
 
 
-def wait_for(condition, what):
+def wait_for(condition, what, describe=lambda: ""):
+    """describe(): the state at the deadline, for the message."""
     end = time.monotonic() + DEADLINE_S
     while not condition():
         if time.monotonic() > end:
-            raise AssertionError(f"waited {deadline_s} s for {what}")
+            raise AssertionError(f"waited {DEADLINE_S} s for {what}\n{describe()}")
         time.sleep(0.3)
 
 
@@ -109,7 +110,11 @@ class Cluster:
         return dict(line.split() for line in lines)
 
     def wait_until_done(self):
-        wait_for(lambda: not self._release() and not self.jobs(), "the last job")
+        wait_for(lambda: not self._release() and not self.jobs(), "the last job", self._describe)
+
+    def _describe(self):
+        log = (self.folder / "log" / "slurmctld.log").read_text(errors="replace").splitlines()
+        return "\n".join([self.say("squeue", "-r", "-o", "%i %T %N %r"), self.say("sinfo", "-N", "-l"), *log[-60:]])
 
     def _release(self):
         """What was requeued begins at once, and not after the two minutes in which its credential might be used."""

@@ -31,10 +31,13 @@ TEST(PolicyCalls, TheCallAboutTheLastTickIsNotCounted) {
   calls.Add(Call(0, 0.5, -1));
   calls.Add(Call(10, 0.25, 0.125, 2));
   calls.Add(Call(20, 1, -1, 1));
-  EXPECT_EQ(calls.Json()["tick"].dump(), "[0,10,20]");
+  const CallSchedule schedule{.execute_steps = 10, .settle_steps = 0};
+  EXPECT_EQ(calls.Json(schedule, 20)["tick"].dump(), "[0,10,20]");
   calls.RemoveUndecided(20);
-  EXPECT_EQ(calls.Json().dump(),
-            R"({"tick":[0,10],"answered_s":[0.5,0.25],"server_s":[-1.0,0.125],"held_ticks":2})");
+  // Held at ticks 10 and 11, before the second answer.
+  EXPECT_EQ(calls.Json(schedule, 20).dump(),
+            R"({"tick":[0,10],"answered_s":[0.5,0.25],"server_s":[-1.0,0.125],"held_ticks":2,)"
+            R"("ticks":20,"due_calls":2})");
 }
 
 class PolicyNotesTest : public testing::Test {
