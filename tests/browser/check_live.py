@@ -46,7 +46,7 @@ def wait_for_line(pattern, out, process):
     return match[1]
 
 
-def send_hostile_log(port):
+def send_hostile_log(bus):
     """A line of EVALBUS_LOG from a stranger, and bytes that are no message at all, as LCM's datagrams."""
     def string(text):
         raw = text.encode() + b"\0"
@@ -58,7 +58,7 @@ def send_hostile_log(port):
     with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as out:
         out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
         for channel, payload in ((b"EVALBUS_LOG", line), (b"EVALBUS_STATUS", b"<b>no message</b>")):
-            out.sendto(struct.pack(">II", 0x4C433032, 1) + channel + b"\0" + payload, ("239.255.76.67", port))
+            out.sendto(struct.pack(">II", 0x4C433032, 1) + channel + b"\0" + payload, bus)
 
 
 def check_markup(browser, found):
@@ -101,7 +101,7 @@ def check(browser, evalbus, folder, processes, found):
                "--rtf", "4", "--video", "none", "--out", str(run)]
     # Far more than there is time for; when it goes on, two more are enough.
     processes.append(start([*command, "--episodes", "200"], run_out))
-    port = int(wait_for_line(r"udpm://[\d.]+:(\d+)", run_out, processes[0]))
+    group, port = wait_for_line(r"udpm://([\d.]+:\d+)", run_out, processes[0]).split(":")
     wait_for_line(r"(?s)\n +0 +(\w+)", run_out, processes[0])
     # In mid-run: the first episode is over, the second goes on.
     processes.append(start([evalbus, "web", str(run), "--port", "0"], web_out))
@@ -117,7 +117,7 @@ def check(browser, evalbus, folder, processes, found):
     if browser.evaluate("evalbusViewer.tick") != 3 or shown(browser)["isFollowing"]:
         found.append("a scrub does not stay")
     browser.evaluate("evalbusViewer.follow()")
-    send_hostile_log(port)
+    send_hostile_log((group, int(port)))
     wait_until(browser, "document.querySelector('.ev-log').textContent.includes('stranger')", "the log line is not shown")
     check_markup(browser, found)
 

@@ -45,11 +45,13 @@ TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
     recorded.insert(recorded.end(), states.begin(), states.end());
   }
   EXPECT_GT(recorded.size(), 200u);
-  const auto logged = ReadLog(file).Payloads(channels::kState);
+  auto logged = ReadLog(file).Payloads(channels::kState);
   EXPECT_FALSE(logged.empty());
-  // In the same order, each with the same bytes.
+  // In the same order, each with the same bytes but for the session, which is recorded as 0.
   auto next = recorded.begin();
-  for (const auto& state : logged) {
+  for (auto& state : logged) {
+    EXPECT_NE(SessionOf(state), 0);
+    SetSession(0, state);
     next = std::find(next, recorded.end(), state);
     ASSERT_NE(next, recorded.end()) << "the logger has a STATE that the recorder does not have";
     ++next;

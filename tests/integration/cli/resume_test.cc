@@ -272,9 +272,12 @@ TEST_F(Resume, NoSummaryOfBeforeIsThereWhileARunGoesOn) {
 TEST_F(Resume, RefusesAFolderInWhichARunIsAtWork) {
   Program launcher(RunCommand(run_, {"--in-process"}));
   ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
+  // Stopped, it cannot finish before the other one begins.
+  launcher.Signal(SIGSTOP);
   const auto second = RunProgram(RunCommand(run_, {"--in-process", "--resume"}));
   EXPECT_EQ(second.code, 1);
   EXPECT_NE(second.err.find("another 'evalbus run' is at work in it"), std::string::npos) << second.err;
+  launcher.Signal(SIGCONT);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   ExpectAsReference(run_);
 }
