@@ -25,7 +25,7 @@ REDUCED = [
     (r"^\./run ", "evalbus run "),
     (r"^evalbus run all ", "evalbus run rotate_valve/all "),
     (r"(--episodes|episodes:) \d+", lambda m: f"{m[1]} {min(int(m[0].split()[1]), 4)}"),
-    (r"^(evalbus run (?!.*(--episodes|plan\.yaml|replay:)).*)$", r"\1 --episodes 1"),
+    (r"^(evalbus run (?!.*(--episodes|plan\.yaml)).*?)( *#.*|)$", r"\1 --episodes 1\3"),
     (r"^(evalbus render .*)$", r"\1 --size 64x48"),
     (r"^(lcm-logplayer|evalbus replay) ", r"\1 --speed 20 "),
 ]
