@@ -30,6 +30,7 @@ url: tcp://127.0.0.1:5555
 api_key_env: KEY
 deadlines: {connect_s: 1, first_reply_s: 2, reply_s: 3, return_s: 4}
 rate_hz: 20
+answer_window: 0.25
 settle_steps: 2
 prompts: {small: go}
 observation:
@@ -47,6 +48,7 @@ observation:
   - {key: text, prompt: true}
   - {key: word, constant: word}
   - {key: numbers, constant: [1, 2]}
+  - {key: step, counter: observation}
 action:
   keys: [a, b]
   kind: eef_delta
