@@ -266,11 +266,16 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
       }
     }
     if (i == 0) {
+      nlohmann::ordered_json joints, grippers = nlohmann::ordered_json::array();
+      for (const arm_info_t& arm : model.arm) joints[arm.name] = arm.num_joints;
+      for (const gripper_info_t& gripper : model.gripper) grippers.push_back(gripper.name);
       const nlohmann::ordered_json arguments = {{"env_name", model.task},
                                                 {"env_type", 2},
                                                 {"env_kwargs",
                                                  {{"variation", model.variation},
                                                   {"robot", model.robot},
+                                                  {"num_joints", joints},
+                                                  {"grippers", grippers},
                                                   {"control_hz", 1 / ControlPeriod(model)},
                                                   {"instruction", model.instruction}}}};
       out.SetAttribute("data", "env_args", ToText(arguments));

@@ -187,14 +187,14 @@ inline Interval IntervalOfRatio(std::span<const double> a, std::span<const doubl
   }
   Resampler resampler;
   std::vector<double> ratios(kResamples);
-  for (double& ratio : ratios) {
+  for (double& resampled : ratios) {
     double sum_a = 0, sum_b = 0;
     resampler.Draw(a.size(), [&](size_t i) {
       sum_a += a[i];
       sum_b += b[i];
     });
     if (sum_b <= 0) return kNoInterval;
-    ratio = sum_a / sum_b;
+    resampled = sum_a / sum_b;
   }
   return PercentileInterval(std::move(ratios));
 }

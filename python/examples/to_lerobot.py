@@ -4,9 +4,10 @@
     evalbus export RUN --hdf5 set.hdf5 --successes --camera roboeval/head,roboeval/left_wrist,roboeval/right_wrist
     python3 python/examples/to_lerobot.py set.hdf5 --repo-id me/lift_pot --out DATASET
 
-LeRobot 0.4 writes its format v3.0, 0.3 its v2.1. Names and order are those of the public conversion of RoboEval:
-`observation.state` and `action`, 16 numbers each: left_joint1..7, right_joint1..7 (rad), left_gripper, right_gripper
-(state: 1 open; action: 1 closed); `observation.images.head`, ...; task: "INSTRUCTION; VARIATION".
+LeRobot 0.4 writes its format v3.0, 0.3 its v2.1. `observation.state` and `action` have the joints of all arms (rad),
+then all grippers (state: 1 open; action: 1 closed). For two Pandas, names and order are those of the public conversion
+of RoboEval, 16 numbers each: left_joint1..7, right_joint1..7, left_gripper, right_gripper; for one, arm_joint1..7 and
+arm_gripper. Images: `observation.images.head`, ...; task: "INSTRUCTION; VARIATION".
 """
 import argparse
 import inspect
@@ -14,8 +15,6 @@ import json
 
 import h5py
 import numpy as np
-
-NAMES = [f"{arm}_joint{k}" for arm in ("left", "right") for k in range(1, 8)] + ["left_gripper", "right_gripper"]
 
 
 def main():
@@ -31,14 +30,14 @@ def main():
         kwargs = about["env_kwargs"]
         demos = sorted(file["data"], key=lambda name: int(name.split("_")[1]))
         first = file["data"][demos[0]]
-        if first["actions_raw"].shape[1] != 16:
-            raise SystemExit("expected two arms with seven joints and a gripper each")
+        names = [f"{arm}_joint{k + 1}" for arm, joints in kwargs["num_joints"].items() for k in range(joints)]
+        names += [f"{gripper}_gripper" for gripper in kwargs["grippers"]]
         images = {
             key: "observation.images." + key.removeprefix("roboeval_").removesuffix("_image")
             for key in first["obs"]
             if key.endswith("_image")
         }
-        vector = {"dtype": "float32", "shape": (16,), "names": NAMES}
+        vector = {"dtype": "float32", "shape": (len(names),), "names": names}
         features = {"observation.state": vector, "action": vector}
         for key, name in images.items():
             shape = first["obs"][key].shape[1:]

@@ -49,23 +49,34 @@ evalbus.serve(act, port=0)
 """
 
 
+def first_frame(here, task, export, *options):
+    """What to_lerobot.py writes of an episode of the expert: the features, and the values of the first frame."""
+    run, set_file = here / "run", here / "set.hdf5"
+    support.evaluate(BIN, task, "--control-hz", "20", "--seed", "5", "--episodes", "1", *options, out=run)
+    subprocess.run([f"{BIN}/evalbus", "export", run, "--hdf5", set_file, *export], check=True, capture_output=True,
+                   timeout=support.DEADLINE_S)  # fmt: skip
+    package = here / "stub" / "lerobot" / "datasets"
+    package.mkdir(parents=True)
+    for folder in (package, package.parent):
+        (folder / "__init__.py").touch()
+    (package / "lerobot_dataset.py").write_text(WRITER)
+    subprocess.run([sys.executable, "-B", support.EXAMPLES / "to_lerobot.py", set_file, "--out", here / "frames"],
+                   check=True, env={**os.environ, "PYTHONPATH": str(here / "stub")})  # fmt: skip
+    return pickle.loads((here / "frames").read_bytes())
+
+
 class LeRobotKeysTest(unittest.TestCase):
+    def test_a_single_arm_has_names_of_its_own(self):
+        with tempfile.TemporaryDirectory() as name:
+            features, frame = first_frame(pathlib.Path(name), "pick_single_book_from_table", [], "--robot", "single_panda")
+        self.assertEqual(features["action"]["names"], [f"arm_joint{k}" for k in range(1, 8)] + ["arm_gripper"])
+        self.assertEqual(features["observation.state"], features["action"])
+        self.assertEqual((frame["action"].shape, frame["observation.state"].shape), ((8,), (8,)))
+
     def test_the_contract_shows_what_the_data_set_has(self):
         with tempfile.TemporaryDirectory() as name:
-            here = pathlib.Path(name)
-            of, set_file, contract = here / "run", here / "set.hdf5", support.EXAMPLES / "lerobot_policy.yaml"
-            support.evaluate(BIN, "lift_pot/position", "--control-hz", "20", "--seed", "5", "--episodes", "1", out=of)
-            subprocess.run([f"{BIN}/evalbus", "export", of, "--hdf5", set_file, "--camera", "roboeval/head", "--size",
-                            "224x224"], check=True, capture_output=True, timeout=support.DEADLINE_S)  # fmt: skip
-            package = here / "stub" / "lerobot" / "datasets"
-            package.mkdir(parents=True)
-            for folder in (package, package.parent):
-                (folder / "__init__.py").touch()
-            (package / "lerobot_dataset.py").write_text(WRITER)
-            subprocess.run([sys.executable, "-B", support.EXAMPLES / "to_lerobot.py", set_file, "--out", here / "frames"],
-                           check=True, env={**os.environ, "PYTHONPATH": str(here / "stub")})  # fmt: skip
-            features, frame = pickle.loads((here / "frames").read_bytes())
-
+            here, contract = pathlib.Path(name), support.EXAMPLES / "lerobot_policy.yaml"
+            features, frame = first_frame(here, "lift_pot/position", ["--camera", "roboeval/head", "--size", "224x224"])
             (here / "policy.py").write_text(POLICY)
             with support.Server(here / "policy.py", here / "observation") as server:
                 support.evaluate(BIN, "lift_pot/position", "--policy", server.url, "--contract", str(contract), "--seed",

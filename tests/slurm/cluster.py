@@ -117,7 +117,15 @@ class Cluster:
         return "\n".join([self.say("squeue", "-r", "-o", "%i %T %N %r"), self.say("sinfo", "-N", "-l"), *log[-60:]])
 
     def _release(self):
-        """What was requeued begins at once, and not after the two minutes in which its credential might be used."""
+        """Lets jobs run that wait for an administrator or for a time.
+
+        A node that was set down, or that Slurm drains because a slurmstepd died, returns late or never. A requeued job
+        starts at once and not after the two minutes in which its credential might be used.
+        """
+        for line in self.say("sinfo", "-h", "-N", "-o", "%N %T").splitlines():
+            node, state = line.split()
+            if state.startswith(("down", "drain")):
+                self.say("scontrol", "update", f"nodename={node}", "state=resume")
         for job, state in self.jobs().items():
             if state == "PENDING" and "BeginTime" in self.say("squeue", "-h", "-r", "-j", job, "-o", "%r"):
                 self.say("scontrol", "update", f"jobid={job}", "StartTime=now")
