@@ -140,7 +140,8 @@ void RunController::OnEnd(const episode_end_t& end) {
   attempt_.end = end;
   attempt_.ended.emplace(std::chrono::steady_clock::now());
   // Metrics may not be able to say so, if it was led into another episode.
-  if (const auto why = WhyWorthless(end.end_reason, end.detail)) BeginAgain(*why);
+  if (const auto why = WhyWorthless(end.end_reason, end.detail)) return BeginAgain(*why);
+  FinishIfRecorded();
 }
 
 std::optional<std::string> RunController::WhyWorthless(const std::string& end_reason,
@@ -194,15 +195,20 @@ void RunController::OnStatus(const component_status_t& status) {
       std::exchange(sim_, status.instance) != status.instance) {
     Command();
   }
-  if (status.attempt != attempt_.number || status.last_finished_episode != episode_index()) return;
+  if (status.attempt != attempt_.number) return;
+  if (status.last_finished_episode != episode_index()) {
+    // Sent after the log was closed: the sim had not ended the episode then.
+    if (status.component == "sim" && status.state == component_status_t::READY &&
+        status.episode == episode_index() && attempt_.recorded && !attempt_.ended) {
+      BeginAgain("its log was closed before its end: is an old log being played on this bus?");
+    }
+    return;
+  }
   // Its EPISODE_END may have been lost.
   if (status.component == "sim" && attempt_.begun() && !attempt_.ended) {
     attempt_.ended.emplace(std::chrono::steady_clock::now());
   }
   if (status.component == "recorder") {
-    if (!attempt_.ended) {
-      return BeginAgain("its log was closed before its end: is an old log being played on this bus?");
-    }
     // The scores are right: so one that lacks ticks is better than none.
     if (status.last_finished_missing_ticks > 0 && !plan_.realtime && !plan_.is_watched && has_another_try()) {
       const int64_t missing = status.last_finished_missing_ticks;

@@ -347,11 +347,36 @@ TEST_F(RunControllerTest, WhatBeginsBeforeOurSimSpokeWaitsForIt) {
   EXPECT_EQ(listener_.done.size(), 1u);
 }
 
-TEST_F(RunControllerTest, ALogThatIsClosedBeforeTheEndIsNoneOfOurs) {
+TEST_F(RunControllerTest, ALogThatIsClosedWhileTheSimGoesOnIsNoneOfOurs) {
   Begin();
   SayFinished("recorder");
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+  component_status_t status{};
+  status.component = "sim";
+  status.state = component_status_t::READY;
+  status.episode = episode_;
+  status.last_finished_episode = -1;
+  Say(channels::kStatus, status);
   ASSERT_EQ(listener_.remarks.size(), 1u);
   EXPECT_THAT(listener_.remarks[0], HasSubstr("its log was closed before its end"));
+}
+
+TEST_F(RunControllerTest, AnEndThatIsLostUntilTheLogIsClosedCostsNothing) {
+  for (const bool is_end_repeated : {false, true}) {
+    SCOPED_TRACE(is_end_repeated);
+    Begin();
+    SayFinished("recorder");
+    SaySummary();
+    EXPECT_EQ(listener_.done.size(), is_end_repeated ? 1u : 0u);
+    if (is_end_repeated) {
+      SayEnd();
+    } else {
+      SayFinished("sim");
+      ++episode_;
+    }
+  }
+  EXPECT_THAT(listener_.remarks, IsEmpty());
+  EXPECT_EQ(listener_.done.size(), 2u);
 }
 
 TEST_F(RunControllerTest, WaitsTenSecondsForTheScoreAndForTheLog) {
