@@ -15,7 +15,7 @@ namespace {
 using Kind = FilmMark::Kind;
 
 constexpr Color kPage{0.984, 0.984, 0.98}, kText{0.12, 0.14, 0.16}, kDim{0.40, 0.43, 0.47},
-    kRule{0.82, 0.84, 0.86}, kFaint{0.92, 0.93, 0.94}, kWhite{1, 1, 1};
+    kRule{0.82, 0.84, 0.86}, kWhite{1, 1, 1};
 // Of Okabe and Ito.
 constexpr Color kBlue{0, 0.447, 0.698}, kVermilion{0.835, 0.369, 0}, kSky{0.337, 0.706, 0.914},
     kOrange{0.902, 0.624, 0}, kPurple{0.8, 0.475, 0.655}, kGreen{0, 0.62, 0.451};
