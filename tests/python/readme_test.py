@@ -1,4 +1,5 @@
-"""Runs the commands of README.md as they stand there, in its order, in a folder that looks like the source tree.
+"""Runs the commands of README.md and docs/commands.md as they stand there, in their order, each page in a folder that looks
+like the source tree.
 
 usage: readme_test.py BIN   (the folder of evalbus' programs)
 
@@ -79,26 +80,50 @@ def run_block(shell, commands):
     return ran
 
 
+def check_lines(expected, said):
+    missing = [line for line in expected.splitlines() if line not in said.splitlines()]
+    assert not missing, (missing, said)
+
+
+def run_readme(shell):
+    """Returns how many commands ran."""
+    text = (support.SOURCE / "README.md").read_text()
+    # The comparison of the two policies, to the last digit.
+    for command in re.findall(r"^evalbus run .* --out runs/.*", text, flags=re.MULTILINE):
+        shell.run(command.replace("--out runs/", "--in-process --video none --out runs/whole-"))
+    (excerpt,) = re.findall(r"^```text\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+    said = shell.run("cd runs && for run in expert noisy; do mv whole-$run $run; done && evalbus compare expert noisy")
+    sentence, table = excerpt.split("\n\n")
+    assert " ".join(sentence.split()) in said, (sentence, said)
+    check_lines(table, said)
+    shell.run("rm -r runs")
+    return sum(run_block(shell, commands) for commands, _ in blocks("README.md"))
+
+
+def run_commands_page(shell):
+    """Returns how many commands ran."""
+    all_blocks = list(blocks("docs/commands.md"))
+    # The table of ten episodes, to the last digit.
+    (at,) = [i for i, (commands, _) in enumerate(all_blocks) if "--episodes 10 --seed 7" in "".join(commands)]
+    (command,), table = all_blocks[at][0], all_blocks[at + 1][1]
+    said = shell.run(command.replace("./run", "evalbus run") + " --in-process --video none --out runs/ten")
+    check_lines(re.sub(r"^10 episodes in .*\n", "", table, flags=re.MULTILINE), said)
+    return sum(run_block(shell, commands) for i, (commands, _) in enumerate(all_blocks) if i != at + 1)
+
+
 def main():
     enter_network()
     os.environ["PATH"] = f"{BIN}:{os.environ['PATH']}"
-    all_blocks = list(blocks("README.md"))
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        shell = Shell(folder)
-        try:
-            # The table of ten episodes, to the last digit.
-            (at,) = [i for i, (commands, _) in enumerate(all_blocks) if "--episodes 10 --seed 7" in "".join(commands)]
-            (command,), table = all_blocks[at][0], all_blocks[at + 1][1]
-            said = shell.run(command.replace("./run", "evalbus run") + " --in-process --video none --out runs/ten")
-            expected = [line for line in table.splitlines() if not line.startswith("10 episodes in")]
-            missing = [line for line in expected if line not in said.splitlines()]
-            assert not missing, (missing, said)
-            ran = sum(run_block(shell, commands) for i, (commands, _) in enumerate(all_blocks) if i != at + 1)
-            print(f"{ran} commands", flush=True)
-            assert ran > 50, ran
-        finally:
-            shell.end()
+    ran = 0
+    for run_page in (run_readme, run_commands_page):
+        with tempfile.TemporaryDirectory() as name:
+            shell = Shell(pathlib.Path(name))
+            try:
+                ran += run_page(shell)
+            finally:
+                shell.end()
+    print(f"{ran} commands", flush=True)
+    assert ran > 50, ran
 
 
 main()

@@ -205,13 +205,13 @@ std::string Layout(const std::string& text) {
   return std::regex_replace(std::regex_replace(table, std::regex("[0-9.]+"), "#"), std::regex(" +"), " ");
 }
 
-TEST(Readme, ShowsTheTableThatItsCommandPrints) {
+TEST(CommandsPage, ShowsTheTableThatItsCommandPrints) {
   const TemporaryFolder folder;
   const Result run = RunProgram({"evalbus", "run", "lift_pot/position", "--episodes", "10", "--seed", "7",
                                  "--in-process", "--out", folder.path() / "run"});
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_GT(Layout(run.out).size(), 500u);
-  EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "README.md")), Layout(run.out));
+  EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "docs/commands.md")), Layout(run.out));
 }
 
 // As a program wrote it that did not have these options yet.
