@@ -72,7 +72,7 @@ void Show(const Plan& plan, bool probe) {
   }
   const int64_t all = int64_t{runs} * episodes;
   fmt::print("episodes  {} of each, seed {}: {} runs, {} episodes\n", episodes, plan.options.seed, runs, all);
-  fmt::print("films     {}\n", plans::FilmsText(plan.films));
+  fmt::print("videos    {}\n", plans::VideosText(plan.videos));
   if (plan.until) {
     fmt::print(
         "until     decided at {:g} over all comparisons, looking every {} episodes of each task, {} at "
@@ -85,7 +85,7 @@ void Show(const Plan& plan, bool probe) {
   const plans::Probe found = plans::ProbePlan(plan, kProbes);
   if (found.episodes > 0) {
     fmt::print(
-        "time      {} on one core, films apart ({:.2g} s an episode, of {} tried)\n"
+        "time      {} on one core, videos apart ({:.2g} s an episode, of {} tried)\n"
         "disk      {} ({} an episode)\n",
         results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
         found.seconds_per_episode, found.episodes, Size(found.bytes_per_episode * static_cast<double>(all)),

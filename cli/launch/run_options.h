@@ -64,7 +64,7 @@ void ForEachOption(Options& options, const F& f) {
       std::tuple{
           Option{
               &RunOptions::policy_name, "policy_name",
-              "what results, films and comparisons call the policy, say a checkpoint; default: as --policy",
+              "what results, videos and comparisons call the policy, say a checkpoint; default: as --policy",
               Range{}, kFixed},
           Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMostEpisodes}},
           Option{&RunOptions::only, "only", "of the episodes, counted from 0, run these only, with commas",
@@ -83,8 +83,8 @@ void ForEachOption(Options& options, const F& f) {
           Option{&RunOptions::by_hand, "by_hand",
                  "start no processes but say which: those that you start on --url are evaluated"},
           Option{&RunOptions::video, "video",
-                 "cameras, with commas: film each episode while the next one runs ('evalbus render' does it\n"
-                 "later); none: no films, the default"},
+                 "cameras, with commas: record a video of each episode while the next one runs\n"
+                 "('evalbus render' does it later); none: no videos, the default"},
           Option{&RunOptions::watch, "watch", "", Range{}, kFixed},
       },
       options, f);

@@ -1,5 +1,5 @@
-// A plan: which policies are evaluated on which tasks, what is filmed, and what is compared. A YAML file;
-// docs/plans.md describes it.
+// A plan: which policies are evaluated on which tasks, what is recorded as video, and what is compared. A
+// YAML file; docs/plans.md describes it.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ struct PlannedPolicy {
   std::string policy, contract;
 };
 
-struct PlannedFilms {
+struct PlannedVideos {
   enum class Which { kNone, kAll, kFailures, kFirst };
   Which which = Which::kNone;
   // Of kFirst.
@@ -47,7 +47,7 @@ struct Plan {
   launch::RunOptions options;
   // "options" names it: no contract's goes before it.
   bool rate_is_given = false, timeout_is_given = false;
-  PlannedFilms films;
+  PlannedVideos videos;
   // One of the policies' names; the first where the file names none.
   std::string baseline;
   std::optional<Until> until;
@@ -70,6 +70,6 @@ nlohmann::ordered_json PlanJson(const Plan& plan);
 Plan PlanOfJson(const nlohmann::json& json, const std::string& file);
 
 // "all failures, from overview"; "none".
-std::string FilmsText(const PlannedFilms& films);
+std::string VideosText(const PlannedVideos& videos);
 
 }  // namespace evalbus::plans

@@ -14,9 +14,9 @@
 #include "cli/tools/scene.h"
 #include "cli/tools/schemas.h"
 #include "models/physics_model.h"
-#include "viz/pictures/film.h"
 #include "viz/pictures/jpeg.h"
 #include "viz/pictures/renderer.h"
+#include "viz/pictures/video.h"
 
 namespace evalbus::tools {
 namespace {

@@ -38,7 +38,7 @@ void NoMesaThreads() { setenv("LP_NUM_THREADS", "0", 1); }
 struct OsMesa {
   OsMesa() {
     NoMesaThreads();
-    // Nor one that writes compiled shaders to the user's home: films fork.
+    // Nor one that writes compiled shaders to the user's home: videos fork.
     setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
     void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
     if (!library) {

@@ -18,7 +18,7 @@
 namespace evalbus::viz {
 namespace {
 
-// A STATE further ahead of the one before is damaged: the film would hold a picture for hours.
+// A STATE further ahead of the one before is damaged: the video would hold a picture for hours.
 constexpr int64_t kLongestGap_us = 60'000'000;
 
 // EPISODE_BEGIN is repeated until everybody is ready.
@@ -102,7 +102,7 @@ std::vector<int> EpisodesOf(const std::filesystem::path& log) {
   }
   if (reader.log().damaged_places() > 0) {
     std::cerr << "warning: " << log.string() << ": " << reader.log().damaged_bytes()
-              << " damaged bytes skipped; the film holds the picture where ticks are missing" << std::endl;
+              << " damaged bytes skipped; the video holds the picture where ticks are missing" << std::endl;
   }
   if (!reader.has_model()) throw InputError(log.string() + ": no whole MODEL message in this log");
   if (numbers.empty()) throw InputError(log.string() + ": no whole STATE message in this log");

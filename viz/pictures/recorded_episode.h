@@ -1,4 +1,4 @@
-// What films need of the episodes of a log.
+// What videos need of the episodes of a log.
 #pragma once
 
 #include <filesystem>
@@ -59,8 +59,8 @@ class EpisodeReader {
   std::optional<episode_begin_t> next_begin_;
 };
 
-// The numbers of the episodes that can be filmed, in the log's order. Warns of damage on standard error.
-// Throws InputError for a log without MODEL or STATE.
+// The numbers of the episodes that can be recorded as video, in the log's order. Warns of damage on standard
+// error. Throws InputError for a log without MODEL or STATE.
 std::vector<int> EpisodesOf(const std::filesystem::path& log);
 
 // Throws InputError, with those there are, for one that is wanted and is none of the log's.

@@ -24,7 +24,7 @@ constexpr int kMaxGeoms = 10000;
 // pixel. In software that is both quicker than OpenGL's multisampling and better to look at: the edges of
 // shadows and textures become smooth, too.
 constexpr int kDrawn = 3, kShown = 2;
-// Of all that stay, as they were drawn: 16 bytes each. A film of 1280x720 with three insets has 3 million.
+// Of all that stay, as they were drawn: 16 bytes each. A video of 1280x720 with three insets has 3 million.
 constexpr size_t kMostPixelsKept = 8000000;
 
 // One row of pixels from the drawn row that it covers wholly and the one that it covers half. kRed: where red

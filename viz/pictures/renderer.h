@@ -18,7 +18,7 @@
 
 namespace evalbus::viz {
 
-// Which camera pictures and films are made with unless another is named. Every scene has it.
+// Which camera pictures and videos are made with unless another is named. Every scene has it.
 inline constexpr char kDefaultCamera[] = "overview";
 
 // Throws InputError, with the names there are, for a camera that the model has not.

@@ -52,7 +52,8 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     command.insert(command.end(), words);
   };
   if (ending == ".gif") {
-    // 256 colours chosen for this film. Ordered dither stays where nothing moves, which keeps the file small.
+    // 256 colours chosen for this video. Ordered dither stays where nothing moves, which keeps the file
+    // small.
     add({"-vf",
          fmt::format("fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:"
                      "bayer_scale=5:diff_mode=rectangle",
@@ -62,7 +63,8 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     add({"-vf", fmt::format("fps={}", kLoopRate), "-pix_fmt", "yuv420p", "-c:v", "libwebp_anim", "-quality",
          "60", "-loop", "0", "-f", "webp"});
   } else {
-    // A fragment a second: a film that is cut plays up to the last whole one. Colours are BT.709, and say so.
+    // A fragment a second: a video that is cut plays up to the last whole one. Colours are BT.709, and say
+    // so.
     add({"-vf",
          "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",
          "-pix_fmt",
@@ -94,27 +96,27 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
 
 }  // namespace
 
-void CheckFilmEnding(const std::string& ending) {
+void CheckVideoEnding(const std::string& ending) {
   if (ending == ".mp4" || ending == ".gif" || ending == ".webp") return;
-  throw InputError("films end in .mp4, .gif or .webp, not in '" + ending + "'");
+  throw InputError("videos end in .mp4, .gif or .webp, not in '" + ending + "'");
 }
 
 VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
                          std::chrono::milliseconds patience)
     : file_(file), size_(size), patience_(patience) {
   const std::string ending = file.extension().string();
-  CheckFilmEnding(ending);
+  CheckVideoEnding(ending);
   if (size.width % 2 != 0 || size.height % 2 != 0) {
     throw InputError(
-        fmt::format("film of {}x{}: H.264 needs an even width and height", size.width, size.height));
+        fmt::format("video of {}x{}: H.264 needs an even width and height", size.width, size.height));
   }
   const std::vector<std::string> command = Command(size, frames_per_second, ending);
-  // A socket, not a pipe: writing to an ffmpeg that has gone is then an error and not a signal. The film and
+  // A socket, not a pipe: writing to an ffmpeg that has gone is then an error and not a signal. The video and
   // its complaints go to memory, which never fills up like a pipe that nobody reads.
   int sockets[2];
-  film_ = memfd_create("film", MFD_CLOEXEC);
+  video_ = memfd_create("video", MFD_CLOEXEC);
   complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
-  if (film_ < 0 || complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
+  if (video_ < 0 || complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
     const int error = errno;
     CloseFiles();
     throw EnvironmentError(std::string("cannot talk to ffmpeg: ") + std::strerror(error));
@@ -123,7 +125,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, film_, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, video_, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_, STDERR_FILENO);
   posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // liblcm's socket, for one
   std::vector<char*> argv;
@@ -145,7 +147,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
     ffmpeg_ = -1;
     CloseFiles();
     throw EnvironmentError(error == ENOENT
-                               ? "films need the ffmpeg program: install it with 'apt-get install ffmpeg'"
+                               ? "videos need the ffmpeg program: install it with 'apt-get install ffmpeg'"
                                : std::string("cannot start ffmpeg: ") + std::strerror(error));
   }
 }
@@ -159,14 +161,14 @@ VideoWriter::~VideoWriter() {
 }
 
 void VideoWriter::CloseFiles() {
-  for (int* fd : {&frames_, &film_, &complaints_}) {
+  for (int* fd : {&frames_, &video_, &complaints_}) {
     if (*fd >= 0) close(std::exchange(*fd, -1));
   }
 }
 
 void VideoWriter::Write(const Frame& frame) {
   if (frame.size.width != size_.width || frame.size.height != size_.height) {
-    throw InputError("film: a frame of another size");
+    throw InputError("video: a frame of another size");
   }
   Wait waiting(std::chrono::steady_clock::now());
   for (size_t sent = 0; sent < frame.bgrx.size();) {
@@ -190,14 +192,14 @@ void VideoWriter::Write(const Frame& frame) {
 void VideoWriter::Close() {
   std::string message;
   if (End(&message) != 0) Fail(message);
-  std::string film(static_cast<size_t>(std::max<off_t>(0, lseek(film_, 0, SEEK_END))), '\0');
-  if (pread(film_, film.data(), film.size(), 0) != static_cast<ssize_t>(film.size()))
+  std::string video(static_cast<size_t>(std::max<off_t>(0, lseek(video_, 0, SEEK_END))), '\0');
+  if (pread(video_, video.data(), video.size(), 0) != static_cast<ssize_t>(video.size()))
     Fail(std::strerror(errno));
-  WriteWhole(file_, film);
+  WriteWhole(file_, video);
 }
 
 void VideoWriter::CheckPatience(Wait* waiting) const {
-  if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
+  if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
   if (waiting->Look(std::chrono::steady_clock::now()) < patience_) return;
   Fail(fmt::format("it hangs: no progress for {:g} s", std::chrono::duration<double>(patience_).count()));
 }

@@ -1,4 +1,4 @@
-// Encodes frames into a film by the ffmpeg program, of the kind that the file's name ends in: H.264 in a
+// Encodes frames into a video by the ffmpeg program, of the kind that the file's name ends in: H.264 in a
 // fragmented MP4; GIF or WebP, which repeat themselves, at 10 frames a second. Equal frames give equal bytes
 // (of one version of ffmpeg).
 #pragma once
@@ -15,7 +15,7 @@
 namespace evalbus::viz {
 
 // ".mp4", ".gif", ".webp"; throws InputError for others.
-void CheckFilmEnding(const std::string& ending);
+void CheckVideoEnding(const std::string& ending);
 
 class VideoWriter {
  public:
@@ -24,13 +24,13 @@ class VideoWriter {
   // others.
   VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
               std::chrono::milliseconds patience = std::chrono::seconds(60));
-  // Without Close: the film is thrown away.
+  // Without Close: the video is thrown away.
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
   void Write(const Frame& frame);
-  // Waits for ffmpeg and writes the film.
+  // Waits for ffmpeg and writes the video.
   void Close();
 
  private:
@@ -44,8 +44,8 @@ class VideoWriter {
   FrameSize size_;
   std::chrono::milliseconds patience_;
   pid_t ffmpeg_ = -1;
-  // Frames go in, the film and complaints come out.
-  int frames_ = -1, film_ = -1, complaints_ = -1;
+  // Frames go in, the video and complaints come out.
+  int frames_ = -1, video_ = -1, complaints_ = -1;
 };
 
 }  // namespace evalbus::viz

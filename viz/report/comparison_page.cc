@@ -76,13 +76,13 @@ void Table(const ReportComparison& comparison, const std::string& what, const st
   });
 }
 
-// A side of a flipped pair: its episode, how it ended, its films.
-void FlipCell(int episode, const std::string& end, const std::vector<ReportLink>& films, Markup* html) {
+// A side of a flipped pair: its episode, how it ended, its videos.
+void FlipCell(int episode, const std::string& end, const std::vector<ReportLink>& videos, Markup* html) {
   const bool success = end.empty();
   html->Element("td", {{"class", "files"}}, [&] {
     html->Element("span", {{"class", success ? "sign good" : "sign bad"}}, success ? "✓" : "✗");
     html->Text(fmt::format(" episode {}{} ", episode, success ? "" : ": " + end));
-    Links(films, html);
+    Links(videos, html);
   });
 }
 
@@ -101,15 +101,15 @@ void Flips(const ReportComparison& comparison, const ReportTaskComparison& task,
       html->Element("tbody", {}, [&] {
         for (const ReportFlip& flip : task.flips) {
           html->Element("tr", {}, [&] {
-            FlipCell(flip.baseline_episode, flip.baseline, flip.baseline_films, html);
-            FlipCell(flip.run_episode, flip.run, flip.run_films, html);
+            FlipCell(flip.baseline_episode, flip.baseline, flip.baseline_videos, html);
+            FlipCell(flip.run_episode, flip.run, flip.run_videos, html);
             html->Element("td", {{"class", "number seed"}}, std::to_string(flip.seed));
           });
         }
       });
     });
   });
-  if (!task.film_hint.empty()) html->Element("p", {{"class", "note"}}, task.film_hint);
+  if (!task.video_hint.empty()) html->Element("p", {{"class", "note"}}, task.video_hint);
 }
 
 void Write(const ReportComparison& comparison, Markup* html) {

@@ -30,7 +30,7 @@ struct ReportFlip {
   // Why it did not succeed; empty of the one that did.
   std::string baseline, run;
   int baseline_episode = 0, run_episode = 0;
-  std::vector<ReportLink> baseline_films, run_films;
+  std::vector<ReportLink> baseline_videos, run_videos;
 };
 
 struct ReportTaskComparison {
@@ -40,8 +40,8 @@ struct ReportTaskComparison {
   std::string counts;
   std::vector<ReportDifference> metrics;
   std::vector<ReportFlip> flips;
-  // Where flips have no films: how they are made; a sentence.
-  std::string film_hint;
+  // Where flips have no videos: how they are made; a sentence.
+  std::string video_hint;
 };
 
 struct ReportComparison {

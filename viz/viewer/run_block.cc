@@ -166,7 +166,7 @@ std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& r
                     {"time_s", NumberOrNull(row.time)},
                     {"text", row.text},
                     {"has_track", row.has_track},
-                    {"film", row.film.empty() ? Json() : Json(row.film)}});
+                    {"video", row.video.empty() ? Json() : Json(row.video)}});
   }
   return block.Bytes();
 }

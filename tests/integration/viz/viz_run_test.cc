@@ -213,13 +213,13 @@ TEST_F(WithoutOsMesa, ARunKeepsItsResults) {
   const Result result = Run({"evalbus", "run", ShortTask(folder_.path(), 0.2), "--policy", "hold",
                              "--episodes", "2", "--in-process", "--video", "front", "--out", run});
   EXPECT_EQ(result.code, 2);
-  ExpectLine(result.err, Line("no film: "));
+  ExpectLine(result.err, Line("no video: "));
   EXPECT_EQ(Episodes(run).size(), 2u);
 }
 
 TEST_F(WithoutOsMesa, DoctorSaysSo) {
   const Result result = Run({"evalbus", "doctor"});
-  EXPECT_NE(result.out.find("FAIL  OSMesa, which renders films\n      fix: apt-get install libosmesa6\n"),
+  EXPECT_NE(result.out.find("FAIL  OSMesa, which renders videos\n      fix: apt-get install libosmesa6\n"),
             std::string::npos)
       << result.out;
 }

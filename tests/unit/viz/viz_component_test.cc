@@ -144,7 +144,7 @@ TEST_F(VizComponentTest, DrawsNoMoreFramesThanAskedFor) {
   EXPECT_EQ(viz_.status().skipped_ticks, 79);
 }
 
-TEST_F(VizComponentTest, ShowsTheSameAsAFilm) {
+TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
   SayModel();
   SayBegin(0);
   SayState(0, 5);

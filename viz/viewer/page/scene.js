@@ -151,7 +151,7 @@ Evalbus.SceneView = class {
     return view && view.world.cameras.find((camera) => camera.name === name);
   }
 
-  // Where the films are taken from, but free.
+  // Where the videos are taken from, but free.
   home() {
     const view = this.views[0];
     if (!view) return;
@@ -230,7 +230,7 @@ Evalbus.SceneView = class {
     this.width = width;
     this.height = height;
     const aspect = (this.isBeside ? width / 2 : width) / height;
-    // A tall window sees as much from side to side as a film of 4 to 3.
+    // A tall window sees as much from side to side as a video of 4 to 3.
     const half = Math.tan(this.fovy * Math.PI / 360) * Math.max(1, 4 / 3 / aspect);
     this.camera.fov = 360 / Math.PI * Math.atan(half);
     this.camera.aspect = aspect;

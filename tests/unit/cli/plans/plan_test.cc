@@ -59,7 +59,7 @@ tasks: [lift_pot/position, LiftPotOrientation]
 episodes: 30
 seed: 4
 options: {after_success_s: 1}
-film: {episodes: first 3, cameras: [overview, head]}
+video: {episodes: first 3, cameras: [overview, head]}
 compare: {baseline: shaky}
 until: decided(alpha 0.01, max 200)
 )");
@@ -74,7 +74,7 @@ until: decided(alpha 0.01, max 200)
   EXPECT_EQ(plan.options.seed, 4);
   EXPECT_EQ(plan.options.sim.after_success_s, 1);
   EXPECT_TRUE(plan.options.in_process);
-  EXPECT_EQ(FilmsText(plan.films), "the first 3 of each run, from overview, head");
+  EXPECT_EQ(VideosText(plan.videos), "the first 3 of each run, from overview, head");
   ASSERT_TRUE(plan.until);
   EXPECT_EQ(plan.until->alpha, 0.01);
   EXPECT_EQ(plan.until->max_episodes, 200);
@@ -93,7 +93,7 @@ TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
 
 TEST_F(PlanTest, IsKeptAsJsonAndReadBack) {
   for (const char* text : {kSmall,
-                           "policies: [expert, hold]\ntasks: lift_pot/all\nfilm: failures\n"
+                           "policies: [expert, hold]\ntasks: lift_pot/all\nvideo: failures\n"
                            "until: decided(alpha 0.05, max 90)\nchunk_episodes: 7\n"}) {
     const Plan plan = Read(text);
     const auto json = PlanJson(plan);
@@ -129,7 +129,7 @@ TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
   EXPECT_THAT(ErrorOf(small + "options: {workers: 2}\n"), HasSubstr("no option of a run in a plan"));
   EXPECT_THAT(ErrorOf(small + "options: {control_hz: 5000}\n"), HasSubstr(":3: key 'control_hz': "));
   EXPECT_THAT(ErrorOf(small + "options: {realtime: maybe}\n"), HasSubstr(":3: key 'realtime': "));
-  EXPECT_THAT(ErrorOf(small + "film: some\n"),
+  EXPECT_THAT(ErrorOf(small + "video: some\n"),
               HasSubstr("expected none, all, failures or 'first N', got 'some'"));
   EXPECT_THAT(ErrorOf(small + "compare: {baseline: hold}\n"), HasSubstr("no policy 'hold' in this plan"));
   EXPECT_THAT(ErrorOf(small + "until: soon\n"), HasSubstr("expected decided(alpha A, max EPISODES)"));

@@ -536,7 +536,7 @@ TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   EXPECT_TRUE(Conclusion(result).starts_with("b succeeds more often than a")) << Conclusion(result);
 }
 
-TEST_F(CompareTest, ThePageLinksTheFilmsOfSeedsThatFlipped) {
+TEST_F(CompareTest, ThePageLinksTheVideosOfSeedsThatFlipped) {
   const RecordedRuns a = Run("a", Info(4), {true, true, false, false}, 5);
   const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
   const Comparison comparison = CompareRuns(b, a);
@@ -547,7 +547,7 @@ TEST_F(CompareTest, ThePageLinksTheFilmsOfSeedsThatFlipped) {
   EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 3))));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr(std::to_string(EpisodeSeed(7, 2)))));
   EXPECT_THAT(html, testing::HasSubstr("evalbus render"));
-  WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "film");
+  WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "video");
   html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
   EXPECT_THAT(html, testing::HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr("evalbus render")));

@@ -156,7 +156,7 @@ class ShotTest : public testing::Test {
   static inline state_t home_;
 };
 
-TEST_F(ShotTest, ColourIsThatOfAFilm) {
+TEST_F(ShotTest, ColourIsThatOfAVideo) {
   constexpr FrameSize kSize{160, 120};
   Renderer renderer(Copy(**model_), kSize);
   renderer.SetState(home_);
@@ -164,7 +164,7 @@ TEST_F(ShotTest, ColourIsThatOfAFilm) {
   renderer.Render(FindCamera(renderer.model(), "front"), &frame);
   const std::vector<uint8_t> rgb = Rgb8(&renderer, "front", kSize);
   for (size_t i = 0; i < rgb.size(); ++i) ASSERT_EQ(rgb[i], frame.bgrx[i / 3 * 4 + 2 - i % 3]) << i;
-  // And a film's pictures stay as they are whatever was asked for between them.
+  // And a video's pictures stay as they are whatever was asked for between them.
   Rgb8(&renderer, "head", {300, 301}, 100, false);
   std::vector<float> depth;
   renderer.RenderDepth({0, {30, 20}}, &depth);

@@ -1,15 +1,15 @@
-// Films beside a run, and from its logs afterwards.
+// Videos beside a run, and from its logs afterwards.
 #include <signal.h>
 
 #include <algorithm>
 
 #include "tests/integration/harness.h"
 
-namespace evalbus::filming_test {
+namespace evalbus::video_recording_test {
 
 namespace fs = std::filesystem;
 
-TEST(Filming, RunEndsWithTheFilmsOfItsEpisodes) {
+TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
   const TemporaryFolder folder;
   const std::string task = ShortTask(folder.path(), 0.2);
   const fs::path run = folder.path() / "run";
@@ -17,15 +17,15 @@ TEST(Filming, RunEndsWithTheFilmsOfItsEpisodes) {
                                     "--in-process", "--video", "front,left/hand/wrist", "--out", run});
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("run/episodes/*/front.mp4  (done after "), std::string::npos) << result.out;
-  for (const char* film : {"0000/front.mp4", "0000/left_hand_wrist.mp4", "0001/front.mp4"}) {
-    EXPECT_GT(fs::file_size(run / "episodes" / film), 1000u) << film;
+  for (const char* video : {"0000/front.mp4", "0000/left_hand_wrist.mp4", "0001/front.mp4"}) {
+    EXPECT_GT(fs::file_size(run / "episodes" / video), 1000u) << video;
   }
 
-  // Later, from the log, it is the same film.
-  const std::string film = ReadText(run / "episodes/0001/front.mp4");
+  // Later, from the log, it is the same video.
+  const std::string video = ReadText(run / "episodes/0001/front.mp4");
   const Result again = RunProgram({"evalbus", "render", run, "--episode", "1", "--camera", "front"});
   EXPECT_EQ(again.code, 0) << again.err;
-  EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == film);
+  EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == video);
   EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
   EXPECT_EQ(again.err, "");
   // Which one draws is said where it is not the usual one; a machine with a GPU draws with that.
@@ -40,7 +40,7 @@ TEST(Filming, RunEndsWithTheFilmsOfItsEpisodes) {
   }
 }
 
-TEST(Filming, CtrlCEndsItInOrderAndResumeMakesTheRest) {
+TEST(VideoRecording, CtrlCEndsItInOrderAndResumeMakesTheRest) {
   const TemporaryFolder folder;
   const std::vector<std::string> command = {"evalbus",  "run",          ShortTask(folder.path(), 0.2),
                                             "--policy", "hold",         "--episodes",
@@ -49,14 +49,14 @@ TEST(Filming, CtrlCEndsItInOrderAndResumeMakesTheRest) {
   const fs::path run = folder.path() / "run";
   {
     Program launcher(command);
-    ASSERT_TRUE(WaitFor([&] { return launcher.out().find("filming ") != std::string::npos; }))
+    ASSERT_TRUE(WaitFor([&] { return launcher.out().find("recording video of ") != std::string::npos; }))
         << launcher.err();
     launcher.Signal(SIGINT);
     EXPECT_EQ(launcher.Wait(), 2);
     EXPECT_TRUE(launcher.err().starts_with("error: stopped before ")) << launcher.err();
-    EXPECT_NE(launcher.err().find("filmed; the same command with --out "), std::string::npos)
+    EXPECT_NE(launcher.err().find("recorded as video; the same command with --out "), std::string::npos)
         << launcher.err();
-    EXPECT_EQ(launcher.out().find("films  "), std::string::npos) << launcher.out();
+    EXPECT_EQ(launcher.out().find("videos  "), std::string::npos) << launcher.out();
   }
   for (const auto& entry : fs::recursive_directory_iterator(run)) {
     EXPECT_FALSE(entry.path().string().ends_with(".tmp")) << entry.path();
@@ -70,16 +70,16 @@ TEST(Filming, CtrlCEndsItInOrderAndResumeMakesTheRest) {
 }
 
 // What `./run` adds cameras to unless it is told not to.
-TEST(Filming, NoneIsNoCamera) {
+TEST(VideoRecording, NoneIsNoCamera) {
   const TemporaryFolder folder;
   const Result result =
       RunProgram({"evalbus", "run", ShortTask(folder.path(), 0.2), "--policy", "hold", "--episodes", "1",
                   "--in-process", "--video", "none", "--out", folder.path() / "run"});
   EXPECT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(result.out.find("films"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("videos"), std::string::npos) << result.out;
 }
 
-TEST(Filming, MissingFfmpegCostsTheFilmAndNotTheResults) {
+TEST(VideoRecording, MissingFfmpegCostsTheVideoAndNotTheResults) {
   const TemporaryFolder folder;
   const std::string task = ShortTask(folder.path(), 0.2);
   const fs::path run = folder.path() / "run";
@@ -88,20 +88,20 @@ TEST(Filming, MissingFfmpegCostsTheFilmAndNotTheResults) {
                                    {{}, [] { setenv("EVALBUS_PATH", "/nonexistent", 1); }});
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(result.err,
-            "error: no film: films need the ffmpeg program: install it with 'apt-get install ffmpeg'\n");
+            "error: no video: videos need the ffmpeg program: install it with 'apt-get install ffmpeg'\n");
   EXPECT_TRUE(fs::exists(run / "episodes.jsonl"));
 }
 
-TEST(Filming, TwoOfOneEpisodeAtOnceLeaveAWholeFilm) {
+TEST(VideoRecording, TwoOfOneEpisodeAtOnceLeaveAWholeVideo) {
   const TemporaryFolder folder;
-  const fs::path run = folder.path() / "run", film = run / "episodes/0000/front.mp4";
+  const fs::path run = folder.path() / "run", video = run / "episodes/0000/front.mp4";
   Evaluate({ShortTask(folder.path(), 1), "--policy", "hold", "--episodes", "1", "--in-process"}, run);
   const std::vector<std::string> render = {"evalbus", "render", run,      "--camera",
                                            "front",   "--size", "160x120"};
   ASSERT_EQ(RunProgram(render).code, 0);
-  const std::string whole = ReadText(film);
+  const std::string whole = ReadText(video);
   ASSERT_GT(whole.size(), 1'000u);
-  fs::remove(film);
+  fs::remove(video);
   // On a loaded machine one may be done before it is seen to be at work.
   const auto is_at_work = [](Program* program) {
     return [program] { return !ChildrenOf(program->pid(), "ffmpeg").empty() || !program->running(); };
@@ -113,7 +113,7 @@ TEST(Filming, TwoOfOneEpisodeAtOnceLeaveAWholeFilm) {
   EXPECT_EQ(first.Wait(), 0) << first.err();
   second.Signal(SIGKILL);
   second.Wait();
-  EXPECT_TRUE(ReadText(film) == whole) << ReadText(film).size() << " bytes of " << whole.size();
+  EXPECT_TRUE(ReadText(video) == whole) << ReadText(video).size() << " bytes of " << whole.size();
 }
 
 void ExpectRefusedBeforeTheRun(const std::string& cameras, const std::string& error) {
@@ -126,16 +126,16 @@ void ExpectRefusedBeforeTheRun(const std::string& cameras, const std::string& er
   EXPECT_FALSE(fs::exists(run));
 }
 
-TEST(Filming, ACameraThatIsThereTwiceIsRefused) {
+TEST(VideoRecording, ACameraThatIsThereTwiceIsRefused) {
   ExpectRefusedBeforeTheRun("front,front",
                             "camera 'front' is there twice, or another makes the same front.mp4");
 }
 
-TEST(Filming, UnknownCameraIsRefusedBeforeTheRun) {
+TEST(VideoRecording, UnknownCameraIsRefusedBeforeTheRun) {
   ExpectRefusedBeforeTheRun(
       "nowhere",
       "no camera 'nowhere'; this scene has head, roboeval/external, front, overview, roboeval/head, "
       "roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, right/hand/wrist");
 }
 
-}  // namespace evalbus::filming_test
+}  // namespace evalbus::video_recording_test

@@ -1,4 +1,4 @@
-// What the films with panels say of an episode, taken from its log. Pure.
+// What the videos with panels say of an episode, taken from its log. Pure.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 namespace evalbus::viz {
 
 // How a score grew: one line for each arm, or a single one.
-struct FilmCurve {
+struct VideoCurve {
   std::string label;
   std::string unit;  // of the values; may be empty
   std::vector<std::string> of;
@@ -24,7 +24,7 @@ struct FilmCurve {
 };
 
 // On the time line.
-struct FilmMark {
+struct VideoMark {
   enum class Kind { kStage, kGrasp, kSlip, kCollision };
   Kind kind = Kind::kStage;
   double time_s = 0;
@@ -35,11 +35,11 @@ struct FilmMark {
 // In the picture, at a point of the world.
 struct PlaceMark {
   // kGrasp: a contact that is wanted, of the robot with an object.
-  FilmMark::Kind kind = FilmMark::Kind::kGrasp;
+  VideoMark::Kind kind = VideoMark::Kind::kGrasp;
   double position_m[3] = {};
 };
 
-struct FilmFacts {
+struct VideoFacts {
   std::string task;   // "lift_pot/position"
   std::string maker;  // "expert on bimanual_panda"
   int episode = 0;
@@ -49,9 +49,9 @@ struct FilmFacts {
   std::vector<StageRow> stages;
   // Of the samples of all curves.
   std::vector<double> time_s;
-  std::vector<FilmCurve> curves;
+  std::vector<VideoCurve> curves;
   // In order of time.
-  std::vector<FilmMark> marks;
+  std::vector<VideoMark> marks;
   bool counts_slips = false, counts_collisions = false;
   // By frame of the schedule.
   std::vector<std::vector<PlaceMark>> places;
@@ -64,9 +64,9 @@ struct FilmFacts {
   std::vector<std::pair<std::string, std::string>> numbers;
 };
 
-// schedule: which STATE each frame shows (FilmSchedule). Throws InputError for a MODEL that contradicts
+// schedule: which STATE each frame shows (VideoSchedule). Throws InputError for a MODEL that contradicts
 // itself.
-FilmFacts FactsOf(const RecordedEpisode& episode, const std::vector<size_t>& schedule,
-                  const std::string& policy);
+VideoFacts FactsOf(const RecordedEpisode& episode, const std::vector<size_t>& schedule,
+                   const std::string& policy);
 
 }  // namespace evalbus::viz

@@ -1,4 +1,4 @@
-#include "viz/pictures/panel_film.h"
+#include "viz/pictures/panel_video.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,15 +7,15 @@
 
 #include "base/errors.h"
 #include "base/text.h"
-#include "viz/pictures/film.h"
-#include "viz/pictures/film_panels.h"
 #include "viz/pictures/overlay.h"
+#include "viz/pictures/video.h"
+#include "viz/pictures/video_panels.h"
 #include "viz/pictures/video_writer.h"
 
 namespace evalbus::viz {
 namespace {
 
-double TimeOf(size_t frame) { return static_cast<double>(frame) / kFilmRate; }
+double TimeOf(size_t frame) { return static_cast<double>(frame) / kVideoRate; }
 
 FrameSize SizeOf(const Box& box) { return {static_cast<int>(box.width), static_cast<int>(box.height)}; }
 
@@ -43,9 +43,9 @@ class Shots {
   std::vector<uint8_t> rgb_;
 };
 
-std::vector<FilmPanels::Place> PlacesOf(const FilmedEpisode& episode, size_t frame, const Renderer& renderer,
-                                        int camera, const Box& box) {
-  std::vector<FilmPanels::Place> places;
+std::vector<VideoPanels::Place> PlacesOf(const VideoEpisode& episode, size_t frame, const Renderer& renderer,
+                                         int camera, const Box& box) {
+  std::vector<VideoPanels::Place> places;
   const CameraPose pose = renderer.PoseOf(camera);
   for (const PlaceMark& mark : episode.facts.places[frame]) {
     if (const auto point = Project(pose, SizeOf(box), mark.position_m)) places.push_back({mark.kind, *point});
@@ -53,7 +53,7 @@ std::vector<FilmPanels::Place> PlacesOf(const FilmedEpisode& episode, size_t fra
   return places;
 }
 
-Renderer* RendererOf(const FilmedEpisode& episode, FilmScenes* scenes) {
+Renderer* RendererOf(const VideoEpisode& episode, VideoScenes* scenes) {
   return scenes->Of(episode.model, episode.log, episode.seed);
 }
 
@@ -61,23 +61,23 @@ Renderer* RendererOf(const FilmedEpisode& episode, FilmScenes* scenes) {
 struct Sheet {
   Sheet(FrameSize size, double scale) : frame(size), panels(&frame, scale) {}
   Frame frame;
-  FilmPanels panels;
+  VideoPanels panels;
   Shots shots;
 };
 
-size_t LongestOf(const std::vector<FilmedEpisode>& episodes) {
+size_t LongestOf(const std::vector<VideoEpisode>& episodes) {
   size_t frames = 0;
-  for (const FilmedEpisode& episode : episodes) frames = std::max(frames, episode.states.size());
+  for (const VideoEpisode& episode : episodes) frames = std::max(frames, episode.states.size());
   return frames;
 }
 
 std::string ClockText(double time_s) { return fmt::format("{:.2f} s", time_s); }
 
 // So many frames, and the end.
-void WriteJoint(size_t longest, const JointFilmOptions& options, const std::filesystem::path& file,
-                FilmCrew* crew, const FilmCrew::Begin& begin) {
-  VideoWriter video(file, options.size, kFilmRate);
-  crew->Film(longest + 1, begin, [&](size_t n, const std::vector<Frame>& frames) {
+void WriteJoint(size_t longest, const JointVideoOptions& options, const std::filesystem::path& file,
+                ParallelFrameRenderer* frame_renderer, const ParallelFrameRenderer::Begin& begin) {
+  VideoWriter video(file, options.size, kVideoRate);
+  frame_renderer->Render(longest + 1, begin, [&](size_t n, const std::vector<Frame>& frames) {
     for (int times = 0; times < (n < longest ? 1 : kPanelHold); ++times) video.Write(frames[0]);
     if (options.progress) options.progress(static_cast<double>(n + 1) / static_cast<double>(longest + 1));
   });
@@ -86,35 +86,35 @@ void WriteJoint(size_t longest, const JointFilmOptions& options, const std::file
 
 }  // namespace
 
-FilmedEpisode ToFilm(const RecordedEpisode& episode, const std::string& policy,
-                     const std::filesystem::path& log) {
+VideoEpisode ToVideoEpisode(const RecordedEpisode& episode, const std::string& policy,
+                            const std::filesystem::path& log) {
   std::vector<int64_t> sim_time_us;
   for (const state_t& state : episode.states) sim_time_us.push_back(state.header.sim_time_us);
-  const std::vector<size_t> schedule = FilmSchedule(sim_time_us);
-  FilmedEpisode filmed;
-  filmed.log = log;
-  filmed.model = *episode.model;
-  if (episode.begin) filmed.seed = episode.begin->seed;
-  filmed.facts = FactsOf(episode, schedule, policy);
-  for (const size_t shown : schedule) filmed.states.push_back(episode.states[shown]);
-  return filmed;
+  const std::vector<size_t> schedule = VideoSchedule(sim_time_us);
+  VideoEpisode video_episode;
+  video_episode.log = log;
+  video_episode.model = *episode.model;
+  if (episode.begin) video_episode.seed = episode.begin->seed;
+  video_episode.facts = FactsOf(episode, schedule, policy);
+  for (const size_t shown : schedule) video_episode.states.push_back(episode.states[shown]);
+  return video_episode;
 }
 
-std::vector<FilmedEpisode> ReadEpisodesToFilm(const std::filesystem::path& log,
-                                              const std::vector<int>& episodes, const std::string& policy) {
+std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
+                                            const std::vector<int>& episodes, const std::string& policy) {
   const std::vector<int> numbers = EpisodesOf(log);
   CheckEpisodes(log, numbers, episodes);
   const auto is_wanted = [&](int number) {
     return episodes.empty() || std::ranges::find(episodes, number) != episodes.end();
   };
-  std::vector<FilmedEpisode> filmed;
+  std::vector<VideoEpisode> video_episodes;
   EpisodeReader reader(log);
   for (RecordedEpisode episode; reader.Next(&episode, is_wanted);) {
     if (episode.states.empty()) continue;
     if (!episode.model) throw InputError(log.string() + ": no whole MODEL message before the first STATE");
-    filmed.push_back(ToFilm(episode, policy, log));
+    video_episodes.push_back(ToVideoEpisode(episode, policy, log));
   }
-  return filmed;
+  return video_episodes;
 }
 
 std::vector<std::string> FullCameras(const mjModel& model) {
@@ -130,29 +130,30 @@ std::vector<std::string> FullCameras(const mjModel& model) {
   return cameras;
 }
 
-void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& cameras, FilmCrew* crew,
-              const std::filesystem::path& file, const FilmProgress& progress) {
-  const FrameSize size = crew->largest();
+void MakeFullVideo(const VideoEpisode& episode, const std::vector<std::string>& cameras,
+                   ParallelFrameRenderer* frame_renderer, const std::filesystem::path& file,
+                   const VideoProgress& progress) {
+  const FrameSize size = frame_renderer->largest();
   CheckPanelSize(size);
   if (cameras.size() > kMostInsets + 1) {
     throw InputError(
         fmt::format("the full layout shows {} cameras at most, the first one large; these are {}",
                     kMostInsets + 1, cameras.size()));
   }
-  const FilmFacts& facts = episode.facts;
+  const VideoFacts& facts = episode.facts;
   const FullLayout layout =
       LayOutFull(size, static_cast<int>(cameras.size()) - 1, static_cast<int>(facts.curves.size()));
   const std::string subtitle = facts.maker + ", " + EpisodeSubtitle(facts.episode);
   const size_t num_states = episode.states.size();
-  const bool has_end = EndOf(facts) != FilmEnd::kNone;
+  const bool has_end = EndOf(facts) != VideoEnd::kNone;
   const size_t num_frames = num_states + (has_end ? 1 : 0);
-  const auto begin = [&](FilmScenes* scenes) {
+  const auto begin = [&](VideoScenes* scenes) {
     Renderer* const renderer = RendererOf(episode, scenes);
     std::vector<int> ids;
     for (const std::string& camera : cameras) ids.push_back(FindCamera(renderer->model(), camera));
     const auto sheet = std::make_shared<Sheet>(size, layout.scale);
     return [&, renderer, ids, sheet](size_t n) {
-      FilmPanels& panels = sheet->panels;
+      VideoPanels& panels = sheet->panels;
       const bool is_end = n == num_states;
       const size_t shown = is_end ? n - 1 : n;
       const double time = is_end ? facts.duration_s : TimeOf(n);
@@ -175,42 +176,42 @@ void FilmFull(const FilmedEpisode& episode, const std::vector<std::string>& came
       return std::vector{sheet->frame};
     };
   };
-  VideoWriter video(file, size, kFilmRate);
-  crew->Film(num_frames, begin, [&](size_t n, const std::vector<Frame>& frames) {
+  VideoWriter video(file, size, kVideoRate);
+  frame_renderer->Render(num_frames, begin, [&](size_t n, const std::vector<Frame>& frames) {
     for (int times = 0; times < (n < num_states ? 1 : kPanelHold); ++times) video.Write(frames[0]);
     progress(static_cast<double>(n + 1) / static_cast<double>(num_frames));
   });
   video.Close();
 }
 
-void FilmPair(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions& options,
-              const std::filesystem::path& file) {
+void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOptions& options,
+                   const std::filesystem::path& file) {
   CheckPanelSize(options.size);
   const PairLayout layout = LayOutPair(options.size);
   // The same axes on both sides.
   double to_s = 0;
-  for (const FilmedEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
+  for (const VideoEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
   const auto highest = [&](const std::string& label) {
     double most = 0;
-    for (const FilmedEpisode& episode : episodes) {
-      for (const FilmCurve& curve : episode.facts.curves) {
+    for (const VideoEpisode& episode : episodes) {
+      for (const VideoCurve& curve : episode.facts.curves) {
         if (curve.label == label) most = std::max(most, curve.highest);
       }
     }
     return most;
   };
   const size_t longest = LongestOf(episodes);
-  const auto begin = [&](FilmScenes* scenes) {
+  const auto begin = [&](VideoScenes* scenes) {
     const auto sheet = std::make_shared<Sheet>(options.size, layout.scale);
     return [&, scenes, sheet](size_t n) {
-      FilmPanels& panels = sheet->panels;
+      VideoPanels& panels = sheet->panels;
       panels.Page();
       const double time = n < longest ? TimeOf(n) : to_s;
       panels.Header(layout.header, options.title, options.subtitle, ClockText(time));
       for (size_t i = 0; i < episodes.size(); ++i) {
-        const FilmedEpisode& episode = episodes[i];
+        const VideoEpisode& episode = episodes[i];
         const PairLayout::Side& side = layout.side[i];
-        const FilmFacts& facts = episode.facts;
+        const VideoFacts& facts = episode.facts;
         const bool is_over = n >= episode.states.size();
         const size_t shown = std::min(n, episode.states.size() - 1);
         const double own_time = is_over ? facts.duration_s : time;
@@ -222,7 +223,7 @@ void FilmPair(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
         panels.Places(side.picture, PlacesOf(episode, shown, *renderer, camera, side.picture), true);
         panels.Stages(side.stages, facts, own_time);
         if (!facts.curves.empty()) {
-          const FilmCurve& curve = facts.curves[0];
+          const VideoCurve& curve = facts.curves[0];
           panels.Curve(side.curve, facts, curve, own_time, to_s, highest(curve.label));
         }
         panels.TimeLine(side.time_line, facts, own_time, to_s);
@@ -231,12 +232,12 @@ void FilmPair(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
       return std::vector{sheet->frame};
     };
   };
-  FilmCrew crew(options.size);
-  WriteJoint(longest, options, file, &crew, begin);
+  ParallelFrameRenderer frame_renderer(options.size);
+  WriteJoint(longest, options, file, &frame_renderer, begin);
 }
 
-void FilmGrid(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions& options,
-              const std::filesystem::path& file) {
+void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOptions& options,
+                   const std::filesystem::path& file) {
   CheckPanelSize(options.size);
   const GridLayout layout = LayOutGrid(options.size, options.shape.columns, options.shape.rows);
   const auto picture = [&](size_t i) {
@@ -247,19 +248,19 @@ void FilmGrid(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
   const size_t longest = LongestOf(episodes);
   const size_t cells = std::min(episodes.size(), layout.cells.size());
   double to_s = 0;
-  for (const FilmedEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
-  const auto begin = [&](FilmScenes* scenes) {
+  for (const VideoEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
+  const auto begin = [&](VideoScenes* scenes) {
     const auto sheet = std::make_shared<Sheet>(options.size, layout.scale);
     sheet->panels.Page();
     return [&, scenes, sheet, is_done = std::vector<bool>(cells)](size_t n) mutable {
-      FilmPanels& panels = sheet->panels;
+      VideoPanels& panels = sheet->panels;
       size_t succeeded = 0, failed = 0;
       for (size_t i = 0; i < cells; ++i) {
-        const FilmedEpisode& episode = episodes[i];
+        const VideoEpisode& episode = episodes[i];
         const bool is_over = n >= episode.states.size();
         if (is_over) {
-          succeeded += EndOf(episode.facts) == FilmEnd::kSuccess;
-          failed += EndOf(episode.facts) == FilmEnd::kFailure;
+          succeeded += EndOf(episode.facts) == VideoEnd::kSuccess;
+          failed += EndOf(episode.facts) == VideoEnd::kFailure;
         }
         // Once more when it is over; then it stays.
         if (is_done[i]) continue;
@@ -270,8 +271,8 @@ void FilmGrid(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
         renderer->SetState(episode.states[state]);
         const Box box = picture(i);
         sheet->shots.Draw(renderer, camera, box, &sheet->frame);
-        std::vector<FilmPanels::Place> places = PlacesOf(episode, state, *renderer, camera, box);
-        std::erase_if(places, [](const auto& place) { return place.kind == FilmMark::Kind::kGrasp; });
+        std::vector<VideoPanels::Place> places = PlacesOf(episode, state, *renderer, camera, box);
+        std::erase_if(places, [](const auto& place) { return place.kind == VideoMark::Kind::kGrasp; });
         panels.Places(box, places, false);
         panels.Cell(layout.cells[i], layout.frame, episode.name, episode.facts, is_over);
       }
@@ -282,8 +283,8 @@ void FilmGrid(const std::vector<FilmedEpisode>& episodes, const JointFilmOptions
       return std::vector{sheet->frame};
     };
   };
-  FilmCrew crew(SizeOf(picture(0)));
-  WriteJoint(longest, options, file, &crew, begin);
+  ParallelFrameRenderer frame_renderer(SizeOf(picture(0)));
+  WriteJoint(longest, options, file, &frame_renderer, begin);
 }
 
 }  // namespace evalbus::viz

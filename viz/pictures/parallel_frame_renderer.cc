@@ -1,4 +1,4 @@
-#include "viz/pictures/film_crew.h"
+#include "viz/pictures/parallel_frame_renderer.h"
 
 #include <semaphore.h>
 #include <time.h>
@@ -28,14 +28,14 @@ constexpr size_t kAhead = 4;
 constexpr int64_t kLookNs = 100000000;
 
 void CheckStop() {
-  if (stop_requested()) throw EnvironmentError("stopped; no film is half-written");
+  if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
 }
 
-// Draws some of a film's frames in a process that has everything that this one had when it was made.
+// Draws some of a video's frames in a process that has everything that this one had when it was made.
 class Drawer {
  public:
   // Draws frames first, first + step, ...; all are together as large as those of `like`.
-  Drawer(size_t first, size_t step, size_t num_frames, const FilmCrew::DrawFrames& draw,
+  Drawer(size_t first, size_t step, size_t num_frames, const ParallelFrameRenderer::DrawFrames& draw,
          const std::vector<Frame>& like)
       : bytes_(BytesOf(like)), memory_(sizeof(Shared) + kAhead * bytes_), shared_(Init(memory_.get())) {
     work_.emplace("a process that draws", [&] { Work(first, step, num_frames, draw); });
@@ -63,7 +63,8 @@ class Drawer {
   uint8_t* Place(size_t taken_or_drawn) const {
     return static_cast<uint8_t*>(memory_.get()) + sizeof(Shared) + taken_or_drawn % kAhead * bytes_;
   }
-  void Work(size_t first, size_t step, size_t num_frames, const FilmCrew::DrawFrames& draw) const;
+  void Work(size_t first, size_t step, size_t num_frames,
+            const ParallelFrameRenderer::DrawFrames& draw) const;
   // Whether a frame came to be drawn before it was time to look around.
   bool WaitForFrame() const;
 
@@ -74,14 +75,15 @@ class Drawer {
   std::optional<ForkedWork> work_;
 };
 
-void Drawer::Work(size_t first, size_t step, size_t num_frames, const FilmCrew::DrawFrames& draw) const {
+void Drawer::Work(size_t first, size_t step, size_t num_frames,
+                  const ParallelFrameRenderer::DrawFrames& draw) const {
   size_t drawn = 0;
   for (size_t n = first; n < num_frames; n += step) {
     // Whoever is asked to stop ends this process.
     while (sem_wait(&shared_->room) != 0) {
     }
     const std::vector<Frame> frames = draw(n);
-    if (BytesOf(frames) != bytes_) throw std::logic_error("the frames of a film are not equally large");
+    if (BytesOf(frames) != bytes_) throw std::logic_error("the frames of a video are not equally large");
     uint8_t* place = Place(drawn++);
     for (const Frame& frame : frames) place = std::copy(frame.bgrx.begin(), frame.bgrx.end(), place);
     sem_post(&shared_->drawn);
@@ -117,8 +119,8 @@ void Drawer::Take(std::vector<Frame>* frames) {
 
 }  // namespace
 
-Renderer* FilmScenes::Of(const model_info_t& model, const std::filesystem::path& log,
-                         std::optional<int64_t> seed) {
+Renderer* VideoScenes::Of(const model_info_t& model, const std::filesystem::path& log,
+                          std::optional<int64_t> seed) {
   Scene& scene = scenes_[model.visual_sha256 + model.variation + model.task_yaml];
   scene.is_used = true;
   if (!scene.renderer) {
@@ -133,12 +135,12 @@ Renderer* FilmScenes::Of(const model_info_t& model, const std::filesystem::path&
   return scene.renderer.get();
 }
 
-void FilmScenes::FreeUnused() {
+void VideoScenes::FreeUnused() {
   std::erase_if(scenes_, [](const auto& entry) { return !entry.second.is_used; });
   for (auto& [key, scene] : scenes_) scene.is_used = false;
 }
 
-FilmCrew::FilmCrew(FrameSize largest, size_t processes)
+ParallelFrameRenderer::ParallelFrameRenderer(FrameSize largest, size_t processes)
     : largest_(largest), processes_(processes), scenes_(largest) {
   if (processes_ == 0) {
     processes_ = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostProcesses);
@@ -146,8 +148,8 @@ FilmCrew::FilmCrew(FrameSize largest, size_t processes)
   if (!IsGlInMemory()) processes_ = 1;
 }
 
-void FilmCrew::Film(size_t num_frames, const Begin& begin,
-                    const std::function<void(size_t n, const std::vector<Frame>&)>& take) {
+void ParallelFrameRenderer::Render(size_t num_frames, const Begin& begin,
+                                   const std::function<void(size_t n, const std::vector<Frame>&)>& take) {
   if (num_frames == 0) return;
   CheckStop();
   const DrawFrames draw = begin(&scenes_);

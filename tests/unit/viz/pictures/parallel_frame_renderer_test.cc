@@ -1,6 +1,6 @@
-// Frames of films, drawn by several processes: the same whatever their number, in order, and an end to all
+// Frames of videos, drawn by several processes: the same whatever their number, in order, and an end to all
 // when one of them fails.
-#include "viz/pictures/film_crew.h"
+#include "viz/pictures/parallel_frame_renderer.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -15,38 +15,38 @@
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 
-namespace evalbus::viz::film_crew_test {
+namespace evalbus::viz::parallel_frame_renderer_test {
 
-constexpr FrameSize kCrewSize{64, 48};
+constexpr FrameSize kRendererSize{64, 48};
 
-TEST(FilmCrewTest, AnyNumberOfProcessesDrawsEqualFrames) {
+TEST(ParallelFrameRendererTest, AnyNumberOfProcessesDrawsEqualFrames) {
   const Scene scene = LiftPotScene();
   TemporaryFolder folder;
   const std::filesystem::path log =
       WriteRun(folder.path(), *scene.visual, 20000, std::vector(7, HomeQpos(*scene.visual)));
   const model_info_t info = VisualInfo(folder.path(), *scene.visual);
   // The pot sinks from frame to frame.
-  const auto film = [&](size_t processes) {
+  const auto video = [&](size_t processes) {
     std::vector<Frame> drawn;
-    FilmCrew crew(kCrewSize, processes);
-    const auto begin = [&](FilmScenes* scenes) {
+    ParallelFrameRenderer frame_renderer(kRendererSize, processes);
+    const auto begin = [&](VideoScenes* scenes) {
       Renderer* const renderer = scenes->Of(info, log, std::nullopt);
       return [&, renderer](size_t n) {
         std::vector<double> qpos = HomeQpos(*scene.visual);
         qpos[static_cast<size_t>(QposIndex(*scene.visual, "pot")) + 2] -= 0.1 * static_cast<double>(n);
         renderer->SetState(StateOf(qpos));
-        Frame frame(kCrewSize);
+        Frame frame(kRendererSize);
         renderer->Render(FindCamera(renderer->model(), "front"), &frame);
         return std::vector{frame};
       };
     };
-    crew.Film(7, begin, [&](size_t n, const std::vector<Frame>& frames) {
+    frame_renderer.Render(7, begin, [&](size_t n, const std::vector<Frame>& frames) {
       EXPECT_EQ(n, drawn.size());
       drawn.push_back(frames[0]);
     });
     return drawn;
   };
-  const std::vector<Frame> alone = film(1), three = film(3);
+  const std::vector<Frame> alone = video(1), three = video(3);
   ASSERT_EQ(alone.size(), 7u);
   ASSERT_EQ(three.size(), 7u);
   for (size_t n = 0; n < 7; ++n) EXPECT_EQ(alone[n].bgrx, three[n].bgrx) << n;
@@ -73,14 +73,14 @@ Count CountOf(const Frame& frame) {
   return count;
 }
 
-TEST(FilmCrewTest, FirstFrameIsDrawnHereAndTheOthersInTurns) {
-  FilmCrew crew(kCrewSize, 3);
+TEST(ParallelFrameRendererTest, FirstFrameIsDrawnHereAndTheOthersInTurns) {
+  ParallelFrameRenderer frame_renderer(kRendererSize, 3);
   for (int i = 0; i < 2; ++i) {
     int begun = 0;
     std::vector<pid_t> processes;
-    crew.Film(
+    frame_renderer.Render(
         40,
-        [&](FilmScenes*) {
+        [&](VideoScenes*) {
           ++begun;
           return [](size_t n) { return std::vector{Drawn(n), Drawn(n + 100)}; };
         },
@@ -101,31 +101,32 @@ TEST(FilmCrewTest, FirstFrameIsDrawnHereAndTheOthersInTurns) {
   }
 }
 
-// How a film of 9 frames ends that draws like this.
+// How a video of 9 frames ends that draws like this.
 template <class Error>
-std::string EndOf(FilmCrew* crew, const std::function<void(size_t n)>& draw, size_t* taken) {
+std::string EndOf(ParallelFrameRenderer* frame_renderer, const std::function<void(size_t n)>& draw,
+                  size_t* taken) {
   *taken = 0;
-  const auto begin = [&](FilmScenes*) {
+  const auto begin = [&](VideoScenes*) {
     return [&](size_t n) {
       draw(n);
       return std::vector{Drawn(n)};
     };
   };
   try {
-    crew->Film(9, begin, [&](size_t, const std::vector<Frame>&) { ++*taken; });
+    frame_renderer->Render(9, begin, [&](size_t, const std::vector<Frame>&) { ++*taken; });
   } catch (const Error& error) {
     return error.what();
   }
   return "";
 }
 
-TEST(FilmCrewTest, WhatDrawingThrowsEndsTheFilmAndTheNextOneIsWhole) {
-  FilmCrew crew(kCrewSize, 2);
+TEST(ParallelFrameRendererTest, WhatDrawingThrowsEndsTheVideoAndTheNextOneIsWhole) {
+  ParallelFrameRenderer frame_renderer(kRendererSize, 2);
   size_t taken = 0;
   for (const size_t at : {5u, 0u}) {
     const auto fail = [&]<class Error>(Error error) {
       return EndOf<Error>(
-          &crew, [&](size_t n) { n == at ? throw error : void(); }, &taken);
+          &frame_renderer, [&](size_t n) { n == at ? throw error : void(); }, &taken);
     };
     EXPECT_EQ(fail(InputError("no such file")), "no such file");
     EXPECT_EQ(taken, at);
@@ -133,40 +134,41 @@ TEST(FilmCrewTest, WhatDrawingThrowsEndsTheFilmAndTheNextOneIsWhole) {
     EXPECT_EQ(fail(std::runtime_error("frame")), "frame");
   }
   EXPECT_EQ(EndOf<std::exception>(
-                &crew, [](size_t) {}, &taken),
+                &frame_renderer, [](size_t) {}, &taken),
             "");
   EXPECT_EQ(taken, 9u);
 }
 
-TEST(FilmCrewTest, ProcessThatDiesEndsTheFilm) {
-  FilmCrew crew(kCrewSize, 2);
+TEST(ParallelFrameRendererTest, ProcessThatDiesEndsTheVideo) {
+  ParallelFrameRenderer frame_renderer(kRendererSize, 2);
   const pid_t here = getpid();
   const auto die = [&](size_t n) {
     if (n == 6 && getpid() != here) raise(SIGKILL);
   };
   size_t taken = 0;
-  EXPECT_EQ(EndOf<EnvironmentError>(&crew, die, &taken),
+  EXPECT_EQ(EndOf<EnvironmentError>(&frame_renderer, die, &taken),
             "a process that draws was ended by a signal: Killed");
   EXPECT_EQ(taken, 6u);
 }
 
-TEST(FilmCrewTest, FramesOfAnotherSizeAreRefused) {
-  FilmCrew crew(kCrewSize, 2);
+TEST(ParallelFrameRendererTest, FramesOfAnotherSizeAreRefused) {
+  ParallelFrameRenderer frame_renderer(kRendererSize, 2);
   for (const size_t frames : {1u, 3u}) {
-    const auto begin = [&](FilmScenes*) {
+    const auto begin = [&](VideoScenes*) {
       return [&](size_t n) { return std::vector(n == 4 ? frames : 2, Drawn(n)); };
     };
-    EXPECT_THROW(crew.Film(9, begin, [](size_t, const std::vector<Frame>&) {}), std::runtime_error);
+    EXPECT_THROW(frame_renderer.Render(9, begin, [](size_t, const std::vector<Frame>&) {}),
+                 std::runtime_error);
   }
 }
 
-TEST(FilmCrewTest, ScenesStayWhileTheyAreUsed) {
+TEST(ParallelFrameRendererTest, ScenesStayWhileTheyAreUsed) {
   const Scene scene = LiftPotScene();
   TemporaryFolder folder;
   const std::filesystem::path log =
       WriteRun(folder.path(), *scene.visual, 20000, std::vector(1, HomeQpos(*scene.visual)));
   const model_info_t info = VisualInfo(folder.path(), *scene.visual);
-  FilmScenes scenes(kCrewSize);
+  VideoScenes scenes(kRendererSize);
   Renderer* const first = scenes.Of(info, log, std::nullopt);
   scenes.FreeUnused();
   EXPECT_EQ(scenes.Of(info, log, std::nullopt), first);
@@ -177,4 +179,4 @@ TEST(FilmCrewTest, ScenesStayWhileTheyAreUsed) {
   EXPECT_THROW(scenes.Of(info, log, std::nullopt), InputError);
 }
 
-}  // namespace evalbus::viz::film_crew_test
+}  // namespace evalbus::viz::parallel_frame_renderer_test

@@ -1,4 +1,4 @@
-#include "viz/pictures/film_layout.h"
+#include "viz/pictures/video_layout.h"
 
 #include <fmt/format.h>
 
@@ -24,20 +24,20 @@ Box EvenBox(double x, double y, double right, double bottom) {
 
 }  // namespace
 
-double FilmScale(FrameSize size) {
+double VideoScale(FrameSize size) {
   return std::max(kSmallestScale, std::min(size.width / 1280., size.height / 720.));
 }
 
 void CheckPanelSize(FrameSize size) {
   CheckFrameSize(size);
   if (size.width >= kSmallestWidth && size.height >= kSmallestHeight) return;
-  throw InputError(fmt::format("--size {}x{}: films with panels need {}x{} or more", size.width, size.height,
+  throw InputError(fmt::format("--size {}x{}: videos with panels need {}x{} or more", size.width, size.height,
                                kSmallestWidth, kSmallestHeight));
 }
 
 FullLayout LayOutFull(FrameSize size, int num_insets, int num_curves) {
   FullLayout layout;
-  const double s = layout.scale = FilmScale(size);
+  const double s = layout.scale = VideoScale(size);
   const double width = size.width, height = size.height, margin = kMargin * s, gap = Even(kGap * s);
   layout.header = {0, 0, width, Even(kHeader * s)};
   layout.time_line = {margin, height - kTimeLine * s, width - 2 * margin, kTimeLine * s};
@@ -66,7 +66,7 @@ FullLayout LayOutFull(FrameSize size, int num_insets, int num_curves) {
 
 PairLayout LayOutPair(FrameSize size) {
   PairLayout layout;
-  const double s = layout.scale = FilmScale(size);
+  const double s = layout.scale = VideoScale(size);
   const double width = size.width, height = size.height, margin = kMargin * s, gap = Even(kGap * s);
   layout.header = {0, 0, width, Even(kHeader * s)};
   const double half = Even(width / 2);
@@ -88,7 +88,7 @@ PairLayout LayOutPair(FrameSize size) {
 
 GridLayout LayOutGrid(FrameSize size, int columns, int rows) {
   GridLayout layout;
-  const double s = layout.scale = FilmScale(size);
+  const double s = layout.scale = VideoScale(size);
   layout.header = {0, 0, static_cast<double>(size.width), Even(kHeader * s)};
   layout.frame = std::max(2., Even(4 * s));
   const double gap = Even(4 * s), top = layout.header.bottom();

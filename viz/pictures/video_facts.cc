@@ -1,4 +1,4 @@
-#include "viz/pictures/film_facts.h"
+#include "viz/pictures/video_facts.h"
 
 #include <fmt/format.h>
 
@@ -30,7 +30,7 @@ std::string WithUnit(const MetricInfo& metric, double value) {
   return text;
 }
 
-void AddCurves(const RecordedEpisode& episode, FilmFacts* facts) {
+void AddCurves(const RecordedEpisode& episode, VideoFacts* facts) {
   for (const partial_metrics_t& partial : episode.partials) {
     facts->time_s.push_back(Seconds(partial.header.sim_time_us));
     const std::vector<ScoreRow> rows = ScoreRows(partial.metrics, partial.extended);
@@ -38,9 +38,9 @@ void AddCurves(const RecordedEpisode& episode, FilmFacts* facts) {
       // Of jerk the root mean square, which comes first.
       const auto row = std::ranges::find(rows, name, [](const ScoreRow& r) { return r.metric->name; });
       if (row == rows.end()) continue;
-      auto curve = std::ranges::find(facts->curves, row->label, &FilmCurve::label);
+      auto curve = std::ranges::find(facts->curves, row->label, &VideoCurve::label);
       if (curve == facts->curves.end()) {
-        FilmCurve made;
+        VideoCurve made;
         made.label = row->label;
         made.unit = row->metric->shown_unit;
         made.of = row->of;
@@ -55,7 +55,7 @@ void AddCurves(const RecordedEpisode& episode, FilmFacts* facts) {
       }
     }
   }
-  for (FilmCurve& curve : facts->curves) {
+  for (VideoCurve& curve : facts->curves) {
     for (std::vector<double>& values : curve.value) {
       values.resize(facts->time_s.size(), kNaN);
       for (const double value : values) {
@@ -67,8 +67,8 @@ void AddCurves(const RecordedEpisode& episode, FilmFacts* facts) {
   }
 }
 
-void AddMarks(const RecordedEpisode& episode, FilmFacts* facts) {
-  using Kind = FilmMark::Kind;
+void AddMarks(const RecordedEpisode& episode, VideoFacts* facts) {
+  using Kind = VideoMark::Kind;
   for (const StageRow& stage : facts->stages) {
     if (stage.reached && stage.time >= 0) facts->marks.push_back({Kind::kStage, stage.time, 0});
   }
@@ -93,10 +93,10 @@ void AddMarks(const RecordedEpisode& episode, FilmFacts* facts) {
     const int64_t counted = metrics.env_collision_count + metrics.self_collision_count;
     for (; collisions < counted; ++collisions) facts->marks.push_back({Kind::kCollision, time, 0});
   }
-  std::ranges::stable_sort(facts->marks, {}, &FilmMark::time_s);
+  std::ranges::stable_sort(facts->marks, {}, &VideoMark::time_s);
 }
 
-PlaceMark At(FilmMark::Kind kind, const double position_m[3]) {
+PlaceMark At(VideoMark::Kind kind, const double position_m[3]) {
   return {kind, {position_m[0], position_m[1], position_m[2]}};
 }
 
@@ -112,19 +112,19 @@ class Touches {
       Add(episode_.contacts[next_++]);
     }
     std::vector<PlaceMark> marks;
-    for (const auto& [object, point] : wanted_) marks.push_back(At(FilmMark::Kind::kGrasp, point.data()));
+    for (const auto& [object, point] : wanted_) marks.push_back(At(VideoMark::Kind::kGrasp, point.data()));
     std::erase_if(collisions_, [&](const auto& entry) {
       return Seconds(time_us - entry.second.last_us) > kCollisionShown && !entry.second.is_touching;
     });
     for (const auto& [pair, touch] : collisions_) {
-      marks.push_back(At(FilmMark::Kind::kCollision, touch.point.data()));
+      marks.push_back(At(VideoMark::Kind::kCollision, touch.point.data()));
     }
     if (episode_.summary) {
       for (const object_event_t& slip : episode_.summary->explanation.slip) {
         const double since = Seconds(time_us) - slip.time_s;
         if (since < 0 || since > kSlipShown) continue;
         const auto place = slipped_.find({slip.object, slip.tick});
-        if (place != slipped_.end()) marks.push_back(At(FilmMark::Kind::kSlip, place->second.data()));
+        if (place != slipped_.end()) marks.push_back(At(VideoMark::Kind::kSlip, place->second.data()));
       }
     }
     return marks;
@@ -196,9 +196,9 @@ std::string Reason(const RecordedEpisode& episode) {
 
 }  // namespace
 
-FilmFacts FactsOf(const RecordedEpisode& episode, const std::vector<size_t>& schedule,
-                  const std::string& policy) {
-  FilmFacts facts;
+VideoFacts FactsOf(const RecordedEpisode& episode, const std::vector<size_t>& schedule,
+                   const std::string& policy) {
+  VideoFacts facts;
   facts.task = Printable(episode.model->task + "/" + episode.model->variation);
   facts.maker = MakerText(policy, episode.model->robot);
   facts.episode = episode.number();

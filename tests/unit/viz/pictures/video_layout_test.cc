@@ -1,5 +1,5 @@
-// Where the parts of films are, and where a camera sees a point.
-#include "viz/pictures/film_layout.h"
+// Where the parts of videos are, and where a camera sees a point.
+#include "viz/pictures/video_layout.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "viz/pictures/projection.h"
 #include "viz/pictures/renderer.h"
 
-namespace evalbus::viz::film_layout_test {
+namespace evalbus::viz::video_layout_test {
 
 void ExpectBox(const Box& box, double x, double y, double width, double height) {
   EXPECT_DOUBLE_EQ(box.x, x);
@@ -47,11 +47,11 @@ void ExpectEven(const Box& box) {
 constexpr std::array<FrameSize, 5> kSizes = {
     {{1280, 720}, {640, 480}, {640, 360}, {1920, 1080}, {1000, 998}}};
 
-TEST(FilmScale, IsOneAt720AndNeverTooSmallToRead) {
-  EXPECT_EQ(FilmScale({1280, 720}), 1);
-  EXPECT_EQ(FilmScale({1920, 1080}), 1.5);
-  EXPECT_EQ(FilmScale({640, 480}), 0.8);
-  EXPECT_EQ(FilmScale({2560, 720}), 1);
+TEST(VideoScale, IsOneAt720AndNeverTooSmallToRead) {
+  EXPECT_EQ(VideoScale({1280, 720}), 1);
+  EXPECT_EQ(VideoScale({1920, 1080}), 1.5);
+  EXPECT_EQ(VideoScale({640, 480}), 0.8);
+  EXPECT_EQ(VideoScale({2560, 720}), 1);
 }
 
 // By hand at 1280x720, where a unit is a pixel: 40 of header, 46 of time line, 140 of panels; three insets
@@ -193,4 +193,4 @@ TEST(Project, IsWhereTheRendererDrawsIt) {
   }
 }
 
-}  // namespace evalbus::viz::film_layout_test
+}  // namespace evalbus::viz::video_layout_test

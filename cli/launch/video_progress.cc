@@ -1,4 +1,4 @@
-#include "cli/launch/film_progress.h"
+#include "cli/launch/video_progress.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 namespace evalbus::launch {
 
-std::string FilmProgress::Text(double done, Time now) const {
+std::string VideoProgress::Text(double done, Time now) const {
   std::string text = fmt::format("{} {:.0f} episode{}: {:.0f} %", verb_, total_, total_ == 1 ? "" : "s",
                                  100 * done / total_);
   // Less says nothing of the rest.

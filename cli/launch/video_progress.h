@@ -1,4 +1,4 @@
-// How far filming is, for people.
+// Progress of recording videos, for people.
 #pragma once
 
 #include <chrono>
@@ -8,15 +8,15 @@
 
 namespace evalbus::launch {
 
-class FilmProgress {
+class VideoProgress {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  // total: how many episodes are to be filmed; done: how many are at this time, also parts of one.
-  FilmProgress(size_t total, double done, Time now, std::string verb = "filming")
+  // total: how many episodes are to be recorded as video; done: how many are at this time, also parts of one.
+  VideoProgress(size_t total, double done, Time now, std::string verb = "recording video of")
       : total_(static_cast<double>(total)), first_(done), began_(now), verb_(std::move(verb)) {}
 
-  // "filming 3 episodes: 45 %, 12 s left".
+  // "recording video of 3 episodes: 45 %, 12 s left".
   std::string Text(double done, Time now) const;
 
  private:

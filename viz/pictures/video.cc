@@ -1,4 +1,4 @@
-#include "viz/pictures/film.h"
+#include "viz/pictures/video.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <set>
 
 #include "base/errors.h"
-#include "viz/pictures/film_crew.h"
 #include "viz/pictures/overlay.h"
-#include "viz/pictures/panel_film.h"
+#include "viz/pictures/panel_video.h"
+#include "viz/pictures/parallel_frame_renderer.h"
 #include "viz/pictures/recorded_episode.h"
 #include "viz/pictures/video_writer.h"
 
@@ -26,7 +26,7 @@ struct Shown {
   OverlayText text;
 };
 
-// Frame by frame; the one at the end is shown kFilmHold times.
+// Frame by frame; the one at the end is shown kVideoHold times.
 std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string& policy) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;
@@ -45,8 +45,8 @@ std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string
     text.time_s = time_s;
     shown.push_back({&episode.states[state], text});
   };
-  const std::vector<size_t> schedule = FilmSchedule(sim_time_us);
-  for (size_t n = 0; n < schedule.size(); ++n) show(schedule[n], static_cast<double>(n) / kFilmRate);
+  const std::vector<size_t> schedule = VideoSchedule(sim_time_us);
+  for (size_t n = 0; n < schedule.size(); ++n) show(schedule[n], static_cast<double>(n) / kVideoRate);
   if (episode.end) {
     text.end_reason = episode.outcome();
     show(episode.states.size() - 1, static_cast<double>(sim_time_us.back()) / kSecond);
@@ -55,17 +55,18 @@ std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string
 }
 
 // What each camera sees, into a file of its own; progress: of this episode.
-void FilmPlain(const RecordedEpisode& episode, const FilmOptions& options, const std::filesystem::path& log,
-               const std::vector<std::string>& cameras, FilmCrew* crew,
-               const std::vector<std::filesystem::path>& files, const FilmProgress& progress) {
-  const FrameSize size = crew->largest();
+void MakePlainVideo(const RecordedEpisode& episode, const VideoOptions& options,
+                    const std::filesystem::path& log, const std::vector<std::string>& cameras,
+                    ParallelFrameRenderer* frame_renderer, const std::vector<std::filesystem::path>& files,
+                    const VideoProgress& progress) {
+  const FrameSize size = frame_renderer->largest();
   std::vector<std::unique_ptr<VideoWriter>> videos;
   for (const std::filesystem::path& file : files) {
-    videos.push_back(std::make_unique<VideoWriter>(file, size, kFilmRate));
+    videos.push_back(std::make_unique<VideoWriter>(file, size, kVideoRate));
   }
   const std::vector<Shown> shown = WhatIsShown(episode, options.policy);
   const Overlay overlay(size);
-  const auto begin = [&](FilmScenes* scenes) {
+  const auto begin = [&](VideoScenes* scenes) {
     Renderer* const renderer =
         scenes->Of(*episode.model, log, episode.begin ? std::optional(episode.begin->seed) : std::nullopt);
     std::vector<int> ids;
@@ -79,10 +80,10 @@ void FilmPlain(const RecordedEpisode& episode, const FilmOptions& options, const
       return frames;
     };
   };
-  crew->Film(shown.size(), begin, [&](size_t n, const std::vector<Frame>& frames) {
+  frame_renderer->Render(shown.size(), begin, [&](size_t n, const std::vector<Frame>& frames) {
     const bool is_end = episode.end && n + 1 == shown.size();
     for (size_t i = 0; i < videos.size(); ++i) {
-      for (int times = 0; times < (is_end ? kFilmHold : 1); ++times) videos[i]->Write(frames[i]);
+      for (int times = 0; times < (is_end ? kVideoHold : 1); ++times) videos[i]->Write(frames[i]);
     }
     progress(static_cast<double>(n + 1) / static_cast<double>(shown.size()));
   });
@@ -91,52 +92,54 @@ void FilmPlain(const RecordedEpisode& episode, const FilmOptions& options, const
 
 }  // namespace
 
-FilmLayout ParseFilmLayout(const std::string& name) {
-  if (name == "plain") return FilmLayout::kPlain;
-  if (name == kFullLayout) return FilmLayout::kFull;
+VideoLayout ParseVideoLayout(const std::string& name) {
+  if (name == "plain") return VideoLayout::kPlain;
+  if (name == kFullLayout) return VideoLayout::kFull;
   throw InputError("--layout " + name + ": there are plain and full");
 }
 
-std::string FilmName(std::string camera, const std::string& ending) {
+std::string VideoName(std::string camera, const std::string& ending) {
   std::replace(camera.begin(), camera.end(), '/', '_');
   return camera + ending;
 }
 
 void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras) {
-  std::set<std::string> films;
+  std::set<std::string> videos;
   for (const std::string& camera : cameras) {
     FindCamera(model, camera);
-    if (!films.insert(FilmName(camera)).second) {
+    if (!videos.insert(VideoName(camera)).second) {
       throw InputError("camera '" + camera + "' is there twice, or another makes the same " +
-                       FilmName(camera));
+                       VideoName(camera));
     }
   }
 }
 
-std::vector<size_t> FilmSchedule(const std::vector<int64_t>& sim_time_us) {
+std::vector<size_t> VideoSchedule(const std::vector<int64_t>& sim_time_us) {
   std::vector<size_t> shown;
   size_t i = 0;
   // In whole numbers, so that no frame is off by one: n / 30 s against microseconds.
-  for (int64_t n = 0; !sim_time_us.empty() && n * kSecond <= sim_time_us.back() * kFilmRate; ++n) {
-    while (i + 1 < sim_time_us.size() && sim_time_us[i + 1] * kFilmRate <= n * kSecond) ++i;
+  for (int64_t n = 0; !sim_time_us.empty() && n * kSecond <= sim_time_us.back() * kVideoRate; ++n) {
+    while (i + 1 < sim_time_us.size() && sim_time_us[i + 1] * kVideoRate <= n * kSecond) ++i;
     shown.push_back(i);
   }
   return shown;
 }
 
-std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
-                                           const std::vector<std::string>& cameras, FilmCrew* crew,
-                                           const std::filesystem::path& folder, const FilmOptions& options) {
+std::vector<std::filesystem::path> MakeLogVideos(const std::filesystem::path& log,
+                                                 const std::vector<std::string>& cameras,
+                                                 ParallelFrameRenderer* frame_renderer,
+                                                 const std::filesystem::path& folder,
+                                                 const VideoOptions& options) {
   const std::vector<int> numbers = EpisodesOf(log);
   const auto is_wanted = [&](int number) {
     return options.episodes.empty() || std::ranges::find(options.episodes, number) != options.episodes.end();
   };
   CheckEpisodes(log, numbers, options.episodes);
   if (!options.file.empty()) {
-    const auto films = std::ranges::count_if(numbers, is_wanted) *
-                       (options.layout == FilmLayout::kFull ? 1 : static_cast<ptrdiff_t>(cameras.size()));
-    if (films != 1) {
-      throw InputError(fmt::format("{} films do not go into one file: {}", films, options.file.string()));
+    const auto videos = std::ranges::count_if(numbers, is_wanted) *
+                        (options.layout == VideoLayout::kFull ? 1 : static_cast<ptrdiff_t>(cameras.size()));
+    if (videos != 1) {
+      throw InputError(fmt::format("{} videos do not go into one file: {}", videos, options.file.string()));
     }
   }
   const auto wanted = static_cast<double>(std::ranges::count_if(numbers, is_wanted));
@@ -164,17 +167,17 @@ std::vector<std::filesystem::path> FilmLog(const std::filesystem::path& log,
       if (options.progress) options.progress((done + share) / wanted);
     };
     const auto file = [&](const std::string& what) {
-      return options.file.empty() ? folder / (before + FilmName(what, options.ending)) : options.file;
+      return options.file.empty() ? folder / (before + VideoName(what, options.ending)) : options.file;
     };
-    if (options.layout == FilmLayout::kFull) {
+    if (options.layout == VideoLayout::kFull) {
       files.push_back(file(kFullLayout));
-      FilmFull(ToFilm(episode, options.policy, log), cameras.empty() ? FullCameras(*model) : cameras, crew,
-               files.back(), progress);
+      MakeFullVideo(ToVideoEpisode(episode, options.policy, log),
+                    cameras.empty() ? FullCameras(*model) : cameras, frame_renderer, files.back(), progress);
     } else {
-      std::vector<std::filesystem::path> films;
-      for (const std::string& camera : cameras) films.push_back(file(camera));
-      FilmPlain(episode, options, log, cameras, crew, films, progress);
-      files.insert(files.end(), films.begin(), films.end());
+      std::vector<std::filesystem::path> videos;
+      for (const std::string& camera : cameras) videos.push_back(file(camera));
+      MakePlainVideo(episode, options, log, cameras, frame_renderer, videos, progress);
+      files.insert(files.end(), videos.begin(), videos.end());
     }
     ++done;
   }

@@ -1,4 +1,4 @@
-// Draws the frames of films in several processes and hands them over in their order: a film is the same
+// Draws the frames of videos in several processes and hands them over in their order: a video is the same
 // whatever their number.
 //
 // Processes, not threads: Mesa draws one picture at a time in each process. They are forked when this process
@@ -20,9 +20,9 @@
 namespace evalbus::viz {
 
 // A renderer for each scene. Where a task draws colours, lights or cameras, each episode has its own.
-class FilmScenes {
+class VideoScenes {
  public:
-  explicit FilmScenes(FrameSize largest) : largest_(largest) {}
+  explicit VideoScenes(FrameSize largest) : largest_(largest) {}
 
   // Of an episode in a log, with its seed if that is known. Throws InputError as VisualModel and
   // Renderer::SetAppearance.
@@ -42,28 +42,28 @@ class FilmScenes {
 };
 
 // Made, used and freed in one thread.
-class FilmCrew {
+class ParallelFrameRenderer {
  public:
-  // Frame n, of each film that is made at once; as many and as large for each n.
+  // Frame n, of each video that is made at once; as many and as large for each n.
   using DrawFrames = std::function<std::vector<Frame>(size_t n)>;
-  // Called once for each film.
-  using Begin = std::function<DrawFrames(FilmScenes*)>;
+  // Called once for each video.
+  using Begin = std::function<DrawFrames(VideoScenes*)>;
 
   // Pictures are drawn no larger than this. processes: as many as there are cores, but not more than 8,
   // unless said; one where a graphics processor draws.
-  explicit FilmCrew(FrameSize largest, size_t processes = 0);
+  explicit ParallelFrameRenderer(FrameSize largest, size_t processes = 0);
 
   FrameSize largest() const { return largest_; }
   // Calls take for frames 0 to num_frames - 1, in this process, while later ones are drawn. Throws what
   // drawing throws (InputError, EnvironmentError, else std::runtime_error), and EnvironmentError where a
   // process dies or this one is asked to stop.
-  void Film(size_t num_frames, const Begin& begin,
-            const std::function<void(size_t n, const std::vector<Frame>&)>& take);
+  void Render(size_t num_frames, const Begin& begin,
+              const std::function<void(size_t n, const std::vector<Frame>&)>& take);
 
  private:
   FrameSize largest_;
   size_t processes_;
-  FilmScenes scenes_;
+  VideoScenes scenes_;
 };
 
 }  // namespace evalbus::viz

@@ -1,5 +1,5 @@
-// What films cost an evaluation: `evalbus run` with and without --video, in turns. Filming works beside the
-// run at the lowest priority; what counts is when the evaluation is done, and how long the films then take.
+// What videos cost an evaluation: `evalbus run` with and without --video, in turns. Recording runs beside the
+// run at the lowest priority; what counts is when the evaluation is done, and how long the videos then take.
 #include <fmt/format.h>
 #include <stdlib.h>
 
@@ -20,10 +20,10 @@ namespace evalbus {
 namespace {
 
 struct Times {
-  double evaluated = 0, filmed = 0;  // s
+  double evaluated = 0, with_video = 0;  // s
 };
 
-// Seconds until the scores, and the films, were there.
+// Seconds until the scores, and the videos, were there.
 Times Run(int episodes, const std::filesystem::path& folder, const std::string& options) {
   const std::string command = fmt::format("{} run lift_pot/position --episodes {} --seed 1 --out {} {} 2>&1",
                                           (launch::Processes::BinaryFolder() / "evalbus").string(), episodes,
@@ -37,15 +37,15 @@ Times Run(int episodes, const std::filesystem::path& folder, const std::string& 
     std::sscanf(line, "%*d %19s in %lf s", episode, &times.evaluated);
     said += line;
   }
-  times.filmed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  times.with_video = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (said.find(fmt::format("Success in {} of {} ", episodes, episodes)) == std::string::npos) {
     throw EnvironmentError("the run failed: " + said);
   }
-  const auto has_film = [](const auto& entry) { return entry.path().extension() == ".mp4"; };
+  const auto has_video = [](const auto& entry) { return entry.path().extension() == ".mp4"; };
   const std::filesystem::recursive_directory_iterator files(folder);
-  const auto films = std::count_if(begin(files), end(files), has_film);
-  if (films != (options.find("--video") == std::string::npos ? 0 : episodes)) {
-    throw EnvironmentError(fmt::format("{} films: {}", films, said));
+  const auto videos = std::count_if(begin(files), end(files), has_video);
+  if (videos != (options.find("--video") == std::string::npos ? 0 : episodes)) {
+    throw EnvironmentError(fmt::format("{} videos: {}", videos, said));
   }
   std::filesystem::remove_all(folder);
   return times;
@@ -53,20 +53,21 @@ Times Run(int episodes, const std::filesystem::path& folder, const std::string& 
 
 void Measure(const std::string& title, const std::string& options, const Amount& amount,
              const std::filesystem::path& folder) {
-  std::vector<double> plain, beside, ratio, filmed;
+  std::vector<double> plain, beside, ratio, with_video;
   for (int round = 0; round < amount.rounds; ++round) {
     plain.push_back(Run(amount.episodes, folder, options).evaluated);
     const Times times = Run(amount.episodes, folder, options + " --video overview");
     beside.push_back(times.evaluated);
-    filmed.push_back(times.filmed);
+    with_video.push_back(times.with_video);
     ratio.push_back(beside.back() / plain.back());
   }
   fmt::print(
-      "{:<20} {} episodes evaluated in {:.2f} s, with films beside them in {:.2f} s: {:.2f} times ({:.2f} to "
-      "{:.2f}); films done after {:.1f} s\n",
+      "{:<20} {} episodes evaluated in {:.2f} s, with videos beside them in {:.2f} s: {:.2f} times ({:.2f} "
+      "to "
+      "{:.2f}); videos done after {:.1f} s\n",
       title, amount.episodes, Median(plain), Median(beside), Median(ratio),
       *std::min_element(ratio.begin(), ratio.end()), *std::max_element(ratio.begin(), ratio.end()),
-      Median(filmed));
+      Median(with_video));
   std::fflush(stdout);
 }
 
@@ -76,9 +77,9 @@ void Measure(const std::string& title, const std::string& options, const Amount&
 int main(int argc, char** argv) {
   evalbus::Amount amount{.episodes = 10, .rounds = 5};
   if (const auto code = evalbus::ParseAmount(
-          argc, argv, "Times runs with films made beside them against the same without.", &amount))
+          argc, argv, "Times runs with videos made beside them against the same without.", &amount))
     return *code;
-  std::string folder = (std::filesystem::temp_directory_path() / "evalbus_filming_XXXXXX").string();
+  std::string folder = (std::filesystem::temp_directory_path() / "evalbus_video_XXXXXX").string();
   if (!mkdtemp(folder.data())) return 2;
   int code = 0;
   try {

@@ -1,4 +1,4 @@
-#include "viz/pictures/film_panels.h"
+#include "viz/pictures/video_panels.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 namespace evalbus::viz {
 namespace {
 
-using Kind = FilmMark::Kind;
+using Kind = VideoMark::Kind;
 
 constexpr Color kPage{0.984, 0.984, 0.98}, kText{0.12, 0.14, 0.16}, kDim{0.40, 0.43, 0.47},
     kRule{0.82, 0.84, 0.86}, kFaint{0.92, 0.93, 0.94}, kWhite{1, 1, 1};
@@ -28,8 +28,8 @@ Color Faded(Color color, double share) {
   return color;
 }
 
-Color ColorOf(FilmEnd end) {
-  return end == FilmEnd::kSuccess ? kBlue : end == FilmEnd::kFailure ? kVermilion : kRule;
+Color ColorOf(VideoEnd end) {
+  return end == VideoEnd::kSuccess ? kBlue : end == VideoEnd::kFailure ? kVermilion : kRule;
 }
 
 std::string Capital(std::string text) {
@@ -37,7 +37,7 @@ std::string Capital(std::string text) {
   return text;
 }
 
-std::string OutcomeWords(const FilmFacts& facts) {
+std::string OutcomeWords(const VideoFacts& facts) {
   return facts.outcome.empty() ? "The log ends here" : Capital(Words(facts.outcome));
 }
 
@@ -45,17 +45,17 @@ std::string TimeText(double time_s) { return fmt::format("{:.2f} s", time_s); }
 
 }  // namespace
 
-FilmEnd EndOf(const FilmFacts& facts) {
-  if (facts.outcome.empty()) return FilmEnd::kNone;
-  return facts.success ? FilmEnd::kSuccess : FilmEnd::kFailure;
+VideoEnd EndOf(const VideoFacts& facts) {
+  if (facts.outcome.empty()) return VideoEnd::kNone;
+  return facts.success ? VideoEnd::kSuccess : VideoEnd::kFailure;
 }
 
-void FilmPanels::Page() { Blank({0, 0, canvas_.width, canvas_.height}); }
+void VideoPanels::Page() { Blank({0, 0, canvas_.width, canvas_.height}); }
 
-void FilmPanels::Blank(const Box& box) { canvas_.Fill(box, kPage); }
+void VideoPanels::Blank(const Box& box) { canvas_.Fill(box, kPage); }
 
-void FilmPanels::Header(const Box& box, const std::string& title, const std::string& subtitle,
-                        const std::string& right) {
+void VideoPanels::Header(const Box& box, const std::string& title, const std::string& subtitle,
+                         const std::string& right) {
   const double base = box.y + box.height / 2 + 0.36 * kBold * s_, margin = 14 * s_;
   const double right_width = canvas_.TextWidth(right, Font::kBold, kBold * s_);
   canvas_.TextBefore(box.right() - margin, base, right, Font::kBold, kBold * s_, kText);
@@ -68,7 +68,7 @@ void FilmPanels::Header(const Box& box, const std::string& title, const std::str
                kNormal * s_, kDim);
 }
 
-void FilmPanels::Title(const Box& box, const FilmFacts& facts, const std::string& name, bool is_over) {
+void VideoPanels::Title(const Box& box, const VideoFacts& facts, const std::string& name, bool is_over) {
   const double base = box.y + box.height / 2 + 0.36 * kBold * s_;
   double right = box.right();
   if (is_over) {
@@ -77,14 +77,14 @@ void FilmPanels::Title(const Box& box, const FilmFacts& facts, const std::string
     right -= canvas_.TextWidth(words, Font::kBold, kNormal * s_);
     canvas_.Text(right, base, words, Font::kBold, kNormal * s_, ColorOf(EndOf(facts)));
     right -= 14 * s_;
-    if (EndOf(facts) != FilmEnd::kNone) Verdict({right, box.y + box.height / 2}, 8 * s_, EndOf(facts));
+    if (EndOf(facts) != VideoEnd::kNone) Verdict({right, box.y + box.height / 2}, 8 * s_, EndOf(facts));
     right -= 18 * s_;
   }
   canvas_.Text(box.x, base, canvas_.Fitted(name, Font::kBold, kBold * s_, right - box.x), Font::kBold,
                kBold * s_, kText);
 }
 
-void FilmPanels::Stages(const Box& box, const FilmFacts& facts, double time_s) {
+void VideoPanels::Stages(const Box& box, const VideoFacts& facts, double time_s) {
   if (facts.stages.empty()) return;
   const double line = 20 * s_;
   const auto is_reached = [&](const StageRow& stage) {
@@ -121,8 +121,8 @@ void FilmPanels::Stages(const Box& box, const FilmFacts& facts, double time_s) {
   }
 }
 
-void FilmPanels::Curve(const Box& box, const FilmFacts& facts, const FilmCurve& curve, double time_s,
-                       double to_s, double highest) {
+void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurve& curve, double time_s,
+                        double to_s, double highest) {
   const auto now = std::ranges::upper_bound(facts.time_s, time_s) - facts.time_s.begin();
   const size_t num = static_cast<size_t>(now);
   // The name and its unit, then the values of now in the colours of their lines.
@@ -168,7 +168,7 @@ void FilmPanels::Curve(const Box& box, const FilmFacts& facts, const FilmCurve& 
   canvas_.Unclip();
 }
 
-void FilmPanels::TimeLine(const Box& box, const FilmFacts& facts, double time_s, double to_s) {
+void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_s, double to_s) {
   // What the marks mean, and how many there are so far.
   struct Entry {
     Kind kind;
@@ -176,7 +176,7 @@ void FilmPanels::TimeLine(const Box& box, const FilmFacts& facts, double time_s,
     bool is_there;
   };
   const auto has = [&](Kind kind) {
-    return std::ranges::any_of(facts.marks, [&](const FilmMark& mark) { return mark.kind == kind; });
+    return std::ranges::any_of(facts.marks, [&](const VideoMark& mark) { return mark.kind == kind; });
   };
   const Entry entries[] = {{Kind::kGrasp, "grasps", has(Kind::kGrasp)},
                            {Kind::kSlip, "slips", facts.counts_slips || has(Kind::kSlip)},
@@ -186,7 +186,7 @@ void FilmPanels::TimeLine(const Box& box, const FilmFacts& facts, double time_s,
   for (const Entry& entry : entries) {
     if (!entry.is_there) continue;
     const auto count = std::ranges::count_if(
-        facts.marks, [&](const FilmMark& mark) { return mark.kind == entry.kind && mark.time_s <= time_s; });
+        facts.marks, [&](const VideoMark& mark) { return mark.kind == entry.kind && mark.time_s <= time_s; });
     const std::string words = fmt::format("{} {}", entry.words, count);
     const double width = canvas_.TextWidth(words, Font::kNormal, kSmall * s_);
     if (x + 16 * s_ + width > box.right()) break;
@@ -205,14 +205,14 @@ void FilmPanels::TimeLine(const Box& box, const FilmFacts& facts, double time_s,
   canvas_.Panel({box.x, y - 2 * s_, box.width, 4 * s_}, 2 * s_, kRule);
   const double reached = at(time_s) - box.x;
   if (reached > 4 * s_) canvas_.Panel({box.x, y - 2 * s_, reached, 4 * s_}, 2 * s_, kDim);
-  for (const FilmMark& mark : facts.marks) {
+  for (const VideoMark& mark : facts.marks) {
     if (mark.kind != Kind::kGrasp || mark.time_s > time_s) continue;
     const double left = at(mark.time_s), right = at(std::min(time_s, mark.time_s + mark.duration_s));
     canvas_.Panel({left, y - 3.5 * s_, std::max(7 * s_, right - left), 7 * s_}, 3.5 * s_, kSky);
   }
   // What went wrong over what went well.
   for (const Kind kind : {Kind::kStage, Kind::kCollision, Kind::kSlip}) {
-    for (const FilmMark& mark : facts.marks) {
+    for (const VideoMark& mark : facts.marks) {
       if (mark.kind == kind && mark.time_s <= time_s) Mark(kind, {at(mark.time_s), y}, 7 * s_);
     }
   }
@@ -220,7 +220,7 @@ void FilmPanels::TimeLine(const Box& box, const FilmFacts& facts, double time_s,
   canvas_.Fill({head - 1 * s_, y - 9 * s_, 2 * s_, 18 * s_}, kText);
 }
 
-void FilmPanels::Mark(Kind kind, const Point& center, double radius) {
+void VideoPanels::Mark(Kind kind, const Point& center, double radius) {
   const auto [x, y] = center;
   switch (kind) {
     case Kind::kStage:
@@ -255,14 +255,14 @@ void FilmPanels::Mark(Kind kind, const Point& center, double radius) {
   }
 }
 
-void FilmPanels::Check(const Point& center, double radius, const Color& color) {
+void VideoPanels::Check(const Point& center, double radius, const Color& color) {
   const Point points[] = {{center.x - 0.48 * radius, center.y + 0.02 * radius},
                           {center.x - 0.12 * radius, center.y + 0.40 * radius},
                           {center.x + 0.52 * radius, center.y - 0.38 * radius}};
   canvas_.Line(points, 0.26 * radius, color);
 }
 
-void FilmPanels::Cross(const Point& center, double radius, const Color& color) {
+void VideoPanels::Cross(const Point& center, double radius, const Color& color) {
   const double r = 0.4 * radius;
   const Point down[] = {{center.x - r, center.y - r}, {center.x + r, center.y + r}},
               up[] = {{center.x - r, center.y + r}, {center.x + r, center.y - r}};
@@ -270,12 +270,12 @@ void FilmPanels::Cross(const Point& center, double radius, const Color& color) {
   canvas_.Line(up, 0.26 * radius, color);
 }
 
-void FilmPanels::Verdict(const Point& center, double radius, FilmEnd end) {
+void VideoPanels::Verdict(const Point& center, double radius, VideoEnd end) {
   canvas_.Disc(center, radius, ColorOf(end));
-  end == FilmEnd::kSuccess ? Check(center, radius, kWhite) : Cross(center, radius, kWhite);
+  end == VideoEnd::kSuccess ? Check(center, radius, kWhite) : Cross(center, radius, kWhite);
 }
 
-void FilmPanels::Places(const Box& box, const std::vector<Place>& places, bool with_words) {
+void VideoPanels::Places(const Box& box, const std::vector<Place>& places, bool with_words) {
   canvas_.Clip(box);
   // Marks of one kind that would lie over one another are one.
   std::vector<Place> drawn;
@@ -315,14 +315,14 @@ void FilmPanels::Places(const Box& box, const std::vector<Place>& places, bool w
   canvas_.Unclip();
 }
 
-void FilmPanels::Caption(const Box& box, const std::string& text) {
+void VideoPanels::Caption(const Box& box, const std::string& text) {
   const std::string fitted = canvas_.Fitted(text, Font::kNormal, kSmall * s_, box.width - 20 * s_);
   const double width = canvas_.TextWidth(fitted, Font::kNormal, kSmall * s_) + 12 * s_;
   canvas_.Panel({box.x + 5 * s_, box.y + 5 * s_, width, 20 * s_}, 4 * s_, Faded(kWhite, 0.82));
   canvas_.Text(box.x + 11 * s_, box.y + 19.5 * s_, fitted, Font::kNormal, kSmall * s_, kText);
 }
 
-void FilmPanels::EndCard(const Box& box, const FilmFacts& facts) {
+void VideoPanels::EndCard(const Box& box, const VideoFacts& facts) {
   canvas_.Fill(box, Faded(kWhite, 0.45));
   const double padding = 20 * s_, line = 21 * s_;
   const double width = std::min(box.width - 24 * s_, 620 * s_), inner = width - 2 * padding;
@@ -343,9 +343,9 @@ void FilmPanels::EndCard(const Box& box, const FilmFacts& facts) {
                 Faded(kText, 0.18));
   canvas_.Panel(card, 10 * s_, kWhite);
 
-  const FilmEnd end = EndOf(facts);
+  const VideoEnd end = EndOf(facts);
   double x = card.x + padding, y = card.y + padding + 19 * s_;
-  if (end != FilmEnd::kNone) {
+  if (end != VideoEnd::kNone) {
     Verdict({x + 13 * s_, y - 8 * s_}, 13 * s_, end);
     x += 38 * s_;
   }
@@ -354,7 +354,7 @@ void FilmPanels::EndCard(const Box& box, const FilmFacts& facts) {
   canvas_.Text(x, y,
                canvas_.Fitted(OutcomeWords(facts), Font::kBold, 24 * s_,
                               card.right() - padding - x - time_width - 12 * s_),
-               Font::kBold, 24 * s_, end == FilmEnd::kNone ? kText : ColorOf(end));
+               Font::kBold, 24 * s_, end == VideoEnd::kNone ? kText : ColorOf(end));
   canvas_.TextBefore(card.right() - padding, y, time, Font::kNormal, kBold * s_, kDim);
   y += 10 * s_;
   for (const std::string& words : reason) {
@@ -378,9 +378,9 @@ void FilmPanels::EndCard(const Box& box, const FilmFacts& facts) {
   }
 }
 
-void FilmPanels::Cell(const Box& box, double frame, const std::string& name, const FilmFacts& facts,
-                      bool is_over) {
-  const FilmEnd end = is_over ? EndOf(facts) : FilmEnd::kNone;
+void VideoPanels::Cell(const Box& box, double frame, const std::string& name, const VideoFacts& facts,
+                       bool is_over) {
+  const VideoEnd end = is_over ? EndOf(facts) : VideoEnd::kNone;
   canvas_.Outline(box, frame, ColorOf(end));
   const Box inner{box.x + frame, box.y + frame, box.width - 2 * frame, box.height - 2 * frame};
   const double size = inner.width < 150 * s_ ? 11.5 * s_ : kSmall * s_, high = size * 1.55;
@@ -397,7 +397,7 @@ void FilmPanels::Cell(const Box& box, double frame, const std::string& name, con
   const double radius = high / 2;
   const double y = inner.bottom() - gap - high;
   double x = inner.x + gap;
-  if (end != FilmEnd::kNone) {
+  if (end != VideoEnd::kNone) {
     Verdict({x + radius, y + radius}, radius, end);
     x += 2 * radius + gap;
   }

@@ -1,4 +1,4 @@
-// Where the parts of a film's picture are. Pure; boxes are in pixels of the picture.
+// Where the parts of a video's picture are. Pure; boxes are in pixels of the picture.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace evalbus::viz {
 
 // How many pixels a unit of text and margins is: 1 at 1280x720, and never so few that text cannot be read.
-double FilmScale(FrameSize size);
+double VideoScale(FrameSize size);
 // Throws InputError for a picture that is too small for panels and text.
 void CheckPanelSize(FrameSize size);
 

@@ -1,4 +1,4 @@
-#include "cli/launch/filming.h"
+#include "cli/launch/video_recording.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,14 +16,14 @@
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "bus/host.h"
-#include "cli/launch/film_progress.h"
-#include "viz/pictures/film.h"
+#include "cli/launch/video_progress.h"
+#include "viz/pictures/video.h"
 
 namespace evalbus::launch {
 
 namespace {
 
-Filming::Render Rendering(const std::filesystem::path& run, const std::vector<std::string>& cameras) {
+VideoRecording::Render Rendering(const std::filesystem::path& run, const std::vector<std::string>& cameras) {
   return [=](int episode) -> std::vector<std::string> {
     return {(Processes::BinaryFolder() / "evalbus").string(),
             "render",
@@ -38,46 +38,47 @@ Filming::Render Rendering(const std::filesystem::path& run, const std::vector<st
 
 }  // namespace
 
-Filming::Filming(const results::RunFolder& folder, const std::vector<std::string>& cameras, RunListener* next)
-    : Filming(folder, cameras, next, Rendering(folder.path(), cameras)) {}
+VideoRecording::VideoRecording(const results::RunFolder& folder, const std::vector<std::string>& cameras,
+                               RunListener* next)
+    : VideoRecording(folder, cameras, next, Rendering(folder.path(), cameras)) {}
 
-Filming::Filming(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
-                 Render render)
+VideoRecording::VideoRecording(const results::RunFolder& folder, std::vector<std::string> cameras,
+                               RunListener* next, Render render)
     : folder_(folder),
       cameras_(std::move(cameras)),
       next_(next),
       render_(std::move(render)),
-      log_(folder.log_file("film")) {
+      log_(folder.log_file("video")) {
   log_.Next();  // of an earlier run in this folder
 }
 
-Filming::~Filming() {
+VideoRecording::~VideoRecording() {
   for (const Processes::Exit& exit : processes_.StopAll()) RemoveUnfinished(exit.pid);
 }
 
-void Filming::OnEpisodeDone(const nlohmann::ordered_json& episode) {
+void VideoRecording::OnEpisodeDone(const nlohmann::ordered_json& episode) {
   const int index = episode["episode"].get<int>();
   const bool is_missing = std::ranges::any_of(cameras_, [&](const std::string& camera) {
-    return !std::filesystem::exists(EpisodeFolder(folder_.path(), index) / viz::FilmName(camera));
+    return !std::filesystem::exists(EpisodeFolder(folder_.path(), index) / viz::VideoName(camera));
   });
   if (is_missing && !gave_up_) waiting_.push_back(index);
   next_->OnEpisodeDone(episode);
 }
 
-void Filming::Poll(SteadyTime now) {
+void VideoRecording::Poll(SteadyTime now) {
   Advance();
   next_->Poll(now);
 }
 
-double Filming::Left() {
-  const std::string_view mark = kFilmShare;
+double VideoRecording::Left() {
+  const std::string_view mark = kVideoShare;
   for (const std::string& line : log_.Next()) {
     if (line.starts_with(mark)) share_ = std::atof(line.c_str() + mark.size());
   }
-  return static_cast<double>(Missing()) - (filming_ ? share_ : 0);
+  return static_cast<double>(Missing()) - (rendering_ ? share_ : 0);
 }
 
-size_t Filming::Finish() {
+size_t VideoRecording::Finish() {
   using std::chrono::steady_clock;
   constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
   const bool is_terminal = isatty(STDOUT_FILENO) != 0;
@@ -85,10 +86,10 @@ size_t Filming::Finish() {
   Advance();
   const size_t total = Missing();
   const auto done = [&] { return static_cast<double>(total) - Left(); };
-  const FilmProgress progress(total, done(), steady_clock::now());
+  const VideoProgress progress(total, done(), steady_clock::now());
   steady_clock::time_point drawn{};
   // Where nothing can be redrawn, a line for each episode.
-  for (size_t shown = total + 1; filming_ && !stop_requested();) {
+  for (size_t shown = total + 1; rendering_ && !stop_requested();) {
     const auto now = steady_clock::now();
     if (is_terminal && now - drawn > kRedrawPeriod) {
       fmt::print("\x1b[K{}\r", progress.Text(done(), now));
@@ -104,16 +105,16 @@ size_t Filming::Finish() {
     Advance();
   }
   if (is_terminal) fmt::print("\x1b[K");
-  if (!failure_.empty()) throw EnvironmentError("no film: " + failure_);
+  if (!failure_.empty()) throw EnvironmentError("no video: " + failure_);
   return Missing();
 }
 
-// Only what is that process's own: somebody may be filming the same episode.
-void Filming::RemoveUnfinished(pid_t film) const { folder_.RemoveHalfWrittenFilms(film); }
+// Only what is that process's own: somebody may be recording the same episode.
+void VideoRecording::RemoveUnfinished(pid_t video) const { folder_.RemoveHalfWrittenVideos(video); }
 
-void Filming::Advance() {
+void VideoRecording::Advance() {
   if (const auto exit = processes_.Poll()) {
-    const int episode = *std::exchange(filming_, std::nullopt);
+    const int episode = *std::exchange(rendering_, std::nullopt);
     RemoveUnfinished(exit->pid);
     if (exit->code > 1 && tried_again_.insert(episode).second) {
       waiting_.push_front(episode);
@@ -124,13 +125,13 @@ void Filming::Advance() {
       if (gave_up_) waiting_.clear();
     }
   }
-  if (filming_ || waiting_.empty()) return;
+  if (rendering_ || waiting_.empty()) return;
   std::vector<std::string> command = render_(waiting_.front());
   // With the processor time that the evaluation leaves.
   if (is_beside_run_) command.insert(command.begin(), {"/usr/bin/nice", "-n", "19"});
-  processes_.Start("film", command, folder_.log_file("film"));
-  filming_ = waiting_.front();
-  Left();  // what the film before said
+  processes_.Start("video", command, folder_.log_file("video"));
+  rendering_ = waiting_.front();
+  Left();  // what the video before said
   share_ = 0;
   waiting_.pop_front();
 }
