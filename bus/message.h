@@ -10,7 +10,7 @@
 
 namespace evalbus {
 
-// A larger message is damage, or not ours. MODEL has some 20 KB, a lossless picture some MB.
+// A larger message is damage, or not ours. MODEL has some 20 KB, a lossless image some MB.
 inline constexpr size_t kMaxMessageBytes = size_t{64} << 20;
 
 // Into the storage of `bytes`.

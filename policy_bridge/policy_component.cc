@@ -105,7 +105,7 @@ bool PolicyComponent::Act(const state_t& state) {
     // A new request is published at once; the period is for one that may have been lost.
     if (observe && (!SameTick(observe->header, observed_) || observe_.Due(now))) {
       observed_ = observe->header;
-      if (!std::exchange(hears_pictures_, true)) {
+      if (!std::exchange(hears_images_, true)) {
         bus().SubscribeRaw(
             channels::kImage.name + std::string(".*"),
             [this](std::string_view, std::span<const uint8_t> data, int64_t) { OnImage(data); });

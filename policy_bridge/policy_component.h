@@ -1,5 +1,5 @@
 // A policy as a component: says READY once it has MODEL and EPISODE_BEGIN and the policy is ready, then
-// answers each STATE with an ACTION, after it has asked for the pictures that the policy wants to see
+// answers each STATE with an ACTION, after it has asked for the images that the policy wants to see
 // (OBSERVE). What a policy throws while it acts travels in the action and ends the episode with policy_error
 // or server_error.
 #pragma once
@@ -54,7 +54,7 @@ class PolicyComponent : public Component {
   // Header of the last OBSERVE published, and when to repeat it.
   header_t observed_{};
   Repeater observe_{std::chrono::milliseconds(200)};
-  bool hears_pictures_ = false;
+  bool hears_images_ = false;
   image_t image_{};
   action_t action_{};
 };

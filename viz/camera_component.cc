@@ -11,14 +11,14 @@
 #include "bus/message.h"
 #include "lcmtypes/same.h"
 #include "models/physics_model.h"
-#include "viz/pictures/gl_context.h"
-#include "viz/pictures/view_picture.h"
+#include "viz/images/gl_context.h"
+#include "viz/images/view_image.h"
 #include "viz/viz_component.h"
 
 namespace evalbus::viz {
 namespace {
 
-// Pictures of one tick that are kept to be said again.
+// Images of one tick that are kept to be said again.
 constexpr size_t kMaxViews = 32;
 
 }  // namespace

@@ -17,7 +17,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/observe_t.hpp"
 #include "evalbus/state_t.hpp"
-#include "viz/pictures/renderer.h"
+#include "viz/images/renderer.h"
 
 namespace evalbus::viz {
 
@@ -29,7 +29,7 @@ class CameraComponent : public Component {
   // drawn (an unknown camera, a size beyond 2048 pixels, ...) is an InputError of Bus::Handle.
   explicit CameraComponent(Bus* bus);
 
-  // Pictures, since the start.
+  // Images, since the start.
   int64_t num_drawn() const { return num_drawn_; }
 
  private:

@@ -126,7 +126,7 @@ void Recorder::Open(const episode_begin_t& begin) {
 }
 
 void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
-  // Pictures can be drawn again from the log, and who looks on does not change what a run leaves behind.
+  // Images can be drawn again from the log, and who looks on does not change what a run leaves behind.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
   if (!channels::IsWhatItCarries(channel, data, &decoded_)) return bus().CountDecodeError();

@@ -1,4 +1,4 @@
-// Writes what is on the bus during an episode, but pictures and a tick's message that is said again, into a
+// Writes what is on the bus during an episode, but images and a tick's message that is said again, into a
 // standard LCM event log, one log per episode: DIR/episodes/0007.partial/events.lcmlog while it grows,
 // DIR/episodes/0007/events.lcmlog, or .zst of it, once it is complete and synced.
 #pragma once

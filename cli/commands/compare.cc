@@ -25,8 +25,8 @@
 #include "cli/results/run_reader.h"
 #include "cli/results/viewer_pack.h"
 #include "models/scene.h"
-#include "viz/pictures/panel_video.h"
-#include "viz/pictures/video_writer.h"
+#include "viz/images/panel_video.h"
+#include "viz/images/video_writer.h"
 
 namespace evalbus::commands {
 namespace {

@@ -18,12 +18,12 @@
 #include "cli/launch/progress_line.h"
 #include "cli/launch/video_recording.h"
 #include "cli/results/episode_logs.h"
-#include "viz/pictures/gl_context.h"
-#include "viz/pictures/panel_video.h"
-#include "viz/pictures/parallel_frame_renderer.h"
-#include "viz/pictures/renderer.h"
-#include "viz/pictures/video.h"
-#include "viz/pictures/video_writer.h"
+#include "viz/images/gl_context.h"
+#include "viz/images/panel_video.h"
+#include "viz/images/parallel_frame_renderer.h"
+#include "viz/images/renderer.h"
+#include "viz/images/video.h"
+#include "viz/images/video_writer.h"
 
 namespace evalbus::commands {
 namespace {

@@ -19,7 +19,7 @@
 #include "cli/launch/workers.h"
 #include "cli/results/run_reader.h"
 #include "models/scene.h"
-#include "viz/pictures/video.h"
+#include "viz/images/video.h"
 
 namespace evalbus::launch {
 namespace {

@@ -23,7 +23,7 @@
 #include "cli/results/run_summary.h"
 #include "cli/results/summary_table.h"
 #include "lcmtypes/clock.h"
-#include "viz/pictures/video.h"
+#include "viz/images/video.h"
 #include "viz/terminal/terminal.h"
 
 namespace evalbus::launch {

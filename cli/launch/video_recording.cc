@@ -17,7 +17,7 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/launch/video_progress.h"
-#include "viz/pictures/video.h"
+#include "viz/images/video.h"
 
 namespace evalbus::launch {
 

@@ -158,7 +158,7 @@ class ShownRun {
       asked_model_ = model;
       jobs_->AskScene(model, follower_ ? folder_ : fs::path(),
                       [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
-                        if (!error.empty()) SetRemark("without a picture: " + error);
+                        if (!error.empty()) SetRemark("without an image: " + error);
                         if (feed_) feed_->SetScene(model, std::move(scene));
                       });
     }

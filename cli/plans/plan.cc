@@ -14,7 +14,7 @@
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
 #include "policy_bridge/policy_options.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/renderer.h"
 
 namespace evalbus::plans {
 namespace {

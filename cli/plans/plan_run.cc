@@ -23,7 +23,7 @@
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
 #include "metrics/statistics/sequential_mcnemar.h"
-#include "viz/pictures/video.h"
+#include "viz/images/video.h"
 
 namespace evalbus::plans {
 namespace {

@@ -508,7 +508,7 @@ def flange_disc(axis, centre, half, radius, bolt_circle):
 
 # ---- cardboard -------------------------------------------------------------------------------------------------------
 def cardboard(size=128):
-    """Tileable picture of brown kraft liner: fibres and the faint shadows of the corrugation beneath."""
+    """Tileable image of brown kraft liner: fibres and the faint shadows of the corrugation beneath."""
     draw = random.Random(5)
     rows = []
     for y in range(size):
@@ -528,7 +528,7 @@ def cardboard(size=128):
 
 # ---- counter ---------------------------------------------------------------------------------------------------------
 def oak(size=256, staves=8):
-    """Tileable picture of glued oak staves that run along its rows."""
+    """Tileable image of glued oak staves that run along its rows."""
     draw = random.Random(7)
     rows = []
     for stave in range(staves):
@@ -549,7 +549,7 @@ def oak(size=256, staves=8):
 
 
 def png(size, rows):
-    """Square RGB picture; each row starts with the filter type 0."""
+    """Square RGB image; each row starts with the filter type 0."""
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

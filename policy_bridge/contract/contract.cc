@@ -102,11 +102,11 @@ std::pair<int, int> Size(const YamlValue& value) {
   return {size[0].Integer(1, kMostPixels), size[1].Integer(1, kMostPixels)};
 }
 
-PictureForm ReadPicture(const YamlMap& map, bool is_depth) {
-  PictureForm form;
+ImageForm ReadImage(const YamlMap& map, bool is_depth) {
+  ImageForm form;
   form.view.camera = map[is_depth ? "depth" : "camera"].Text();
   const YamlValue* size = map.Find("size_px");
-  if (!size) map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], as the camera's picture is drawn");
+  if (!size) map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], as the camera's image is drawn");
   std::tie(form.view.width_px, form.view.height_px) = Size(*size);
   if (const YamlValue* fovy = map.Find("fovy_deg")) {
     form.view.fovy_deg = fovy->Number({.min = 1, .max = 175});
@@ -183,17 +183,16 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   for (const char* source : sources) found += map.Find(source) != nullptr;
   if (found != 1) map.value().Fail("expected one of camera, depth, state, prompt, constant, counter");
 
-  const bool is_picture = map.Find("camera") || map.Find("depth");
+  const bool is_image = map.Find("camera") || map.Find("depth");
   for (const char* key : {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize",
                           "colour", "layout"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !is_picture)
-      wrong->Fail("only of a camera or depth");
+    if (const YamlValue* wrong = map.Find(key); wrong && !is_image) wrong->Fail("only of a camera or depth");
   }
   for (const char* key : {"type", "shape"}) {
     if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only of a state");
   }
   if (const YamlValue* history = map.Find("history_ticks")) {
-    if (!is_picture && !map.Find("state")) history->Fail("only of a camera, depth or a state");
+    if (!is_image && !map.Find("state")) history->Fail("only of a camera, depth or a state");
     entry.history_ticks = Integers(*history, -kLongestHistory, 0);
     if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
         entry.history_ticks.back() != 0) {
@@ -201,9 +200,9 @@ ObservationEntry ReadEntry(const YamlValue& value) {
     }
   }
 
-  if (is_picture) {
+  if (is_image) {
     entry.source = map.Find("depth") ? ObservationEntry::Source::kDepth : ObservationEntry::Source::kCamera;
-    entry.picture = ReadPicture(map, map.Find("depth") != nullptr);
+    entry.image = ReadImage(map, map.Find("depth") != nullptr);
   } else if (const YamlValue* state = map.Find("state")) {
     entry.source = ObservationEntry::Source::kState;
     for (const YamlValue& signal : state->is_list() ? state->List() : std::vector{*state}) {
@@ -341,7 +340,7 @@ void ReadAction(const YamlValue& value, Contract* contract) {
     contract->first_step_rad = limit->Number({.min = 0, .max = kLargestStep, .open_min = true});
 }
 
-nlohmann::ordered_json PictureJson(const PictureForm& form) {
+nlohmann::ordered_json ImageJson(const ImageForm& form) {
   nlohmann::ordered_json json = {
       {"camera", form.view.camera},     {"size_px", {form.view.width_px, form.view.height_px}},
       {"fovy_deg", form.view.fovy_deg}, {"shadows", form.view.shadows != 0},
@@ -372,8 +371,8 @@ nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
   switch (entry.source) {
     case Source::kCamera:
     case Source::kDepth:
-      json["picture"] = PictureJson(entry.picture);
-      if (entry.source == Source::kDepth) json["picture"]["depth"] = true;
+      json["image"] = ImageJson(entry.image);
+      if (entry.source == Source::kDepth) json["image"]["depth"] = true;
       break;
     case Source::kState:
       for (const Signal& signal : entry.signals) json["state"].push_back(SignalJson(signal));
@@ -443,7 +442,7 @@ bool Contract::is_privileged() const {
   });
 }
 
-bool Contract::looks() const { return std::ranges::any_of(observation, &ObservationEntry::is_picture); }
+bool Contract::looks() const { return std::ranges::any_of(observation, &ObservationEntry::is_image); }
 
 std::string Contract::PromptFor(const std::string& task, const std::string& instruction) const {
   const auto own = prompts.find(task);

@@ -57,7 +57,7 @@ void RemotePolicy::Begin(const episode_begin_t& begin) {
   is_answer_stale_ = conversation_.is_busy();
   tick_ = -1;
   observe_.reset();
-  pictures_.clear();
+  images_.clear();
   failure_ = nullptr;
   rows_.clear();
   held_until_tick_ = contract_.settle_steps;
@@ -136,25 +136,23 @@ void RemotePolicy::OnTick(const state_t& state) {
     last_.gripper_closing.assign(state.gripper.size(), 0.0);
     last_.num_grippers = static_cast<int32_t>(last_.gripper_closing.size());
   }
-  // It is thinking about an earlier tick, or its pictures are being drawn (realtime).
+  // It is thinking about an earlier tick, or its images are being drawn (realtime).
   if (observe_ || conversation_.is_busy()) return;
   const bool asks = rows_.empty() && tick_ >= contract_.settle_steps;
   if (!asks && !observations_.needs_every_tick()) return;
   observe_.emplace();
   observe_->header = state.header;
-  if (asks || observations_.needs_every_picture()) observe_->view = observations_.views();
+  if (asks || observations_.needs_every_image()) observe_->view = observations_.views();
   observe_->num_views = static_cast<int32_t>(observe_->view.size());
   observed_ = state;
-  pictures_.assign(observe_->view.size(), std::nullopt);
+  images_.assign(observe_->view.size(), std::nullopt);
 }
 
-bool RemotePolicy::has_all_pictures() const {
-  return std::ranges::all_of(pictures_, [](const auto& picture) { return picture.has_value(); });
+bool RemotePolicy::has_all_images() const {
+  return std::ranges::all_of(images_, [](const auto& image) { return image.has_value(); });
 }
 
-const observe_t* RemotePolicy::Wants() const {
-  return observe_ && !has_all_pictures() ? &*observe_ : nullptr;
-}
+const observe_t* RemotePolicy::Wants() const { return observe_ && !has_all_images() ? &*observe_ : nullptr; }
 
 void RemotePolicy::See(const image_t& image) {
   if (!observe_ || !SameTick(image.header, observe_->header)) return;
@@ -163,8 +161,8 @@ void RemotePolicy::See(const image_t& image) {
     observe_.reset();
     return;
   }
-  for (size_t i = 0; i < pictures_.size(); ++i) {
-    if (SameView(image.view, observe_->view[i])) pictures_[i] = image;
+  for (size_t i = 0; i < images_.size(); ++i) {
+    if (SameView(image.view, observe_->view[i])) images_[i] = image;
   }
   // On a realtime clock nobody asks it to think before the next tick.
   try {
@@ -175,10 +173,10 @@ void RemotePolicy::See(const image_t& image) {
 }
 
 void RemotePolicy::Look() {
-  if (!observe_ || !has_all_pictures()) return;
-  std::vector<image_t> pictures;
-  for (auto& picture : pictures_) pictures.push_back(std::move(*picture));
-  observations_.Add(observed_, pictures);
+  if (!observe_ || !has_all_images()) return;
+  std::vector<image_t> images;
+  for (auto& image : images_) images.push_back(std::move(*image));
+  observations_.Add(observed_, images);
   observe_.reset();
   if (rows_.empty() && observed_.header.tick >= contract_.settle_steps) Ask();
 }

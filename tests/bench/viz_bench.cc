@@ -1,6 +1,6 @@
 // Frames per second on one core at 640x480 with shadows (target: 25), and the cost of a frame of ours, ready
 // to be encoded, against drawing and reading the same scene with nothing but MuJoCo and OSMesa (target: 1.2
-// times). Then a policy's pictures, three of 224x224, from OBSERVE to the last IMAGE, against the same.
+// times). Then a policy's images, three of 224x224, from OBSERVE to the last IMAGE, against the same.
 #include <GL/osmesa.h>
 #include <benchmark/benchmark.h>
 #include <sched.h>
@@ -17,15 +17,15 @@
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/camera_component.h"
-#include "viz/pictures/overlay.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/overlay.h"
+#include "viz/images/renderer.h"
 #include "viz/viz_component.h"
 
 namespace evalbus {
 namespace {
 
 constexpr viz::FrameSize kSize{640, 480};
-// What Renderer draws for a picture of that size.
+// What Renderer draws for an image of that size.
 constexpr mjrRect kDrawn{0, 0, 960, 720};
 
 // Of all threads of this process: Mesa draws in threads of its own.
@@ -94,12 +94,12 @@ struct Bare {
 };
 
 // As in an episode, where what stands still is not drawn again: every joint of both arms turns a little from
-// picture to picture, a degree at most.
-std::vector<double> QposAt(const mjModel& model, int picture) {
+// image to image, a degree at most.
+std::vector<double> QposAt(const mjModel& model, int image) {
   std::vector<double> qpos = viz::HomeQpos(model);
   for (int joint = 0; joint < model.njnt; ++joint) {
     if (model.jnt_type[joint] != mjJNT_HINGE) continue;
-    qpos[static_cast<size_t>(model.jnt_qposadr[joint])] += 0.2 * std::sin(0.08 * picture + joint);
+    qpos[static_cast<size_t>(model.jnt_qposadr[joint])] += 0.2 * std::sin(0.08 * image + joint);
   }
   return qpos;
 }
@@ -125,9 +125,9 @@ void Frames(benchmark::State& state, const char* camera_name) {
   draw_ours();
   draw_bare();
   double ours = 0, others = 0;
-  int picture = 0;
+  int image = 0;
   for (auto _ : state) {
-    const std::vector<double> qpos = QposAt(*scene.visual, ++picture);
+    const std::vector<double> qpos = QposAt(*scene.visual, ++image);
     shown.qpos_mixed = qpos;
     bare.Move(qpos);
     const double begin = CpuSeconds();
@@ -153,7 +153,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
   }
   mean[0] /= 160 * 214 * 3;
   mean[1] /= 240 * 320 * 3;
-  if (mean[0] < 20 || std::abs(mean[0] - mean[1]) > 2) state.SkipWithError("the pictures differ");
+  if (mean[0] < 20 || std::abs(mean[0] - mean[1]) > 2) state.SkipWithError("the images differ");
 
   const double frames = static_cast<double>(state.iterations());
   state.counters["fps_one_core"] = frames / ours;
@@ -165,7 +165,7 @@ BENCHMARK_CAPTURE(Frames, front, "front")->UseManualTime()->Unit(benchmark::kMil
 BENCHMARK_CAPTURE(Frames, head, "head")->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Frames, overview, "overview")->UseManualTime()->Unit(benchmark::kMillisecond);
 
-// A policy's three pictures of a STATE, taken in turns with bare ones of as many drawn pixels.
+// A policy's three images of a STATE, taken in turns with bare ones of as many drawn pixels.
 void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   constexpr int kSide = 224;
   const bool is_depth = std::string_view(encoding) == "depth32";
@@ -251,10 +251,10 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     const size_t middle = static_cast<size_t>(kSide * kSide / 2);
     is_good = std::abs(metres[middle] - near / (1 - depth[middle] * (1 - near / far))) < 0.01;
   }
-  if (!is_good) state.SkipWithError("not the pictures that were asked for");
+  if (!is_good) state.SkipWithError("not the images that were asked for");
 
   const double rounds = static_cast<double>(state.iterations());
-  state.counters["pictures_per_s"] = 3 * rounds / ours;
+  state.counters["images_per_s"] = 3 * rounds / ours;
   state.counters["ratio_to_bare"] = ours / others;
 }
 BENCHMARK_CAPTURE(Observations, rgb8, "rgb8", true)->UseManualTime()->Unit(benchmark::kMillisecond);

@@ -10,8 +10,8 @@
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/small_world.h"
-#include "viz/pictures/parallel_frame_renderer.h"
-#include "viz/pictures/video.h"
+#include "viz/images/parallel_frame_renderer.h"
+#include "viz/images/video.h"
 
 namespace evalbus {
 namespace {

@@ -48,7 +48,7 @@ class BadInput : public testing::Test {
   const fs::path work_ = folder_.path() / "work";
 };
 
-TEST_F(BadInput, PicturesThatWouldBeSomethingElse) {
+TEST_F(BadInput, ImagesThatWouldBeSomethingElse) {
   Expect(1, {"evalbus", "tasks", "show", "lift_pot", "--image", "x.jpg"}, {"--image x.jpg", ".png"});
 }
 

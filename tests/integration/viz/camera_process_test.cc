@@ -1,4 +1,4 @@
-// The process that draws what a policy asks for: whole pictures over a real bus, equal to those of the same
+// The process that draws what a policy asks for: whole images over a real bus, equal to those of the same
 // component in this process. The test is sim and policy.
 #include <map>
 
@@ -14,7 +14,7 @@ namespace evalbus::camera_process_test {
 class CameraProcess : public testing::Test {
  protected:
   // By camera.
-  using Pictures = std::map<std::string, image_t>;
+  using Images = std::map<std::string, image_t>;
 
   CameraProcess() {
     for (const auto& [camera, side] :
@@ -31,11 +31,11 @@ class CameraProcess : public testing::Test {
     observe_.header.tick = state_.header.tick = 0;
   }
 
-  void Hear(Bus* bus, Pictures* pictures) {
+  void Hear(Bus* bus, Images* images) {
     for (const view_t& view : observe_.view) {
       const std::string channel = channels::ImageChannel(view.camera);
       bus->Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
-                     [pictures](const image_t& m) { (*pictures)[m.view.camera] = m; });
+                     [images](const image_t& m) { (*images)[m.view.camera] = m; });
     }
     bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { status_ = m; });
   }
@@ -64,7 +64,7 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl();
   Bus bus(url), bystander(url);
-  Pictures far, near;
+  Images far, near;
   Hear(&bus, &far);
   int states_heard = 0;
   bystander.Subscribe(channels::kState, [&](const state_t&) { ++states_heard; });
@@ -103,8 +103,8 @@ TEST_F(CameraProcess, AnUnknownCameraIsOneLine) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl();
   Bus bus(url);
-  Pictures pictures;
-  Hear(&bus, &pictures);
+  Images images;
+  Hear(&bus, &images);
   Program process({"evalbus-viz", "--answer-observe", "--url", url});
   ASSERT_TRUE(HearUntil(&bus, [&] {
     if (status_.state != component_status_t::READY) Begin(&bus);
@@ -117,7 +117,7 @@ TEST_F(CameraProcess, AnUnknownCameraIsOneLine) {
   EXPECT_EQ(process.Wait(), 1);
   EXPECT_EQ(status_.error.find("OBSERVE of tick 0: no camera 'nowhere'; this scene has head, "), 0u);
   EXPECT_NE(process.err().find("error: " + status_.error + "\n"), std::string::npos);
-  EXPECT_TRUE(pictures.empty());
+  EXPECT_TRUE(images.empty());
 }
 
 }  // namespace evalbus::camera_process_test

@@ -1,4 +1,4 @@
-// A policy's pictures, from scripted messages.
+// A policy's images, from scripted messages.
 #include "viz/camera_component.h"
 
 #include <gtest/gtest.h>
@@ -96,7 +96,7 @@ class CameraComponentTest : public testing::Test {
     state.header = Header(tick, episode, attempt);
     return state;
   }
-  // The same picture, made without the component.
+  // The same image, made without the component.
   std::vector<uint8_t> Drawn(int64_t tick, const view_t& view) {
     Renderer renderer(Copy(*scene_->visual), {64, 64});
     renderer.SetState(StateAt(tick));
@@ -317,17 +317,17 @@ TEST_F(CameraComponentTest, AnEpisodesColoursAreThoseOfItsSeed) {
                         "      - colour: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
   Process process;
   process.SayModel(info);
-  std::vector<std::vector<uint8_t>> pictures;
+  std::vector<std::vector<uint8_t>> drawn;
   for (const int64_t seed : {1, 2, 1}) {
-    const int episode = static_cast<int>(pictures.size());
+    const int episode = static_cast<int>(drawn.size());
     process.SayBegin(episode, 0, seed);
     process.SayState(0, episode);
     const std::vector<image_t> images = process.Observe(0, {views_[0]}, episode);
     ASSERT_EQ(images.size(), 1u);
-    pictures.push_back(images[0].data);
+    drawn.push_back(images[0].data);
   }
-  EXPECT_FALSE(pictures[0] == pictures[1]);
-  EXPECT_TRUE(pictures[0] == pictures[2]);
+  EXPECT_FALSE(drawn[0] == drawn[1]);
+  EXPECT_TRUE(drawn[0] == drawn[2]);
 }
 
 TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
@@ -348,9 +348,9 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
       "roboeval/head, roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, "
       "right/hand/wrist");
   EXPECT_EQ(complaint({View("front", 0, 64)}),
-            "OBSERVE of tick 0: a picture of 0x64: expected 1 to 2048 pixels each way");
+            "OBSERVE of tick 0: an image of 0x64: expected 1 to 2048 pixels each way");
   EXPECT_EQ(complaint({View("front", 64, 2049)}),
-            "OBSERVE of tick 0: a picture of 64x2049: expected 1 to 2048 pixels each way");
+            "OBSERVE of tick 0: an image of 64x2049: expected 1 to 2048 pixels each way");
   EXPECT_EQ(complaint({View("front", 64, 64, "jpeg")}),
             "OBSERVE of tick 0: encoding 'jpeg': expected rgb8 or depth32");
   view_t wide = views_[0];

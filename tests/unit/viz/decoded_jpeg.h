@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "viz/pictures/frame.h"
+#include "viz/images/frame.h"
 
 namespace evalbus::viz {
 

@@ -1,4 +1,4 @@
-// The picture: a canvas with one or two episodes in it, its cameras, and when it is drawn anew: only where something
+// The image: a canvas with one or two episodes in it, its cameras, and when it is drawn anew: only where something
 // has changed.
 "use strict";
 
@@ -63,7 +63,7 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // In a page that scrolls, the wheel is the page's until one has pressed into the picture.
+  // In a page that scrolls, the wheel is the page's until one has pressed into the image.
   zoomOnFocus() {
     this.controls.enableZoom = false;
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });

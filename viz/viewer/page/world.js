@@ -1,7 +1,7 @@
 // The bodies of one episode as a scene graph: what stands still in a few meshes, a group for each body that moves.
 "use strict";
 
-// Geometry and pictures of blocks, kept over episodes: the robots of a run are always the same.
+// Geometry and images of blocks, kept over episodes: the robots of a run are always the same.
 Evalbus.Assets = class {
   constructor(source) {
     this.source = source;
@@ -142,7 +142,7 @@ Evalbus.World = class {
     return { key, make, repeat: texture ? (one) => this.repeatOf(own, one) : null };
   }
 
-  // A picture is laid over a shape of two half sizes once; `uniform`: over so many metres.
+  // An image is laid over a shape of two half sizes once; `uniform`: over so many metres.
   repeatOf(material, geom) {
     const [x, y] = geom.size_m || [1, 1];
     return material.repeat.map((times, k) => 0.5 * times / (material.uniform ? 1 : (k === 0 ? x : y) || 1));
