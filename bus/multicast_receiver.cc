@@ -22,7 +22,7 @@ namespace {
 constexpr size_t kPlaceBytes = 65536;  // the largest datagram has 29 less
 constexpr size_t kControlBytes = CMSG_SPACE(sizeof(timeval));
 // Of a run that is faster than any so far, as the kernel counts what waits in a buffer.
-constexpr int64_t kMostBytesPerS = 320'000'000;
+constexpr int64_t kMaxBytesPerS = 320'000'000;
 
 [[noreturn]] void ThrowErrno() { throw std::system_error(errno, std::generic_category()); }
 
@@ -117,7 +117,7 @@ void MulticastReceiver::Filter(std::span<const std::string> channels) {
 }
 
 void MulticastReceiver::SetPatience(std::chrono::nanoseconds patience) {
-  const std::chrono::nanoseconds room(static_cast<int64_t>(buffer_bytes_) * 1'000'000'000 / kMostBytesPerS);
+  const std::chrono::nanoseconds room(static_cast<int64_t>(buffer_bytes_) * 1'000'000'000 / kMaxBytesPerS);
   patience_ = std::min(patience, room);
 }
 

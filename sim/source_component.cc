@@ -25,9 +25,9 @@ using std::chrono::steady_clock;
 // Metrics gives up a gap once a hundred later ticks are complete: so many are published into it unscored.
 constexpr int64_t kGapWindowTicks = 120;
 // Metrics keeps no ticks further ahead: a longer leap ends the episode.
-constexpr int64_t kMostLeapTicks = 4000;
+constexpr int64_t kMaxLeapTicks = 4000;
 // Of a source that is faster than its scoring, a hundred megabytes or so.
-constexpr size_t kMostWaiting = 100'000;
+constexpr size_t kMaxWaiting = 100'000;
 
 // Images are for people, so a few small ones are enough: the log of a minute with two cameras has some 60 MB.
 constexpr size_t kMaxCameras = 8;
@@ -287,7 +287,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
     const int64_t leap_us = MicrosecondsSince(newest_->stamp_us, message.stamp_us);
     const double longest_us =
-        std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMostLeapTicks)));
+        std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMaxLeapTicks)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
       arrived.fault = fmt::format("its clock leaps by {:.3g} s", Seconds(leap_us));
       arrived.is_last = true;
@@ -348,7 +348,7 @@ void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t>
   // Taken before the first sample, or one of more than are shown. Where too many samples wait, too, these are
   // what counts.
   if (time_us < 0 || (between_us > 0 && between_us < kLeastBetweenImagesUs) ||
-      arrived_.size() + 1 >= kMostWaiting) {
+      arrived_.size() + 1 >= kMaxWaiting) {
     return;
   }
   Arrived arrived{newest_episode_, std::nullopt};
@@ -393,7 +393,7 @@ void SourceComponent::TakeImage(const Arrived& arrived) {
 }
 
 void SourceComponent::Arrive(Arrived arrived) {
-  if (arrived_.size() >= kMostWaiting) {
+  if (arrived_.size() >= kMaxWaiting) {
     overflowed_ = true;
     return;
   }

@@ -125,7 +125,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   const bool is_shaped = !options.grid.empty();
   if (is_shaped) joint.shape = viz::ParseGridShape(options.grid);
   const size_t cells =
-      is_shaped ? static_cast<size_t>(joint.shape.columns * joint.shape.rows) : viz::kMostCells;
+      is_shaped ? static_cast<size_t>(joint.shape.columns * joint.shape.rows) : viz::kMaxCells;
   std::vector<viz::VideoEpisode> episodes;
   std::set<std::string> tasks, makers;
   // Of the logs that are not read there is one episode each.

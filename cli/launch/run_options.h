@@ -56,7 +56,7 @@ template <class Options, class F>
 requires std::is_same_v<std::remove_const_t<Options>, RunOptions>
 void ForEachOption(Options& options, const F& f) {
   constexpr bool kFixed = true;
-  constexpr double kMostEpisodes = 1e7;
+  constexpr double kMaxEpisodes = 1e7;
   ForEachOption(options.sim, f);
   ForEachOption(options.policy, f);
   ForEachOption(options.recorder, f);
@@ -66,9 +66,9 @@ void ForEachOption(Options& options, const F& f) {
               &RunOptions::policy_name, "policy_name",
               "what results, videos and comparisons call the policy, say a checkpoint; default: as --policy",
               Range{}, kFixed},
-          Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMostEpisodes}},
+          Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMaxEpisodes}},
           Option{&RunOptions::only, "only", "of the episodes, counted from 0, run these only, with commas",
-                 Range{0, kMostEpisodes}},
+                 Range{0, kMaxEpisodes}},
           Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give equal bits", Range{}, kFixed},
           Option{&RunOptions::seed_stream, "seed_stream", "", Range{}, kFixed},
           Option{&RunOptions::until, "until"},

@@ -35,7 +35,7 @@ constexpr auto kPatience = std::chrono::milliseconds(10);
 // Messages of one bus in a row.
 constexpr int kInARow = 1000;
 // More than a receive buffer holds.
-constexpr int kMostQueued = 100000;
+constexpr int kMaxQueued = 100000;
 constexpr size_t kMaxRuns = 1000;
 // So that Ctrl-C ends the server within two.
 constexpr std::chrono::seconds kStopping{1};
@@ -81,7 +81,7 @@ class ShownRun {
   }
   // Its processes are gone. What was heard stays, and what they said last may still wait to be read.
   void Detach() {
-    for (int i = 0; i < kMostQueued && bus_->Handle(); ++i) {
+    for (int i = 0; i < kMaxQueued && bus_->Handle(); ++i) {
     }
     bus_.reset();
     Tell();

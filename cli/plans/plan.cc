@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kMostEpisodes = 10'000'000;
+constexpr int kMaxEpisodes = 10'000'000;
 // What a plan says in keys of its own, or what is decided anew wherever a part of it runs.
 constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "episodes",   "seed", "only",
                                        "workers", "url",      "by_hand",     "in_process", "video"};
@@ -117,8 +117,8 @@ Until ReadUntil(const YamlValue& value, int least) {
                "'");
   }
   if (!(until.alpha > 0 && until.alpha <= 0.5)) value.Fail("expected alpha above 0 and at most 0.5");
-  if (until.max_episodes < least || until.max_episodes > kMostEpisodes) {
-    value.Fail(fmt::format("expected max {} to {}: 'episodes' are run in any case", least, kMostEpisodes));
+  if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
+    value.Fail(fmt::format("expected max {} to {}: 'episodes' are run in any case", least, kMaxEpisodes));
   }
   return until;
 }
@@ -217,14 +217,14 @@ Plan ReadPlan(const fs::path& file) {
     tasks.Fail(error.what());
   }
   if (plan.tasks.empty()) tasks.Fail("expected at least one task");
-  if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMostEpisodes);
+  if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
   // No network of the machine is needed, and it is the fastest; the bytes are the same.
   plan.options.in_process = true;
   if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
   if (const YamlValue* value = map.Find("chunk_episodes"))
-    plan.chunk_episodes = value->Integer(1, kMostEpisodes);
+    plan.chunk_episodes = value->Integer(1, kMaxEpisodes);
   plan.baseline = plan.policies[0].name;
   if (const YamlValue* value = map.Find("compare")) {
     const YamlMap compare(*value, {"baseline"});

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr double kTask_s = 600;
 constexpr int kProbes = 4;
 // Slurm's own limit of an array, where nobody has changed it.
-constexpr int kMostTasks = 1000;
+constexpr int kMaxTasks = 1000;
 
 std::string Evalbus() { return (launch::Processes::BinaryFolder() / "evalbus").string(); }
 
@@ -55,8 +55,8 @@ int NumParts(const Plan& plan, const SlurmOptions& options) {
                      Printable(probe.problem));
   }
   const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
-  const int parts = std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1,
-                               std::min(chunks, kMostTasks));
+  const int parts =
+      std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1, std::min(chunks, kMaxTasks));
   fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min\n", probe.seconds_per_episode,
              Plural(parts, "task"), std::max(1.0, all_s / parts / 60));
   return parts;

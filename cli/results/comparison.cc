@@ -446,7 +446,7 @@ std::string OutlookText(const SuccessComparison& success) {
   return fmt::format("{}; to find one of {} points takes {} {}.", text,
                      Fixed(std::abs(success.difference) * 100, 0),
                      outlook.needed ? fmt::format("about {}", *outlook.needed)
-                                    : fmt::format("more than {}", metrics::kMostTrials),
+                                    : fmt::format("more than {}", metrics::kMaxTrials),
                      kind);
 }
 

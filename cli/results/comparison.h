@@ -66,7 +66,7 @@ struct Outlook {
   // Smallest true difference that the present number finds four times in five; nothing if it finds none.
   std::optional<double> findable;
   // Number that finds the observed difference four times in five, if that is the true one; nothing if there
-  // is no difference, or more than metrics::kMostTrials are needed.
+  // is no difference, or more than metrics::kMaxTrials are needed.
   std::optional<int> needed;
 };
 Outlook OutlookOf(const SuccessComparison& success);

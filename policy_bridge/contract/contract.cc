@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kLongest = 1e6;      // s
 constexpr double kLargestStep = 100;  // rad
-constexpr int kMostPixels = 2048;
-constexpr int kMostSteps = 10'000;
-constexpr int kMostValues = 1000;
+constexpr int kMaxPixels = 2048;
+constexpr int kMaxSteps = 10'000;
+constexpr int kMaxValues = 1000;
 constexpr int kLargestBatch = 1024;
 constexpr int kLongestHistory = 1000;  // ticks
 
@@ -74,14 +74,14 @@ std::vector<int> Integers(const YamlValue& value, int min, int max) {
 // [0, 1, 5] or "0-6", both ends included.
 std::vector<int> Indices(const YamlValue& value) {
   if (value.is_list()) {
-    std::vector<int> numbers = Integers(value, 0, kMostValues);
+    std::vector<int> numbers = Integers(value, 0, kMaxValues);
     if (numbers.empty()) value.Fail("expected at least one index");
     return numbers;
   }
   const std::string text = value.Text();
   int first = 0, last = 0, end = 0;
   if (std::sscanf(text.c_str(), "%d-%d%n", &first, &last, &end) != 2 ||
-      end != static_cast<int>(text.size()) || first < 0 || last < first || last > kMostValues) {
+      end != static_cast<int>(text.size()) || first < 0 || last < first || last > kMaxValues) {
     value.Fail("expected a list of indices or FIRST-LAST, as 0-6, got '" + text + "'");
   }
   std::vector<int> numbers;
@@ -99,7 +99,7 @@ std::vector<std::string> Key(const YamlValue& value) {
 std::pair<int, int> Size(const YamlValue& value) {
   const std::vector<YamlValue> size = value.List();
   if (size.size() != 2) value.Fail("expected [WIDTH, HEIGHT]");
-  return {size[0].Integer(1, kMostPixels), size[1].Integer(1, kMostPixels)};
+  return {size[0].Integer(1, kMaxPixels), size[1].Integer(1, kMaxPixels)};
 }
 
 ImageForm ReadImage(const YamlMap& map, bool is_depth) {
@@ -212,7 +212,7 @@ ObservationEntry ReadEntry(const YamlValue& value) {
     if (const YamlValue* type = map.Find("type")) entry.dtype = Choose(*type, kTypes);
     if (const YamlValue* shape = map.Find("shape")) {
       entry.shape.emplace();
-      for (const int size : Integers(*shape, 1, kMostValues)) entry.shape->push_back(size);
+      for (const int size : Integers(*shape, 1, kMaxValues)) entry.shape->push_back(size);
     }
   } else if (const YamlValue* prompt = map.Find("prompt")) {
     entry.source = ObservationEntry::Source::kPrompt;
@@ -254,7 +254,7 @@ GripperForm ReadGripper(const YamlValue& value, int num_values) {
     gripper.threshold = closing;
   }
   if (const YamlValue* sticky = map.Find("sticky_steps")) {
-    gripper.sticky_steps = sticky->Integer(1, kMostSteps);
+    gripper.sticky_steps = sticky->Integer(1, kMaxSteps);
     if (!gripper.threshold) sticky->Fail("expected 'threshold' with it");
   }
   return gripper;
@@ -287,7 +287,7 @@ void ReadAction(const YamlValue& value, Contract* contract) {
                      "lower", "upper", "first_step_rad"});
   ActionSpace& space = contract->actions;
   space.kind = Choose(map["kind"], kActionKinds);
-  space.num_values = map["values"].Integer(1, kMostValues);
+  space.num_values = map["values"].Integer(1, kMaxValues);
   Choose(map, "delta_on", kDeltaOns, &space.delta_on);
   Choose(map, "frame", kActionFrames, &space.frame);
   Choose(map, "point", kEefPoints, &space.point);
@@ -329,9 +329,9 @@ void ReadAction(const YamlValue& value, Contract* contract) {
     contract->action_keys = keys->Texts();
     if (contract->action_keys.empty()) keys->Fail("expected at least one key");
   }
-  contract->execute_steps = map["execute_steps"].Integer(1, kMostSteps);
+  contract->execute_steps = map["execute_steps"].Integer(1, kMaxSteps);
   if (const YamlValue* steps = map.Find("chunk_steps")) {
-    contract->chunk_steps = steps->Integer(1, kMostSteps);
+    contract->chunk_steps = steps->Integer(1, kMaxSteps);
     if (contract->execute_steps > *contract->chunk_steps) {
       map["execute_steps"].Fail("expected at most 'chunk_steps', " + std::to_string(*contract->chunk_steps));
     }
@@ -485,7 +485,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   }
   contract.rate_hz = map["rate_hz"].Number({.min = 1, .max = 500});
   if (const YamlValue* settle = map.Find("settle_steps"))
-    contract.settle_steps = settle->Integer(0, kMostSteps);
+    contract.settle_steps = settle->Integer(0, kMaxSteps);
   if (const YamlValue* window = map.Find("answer_window")) {
     contract.answer_window = window->Number({.min = 0, .max = 0.9});
   }

@@ -122,7 +122,7 @@ std::vector<std::string> FullCameras(const mjModel& model) {
   const auto add = [&](const std::function<bool(const std::string&)>& is_wanted) {
     for (int i = 0; i < model.ncam; ++i) {
       const char* name = mj_id2name(&model, mjOBJ_CAMERA, i);
-      if (name && is_wanted(name) && cameras.size() <= kMostInsets) cameras.push_back(name);
+      if (name && is_wanted(name) && cameras.size() <= kMaxInsets) cameras.push_back(name);
     }
   };
   add([](const std::string& name) { return name == "head"; });
@@ -135,10 +135,10 @@ void MakeFullVideo(const VideoEpisode& episode, const std::vector<std::string>& 
                    const VideoProgress& progress) {
   const FrameSize size = frame_renderer->largest();
   CheckPanelSize(size);
-  if (cameras.size() > kMostInsets + 1) {
+  if (cameras.size() > kMaxInsets + 1) {
     throw InputError(
         fmt::format("the full layout shows {} cameras at most, the first one large; these are {}",
-                    kMostInsets + 1, cameras.size()));
+                    kMaxInsets + 1, cameras.size()));
   }
   const VideoFacts& facts = episode.facts;
   const FullLayout layout =

@@ -20,7 +20,7 @@ namespace evalbus::viz {
 namespace {
 
 // ffmpeg encodes no faster than so many draw.
-constexpr size_t kMostProcesses = 8;
+constexpr size_t kMaxProcesses = 8;
 // Frames that a process may have drawn and nobody has taken, so that none waits while another draws one that
 // takes longer.
 constexpr size_t kAhead = 4;
@@ -143,7 +143,7 @@ void VideoScenes::FreeUnused() {
 ParallelFrameRenderer::ParallelFrameRenderer(FrameSize largest, size_t processes)
     : largest_(largest), processes_(processes), scenes_(largest) {
   if (processes_ == 0) {
-    processes_ = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostProcesses);
+    processes_ = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMaxProcesses);
   }
   if (!IsGlInMemory()) processes_ = 1;
 }

@@ -25,7 +25,7 @@ constexpr int kMaxGeoms = 10000;
 // shadows and textures become smooth, too.
 constexpr int kDrawn = 3, kShown = 2;
 // Of all that stay, as they were drawn: 16 bytes each. A video of 1280x720 with three insets has 3 million.
-constexpr size_t kMostPixelsKept = 8000000;
+constexpr size_t kMaxPixelsKept = 8000000;
 
 // One row of pixels from the drawn row that it covers wholly and the one that it covers half. kRed: where red
 // stands in a pixel of so many bytes, green being in the middle.
@@ -153,7 +153,7 @@ struct Renderer::Gl {
     size_t pixels_kept = 0;
     for (auto k = kept.begin(); k != kept.end();) {
       pixels_kept += k->drawn.rgba.size() / 4;
-      const bool is_wanted = k == kept.begin() || pixels_kept <= kMostPixelsKept;
+      const bool is_wanted = k == kept.begin() || pixels_kept <= kMaxPixelsKept;
       k = is_wanted ? std::next(k) : kept.erase(k);
     }
     return kept.front();

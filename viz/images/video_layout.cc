@@ -107,15 +107,15 @@ GridShape ParseGridShape(const std::string& text) {
   int used = 0;
   if (std::sscanf(text.c_str(), "%2dx%2d%n", &shape.columns, &shape.rows, &used) != 2 ||
       used != static_cast<int>(text.size()) || shape.columns < 1 || shape.rows < 1 ||
-      shape.columns * shape.rows > kMostCells) {
+      shape.columns * shape.rows > kMaxCells) {
     throw InputError(
-        fmt::format("--grid {}: expected COLUMNSxROWS, such as 4x3, of {} cells at most", text, kMostCells));
+        fmt::format("--grid {}: expected COLUMNSxROWS, such as 4x3, of {} cells at most", text, kMaxCells));
   }
   return shape;
 }
 
 GridShape ShapeFor(int num_episodes) {
-  const int shown = std::clamp(num_episodes, 1, kMostCells);
+  const int shown = std::clamp(num_episodes, 1, kMaxCells);
   const int columns = static_cast<int>(std::ceil(std::sqrt(shown)));
   return {columns, (shown + columns - 1) / columns};
 }

@@ -24,7 +24,7 @@ struct FullLayout {
   Box time_line;
 };
 FullLayout LayOutFull(FrameSize size, int num_insets, int num_curves);
-inline constexpr int kMostInsets = 3;
+inline constexpr int kMaxInsets = 3;
 
 // Two episodes side by side, each with its own panels.
 struct PairLayout {
@@ -53,8 +53,8 @@ struct GridShape {
 };
 // From "4x3". Throws InputError.
 GridShape ParseGridShape(const std::string& text);
-// So many columns and rows as show all episodes, up to kMostCells.
+// So many columns and rows as show all episodes, up to kMaxCells.
 GridShape ShapeFor(int num_episodes);
-inline constexpr int kMostCells = 36;
+inline constexpr int kMaxCells = 36;
 
 }  // namespace evalbus::viz

@@ -70,7 +70,7 @@ TEST(FullLayout, HasItsPartsWhereTheyBelong) {
 
 TEST(FullLayout, NothingOverlapsAtAnySize) {
   for (const FrameSize size : kSizes) {
-    for (int insets = 0; insets <= kMostInsets; ++insets) {
+    for (int insets = 0; insets <= kMaxInsets; ++insets) {
       for (int curves = 0; curves <= 3; ++curves) {
         const FullLayout layout = LayOutFull(size, insets, curves);
         std::vector<Box> boxes = {layout.header, layout.main, layout.stages, layout.time_line};
