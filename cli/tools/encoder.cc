@@ -111,7 +111,7 @@ void Encoder::Hear(std::string_view channel, std::span<const uint8_t> data) {
     if (Decode(data, &message)) {
       Hear(message);
     } else {
-      ++garbled_;
+      ++undecodable_;
     }
     return true;
   };
@@ -139,7 +139,7 @@ void Encoder::Enter(const header_t& header) {
   try {
     track_ = std::make_unique<viz::EpisodeTrack>(model_, header, viz::EpisodeTrack::About{});
   } catch (const InputError&) {
-    ++garbled_;  // a MODEL that contradicts itself
+    ++undecodable_;  // a MODEL that contradicts itself
     model_.reset();
     return;
   }

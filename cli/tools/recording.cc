@@ -71,8 +71,9 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
     episode.remarks.push_back(
         fmt::format("{}: {} damaged bytes were skipped", log.string(), reader.damaged_bytes()));
   }
-  if (encoder.garbled() > 0) {
-    episode.remarks.push_back(fmt::format("{}: {} messages are not ours", log.string(), encoder.garbled()));
+  if (encoder.undecodable() > 0) {
+    episode.remarks.push_back(
+        fmt::format("{}: {} messages are not ours", log.string(), encoder.undecodable()));
   }
   return episode;
 }

@@ -208,7 +208,7 @@ void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
 void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   screen->push_back({7,
                      {{fmt::format("{:<12}{:<9}{:>6}{:>6}{:>7}{:>9}{:>9}{:>9}", "component", "state", "tick",
-                                   "lag", "lost", "garbled", "foreign", "heard"),
+                                   "lag", "lost", "undecodable", "foreign", "heard"),
                        Style::kQuiet}}});
   for (const auto& [name, health] : watch.health()) {
     const component_status_t& status = health.status;
@@ -239,7 +239,7 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
     lag = std::max(lag, health.lag);
     std::string counts;
     const std::pair<int64_t, const char*> kinds[] = {{status.missing_ticks, " lost"},
-                                                     {status.decode_errors, " garbled"},
+                                                     {status.decode_errors, " undecodable"},
                                                      {status.foreign_messages, " foreign"}};
     for (const auto& [count, kind] : kinds) {
       if (count > 0) counts += (counts.empty() ? "" : ", ") + std::to_string(count) + kind;
@@ -272,7 +272,8 @@ void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
     line.push_back({ChannelName(Printable(name)) + " ", Style::kQuiet});
     line.push_back({(watch.has_rates() ? Rate(channel->second.rate) : "-") + "  "});
   }
-  if (watch.garbled() > 0) line.push_back({fmt::format("{} garbled", watch.garbled()), Style::kBad});
+  if (watch.undecodable() > 0)
+    line.push_back({fmt::format("{} undecodable", watch.undecodable()), Style::kBad});
   screen->push_back({7, line});
 }
 

@@ -44,7 +44,7 @@ Json Labelled(const RunLabel& label) {
           {"failure_reasons", Json::array()},
           {"components", Json::array()},
           {"pacing", nullptr},
-          {"garbled", 0}};
+          {"undecodable", 0}};
 }
 
 std::string Bytes(const Json& head) {
@@ -120,7 +120,7 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
         {"action_latency_p50_s", NumberOrNull(pacing->action_latency.p50_s)},
         {"action_latency_p99_s", NumberOrNull(pacing->action_latency.p99_s)}};
   }
-  head["garbled"] = watch.garbled();
+  head["undecodable"] = watch.undecodable();
   if (counted) AddCounted(*counted, &head);
   return Bytes(head);
 }
