@@ -22,11 +22,11 @@
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
 #include "evalbus/hello_t.hpp"
+#include "evalbus/image_request_t.hpp"
 #include "evalbus/image_t.hpp"
 #include "evalbus/log_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/observation_t.hpp"
-#include "evalbus/observe_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/policy_action_t.hpp"
 #include "evalbus/run_summary_t.hpp"
@@ -66,7 +66,7 @@ inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim"
 inline constexpr Channel<state_t> kState{"EVALBUS_STATE", "sim", Recorded::kOncePerTick};
 inline constexpr Channel<contacts_t> kContacts{"EVALBUS_CONTACTS", "collision", Recorded::kOncePerTick};
 inline constexpr Channel<action_t> kAction{"EVALBUS_ACTION", "policy", Recorded::kOncePerTick};
-inline constexpr Channel<observe_t> kObserve{"EVALBUS_OBSERVE", "policy", Recorded::kNo};
+inline constexpr Channel<image_request_t> kRequestImage{"EVALBUS_REQUEST_IMAGE", "policy", Recorded::kNo};
 inline constexpr Channel<observation_t> kObservation{"EVALBUS_OBSERVATION", "policy"};
 inline constexpr Channel<policy_action_t> kPolicyAction{"EVALBUS_POLICY_ACTION", "policy"};
 inline constexpr Channel<partial_metrics_t> kPartial{"EVALBUS_PARTIAL", "metrics", Recorded::kOncePerTick};
@@ -87,9 +87,9 @@ inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
 // In the order of an episode's tick, then the rest.
 inline constexpr std::tuple kAll{
-    kState, kContacts,     kAction,     kPartial,        kObserve,     kObservation, kPolicyAction,
-    kModel, kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,  kStatus,      kCommand,
-    kLog,   kImage,        kCriteria,   kHello,          kSourceState, kSourceImage, kCameraImage};
+    kState, kContacts,     kAction,     kPartial,        kRequestImage, kObservation, kPolicyAction,
+    kModel, kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,   kStatus,      kCommand,
+    kLog,   kImage,        kCriteria,   kHello,          kSourceState,  kSourceImage, kCameraImage};
 
 // Calls function with each channel.
 template <class Function>

@@ -101,17 +101,17 @@ bool PolicyComponent::Act(const state_t& state) {
   try {
     const bool is_done = policy_->Think(state);
     const auto now = std::chrono::steady_clock::now();
-    const observe_t* observe = policy_->Wants();
+    const image_request_t* request = policy_->Wants();
     // A new request is published at once; the period is for one that may have been lost.
-    if (observe && (!SameTick(observe->header, observed_) || observe_.Due(now))) {
-      observed_ = observe->header;
+    if (request && (!SameTick(request->header, observed_) || image_request_.Due(now))) {
+      observed_ = request->header;
       if (!std::exchange(hears_images_, true)) {
         bus().SubscribeRaw(
             channels::kImage.name + std::string(".*"),
             [this](std::string_view, std::span<const uint8_t> data, int64_t) { OnImage(data); });
       }
-      observe_.Said(now);
-      bus().Publish(channels::kObserve, *observe);
+      image_request_.Said(now);
+      bus().Publish(channels::kRequestImage, *request);
     }
     if (!is_done) return false;
     Clear(&action_);

@@ -48,7 +48,7 @@ constexpr ComponentType kComponents[] = {
     {"recorder", "evalbus-recorder", "", kRequired, 0, MakeRecorder},
     {"collision", "evalbus-collision", "", kRequired, 10, Make<collision::CollisionComponent>},
     {"metrics", "evalbus-metrics", "", kRequired, 10, MakeMetrics},
-    {"cameras", "evalbus-viz", "--answer-observe", kRequired, 10, Make<viz::CameraComponent>},
+    {"cameras", "evalbus-viz", "--answer-image-requests", kRequired, 10, Make<viz::CameraComponent>},
     {"policy", "evalbus-policy", "", kRequired, 10, MakePolicy},
     {"sim", "evalbus-sim", "", !kRequired, kSimRealtimePriority, MakeSim},
     {"sim", "evalbus-sim", kSource, !kRequired, 0, MakeSource},

@@ -7,9 +7,9 @@
 
 #include "evalbus/action_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
+#include "evalbus/image_request_t.hpp"
 #include "evalbus/image_t.hpp"
 #include "evalbus/observation_t.hpp"
-#include "evalbus/observe_t.hpp"
 #include "evalbus/policy_action_t.hpp"
 #include "evalbus/state_t.hpp"
 
@@ -53,7 +53,7 @@ class Policy {
     return std::chrono::steady_clock::time_point::max();
   }
   // Images that it needs before Think() can proceed; null: none. They are passed to See() as they arrive.
-  virtual const observe_t* Wants() const { return nullptr; }
+  virtual const image_request_t* Wants() const { return nullptr; }
   // An image without data: the tick that was asked for is no longer available; ask for a newer one.
   virtual void See(const image_t& /*image*/) {}
   virtual void SetCallbacks(const PolicyCallbacks& /*callbacks*/) {}

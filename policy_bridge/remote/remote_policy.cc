@@ -56,7 +56,7 @@ void RemotePolicy::Begin(const episode_begin_t& begin) {
   // The last episode was cut short while the server thought: its answer is nobody's.
   is_answer_stale_ = conversation_.is_busy();
   tick_ = -1;
-  observe_.reset();
+  image_request_.reset();
   images_.clear();
   failure_ = nullptr;
   rows_.clear();
@@ -137,32 +137,34 @@ void RemotePolicy::OnTick(const state_t& state) {
     last_.num_grippers = static_cast<int32_t>(last_.gripper_closing.size());
   }
   // It is thinking about an earlier tick, or its images are being drawn (realtime).
-  if (observe_ || conversation_.is_busy()) return;
+  if (image_request_ || conversation_.is_busy()) return;
   const bool asks = rows_.empty() && tick_ >= contract_.settle_steps;
   if (!asks && !observations_.needs_every_tick()) return;
-  observe_.emplace();
-  observe_->header = state.header;
-  if (asks || observations_.needs_every_image()) observe_->view = observations_.views();
-  observe_->num_views = static_cast<int32_t>(observe_->view.size());
+  image_request_.emplace();
+  image_request_->header = state.header;
+  if (asks || observations_.needs_every_image()) image_request_->view = observations_.views();
+  image_request_->num_views = static_cast<int32_t>(image_request_->view.size());
   observed_ = state;
-  images_.assign(observe_->view.size(), std::nullopt);
+  images_.assign(image_request_->view.size(), std::nullopt);
 }
 
 bool RemotePolicy::has_all_images() const {
   return std::ranges::all_of(images_, [](const auto& image) { return image.has_value(); });
 }
 
-const observe_t* RemotePolicy::Wants() const { return observe_ && !has_all_images() ? &*observe_ : nullptr; }
+const image_request_t* RemotePolicy::Wants() const {
+  return image_request_ && !has_all_images() ? &*image_request_ : nullptr;
+}
 
 void RemotePolicy::See(const image_t& image) {
-  if (!observe_ || !SameTick(image.header, observe_->header)) return;
+  if (!image_request_ || !SameTick(image.header, image_request_->header)) return;
   if (image.data.empty()) {
     // The next tick is observed instead.
-    observe_.reset();
+    image_request_.reset();
     return;
   }
   for (size_t i = 0; i < images_.size(); ++i) {
-    if (SameView(image.view, observe_->view[i])) images_[i] = image;
+    if (SameView(image.view, image_request_->view[i])) images_[i] = image;
   }
   // On a realtime clock nobody asks it to think before the next tick.
   try {
@@ -173,11 +175,11 @@ void RemotePolicy::See(const image_t& image) {
 }
 
 void RemotePolicy::Look() {
-  if (!observe_ || !has_all_images()) return;
+  if (!image_request_ || !has_all_images()) return;
   std::vector<image_t> images;
   for (auto& image : images_) images.push_back(std::move(*image));
   observations_.Add(observed_, images);
-  observe_.reset();
+  image_request_.reset();
   if (rows_.empty() && observed_.header.tick >= contract_.settle_steps) Ask();
 }
 
@@ -202,7 +204,7 @@ bool RemotePolicy::Think(const state_t& state) {
       throw;
     }
   }
-  if (!observe_ && !conversation_.is_busy()) return true;
+  if (!image_request_ && !conversation_.is_busy()) return true;
   return is_realtime_ && (!rows_.empty() || Clock::now() >= think_again_at());
 }
 

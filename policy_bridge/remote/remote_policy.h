@@ -29,7 +29,7 @@ class RemotePolicy : public Policy {
   bool IsReady() override;
   bool Think(const state_t& state) override;
   std::chrono::steady_clock::time_point think_again_at() const override;
-  const observe_t* Wants() const override;
+  const image_request_t* Wants() const override;
   void See(const image_t& image) override;
   void SetCallbacks(const PolicyCallbacks& callbacks) override;
 
@@ -71,7 +71,7 @@ class RemotePolicy : public Policy {
   int64_t tick_ = -1;
   Clock::time_point tick_began_{};
   // What is being observed, and the images of it that are there.
-  std::optional<observe_t> observe_;
+  std::optional<image_request_t> image_request_;
   state_t observed_{};
   std::vector<std::optional<image_t>> images_;
   // Of the last Look() between two ticks.

@@ -1,6 +1,6 @@
 // Frames per second on one core at 640x480 with shadows (target: 25), and the cost of a frame of ours, ready
 // to be encoded, against drawing and reading the same scene with nothing but MuJoCo and OSMesa (target: 1.2
-// times). Then a policy's images, three of 224x224, from OBSERVE to the last IMAGE, against the same.
+// times). Then a policy's images, three of 224x224, from REQUEST_IMAGE to the last IMAGE, against the same.
 #include <GL/osmesa.h>
 #include <benchmark/benchmark.h>
 #include <sched.h>
@@ -175,19 +175,19 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   Bus bus("memq://");
   viz::CameraComponent component(&bus);
   std::vector<image_t> images;
-  observe_t observe{};
+  image_request_t request{};
   for (const char* camera : {"roboeval/head", "roboeval/left_wrist", "roboeval/right_wrist"}) {
     view_t view{};
     view.camera = camera;
     view.width_px = view.height_px = kSide;
     view.shadows = shadows;
     view.encoding = encoding;
-    observe.view.push_back(view);
+    request.view.push_back(view);
     const std::string channel = channels::ImageChannel(camera);
     bus.Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
                   [&](const image_t& image) { images.push_back(image); });
   }
-  observe.num_views = static_cast<int32_t>(observe.view.size());
+  request.num_views = static_cast<int32_t>(request.view.size());
   const auto handle = [&bus] {
     while (bus.Handle()) {
     }
@@ -199,8 +199,8 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   const auto draw_ours = [&] {
     images.clear();
     bus.Publish(channels::kState, shown);
-    observe.header = shown.header;
-    bus.Publish(channels::kObserve, observe);
+    request.header = shown.header;
+    bus.Publish(channels::kRequestImage, request);
     handle();
     ++shown.header.tick;
   };
@@ -212,7 +212,7 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   bare.scene.flags[mjRND_SEGMENT] = is_depth;
   std::vector<float> depth(static_cast<size_t>(drawn * drawn));
   const auto draw_bare = [&] {
-    for (const view_t& view : observe.view) {
+    for (const view_t& view : request.view) {
       bare.Draw(viz::FindCamera(*scene.visual, view.camera), {0, 0, drawn, drawn},
                 is_depth ? depth.data() : nullptr);
     }

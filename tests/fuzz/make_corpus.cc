@@ -236,9 +236,9 @@ void WriteAll(const std::filesystem::path& corpus) {
   // Cameras, which hear what a policy asks for, before and after its STATE.
   conversation = {9};
   for (uint8_t tick = 0; tick < 5; ++tick) {
-    say(channels::kObserve.name, tick);
+    say(channels::kRequestImage.name, tick);
     say(channels::kState.name, tick);
-    say(channels::kObserve.name, tick);
+    say(channels::kRequestImage.name, tick);
   }
   Write(corpus / "components/episode_9", conversation);
 
