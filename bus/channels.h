@@ -21,7 +21,6 @@
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
-#include "evalbus/hello_t.hpp"
 #include "evalbus/image_request_t.hpp"
 #include "evalbus/image_t.hpp"
 #include "evalbus/log_t.hpp"
@@ -30,6 +29,7 @@
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/policy_action_t.hpp"
 #include "evalbus/run_summary_t.hpp"
+#include "evalbus/source_announcement_t.hpp"
 #include "evalbus/source_state_t.hpp"
 #include "evalbus/state_t.hpp"
 
@@ -76,7 +76,8 @@ inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metr
 inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", kEverybody};
 inline constexpr Channel<command_t> kCommand{"EVALBUS_COMMAND", "run"};
 inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
-inline constexpr Channel<hello_t> kHello{"EVALBUS_HELLO", kSource, Recorded::kNo};
+inline constexpr Channel<source_announcement_t> kSourceAnnouncement{"EVALBUS_SOURCE_ANNOUNCEMENT", kSource,
+                                                                    Recorded::kNo};
 inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", kSource};
 // One channel for each camera; this is how their names begin.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
@@ -87,9 +88,10 @@ inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
 // In the order of an episode's tick, then the rest.
 inline constexpr std::tuple kAll{
-    kState, kContacts,     kAction,     kPartial,        kRequestImage, kObservation, kPolicyAction,
-    kModel, kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,   kStatus,      kCommand,
-    kLog,   kImage,        kCriteria,   kHello,          kSourceState,  kSourceImage, kCameraImage};
+    kState,        kContacts,    kAction,       kPartial,    kRequestImage,   kObservation,
+    kPolicyAction, kModel,       kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,
+    kStatus,       kCommand,     kLog,          kImage,      kCriteria,       kSourceAnnouncement,
+    kSourceState,  kSourceImage, kCameraImage};
 
 // Calls function with each channel.
 template <class Function>

@@ -94,7 +94,8 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
       unheard_end_(kRepeatUnheard) {
   prepared_.info.session = bus->session();
   for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
-  bus->Subscribe(channels::kHello, [this](const hello_t& m) { OnHello(m); });
+  bus->Subscribe(channels::kSourceAnnouncement,
+                 [this](const source_announcement_t& m) { OnAnnouncement(m); });
   bus->Subscribe(channels::kSourceState, [this](const source_state_t& m) { OnSample(m); });
   bus->SubscribeRaw(
       channels::kSourceImage.name + std::string(".*"),
@@ -106,54 +107,55 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
 }
 
-void SourceComponent::OnHello(const hello_t& hello) {
-  if (!hello_) {
-    Meet(hello);
-    hello_bytes_.assign(bus().handled().begin(), bus().handled().end());
+void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) {
+  if (!announcement_) {
+    Meet(announcement);
+    announcement_bytes_.assign(bus().handled().begin(), bus().handled().end());
     return BeginIfMet();
   }
-  if (!std::ranges::equal(bus().handled(), hello_bytes_)) {
-    throw InputError(
-        fmt::format("source '{}' says another HELLO than '{}' did at first: begin another watch for it, "
-                    "or is a second source on this bus?",
-                    Printable(hello.source), source()));
+  if (!std::ranges::equal(bus().handled(), announcement_bytes_)) {
+    throw InputError(fmt::format(
+        "source '{}' says another SOURCE_ANNOUNCEMENT than '{}' did at first: begin another watch for it, "
+        "or is a second source on this bus?",
+        Printable(announcement.source), source()));
   }
   // It has not heard MODEL yet.
   if (phase_ != Phase::kRunning) PublishModel();
 }
 
-void SourceComponent::Meet(const hello_t& hello) {
-  const std::string name = hello.source.empty() ? "source" : Printable(hello.source);
+void SourceComponent::Meet(const source_announcement_t& announcement) {
+  const std::string name = announcement.source.empty() ? "source" : Printable(announcement.source);
   if (name == source_name::kSim || name == source_name::kFile) {
-    throw InputError("HELLO: a source cannot be called '" + name + "', which is evalbus' own");
+    throw InputError("SOURCE_ANNOUNCEMENT: a source cannot be called '" + name + "', which is evalbus' own");
   }
-  if (hello.period_us < 1 || hello.period_us > 1'000'000) {
-    throw InputError(
-        fmt::format("HELLO of '{}': period_us is {}, expected 1 to 1000000", name, hello.period_us));
+  if (announcement.period_us < 1 || announcement.period_us > 1'000'000) {
+    throw InputError(fmt::format("SOURCE_ANNOUNCEMENT of '{}': period_us is {}, expected 1 to 1000000", name,
+                                 announcement.period_us));
   }
-  const Measured measured{hello.joint_name, hello.has_velocity != 0, hello.object_name};
+  const Measured measured{announcement.joint_name, announcement.has_velocity != 0, announcement.object_name};
   try {
     scene_ = std::make_unique<MeasuredScene>(&prepared_, measured, name);
   } catch (const InputError& error) {
-    throw InputError("HELLO of '" + name + "': " + error.what());
+    throw InputError("SOURCE_ANNOUNCEMENT of '" + name + "': " + error.what());
   }
   for (size_t k = 0; k < opening_.size(); ++k) {
     if (opening_[k] || !scene_->FingersOf(k).empty()) continue;
     const std::string& gripper = prepared_.info.gripper[k].name;
     throw InputError(
-        fmt::format("HELLO of '{}': no joint of the fingers of gripper '{}'; say how it is all the time with "
+        fmt::format("SOURCE_ANNOUNCEMENT of '{}': no joint of the fingers of gripper '{}'; say how it is all "
+                    "the time with "
                     "--gripper {}=open or "
                     "{}=closed",
                     name, gripper, gripper, gripper));
   }
-  hello_ = hello;
+  announcement_ = announcement;
   model_bytes_ = Encode(prepared_.info);
   std::vector<std::string> untracked;
   for (int k = 0; k < prepared_.info.num_objects; ++k) {
     if (!prepared_.info.object_is_tracked[k]) untracked.push_back(prepared_.info.object_name[k]);
   }
-  log().Info("source '{}': {} joints at {:g} Hz, velocities {}{}", name, hello.num_joints,
-             1e6 / static_cast<double>(hello.period_us),
+  log().Info("source '{}': {} joints at {:g} Hz, velocities {}{}", name, announcement.num_joints,
+             1e6 / static_cast<double>(announcement.period_us),
              measured.has_velocity ? "measured" : "by differences",
              untracked.empty() ? "" : fmt::format("; not tracked: {}", fmt::join(untracked, ", ")));
 }
@@ -175,7 +177,7 @@ void SourceComponent::OnCommand(const command_t& command) {
 }
 
 void SourceComponent::BeginIfMet() {
-  if (!hello_ || !command_) return;
+  if (!announcement_ || !command_) return;
   begin_ = {};
   begin_.header.episode = command_->episode;
   begin_.header.attempt = command_->attempt;
@@ -240,21 +242,22 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
 }
 
 void SourceComponent::OnSample(const source_state_t& message) {
-  if (!hello_) {
+  if (!announcement_) {
     ++status_.foreign_messages;
     if (!std::exchange(unknown_told_, true)) {
-      log().Warn("a SOURCE_STATE before HELLO: nobody knows what its joints are");
+      log().Warn("a SOURCE_STATE before SOURCE_ANNOUNCEMENT: nobody knows what its joints are");
     }
     return;
   }
   const auto check = [&](const char* what, int32_t has, int32_t expected) {
     if (has == expected) return;
-    throw InputError(fmt::format("source '{}', sample {}: {} {}, HELLO says {}", source(), message.sample,
-                                 has, what, expected));
+    throw InputError(fmt::format("source '{}', sample {}: {} {}, SOURCE_ANNOUNCEMENT says {}", source(),
+                                 message.sample, has, what, expected));
   };
-  check("joint positions", message.num_joints, hello_->num_joints);
-  check("joint velocities", message.num_velocities, hello_->has_velocity ? hello_->num_joints : 0);
-  check("object poses", message.num_objects, hello_->num_objects);
+  check("joint positions", message.num_joints, announcement_->num_joints);
+  check("joint velocities", message.num_velocities,
+        announcement_->has_velocity ? announcement_->num_joints : 0);
+  check("object poses", message.num_objects, announcement_->num_objects);
   silence_ = Wait(steady_clock::now());
 
   const bool is_other = !newest_ || message.episode != newest_->number;
@@ -413,7 +416,7 @@ void SourceComponent::TakeArrived() {
     Arrived& arrived = arrived_.front();
     if (arrived.episode <= finished_) continue;
     if (!running_) {
-      running_.emplace(arrived.episode, tick_s_, Seconds(hello_->period_us));
+      running_.emplace(arrived.episode, tick_s_, Seconds(announcement_->period_us));
     }
     if (arrived.episode != running_->episode) {
       running_->is_over = true;

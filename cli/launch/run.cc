@@ -59,7 +59,7 @@ void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_reco
     std::fflush(stdout);
   }
   if (run.options.watch) {
-    fmt::print("the source is who says HELLO on {}\n", run.options.url);
+    fmt::print("the source is who says SOURCE_ANNOUNCEMENT on {}\n", run.options.url);
     std::fflush(stdout);
   }
   if (run.options.sim.realtime) {
