@@ -150,8 +150,8 @@ void CheckJoints(const TaskDescription& task, const mjModel& model, const model_
   for (const JointStart& start : task.joints)
     CheckJoint(model, start.joint, start.is_angle, start.position, start.location, info);
   for (const Variation& variation : task.variations) {
-    for (const Randomisation& randomisation : variation.randomisations) {
-      const auto* spawn = std::get_if<SpawnJoint>(&randomisation);
+    for (const Randomization& randomization : variation.randomizations) {
+      const auto* spawn = std::get_if<SpawnJoint>(&randomization);
       if (!spawn) continue;
       // A variation's own parts are there in its own scene alone.
       const bool is_here = std::ranges::find(info.joint_name, spawn->joint) != info.joint_name.end();

@@ -137,7 +137,7 @@ void SimComponent::BeginNext() {
   if (!variation.appearance.empty()) {
     // Those who draw do it again, from the seed; here for the record.
     const ModelPtr drawn(mj_copyModel(nullptr, scene_.scene.visual.get()));
-    const std::vector<Parameter> seen = RandomiseAppearance(variation, command_.seed, drawn.get());
+    const std::vector<Parameter> seen = RandomizeAppearance(variation, command_.seed, drawn.get());
     parameters.insert(parameters.end(), seen.begin(), seen.end());
   }
   for (const Parameter& parameter : parameters) {

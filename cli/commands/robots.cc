@@ -133,7 +133,7 @@ action_t HomeAction(const RobotDescription& robot, double closing) {
 }
 
 // What is in the way of the robot at home, and which links are so near that planning takes them for
-// neighbours.
+// neighbors.
 void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
   const ModelPtr model(mj_copyModel(nullptr, alone.scene.physics.get()));
   std::fill_n(model->geom_margin, model->ngeom, kPlanningClearance);

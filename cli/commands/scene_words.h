@@ -34,7 +34,7 @@ struct ImageOptions {
   std::string size = "960x720";
 };
 void AddImageOptions(CLI::App* app, ImageOptions* options);
-// info: with the task and variation whose colours, lights and cameras are those of the seed; null: the
+// info: with the task and variation whose colors, lights and cameras are those of the seed; null: the
 // model's own. Throws InputError, EnvironmentError.
 void DrawScene(ModelPtr visual, const state_t& state, const ImageOptions& options,
                const model_info_t* info = nullptr, int64_t seed = 0);

@@ -115,9 +115,9 @@ std::string InWords(const RandomFriction& friction) {
   return "friction of " + JoinedNames(friction.of) + " " + InWords(friction.factor);
 }
 
-std::string InWords(const RandomColour& colour) {
-  return "colour of " + JoinedNames(colour.of) + " from " + Vector(colour.min.data(), 3) + " to " +
-         Vector(colour.max.data(), 3);
+std::string InWords(const RandomColor& color) {
+  return "color of " + JoinedNames(color.of) + " from " + Vector(color.min.data(), 3) + " to " +
+         Vector(color.max.data(), 3);
 }
 
 std::string InWords(const RandomLight& light) {
@@ -194,16 +194,16 @@ int Show(const TasksOptions& options) {
   }
   PrintSection("Scene", parts);
 
-  Lines randomised;
+  Lines randomized;
   const auto say = [&](const auto& draws) {
     for (const auto& draw : draws)
-      randomised.push_back(std::visit([](const auto& kind) { return InWords(kind); }, draw));
+      randomized.push_back(std::visit([](const auto& kind) { return InWords(kind); }, draw));
   };
-  say(variation.randomisations);
-  for (const Distractors& distractors : variation.distractors) randomised.push_back(InWords(distractors));
+  say(variation.randomizations);
+  for (const Distractors& distractors : variation.distractors) randomized.push_back(InWords(distractors));
   say(variation.physics);
   say(variation.appearance);
-  PrintSection("At each reset", randomised.empty() ? Lines{"nothing is random"} : randomised);
+  PrintSection("At each reset", randomized.empty() ? Lines{"nothing is random"} : randomized);
 
   const ModelNames names(composed.scene.info);
   const metrics::CompileContext context{names, task};
@@ -259,7 +259,7 @@ int Check(const std::filesystem::path& file) {
     const ModelNames model_names(composed.scene.info);
     const metrics::TaskEvaluator evaluator(composed.task, model_names);
     sim::World world = composed.MakeWorld();
-    RandomiseAppearance(variation, 0, composed.scene.visual.get());
+    RandomizeAppearance(variation, 0, composed.scene.visual.get());
     for (int seed = 0; seed < kCheckedSeeds; ++seed) {
       world.Reset(seed, variation);
       if (const std::string overlap = world.Overlap(); !overlap.empty()) {
@@ -276,7 +276,7 @@ int Check(const std::filesystem::path& file) {
 void AddOptions(CLI::App* app, TasksOptions* options) {
   app->require_subcommand(1);
   options->list = app->add_subcommand("list", "a table of all tasks and variations");
-  CLI::App* show = app->add_subcommand("show", "scene, randomisation, stages and verdict in words");
+  CLI::App* show = app->add_subcommand("show", "scene, randomization, stages and verdict in words");
   show->add_option("task", options->task, "TASK[/VARIATION], RoboEval's name, or a YAML file")->required();
   show->add_option("--robot", options->robot, "another robot than the task's own, by name or YAML file");
   show->add_option("--model-path", options->model_path, "folder with the robot's models; may be repeated");

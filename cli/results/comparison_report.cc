@@ -29,7 +29,7 @@ viz::ReportDifference Success(const std::string& name, const SuccessComparison& 
           .upper = success.difference_95.upper,
           .p = success.p,
           .p_holm = success.p_adjusted,
-          .judgement = Word(success.judgement())};
+          .judgment = Word(success.judgment())};
 }
 
 viz::ReportDifference Metric(const MetricComparison& metric) {
@@ -44,7 +44,7 @@ viz::ReportDifference Metric(const MetricComparison& metric) {
           .upper = metric.difference_95.upper * scale,
           .p = metric.p.value_or(kNaN),
           .p_holm = metric.p ? metric.p_holm : kNaN,
-          .judgement = Word(metric.judgement())};
+          .judgment = Word(metric.judgment())};
 }
 
 viz::ReportFlip Flip(const TaskComparison& task, const FlippedPair& pair, const PageLinks& links) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "lcmtypes/unknown.h"
 
 namespace evalbus::metrics {

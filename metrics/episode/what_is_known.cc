@@ -3,7 +3,7 @@
 #include <limits>
 #include <string_view>
 
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 
 namespace evalbus::metrics {
 

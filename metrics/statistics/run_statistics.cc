@@ -8,7 +8,7 @@
 #include "base/errors.h"
 #include "base/interned.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
 #include "metrics/statistics/describe.h"

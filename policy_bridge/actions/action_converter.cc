@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 constexpr int kPositionValues = 3;
 
 // Many small deltas add up: each pose is reached more exactly than the inverse kinematics does by itself,
-// whose pull towards the posture it only lets go of when it begins anew.
+// whose pull toward the posture it only lets go of when it begins anew.
 constexpr double kIkTolerance = 1e-9;  // m, and rad
 
 // A search that ends farther away than this from a pose begins again from home.

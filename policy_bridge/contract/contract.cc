@@ -34,7 +34,7 @@ constexpr Named<ClientOptions::GrootDialect> kDialects[] = {
     {"n1.6_flat", ClientOptions::GrootDialect::kN16Flat}};
 constexpr Named<const char*> kTypes[] = {{"float32", "<f4"}, {"float64", "<f8"}, {"uint8", "|u1"}};
 constexpr Named<bool> kLayouts[] = {{"hwc", false}, {"chw", true}};
-constexpr Named<bool> kColours[] = {{"rgb", false}, {"bgr", true}};
+constexpr Named<bool> kColors[] = {{"rgb", false}, {"bgr", true}};
 constexpr Named<ObservationEntry::Counter> kCounters[] = {
     {"episode", ObservationEntry::Counter::kEpisode},
     {"tick", ObservationEntry::Counter::kTick},
@@ -124,9 +124,9 @@ ImageForm ReadImage(const YamlMap& map, bool is_depth) {
     std::tie(form.width_px, form.height_px) = Size(*resize);
   }
   Choose(map, "resize", kModes, &form.pad);
-  Choose(map, "colour", kColours, &form.bgr);
+  Choose(map, "color", kColors, &form.bgr);
   Choose(map, "layout", kLayouts, &form.chw);
-  for (const char* key : {"colour", "layout", "resize"}) {
+  for (const char* key : {"color", "layout", "resize"}) {
     if (const YamlValue* value = map.Find(key); value && is_depth) value->Fail("depth has none");
   }
   if (const YamlValue* mode = map.Find("resize"); mode && !map.Find("resize_px")) {
@@ -176,7 +176,7 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   const YamlMap map(
       value, {"key"},
       {"camera", "depth", "state", "prompt", "constant", "counter", "size_px", "fovy_deg", "shadows",
-       "rotate_deg", "mirror", "resize_px", "resize", "colour", "layout", "type", "shape", "history_ticks"});
+       "rotate_deg", "mirror", "resize_px", "resize", "color", "layout", "type", "shape", "history_ticks"});
   ObservationEntry entry;
   entry.key = Key(map["key"]);
   int found = 0;
@@ -184,8 +184,8 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   if (found != 1) map.value().Fail("expected one of camera, depth, state, prompt, constant, counter");
 
   const bool is_image = map.Find("camera") || map.Find("depth");
-  for (const char* key : {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize",
-                          "colour", "layout"}) {
+  for (const char* key :
+       {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize", "color", "layout"}) {
     if (const YamlValue* wrong = map.Find(key); wrong && !is_image) wrong->Fail("only of a camera or depth");
   }
   for (const char* key : {"type", "shape"}) {
@@ -349,7 +349,7 @@ nlohmann::ordered_json ImageJson(const ImageForm& form) {
     json["resize_px"] = {form.width_px, form.height_px};
     json["resize"] = WordOf(form.pad, kModes);
   }
-  json["colour"] = WordOf(form.bgr, kColours);
+  json["color"] = WordOf(form.bgr, kColors);
   json["layout"] = WordOf(form.chw, kLayouts);
   return json;
 }

@@ -18,13 +18,13 @@ std::vector<Taps> TriangleTaps(int size, int to_size) {
   const double scale = static_cast<double>(size) / to_size, support = std::max(scale, 1.0);
   std::vector<Taps> all(static_cast<size_t>(to_size));
   for (int i = 0; i < to_size; ++i) {
-    const double centre = (i + 0.5) * scale;
-    const int first = std::max(0, static_cast<int>(std::floor(centre - support + 0.5)));
-    const int end = std::min(size, static_cast<int>(std::floor(centre + support + 0.5)));
+    const double center = (i + 0.5) * scale;
+    const int first = std::max(0, static_cast<int>(std::floor(center - support + 0.5)));
+    const int end = std::min(size, static_cast<int>(std::floor(center + support + 0.5)));
     std::vector<double> weights;
     double sum = 0;
     for (int x = first; x < end; ++x) {
-      const double distance = std::abs((x - centre + 0.5) / support);
+      const double distance = std::abs((x - center + 0.5) / support);
       weights.push_back(std::max(0.0, 1 - distance));
       sum += weights.back();
     }

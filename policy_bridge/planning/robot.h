@@ -93,7 +93,7 @@ class ContactProbe {
   std::string InWords(const Touch& touch) const;
 
  private:
-  // Links that nearly touch at home, as neighbours do.
+  // Links that nearly touch at home, as neighbors do.
   void FindNearAtHome(const model_info_t& info);
   std::pair<int, int> BodiesOf(int geom, int other) const;
   void SetMocap(int body, const Eigen::Isometry3d& pose);

@@ -151,7 +151,7 @@ class Check {
     }
     if (clipped * 5 > all) {
       Doubt(
-          fmt::format("{} of {} values are beyond lower and upper and would be clipped: are they normalised?",
+          fmt::format("{} of {} values are beyond lower and upper and would be clipped: are they normalized?",
                       clipped, all));
     }
   }

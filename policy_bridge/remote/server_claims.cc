@@ -130,7 +130,7 @@ Lines OfGroot(const Contract& contract, const Value& said) {
 std::vector<std::string> FindContradictions(const Contract& contract, const Value& said) {
   switch (contract.wire) {
     case Wire::kOpenpi:
-      // Recognised by what it says: RoboArena's dialect of the same wire.
+      // Recognized by what it says: RoboArena's dialect of the same wire.
       return said.Find("action_space") ? OfRoboArena(contract, said) : Lines{};
     case Wire::kRoboArena:
       return OfRoboArena(contract, said);

@@ -139,7 +139,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
     state.SetIterationTime(middle - begin);
   }
 
-  // Both show the same: the mean colour of the middle third, which no overlay covers.
+  // Both show the same: the mean color of the middle third, which no overlay covers.
   double mean[2] = {0, 0};
   for (int row = 160; row < 320; ++row) {
     for (int column = 213; column < 427; ++column) {
@@ -205,7 +205,7 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     ++shown.header.tick;
   };
 
-  // Colour is drawn 1.5 times as large each way.
+  // Color is drawn 1.5 times as large each way.
   const int drawn = is_depth ? kSide : kSide * 3 / 2;
   Bare bare(*scene.visual, home, drawn, drawn);
   bare.scene.flags[mjRND_SHADOW] = shadows && !is_depth;
@@ -246,10 +246,10 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     is_good = mean(bare.rgb) > 20 && std::abs(mean(images[2].data) - mean(bare.rgb)) < 2;
   } else if (is_good) {
     const double near = bare.scene.camera[0].frustum_near, far = bare.scene.camera[0].frustum_far;
-    std::vector<float> metres(depth.size());
-    std::memcpy(metres.data(), images[2].data.data(), bytes);
+    std::vector<float> meters(depth.size());
+    std::memcpy(meters.data(), images[2].data.data(), bytes);
     const size_t middle = static_cast<size_t>(kSide * kSide / 2);
-    is_good = std::abs(metres[middle] - near / (1 - depth[middle] * (1 - near / far))) < 0.01;
+    is_good = std::abs(meters[middle] - near / (1 - depth[middle] * (1 - near / far))) < 0.01;
   }
   if (!is_good) state.SkipWithError("not the images that were asked for");
 

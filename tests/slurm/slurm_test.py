@@ -119,7 +119,7 @@ class SlurmTest(unittest.TestCase):
             self.cluster.say("scancel", self.wait_for_running(array))
             # The orphan's successor comes three quarters of a minute after it.
             self.cluster.wait_until_done()
-            # What was cancelled is missing, and only that is submitted again.
+            # What was canceled is missing, and only that is submitted again.
             self.assertIn("chunks are missing", (out / "slurm" / "merge.log").read_text())
             self.assertIn("1 task", self.evalbus("run", str(out / "plan.json"), "--slurm", "--array-size", str(TASKS)))
             self.cluster.wait_until_done()

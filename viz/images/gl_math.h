@@ -36,7 +36,7 @@ inline Matrix operator*(const Matrix& a, const Matrix& b) {
   return product;
 }
 
-// From the world to an eye here: x to the right, y up, z towards the viewer.
+// From the world to an eye here: x to the right, y up, z toward the viewer.
 inline Matrix LookAlong(Vec eye, Vec forward, Vec up) {
   const Vec f = Unit(forward), s = Unit(Cross(f, up)), u = Unit(Cross(s, f));
   return {s.x, u.x, -f.x, 0, s.y,          u.y,          -f.y,        0,

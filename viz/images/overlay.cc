@@ -6,7 +6,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "viz/images/canvas.h"
 
 namespace evalbus::viz {
@@ -16,7 +16,7 @@ namespace {
 constexpr double kMargin = 12, kPadding = 9, kRadius = 5, kBold = 13.5, kSmall = 11.5, kLine = 17, kDot = 4.2;
 
 constexpr Color kPanel{0.07, 0.08, 0.10, 0.66}, kText{0.97, 0.97, 0.97}, kDim{0.74, 0.76, 0.79};
-// Blue and vermilion of Okabe and Ito's palette, which colour-blind people tell apart; a word says it, too.
+// Blue and vermilion of Okabe and Ito's palette, which color-blind people tell apart; a word says it, too.
 constexpr Color kGood{0, 0.447, 0.698, 0.94}, kBad{0.835, 0.369, 0, 0.94}, kReached{0.337, 0.706, 0.914};
 
 std::string EndLabel(const std::string& end_reason) {

@@ -19,7 +19,7 @@
 
 namespace evalbus::viz {
 
-// A renderer for each scene. Where a task draws colours, lights or cameras, each episode has its own.
+// A renderer for each scene. Where a task draws colors, lights or cameras, each episode has its own.
 class VideoScenes {
  public:
   explicit VideoScenes(FrameSize largest) : largest_(largest) {}

@@ -10,7 +10,7 @@
 
 #include "base/errors.h"
 #include "models/mujoco_errors.h"
-#include "models/randomised_model.h"
+#include "models/randomized_model.h"
 #include "models/task_description.h"
 #include "viz/images/gl_context.h"
 #include "viz/images/gl_functions.h"
@@ -198,7 +198,7 @@ void Renderer::SetAppearance(const model_info_t& info, std::optional<int64_t> se
   if (unchanged_) mj_copyModel(model_.get(), unchanged_.get());
   if (!seed || variation.appearance.empty()) return;
   if (!unchanged_) unchanged_.reset(mj_copyModel(nullptr, model_.get()));
-  RandomiseAppearance(variation, *seed, model_.get());
+  RandomizeAppearance(variation, *seed, model_.get());
 }
 
 void Renderer::SetState(const state_t& state) {

@@ -48,7 +48,7 @@ class Renderer {
   const mjModel& model() const { return *model_; }
   FrameSize size() const { return size_; }
 
-  // From now on colours, lights and cameras are those of the episode with this seed of MODEL's variation;
+  // From now on colors, lights and cameras are those of the episode with this seed of MODEL's variation;
   // without a seed, those of the model. Throws InputError for a task description that cannot be read.
   void SetAppearance(const model_info_t& info, std::optional<int64_t> seed);
   // What Render shows from now on. Bodies that physics does not move (mocap) are where the STATE's body poses

@@ -10,7 +10,7 @@
 namespace evalbus::viz {
 namespace {
 
-// Around what has changed: rounding, and that an edge colours the pixel beside it.
+// Around what has changed: rounding, and that an edge colors the pixel beside it.
 constexpr float kMarginPixels = 2;
 // A point looks between four places of the map, and MuJoCo keeps one at each edge empty.
 constexpr float kMarginPlaces = 3;
@@ -243,8 +243,8 @@ class Shadows {
 
   float ColumnWidth() const { return 2 * light_.clip / kColumns; }
   std::pair<size_t, size_t> Columns(Range at) const {
-    const auto column = [&](float metres) {
-      return static_cast<size_t>(std::clamp((metres + light_.clip) / ColumnWidth(), 0.0f, float{kColumns}));
+    const auto column = [&](float meters) {
+      return static_cast<size_t>(std::clamp((meters + light_.clip) / ColumnWidth(), 0.0f, float{kColumns}));
     };
     return {column(at.low - margin_), std::min(column(at.high + margin_) + 1, kColumns)};
   }
@@ -398,8 +398,8 @@ Part ChangedShadows(const DrawnScene& before, const mjvScene& now, const GeomBox
     changed.Include(LitBy(light, *there).at);
     changed.Include(LitBy(light, *here).at);
   }
-  const auto place = [&](float metres) {
-    return 1 + (metres / light.clip + 1) / 2 * static_cast<float>(light.size - 2);
+  const auto place = [&](float meters) {
+    return 1 + (meters / light.clip + 1) / 2 * static_cast<float>(light.size - 2);
   };
   const Rectangle places = {{place(changed.x.low), place(changed.x.high)},
                             {place(changed.y.low), place(changed.y.high)}};

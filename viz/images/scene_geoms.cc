@@ -34,7 +34,7 @@ void SceneGeoms::Draw(const mjvGeom& geom) const {
       const float radius = 0.5f * (size[0] + size[1]);
       gl_.Scalef(size[0], size[1], size[2]);
       gl_.CallList(context_.baseBuiltin + kOpenCylinder);
-      // The caps' centres are one radius above and below the origin of their lists.
+      // The caps' centers are one radius above and below the origin of their lists.
       gl_.Scalef(1, 1, radius / size[2]);
       gl_.Translatef(0, 0, (size[2] - radius) / radius);
       gl_.CallList(context_.baseBuiltin + kSphereTop);

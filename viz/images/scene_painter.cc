@@ -91,8 +91,8 @@ bool ScenePainter::IsBehind(const mjvGeom& geom) const {
 
 bool ScenePainter::IsOutside(const mjvGeom& geom) const {
   if (geom.modelrbound <= 0) return false;
-  const Vec centre = Of(geom.pos) - eye_;
-  return std::ranges::any_of(sides_, [&](Vec side) { return Dot(side, centre) > geom.modelrbound; });
+  const Vec center = Of(geom.pos) - eye_;
+  return std::ranges::any_of(sides_, [&](Vec side) { return Dot(side, center) > geom.modelrbound; });
 }
 
 SceneLights ScenePainter::LightsOf(const mjvScene& scene, int shadow_light, Vec forward,
@@ -127,7 +127,7 @@ void ScenePainter::PlaceTexture(const SceneShaders::Program& program, const mjvG
   float scale[2] = {geom.texrepeat[0], geom.texrepeat[1]};
   for (int i = 0; i < 2; ++i) {
     if (geom.size[i] <= 0) continue;
-    // Planes and meshes have their size already; a texture that repeats by the metre follows the size.
+    // Planes and meshes have their size already; a texture that repeats by the meter follows the size.
     if (geom.dataid >= 0) scale[i] /= geom.size[i];
     if (uniform) scale[i] *= geom.size[i];
   }
@@ -150,8 +150,8 @@ void ScenePainter::Paint(const mjvGeom& geom, bool with_shadow) {
     if (texture != Texture::kExplicit) PlaceTexture(program, geom, is_cube);
   }
   // A plane is seen through from behind.
-  const float colour[4] = {geom.rgba[0], geom.rgba[1], geom.rgba[2], geom.rgba[3] * (is_behind ? 0.3f : 1)};
-  gl_.Color4fv(colour);
+  const float color[4] = {geom.rgba[0], geom.rgba[1], geom.rgba[2], geom.rgba[3] * (is_behind ? 0.3f : 1)};
+  gl_.Color4fv(color);
   const float material[3] = {geom.emission, geom.specular, 128 * geom.shininess};
   gl_.Uniform3fv(program.material, 1, material);
   if (is_behind) gl_.CullFace(GL_FRONT);
@@ -301,7 +301,7 @@ void ScenePainter::PaintPart(const mjvScene& scene, bool with_shadow, float far)
   gl_.BindTexture(GL_TEXTURE_2D, context_.shadowTex);
   gl_.ActiveTexture(GL_TEXTURE0);
   // What moves stands in front of most of the rest, planes behind everything: what is hidden then is not
-  // coloured first.
+  // colored first.
   const auto is_plane = [](const mjvGeom& geom) { return geom.type == mjGEOM_PLANE; };
   PaintOpaque(scene, with_shadow, [](const mjvGeom& geom) { return !IsStatic(geom); });
   PaintOpaque(scene, with_shadow, [&](const mjvGeom& geom) { return IsStatic(geom) && !is_plane(geom); });

@@ -59,16 +59,16 @@ varying vec4 plain;
 varying vec3 shaded, shadow, place;
 
 void main() {
-  vec4 colour = plain;
+  vec4 color = plain;
 #ifdef SHADOWS
-  colour.rgb += step(0.99, shadow2D(shadow_map, shadow).r) * shaded;
+  color.rgb += step(0.99, shadow2D(shadow_map, shadow).r) * shaded;
 #endif
 #if defined(FLAT) || defined(EXPLICIT)
-  colour *= texture2D(flat_texture, place.xy);
+  color *= texture2D(flat_texture, place.xy);
 #elif defined(CUBE) || defined(SKY)
-  colour *= textureCube(cube_texture, place);
+  color *= textureCube(cube_texture, place);
 #endif
-  gl_FragColor = colour;
+  gl_FragColor = color;
 }
 )";
 

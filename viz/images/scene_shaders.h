@@ -1,4 +1,4 @@
-// The programs that light and colour a scene: OpenGL's fixed functions in one pass, with the shadow of one
+// The programs that light and color a scene: OpenGL's fixed functions in one pass, with the shadow of one
 // light looked up on the way.
 #pragma once
 
@@ -11,10 +11,10 @@
 
 namespace evalbus::viz {
 
-// What a vertex is coloured by; each makes its own program.
+// What a vertex is colored by; each makes its own program.
 enum class Texture { kNone, kFlat, kExplicit, kCube, kSky };
 
-// All directional; a light's direction is towards it, as seen from the eye.
+// All directional; a light's direction is toward it, as seen from the eye.
 struct SceneLights {
   std::vector<Vec> direction, ambient, diffuse, specular;
   // From the eye's place of a point to its place in the map, each coordinate from 0 to 1.

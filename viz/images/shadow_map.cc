@@ -44,18 +44,18 @@ void DrawShadowMap(const GlFunctions& gl, const SceneGeoms& geoms, const mjrCont
   gl.LoadMatrixf(Projection(light, scene).data());
   gl.MatrixMode(GL_MODELVIEW);
   gl.LoadMatrixf(light.light_from_world.data());
-  const auto metres = [&](int place) {
+  const auto meters = [&](int place) {
     return (2 * static_cast<float>(place - 1) / static_cast<float>(light.size - 2) - 1) * light.clip;
   };
-  const float left = metres(part.left), right = metres(part.right), bottom = metres(part.bottom),
-              top = metres(part.top);
+  const float left = meters(part.left), right = meters(part.right), bottom = meters(part.bottom),
+              top = meters(part.top);
   for (int i = 0; i < scene.ngeom; ++i) {
     const mjvGeom& geom = scene.geoms[i];
     if (geom.category == mjCAT_DECOR) continue;
-    const Vec centre = Place(light.light_from_world, Of(geom.pos));
+    const Vec center = Place(light.light_from_world, Of(geom.pos));
     const float reach = geom.modelrbound;
-    const bool is_outside = reach > 0 && (centre.x + reach < left || centre.x - reach > right ||
-                                          centre.y + reach < bottom || centre.y - reach > top);
+    const bool is_outside = reach > 0 && (center.x + reach < left || center.x - reach > right ||
+                                          center.y + reach < bottom || center.y - reach > top);
     if (!is_outside) geoms.Draw(geom);
   }
   gl.Disable(GL_SCISSOR_TEST);

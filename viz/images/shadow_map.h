@@ -17,7 +17,7 @@ LightView LightViewOf(const mjrContext& context, const mjvLight& light);
 Matrix ShadowFromWorld(const LightView& light, const mjvScene& scene);
 
 // Only this part of the map, which is not empty; the rest stays. Leaves OpenGL's matrices, viewport, scissors
-// and framebuffer as they come; colours are drawn again afterwards, and backs culled.
+// and framebuffer as they come; colors are drawn again afterwards, and backs culled.
 void DrawShadowMap(const GlFunctions& gl, const SceneGeoms& geoms, const mjrContext& context,
                    const mjvScene& scene, const LightView& light, const Part& part);
 

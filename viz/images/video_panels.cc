@@ -125,7 +125,7 @@ void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurv
                         double to_s, double highest) {
   const auto now = std::ranges::upper_bound(facts.time_s, time_s) - facts.time_s.begin();
   const size_t num = static_cast<size_t>(now);
-  // The name and its unit, then the values of now in the colours of their lines.
+  // The name and its unit, then the values of now in the colors of their lines.
   const std::string label = curve.label + (curve.unit.empty() ? "" : ", " + curve.unit);
   canvas_.Text(box.x, box.y + 14 * s_, canvas_.Fitted(label, Font::kBold, kSmall * s_, box.width),
                Font::kBold, kSmall * s_, kText);

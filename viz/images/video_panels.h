@@ -1,5 +1,5 @@
 // The panels of a video, each drawn into its box, in pixels: stages, curves, time line, marks, end card.
-// Colours are Okabe and Ito's; what a colour says, a shape or a word says, too.
+// Colors are Okabe and Ito's; what a color says, a shape or a word says, too.
 #pragma once
 
 #include <optional>

@@ -52,7 +52,7 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     command.insert(command.end(), words);
   };
   if (ending == ".gif") {
-    // 256 colours chosen for this video. Ordered dither stays where nothing moves, which keeps the file
+    // 256 colors chosen for this video. Ordered dither stays where nothing moves, which keeps the file
     // small.
     add({"-vf",
          fmt::format("fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:"
@@ -63,7 +63,7 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     add({"-vf", fmt::format("fps={}", kLoopRate), "-pix_fmt", "yuv420p", "-c:v", "libwebp_anim", "-quality",
          "60", "-loop", "0", "-f", "webp"});
   } else {
-    // A fragment a second: a video that is cut plays up to the last whole one. Colours are BT.709, and say
+    // A fragment a second: a video that is cut plays up to the last whole one. Colors are BT.709, and say
     // so.
     add({"-vf",
          "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",

@@ -11,7 +11,7 @@
 namespace evalbus::viz {
 namespace {
 
-constexpr char kColour[] = "rgb8", kDepth[] = "depth32";
+constexpr char kColor[] = "rgb8", kDepth[] = "depth32";
 constexpr int kMaxPixels = 2048;
 
 }  // namespace
@@ -27,8 +27,8 @@ void CheckView(const view_t& view, const mjModel& model) {
     throw InputError(fmt::format(
         "a field of view of {}: expected 1 to 170 degrees, or 0 for the camera's own", view.fovy_deg));
   }
-  if (view.encoding != kColour && view.encoding != kDepth) {
-    throw InputError(fmt::format("encoding '{}': expected {} or {}", view.encoding, kColour, kDepth));
+  if (view.encoding != kColor && view.encoding != kDepth) {
+    throw InputError(fmt::format("encoding '{}': expected {} or {}", view.encoding, kColor, kDepth));
   }
 }
 
@@ -39,7 +39,7 @@ void DrawView(const view_t& view, const header_t& header, Renderer* renderer, im
                   {view.width_px, view.height_px},
                   view.fovy_deg,
                   view.shadows != 0};
-  if (view.encoding == kColour) {
+  if (view.encoding == kColor) {
     renderer->RenderRgb(shot, &image->data);
   } else {
     static_assert(std::endian::native == std::endian::little);

@@ -15,7 +15,7 @@
 namespace evalbus::viz {
 namespace {
 
-std::string ClassOf(const std::string& judgement) { return judgement.empty() ? "none" : judgement; }
+std::string ClassOf(const std::string& judgment) { return judgment.empty() ? "none" : judgment; }
 
 std::string P(double p) {
   return !std::isfinite(p) ? "-" : p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p);
@@ -39,7 +39,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     number(row.difference);
     html->Element("td", {{"class", "bar"}}, [&] {
       if (std::isfinite(row.lower) && bound > 0) {
-        DrawDifference(row.difference / bound, row.lower / bound, row.upper / bound, ClassOf(row.judgement),
+        DrawDifference(row.difference / bound, row.lower / bound, row.upper / bound, ClassOf(row.judgment),
                        html);
       }
     });
@@ -50,7 +50,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     });
     NumberCell(row.p, P(row.p), html);
     NumberCell(row.p_holm, P(row.p_holm), html);
-    html->Element("td", {{"class", ClassOf(row.judgement)}}, row.judgement);
+    html->Element("td", {{"class", ClassOf(row.judgment)}}, row.judgment);
   });
 }
 

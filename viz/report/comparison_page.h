@@ -21,7 +21,7 @@ struct ReportDifference {
   double p = 0;
   double p_holm = 0;
   // What it comes to: "better", "worse", "differs"; empty: nothing.
-  std::string judgement;
+  std::string judgment;
 };
 
 // A pair of episodes that only one of the two succeeded in.

@@ -23,7 +23,7 @@ std::string Rate(double rate) {
   return rate >= 9.95 ? fmt::format("{:.0f}", rate) : fmt::format("{:.1f}", rate);
 }
 
-std::string Millimetres(double metres) { return Number(metres * 1e3) + " mm"; }
+std::string Millimeters(double meters) { return Number(meters * 1e3) + " mm"; }
 
 Line Heading(const std::string& text) { return {{Fit(text, 12), Style::kQuiet}}; }
 
@@ -117,7 +117,7 @@ void AddContacts(const RunWatch& watch, int width, std::vector<RankedLine>* scre
     for (size_t i = 0; i < deepest.size(); ++i) {
       const std::string text = fmt::format(
           "{}{} – {} {}", i == 0 ? "" : ",  ", watch.GeomName(deepest[i]->geom_a),
-          watch.GeomName(deepest[i]->geom_b), Millimetres(std::max(0.0, -deepest[i]->distance_m)));
+          watch.GeomName(deepest[i]->geom_b), Millimeters(std::max(0.0, -deepest[i]->distance_m)));
       if (i > 0 && LineWidth(line) + Width(text) > width) break;
       line.push_back({text});
     }
@@ -130,13 +130,13 @@ void AddClearance(const RunWatch& watch, std::vector<RankedLine>* screen) {
   if (!watch.clearance()) {
     line.push_back({"-"});
   } else {
-    line.push_back({Millimetres(watch.clearance()->clearance_m)});
+    line.push_back({Millimeters(watch.clearance()->clearance_m)});
     const extended_metrics_t& e = watch.scores()->extended;
     const double smallest = ExtendedValue(e, "min_clearance_m");
     if (watch.has_scores() && std::isfinite(smallest)) {
       line.push_back({"   smallest ", Style::kQuiet});
       line.push_back(
-          {fmt::format("{} at {:.2f} s", Millimetres(smallest), ExtendedValue(e, "min_clearance_time_s"))});
+          {fmt::format("{} at {:.2f} s", Millimeters(smallest), ExtendedValue(e, "min_clearance_time_s"))});
     }
     line.push_back({fmt::format("   {} – {}", watch.GeomName(watch.clearance()->clearance_robot_geom),
                                 watch.GeomName(watch.clearance()->clearance_scene_geom)),
@@ -363,7 +363,7 @@ std::string ProgressLine(const RunWatch& watch) {
   std::string line = fmt::format("episode {}  {:.2f} s  {} x real time  {}", watch.episode(),
                                  scores.metrics.completion_time_s, SpeedText(watch.speed()),
                                  ScoreLine(scores.metrics, scores.extended));
-  if (watch.clearance()) line += "  clearance " + Millimetres(watch.clearance()->clearance_m);
+  if (watch.clearance()) line += "  clearance " + Millimeters(watch.clearance()->clearance_m);
   return line;
 }
 

@@ -10,7 +10,7 @@
 
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 
 namespace evalbus::viz {
 

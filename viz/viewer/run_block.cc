@@ -20,7 +20,7 @@ Json Reasons(const Names& names, const Counts& counts) {
   return list;
 }
 
-Json Labelled(const RunLabel& label) {
+Json Labeled(const RunLabel& label) {
   return {{"run", label.run},
           {"name", label.name},
           {"policy", label.policy},
@@ -75,7 +75,7 @@ double SecondsOf(SteadyTime::duration duration) { return std::chrono::duration<d
 
 std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now,
                      const RunNumbers* counted) {
-  Json head = Labelled(label);
+  Json head = Labeled(label);
   if (const model_info_t* model = watch.model()) {
     head["task"] = model->task;
     head["variation"] = model->variation;
@@ -126,7 +126,7 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
 }
 
 std::string RunBlock(const RunNumbers& numbers, const RunLabel& label) {
-  Json head = Labelled(label);
+  Json head = Labeled(label);
   head["task"] = numbers.task;
   head["variation"] = numbers.variation;
   head["clock"] = numbers.clock;

@@ -66,7 +66,7 @@ TEST_F(BadInput, CommandLine) {
   Expect(1, {"evalbus"}, {"subcommand"});
   Expect(1, {"evalbus", "fly"}, {"fly"});
   Expect(1, {"evalbus", "run"}, {"task"});
-  ExpectRun(1, {"lift_pot", "--colour", "red"}, {"--colour"});
+  ExpectRun(1, {"lift_pot", "--color", "red"}, {"--color"});
   ExpectRun(1, {"lift_pot", "--control-hz", "4"}, {"--control-hz", "5", "500"});
   ExpectRun(1, {"lift_pot", "--control-hz", "nan"}, {"--control-hz"});
   ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected 1 to 10000000, not 0"});

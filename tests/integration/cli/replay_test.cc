@@ -29,12 +29,12 @@ class Recorded : public testing::Test {
     return n;
   }
   // lift_pot with another height that counts as lifted.
-  fs::path TaskWithThreshold(const std::string& metres) {
+  fs::path TaskWithThreshold(const std::string& meters) {
     std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/tasks/lift_pot.yaml");
     const std::string key = "min_m: 1.096";
     const size_t at = text.find(key);
     EXPECT_NE(at, std::string::npos);
-    text.replace(at, key.size(), "min_m: " + metres);
+    text.replace(at, key.size(), "min_m: " + meters);
     WriteText(folder_.path() / "edited.yaml", text);
     return folder_.path() / "edited.yaml";
   }

@@ -287,7 +287,7 @@ TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
   for (size_t i = 0; i < 4; ++i) EXPECT_TRUE(other.images[3 - i].data == images[i].data) << i;
 }
 
-TEST_F(CameraComponentTest, DepthIsFloatsInMetres) {
+TEST_F(CameraComponentTest, DepthIsFloatsInMeters) {
   Process process;
   Begin(&process);
   process.SayState(0);
@@ -308,13 +308,13 @@ TEST_F(CameraComponentTest, DepthIsFloatsInMetres) {
   }
 }
 
-TEST_F(CameraComponentTest, AnEpisodesColoursAreThoseOfItsSeed) {
+TEST_F(CameraComponentTest, AnEpisodesColorsAreThoseOfItsSeed) {
   model_info_t info = Info();
   info.variation = "green";
   const std::string variations = "\nvariations:\n";
   info.task_yaml.insert(info.task_yaml.find(variations) + variations.size(),
-                        "  green:\n    randomise:\n"
-                        "      - colour: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
+                        "  green:\n    randomize:\n"
+                        "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
   Process process;
   process.SayModel(info);
   std::vector<std::vector<uint8_t>> drawn;

@@ -128,11 +128,11 @@ Evalbus.SceneView = class {
   }
 
   skyOf(sky) {
-    const colour = (rgb, other) => new THREE.Color(...(rgb || other));
+    const color = (rgb, other) => new THREE.Color(...(rgb || other));
     const material = new THREE.ShaderMaterial({
       uniforms: {
-        above: { value: colour(sky && sky.above, [0.24, 0.29, 0.35]) },
-        below: { value: colour(sky && sky.below, [0.6, 0.63, 0.66]) },
+        above: { value: color(sky && sky.above, [0.24, 0.29, 0.35]) },
+        below: { value: color(sky && sky.below, [0.6, 0.63, 0.66]) },
       },
       vertexShader: "varying vec3 way; void main() { way = position; gl_Position = projectionMatrix * "
         + "vec4(mat3(modelViewMatrix) * position, 1.0); }",
@@ -240,11 +240,11 @@ Evalbus.SceneView = class {
 
   // ticks: of A, and of B. lit: the object of the current stage, of each.
   update(ticks, lit) {
-    const colour = this.litColour || (this.litColour = new THREE.Color());
-    colour.set(this.palette.c4).multiplyScalar(0.16);
+    const color = this.litColor || (this.litColor = new THREE.Color());
+    color.set(this.palette.c4).multiplyScalar(0.16);
     this.views.forEach(({ world, marks }, k) => {
       world.update(ticks[k]);
-      world.light(this.layers.highlight ? lit[k] : -1, colour);
+      world.light(this.layers.highlight ? lit[k] : -1, color);
       marks.update(ticks[k]);
     });
     this.isDirty = true;

@@ -594,7 +594,7 @@ Evalbus.Viewer = class {
     if (next !== undefined) this.seek(next);
   }
 
-  openNeighbour(way) {
+  openNeighbor(way) {
     const run = this.runs.get(this.shownRun), track = this.tracks[0];
     if (!run || !track) return;
     const rows = this.runPanel.list.rows.filter((row) => row.has_track !== false && this.source.has(row.run, row.episode));
@@ -622,7 +622,7 @@ Evalbus.Viewer = class {
       " ": () => this.togglePlay(), ArrowLeft: () => this.step(event.shiftKey ? -10 : -1),
       ArrowRight: () => this.step(event.shiftKey ? 10 : 1), Home: () => this.seek(0), End: () => this.seek(this.player.last),
       "[": () => this.jump(-1), "]": () => this.jump(1), "<": () => this.changeRate(-1), ">": () => this.changeRate(1),
-      l: () => this.follow(), p: () => this.openNeighbour(-1), n: () => this.openNeighbour(1), c: () => this.nextCamera(),
+      l: () => this.follow(), p: () => this.openNeighbor(-1), n: () => this.openNeighbor(1), c: () => this.nextCamera(),
       v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.compare(null), "?": () => this.parts.keys.showModal(),
     };
     if (!Object.hasOwn(actions, event.key)) return;

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/episode/episode_scorer.h"
 #include "metrics/episode/result_json.h"
 #include "tests/unit/small_world.h"

@@ -117,7 +117,7 @@ TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) 
   const Expression forward = Call("tilt", {{"object", "pot"}, {"axis", "x"}});
   EXPECT_NEAR(Measure(free), 0, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
-  // About x the up axis moves towards -y: phi, its angle to -y, is 90 - 30 degrees.
+  // About x the up axis moves toward -y: phi, its angle to -y, is 90 - 30 degrees.
   for (double angle : {30., -30.}) {
     Set(&state_.body[kPot].quat_wxyz, Rotation(angle * kDegree, 1, 0, 0));
     EXPECT_NEAR(Measure(free), 30 * kDegree, 1e-12);

@@ -407,7 +407,7 @@ TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
   EXPECT_EQ(FailureOf([&] { client->BeginEpisode("lift", 4); }).kind, Kind::kUnreachable);
 }
 
-TEST(RoboArena, IsRecognisedByItsActionSpace) {
+TEST(RoboArena, IsRecognizedByItsActionSpace) {
   Double::Options options = Answering(kChunk);
   options.wire = Wire::kRoboArena;
   options.greeting = Value(Map{{"action_space", "joint_position"}, {"needs_session_id", true}});

@@ -36,11 +36,11 @@ Shown Show(const std::string& name) {
   return shown;
 }
 
-// What is looked for is painted: pure colours, everything else is black.
-using Colour = std::array<float, 3>;
-constexpr Colour kColours[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 0}, {0, 1, 1}};
+// What is looked for is painted: pure colors, everything else is black.
+using Color = std::array<float, 3>;
+constexpr Color kColors[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 0}, {0, 1, 1}};
 
-// A model in which each of these bodies, with all that is attached to it, has the colour of its place.
+// A model in which each of these bodies, with all that is attached to it, has the color of its place.
 ModelPtr Painted(const mjModel& visual, const std::vector<std::string>& names) {
   ModelPtr model(mj_copyModel(nullptr, &visual));
   // Nothing shines, and the lights are white.
@@ -59,22 +59,22 @@ ModelPtr Painted(const mjModel& visual, const std::vector<std::string>& names) {
   }
   for (int geom = 0; geom < model->ngeom; ++geom) {
     const int own = paint[static_cast<size_t>(model->geom_bodyid[geom])];
-    const Colour colour = own < 0 ? Colour{0, 0, 0} : kColours[own];
+    const Color color = own < 0 ? Color{0, 0, 0} : kColors[own];
     if (model->geom_matid[geom] >= 0) model->geom_rgba[4 * geom + 3] = 1;
     model->geom_matid[geom] = -1;
-    std::copy(colour.begin(), colour.end(), model->geom_rgba + 4 * geom);
+    std::copy(color.begin(), color.end(), model->geom_rgba + 4 * geom);
   }
   return model;
 }
 
-// How many pixels have the colour, at any brightness.
-int PixelsOf(const Frame& frame, const Colour& colour) {
+// How many pixels have the color, at any brightness.
+int PixelsOf(const Frame& frame, const Color& color) {
   int count = 0;
   for (size_t i = 0; i < frame.bgrx.size(); i += 4) {
     bool is_it = true;
     for (size_t c = 0; c < 3; ++c) {
       const int value = frame.bgrx[i + 2 - c];
-      is_it &= colour[c] > 0 ? value > 60 : value < 20;
+      is_it &= color[c] > 0 ? value > 60 : value < 20;
     }
     count += is_it;
   }
@@ -107,7 +107,7 @@ TEST(Cameras, EveryOneOfEveryTaskShowsTheAction) {
       const mjModel& visual = *shown.scene.visual;
       std::vector<std::string> sought = {"left/hand", "right/hand"};
       sought.insert(sought.end(), shown.task.objects.begin(), shown.task.objects.end());
-      ASSERT_LE(sought.size(), std::size(kColours));
+      ASSERT_LE(sought.size(), std::size(kColors));
       Renderer renderer(Painted(visual, sought), kSize);
       renderer.SetState(shown.state);
       Frame frame(kSize);
@@ -117,7 +117,7 @@ TEST(Cameras, EveryOneOfEveryTaskShowsTheAction) {
         renderer.Render(id, &frame);
         for (size_t i = 0; i < sought.size(); ++i) {
           const bool is_hand = i < 2;
-          EXPECT_GE(PixelsOf(frame, kColours[i]), is_hand ? kHandPixels : kObjectPixels) << sought[i];
+          EXPECT_GE(PixelsOf(frame, kColors[i]), is_hand ? kHandPixels : kObjectPixels) << sought[i];
           const int body = mj_name2id(&visual, mjOBJ_BODY, sought[i].c_str());
           const auto [x, y] = InFrame(visual, shown.state, id, body);
           EXPECT_LT(std::max(std::abs(x), std::abs(y)), 0.95) << sought[i] << " at " << x << ", " << y;
@@ -125,7 +125,7 @@ TEST(Cameras, EveryOneOfEveryTaskShowsTheAction) {
       }
       for (size_t i = 0; i < 2; ++i) {
         renderer.Render(FindCamera(visual, sought[i] + "/wrist"), &frame);
-        EXPECT_GE(PixelsOf(frame, kColours[i]), kHandPixels) << sought[i] << " in its own camera";
+        EXPECT_GE(PixelsOf(frame, kColors[i]), kHandPixels) << sought[i] << " in its own camera";
       }
     }
   }

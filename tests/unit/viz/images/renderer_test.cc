@@ -218,13 +218,13 @@ TEST_F(RendererTest, ShadowsAreDrawn) {
   EXPECT_GT(with_pot, brightness() + 300);
 }
 
-TEST_F(RendererTest, AnEpisodesColoursAreThoseOfItsSeed) {
+TEST_F(RendererTest, AnEpisodesColorsAreThoseOfItsSeed) {
   model_info_t info = scene_->info;
   info.variation = "green";
   const std::string variations = "\nvariations:\n";
   info.task_yaml.insert(info.task_yaml.find(variations) + variations.size(),
-                        "  green:\n    randomise:\n"
-                        "      - colour: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
+                        "  green:\n    randomize:\n"
+                        "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
   const std::vector<double> home = HomeQpos(model());
   const Frame red = Image("front", home);
   renderer_->SetAppearance(info, 1);
@@ -261,7 +261,7 @@ TEST_F(RendererTest, RefusesWhatItCannotDraw) {
 }
 
 // A bar that lies along x under a camera 3 m above it: an image 240 pixels high shows 90 / tan(45 / 2) =
-// 289.7 pixels per metre of distance.
+// 289.7 pixels per meter of distance.
 TEST(MocapBody, IsDrawnWhereTheStateSaysItIs) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "bar.xml";

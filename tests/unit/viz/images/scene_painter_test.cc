@@ -22,7 +22,7 @@ namespace evalbus::viz::scene_painter_test {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-// Both light at the vertices, in programs of their own that may round differently: colours differ by no more
+// Both light at the vertices, in programs of their own that may round differently: colors differ by no more
 // than this, but for the pixels at the edge of a shadow, of which one falls on the other side now and then.
 constexpr int kTolerance = 4;
 constexpr double kDiffering = 0.001;
@@ -41,7 +41,7 @@ double Differing(const Image& a, const Image& b) {
 
 void ExpectSame(const Image& ours, const Image& mujocos) { EXPECT_LE(Differing(ours, mujocos), kDiffering); }
 
-// Something is to be seen: not one colour everywhere.
+// Something is to be seen: not one color everywhere.
 bool ShowsSomething(const Image& image) { return Differing(image, Image(image.size(), image[0])) > 0.02; }
 
 // A model with a context of its own.
@@ -154,7 +154,7 @@ ModelPtr ModelWith(const std::string& geoms) {
       <texture name="squares" type="2d" builtin="checker" rgb1=".9 .2 .1" rgb2=".1 .2 .9" width="64" height="64"/>
       <texture name="cube" type="cube" builtin="gradient" rgb1=".9 .9 .1" rgb2=".1 .2 .9" width="64" height="64"/>
       <material name="squares" texture="squares" texrepeat="3 2"/>
-      <material name="by_metre" texture="squares" texrepeat="3 2" texuniform="true"/>
+      <material name="by_meter" texture="squares" texrepeat="3 2" texuniform="true"/>
       <material name="cube" texture="cube" shininess="0.8" specular="0.9"/>
       <material name="shining" rgba=".3 .8 .4 1" emission="0.3" shininess="0.2" specular="1"/>
       <mesh name="wedge" vertex="-.3 -.2 0  .3 -.2 0  .3 .2 0  -.3 .2 0  -.3 -.2 .4  -.3 .2 .4"/>
@@ -224,12 +224,12 @@ INSTANTIATE_TEST_SUITE_P(
         Shape{"HeightField", R"(<geom type="hfield" hfield="hills" pos="0 0 .1"/>)"},
         Shape{"TextureOnBox",
               R"(<geom type="box" size=".3 .2 .1" pos="0 0 .4" euler="0 0 20" material="squares"/>)"},
-        Shape{"TextureByTheMetre",
-              R"(<geom type="box" size=".3 .2 .1" pos="0 0 .4" euler="0 0 20" material="by_metre"/>)"},
+        Shape{"TextureByTheMeter",
+              R"(<geom type="box" size=".3 .2 .1" pos="0 0 .4" euler="0 0 20" material="by_meter"/>)"},
         Shape{"TextureOnPlane",
               R"(<geom type="plane" size=".5 .3 .1" pos="0 0 .1" euler="10 0 20" material="squares"/>)"},
-        Shape{"TextureByTheMetreOnPlane",
-              R"(<geom type="plane" size=".5 .3 .1" pos="0 0 .1" euler="10 0 20" material="by_metre"/>)"},
+        Shape{"TextureByTheMeterOnPlane",
+              R"(<geom type="plane" size=".5 .3 .1" pos="0 0 .1" euler="10 0 20" material="by_meter"/>)"},
         Shape{"TextureOfMesh", R"(<geom type="mesh" mesh="painted" pos="0 0 .2" material="squares"/>)"},
         Shape{"TextureOfMeshWithoutPlaces",
               R"(<geom type="mesh" mesh="wedge" pos="0 0 .2" material="squares"/>)"},
@@ -287,7 +287,7 @@ TEST(ScenePainter, WhatHasChangedIsDrawnAgain) {
   }
   EXPECT_GT(largest, 0);
   EXPECT_LT(largest, 0.5);
-  // Colours, a light that goes out and one that turns.
+  // Colors, a light that goes out and one that turns.
   stage.model().geom_rgba[4 * 1] = 0.1f;
   expect_right(1);
   EXPECT_GT(stage.last_share(), 0);

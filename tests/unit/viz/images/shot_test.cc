@@ -1,4 +1,4 @@
-// Images as policies ask for them: colour and depth, against geometry worked out by hand.
+// Images as policies ask for them: color and depth, against geometry worked out by hand.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -28,7 +28,7 @@ Rgb PixelAt(const std::vector<uint8_t>& rgb, FrameSize size, int column, int row
 }
 
 // From a camera 1 m above: x to the right, y up. At 1 m, 2 m are seen from bottom to top (fovy 90). Squares
-// of half a metre, and no two places that a mirror, a flip or a turn would exchange have the same colour:
+// of half a meter, and no two places that a mirror, a flip or a turn would exchange have the same color:
 //    y  0.5   red    .    green
 //       0      .   white    .
 //      -0.5   blue   .      .
@@ -55,9 +55,9 @@ TEST(Marker, IsUprightUnmirroredAndRedIsFirst) {
     renderer.RenderRgb({0, size}, &rgb);
     ASSERT_EQ(rgb.size(), static_cast<size_t>(size.width * size.height * 3));
     const auto at = [&](double x, double y) {
-      const double metres_to_pixels = size.height / 2.0;
-      return PixelAt(rgb, size, static_cast<int>(size.width / 2.0 + x * metres_to_pixels),
-                     static_cast<int>(size.height / 2.0 - y * metres_to_pixels));
+      const double meters_to_pixels = size.height / 2.0;
+      return PixelAt(rgb, size, static_cast<int>(size.width / 2.0 + x * meters_to_pixels),
+                     static_cast<int>(size.height / 2.0 - y * meters_to_pixels));
     };
     const Rgb nothing{0, 0, 0};
     // Squares, close to their edges, too, and what is between them.
@@ -156,7 +156,7 @@ class ShotTest : public testing::Test {
   static inline state_t home_;
 };
 
-TEST_F(ShotTest, ColourIsThatOfAVideo) {
+TEST_F(ShotTest, ColorIsThatOfAVideo) {
   constexpr FrameSize kSize{160, 120};
   Renderer renderer(Copy(**model_), kSize);
   renderer.SetState(home_);

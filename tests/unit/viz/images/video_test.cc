@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr FrameSize kVideoSize{160, 120};
 constexpr size_t kPixels = 160 * 120;
 
-// The video as grey images, decoded by ffmpeg.
+// The video as gray images, decoded by ffmpeg.
 std::vector<std::vector<uint8_t>> Decode(const fs::path& video) {
   const std::string command =
       "ffmpeg -v quiet -i '" + video.string() + "' -fps_mode passthrough -f rawvideo -pix_fmt gray -";
@@ -233,7 +233,7 @@ TEST_F(VideoTest, GifAndWebpAreOfTheSameLength) {
   const std::string webp = Bytes(MakeVideo(log, {"front"}, kVideoSize, log.parent_path(), options)[0]);
   EXPECT_EQ(webp.substr(0, 4), "RIFF");
   EXPECT_EQ(webp.substr(8, 4), "WEBP");
-  // The size that it says is its own; an animation that repeats for ever has 0 after its background colour.
+  // The size that it says is its own; an animation that repeats for ever has 0 after its background color.
   uint32_t size = 0;
   std::memcpy(&size, webp.data() + 4, 4);
   EXPECT_EQ(size + 8, webp.size());

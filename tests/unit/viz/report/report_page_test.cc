@@ -133,8 +133,8 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
   EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
 }
 
-// To people in millimetres, to programs in metres.
-TEST(ReportPage, TilesAndFiguresHaveTheCataloguesWordsAndUnits) {
+// To people in millimeters, to programs in meters.
+TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   ReportRun run = SomeRun();
   for (int i = 0; i < 4; ++i) run.episode[i].values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
   const Page page(PageOf({run}));

@@ -173,7 +173,7 @@ TEST_F(RunWatchTest, AModelThatContradictsItselfIsNone) {
   EXPECT_NE(watch_.model(), nullptr);
 }
 
-TEST(ScoreRows, HaveTheCataloguesWordsAndNumbers) {
+TEST(ScoreRows, HaveTheCatalogsWordsAndNumbers) {
   const auto rows = ScoreRows(ScriptedRun::Metrics(), ScriptedRun::Extended());
   const auto find = [&](const std::string& label) {
     const auto row = std::ranges::find(rows, label, &ScoreRow::label);

@@ -1,5 +1,5 @@
-// The catalogue is whole, and says what docs/metrics.md says.
-#include "lcmtypes/metric_catalogue.h"
+// The catalog is whole, and says what docs/metrics.md says.
+#include "lcmtypes/metric_catalog.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <regex>
 #include <set>
 
-namespace evalbus::metric_catalogue_test {
+namespace evalbus::metric_catalog_test {
 
 using Units = std::map<std::string, std::string>;
 
@@ -36,7 +36,7 @@ Units UnitsOfSection(const std::string& heading, const std::string& prefix) {
   return units;
 }
 
-TEST(MetricCatalogue, IsThatOfTheDocumentation) {
+TEST(MetricCatalog, IsThatOfTheDocumentation) {
   Units documented = UnitsOfSection("The result dictionary", "");
   documented.merge(UnitsOfSection("Extended metrics", "extended."));
   Units known;
@@ -50,7 +50,7 @@ TEST(MetricCatalogue, IsThatOfTheDocumentation) {
   for (const auto& [name, unit] : documented) EXPECT_TRUE(known.contains(name)) << name << " is not known";
 }
 
-TEST(MetricCatalogue, HasWhatPeopleReadOfEachMetric) {
+TEST(MetricCatalog, HasWhatPeopleReadOfEachMetric) {
   std::set<std::string_view> names;
   std::set<int> main;
   for (const MetricInfo& metric : Metrics()) {
@@ -138,4 +138,4 @@ TEST(ShownValue, IsInTheShownUnit) {
   EXPECT_EQ(shown("cartesian_path_length", 2), "2.000");
 }
 
-}  // namespace evalbus::metric_catalogue_test
+}  // namespace evalbus::metric_catalog_test

@@ -1,4 +1,4 @@
-// What is random in a variation of a task, as the list `randomise` of its YAML file says.
+// What is random in a variation of a task, as the list `randomize` of its YAML file says.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ struct SpawnJoint {
   SourceLocation location;
 };
 
-using Randomisation = std::variant<SpawnBox, SpawnPlane, SpawnYaw, SpawnJoint>;
+using Randomization = std::variant<SpawnBox, SpawnPlane, SpawnYaw, SpawnJoint>;
 
 // A number of free parts, uniform from min to max, uniform in a box around `center` and turned by any angle
 // about the vertical; the others are far away. Height stays the part's own.
@@ -64,7 +64,7 @@ struct Span {
   double min = 0, max = 0;
 };
 
-// What an episode changes of the model itself (randomised_model.h). `of` are parts or bodies, each with all
+// What an episode changes of the model itself (randomized_model.h). `of` are parts or bodies, each with all
 // that is attached to it; one draw is for all of them.
 
 // Mass and inertia times a factor.
@@ -79,7 +79,7 @@ struct RandomFriction {
 };
 
 // Uniform in each of red, green and blue.
-struct RandomColour {
+struct RandomColor {
   std::vector<NameInFile> of;
   std::array<double, 3> min{}, max{};
 };
@@ -98,18 +98,18 @@ struct RandomCamera {
 };
 
 using PhysicsChange = std::variant<RandomMass, RandomFriction>;
-using AppearanceChange = std::variant<RandomColour, RandomLight, RandomCamera>;
+using AppearanceChange = std::variant<RandomColor, RandomLight, RandomCamera>;
 
-struct Randomised {
+struct Randomized {
   // Where things are: applied in order at each reset.
-  std::vector<Randomisation> randomisations;
+  std::vector<Randomization> randomizations;
   std::vector<Distractors> distractors;
   std::vector<PhysicsChange> physics;
   std::vector<AppearanceChange> appearance;
 };
 
 // Reads the list; `parts` are the names of the scene's parts. Throws InputError.
-Randomised ReadRandomised(const YamlValue& value, const std::vector<std::string>& parts);
+Randomized ReadRandomized(const YamlValue& value, const std::vector<std::string>& parts);
 
 // A name that must be one of `parts`, which `value` contains. Throws InputError.
 std::string PartName(const std::string& name, const YamlValue& value, const std::vector<std::string>& parts);

@@ -1,5 +1,5 @@
 // What an episode's seed changes of a compiled model: masses and frictions, which count in physics, and
-// colours, lights and cameras, which are only seen. Where things are is the world's (sim/world.h).
+// colors, lights and cameras, which are only seen. Where things are is the world's (sim/world.h).
 //
 // Each kind has random numbers of its own, so that what is seen changes nothing of what happens.
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace evalbus {
 
-// A randomised parameter of an episode; the name ends in its unit ("pot_x_m", "pot_yaw_rad",
+// A randomized parameter of an episode; the name ends in its unit ("pot_x_m", "pot_yaw_rad",
 // "pot_mass_factor").
 struct Parameter {
   std::string name;
@@ -25,8 +25,8 @@ struct Parameter {
 
 // Masses and frictions of a physics model. The model's constants that depend on masses are worked out anew
 // where one has changed.
-std::vector<Parameter> RandomisePhysics(const Variation& variation, int64_t seed, mjModel* model);
-// Colours, lights and cameras of a visual model.
-std::vector<Parameter> RandomiseAppearance(const Variation& variation, int64_t seed, mjModel* model);
+std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed, mjModel* model);
+// Colors, lights and cameras of a visual model.
+std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model);
 
 }  // namespace evalbus

@@ -1,4 +1,4 @@
-#include "models/randomised_model.h"
+#include "models/randomized_model.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,15 +56,15 @@ void Change(const RandomFriction& friction, Random* random, mjModel* model, Para
   parameters->push_back({friction.of[0].text + "_friction_factor", factor});
 }
 
-void Change(const RandomColour& colour, Random* random, mjModel* model, Parameters* parameters) {
+void Change(const RandomColor& color, Random* random, mjModel* model, Parameters* parameters) {
   float rgb[3];
   static constexpr const char* kName[] = {"_red_fraction", "_green_fraction", "_blue_fraction"};
   for (size_t i = 0; i < 3; ++i) {
-    const double drawn = random->Uniform(colour.min[i], colour.max[i]);
+    const double drawn = random->Uniform(color.min[i], color.max[i]);
     rgb[i] = static_cast<float>(drawn);
-    parameters->push_back({colour.of[0].text + kName[i], drawn});
+    parameters->push_back({color.of[0].text + kName[i], drawn});
   }
-  const std::vector<bool> bodies = Bodies(*model, colour.of);
+  const std::vector<bool> bodies = Bodies(*model, color.of);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!bodies[static_cast<size_t>(model->geom_bodyid[geom])]) continue;
     // Materials are a part's own: names of parts are prefixes.
@@ -76,8 +76,8 @@ void Change(const RandomColour& colour, Random* random, mjModel* model, Paramete
 void Change(const RandomLight& light, Random* random, mjModel* model, Parameters* parameters) {
   const int id = Find(*model, mjOBJ_LIGHT, light.name, "light");
   const double factor = Draw(light.factor, random);
-  for (float* colour : {model->light_diffuse, model->light_specular}) {
-    for (int i = 0; i < 3; ++i) colour[3 * id + i] *= static_cast<float>(factor);
+  for (float* color : {model->light_diffuse, model->light_specular}) {
+    for (int i = 0; i < 3; ++i) color[3 * id + i] *= static_cast<float>(factor);
   }
   parameters->push_back({"light_" + light.name.text + "_brightness_factor", factor});
 }
@@ -110,7 +110,7 @@ Parameters ChangeAll(const Draws& draws, Random random, mjModel* model) {
 
 }  // namespace
 
-std::vector<Parameter> RandomisePhysics(const Variation& variation, int64_t seed, mjModel* model) {
+std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed, mjModel* model) {
   if (variation.physics.empty()) return {};
   const Parameters parameters = ChangeAll(variation.physics, Random(seed, kPhysicsStream), model);
   const DataPtr data(mj_makeData(model));
@@ -118,7 +118,7 @@ std::vector<Parameter> RandomisePhysics(const Variation& variation, int64_t seed
   return parameters;
 }
 
-std::vector<Parameter> RandomiseAppearance(const Variation& variation, int64_t seed, mjModel* model) {
+std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model) {
   return ChangeAll(variation.appearance, Random(seed, kAppearanceStream), model);
 }
 

@@ -1,4 +1,4 @@
-#include "models/randomisation.h"
+#include "models/randomization.h"
 
 #include <algorithm>
 #include <optional>
@@ -12,7 +12,7 @@ constexpr NumberRange kFactor{.min = 1e-3, .max = 1e3};
 // What an entry of the list is read with.
 struct Context {
   const std::vector<std::string>& parts;
-  Randomised* into;
+  Randomized* into;
 };
 
 std::vector<std::string> ReadPartNames(const YamlValue& value, const std::vector<std::string>& parts) {
@@ -49,7 +49,7 @@ void ReadSpawnBox(const YamlValue& value, const Context& context) {
   spawn.half_extents = map["half_extents_m"].Vector<2>(kNotNegative);
   if (const YamlValue* distance = map.Find("min_distance_m"))
     spawn.min_distance = distance->Number(kNotNegative);
-  context.into->randomisations.push_back(spawn);
+  context.into->randomizations.push_back(spawn);
 }
 
 void ReadSpawnPlane(const YamlValue& value, const Context& context) {
@@ -64,7 +64,7 @@ void ReadSpawnPlane(const YamlValue& value, const Context& context) {
     map["spacing_m"].Fail("expected a grid of at most 1000 by 1000 points");
   }
   if (const YamlValue* jitter = map.Find("jitter_m")) spawn.jitter = jitter->Vector<3>(kNotNegative);
-  context.into->randomisations.push_back(spawn);
+  context.into->randomizations.push_back(spawn);
 }
 
 void ReadSpawnYaw(const YamlValue& value, const Context& context) {
@@ -74,7 +74,7 @@ void ReadSpawnYaw(const YamlValue& value, const Context& context) {
   const std::optional<double> bound = map.Angle("bound", {.min = 0, .max = 180});
   if (!bound) value.Fail("expected 'bound_deg' or 'bound_rad'");
   spawn.bound = *bound;
-  context.into->randomisations.push_back(spawn);
+  context.into->randomizations.push_back(spawn);
 }
 
 void ReadSpawnJoint(const YamlValue& value, const Context& context) {
@@ -82,7 +82,7 @@ void ReadSpawnJoint(const YamlValue& value, const Context& context) {
   const JointPosition min = ReadJointPosition(map, "min"), max = ReadJointPosition(map, "max");
   if (min.is_angle != max.is_angle) value.Fail("expected both limits in m, or both as angles");
   if (min.position > max.position) value.Fail("expected a maximum that is at least the minimum");
-  context.into->randomisations.push_back(
+  context.into->randomizations.push_back(
       SpawnJoint{map["joint"].Text(), min.is_angle, min.position, max.position, map["joint"].location()});
 }
 
@@ -115,15 +115,15 @@ void ReadSize(const YamlValue& value, const Context&) {
       "parts of different sizes");
 }
 
-void ReadColour(const YamlValue& value, const Context& context) {
+void ReadColor(const YamlValue& value, const Context& context) {
   const YamlMap map(value, {"of", "min_rgb", "max_rgb"});
   constexpr NumberRange kFraction{.min = 0, .max = 1};
-  const RandomColour colour{ReadNames(map["of"]), map["min_rgb"].Vector<3>(kFraction),
-                            map["max_rgb"].Vector<3>(kFraction)};
+  const RandomColor color{ReadNames(map["of"]), map["min_rgb"].Vector<3>(kFraction),
+                          map["max_rgb"].Vector<3>(kFraction)};
   for (size_t i = 0; i < 3; ++i) {
-    if (colour.min[i] > colour.max[i]) map["max_rgb"].Fail("expected at least min_rgb in each");
+    if (color.min[i] > color.max[i]) map["max_rgb"].Fail("expected at least min_rgb in each");
   }
-  context.into->appearance.push_back(colour);
+  context.into->appearance.push_back(color);
 }
 
 void ReadLight(const YamlValue& value, const Context& context) {
@@ -153,7 +153,7 @@ constexpr Kind kKinds[] = {{"spawn_box", ReadSpawnBox},
                            {"mass", ReadMass},
                            {"friction", ReadFriction},
                            {"size", ReadSize},
-                           {"colour", ReadColour},
+                           {"color", ReadColor},
                            {"light", ReadLight},
                            {"camera", ReadCamera}};
 
@@ -178,18 +178,18 @@ JointPosition ReadJointPosition(const YamlMap& map, const std::string& stem) {
   return angle ? JointPosition{*angle, true} : JointPosition{length->Number(), false};
 }
 
-Randomised ReadRandomised(const YamlValue& value, const std::vector<std::string>& parts) {
-  Randomised randomised;
+Randomized ReadRandomized(const YamlValue& value, const std::vector<std::string>& parts) {
+  Randomized randomized;
   std::vector<const char*> names;
   for (const Kind& kind : kKinds) names.push_back(kind.name);
   for (const YamlValue& entry : value.List()) {
     const YamlMap map(entry, {}, names);
-    if (entry.Entries().size() != 1) entry.Fail("expected one kind of randomisation, such as spawn_box");
+    if (entry.Entries().size() != 1) entry.Fail("expected one kind of randomization, such as spawn_box");
     for (const Kind& kind : kKinds) {
-      if (const YamlValue* body = map.Find(kind.name)) kind.read(*body, {parts, &randomised});
+      if (const YamlValue* body = map.Find(kind.name)) kind.read(*body, {parts, &randomized});
     }
   }
-  return randomised;
+  return randomized;
 }
 
 }  // namespace evalbus

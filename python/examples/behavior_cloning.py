@@ -1,7 +1,7 @@
-"""Behaviour cloning: a small network learns from a training set of evalbus, and is served. docs/tutorial_training.md.
+"""Behavior cloning: a small network learns from a training set of evalbus, and is served. docs/tutorial_training.md.
 
-    python3 python/examples/behaviour_cloning.py train demos.hdf5 --steps 100,3000 --out policy
-    python3 python/examples/behaviour_cloning.py serve policy/3000.pt
+    python3 python/examples/behavior_cloning.py train demos.hdf5 --steps 100,3000 --out policy
+    python3 python/examples/behavior_cloning.py serve policy/3000.pt
 
 Needs PyTorch and h5py: apt-get install python3-torch python3-h5py, or pip install torch h5py.
 

@@ -7,11 +7,11 @@
 #include "evalbus/model_info_t.hpp"
 #include "tests/integration/harness.h"
 
-namespace evalbus::randomised_test {
+namespace evalbus::randomized_test {
 
 namespace fs = std::filesystem;
 
-class RandomisedRun : public testing::Test {
+class RandomizedRun : public testing::Test {
  protected:
   // lift_pot with two variations that differ in what is seen.
   std::string Task() {
@@ -20,15 +20,15 @@ class RandomisedRun : public testing::Test {
     const std::string variations = "\nvariations:\n";
     const size_t at = text.find(variations) + variations.size();
     const std::string physics =
-        "    randomise:\n"
+        "    randomize:\n"
         "      - spawn_box: {object: pot, center_m: [0.735, 0], half_extents_m: [0.1, 0.1]}\n"
         "      - mass: {of: [pot], min_factor: 0.8, max_factor: 1.2}\n"
         "      - friction: {of: [pot, left/hand], min_factor: 0.8, max_factor: 1.2}\n";
     const std::string appearance =
-        "      - colour: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
+        "      - color: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
         "      - light: {name: key, min_factor: 0.5, max_factor: 1.5}\n"
         "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n";
-    WriteText(file, text.insert(at, "  seen:\n    instruction: lift the coloured pot\n" + physics +
+    WriteText(file, text.insert(at, "  seen:\n    instruction: lift the colored pot\n" + physics +
                                         appearance + "  unseen:\n" + physics));
     return file;
   }
@@ -53,7 +53,7 @@ class RandomisedRun : public testing::Test {
   const std::string task_ = Task();
 };
 
-TEST_F(RandomisedRun, IsTheSameHoweverItIsCutAndFromItsLog) {
+TEST_F(RandomizedRun, IsTheSameHoweverItIsCutAndFromItsLog) {
   Run("seen", "reference", {"--in-process"});
   const fs::path reference = folder_.path() / "reference";
   if (WhyNoBus().empty()) {
@@ -69,7 +69,7 @@ TEST_F(RandomisedRun, IsTheSameHoweverItIsCutAndFromItsLog) {
   EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
 }
 
-TEST_F(RandomisedRun, WhatIsSeenChangesNoByteOfTheRest) {
+TEST_F(RandomizedRun, WhatIsSeenChangesNoByteOfTheRest) {
   RunWithSharedSeeds("seen");
   RunWithSharedSeeds("unseen");
   for (int i = 0; i < 2; ++i) ExpectSameTicks(Log("seen", i), Log("unseen", i));
@@ -85,11 +85,11 @@ TEST_F(RandomisedRun, WhatIsSeenChangesNoByteOfTheRest) {
                          first.parameter_value_mixed.begin()));
   EXPECT_EQ(first.parameter_name[4], "pot_red_fraction");
   EXPECT_NE(first.parameter_value_mixed, parameters("seen", 1).parameter_value_mixed);
-  EXPECT_EQ(Log("seen", 0).Messages(channels::kModel).at(0).instruction, "lift the coloured pot");
+  EXPECT_EQ(Log("seen", 0).Messages(channels::kModel).at(0).instruction, "lift the colored pot");
   EXPECT_EQ(Log("unseen", 0).Messages(channels::kModel).at(0).instruction, "lift the pot by the handles");
 }
 
-TEST_F(RandomisedRun, ANameThatIsNotThereIsALineBeforeTheRun) {
+TEST_F(RandomizedRun, ANameThatIsNotThereIsALineBeforeTheRun) {
   std::string text = ReadText(task_);
   const std::string known = "{name: key,";
   WriteText(task_, text.replace(text.find(known), known.size(), "{name: kee,"));
@@ -99,4 +99,4 @@ TEST_F(RandomisedRun, ANameThatIsNotThereIsALineBeforeTheRun) {
   EXPECT_NE(result.err.find(": the scene has no light 'kee'"), std::string::npos) << result.err;
 }
 
-}  // namespace evalbus::randomised_test
+}  // namespace evalbus::randomized_test

@@ -107,7 +107,7 @@ enum class MetricPart { kItself, kTotal, kAverage, kMean, kRms, kOverallMean, kO
 struct MetricNumber {
   // As in summary.json: "extended.mechanical_work_J.left".
   std::string name;
-  // Null: not in the catalogue; then label and unit come from the name alone.
+  // Null: not in the catalog; then label and unit come from the name alone.
   const MetricInfo* metric = nullptr;
   MetricPart part = MetricPart::kItself;
   // What follows the metric's own name: arm, stage, ...

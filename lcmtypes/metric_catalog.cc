@@ -1,4 +1,4 @@
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 
 #include <fmt/format.h>
 
