@@ -50,11 +50,11 @@ void CheckParts(std::string_view bytes) {
 }
 
 WebServer& Server() {
-  static const auto board = std::make_shared<Board>();
+  static const auto broadcaster = std::make_shared<UpdateBroadcaster>();
   static const auto server = [] {
     std::signal(SIGPIPE, SIG_IGN);
-    board->SetRun(0, "run");
-    auto made = std::make_unique<WebServer>(WebServer::Address(), board);
+    broadcaster->SetRun(0, "run");
+    auto made = std::make_unique<WebServer>(WebServer::Address(), broadcaster);
     made->Start([](const WebTarget& target, WebServer::Reply reply) {
       reply(AnswerFile(target.kind == WebTarget::Kind::kPage ? "index.html" : target.name));
     });

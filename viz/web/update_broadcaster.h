@@ -16,7 +16,7 @@ namespace evalbus::viz {
 
 using SharedBytes = std::shared_ptr<const std::string>;
 
-class Board {
+class UpdateBroadcaster {
  public:
   // Ticks that are kept for who is behind: a viewer that is further behind is given the whole episode.
   static constexpr size_t kKeptTicks = 60;
@@ -30,7 +30,7 @@ class Board {
     int watched() const { return watched_; }
 
    private:
-    friend class Board;
+    friend class UpdateBroadcaster;
     struct Seen {
       uint64_t run = 0, list = 0;
       size_t episodes = 0;

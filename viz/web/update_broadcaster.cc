@@ -1,4 +1,4 @@
-#include "viz/web/board.h"
+#include "viz/web/update_broadcaster.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -18,19 +18,19 @@ auto Part(const Rows& rows, size_t from, size_t to) {
 
 }  // namespace
 
-Board::Run& Board::At(int run) {
+UpdateBroadcaster::Run& UpdateBroadcaster::At(int run) {
   while (runs_.size() <= static_cast<size_t>(run)) runs_.push_back(std::make_unique<Run>());
   return *runs_[static_cast<size_t>(run)];
 }
 
-void Board::SetRun(int run, std::string block) {
+void UpdateBroadcaster::SetRun(int run, std::string block) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   to.block = Shared(std::move(block));
   ++to.version;
 }
 
-void Board::SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes) {
+void UpdateBroadcaster::SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   from = std::min(from, to.episodes.size());
@@ -40,12 +40,12 @@ void Board::SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes) 
   to.list_block = nullptr;
 }
 
-size_t Board::num_episodes(int run) const {
+size_t UpdateBroadcaster::num_episodes(int run) const {
   const std::lock_guard lock(mutex_);
   return static_cast<size_t>(run) < runs_.size() ? runs_[static_cast<size_t>(run)]->episodes.size() : 0;
 }
 
-void Board::AddLines(int run, const std::vector<LogLine>& lines) {
+void UpdateBroadcaster::AddLines(int run, const std::vector<LogLine>& lines) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   for (const LogLine& line : lines) to.lines.push_back(line);
@@ -55,7 +55,7 @@ void Board::AddLines(int run, const std::vector<LogLine>& lines) {
   }
 }
 
-void Board::SetEpisode(int run, std::string block, bool is_new) {
+void UpdateBroadcaster::SetEpisode(int run, std::string block, bool is_new) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   if (is_new) {
@@ -67,7 +67,7 @@ void Board::SetEpisode(int run, std::string block, bool is_new) {
   to.episode_next = to.end_ticks();
 }
 
-void Board::AddTicks(int run, std::string block) {
+void UpdateBroadcaster::AddTicks(int run, std::string block) {
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   to.tick_bytes += block.size();
@@ -79,41 +79,41 @@ void Board::AddTicks(int run, std::string block) {
   }
 }
 
-void Board::ForgetEpisode(int run) {
+void UpdateBroadcaster::ForgetEpisode(int run) {
   const std::lock_guard lock(mutex_);
   At(run).episode = nullptr;
 }
 
-bool Board::is_watched(int run) const {
+bool UpdateBroadcaster::is_watched(int run) const {
   const std::lock_guard lock(mutex_);
   return static_cast<size_t>(run) < runs_.size() && runs_[static_cast<size_t>(run)]->watchers > 0;
 }
 
-bool Board::needs_episode(int run) const {
+bool UpdateBroadcaster::needs_episode(int run) const {
   const std::lock_guard lock(mutex_);
   return static_cast<size_t>(run) < runs_.size() && runs_[static_cast<size_t>(run)]->waiting > 0;
 }
 
-int Board::num_viewers() const {
+int UpdateBroadcaster::num_viewers() const {
   const std::lock_guard lock(mutex_);
   return num_viewers_;
 }
 
-void Board::Enter(Viewer* viewer) {
+void UpdateBroadcaster::Enter(Viewer* viewer) {
   const std::lock_guard lock(mutex_);
   *viewer = Viewer();
   ++At(0).watchers;
   ++num_viewers_;
 }
 
-void Board::Leave(Viewer* viewer) {
+void UpdateBroadcaster::Leave(Viewer* viewer) {
   const std::lock_guard lock(mutex_);
   StopWaiting(viewer);
   --At(viewer->watched_).watchers;
   --num_viewers_;
 }
 
-bool Board::Watch(Viewer* viewer, int run) {
+bool UpdateBroadcaster::Watch(Viewer* viewer, int run) {
   const std::lock_guard lock(mutex_);
   if (run < 0 || static_cast<size_t>(run) >= runs_.size()) return false;
   if (run == viewer->watched_) return true;
@@ -125,11 +125,11 @@ bool Board::Watch(Viewer* viewer, int run) {
   return true;
 }
 
-void Board::StopWaiting(Viewer* viewer) {
+void UpdateBroadcaster::StopWaiting(Viewer* viewer) {
   if (std::exchange(viewer->waits_for_episode_, false)) --At(viewer->watched_).waiting;
 }
 
-SharedBytes Board::Next(Viewer* viewer) {
+SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
   const std::lock_guard lock(mutex_);
   viewer->seen_.resize(runs_.size());
   for (size_t i = 0; i < runs_.size(); ++i) {
@@ -150,7 +150,7 @@ SharedBytes Board::Next(Viewer* viewer) {
   return nullptr;
 }
 
-SharedBytes Board::NextOfList(int number, Run* run, Viewer::Seen* seen) {
+SharedBytes UpdateBroadcaster::NextOfList(int number, Run* run, Viewer::Seen* seen) {
   if (seen->list != run->list_version) {
     seen->list = run->list_version;
     seen->episodes = 0;
@@ -166,7 +166,7 @@ SharedBytes Board::NextOfList(int number, Run* run, Viewer::Seen* seen) {
   return run->list_block;
 }
 
-SharedBytes Board::NextOfLog(int number, const Run& run, Viewer::Seen* seen) {
+SharedBytes UpdateBroadcaster::NextOfLog(int number, const Run& run, Viewer::Seen* seen) {
   const uint64_t end = run.lines_begin + run.lines.size();
   const uint64_t from = std::max(seen->lines, run.lines_begin);
   if (from == end) return nullptr;
@@ -175,7 +175,7 @@ SharedBytes Board::NextOfLog(int number, const Run& run, Viewer::Seen* seen) {
   return Shared(LogBlock(number, Part(run.lines, begin, run.lines.size())));
 }
 
-SharedBytes Board::NextOfEpisode(Run* run, Viewer* viewer) {
+SharedBytes UpdateBroadcaster::NextOfEpisode(Run* run, Viewer* viewer) {
   if (!viewer->has_episode_ || !run->has_all_behind(viewer->next_ticks_)) {
     if (!run->episode || !run->has_all_behind(run->episode_next)) {
       if (!std::exchange(viewer->waits_for_episode_, true)) ++run->waiting;
