@@ -112,8 +112,8 @@ bool Bus::Subscription::Wants(std::string_view channel) const {
   return channel.starts_with(std::string_view(channels).substr(0, channels.size() - kAnyEnd.size()));
 }
 
-void Bus::SetPatience(std::chrono::nanoseconds patience) {
-  if (receiver_) receiver_->SetPatience(patience);
+void Bus::SetMaxBatchDelay(std::chrono::nanoseconds delay) {
+  if (receiver_) receiver_->SetMaxBatchDelay(delay);
 }
 
 std::optional<size_t> Bus::receive_buffer_bytes() const {

@@ -116,9 +116,9 @@ void MulticastReceiver::Filter(std::span<const std::string> channels) {
   FilterChannels(fd_, is_local_, channels);
 }
 
-void MulticastReceiver::SetPatience(std::chrono::nanoseconds patience) {
+void MulticastReceiver::SetMaxBatchDelay(std::chrono::nanoseconds delay) {
   const std::chrono::nanoseconds room(static_cast<int64_t>(buffer_bytes_) * 1'000'000'000 / kMaxBytesPerS);
-  patience_ = std::min(patience, room);
+  max_batch_delay_ = std::min(delay, room);
 }
 
 std::optional<MulticastReceiver::Received> MulticastReceiver::Next(Time deadline) {
@@ -151,8 +151,8 @@ bool MulticastReceiver::Take() {
 bool MulticastReceiver::Wait(Time deadline) {
   const auto now = std::chrono::steady_clock::now();
   if (deadline <= now) return false;
-  if (std::exchange(is_busy_, false) && patience_.count() > 0) {
-    const timespec pause = TimeUntil(std::min(deadline, now + patience_));
+  if (std::exchange(is_busy_, false) && max_batch_delay_.count() > 0) {
+    const timespec pause = TimeUntil(std::min(deadline, now + max_batch_delay_));
     return clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr) == 0;
   }
   return WaitReadable(fd_, wake_fd_, deadline);

@@ -120,7 +120,7 @@ void Recorder::Open(const episode_begin_t& begin) {
   end_.reset();
   has_summary_ = false;
   heard_.clear();
-  patience_.Begin(std::chrono::steady_clock::now());
+  batch_delay_.Begin(std::chrono::steady_clock::now());
   events_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
@@ -159,9 +159,9 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
     Progress(header);
-    bus().SetPatience(patience_.At(std::chrono::steady_clock::now()));
+    bus().SetMaxBatchDelay(batch_delay_.At(std::chrono::steady_clock::now()));
   } else if (channel == channels::kEpisodeEnd) {
-    bus().SetPatience({});
+    bus().SetMaxBatchDelay({});
     episode_end_t end{};
     if (!end_ && Decode(data, &end) && IsOurs(end.header)) end_ = end;
   } else if (channel == channels::kEpisodeSummary) {

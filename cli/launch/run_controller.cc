@@ -65,7 +65,7 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
 int64_t RunController::seed() const { return plan_.seeds().OfEpisode(episode_index()); }
 
 void RunController::Command() {
-  bus().SetPatience({});
+  bus().SetMaxBatchDelay({});
   command_t command{};
   command.kind = command_t::START_EPISODE;
   command.episode = episode_index();
@@ -119,7 +119,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
   if (!EnterEpisode(begin)) return;
   conflicts_.Start();
   attempt_.begin = begin;
-  patience_.Begin(std::chrono::steady_clock::now());
+  batch_delay_.Begin(std::chrono::steady_clock::now());
   SayReady();
   listener_->OnEpisodeBegin(begin);
 }
@@ -127,7 +127,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
 void RunController::OnPartial(const partial_metrics_t& partial) {
   if (!attempt_.begun() || !IsOurs(partial.header)) return;
   attempt_.started = true;
-  bus().SetPatience(patience_.At(std::chrono::steady_clock::now()));
+  bus().SetMaxBatchDelay(batch_delay_.At(std::chrono::steady_clock::now()));
   listener_->OnPartial(partial);
 }
 
@@ -136,7 +136,7 @@ void RunController::OnEnd(const episode_end_t& end) {
   if (conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled()) == ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
   }
-  bus().SetPatience({});
+  bus().SetMaxBatchDelay({});
   attempt_.end = end;
   attempt_.ended.emplace(std::chrono::steady_clock::now());
   // Metrics may not be able to say so, if it was led into another episode.

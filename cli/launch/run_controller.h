@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/random.h"
+#include "bus/batch_delay.h"
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
-#include "bus/patience.h"
 #include "bus/repeater.h"
 #include "bus/wait.h"
 #include "cli/results/policy_calls.h"
@@ -162,7 +162,7 @@ class RunController : public Component {
   Attempt attempt_;
   Repeater command_;
   ConflictDetector conflicts_;
-  Patience patience_;
+  BatchDelay batch_delay_;
   // Of each component, since it last spoke, and for how long it may be so.
   std::map<std::string, Silence> silence_;
   // By component: the highest counts it has said.

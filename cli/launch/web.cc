@@ -31,7 +31,7 @@ constexpr int kNice = 10;
 // How often it is looked for runs that have begun, and at folders; how long messages may wait.
 constexpr auto kDiscover = std::chrono::seconds(1);
 constexpr auto kLook = std::chrono::milliseconds(200);
-constexpr auto kPatience = std::chrono::milliseconds(10);
+constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
 // Messages of one bus in a row.
 constexpr int kInARow = 1000;
 // More than a receive buffer holds.
@@ -79,7 +79,7 @@ class ShownRun {
                            feed_->Hear(name, data, steady_clock::now(), TimeOfDay());
                          });
     }
-    bus_->SetPatience(kPatience);
+    bus_->SetMaxBatchDelay(kMaxBatchDelay);
     asked_model_.reset();
     asked_history_.reset();
     remark_.clear();
@@ -253,7 +253,7 @@ class WebPage {
         server->Wake();
         publish_at = now + viz::LiveFeed::kTicksPeriod;
       }
-      HandleMessages(std::min({publish_at, look_at, now + kPatience}));
+      HandleMessages(std::min({publish_at, look_at, now + kMaxBatchDelay}));
     }
   }
 

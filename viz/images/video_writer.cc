@@ -102,8 +102,8 @@ void CheckVideoEnding(const std::string& ending) {
 }
 
 VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
-                         std::chrono::milliseconds patience)
-    : file_(file), size_(size), patience_(patience) {
+                         std::chrono::milliseconds timeout)
+    : file_(file), size_(size), timeout_(timeout) {
   const std::string ending = file.extension().string();
   CheckVideoEnding(ending);
   if (size.width % 2 != 0 || size.height % 2 != 0) {
@@ -178,7 +178,7 @@ void VideoWriter::Write(const Frame& frame) {
       sent += static_cast<size_t>(n);
       waiting = Wait(std::chrono::steady_clock::now());
     } else if (errno == EAGAIN) {
-      CheckPatience(&waiting);
+      CheckTimeout(&waiting);
       pollfd room{frames_, POLLOUT, 0};
       poll(&room, 1, kLook);
     } else if (errno != EINTR) {
@@ -198,10 +198,10 @@ void VideoWriter::Close() {
   WriteWhole(file_, video);
 }
 
-void VideoWriter::CheckPatience(Wait* waiting) const {
+void VideoWriter::CheckTimeout(Wait* waiting) const {
   if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
-  if (waiting->Look(std::chrono::steady_clock::now()) < patience_) return;
-  Fail(fmt::format("it hangs: no progress for {:g} s", std::chrono::duration<double>(patience_).count()));
+  if (waiting->Look(std::chrono::steady_clock::now()) < timeout_) return;
+  Fail(fmt::format("it hangs: no progress for {:g} s", std::chrono::duration<double>(timeout_).count()));
 }
 
 int VideoWriter::End(std::string* message) {
@@ -209,7 +209,7 @@ int VideoWriter::End(std::string* message) {
   int status = 0;
   Wait waiting(std::chrono::steady_clock::now());
   while (waitpid(ffmpeg_, &status, WNOHANG) == 0) {
-    CheckPatience(&waiting);
+    CheckTimeout(&waiting);
     poll(nullptr, 0, kShortLook);
   }
   ffmpeg_ = -1;

@@ -20,10 +20,10 @@ void CheckVideoEnding(const std::string& ending);
 class VideoWriter {
  public:
   // The file is made by Close, whole. Throws InputError for an odd size and an unknown ending,
-  // EnvironmentError if ffmpeg is missing, fails, or does nothing for longer than `patience`; so do the
+  // EnvironmentError if ffmpeg is missing, fails, or does nothing for longer than `timeout`; so do the
   // others.
   VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
-              std::chrono::milliseconds patience = std::chrono::seconds(60));
+              std::chrono::milliseconds timeout = std::chrono::seconds(60));
   // Without Close: the video is thrown away.
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;
@@ -36,13 +36,13 @@ class VideoWriter {
  private:
   // Ends ffmpeg; its exit code and what it said.
   int End(std::string* message);
-  void CheckPatience(Wait* waiting) const;
+  void CheckTimeout(Wait* waiting) const;
   void CloseFiles();
   [[noreturn]] void Fail(const std::string& message) const;
 
   std::filesystem::path file_;
   FrameSize size_;
-  std::chrono::milliseconds patience_;
+  std::chrono::milliseconds timeout_;
   pid_t ffmpeg_ = -1;
   // Frames go in, the video and complaints come out.
   int frames_ = -1, video_ = -1, complaints_ = -1;

@@ -124,7 +124,7 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
   void Start(const http::request<http::empty_body>& request) {
     core_->viewers.insert(this);
     beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{core_->limits.patience, core_->limits.viewer_patience,
+    stream_.set_option(websocket::stream_base::timeout{core_->limits.timeout, core_->limits.viewer_timeout,
                                                        /*keep_alive_pings=*/true});
     stream_.read_message_max(kMaxMessage);
     stream_.auto_fragment(false);
@@ -202,7 +202,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
   void Read() {
     parser_.emplace();
     parser_->header_limit(kMaxHeader);
-    BeginWait(std::exchange(is_first_, false) ? core_->limits.first_request : core_->limits.patience);
+    BeginWait(std::exchange(is_first_, false) ? core_->limits.first_request : core_->limits.timeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, size_t) {
       self->EndWait();
       if (!error) return self->Answer();
@@ -228,9 +228,9 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
 
  private:
   // From now on the client has so long.
-  void BeginWait(std::chrono::seconds patience) {
+  void BeginWait(std::chrono::seconds timeout) {
     EndWait();
-    stream_.expires_after(patience);
+    stream_.expires_after(timeout);
     waiting_ = core_->waiting.insert(core_->waiting.end(), this);
   }
   void EndWait() {
@@ -300,7 +300,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
 
   // What is left of the answer, as far as the client takes it.
   void Write() {
-    BeginWait(core_->limits.patience);
+    BeginWait(core_->limits.timeout);
     stream_.async_write_some(left_, [self = shared_from_this()](error_code error, size_t written) {
       self->EndWait();
       for (asio::const_buffer& part : self->left_) {

@@ -41,9 +41,9 @@ class WebServer {
     // no progress for longest is dropped for a new one.
     std::chrono::seconds first_request{5};
     // For later ones, and without progress while a client takes an answer.
-    std::chrono::seconds patience{30};
+    std::chrono::seconds timeout{30};
     // A viewer that neither says nor takes anything, not even the server's pings.
-    std::chrono::seconds viewer_patience{60};
+    std::chrono::seconds viewer_timeout{60};
   };
   struct Address {
     // Empty: 127.0.0.1 alone, without a token.

@@ -385,9 +385,9 @@ class FakeFfmpeg : public testing::Test {
   ~FakeFfmpeg() override { unsetenv("EVALBUS_PATH"); }
   // What becomes of a video of 1000 frames.
   template <class Error>
-  std::string MakeVideo(std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+  std::string MakeVideo(std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
     return MessageOf<Error>([&] {
-      VideoWriter video(video_, kVideoSize, 30, patience);
+      VideoWriter video(video_, kVideoSize, 30, timeout);
       for (int i = 0; i < 1000; ++i) video.Write(Frame(kVideoSize));
       video.Close();
     });

@@ -235,12 +235,12 @@ TEST_F(Server, TooManyViewersAreRefused) {
 TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
   WebServer::Limits limits;
   limits.first_request = std::chrono::seconds(1);
-  limits.patience = std::chrono::hours(1);
+  limits.timeout = std::chrono::hours(1);
   Begin(limits);
   // Half a request: the server closes, or this would end at kDeadline, and without an answer, too.
   EXPECT_EQ(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: loc"), "");
   limits.first_request = std::chrono::hours(1);
-  limits.patience = std::chrono::seconds(1);
+  limits.timeout = std::chrono::seconds(1);
   Begin(limits);
   EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: localhost\r\n\r\nGET / HTTP/1.1\r\nHost: loc")),
             200);
@@ -269,7 +269,7 @@ TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
 // The whole takes several times as long as a client may take nothing.
 TEST_F(Server, AnAnswerMayTakeLongWhileItIsBeingTaken) {
   WebServer::Limits limits;
-  limits.patience = std::chrono::seconds(2);
+  limits.timeout = std::chrono::seconds(2);
   Begin(limits);
   EXPECT_EQ(BodyOf(GetSlowly(port_, "/page/large", std::chrono::milliseconds(60), 40'000)).size(),
             large_->size());

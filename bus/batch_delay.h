@@ -1,4 +1,4 @@
-// How long who is in no hurry leaves messages of an episode where they are (Bus::SetPatience). Pure.
+// How long who is in no hurry leaves messages of an episode where they are (Bus::SetMaxBatchDelay). Pure.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 
 namespace evalbus {
 
-class Patience {
+class BatchDelay {
  public:
   using Time = std::chrono::steady_clock::time_point;
   static constexpr std::chrono::milliseconds kLongest{3};
