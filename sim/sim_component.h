@@ -22,7 +22,7 @@
 #include "sim/durations.h"
 #include "sim/pacer.h"
 #include "sim/prepared_scene.h"
-#include "sim/roster.h"
+#include "sim/readiness_tracker.h"
 #include "sim/world.h"
 
 namespace evalbus::sim {
@@ -108,7 +108,7 @@ class SimComponent : public Component {
   // Simulated time of the first success.
   std::optional<int64_t> success_us_;
 
-  Roster roster_;
+  ReadinessTracker readiness_;
   ConflictDetector detector_;
   // The first line about a conflict of this episode; empty without one.
   std::string conflict_;

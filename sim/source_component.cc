@@ -183,7 +183,7 @@ void SourceComponent::BeginIfMet() {
   begin_.header.attempt = command_->attempt;
   begin_.seed = command_->seed;
   EnterEpisode(begin_);
-  roster_.Begin(*command_, status_.instance);
+  readiness_.Begin(*command_, status_.instance);
   command_.reset();
   running_.reset();
   phase_ = Phase::kWaiting;
@@ -214,12 +214,12 @@ void SourceComponent::OnOwnBegin(const episode_begin_t& begin) {
 }
 
 void SourceComponent::OnStatus(const component_status_t& status) {
-  if (!roster_.Hear(status)) ++status_.foreign_messages;
+  if (!readiness_.Hear(status)) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
-  if (!roster_.twice().empty()) {
-    return End(end_reason::kAborted, "two processes on this bus say that they are the " + roster_.twice());
+  if (!readiness_.twice().empty()) {
+    return End(end_reason::kAborted, "two processes on this bus say that they are the " + readiness_.twice());
   }
-  if (phase_ == Phase::kWaiting && roster_.Missing().empty()) {
+  if (phase_ == Phase::kWaiting && readiness_.Missing().empty()) {
     phase_ = Phase::kRunning;
     SayReady();
     log().Info("waits for the source's next episode");
@@ -456,7 +456,7 @@ bool SourceComponent::MayPublish() const {
   if (!r.state) return true;
   const int64_t tick = r.state->header.tick;
   const bool is_answered = r.is_scored() || (r.is_in_gap() && tick - r.behind_gap < kGapWindowTicks);
-  return is_answered && roster_.Lagging(tick).empty();
+  return is_answered && readiness_.Lagging(tick).empty();
 }
 
 void SourceComponent::Advance() {
@@ -576,10 +576,10 @@ void SourceComponent::MindSilence(SteadyTime now) {
   }
   if (!r.state) return;
   const int64_t tick = r.state->header.tick;
-  const std::string laggard = roster_.Lagging(tick);
+  const std::string laggard = readiness_.Lagging(tick);
   if (has_all && laggard.empty()) return;
-  const auto& [lacking, from] = roster_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
-                                                                     : std::pair("PARTIAL", "metrics");
+  const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
+                                                                        : std::pair("PARTIAL", "metrics");
   if (!has_all && unheard_state_.Due(now)) {
     log().Warn("no {} from {} for tick {}: says STATE again", lacking, from, tick);
     unheard_state_.Said(now);

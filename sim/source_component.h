@@ -18,7 +18,7 @@
 #include "bus/repeater.h"
 #include "bus/wait.h"
 #include "sim/measured_scene.h"
-#include "sim/roster.h"
+#include "sim/readiness_tracker.h"
 #include "sim/sample_ticks.h"
 
 namespace evalbus::sim {
@@ -136,7 +136,7 @@ class SourceComponent : public Component {
   std::optional<command_t> command_;
   episode_begin_t begin_{};
   episode_end_t end_{};
-  Roster roster_;
+  ReadinessTracker readiness_;
 
   // Of the source's episodes, counted from 0: the newest to come, and the last that is finished with.
   int64_t newest_episode_ = -1, finished_ = -1;

@@ -1,12 +1,12 @@
-#include "sim/roster.h"
+#include "sim/readiness_tracker.h"
 
 #include <gtest/gtest.h>
 
-namespace evalbus::sim::roster_test {
+namespace evalbus::sim::readiness_tracker_test {
 
-class RosterTest : public testing::Test {
+class ReadinessTrackerTest : public testing::Test {
  protected:
-  RosterTest() { dut_.Begin(Start(3, 1, {"metrics", "policy"}), 7); }
+  ReadinessTrackerTest() { dut_.Begin(Start(3, 1, {"metrics", "policy"}), 7); }
 
   static command_t Start(int episode, int attempt, const std::vector<std::string>& required,
                          const std::vector<int64_t>& instances = {}) {
@@ -31,11 +31,11 @@ class RosterTest : public testing::Test {
     return dut_.Hear(status);
   }
 
-  Roster dut_;
+  ReadinessTracker dut_;
   int episode_ = 3, attempt_ = 1;
 };
 
-TEST_F(RosterTest, NamesWhoIsNotReady) {
+TEST_F(ReadinessTrackerTest, NamesWhoIsNotReady) {
   EXPECT_EQ(dut_.Missing(), "metrics, policy");
   Hear("policy");
   EXPECT_EQ(dut_.Missing(), "metrics");
@@ -45,21 +45,21 @@ TEST_F(RosterTest, NamesWhoIsNotReady) {
   EXPECT_EQ(dut_.Missing(), "");
 }
 
-TEST_F(RosterTest, ReadyForAnotherAttemptIsNotReady) {
+TEST_F(ReadinessTrackerTest, ReadyForAnotherAttemptIsNotReady) {
   attempt_ = 0;
   Hear("metrics");
   Hear("policy");
   EXPECT_EQ(dut_.Missing(), "metrics, policy");
 }
 
-TEST_F(RosterTest, NamesWhoLags) {
+TEST_F(ReadinessTrackerTest, NamesWhoLags) {
   Hear("recorder", component_status_t::READY, 1, 10, 256);
   Hear("metrics", component_status_t::READY, 1, 0, 0);
   EXPECT_EQ(dut_.Lagging(265), "");
   EXPECT_EQ(dut_.Lagging(266), "recorder");
 }
 
-TEST_F(RosterTest, LastTicksAreThoseOfThisEpisode) {
+TEST_F(ReadinessTrackerTest, LastTicksAreThoseOfThisEpisode) {
   Hear("collision", component_status_t::READY, 1, 12);
   EXPECT_EQ(dut_.LastTick("collision"), 12);
   EXPECT_EQ(dut_.LastTick("metrics"), -1);
@@ -67,7 +67,7 @@ TEST_F(RosterTest, LastTicksAreThoseOfThisEpisode) {
   EXPECT_EQ(dut_.LastTick("collision"), -1);
 }
 
-TEST_F(RosterTest, TwoProcessesOfOneNameAreFound) {
+TEST_F(ReadinessTrackerTest, TwoProcessesOfOneNameAreFound) {
   Hear("policy", component_status_t::READY, 1);
   Hear("policy", component_status_t::READY, 1);
   EXPECT_EQ(dut_.twice(), "");
@@ -79,7 +79,7 @@ TEST_F(RosterTest, TwoProcessesOfOneNameAreFound) {
 }
 
 // The other one may be ready before the one that the launcher started.
-TEST_F(RosterTest, AnotherProcessThanTheRequiredOneIsFound) {
+TEST_F(ReadinessTrackerTest, AnotherProcessThanTheRequiredOneIsFound) {
   dut_.Begin(Start(3, 1, {"metrics", "policy"}, {0, 5}), 7);
   Hear("metrics", component_status_t::READY, 1);
   EXPECT_FALSE(Hear("policy", component_status_t::IDLE, 6));
@@ -91,7 +91,7 @@ TEST_F(RosterTest, AnotherProcessThanTheRequiredOneIsFound) {
   EXPECT_EQ(dut_.Missing(), "");
 }
 
-TEST_F(RosterTest, OfThoseNobodyAskedForTwoMayBeThere) {
+TEST_F(ReadinessTrackerTest, OfThoseNobodyAskedForTwoMayBeThere) {
   Hear("viz", component_status_t::READY, 1);
   Hear("viz", component_status_t::READY, 2);
   EXPECT_EQ(dut_.twice(), "");
@@ -100,18 +100,18 @@ TEST_F(RosterTest, OfThoseNobodyAskedForTwoMayBeThere) {
   EXPECT_EQ(dut_.twice(), "");
 }
 
-TEST_F(RosterTest, ASecondSimIsFound) {
+TEST_F(ReadinessTrackerTest, ASecondSimIsFound) {
   Hear("sim", component_status_t::READY, 7);
   EXPECT_EQ(dut_.twice(), "");
   Hear("sim", component_status_t::READY, 8);
   EXPECT_EQ(dut_.twice(), "sim");
 }
 
-TEST_F(RosterTest, InventedNamesAreNotKept) {
+TEST_F(ReadinessTrackerTest, InventedNamesAreNotKept) {
   int taken = 0;
   for (int i = 0; i < 1000; ++i) taken += Hear("component_" + std::to_string(i));
   EXPECT_EQ(taken, 100);
   EXPECT_TRUE(Hear("metrics"));
 }
 
-}  // namespace evalbus::sim::roster_test
+}  // namespace evalbus::sim::readiness_tracker_test

@@ -11,7 +11,7 @@
 
 namespace evalbus::sim {
 
-class Roster {
+class ReadinessTracker {
  public:
   // Begins the episode that `start` commands: no component is ready for it yet. own_instance: of the sim
   // itself.

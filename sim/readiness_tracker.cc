@@ -1,4 +1,4 @@
-#include "sim/roster.h"
+#include "sim/readiness_tracker.h"
 
 #include <algorithm>
 #include <utility>
@@ -10,7 +10,7 @@ constexpr size_t kMaxMembers = 100;
 
 }  // namespace
 
-void Roster::Begin(const command_t& start, int64_t own_instance) {
+void ReadinessTracker::Begin(const command_t& start, int64_t own_instance) {
   episode_ = start.episode;
   attempt_ = start.attempt;
   required_ = start.required_component;
@@ -21,11 +21,11 @@ void Roster::Begin(const command_t& start, int64_t own_instance) {
   twice_.clear();
 }
 
-bool Roster::IsRequired(const std::string& component) const {
+bool ReadinessTracker::IsRequired(const std::string& component) const {
   return std::ranges::find(required_, component) != required_.end();
 }
 
-bool Roster::Hear(const component_status_t& status) {
+bool ReadinessTracker::Hear(const component_status_t& status) {
   const bool is_sim = status.component == "sim", is_required = IsRequired(status.component);
   const bool is_ready =
       status.state == component_status_t::READY && status.episode == episode_ && status.attempt == attempt_;
@@ -47,7 +47,7 @@ bool Roster::Hear(const component_status_t& status) {
   return true;
 }
 
-std::string Roster::Missing() const {
+std::string ReadinessTracker::Missing() const {
   std::string missing;
   for (const std::string& name : required_) {
     const auto found = members_.find(name);
@@ -57,7 +57,7 @@ std::string Roster::Missing() const {
   return missing;
 }
 
-std::string Roster::Lagging(int64_t tick) const {
+std::string ReadinessTracker::Lagging(int64_t tick) const {
   for (const auto& [name, member] : members_) {
     if (member.lag_window_ticks > 0 && member.episode == episode_ &&
         tick - member.last_tick >= member.lag_window_ticks) {
@@ -67,7 +67,7 @@ std::string Roster::Lagging(int64_t tick) const {
   return "";
 }
 
-int64_t Roster::LastTick(const std::string& component) const {
+int64_t ReadinessTracker::LastTick(const std::string& component) const {
   const auto found = members_.find(component);
   return found != members_.end() && IsHere(found->second) ? found->second.last_tick : -1;
 }
