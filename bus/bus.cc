@@ -107,7 +107,7 @@ void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   }
 }
 
-bool Bus::Subscription::Wants(std::string_view channel) const {
+bool Bus::Subscription::Matches(std::string_view channel) const {
   if (!channels.ends_with(kAnyEnd)) return channel == channels;
   return channel.starts_with(std::string_view(channels).substr(0, channels.size() - kAnyEnd.size()));
 }
@@ -172,7 +172,7 @@ bool Bus::HandleReceived(SteadyTime deadline) {
   const auto& [message, time_us] = *received;
   // A handler may subscribe.
   for (size_t i = 0; i < subscriptions_.size(); ++i) {
-    if (!subscriptions_[i]->Wants(message.channel)) continue;
+    if (!subscriptions_[i]->Matches(message.channel)) continue;
     Deliver(subscriptions_[i].get(), message.channel, message.data, time_us);
   }
   return true;

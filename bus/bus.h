@@ -132,7 +132,7 @@ class Bus {
     Bus* bus;
     std::string channels;
     RawHandler handler;
-    bool Wants(std::string_view channel) const;
+    bool Matches(std::string_view channel) const;
     // The form that LCM calls; nothing may be thrown through its C frames.
     static void Receive(const _lcm_recv_buf_t* buffer, const char* channel, void* subscription);
   };

@@ -101,7 +101,7 @@ bool PolicyComponent::Act(const state_t& state) {
   try {
     const bool is_done = policy_->Think(state);
     const auto now = std::chrono::steady_clock::now();
-    const image_request_t* request = policy_->Wants();
+    const image_request_t* request = policy_->image_request();
     // A new request is published at once; the period is for one that may have been lost.
     if (request && (!SameTick(request->header, observed_) || image_request_.Due(now))) {
       observed_ = request->header;
@@ -143,9 +143,9 @@ void PolicyComponent::ThinkOn() {
 }
 
 void PolicyComponent::OnImage(std::span<const uint8_t> data) {
-  if (!policy_ || !policy_->Wants()) return;
+  if (!policy_ || !policy_->image_request()) return;
   if (!Decode(data, &image_)) return bus().CountDecodeError();
-  policy_->See(image_);
+  policy_->OnImage(image_);
   ThinkOn();
 }
 

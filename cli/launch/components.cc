@@ -60,7 +60,7 @@ bool TakesPart(const ComponentType& type, const RunOptions& options) {
   if (options.watch && type.name == "policy") return false;
   if (type.name != "cameras") return true;
   const std::optional<policy::Contract> contract = policy::FindContractOf(options.policy);
-  return contract && contract->looks();
+  return contract && contract->needs_images();
 }
 
 }  // namespace

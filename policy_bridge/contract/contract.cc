@@ -442,7 +442,7 @@ bool Contract::is_privileged() const {
   });
 }
 
-bool Contract::looks() const { return std::ranges::any_of(observation, &ObservationEntry::is_image); }
+bool Contract::needs_images() const { return std::ranges::any_of(observation, &ObservationEntry::is_image); }
 
 std::string Contract::PromptFor(const std::string& task, const std::string& instruction) const {
   const auto own = prompts.find(task);

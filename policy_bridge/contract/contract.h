@@ -95,7 +95,7 @@ struct Contract {
   // Of its cameras and signals: whether anything is shown that a robot cannot know (poses of objects).
   bool is_privileged() const;
   // Whether it wants images.
-  bool looks() const;
+  bool needs_images() const;
   std::string PromptFor(const std::string& task, const std::string& instruction) const;
 };
 

@@ -152,11 +152,11 @@ bool RemotePolicy::has_all_images() const {
   return std::ranges::all_of(images_, [](const auto& image) { return image.has_value(); });
 }
 
-const image_request_t* RemotePolicy::Wants() const {
+const image_request_t* RemotePolicy::image_request() const {
   return image_request_ && !has_all_images() ? &*image_request_ : nullptr;
 }
 
-void RemotePolicy::See(const image_t& image) {
+void RemotePolicy::OnImage(const image_t& image) {
   if (!image_request_ || !SameTick(image.header, image_request_->header)) return;
   if (image.data.empty()) {
     // The next tick is observed instead.

@@ -29,8 +29,8 @@ class RemotePolicy : public Policy {
   bool IsReady() override;
   bool Think(const state_t& state) override;
   std::chrono::steady_clock::time_point think_again_at() const override;
-  const image_request_t* Wants() const override;
-  void See(const image_t& image) override;
+  const image_request_t* image_request() const override;
+  void OnImage(const image_t& image) override;
   void SetCallbacks(const PolicyCallbacks& callbacks) override;
 
  private:

@@ -41,7 +41,7 @@ class LiveFeed {
       "EVALBUS_MODEL",           "EVALBUS_EPISODE_BEGIN", "EVALBUS_STATE",  "EVALBUS_CONTACTS",
       "EVALBUS_PARTIAL",         "EVALBUS_CRITERIA",      "EVALBUS_STATUS", "EVALBUS_EPISODE_END",
       "EVALBUS_EPISODE_SUMMARY", "EVALBUS_RUN_SUMMARY",   "EVALBUS_LOG",    "EVALBUS_CAMERA_.*"};
-  static bool Wants(std::string_view channel) {
+  static bool Uses(std::string_view channel) {
     return std::ranges::find(kChannels, channel) != std::end(kChannels) ||
            channels::Carries(channels::kCameraImage, channel);
   }

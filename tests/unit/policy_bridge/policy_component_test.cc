@@ -170,10 +170,10 @@ class ImagePolicy : public Policy {
     image_request_.header = state.header;
     return false;
   }
-  const image_request_t* Wants() const override {
+  const image_request_t* image_request() const override {
     return seen_tick_ < image_request_.header.tick ? &image_request_ : nullptr;
   }
-  void See(const image_t& image) override { seen_tick_ = image.header.tick; }
+  void OnImage(const image_t& image) override { seen_tick_ = image.header.tick; }
   void Act(const state_t&, action_t* action) override { action->mode = action_t::JOINT_POSITION; }
 
  private:

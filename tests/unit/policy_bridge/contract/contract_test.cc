@@ -72,7 +72,7 @@ TEST(Contract, IsWhatItsFileSays) {
   EXPECT_EQ(contract.actions.arms[0].gripper.threshold, 0.5);
   EXPECT_EQ(contract.chunk_steps, 10);
   EXPECT_EQ(contract.execute_steps, 5);
-  EXPECT_TRUE(contract.looks());
+  EXPECT_TRUE(contract.needs_images());
   EXPECT_FALSE(contract.is_privileged());
 }
 

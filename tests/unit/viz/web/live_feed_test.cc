@@ -119,8 +119,8 @@ TEST_F(LiveFeedTest, WhoComesLaterIsNotGivenAnEpisodeOfLongAgo) {
 }
 
 TEST_F(LiveFeedTest, ImagesOfASourceComeWithTheTicks) {
-  EXPECT_TRUE(LiveFeed::Wants("EVALBUS_CAMERA_front"));
-  EXPECT_FALSE(LiveFeed::Wants("EVALBUS_IMAGE_front"));
+  EXPECT_TRUE(LiveFeed::Uses("EVALBUS_CAMERA_front"));
+  EXPECT_FALSE(LiveFeed::Uses("EVALBUS_IMAGE_front"));
   UpdateBroadcaster::Viewer viewer;
   broadcaster_.Enter(&viewer);
   const auto image = [this](int64_t tick, const std::string& bytes) {
