@@ -1,5 +1,5 @@
 // What a source does not know is absent from a score, never zero and never a failure.
-#include "metrics/episode/what_is_known.h"
+#include "metrics/episode/metric_availability.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "metrics/episode/result_json.h"
 #include "tests/unit/small_world.h"
 
-namespace evalbus::metrics::what_is_known_test {
+namespace evalbus::metrics::metric_availability_test {
 
 using namespace small_world;
 
@@ -49,7 +49,7 @@ std::set<std::string> Lacks(const nlohmann::ordered_json& less, const nlohmann::
   return lacking;
 }
 
-TEST(WhatIsKnown, WithoutPhysicsOnlyWhatItKnowsIsAbsent) {
+TEST(MetricAvailability, WithoutPhysicsOnlyWhatItKnowsIsAbsent) {
   model_info_t model = Model();
   const episode_summary_t all = ScoreOf(model);
   model.has_physics = model.has_velocity = false;
@@ -62,7 +62,7 @@ TEST(WhatIsKnown, WithoutPhysicsOnlyWhatItKnowsIsAbsent) {
   EXPECT_EQ(kinematic.verdict, partial_metrics_t::SUCCESS);
 }
 
-TEST(WhatIsKnown, WithoutTheObjectNothingIsJudged) {
+TEST(MetricAvailability, WithoutTheObjectNothingIsJudged) {
   model_info_t model = Model();
   const episode_summary_t all = ScoreOf(model);
   model.object_is_tracked = {0};
@@ -84,7 +84,7 @@ TEST(WhatIsKnown, WithoutTheObjectNothingIsJudged) {
                                    "stage_time_s"}));
 }
 
-TEST(WhatIsKnown, AFailureThatCanBeJudgedIsOneAndSuccessThenNeedsBoth) {
+TEST(MetricAvailability, AFailureThatCanBeJudgedIsOneAndSuccessThenNeedsBoth) {
   const std::string kFailure = "failure: {touching: {a: pot, b: world}}";
   std::string yaml = kTask;
   yaml.replace(yaml.find(kFailure), kFailure.size(), "failure: {touching: {a: left, b: counter}}");
@@ -100,7 +100,7 @@ TEST(WhatIsKnown, AFailureThatCanBeJudgedIsOneAndSuccessThenNeedsBoth) {
   EXPECT_EQ(ScoreOf(model, yaml).failure_reason, "not_judged");
 }
 
-TEST(WhatIsKnown, FixturesThatMustNotBeTouchedAreLackingInCollisions) {
+TEST(MetricAvailability, FixturesThatMustNotBeTouchedAreLackingInCollisions) {
   model_info_t model = Model();
   model.barred_geom = {kLidGeom};
   model.num_barred_geoms = 1;
@@ -115,7 +115,7 @@ TEST(WhatIsKnown, FixturesThatMustNotBeTouchedAreLackingInCollisions) {
   }
 }
 
-TEST(WhatIsKnown, RatesAreOfJudgedEpisodes) {
+TEST(MetricAvailability, RatesAreOfJudgedEpisodes) {
   model_info_t model = Model();
   RunStatistics statistics;
   statistics.Add(0, ResultOf({}, ScoreOf(model)));
@@ -130,4 +130,4 @@ TEST(WhatIsKnown, RatesAreOfJudgedEpisodes) {
   EXPECT_EQ(SummaryJson("small", "base", blind.Summary(false))["slips_per_object"].size(), 0u);
 }
 
-}  // namespace evalbus::metrics::what_is_known_test
+}  // namespace evalbus::metrics::metric_availability_test

@@ -7,6 +7,6 @@
 
 namespace evalbus {
 
-inline constexpr int64_t kUnknownCount = -1;
+inline constexpr int64_t kUnavailableCount = -1;
 
 }  // namespace evalbus

@@ -1,4 +1,4 @@
-#include "metrics/episode/what_is_known.h"
+#include "metrics/episode/metric_availability.h"
 
 #include <limits>
 #include <string_view>
@@ -7,7 +7,7 @@
 
 namespace evalbus::metrics {
 
-enum class WhatIsKnown::Need {
+enum class MetricAvailability::Need {
   kPhysics,      // what only a physics engine knows (model_info_t.has_physics)
   kObjects,      // the poses of all manipulated objects
   kBarredGeoms,  // those of objects with parts that must not be touched, which count as scene
@@ -15,13 +15,13 @@ enum class WhatIsKnown::Need {
   kVerdict,      // success and failure can be judged
 };
 
-struct WhatIsKnown::Row {
+struct MetricAvailability::Row {
   std::string_view metric;
   Need need;
 };
 
 // What is not here needs joint positions alone. Velocities that are differences of positions are no lack.
-const WhatIsKnown::Row WhatIsKnown::kNeeds[] = {
+const MetricAvailability::Row MetricAvailability::kNeeds[] = {
     {"subtask_progress", Need::kStages},
     {"slip_count", Need::kObjects},
     {"env_collision_count", Need::kBarredGeoms},
@@ -43,7 +43,7 @@ const WhatIsKnown::Row WhatIsKnown::kNeeds[] = {
     {"extended.singular_poses", Need::kPhysics},
 };
 
-WhatIsKnown::WhatIsKnown(const model_info_t& model, const TaskEvaluator& evaluator)
+MetricAvailability::MetricAvailability(const model_info_t& model, const TaskEvaluator& evaluator)
     : has_physics_(model.has_physics != 0),
       all_objects_(evaluator.objects().all()),
       barred_geoms_(!evaluator.objects().lacks_barred_geoms()),
@@ -53,7 +53,7 @@ WhatIsKnown::WhatIsKnown(const model_info_t& model, const TaskEvaluator& evaluat
   everything_ = has_physics_ && all_objects_ && barred_geoms_ && stages_ && verdict_;
 }
 
-bool WhatIsKnown::Has(Need need) const {
+bool MetricAvailability::Has(Need need) const {
   switch (need) {
     case Need::kPhysics:
       return has_physics_;
@@ -69,20 +69,20 @@ bool WhatIsKnown::Has(Need need) const {
   return verdict_;
 }
 
-void WhatIsKnown::RemoveUnknown(metric_values_t* values) const {
+void MetricAvailability::MaskUnavailable(metric_values_t* values) const {
   if (everything_) return;
   for (const Row& row : kNeeds) {
     if (Has(row.need)) continue;
     const MetricInfo& metric = *FindMetric(std::string(row.metric)).metric;
     if (metric.number) values->*metric.number = std::numeric_limits<double>::quiet_NaN();
-    if (metric.count) values->*metric.count = kUnknownCount;
+    if (metric.count) values->*metric.count = kUnavailableCount;
   }
   for (size_t k = 0; k < is_tracked_.size(); ++k) {
-    if (!is_tracked_[k]) values->slip_count_per_object[k] = kUnknownCount;
+    if (!is_tracked_[k]) values->slip_count_per_object[k] = kUnavailableCount;
   }
 }
 
-void WhatIsKnown::RemoveUnknown(extended_metrics_t* values) const {
+void MetricAvailability::MaskUnavailable(extended_metrics_t* values) const {
   if (everything_) return;
   extended_metrics_t& e = *values;
   const auto is_known = [this](std::string_view name) {
@@ -105,7 +105,7 @@ void WhatIsKnown::RemoveUnknown(extended_metrics_t* values) const {
   e.num_values = static_cast<int32_t>(kept);
   for (const Row& row : kNeeds) {
     const MetricInfo& metric = *FindMetric(std::string(row.metric)).metric;
-    if (metric.counter && !Has(row.need)) e.*metric.counter = kUnknownCount;
+    if (metric.counter && !Has(row.need)) e.*metric.counter = kUnavailableCount;
   }
 }
 

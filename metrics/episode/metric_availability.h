@@ -5,18 +5,18 @@
 #include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/metric_values_t.hpp"
 #include "evalbus/model_info_t.hpp"
-#include "lcmtypes/unknown.h"
+#include "lcmtypes/unavailable.h"
 #include "metrics/task/task_evaluator.h"
 
 namespace evalbus::metrics {
 
-class WhatIsKnown {
+class MetricAvailability {
  public:
-  WhatIsKnown(const model_info_t& model, const TaskEvaluator& evaluator);
+  MetricAvailability(const model_info_t& model, const TaskEvaluator& evaluator);
 
   bool everything() const { return everything_; }
-  void RemoveUnknown(metric_values_t* values) const;
-  void RemoveUnknown(extended_metrics_t* values) const;
+  void MaskUnavailable(metric_values_t* values) const;
+  void MaskUnavailable(extended_metrics_t* values) const;
 
  private:
   bool has_physics_, all_objects_, barred_geoms_, stages_, verdict_;
