@@ -11,7 +11,7 @@
 
 #include "base/errors.h"
 #include "bus/multicast_receiver.h"
-#include "bus/readable.h"
+#include "bus/poll.h"
 
 namespace evalbus {
 namespace {

@@ -14,7 +14,7 @@
 #include <variant>
 
 #include "bus/channel_filter.h"
-#include "bus/readable.h"
+#include "bus/poll.h"
 
 namespace evalbus {
 namespace {

@@ -10,7 +10,7 @@
 #include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 #include "models/physics_model.h"
 
 namespace evalbus::policy {

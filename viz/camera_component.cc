@@ -9,7 +9,7 @@
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "bus/message.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 #include "models/physics_model.h"
 #include "viz/images/gl_context.h"
 #include "viz/images/view_image.h"

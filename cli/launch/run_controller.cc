@@ -15,7 +15,7 @@
 #include "cli/results/episode_json.h"
 #include "cli/results/pacing.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 
 namespace evalbus::launch {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "base/errors.h"
 #include "base/sha256.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 
 namespace evalbus::policy {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "base/errors.h"
 #include "lcmtypes/clock.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 #include "policy_bridge/remote/server_claims.h"
 
 namespace evalbus::policy {
