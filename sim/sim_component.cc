@@ -347,7 +347,7 @@ void SimComponent::Poll(SteadyTime now) {
   if (options_.realtime) {
     AdvanceRealtime(now);
   } else {
-    MindSilence(now);
+    CheckAnswerTimeouts(now);
   }
   // After a STATE said again, which it would push out of a small receive buffer.
   if (phase_ == Phase::kRunning &&
@@ -355,7 +355,7 @@ void SimComponent::Poll(SteadyTime now) {
     PublishModel();
 }
 
-void SimComponent::MindSilence(SteadyTime now) {
+void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   const int64_t tick = state_.header.tick;
   const auto waited = tick_.wait.Look(now);
   // Scores need contacts: whose lack it is, STATUS tells.

@@ -82,7 +82,7 @@ class SimComponent : public Component {
   void TimeAnswer(int64_t tick, Durations* latency);
   void PublishState();
   // Says again, and ends the episode, where an answer does not come.
-  void MindSilence(SteadyTime now);
+  void CheckAnswerTimeouts(SteadyTime now);
   void End(std::string reason, std::string detail = "");
   // The time limit holds until the first success, and after_success_us from there.
   bool TimeIsUp() const {

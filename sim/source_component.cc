@@ -555,10 +555,10 @@ void SourceComponent::Poll(SteadyTime now) {
   if (phase_ != Phase::kRunning) return;
   const int64_t time_us = running_ && running_->state ? running_->state->header.sim_time_us : 0;
   if (model_.Due(now) || time_us - model_published_sim_us_ >= kRepeatModelSimUs) PublishModel();
-  MindSilence(now);
+  CheckAnswerTimeouts(now);
 }
 
-void SourceComponent::MindSilence(SteadyTime now) {
+void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
   const bool is_silent = silence_.Look(now) > std::chrono::duration<double>(options_.source_timeout_s);
   const auto unscored = unscored_.Look(now);
   if (!running_) return;

@@ -114,7 +114,7 @@ class SourceComponent : public Component {
   void PublishState(const SampleTicks::Tick& tick);
   bool TimeIsUp() const;
   void EndInTime();
-  void MindSilence(SteadyTime now);
+  void CheckAnswerTimeouts(SteadyTime now);
   // lacks_tick: one that should have come did not, which makes the episode incomplete.
   void End(std::string reason, std::string detail = "", bool lacks_tick = false);
   std::string source() const { return prepared_.info.source; }
