@@ -386,8 +386,9 @@ CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& inf
 
   const std::vector<std::pair<int, int>> checked = CheckedPairs(m, info);
   const auto kind_of = [&](const Geom& geom) -> int8_t {
-    const bool is_barred = std::ranges::find(info.barred_geom, geom.id) != info.barred_geom.end();
-    return is_barred ? model_info_t::FIXTURE : info.entity_kind[info.body_entity[geom.body]];
+    const bool is_forbidden =
+        std::ranges::find(info.forbidden_contact_geom, geom.id) != info.forbidden_contact_geom.end();
+    return is_forbidden ? model_info_t::FIXTURE : info.entity_kind[info.body_entity[geom.body]];
   };
   std::vector<int>& index = impl_->geom_of;
   index.assign(m.ngeom, -1);

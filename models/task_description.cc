@@ -106,8 +106,8 @@ void ReadObjects(const YamlValue& value, TaskDescription* task) {
     if (entry.is_map()) {
       const YamlMap map(entry, {"name", "may_touch"});
       name = PartName(map["name"], parts);
-      for (const YamlValue& touchable : map["may_touch"].List())
-        task->touchables.push_back({name, touchable.Text(), touchable.location()});
+      for (const YamlValue& allowed_contact : map["may_touch"].List())
+        task->allowed_contacts.push_back({name, allowed_contact.Text(), allowed_contact.location()});
     } else {
       name = PartName(entry, parts);
     }

@@ -69,7 +69,7 @@ struct Variation : Randomized {
 };
 
 // A body or geom of an object of which only some may be touched.
-struct Touchable {
+struct AllowedContact {
   std::string object;
   std::string name;
   SourceLocation location;
@@ -111,7 +111,7 @@ struct TaskDescription {
   // Manipulated objects (names of parts), in the order of slip_count_per_object.
   std::vector<std::string> objects;
   // Of an object that has any, the rest counts as fixture in collisions and clearance.
-  std::vector<Touchable> touchables;
+  std::vector<AllowedContact> allowed_contacts;
   // Where they are not at the robot's home or where their file has them.
   std::vector<JointStart> joints;
   // Besides those of the scene, or instead.

@@ -8,11 +8,11 @@
 namespace evalbus::metrics {
 
 enum class MetricAvailability::Need {
-  kPhysics,      // what only a physics engine knows (model_info_t.has_physics)
-  kObjects,      // the poses of all manipulated objects
-  kBarredGeoms,  // those of objects with parts that must not be touched, which count as scene
-  kStages,       // every stage of the task can be judged
-  kVerdict,      // success and failure can be judged
+  kPhysics,                // what only a physics engine knows (model_info_t.has_physics)
+  kObjects,                // the poses of all manipulated objects
+  kForbiddenContactGeoms,  // those of objects with parts that must not be touched, which count as scene
+  kStages,                 // every stage of the task can be judged
+  kVerdict,                // success and failure can be judged
 };
 
 struct MetricAvailability::Row {
@@ -24,15 +24,15 @@ struct MetricAvailability::Row {
 const MetricAvailability::Row MetricAvailability::kNeeds[] = {
     {"subtask_progress", Need::kStages},
     {"slip_count", Need::kObjects},
-    {"env_collision_count", Need::kBarredGeoms},
-    {"extended.contact_time_s", Need::kBarredGeoms},
-    {"extended.env_collision_events", Need::kBarredGeoms},
+    {"env_collision_count", Need::kForbiddenContactGeoms},
+    {"extended.contact_time_s", Need::kForbiddenContactGeoms},
+    {"extended.env_collision_events", Need::kForbiddenContactGeoms},
     {"extended.grasp_count", Need::kObjects},
     {"extended.grasp_time_s", Need::kObjects},
     {"extended.longest_grasp_s", Need::kObjects},
     {"extended.mechanical_work_J", Need::kPhysics},
-    {"extended.min_clearance_m", Need::kBarredGeoms},
-    {"extended.min_clearance_time_s", Need::kBarredGeoms},
+    {"extended.min_clearance_m", Need::kForbiddenContactGeoms},
+    {"extended.min_clearance_time_s", Need::kForbiddenContactGeoms},
     {"extended.peak_penetration_m", Need::kObjects},
     {"extended.success_once", Need::kVerdict},
     {"extended.success_end", Need::kVerdict},
@@ -46,11 +46,11 @@ const MetricAvailability::Row MetricAvailability::kNeeds[] = {
 MetricAvailability::MetricAvailability(const model_info_t& model, const TaskEvaluator& evaluator)
     : has_physics_(model.has_physics != 0),
       all_objects_(evaluator.objects().all()),
-      barred_geoms_(!evaluator.objects().lacks_barred_geoms()),
+      forbidden_contact_geoms_(!evaluator.objects().lacks_forbidden_contact_geoms()),
       stages_(evaluator.knows_all_stages()),
       verdict_(evaluator.can_succeed()),
       is_tracked_(model.object_is_tracked.begin(), model.object_is_tracked.end()) {
-  everything_ = has_physics_ && all_objects_ && barred_geoms_ && stages_ && verdict_;
+  everything_ = has_physics_ && all_objects_ && forbidden_contact_geoms_ && stages_ && verdict_;
 }
 
 bool MetricAvailability::Has(Need need) const {
@@ -59,8 +59,8 @@ bool MetricAvailability::Has(Need need) const {
       return has_physics_;
     case Need::kObjects:
       return all_objects_;
-    case Need::kBarredGeoms:
-      return barred_geoms_;
+    case Need::kForbiddenContactGeoms:
+      return forbidden_contact_geoms_;
     case Need::kStages:
       return stages_;
     case Need::kVerdict:

@@ -19,7 +19,7 @@ class MetricAvailability {
   void MaskUnavailable(extended_metrics_t* values) const;
 
  private:
-  bool has_physics_, all_objects_, barred_geoms_, stages_, verdict_;
+  bool has_physics_, all_objects_, forbidden_contact_geoms_, stages_, verdict_;
   bool everything_;
   std::vector<uint8_t> is_tracked_;
 

@@ -174,7 +174,7 @@ class Plan {
     std::vector<Carried> carried;
     std::vector<Turned> turned;
     // Bodies that pads may touch.
-    std::vector<int> touchable;
+    std::vector<int> allowed_bodies;
   };
   // grip(i, s): pose of the grip of arms[i] at fraction s.
   template <class GripAt>

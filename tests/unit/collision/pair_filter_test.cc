@@ -200,8 +200,8 @@ TEST(Clearance, OfObjectsOnlyToWhatMustNotBeTouched) {
     return checker.FindClearance();
   };
   EXPECT_FALSE(clearance());
-  scene.info.barred_geom = {scene.Geom("door")};
-  scene.info.num_barred_geoms = 1;
+  scene.info.forbidden_contact_geom = {scene.Geom("door")};
+  scene.info.num_forbidden_contact_geoms = 1;
   ASSERT_TRUE(clearance());
   EXPECT_NEAR(clearance()->distance, 0.35, 1e-12);
   EXPECT_EQ(clearance()->scene_geom, scene.Geom("door"));

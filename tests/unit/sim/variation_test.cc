@@ -200,8 +200,8 @@ TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
   EXPECT_EQ(task.objects, std::vector<std::string>{"box"});
   const RobotDescription robot = LoadRobot(task.robot_file);
   const Scene scene = BuildScene(task, robot);
-  ASSERT_EQ(scene.info.barred_geom.size(), 1u);
-  const int wall = scene.info.barred_geom[0];
+  ASSERT_EQ(scene.info.forbidden_contact_geom.size(), 1u);
+  const int wall = scene.info.forbidden_contact_geom[0];
   EXPECT_EQ(scene.info.geom_name[static_cast<size_t>(wall)], "box/wall");
   const auto error = [&](const std::string& name) {
     return ErrorOf([&] {

@@ -102,8 +102,8 @@ TEST(MetricAvailability, AFailureThatCanBeJudgedIsOneAndSuccessThenNeedsBoth) {
 
 TEST(MetricAvailability, FixturesThatMustNotBeTouchedAreLackingInCollisions) {
   model_info_t model = Model();
-  model.barred_geom = {kLidGeom};
-  model.num_barred_geoms = 1;
+  model.forbidden_contact_geom = {kLidGeom};
+  model.num_forbidden_contact_geoms = 1;
   model.object_is_tracked = {0};
   const episode_summary_t blind = ScoreOf(model);
   EXPECT_FALSE(ResultJson(blind.metrics).contains("env_collision_count"));

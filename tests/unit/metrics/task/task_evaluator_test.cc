@@ -254,8 +254,8 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
 
 TEST(ModelNames, WhatMustNotBeTouchedOfAnObjectIsNone) {
   model_info_t model = Model();
-  model.barred_geom = {kLidGeom};
-  model.num_barred_geoms = 1;
+  model.forbidden_contact_geom = {kLidGeom};
+  model.num_forbidden_contact_geoms = 1;
   const ModelNames names(model);
   EXPECT_TRUE(names.IsObject(kWall));
   EXPECT_FALSE(names.IsObject(kLidGeom));
@@ -275,7 +275,7 @@ TEST(ModelNames, RefusesAModelThatContradictsItself) {
   expect_refused([](model_info_t* m) { m->gripper[1].pad_geom[0] = kNumGeoms; });
   expect_refused([](model_info_t* m) { m->gripper[1].arm = 2; });
   expect_refused([](model_info_t* m) { m->object_entity[0] = 5; });
-  expect_refused([](model_info_t* m) { m->barred_geom = {kNumGeoms}; });
+  expect_refused([](model_info_t* m) { m->forbidden_contact_geom = {kNumGeoms}; });
 }
 
 class TaskEvaluatorTest : public testing::Test {
