@@ -146,7 +146,7 @@ typename EachOnce<std::tuple<>, Message...>::Tuple OneOfEach(const std::tuple<Ch
 using Messages = decltype(OneOfEach(kAll));
 
 // False for bytes on one of our channels that are not the message it carries. messages: room to decode in.
-inline bool IsWhatItCarries(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
+inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
   bool good = true;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
     if (Carries(channel, name)) good = Decode(data, &std::get<Message>(*messages));

@@ -73,7 +73,7 @@ void Component::Stop() {
 }
 
 bool Component::IsNewModel() {
-  if (bus_->session() == 0 || model_bytes_.empty()) return IsNews(bus_->handled(), &model_bytes_);
+  if (bus_->session() == 0 || model_bytes_.empty()) return UpdateIfChanged(bus_->handled(), &model_bytes_);
   if (!std::ranges::equal(bus_->handled(), model_bytes_)) ++status_.foreign_messages;
   return false;
 }

@@ -129,7 +129,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   // Images can be drawn again from the log, and who looks on does not change what a run leaves behind.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
-  if (!channels::IsWhatItCarries(channel, data, &decoded_)) return bus().CountDecodeError();
+  if (!channels::MatchesChannelType(channel, data, &decoded_)) return bus().CountDecodeError();
   // Runs with equal seeds leave equal logs.
   if (channels::CarriesSession(channel) && SessionOf(data) != 0) {
     without_session_.assign(data.begin(), data.end());
@@ -145,7 +145,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
     if (found == heard_.end()) found = heard_.emplace(channel, Heard{}).first;
     heard = &found->second;
     // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
-    if (!IsNews(data, &heard->last)) return;
+    if (!UpdateIfChanged(data, &heard->last)) return;
   }
   header_t header{};
   const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&

@@ -38,7 +38,7 @@ bool SameRobot(const model_info_t& a, const model_info_t& b) {
 
 }  // namespace
 
-MadeOf MadeOf::Of(const model_info_t& model) {
+ModelHashes ModelHashes::Of(const model_info_t& model) {
   return {Sha256Text(model.task_yaml), model.physics_sha256, model.visual_sha256};
 }
 
@@ -93,13 +93,13 @@ void RunController::OnModel(const model_info_t& model) {
 
 void RunController::CheckUnchanged(const model_info_t& model) {
   if (!model_) model_ = model;
-  const MadeOf now = MadeOf::Of(model);
+  const ModelHashes now = ModelHashes::Of(model);
   const std::string changed =
-      now.task_sha256 != plan_.made_of.task_sha256         ? model.task_file
-      : now.physics_sha256 != plan_.made_of.physics_sha256 ? "a file of the physics model"
-      : now.visual_sha256 != plan_.made_of.visual_sha256   ? "a file of the visual model"
-      : !SameRobot(model, *model_)                         ? "robot " + model.robot
-                                                           : "";
+      now.task_sha256 != plan_.model_hashes.task_sha256         ? model.task_file
+      : now.physics_sha256 != plan_.model_hashes.physics_sha256 ? "a file of the physics model"
+      : now.visual_sha256 != plan_.model_hashes.visual_sha256   ? "a file of the visual model"
+      : !SameRobot(model, *model_)                              ? "robot " + model.robot
+                                                                : "";
   if (changed.empty()) return;
   throw InputError(
       changed +

@@ -20,16 +20,16 @@
 namespace evalbus::launch {
 
 // What every episode of a run is made of, by SHA-256.
-struct MadeOf {
+struct ModelHashes {
   std::string task_sha256, physics_sha256, visual_sha256;
 
-  static MadeOf Of(const model_info_t& model);
+  static ModelHashes Of(const model_info_t& model);
 };
 
 struct RunPlan {
   std::string task;
   std::string variation;
-  MadeOf made_of;
+  ModelHashes model_hashes;
   // Which episodes to run, in this order.
   std::vector<int> episodes;
   int64_t seed = 0;

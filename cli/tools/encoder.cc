@@ -104,7 +104,7 @@ Encoder::Encoder(Emit emit, SceneOf scene) : emit_(std::move(emit)), scene_(std:
 }
 
 void Encoder::Hear(std::string_view channel, std::span<const uint8_t> data) {
-  if (channels::kModel == channel && !IsNews(data, &model_bytes_)) return;
+  if (channels::kModel == channel && !UpdateIfChanged(data, &model_bytes_)) return;
   const auto hear = [&]<class T>(const Channel<T>& known) {
     if (!(known == channel)) return false;
     T message{};

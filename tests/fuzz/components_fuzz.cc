@@ -112,7 +112,7 @@ class Run {
         plan.realtime = plan.policy_is_external = true;
         model_info_t model{};
         Decode(samples_[channels::kModel.name].at(0), &model);
-        plan.made_of = launch::MadeOf::Of(model);
+        plan.model_hashes = launch::ModelHashes::Of(model);
         launch::LiveHeader header;
         header.episodes = 2;
         view_.emplace(nowhere_, header);

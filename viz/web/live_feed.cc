@@ -23,7 +23,7 @@ void LiveFeed::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
                     const std::string& time) {
   watch_.Hear(channel, data, now);
   if (channel == channels::kModel) {
-    if (!IsNews(data, &model_bytes_) || watch_.model() == nullptr) return;
+    if (!UpdateIfChanged(data, &model_bytes_) || watch_.model() == nullptr) return;
     model_ = wanted_ = std::make_shared<const model_info_t>(*watch_.model());
     return;
   }

@@ -90,8 +90,8 @@ TEST(Channels, MessagesBeginWithTheSessionButThoseOfASource) {
 
 TEST(Channels, OfACameraCarryImagesAndNothingElse) {
   channels::Messages messages;
-  EXPECT_TRUE(channels::IsWhatItCarries("EVALBUS_CAMERA_front", Encode(image_t{}), &messages));
-  EXPECT_FALSE(channels::IsWhatItCarries("EVALBUS_CAMERA_front", Encode(header_t{}), &messages));
+  EXPECT_TRUE(channels::MatchesChannelType("EVALBUS_CAMERA_front", Encode(image_t{}), &messages));
+  EXPECT_FALSE(channels::MatchesChannelType("EVALBUS_CAMERA_front", Encode(header_t{}), &messages));
 }
 
 }  // namespace evalbus::channels_test
