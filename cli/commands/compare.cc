@@ -63,7 +63,7 @@ results::RecordedRuns Read(const fs::path& folder) {
 }
 
 // Takes the baseline out of the runs; reads it if it is none of them.
-results::RecordedRuns TakeBaseline(const std::string& name, std::vector<results::RecordedRuns>* runs) {
+results::RecordedRuns RemoveBaseline(const std::string& name, std::vector<results::RecordedRuns>* runs) {
   const auto matches = [&](const results::RecordedRuns& run) {
     return name.empty() || run.name == name || run.runs[0].policy == name ||
            (fs::exists(name) && fs::equivalent(run.folder, name));
@@ -179,7 +179,7 @@ int Compare(const CompareOptions& options) {
   if (!options.video.empty() && runs.size() != 2) throw InputError("--video: expected two runs or suites");
   if (!options.video.empty()) viz::CheckVideoEnding(options.video.extension().string());
   if (options.seed && options.video.empty()) throw InputError("--seed: is of --video, which is not given");
-  const results::RecordedRuns baseline = TakeBaseline(options.baseline, &runs);
+  const results::RecordedRuns baseline = RemoveBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("compare needs two runs, there is only " + baseline.folder.string());
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
   for (size_t i = 0; i < comparisons.size(); ++i) {

@@ -112,7 +112,7 @@ void RunOne(RunOptions options) {
     video_recording.emplace(run.folder, run.options.video, &*view);
     Evaluate(run, &*view, &*video_recording);
   } catch (...) {
-    run.folder.TakeAway();
+    run.folder.Remove();
     throw;
   }
   run.folder.RemoveHalfWritten();

@@ -206,7 +206,7 @@ void RunFolder::RemoveHalfWrittenVideos(std::optional<pid_t> by) const {
   });
 }
 
-void RunFolder::TakeAway() const {
+void RunFolder::Remove() const {
   if (fs::exists(path_ / kEpisodesJsonl)) return;
   RemoveHalfWritten();
   std::error_code ignored;

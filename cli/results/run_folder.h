@@ -84,7 +84,7 @@ class RunFolder {
   // Videos likewise, all or those of one process.
   void RemoveHalfWrittenVideos(std::optional<pid_t> by = std::nullopt) const;
   // Takes the run away, unless an episode was finished: what has none is not a run.
-  void TakeAway() const;
+  void Remove() const;
 
  private:
   RunFolder() = default;
