@@ -43,7 +43,7 @@ enum class Recorded {
   kYes,
   // One for each tick; what is said again is in the log once.
   kOncePerTick,
-  // For who looks on; no two runs agree in it.
+  // Not recorded: diagnostic traffic that differs between identical runs.
   kNo,
 };
 

@@ -126,7 +126,7 @@ void Recorder::Open(const episode_begin_t& begin) {
 }
 
 void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
-  // Images can be drawn again from the log, and who looks on does not change what a run leaves behind.
+  // Images can be drawn again from the log, and observers do not change what a run leaves behind.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
   if (!channels::MatchesChannelType(channel, data, &decoded_)) return bus().CountDecodeError();
@@ -191,7 +191,7 @@ int64_t Recorder::MissingTicks() const {
 
 void Recorder::CloseEpisode() {
   const int64_t num_events = events_->num_events();
-  // Whoever looks on meanwhile reads the plain one: the packed one is there when the episode is.
+  // Observers meanwhile read the plain one: the packed one is there when the episode is.
   form_ == LogForm::kZstd ? events_->ClosePacked() : events_->Close();
   events_.reset();
   closing_.reset();

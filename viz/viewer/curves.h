@@ -1,5 +1,5 @@
 // The scores of an episode as curves: which there are, what they are called, and their values at a tick. Made
-// of messages alone, so that a page that looks on and a report have the same.
+// of messages alone, so that the live page and a report show the same.
 #pragma once
 
 #include <functional>
