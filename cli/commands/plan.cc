@@ -102,11 +102,11 @@ int Merge(const fs::path& folder, const std::vector<fs::path>& parts) {
     return 0;
   }
   const plans::PlanFolder plan(folder);
-  const std::vector<plans::Chunk> missing = plans::MergePlan(plan);
+  const std::vector<plans::Shard> missing = plans::MergePlan(plan);
   if (!missing.empty()) {
     throw EnvironmentError(
-        fmt::format("{}: {} of {} chunks are missing, the first is {}; what is whole was merged",
-                    folder.string(), missing.size(), plans::ChunksOf(plan.plan()).size(), missing[0].name()));
+        fmt::format("{}: {} of {} shards are missing, the first is {}; what is whole was merged",
+                    folder.string(), missing.size(), plans::ShardsOf(plan.plan()).size(), missing[0].name()));
   }
   plans::FinishPlan(plan, 1);
   return 0;

@@ -197,7 +197,7 @@ launch::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
 
 Plan ReadPlan(const fs::path& file) {
   const YamlMap map(ParseYaml(ReadInput(file, "plan"), file.string()), {"policies", "tasks"},
-                    {"plan", "episodes", "seed", "options", "video", "compare", "until", "chunk_episodes"});
+                    {"plan", "episodes", "seed", "options", "video", "compare", "until", "shard_episodes"});
   Plan plan;
   plan.name = file.stem().string();
   if (const YamlValue* name = map.Find("plan")) plan.name = name->Text();
@@ -223,8 +223,8 @@ Plan ReadPlan(const fs::path& file) {
   // No network of the machine is needed, and it is the fastest; the bytes are the same.
   plan.options.in_process = true;
   if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
-  if (const YamlValue* value = map.Find("chunk_episodes"))
-    plan.chunk_episodes = value->Integer(1, kMaxEpisodes);
+  if (const YamlValue* value = map.Find("shard_episodes"))
+    plan.shard_episodes = value->Integer(1, kMaxEpisodes);
   plan.baseline = plan.policies[0].name;
   if (const YamlValue* value = map.Find("compare")) {
     const YamlMap compare(*value, {"baseline"});
@@ -258,7 +258,7 @@ ordered_json PlanJson(const Plan& plan) {
                    {"cameras", plan.videos.cameras}};
   json["until"] = nullptr;
   if (plan.until) json["until"] = {{"alpha", plan.until->alpha}, {"max_episodes", plan.until->max_episodes}};
-  json["chunk_episodes"] = plan.chunk_episodes;
+  json["shard_episodes"] = plan.shard_episodes;
   json["rate_is_given"] = plan.rate_is_given;
   json["timeout_is_given"] = plan.timeout_is_given;
   json["options"] = OptionsJson(plan.options);
@@ -281,7 +281,7 @@ Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
   if (const auto until = Get<nlohmann::json>(json, "until", file); !until.is_null()) {
     plan.until = {Get<double>(until, "alpha", file), Get<int>(until, "max_episodes", file)};
   }
-  plan.chunk_episodes = Get<int>(json, "chunk_episodes", file);
+  plan.shard_episodes = Get<int>(json, "shard_episodes", file);
   plan.rate_is_given = Get<bool>(json, "rate_is_given", file);
   plan.timeout_is_given = Get<bool>(json, "timeout_is_given", file);
   launch::ReadOlderOptions(Get<nlohmann::json>(json, "options", file), file, &plan.options);

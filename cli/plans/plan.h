@@ -51,8 +51,8 @@ struct Plan {
   // One of the policies' names; the first where the file names none.
   std::string baseline;
   std::optional<Until> until;
-  // A part of the plan is whole chunks: so many episodes of one run.
-  int chunk_episodes = 20;
+  // A part of the plan is whole shards: so many episodes of one run.
+  int shard_episodes = 20;
 
   int num_runs() const { return static_cast<int>(policies.size() * tasks.size()); }
   // Of one policy on all tasks: `options` with the policy, and what its contract says. Throws InputError.
