@@ -8,10 +8,10 @@
 
 namespace evalbus {
 
-void SayFilesThatMayNotGrow() { std::signal(SIGXFSZ, SIG_IGN); }
+void IgnoreFileSizeSignal() { std::signal(SIGXFSZ, SIG_IGN); }
 
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
-  SayFilesThatMayNotGrow();
+  IgnoreFileSizeSignal();
   app->set_version_flag("--version",
                         std::filesystem::path(argv[0]).filename().string() + " " EVALBUS_VERSION);
   try {

@@ -15,7 +15,7 @@
 namespace evalbus {
 
 // A file beyond `ulimit -f` is then an error of who writes it, and not a death without a word.
-void SayFilesThatMayNotGrow();
+void IgnoreFileSizeSignal();
 
 // Parses the arguments of a program. Returns its exit code where it ends with that: 0 after --help or
 // --version, 1 after one line on stderr about what is wrong.

@@ -28,7 +28,7 @@ class SharedMemory {
 
 class ForkedWork {
  public:
-  // Begins. what: it does, for messages ("what draws a film"). Of this process' threads only the calling one
+  // Begins. what: it does, for messages ("what draws a video"). Of this process' threads only the calling one
   // goes on there. Throws EnvironmentError where no process can be started.
   ForkedWork(std::string what, const std::function<void()>& work);
   // Kills what has not ended.

@@ -82,8 +82,8 @@ fs::path Target(const fs::path& file) {
   fs::path target = file;
   std::error_code error;
   for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)) && !IsOpenHere(target); ++links) {
-    constexpr int kMostLinks = 40;  // as Linux follows
-    if (links == kMostLinks) Throw(file, ELOOP);
+    constexpr int kMaxLinks = 40;  // as Linux follows
+    if (links == kMaxLinks) Throw(file, ELOOP);
     const fs::path next = fs::read_symlink(target, error);
     if (error) Throw(file, error.value());
     target = target.parent_path() / next;

@@ -11,7 +11,7 @@
 
 #include "base/errors.h"
 #include "bus/multicast_receiver.h"
-#include "bus/readable.h"
+#include "bus/poll.h"
 
 namespace evalbus {
 namespace {
@@ -107,13 +107,13 @@ void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   }
 }
 
-bool Bus::Subscription::Wants(std::string_view channel) const {
+bool Bus::Subscription::Matches(std::string_view channel) const {
   if (!channels.ends_with(kAnyEnd)) return channel == channels;
   return channel.starts_with(std::string_view(channels).substr(0, channels.size() - kAnyEnd.size()));
 }
 
-void Bus::SetPatience(std::chrono::nanoseconds patience) {
-  if (receiver_) receiver_->SetPatience(patience);
+void Bus::SetMaxBatchDelay(std::chrono::nanoseconds delay) {
+  if (receiver_) receiver_->SetMaxBatchDelay(delay);
 }
 
 std::optional<size_t> Bus::receive_buffer_bytes() const {
@@ -172,7 +172,7 @@ bool Bus::HandleReceived(SteadyTime deadline) {
   const auto& [message, time_us] = *received;
   // A handler may subscribe.
   for (size_t i = 0; i < subscriptions_.size(); ++i) {
-    if (!subscriptions_[i]->Wants(message.channel)) continue;
+    if (!subscriptions_[i]->Matches(message.channel)) continue;
     Deliver(subscriptions_[i].get(), message.channel, message.data, time_us);
   }
   return true;

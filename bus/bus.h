@@ -104,7 +104,7 @@ class Bus {
 
   // For who is in no hurry: messages may wait so long before they are handled, many at a time. As much of it
   // as the receive buffer allows.
-  void SetPatience(std::chrono::nanoseconds patience);
+  void SetMaxBatchDelay(std::chrono::nanoseconds delay);
   // What the kernel gives us for messages that wait; nothing within a process, where there is no end to it.
   std::optional<size_t> receive_buffer_bytes() const;
 
@@ -132,7 +132,7 @@ class Bus {
     Bus* bus;
     std::string channels;
     RawHandler handler;
-    bool Wants(std::string_view channel) const;
+    bool Matches(std::string_view channel) const;
     // The form that LCM calls; nothing may be thrown through its C frames.
     static void Receive(const _lcm_recv_buf_t* buffer, const char* channel, void* subscription);
   };

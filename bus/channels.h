@@ -21,15 +21,15 @@
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_end_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
-#include "evalbus/hello_t.hpp"
+#include "evalbus/image_request_t.hpp"
 #include "evalbus/image_t.hpp"
 #include "evalbus/log_t.hpp"
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/observation_t.hpp"
-#include "evalbus/observe_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/policy_action_t.hpp"
 #include "evalbus/run_summary_t.hpp"
+#include "evalbus/source_announcement_t.hpp"
 #include "evalbus/source_state_t.hpp"
 #include "evalbus/state_t.hpp"
 
@@ -43,7 +43,7 @@ enum class Recorded {
   kYes,
   // One for each tick; what is said again is in the log once.
   kOncePerTick,
-  // For who looks on; no two runs agree in it.
+  // Not recorded: diagnostic traffic that differs between identical runs.
   kNo,
 };
 
@@ -66,7 +66,7 @@ inline constexpr Channel<episode_end_t> kEpisodeEnd{"EVALBUS_EPISODE_END", "sim"
 inline constexpr Channel<state_t> kState{"EVALBUS_STATE", "sim", Recorded::kOncePerTick};
 inline constexpr Channel<contacts_t> kContacts{"EVALBUS_CONTACTS", "collision", Recorded::kOncePerTick};
 inline constexpr Channel<action_t> kAction{"EVALBUS_ACTION", "policy", Recorded::kOncePerTick};
-inline constexpr Channel<observe_t> kObserve{"EVALBUS_OBSERVE", "policy", Recorded::kNo};
+inline constexpr Channel<image_request_t> kRequestImage{"EVALBUS_REQUEST_IMAGE", "policy", Recorded::kNo};
 inline constexpr Channel<observation_t> kObservation{"EVALBUS_OBSERVATION", "policy"};
 inline constexpr Channel<policy_action_t> kPolicyAction{"EVALBUS_POLICY_ACTION", "policy"};
 inline constexpr Channel<partial_metrics_t> kPartial{"EVALBUS_PARTIAL", "metrics", Recorded::kOncePerTick};
@@ -76,7 +76,8 @@ inline constexpr Channel<run_summary_t> kRunSummary{"EVALBUS_RUN_SUMMARY", "metr
 inline constexpr Channel<component_status_t> kStatus{"EVALBUS_STATUS", kEverybody};
 inline constexpr Channel<command_t> kCommand{"EVALBUS_COMMAND", "run"};
 inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
-inline constexpr Channel<hello_t> kHello{"EVALBUS_HELLO", kSource, Recorded::kNo};
+inline constexpr Channel<source_announcement_t> kSourceAnnouncement{"EVALBUS_SOURCE_ANNOUNCEMENT", kSource,
+                                                                    Recorded::kNo};
 inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", kSource};
 // One channel for each camera; this is how their names begin.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
@@ -87,9 +88,10 @@ inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
 // In the order of an episode's tick, then the rest.
 inline constexpr std::tuple kAll{
-    kState, kContacts,     kAction,     kPartial,        kObserve,     kObservation, kPolicyAction,
-    kModel, kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,  kStatus,      kCommand,
-    kLog,   kImage,        kCriteria,   kHello,          kSourceState, kSourceImage, kCameraImage};
+    kState,        kContacts,    kAction,       kPartial,    kRequestImage,   kObservation,
+    kPolicyAction, kModel,       kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,
+    kStatus,       kCommand,     kLog,          kImage,      kCriteria,       kSourceAnnouncement,
+    kSourceState,  kSourceImage, kCameraImage};
 
 // Calls function with each channel.
 template <class Function>
@@ -144,7 +146,7 @@ typename EachOnce<std::tuple<>, Message...>::Tuple OneOfEach(const std::tuple<Ch
 using Messages = decltype(OneOfEach(kAll));
 
 // False for bytes on one of our channels that are not the message it carries. messages: room to decode in.
-inline bool IsWhatItCarries(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
+inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
   bool good = true;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
     if (Carries(channel, name)) good = Decode(data, &std::get<Message>(*messages));

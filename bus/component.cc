@@ -29,7 +29,7 @@ Component::Component(Bus* bus, std::string name, int64_t lag_window_ticks) : bus
 void Component::Poll(SteadyTime now) {
   if (now - last_published_ >= kHeartbeat) PublishStatus();
   if (now - losses_told_ >= kHeartbeat) {
-    TellLosses();
+    LogDroppedMessages();
     losses_told_ = now;
   }
   log_.Poll(now);
@@ -44,7 +44,7 @@ void Component::PublishStatus() {
   last_published_tick_ = status_.last_tick;
 }
 
-void Component::TellLosses() {
+void Component::LogDroppedMessages() {
   const auto grown = [](int64_t now, int64_t* told) { return now - std::exchange(*told, now); };
   if (const int64_t n = grown(status_.decode_errors, &decode_errors_told_); n > 0) {
     log_.Warn("dropped {} that did not decode: of another program or version, or damaged", Messages(n));
@@ -69,11 +69,11 @@ void Component::Fail(const std::string& error) {
 void Component::Stop() {
   if (status_.state != component_status_t::FAILED) status_.state = component_status_t::STOPPED;
   PublishStatus();
-  TellLosses();
+  LogDroppedMessages();
 }
 
 bool Component::IsNewModel() {
-  if (bus_->session() == 0 || model_bytes_.empty()) return IsNews(bus_->handled(), &model_bytes_);
+  if (bus_->session() == 0 || model_bytes_.empty()) return UpdateIfChanged(bus_->handled(), &model_bytes_);
   if (!std::ranges::equal(bus_->handled(), model_bytes_)) ++status_.foreign_messages;
   return false;
 }

@@ -59,7 +59,7 @@ class Component {
 
  private:
   // Says in the log what was lost and dropped since it last did.
-  void TellLosses();
+  void LogDroppedMessages();
 
   Bus* bus_;
   Log log_;

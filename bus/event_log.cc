@@ -72,7 +72,7 @@ void EventLogWriter::Close() {
 void EventLogWriter::ClosePacked() {
   struct stat info {};
   if (std::fflush(stream_) != 0 || fstat(fileno(stream_), &info) != 0) Throw("cannot write");
-  if (static_cast<size_t>(info.st_size) > kMostUnpackedBytes) return Close();
+  if (static_cast<size_t>(info.st_size) > kMaxUnpackedBytes) return Close();
   End(false);
   PackLog(file_, file_.string() + kPackedEnding);
   if (unlink(file_.c_str()) != 0) Throw("cannot remove");
@@ -83,7 +83,7 @@ EventLogReader::EventLogReader(const std::filesystem::path& file)
   is_packed_ = IsPacked({At(0, std::min<size_t>(size_, kWindowBytes)), window_.size()});
   if (!is_packed_) return;
   // One that is longer than what it may unpack to is not read.
-  std::vector<uint8_t> packed(std::min<uint64_t>(size_, kMostUnpackedBytes + kWindowBytes));
+  std::vector<uint8_t> packed(std::min<uint64_t>(size_, kMaxUnpackedBytes + kWindowBytes));
   Read(0, packed);
   window_ = UnpackLog(packed, file);
   size_ = window_.size();

@@ -11,7 +11,7 @@ namespace {
 uint16_t BigEndian16(const uint8_t* at) { return static_cast<uint16_t>(at[0] << 8 | at[1]); }
 
 // Takes the channel's name and its NUL off the bytes; nothing if they do not begin with one.
-std::optional<std::string_view> TakeChannel(std::span<const uint8_t>* bytes) {
+std::optional<std::string_view> RemoveChannel(std::span<const uint8_t>* bytes) {
   const auto end = std::ranges::find(*bytes, uint8_t{0});
   const auto size = static_cast<size_t>(end - bytes->begin());
   if (end == bytes->end() || size > kMaxChannelBytes) return std::nullopt;
@@ -27,7 +27,7 @@ std::variant<std::monostate, LcmMessage, LcmFragment> ParseDatagram(std::span<co
   const uint8_t* bytes = datagram.data();
   if (BigEndian32(bytes) == kMessageMagic) {
     LcmMessage message{.channel = {}, .data = datagram.subspan(kMessageHeaderBytes)};
-    const auto channel = TakeChannel(&message.data);
+    const auto channel = RemoveChannel(&message.data);
     if (!channel) return {};
     message.channel = *channel;
     return message;
@@ -41,7 +41,7 @@ std::variant<std::monostate, LcmMessage, LcmFragment> ParseDatagram(std::span<co
                        .channel = {},
                        .data = datagram.subspan(kFragmentHeaderBytes)};
   if (fragment.number == 0) {
-    const auto channel = TakeChannel(&fragment.data);
+    const auto channel = RemoveChannel(&fragment.data);
     if (!channel) return {};
     fragment.channel = *channel;
   }

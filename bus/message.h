@@ -10,7 +10,7 @@
 
 namespace evalbus {
 
-// A larger message is damage, or not ours. MODEL has some 20 KB, a lossless picture some MB.
+// A larger message is damage, or not ours. MODEL has some 20 KB, a lossless image some MB.
 inline constexpr size_t kMaxMessageBytes = size_t{64} << 20;
 
 // Into the storage of `bytes`.
@@ -78,7 +78,7 @@ bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
 }
 
 // True if the bytes differ from those known, which they then become: of messages that are repeated.
-inline bool IsNews(std::span<const uint8_t> data, std::vector<uint8_t>* known) {
+inline bool UpdateIfChanged(std::span<const uint8_t> data, std::vector<uint8_t>* known) {
   if (std::ranges::equal(data, *known)) return false;
   known->assign(data.begin(), data.end());
   return true;

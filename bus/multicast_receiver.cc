@@ -14,7 +14,7 @@
 #include <variant>
 
 #include "bus/channel_filter.h"
-#include "bus/readable.h"
+#include "bus/poll.h"
 
 namespace evalbus {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 constexpr size_t kPlaceBytes = 65536;  // the largest datagram has 29 less
 constexpr size_t kControlBytes = CMSG_SPACE(sizeof(timeval));
 // Of a run that is faster than any so far, as the kernel counts what waits in a buffer.
-constexpr int64_t kMostBytesPerS = 320'000'000;
+constexpr int64_t kMaxBytesPerS = 320'000'000;
 
 [[noreturn]] void ThrowErrno() { throw std::system_error(errno, std::generic_category()); }
 
@@ -116,9 +116,9 @@ void MulticastReceiver::Filter(std::span<const std::string> channels) {
   FilterChannels(fd_, is_local_, channels);
 }
 
-void MulticastReceiver::SetPatience(std::chrono::nanoseconds patience) {
-  const std::chrono::nanoseconds room(static_cast<int64_t>(buffer_bytes_) * 1'000'000'000 / kMostBytesPerS);
-  patience_ = std::min(patience, room);
+void MulticastReceiver::SetMaxBatchDelay(std::chrono::nanoseconds delay) {
+  const std::chrono::nanoseconds room(static_cast<int64_t>(buffer_bytes_) * 1'000'000'000 / kMaxBytesPerS);
+  max_batch_delay_ = std::min(delay, room);
 }
 
 std::optional<MulticastReceiver::Received> MulticastReceiver::Next(Time deadline) {
@@ -151,8 +151,8 @@ bool MulticastReceiver::Take() {
 bool MulticastReceiver::Wait(Time deadline) {
   const auto now = std::chrono::steady_clock::now();
   if (deadline <= now) return false;
-  if (std::exchange(is_busy_, false) && patience_.count() > 0) {
-    const timespec pause = TimeUntil(std::min(deadline, now + patience_));
+  if (std::exchange(is_busy_, false) && max_batch_delay_.count() > 0) {
+    const timespec pause = TimeUntil(std::min(deadline, now + max_batch_delay_));
     return clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr) == 0;
   }
   return WaitReadable(fd_, wake_fd_, deadline);

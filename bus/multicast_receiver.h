@@ -56,7 +56,7 @@ class MulticastReceiver {
 
   // Who is in no hurry reads only so often what has come since, as far as the kernel has room for it: one
   // wake-up then serves for many messages. The first one after a silence is heard at once.
-  void SetPatience(std::chrono::nanoseconds patience);
+  void SetMaxBatchDelay(std::chrono::nanoseconds delay);
 
   // What the kernel gives it.
   size_t receive_buffer_bytes() const { return buffer_bytes_; }
@@ -76,7 +76,7 @@ class MulticastReceiver {
   int wake_fd_;
   bool is_local_;
   size_t buffer_bytes_ = 0;
-  std::chrono::nanoseconds patience_{};
+  std::chrono::nanoseconds max_batch_delay_{};
   // Something was read since we waited.
   bool is_busy_ = false;
 

@@ -17,7 +17,7 @@ enum class LogForm { kPlain, kZstd };
 LogForm ParseLogForm(const std::string& text);
 
 // A packed log takes this much memory at most when it is read, and a longer one is not packed.
-inline constexpr size_t kMostUnpackedBytes = size_t{1} << 30;
+inline constexpr size_t kMaxUnpackedBytes = size_t{1} << 30;
 
 // True where a file that begins so is packed.
 bool IsPacked(std::span<const uint8_t> bytes);
@@ -29,6 +29,6 @@ void PackLog(const std::filesystem::path& log, const std::filesystem::path& file
 // What PackLog or the zstd program packed. Throws InputError, which names `file`, where it is cut off,
 // damaged, or of more than `most` bytes.
 std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::filesystem::path& file,
-                               size_t most = kMostUnpackedBytes);
+                               size_t most = kMaxUnpackedBytes);
 
 }  // namespace evalbus

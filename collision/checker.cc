@@ -59,10 +59,10 @@ struct Geom {
   // Pose in the body frame.
   Vector3d local_position;
   Matrix3d local_rotation;
-  // Bounding box in the world; and, for a mesh, centre and half extents in the geom frame.
+  // Bounding box in the world; and, for a mesh, center and half extents in the geom frame.
   Vector3d lower;
   Vector3d upper;
-  Vector3d mesh_centre;
+  Vector3d mesh_center;
   Vector3d mesh_half;
   std::shared_ptr<fcl::CollisionGeometryd> fcl_shape;
   fcl::Transform3d fcl_pose;
@@ -221,7 +221,7 @@ Geom CollisionChecker::Impl::MakeGeom(const mjModel& m, int id) const {
         lower = lower.cwiseMin(corner);
         upper = upper.cwiseMax(corner);
       }
-      geom.mesh_centre = 0.5 * (lower + upper);
+      geom.mesh_center = 0.5 * (lower + upper);
       geom.mesh_half = 0.5 * (upper - lower);
       geom.fcl_shape = hull;
       break;
@@ -235,7 +235,7 @@ void CollisionChecker::Impl::UpdateBounds(Geom* geom) const {
   const Shape& shape = geom->shape;
   const Vector3d& s = shape.size;
   const Matrix3d& r = shape.rotation;
-  Vector3d centre = shape.position;
+  Vector3d center = shape.position;
   Vector3d half = Vector3d::Zero();
   switch (shape.kind) {
     case Shape::Kind::kPlane:
@@ -257,13 +257,13 @@ void CollisionChecker::Impl::UpdateBounds(Geom* geom) const {
       half = r.cwiseAbs() * s;
       break;
     case Shape::Kind::kMesh:
-      centre += r * geom->mesh_centre;
+      center += r * geom->mesh_center;
       half = r.cwiseAbs() * geom->mesh_half;
       break;
   }
   half.array() += contact_t::TOUCH_DISTANCE_M;
-  geom->lower = centre - half;
-  geom->upper = centre + half;
+  geom->lower = center - half;
+  geom->upper = center + half;
 }
 
 void CollisionChecker::Impl::Place(int index, const Vector3d& position, const Matrix3d& rotation) {
@@ -386,8 +386,9 @@ CollisionChecker::CollisionChecker(const mjModel* model, const model_info_t& inf
 
   const std::vector<std::pair<int, int>> checked = CheckedPairs(m, info);
   const auto kind_of = [&](const Geom& geom) -> int8_t {
-    const bool is_barred = std::ranges::find(info.barred_geom, geom.id) != info.barred_geom.end();
-    return is_barred ? model_info_t::FIXTURE : info.entity_kind[info.body_entity[geom.body]];
+    const bool is_forbidden =
+        std::ranges::find(info.forbidden_contact_geom, geom.id) != info.forbidden_contact_geom.end();
+    return is_forbidden ? model_info_t::FIXTURE : info.entity_kind[info.body_entity[geom.body]];
   };
   std::vector<int>& index = impl_->geom_of;
   index.assign(m.ngeom, -1);

@@ -19,7 +19,7 @@
 namespace evalbus::collision {
 
 struct Clearance {
-  // Signed distance, metres; negative in penetration.
+  // Signed distance, meters; negative in penetration.
   double distance = 0;
   int robot_geom = -1;
   int scene_geom = -1;
@@ -28,7 +28,7 @@ struct Clearance {
   std::array<double, 3> scene_point{};
 };
 
-// Whether SetBodyPose takes these numbers: all are finite, and the quaternion can be normalised.
+// Whether SetBodyPose takes these numbers: all are finite, and the quaternion can be normalized.
 bool IsPose(const double position[3], const double quat_wxyz[4]);
 
 class CollisionChecker {
@@ -38,14 +38,14 @@ class CollisionChecker {
   // supported.
   //
   // Pairs checked: those that MuJoCo would check (contype and conaffinity, <pair>, <exclude>, bodies welded
-  // together, parent and child; margin and gap are ignored), less neighbouring links of one robot, also where
+  // together, parent and child; margin and gap are ignored), less neighboring links of one robot, also where
   // the lower one is fixed to the world, and less the fingers of one gripper among themselves.
   CollisionChecker(const mjModel* model, const model_info_t& info);
   ~CollisionChecker();
   CollisionChecker(const CollisionChecker&) = delete;
   CollisionChecker& operator=(const CollisionChecker&) = delete;
 
-  // Pose of a body frame in the world: metres, quaternion w x y z (normalised here). Every body must be set
+  // Pose of a body frame in the world: meters, quaternion w x y z (normalized here). Every body must be set
   // once before the first check; later it keeps its pose until set again. Throws InputError for what is no
   // pose (IsPose).
   void SetBodyPose(int body, const double position[3], const double quat_wxyz[4]);

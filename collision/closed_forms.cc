@@ -22,17 +22,17 @@ Vector3d Perpendicular(const Vector3d& u) {
   return u.squaredNorm() > 0 ? u.unitOrthogonal() : Vector3d(Vector3d::UnitX());
 }
 
-// A box that holds the origin of its frame and a segment (centre, half vector) that cuts it: the shortest way
+// A box that holds the origin of its frame and a segment (center, half vector) that cuts it: the shortest way
 // out. The sum of a box and a segment is a zonotope, so one of its facet normals is the answer: the box axes,
 // and the box axes crossed with the segment. Returns the depth and, in `normal`, the way out for the segment.
-double ShortestWayOut(const Vector3d& half_size, const Vector3d& centre, const Vector3d& half,
+double ShortestWayOut(const Vector3d& half_size, const Vector3d& center, const Vector3d& half,
                       Vector3d* normal) {
   double best = std::numeric_limits<double>::infinity();
   const auto consider = [&](Vector3d axis) {
     const double length = axis.norm();
     if (length < kFlat) return;
     axis /= length;
-    const double along = centre.dot(axis);
+    const double along = center.dot(axis);
     const double depth = half_size.dot(axis.cwiseAbs()) + std::abs(half.dot(axis)) - std::abs(along);
     if (depth >= best) return;
     best = depth;
@@ -78,9 +78,9 @@ Proximity CapsuleToCapsule(const Shape& a, const Shape& b) {
     s = clamp((t * v + offset).dot(u) / uu);
   } else if (uu > 0) {
     // Parallel, or b is a point: the middle of what b covers of a.
-    const double centre = offset.dot(u) / uu;
+    const double center = offset.dot(u) / uu;
     const double reach = std::abs(uv) / uu;
-    s = 0.5 * (clamp(centre - reach) + clamp(centre + reach));
+    s = 0.5 * (clamp(center - reach) + clamp(center + reach));
     if (vv > 0) t = clamp((s * u - offset).dot(v) / vv);
   } else if (vv > 0) {
     t = clamp(-offset.dot(v) / vv);

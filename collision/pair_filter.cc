@@ -28,9 +28,9 @@ bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
          m.exclude_signature + m.nexclude;
 }
 
-// Neighbouring links of one robot. MuJoCo lets a link collide with its parent where the parent is fixed to
+// Neighboring links of one robot. MuJoCo lets a link collide with its parent where the parent is fixed to
 // the world.
-bool AreNeighbouringLinks(const mjModel& m, const model_info_t& info, int body_a, int body_b) {
+bool AreNeighboringLinks(const mjModel& m, const model_info_t& info, int body_a, int body_b) {
   const int entity = info.body_entity[body_a];
   if (entity != info.body_entity[body_b] || info.entity_kind[entity] != model_info_t::ROBOT) return false;
   const int weld_a = m.body_weldid[body_a];
@@ -60,7 +60,7 @@ std::vector<std::pair<int, int>> CheckedPairs(const mjModel& m, const model_info
   const auto add = [&](int geom_a, int geom_b) {
     const int body_a = m.geom_bodyid[geom_a];
     const int body_b = m.geom_bodyid[geom_b];
-    if (AreNeighbouringLinks(m, info, body_a, body_b)) return;
+    if (AreNeighboringLinks(m, info, body_a, body_b)) return;
     if (gripper[body_a] >= 0 && gripper[body_a] == gripper[body_b]) return;
     pairs.insert(std::minmax(geom_a, geom_b));
   };

@@ -79,7 +79,7 @@ bool Polytope::Enclose(const Shape& a, const Shape& b) {
   b_ = &b;
   vertices_.clear();
   faces_.clear();
-  // Two points on opposite sides of the origin, then a triangle and a tetrahedron built towards it.
+  // Two points on opposite sides of the origin, then a triangle and a tetrahedron built toward it.
   Vector3d direction = b.position - a.position;
   if (direction.isZero(0)) direction = Vector3d::UnitX();
   vertices_.push_back(Farthest(direction));

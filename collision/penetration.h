@@ -1,5 +1,5 @@
 // Penetration depth of two overlapping convex shapes. FCL's own is no use here: its contact query (libccd's
-// MPR) looks along the line of centres and is off by centimetres, and its exact one (EPA) aborts the process
+// MPR) looks along the line of centers and is off by centimeters, and its exact one (EPA) aborts the process
 // on some inputs.
 #pragma once
 

@@ -68,8 +68,8 @@ Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
         ++count;
       }
       // Equally far to within the noise; exactly as far as the farthest.
-      const Vector3d centre = sum / count;
-      return centre + (farthest - centre.dot(u)) * u;
+      const Vector3d center = sum / count;
+      return center + (farthest - center.dot(u)) * u;
     }
     case Shape::Kind::kPlane:
       break;

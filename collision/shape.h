@@ -1,4 +1,4 @@
-// A convex shape placed in the world, and what is said of two of them. Lengths in metres.
+// A convex shape placed in the world, and what is said of two of them. Lengths in meters.
 #pragma once
 
 #include <Eigen/Core>
@@ -46,7 +46,7 @@ inline bool IsRound(const Shape& shape) {
 double Radius(const Shape& shape);
 
 // Farthest point of the shape (not a plane) in direction `u`, a unit vector; point and direction in the local
-// frame. Where a whole face or edge is equally far, its centre.
+// frame. Where a whole face or edge is equally far, its center.
 Eigen::Vector3d FarthestPoint(const Shape& shape, const Eigen::Vector3d& u);
 
 }  // namespace evalbus::collision

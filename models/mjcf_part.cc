@@ -143,7 +143,7 @@ void Part::CheckSchema() {
   }
 }
 
-void Part::Normalise() {
+void Part::Normalize() {
   const bool degree = compiler("angle", "degree") == "degree";
   for (XMLElement* section : Sections("worldbody")) {
     const auto* attribute = section->FirstAttribute();

@@ -44,7 +44,7 @@ class Part {
   // Checks every element and attribute against the installed MuJoCo.
   void CheckSchema();
   // Makes angles radians, files absolute and bodies' inertias what this file's compiler settings say.
-  void Normalise();
+  void Normalize();
   // Prefixes every name and reference; `world` is what the file's world body becomes.
   void Prefix(const std::string& prefix, const std::string& world);
 

@@ -30,7 +30,7 @@ void CheckConsistency(const model_info_t& info) {
   CheckIndices(info.body_entity, info.num_entities, "body_entity");
   CheckIndices(info.geom_body, info.num_bodies, "geom_body");
   CheckIndices(info.object_entity, info.num_entities, "object_entity");
-  CheckIndices(info.barred_geom, info.num_geoms, "barred_geom");
+  CheckIndices(info.forbidden_contact_geom, info.num_geoms, "forbidden_contact_geom");
   // A tick of an hour is no tick; times beyond what doubles and sums hold are none either.
   constexpr int64_t kLongestTick_us = 3'600'000'000;
   if (info.timestep_us < 1 || info.substeps < 1 || info.timestep_us > kLongestTick_us / info.substeps) {

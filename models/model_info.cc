@@ -85,9 +85,9 @@ void FillGeomsAndJoints(const mjModel& model, model_info_t* info) {
 }
 
 // Geoms of objects of which only other bodies and geoms may be touched.
-void FillBarredGeoms(const TaskDescription& task, model_info_t* info) {
+void FillForbiddenContactGeoms(const TaskDescription& task, model_info_t* info) {
   for (const std::string& object : task.objects) {
-    std::vector<std::string> touchable;
+    std::vector<std::string> allowed_contacts;
     std::vector<int> geoms;
     std::vector<std::string> geom_names, body_names;
     for (int geom = 0; geom < info->num_geoms; ++geom) {
@@ -98,7 +98,7 @@ void FillBarredGeoms(const TaskDescription& task, model_info_t* info) {
     }
     std::vector<std::string> known = geom_names;
     known.insert(known.end(), body_names.begin(), body_names.end());
-    for (const Touchable& part : task.touchables) {
+    for (const AllowedContact& part : task.allowed_contacts) {
       if (part.object != object) continue;
       if (std::ranges::find(known, part.name) == known.end()) {
         const std::string in_part = object + "/" + part.name;
@@ -110,19 +110,19 @@ void FillBarredGeoms(const TaskDescription& task, model_info_t* info) {
                                                 ") or a geom (" + ListOf(geom_names) + ")"
                                           : "did you mean '" + nearest + "'?"));
       }
-      touchable.push_back(part.name);
+      allowed_contacts.push_back(part.name);
     }
     for (const int geom : geoms) {
       const auto may_touch = [&](const std::string& name) {
-        return std::ranges::find(touchable, name) != touchable.end();
+        return std::ranges::find(allowed_contacts, name) != allowed_contacts.end();
       };
-      if (!touchable.empty() && !may_touch(info->geom_name[geom]) &&
+      if (!allowed_contacts.empty() && !may_touch(info->geom_name[geom]) &&
           !may_touch(info->body_name[info->geom_body[geom]])) {
-        info->barred_geom.push_back(geom);
+        info->forbidden_contact_geom.push_back(geom);
       }
     }
   }
-  info->num_barred_geoms = static_cast<int>(info->barred_geom.size());
+  info->num_forbidden_contact_geoms = static_cast<int>(info->forbidden_contact_geom.size());
 }
 
 // The joint that a task starts, its range and what moves it fit the position.
@@ -150,8 +150,8 @@ void CheckJoints(const TaskDescription& task, const mjModel& model, const model_
   for (const JointStart& start : task.joints)
     CheckJoint(model, start.joint, start.is_angle, start.position, start.location, info);
   for (const Variation& variation : task.variations) {
-    for (const Randomisation& randomisation : variation.randomisations) {
-      const auto* spawn = std::get_if<SpawnJoint>(&randomisation);
+    for (const Randomization& randomization : variation.randomizations) {
+      const auto* spawn = std::get_if<SpawnJoint>(&randomization);
       if (!spawn) continue;
       // A variation's own parts are there in its own scene alone.
       const bool is_here = std::ranges::find(info.joint_name, spawn->joint) != info.joint_name.end();
@@ -238,7 +238,7 @@ model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& 
   info.time_limit_us = std::llround(task.time_limit * 1e6);
   FillBodies(task, robot, model, &info);
   FillGeomsAndJoints(model, &info);
-  FillBarredGeoms(task, &info);
+  FillForbiddenContactGeoms(task, &info);
   CheckJoints(task, model, info);
   for (size_t i = 0; i < robot.arms.size(); ++i) {
     info.arm.push_back(FillArm(task, robot.arms[i], model, info));

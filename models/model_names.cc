@@ -68,7 +68,8 @@ const std::string& ModelNames::GeomName(int geom) const {
 bool ModelNames::IsRobot(int geom) const { return model_.entity_kind[EntityOf(geom)] == model_info_t::ROBOT; }
 
 bool ModelNames::IsObject(int geom) const {
-  if (std::ranges::find(model_.barred_geom, geom) != model_.barred_geom.end()) return false;
+  if (std::ranges::find(model_.forbidden_contact_geom, geom) != model_.forbidden_contact_geom.end())
+    return false;
   const std::vector<int32_t>& objects = model_.object_entity;
   return std::find(objects.begin(), objects.end(), EntityOf(geom)) != objects.end();
 }

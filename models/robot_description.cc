@@ -55,12 +55,12 @@ std::vector<double> OptionalNumbers(const YamlMap& map, const std::string& key, 
 
 // A key that ends in _m (slide joints) or _rad (hinges).
 double TravelOf(const YamlMap& map, const std::string& stem) {
-  const YamlValue* metres = map.Find(stem + "_m");
+  const YamlValue* meters = map.Find(stem + "_m");
   const YamlValue* radians = map.Find(stem + "_rad");
-  if ((metres != nullptr) == (radians != nullptr)) {
+  if ((meters != nullptr) == (radians != nullptr)) {
     map.value().Fail("expected either '" + stem + "_m' or '" + stem + "_rad'");
   }
-  return (metres ? metres : radians)->Number();
+  return (meters ? meters : radians)->Number();
 }
 
 void ReadStand(const YamlValue& value, const std::vector<std::filesystem::path>& folders,

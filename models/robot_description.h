@@ -13,7 +13,7 @@
 
 namespace evalbus {
 
-// A camera on a body. It looks along its -z axis, y is up in the picture.
+// A camera on a body. It looks along its -z axis, y is up in the image.
 struct CameraDescription {
   std::string name;
   // Of an arm or its hand; empty: the robot's frame, which does not move.

@@ -174,7 +174,7 @@ mjcf::Part SceneComposer::Impl::Load(const std::filesystem::path& file, bool fre
   }
   part.WriteServos(stiffness);
   part.CheckSchema();
-  part.Normalise();
+  part.Normalize();
   RemoveFreeJoint(&part, free);
   RemoveSurroundings(&part, &warnings);
   return part;
@@ -238,7 +238,7 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
     Set(option, "integrator", "Euler");
   }
   part.CheckSchema();
-  part.Normalise();
+  part.Normalize();
   // Not just "main": that is the root of all classes.
   const std::string main_class = "world/main";
   ForEach(part.root(), [&](XMLElement* element) {

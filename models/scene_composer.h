@@ -44,7 +44,7 @@ class SceneComposer {
               const std::map<std::string, double>& stiffness = {});
 
   // A camera of the world or of a body, in place of the one there of this name; it looks along its -z axis, y
-  // is up in the picture, the field of view is the vertical one. Full names, as for all below.
+  // is up in the image, the field of view is the vertical one. Full names, as for all below.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
   // Replaces a joint's attribute ("damping", "armature").

@@ -5,7 +5,7 @@
 
 #include "base/errors.h"
 #include "base/input_file.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "models/yaml_reader.h"
 
 namespace evalbus {
@@ -106,8 +106,8 @@ void ReadObjects(const YamlValue& value, TaskDescription* task) {
     if (entry.is_map()) {
       const YamlMap map(entry, {"name", "may_touch"});
       name = PartName(map["name"], parts);
-      for (const YamlValue& touchable : map["may_touch"].List())
-        task->touchables.push_back({name, touchable.Text(), touchable.location()});
+      for (const YamlValue& allowed_contact : map["may_touch"].List())
+        task->allowed_contacts.push_back({name, allowed_contact.Text(), allowed_contact.location()});
     } else {
       name = PartName(entry, parts);
     }
@@ -130,12 +130,12 @@ std::vector<Stage> ReadStages(const YamlValue& value) {
   return stages;
 }
 
-// Marks the parts that a randomisation places although they are not free.
-void MarkPlaced(const Randomisation& randomisation, std::vector<ScenePart>* parts) {
+// Marks the parts that a randomization places although they are not free.
+void MarkPlaced(const Randomization& randomization, std::vector<ScenePart>* parts) {
   std::vector<std::string> objects;
-  if (const auto* plane = std::get_if<SpawnPlane>(&randomisation)) objects = plane->objects;
-  if (const auto* box = std::get_if<SpawnBox>(&randomisation)) objects = {box->object};
-  if (const auto* yaw = std::get_if<SpawnYaw>(&randomisation)) objects = {yaw->object};
+  if (const auto* plane = std::get_if<SpawnPlane>(&randomization)) objects = plane->objects;
+  if (const auto* box = std::get_if<SpawnBox>(&randomization)) objects = {box->object};
+  if (const auto* yaw = std::get_if<SpawnYaw>(&randomization)) objects = {yaw->object};
   for (ScenePart& part : *parts) {
     if (!part.free && std::find(objects.begin(), objects.end(), part.name) != objects.end()) {
       part.placed = true;
@@ -157,7 +157,7 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
   const auto num_common_parts = static_cast<std::ptrdiff_t>(task->parts.size());
   for (const YamlValue& entry : value.Entries()) {
     const YamlMap map(entry, {},
-                      {"alias", "randomise", "robot_base", "parts", "poses", "joints", "cameras",
+                      {"alias", "randomize", "robot_base", "parts", "poses", "joints", "cameras",
                        "instruction", "stages", "success", "failure"});
     Variation variation;
     variation.name = entry.key();
@@ -166,10 +166,10 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
     // The variation's own parts are the task's while its keys are read, for these name parts.
     if (const YamlValue* own = map.Find("parts")) ReadParts(*own, folder, check_files, &task->parts);
     const std::vector<std::string> parts = PartNamesOf(*task);
-    if (const YamlValue* randomise = map.Find("randomise")) {
-      static_cast<Randomised&>(variation) = ReadRandomised(*randomise, parts);
-      for (const Randomisation& randomisation : variation.randomisations)
-        MarkPlaced(randomisation, &task->parts);
+    if (const YamlValue* randomize = map.Find("randomize")) {
+      static_cast<Randomized&>(variation) = ReadRandomized(*randomize, parts);
+      for (const Randomization& randomization : variation.randomizations)
+        MarkPlaced(randomization, &task->parts);
       for (const Distractors& distractors : variation.distractors) CheckFree(distractors, task->parts);
     }
     if (const YamlValue* base = map.Find("robot_base")) variation.robot_base = ReadPose(*base);

@@ -1,4 +1,4 @@
-// A task as its YAML file describes it: scene, randomisation per variation, metrics, stages and verdict.
+// A task as its YAML file describes it: scene, randomization per variation, metrics, stages and verdict.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include "evalbus/metric_values_t.hpp"
 #include "models/expression.h"
 #include "models/pose.h"
-#include "models/randomisation.h"
+#include "models/randomization.h"
 #include "models/source_location.h"
 
 namespace evalbus {
@@ -51,7 +51,7 @@ struct Camera {
   double vertical_fov = 0;           // degrees, as MuJoCo has it
 };
 
-struct Variation : Randomised {
+struct Variation : Randomized {
   std::string name;  // "base", "position", "orientation", "position_and_orientation", ...
   // Where the task describes it.
   SourceLocation location;
@@ -69,7 +69,7 @@ struct Variation : Randomised {
 };
 
 // A body or geom of an object of which only some may be touched.
-struct Touchable {
+struct AllowedContact {
   std::string object;
   std::string name;
   SourceLocation location;
@@ -84,7 +84,7 @@ struct OtherRobot {
 };
 
 struct MetricsOptions {
-  // What is switched off, as the member of TrackOption (lcmtypes/metric_catalogue.h).
+  // What is switched off, as the member of TrackOption (lcmtypes/metric_catalog.h).
   std::vector<int8_t metric_values_t::*> untracked;
   bool Tracks(int8_t metric_values_t::*member) const {
     return std::find(untracked.begin(), untracked.end(), member) == untracked.end();
@@ -111,7 +111,7 @@ struct TaskDescription {
   // Manipulated objects (names of parts), in the order of slip_count_per_object.
   std::vector<std::string> objects;
   // Of an object that has any, the rest counts as fixture in collisions and clearance.
-  std::vector<Touchable> touchables;
+  std::vector<AllowedContact> allowed_contacts;
   // Where they are not at the robot's home or where their file has them.
   std::vector<JointStart> joints;
   // Besides those of the scene, or instead.

@@ -10,7 +10,7 @@
 #include "base/errors.h"
 #include "bus/bus.h"
 #include "bus/channels.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 #include "models/physics_model.h"
 
 namespace evalbus::policy {
@@ -101,17 +101,17 @@ bool PolicyComponent::Act(const state_t& state) {
   try {
     const bool is_done = policy_->Think(state);
     const auto now = std::chrono::steady_clock::now();
-    const observe_t* observe = policy_->Wants();
+    const image_request_t* request = policy_->image_request();
     // A new request is published at once; the period is for one that may have been lost.
-    if (observe && (!SameTick(observe->header, observed_) || observe_.Due(now))) {
-      observed_ = observe->header;
-      if (!std::exchange(hears_pictures_, true)) {
+    if (request && (!SameTick(request->header, observed_) || image_request_.Due(now))) {
+      observed_ = request->header;
+      if (!std::exchange(hears_images_, true)) {
         bus().SubscribeRaw(
             channels::kImage.name + std::string(".*"),
             [this](std::string_view, std::span<const uint8_t> data, int64_t) { OnImage(data); });
       }
-      observe_.Said(now);
-      bus().Publish(channels::kObserve, *observe);
+      image_request_.Said(now);
+      bus().Publish(channels::kRequestImage, *request);
     }
     if (!is_done) return false;
     Clear(&action_);
@@ -143,9 +143,9 @@ void PolicyComponent::ThinkOn() {
 }
 
 void PolicyComponent::OnImage(std::span<const uint8_t> data) {
-  if (!policy_ || !policy_->Wants()) return;
+  if (!policy_ || !policy_->image_request()) return;
   if (!Decode(data, &image_)) return bus().CountDecodeError();
-  policy_->See(image_);
+  policy_->OnImage(image_);
   ThinkOn();
 }
 

@@ -1,7 +1,7 @@
 // A policy as a component: says READY once it has MODEL and EPISODE_BEGIN and the policy is ready, then
-// answers each STATE with an ACTION, after it has asked for the pictures that the policy wants to see
-// (OBSERVE). What a policy throws while it acts travels in the action and ends the episode with policy_error
-// or server_error.
+// answers each STATE with an ACTION, after it has asked for the images that the policy wants to see
+// (REQUEST_IMAGE). What a policy throws while it acts travels in the action and ends the episode with
+// policy_error or server_error.
 #pragma once
 
 #include <cstdint>
@@ -51,10 +51,10 @@ class PolicyComponent : public Component {
   // What the policy thinks about, if it does.
   bool is_thinking_ = false;
   state_t state_{};
-  // Header of the last OBSERVE published, and when to repeat it.
+  // Header of the last REQUEST_IMAGE published, and when to repeat it.
   header_t observed_{};
-  Repeater observe_{std::chrono::milliseconds(200)};
-  bool hears_pictures_ = false;
+  Repeater image_request_{std::chrono::milliseconds(200)};
+  bool hears_images_ = false;
   image_t image_{};
   action_t action_{};
 };

@@ -14,7 +14,7 @@
 #include "base/write_whole.h"
 #include "lcmtypes/clock.h"
 #include "models/physics_model.h"
-#include "models/randomised_model.h"
+#include "models/randomized_model.h"
 
 namespace evalbus::sim {
 namespace {
@@ -39,10 +39,10 @@ std::string CompiledModel(const mjModel* model) {
 // Names that the models do not have are found before anything starts.
 void CheckDraws(const Variation& variation, const Scene& scene) {
   if (!variation.physics.empty()) {
-    RandomisePhysics(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.physics.get())).get());
+    RandomizePhysics(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.physics.get())).get());
   }
   if (!variation.appearance.empty()) {
-    RandomiseAppearance(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.visual.get())).get());
+    RandomizeAppearance(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.visual.get())).get());
   }
 }
 

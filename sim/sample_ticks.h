@@ -1,6 +1,6 @@
 // Which control ticks lie between somebody else's samples, and what is missing. The rule, of live sources and
 // of files alike: tick k is the moment k control periods after the first sample, and lies between two
-// neighbours, the last sample before it and the first one at or behind it. Where these are further apart than
+// neighbors, the last sample before it and the first one at or behind it. Where these are further apart than
 // three times the usual distance, or than three ticks, the ticks between them are missing. So are those on
 // the way to a sample before which one was refused, or, where there is none, the next ones. Pure.
 #pragma once
@@ -27,7 +27,7 @@ class SampleTicks {
     samples_.push_back({std::move(sample), after_refused});
   }
 
-  // A tick and its neighbours, which are one where it is the sample. They are good until the next call.
+  // A tick and its neighbors, which are one where it is the sample. They are good until the next call.
   struct Tick {
     int64_t number;
     const Sample* before;

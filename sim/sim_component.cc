@@ -129,7 +129,7 @@ void SimComponent::BeginNext() {
   begin_.header.attempt = command_.attempt;
   begin_.seed = command_.seed;
   EnterEpisode(begin_);
-  roster_.Begin(command_, status_.instance);
+  readiness_.Begin(command_, status_.instance);
   detector_.Start();
   conflict_.clear();
   const Variation& variation = scene_.task.variation(scene_.variation);
@@ -137,7 +137,7 @@ void SimComponent::BeginNext() {
   if (!variation.appearance.empty()) {
     // Those who draw do it again, from the seed; here for the record.
     const ModelPtr drawn(mj_copyModel(nullptr, scene_.scene.visual.get()));
-    const std::vector<Parameter> seen = RandomiseAppearance(variation, command_.seed, drawn.get());
+    const std::vector<Parameter> seen = RandomizeAppearance(variation, command_.seed, drawn.get());
     parameters.insert(parameters.end(), seen.begin(), seen.end());
   }
   for (const Parameter& parameter : parameters) {
@@ -162,11 +162,11 @@ void SimComponent::PublishModel() {
 }
 
 void SimComponent::OnStatus(const component_status_t& status) {
-  const bool is_taken = roster_.Hear(status);
+  const bool is_taken = readiness_.Hear(status);
   if (!is_taken) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
-  if (!roster_.twice().empty()) {
-    return OnConflict("two processes on this bus say that they are the " + roster_.twice());
+  if (!readiness_.twice().empty()) {
+    return OnConflict("two processes on this bus say that they are the " + readiness_.twice());
   }
   if (!is_taken) return;
   if (phase_ == Phase::kWaiting) return StartIfReady();
@@ -179,7 +179,7 @@ void SimComponent::OnStatus(const component_status_t& status) {
 }
 
 void SimComponent::StartIfReady() {
-  if (!roster_.Missing().empty()) return;
+  if (!readiness_.Missing().empty()) return;
   phase_ = Phase::kRunning;
   SayReady();
   log().Info("begins, seed {}", begin_.seed);
@@ -277,7 +277,7 @@ void SimComponent::Advance() {
   if (tick_.has_action) StepAhead();
   if (tick_.end) {
     End(tick_.end->first, tick_.end->second);
-  } else if (tick_.has_action && roster_.Lagging(state_.header.tick).empty()) {
+  } else if (tick_.has_action && readiness_.Lagging(state_.header.tick).empty()) {
     ++state_.header.tick;
     state_.header.sim_time_us += world_.tick_us();
     PublishState();
@@ -347,7 +347,7 @@ void SimComponent::Poll(SteadyTime now) {
   if (options_.realtime) {
     AdvanceRealtime(now);
   } else {
-    MindSilence(now);
+    CheckAnswerTimeouts(now);
   }
   // After a STATE said again, which it would push out of a small receive buffer.
   if (phase_ == Phase::kRunning &&
@@ -355,12 +355,12 @@ void SimComponent::Poll(SteadyTime now) {
     PublishModel();
 }
 
-void SimComponent::MindSilence(SteadyTime now) {
+void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   const int64_t tick = state_.header.tick;
   const auto waited = tick_.wait.Look(now);
   // Scores need contacts: whose lack it is, STATUS tells.
-  const auto& [lacking, from] = roster_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
-                                                                     : std::pair("PARTIAL", "metrics");
+  const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
+                                                                        : std::pair("PARTIAL", "metrics");
   if (!(tick_.has_action && tick_.verdict) && unheard_state_.Due(now)) {
     const double waited_s = std::chrono::duration<double>(waited).count();
     if (tick_.verdict) {
@@ -378,9 +378,9 @@ void SimComponent::MindSilence(SteadyTime now) {
     End(end_reason::kPolicyTimeout,
         fmt::format("no ACTION for tick {} from policy within {:g} s", tick, options_.policy_timeout_s));
   } else if (tick_.verdict && tick_.has_action && waited > Duration(options_.metrics_timeout_s)) {
-    const std::string laggard = roster_.Lagging(tick);
+    const std::string laggard = readiness_.Lagging(tick);
     End(end_reason::kAborted, fmt::format("{} does not keep up: {} ticks behind at tick {}", laggard,
-                                          tick - roster_.LastTick(laggard), tick));
+                                          tick - readiness_.LastTick(laggard), tick));
   }
 }
 

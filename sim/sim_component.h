@@ -22,7 +22,7 @@
 #include "sim/durations.h"
 #include "sim/pacer.h"
 #include "sim/prepared_scene.h"
-#include "sim/roster.h"
+#include "sim/readiness_tracker.h"
 #include "sim/world.h"
 
 namespace evalbus::sim {
@@ -82,7 +82,7 @@ class SimComponent : public Component {
   void TimeAnswer(int64_t tick, Durations* latency);
   void PublishState();
   // Says again, and ends the episode, where an answer does not come.
-  void MindSilence(SteadyTime now);
+  void CheckAnswerTimeouts(SteadyTime now);
   void End(std::string reason, std::string detail = "");
   // The time limit holds until the first success, and after_success_us from there.
   bool TimeIsUp() const {
@@ -108,7 +108,7 @@ class SimComponent : public Component {
   // Simulated time of the first success.
   std::optional<int64_t> success_us_;
 
-  Roster roster_;
+  ReadinessTracker readiness_;
   ConflictDetector detector_;
   // The first line about a conflict of this episode; empty without one.
   std::string conflict_;

@@ -25,9 +25,9 @@ using std::chrono::steady_clock;
 // Metrics gives up a gap once a hundred later ticks are complete: so many are published into it unscored.
 constexpr int64_t kGapWindowTicks = 120;
 // Metrics keeps no ticks further ahead: a longer leap ends the episode.
-constexpr int64_t kMostLeapTicks = 4000;
+constexpr int64_t kMaxLeapTicks = 4000;
 // Of a source that is faster than its scoring, a hundred megabytes or so.
-constexpr size_t kMostWaiting = 100'000;
+constexpr size_t kMaxWaiting = 100'000;
 
 // Images are for people, so a few small ones are enough: the log of a minute with two cameras has some 60 MB.
 constexpr size_t kMaxCameras = 8;
@@ -94,7 +94,8 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
       unheard_end_(kRepeatUnheard) {
   prepared_.info.session = bus->session();
   for (const std::string& warning : prepared_.scene.warnings) log().Warn("{}", warning);
-  bus->Subscribe(channels::kHello, [this](const hello_t& m) { OnHello(m); });
+  bus->Subscribe(channels::kSourceAnnouncement,
+                 [this](const source_announcement_t& m) { OnAnnouncement(m); });
   bus->Subscribe(channels::kSourceState, [this](const source_state_t& m) { OnSample(m); });
   bus->SubscribeRaw(
       channels::kSourceImage.name + std::string(".*"),
@@ -106,54 +107,55 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnOwnBegin(m); });
 }
 
-void SourceComponent::OnHello(const hello_t& hello) {
-  if (!hello_) {
-    Meet(hello);
-    hello_bytes_.assign(bus().handled().begin(), bus().handled().end());
+void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) {
+  if (!announcement_) {
+    Meet(announcement);
+    announcement_bytes_.assign(bus().handled().begin(), bus().handled().end());
     return BeginIfMet();
   }
-  if (!std::ranges::equal(bus().handled(), hello_bytes_)) {
-    throw InputError(
-        fmt::format("source '{}' says another HELLO than '{}' did at first: begin another watch for it, "
-                    "or is a second source on this bus?",
-                    Printable(hello.source), source()));
+  if (!std::ranges::equal(bus().handled(), announcement_bytes_)) {
+    throw InputError(fmt::format(
+        "source '{}' says another SOURCE_ANNOUNCEMENT than '{}' did at first: begin another watch for it, "
+        "or is a second source on this bus?",
+        Printable(announcement.source), source()));
   }
   // It has not heard MODEL yet.
   if (phase_ != Phase::kRunning) PublishModel();
 }
 
-void SourceComponent::Meet(const hello_t& hello) {
-  const std::string name = hello.source.empty() ? "source" : Printable(hello.source);
+void SourceComponent::Meet(const source_announcement_t& announcement) {
+  const std::string name = announcement.source.empty() ? "source" : Printable(announcement.source);
   if (name == source_name::kSim || name == source_name::kFile) {
-    throw InputError("HELLO: a source cannot be called '" + name + "', which is evalbus' own");
+    throw InputError("SOURCE_ANNOUNCEMENT: a source cannot be called '" + name + "', which is evalbus' own");
   }
-  if (hello.period_us < 1 || hello.period_us > 1'000'000) {
-    throw InputError(
-        fmt::format("HELLO of '{}': period_us is {}, expected 1 to 1000000", name, hello.period_us));
+  if (announcement.period_us < 1 || announcement.period_us > 1'000'000) {
+    throw InputError(fmt::format("SOURCE_ANNOUNCEMENT of '{}': period_us is {}, expected 1 to 1000000", name,
+                                 announcement.period_us));
   }
-  const Measured measured{hello.joint_name, hello.has_velocity != 0, hello.object_name};
+  const Measured measured{announcement.joint_name, announcement.has_velocity != 0, announcement.object_name};
   try {
     scene_ = std::make_unique<MeasuredScene>(&prepared_, measured, name);
   } catch (const InputError& error) {
-    throw InputError("HELLO of '" + name + "': " + error.what());
+    throw InputError("SOURCE_ANNOUNCEMENT of '" + name + "': " + error.what());
   }
   for (size_t k = 0; k < opening_.size(); ++k) {
     if (opening_[k] || !scene_->FingersOf(k).empty()) continue;
     const std::string& gripper = prepared_.info.gripper[k].name;
     throw InputError(
-        fmt::format("HELLO of '{}': no joint of the fingers of gripper '{}'; say how it is all the time with "
+        fmt::format("SOURCE_ANNOUNCEMENT of '{}': no joint of the fingers of gripper '{}'; say how it is all "
+                    "the time with "
                     "--gripper {}=open or "
                     "{}=closed",
                     name, gripper, gripper, gripper));
   }
-  hello_ = hello;
+  announcement_ = announcement;
   model_bytes_ = Encode(prepared_.info);
   std::vector<std::string> untracked;
   for (int k = 0; k < prepared_.info.num_objects; ++k) {
     if (!prepared_.info.object_is_tracked[k]) untracked.push_back(prepared_.info.object_name[k]);
   }
-  log().Info("source '{}': {} joints at {:g} Hz, velocities {}{}", name, hello.num_joints,
-             1e6 / static_cast<double>(hello.period_us),
+  log().Info("source '{}': {} joints at {:g} Hz, velocities {}{}", name, announcement.num_joints,
+             1e6 / static_cast<double>(announcement.period_us),
              measured.has_velocity ? "measured" : "by differences",
              untracked.empty() ? "" : fmt::format("; not tracked: {}", fmt::join(untracked, ", ")));
 }
@@ -175,13 +177,13 @@ void SourceComponent::OnCommand(const command_t& command) {
 }
 
 void SourceComponent::BeginIfMet() {
-  if (!hello_ || !command_) return;
+  if (!announcement_ || !command_) return;
   begin_ = {};
   begin_.header.episode = command_->episode;
   begin_.header.attempt = command_->attempt;
   begin_.seed = command_->seed;
   EnterEpisode(begin_);
-  roster_.Begin(*command_, status_.instance);
+  readiness_.Begin(*command_, status_.instance);
   command_.reset();
   running_.reset();
   phase_ = Phase::kWaiting;
@@ -212,12 +214,12 @@ void SourceComponent::OnOwnBegin(const episode_begin_t& begin) {
 }
 
 void SourceComponent::OnStatus(const component_status_t& status) {
-  if (!roster_.Hear(status)) ++status_.foreign_messages;
+  if (!readiness_.Hear(status)) ++status_.foreign_messages;
   if (phase_ == Phase::kIdle) return;
-  if (!roster_.twice().empty()) {
-    return End(end_reason::kAborted, "two processes on this bus say that they are the " + roster_.twice());
+  if (!readiness_.twice().empty()) {
+    return End(end_reason::kAborted, "two processes on this bus say that they are the " + readiness_.twice());
   }
-  if (phase_ == Phase::kWaiting && roster_.Missing().empty()) {
+  if (phase_ == Phase::kWaiting && readiness_.Missing().empty()) {
     phase_ = Phase::kRunning;
     SayReady();
     log().Info("waits for the source's next episode");
@@ -240,21 +242,22 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
 }
 
 void SourceComponent::OnSample(const source_state_t& message) {
-  if (!hello_) {
+  if (!announcement_) {
     ++status_.foreign_messages;
     if (!std::exchange(unknown_told_, true)) {
-      log().Warn("a SOURCE_STATE before HELLO: nobody knows what its joints are");
+      log().Warn("a SOURCE_STATE before SOURCE_ANNOUNCEMENT: nobody knows what its joints are");
     }
     return;
   }
   const auto check = [&](const char* what, int32_t has, int32_t expected) {
     if (has == expected) return;
-    throw InputError(fmt::format("source '{}', sample {}: {} {}, HELLO says {}", source(), message.sample,
-                                 has, what, expected));
+    throw InputError(fmt::format("source '{}', sample {}: {} {}, SOURCE_ANNOUNCEMENT says {}", source(),
+                                 message.sample, has, what, expected));
   };
-  check("joint positions", message.num_joints, hello_->num_joints);
-  check("joint velocities", message.num_velocities, hello_->has_velocity ? hello_->num_joints : 0);
-  check("object poses", message.num_objects, hello_->num_objects);
+  check("joint positions", message.num_joints, announcement_->num_joints);
+  check("joint velocities", message.num_velocities,
+        announcement_->has_velocity ? announcement_->num_joints : 0);
+  check("object poses", message.num_objects, announcement_->num_objects);
   silence_ = Wait(steady_clock::now());
 
   const bool is_other = !newest_ || message.episode != newest_->number;
@@ -287,7 +290,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     if (!newest_->first_stamp_us) newest_->first_stamp_us = message.stamp_us;
     const int64_t leap_us = MicrosecondsSince(newest_->stamp_us, message.stamp_us);
     const double longest_us =
-        std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMostLeapTicks)));
+        std::min(options_.source_timeout_s * 1e6, static_cast<double>(TimeOf(kMaxLeapTicks)));
     if (arrived.sample->time_s > 0 && static_cast<double>(leap_us) > longest_us) {
       arrived.fault = fmt::format("its clock leaps by {:.3g} s", Seconds(leap_us));
       arrived.is_last = true;
@@ -348,7 +351,7 @@ void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t>
   // Taken before the first sample, or one of more than are shown. Where too many samples wait, too, these are
   // what counts.
   if (time_us < 0 || (between_us > 0 && between_us < kLeastBetweenImagesUs) ||
-      arrived_.size() + 1 >= kMostWaiting) {
+      arrived_.size() + 1 >= kMaxWaiting) {
     return;
   }
   Arrived arrived{newest_episode_, std::nullopt};
@@ -393,7 +396,7 @@ void SourceComponent::TakeImage(const Arrived& arrived) {
 }
 
 void SourceComponent::Arrive(Arrived arrived) {
-  if (arrived_.size() >= kMostWaiting) {
+  if (arrived_.size() >= kMaxWaiting) {
     overflowed_ = true;
     return;
   }
@@ -413,7 +416,7 @@ void SourceComponent::TakeArrived() {
     Arrived& arrived = arrived_.front();
     if (arrived.episode <= finished_) continue;
     if (!running_) {
-      running_.emplace(arrived.episode, tick_s_, Seconds(hello_->period_us));
+      running_.emplace(arrived.episode, tick_s_, Seconds(announcement_->period_us));
     }
     if (arrived.episode != running_->episode) {
       running_->is_over = true;
@@ -453,7 +456,7 @@ bool SourceComponent::MayPublish() const {
   if (!r.state) return true;
   const int64_t tick = r.state->header.tick;
   const bool is_answered = r.is_scored() || (r.is_in_gap() && tick - r.behind_gap < kGapWindowTicks);
-  return is_answered && roster_.Lagging(tick).empty();
+  return is_answered && readiness_.Lagging(tick).empty();
 }
 
 void SourceComponent::Advance() {
@@ -552,10 +555,10 @@ void SourceComponent::Poll(SteadyTime now) {
   if (phase_ != Phase::kRunning) return;
   const int64_t time_us = running_ && running_->state ? running_->state->header.sim_time_us : 0;
   if (model_.Due(now) || time_us - model_published_sim_us_ >= kRepeatModelSimUs) PublishModel();
-  MindSilence(now);
+  CheckAnswerTimeouts(now);
 }
 
-void SourceComponent::MindSilence(SteadyTime now) {
+void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
   const bool is_silent = silence_.Look(now) > std::chrono::duration<double>(options_.source_timeout_s);
   const auto unscored = unscored_.Look(now);
   if (!running_) return;
@@ -573,10 +576,10 @@ void SourceComponent::MindSilence(SteadyTime now) {
   }
   if (!r.state) return;
   const int64_t tick = r.state->header.tick;
-  const std::string laggard = roster_.Lagging(tick);
+  const std::string laggard = readiness_.Lagging(tick);
   if (has_all && laggard.empty()) return;
-  const auto& [lacking, from] = roster_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
-                                                                     : std::pair("PARTIAL", "metrics");
+  const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
+                                                                        : std::pair("PARTIAL", "metrics");
   if (!has_all && unheard_state_.Due(now)) {
     log().Warn("no {} from {} for tick {}: says STATE again", lacking, from, tick);
     unheard_state_.Said(now);

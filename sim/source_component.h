@@ -1,7 +1,7 @@
-// The sim's place in a run of somebody else's simulator or robot (docs/watch.md): answers its HELLO with
-// MODEL, makes STATE of its SOURCE_STATEs, and runs episodes over the bus as the sim does (docs/messages.md).
-// Nobody can hold a source back: its samples wait here, and STATE(k+1) is published when PARTIAL(k) is there
-// and no windowed consumer lags too far.
+// The sim's place in a run of somebody else's simulator or robot (docs/watch.md): answers its
+// SOURCE_ANNOUNCEMENT with MODEL, makes STATE of its SOURCE_STATEs, and runs episodes over the bus as the sim
+// does (docs/messages.md). Nobody can hold a source back: its samples wait here, and STATE(k+1) is published
+// when PARTIAL(k) is there and no windowed consumer lags too far.
 #pragma once
 
 #include <deque>
@@ -18,7 +18,7 @@
 #include "bus/repeater.h"
 #include "bus/wait.h"
 #include "sim/measured_scene.h"
-#include "sim/roster.h"
+#include "sim/readiness_tracker.h"
 #include "sim/sample_ticks.h"
 
 namespace evalbus::sim {
@@ -88,7 +88,7 @@ class SourceComponent : public Component {
     std::map<std::string, int64_t> image_us{};
   };
 
-  void OnHello(const hello_t& hello);
+  void OnAnnouncement(const source_announcement_t& announcement);
   void OnCommand(const command_t& command);
   void OnStatus(const component_status_t& status);
   void OnSample(const source_state_t& message);
@@ -98,7 +98,7 @@ class SourceComponent : public Component {
   void OnOwnBegin(const episode_begin_t& begin);
 
   // Throws InputError for what does not fit the task.
-  void Meet(const hello_t& hello);
+  void Meet(const source_announcement_t& announcement);
   void BeginIfMet();
   void AnnounceEpisode();
   void PublishModel();
@@ -114,7 +114,7 @@ class SourceComponent : public Component {
   void PublishState(const SampleTicks::Tick& tick);
   bool TimeIsUp() const;
   void EndInTime();
-  void MindSilence(SteadyTime now);
+  void CheckAnswerTimeouts(SteadyTime now);
   // lacks_tick: one that should have come did not, which makes the episode incomplete.
   void End(std::string reason, std::string detail = "", bool lacks_tick = false);
   std::string source() const { return prepared_.info.source; }
@@ -125,10 +125,10 @@ class SourceComponent : public Component {
   const double tick_s_;
   // By gripper: how far it is open all the time, where nobody measures it.
   std::vector<std::optional<double>> opening_;
-  // Of the source, once its HELLO was heard.
+  // Of the source, once its SOURCE_ANNOUNCEMENT was heard.
   std::unique_ptr<MeasuredScene> scene_;
-  std::optional<hello_t> hello_;
-  std::vector<uint8_t> hello_bytes_;
+  std::optional<source_announcement_t> announcement_;
+  std::vector<uint8_t> announcement_bytes_;
   std::vector<uint8_t> model_bytes_;
 
   Phase phase_ = Phase::kIdle;
@@ -136,7 +136,7 @@ class SourceComponent : public Component {
   std::optional<command_t> command_;
   episode_begin_t begin_{};
   episode_end_t end_{};
-  Roster roster_;
+  ReadinessTracker readiness_;
 
   // Of the source's episodes, counted from 0: the newest to come, and the last that is finished with.
   int64_t newest_episode_ = -1, finished_ = -1;

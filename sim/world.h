@@ -13,7 +13,7 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/state_t.hpp"
 #include "models/mujoco_ptr.h"
-#include "models/randomised_model.h"
+#include "models/randomized_model.h"
 #include "models/robot_description.h"
 #include "models/task_description.h"
 
@@ -27,7 +27,7 @@ class World {
   World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
         const TaskDescription& task, int substeps);
 
-  // Robot at home, parts at their poses, then the variation's randomisations in order and its distractors,
+  // Robot at home, parts at their poses, then the variation's randomizations in order and its distractors,
   // drawn again as a whole until no movable part penetrates anything and min_distance is kept. Nothing of the
   // episode before survives. Throws InputError if no such draw is found, or for a name that is not there.
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation);
@@ -84,7 +84,7 @@ class World {
   // Where a movable part's coordinates are, position and quaternion.
   double* Position(const Part& part) const;
   double* Quaternion(const Part& part) const;
-  // Robot and parts where they are when nothing is randomised.
+  // Robot and parts where they are when nothing is randomized.
   void SetHome();
   void Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters);

@@ -25,7 +25,7 @@ const World::Part& World::MovablePart(const std::string& name) const {
   for (const Part& part : parts_) {
     if (part.name == name && part.is_movable()) return part;
   }
-  throw InputError("randomisation of '" + name + "': the model has no movable part of this name");
+  throw InputError("randomization of '" + name + "': the model has no movable part of this name");
 }
 
 std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
@@ -36,7 +36,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
   model_ = compiled_;
   if (!variation.physics.empty()) {
     changed_.reset(mj_copyModel(changed_.release(), compiled_));
-    changes = RandomisePhysics(variation, seed, changed_.get());
+    changes = RandomizePhysics(variation, seed, changed_.get());
     model_ = changed_.get();
   }
   Random random(seed, 0), distractor_random(seed, kDistractorStream);
@@ -50,13 +50,13 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
     }
     SetHome();
     parameters.clear();
-    for (const Randomisation& randomisation : variation.randomisations) {
-      std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomisation);
+    for (const Randomization& randomization : variation.randomizations) {
+      std::visit([&](const auto& spawn) { Spawn(spawn, &random, &parameters); }, randomization);
     }
     parked_dofs_.clear();
     for (const Distractors& distractors : variation.distractors)
       Spawn(distractors, &distractor_random, &parameters);
-    if (variation.randomisations.empty() && variation.distractors.empty()) break;
+    if (variation.randomizations.empty() && variation.distractors.empty()) break;
     why = Blocked(variation);
     if (why.empty()) break;
   }
@@ -225,8 +225,8 @@ std::string World::Blocked(const Variation& variation) {
   const std::string overlap =
       Deepest(*data_, [&](const mjContact& contact, int a, int b) { return CountsForParts(contact, a, b); });
   if (!overlap.empty()) return overlap;
-  for (const Randomisation& randomisation : variation.randomisations) {
-    const auto* box = std::get_if<SpawnBox>(&randomisation);
+  for (const Randomization& randomization : variation.randomizations) {
+    const auto* box = std::get_if<SpawnBox>(&randomization);
     if (!box) continue;
     const Part& part = MovablePart(box->object);
     for (const Part& other : parts_) {

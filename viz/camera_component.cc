@@ -9,16 +9,16 @@
 #include "base/errors.h"
 #include "bus/channels.h"
 #include "bus/message.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 #include "models/physics_model.h"
-#include "viz/pictures/gl_context.h"
-#include "viz/pictures/view_picture.h"
+#include "viz/images/gl_context.h"
+#include "viz/images/view_image.h"
 #include "viz/viz_component.h"
 
 namespace evalbus::viz {
 namespace {
 
-// Pictures of one tick that are kept to be said again.
+// Images of one tick that are kept to be said again.
 constexpr size_t kMaxViews = 32;
 
 }  // namespace
@@ -28,7 +28,7 @@ CameraComponent::CameraComponent(Bus* bus) : Component(bus, "cameras") {
   bus->Subscribe(channels::kModel, [this](const model_info_t& m) { OnModel(m); });
   bus->Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& m) { OnEpisodeBegin(m); });
   bus->Subscribe(channels::kState, [this](const state_t& m) { OnState(m); });
-  bus->Subscribe(channels::kObserve, [this](const observe_t& m) { OnObserve(m); });
+  bus->Subscribe(channels::kRequestImage, [this](const image_request_t& m) { OnImageRequest(m); });
 }
 
 void CameraComponent::OnModel(const model_info_t& model) {
@@ -64,36 +64,36 @@ void CameraComponent::OnState(const state_t& state) {
   if (waiting_ && waiting_->header.tick <= state.header.tick) Answer(*std::exchange(waiting_, std::nullopt));
 }
 
-void CameraComponent::OnObserve(const observe_t& observe) {
-  if (!IsOurs(observe.header) || status_.state != component_status_t::READY) return;
+void CameraComponent::OnImageRequest(const image_request_t& request) {
+  if (!IsOurs(request.header) || status_.state != component_status_t::READY) return;
   try {
-    if (observe.view.size() > kMaxViews) {
-      throw InputError(fmt::format("{} views: expected {} at most", observe.view.size(), kMaxViews));
+    if (request.view.size() > kMaxViews) {
+      throw InputError(fmt::format("{} views: expected {} at most", request.view.size(), kMaxViews));
     }
-    for (const view_t& view : observe.view) CheckView(view, renderer_->model());
+    for (const view_t& view : request.view) CheckView(view, renderer_->model());
   } catch (const InputError& error) {
-    throw InputError(fmt::format("OBSERVE of tick {}: {}", observe.header.tick, error.what()));
+    throw InputError(fmt::format("REQUEST_IMAGE of tick {}: {}", request.header.tick, error.what()));
   }
-  if (observe.header.tick > status_.last_tick) {
-    waiting_ = observe;
+  if (request.header.tick > status_.last_tick) {
+    waiting_ = request;
   } else {
-    Answer(observe);
+    Answer(request);
   }
 }
 
-void CameraComponent::Answer(const observe_t& observe) {
-  for (const view_t& view : observe.view) {
-    const image_t* image = Find(observe.header, view);
+void CameraComponent::Answer(const image_request_t& request) {
+  for (const view_t& view : request.view) {
+    const image_t* image = Find(request.header, view);
     image_t gone{};
     if (!image) {
-      gone.header = observe.header;
+      gone.header = request.header;
       gone.view = view;
     }
     const std::string channel = channels::ImageChannel(view.camera);
     bus().Publish(Channel<image_t>{channel.c_str(), status_.component}, image ? *image : gone);
     if (image) continue;
     ++status_.skipped_ticks;
-    log().Warn("an OBSERVE of tick {} came at tick {}, too late for its images", observe.header.tick,
+    log().Warn("a REQUEST_IMAGE of tick {} came at tick {}, too late for its images", request.header.tick,
                status_.last_tick);
     return;
   }

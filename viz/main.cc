@@ -1,4 +1,4 @@
-// evalbus-viz: live pictures of a run or a replay; with --answer-observe, as its first argument, the
+// evalbus-viz: live images of a run or a replay; with --answer-image-requests, as its first argument, the
 // component "cameras" of a run, with the options that a launcher gives to all of them.
 #include <sys/resource.h>
 
@@ -11,20 +11,20 @@
 #include "bus/attach.h"
 #include "bus/host.h"
 #include "viz/camera_component.h"
-#include "viz/pictures/gl_context.h"
+#include "viz/images/gl_context.h"
 #include "viz/viz_component.h"
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "--answer-observe") {
+  if (argc > 1 && std::string_view(argv[1]) == "--answer-image-requests") {
     return evalbus::HostMain(
-        argc - 1, argv + 1, "Draws the pictures that a policy asks for with OBSERVE, and nothing else.",
+        argc - 1, argv + 1, "Draws the images that a policy asks for with REQUEST_IMAGE, and nothing else.",
         [](CLI::App*) {},
         [](evalbus::Bus* bus) { return std::make_unique<evalbus::viz::CameraComponent>(bus); });
   }
   CLI::App app{
       "Draws a run or a replay while it goes on, off screen, and publishes JPEG frames\n"
       "on EVALBUS_IMAGE_<camera>. The run does not wait for it.\n"
-      "'evalbus-viz --answer-observe --help': a policy's pictures instead."};
+      "'evalbus-viz --answer-image-requests --help': a policy's images instead."};
   evalbus::Address address;
   evalbus::viz::VizOptions options;
   std::string size = "640x480";

@@ -21,7 +21,7 @@ VizComponent::VizComponent(Bus* bus, const VizOptions& options)
   bus->Subscribe(channels::kPartial, [this](const partial_metrics_t& m) { OnPartial(m); });
   bus->Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& m) { OnEpisodeEnd(m); });
   bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& m) { OnSummary(m); });
-  bus->SetPatience(std::chrono::milliseconds(10));
+  bus->SetMaxBatchDelay(std::chrono::milliseconds(10));
 }
 
 void VizComponent::OnModel(const model_info_t& model) {

@@ -1,4 +1,4 @@
-// Live pictures: draws the newest STATE of a run or a replay as its cameras see it, with the scores of
+// Live images: draws the newest STATE of a run or a replay as its cameras see it, with the scores of
 // PARTIAL, and publishes JPEG frames on EVALBUS_IMAGE_<camera>.
 //
 // It may begin to listen at any time: MODEL is repeated while an episode runs. Nobody waits for it: ticks
@@ -17,10 +17,10 @@
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
 #include "evalbus/state_t.hpp"
-#include "viz/pictures/frame.h"
-#include "viz/pictures/jpeg.h"
-#include "viz/pictures/overlay.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/frame.h"
+#include "viz/images/jpeg.h"
+#include "viz/images/overlay.h"
+#include "viz/images/renderer.h"
 
 namespace evalbus::viz {
 
@@ -29,7 +29,7 @@ struct VizOptions {
   FrameSize size;
   // At most so many frames per second of wall time, from each camera.
   double fps = 15;
-  // Whose run it is, written into the picture; empty where that is not known.
+  // Whose run it is, written into the image; empty where that is not known.
   std::string policy{};
 };
 
@@ -59,7 +59,7 @@ class VizComponent : public Component {
   void OnSummary(const episode_summary_t& summary);
   // Enters the episode; seed: where it is known.
   void Enter(const episode_begin_t& begin, std::optional<int64_t> seed);
-  // Writes into the pictures what MODEL says.
+  // Writes into the images what MODEL says.
   void Describe();
   void Draw();
 

@@ -120,16 +120,16 @@ void Recorder::Open(const episode_begin_t& begin) {
   end_.reset();
   has_summary_ = false;
   heard_.clear();
-  patience_.Begin(std::chrono::steady_clock::now());
+  batch_delay_.Begin(std::chrono::steady_clock::now());
   events_->Write(channels::kModel, model_, simulated_time_ ? 0 : model_time_us_);
   SayReady();
 }
 
 void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
-  // Pictures can be drawn again from the log, and who looks on does not change what a run leaves behind.
+  // Images can be drawn again from the log, and observers do not change what a run leaves behind.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
-  if (!channels::IsWhatItCarries(channel, data, &decoded_)) return bus().CountDecodeError();
+  if (!channels::MatchesChannelType(channel, data, &decoded_)) return bus().CountDecodeError();
   // Runs with equal seeds leave equal logs.
   if (channels::CarriesSession(channel) && SessionOf(data) != 0) {
     without_session_.assign(data.begin(), data.end());
@@ -145,7 +145,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
     if (found == heard_.end()) found = heard_.emplace(channel, Heard{}).first;
     heard = &found->second;
     // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
-    if (!IsNews(data, &heard->last)) return;
+    if (!UpdateIfChanged(data, &heard->last)) return;
   }
   header_t header{};
   const bool is_next_state = channel == channels::kState && DecodeHeader<state_t>(data, &header) &&
@@ -159,9 +159,9 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
   if (is_next_state) {
     status_.missing_ticks += header.tick - status_.last_tick - 1;
     Progress(header);
-    bus().SetPatience(patience_.At(std::chrono::steady_clock::now()));
+    bus().SetMaxBatchDelay(batch_delay_.At(std::chrono::steady_clock::now()));
   } else if (channel == channels::kEpisodeEnd) {
-    bus().SetPatience({});
+    bus().SetMaxBatchDelay({});
     episode_end_t end{};
     if (!end_ && Decode(data, &end) && IsOurs(end.header)) end_ = end;
   } else if (channel == channels::kEpisodeSummary) {
@@ -191,7 +191,7 @@ int64_t Recorder::MissingTicks() const {
 
 void Recorder::CloseEpisode() {
   const int64_t num_events = events_->num_events();
-  // Whoever looks on meanwhile reads the plain one: the packed one is there when the episode is.
+  // Observers meanwhile read the plain one: the packed one is there when the episode is.
   form_ == LogForm::kZstd ? events_->ClosePacked() : events_->Close();
   events_.reset();
   closing_.reset();

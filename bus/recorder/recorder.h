@@ -1,4 +1,4 @@
-// Writes what is on the bus during an episode, but pictures and a tick's message that is said again, into a
+// Writes what is on the bus during an episode, but images and a tick's message that is said again, into a
 // standard LCM event log, one log per episode: DIR/episodes/0007.partial/events.lcmlog while it grows,
 // DIR/episodes/0007/events.lcmlog, or .zst of it, once it is complete and synced.
 #pragma once
@@ -12,11 +12,11 @@
 #include <string_view>
 #include <vector>
 
+#include "bus/batch_delay.h"
 #include "bus/channels.h"
 #include "bus/component.h"
 #include "bus/event_log.h"
 #include "bus/packed_log.h"
-#include "bus/patience.h"
 #include "bus/recorder/tick_set.h"
 #include "bus/wait.h"
 
@@ -63,7 +63,7 @@ class Recorder : public Component {
   channels::Messages decoded_;
   // The message to be recorded, with session 0.
   std::vector<uint8_t> without_session_;
-  Patience patience_;
+  BatchDelay batch_delay_;
   // EPISODE_END is the sim's, so a summary without it is not of this episode.
   std::optional<episode_end_t> end_;
   bool has_summary_ = false;

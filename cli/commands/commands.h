@@ -18,7 +18,7 @@ using AddCommand = Action(CLI::App* app);
   COMMAND(AddRun, "run", "evaluate a policy on a task, with live scores")                                   \
   COMMAND(AddWatch, "watch", "score somebody else's simulator or robot, live")                              \
   COMMAND(AddCollect, "collect", "collect successes of a policy, from starts that are spread evenly")       \
-  COMMAND(AddRender, "render", "film episodes of a run, from their logs")                                   \
+  COMMAND(AddRender, "render", "render videos of episodes from their logs")                                 \
   COMMAND(AddReplay, "replay", "play recorded episodes into fresh metrics; compare with what was recorded") \
   COMMAND(AddRescore, "rescore", "score recorded episodes again, offline; compare with what was recorded")  \
   COMMAND(AddCompare, "compare", "say whether runs, or suites, really differ")                              \

@@ -25,8 +25,8 @@
 #include "cli/results/run_reader.h"
 #include "cli/results/viewer_pack.h"
 #include "models/scene.h"
-#include "viz/pictures/panel_film.h"
-#include "viz/pictures/video_writer.h"
+#include "viz/images/panel_video.h"
+#include "viz/images/video_writer.h"
 
 namespace evalbus::commands {
 namespace {
@@ -44,8 +44,8 @@ struct CompareOptions {
   // Of that page with its viewer; 0: none.
   double megabytes = results::kPageMegabytes;
   // Both on one seed, side by side; empty: none is made.
-  std::filesystem::path film;
-  // Of the film; nothing: the first that only one of them succeeded with.
+  std::filesystem::path video;
+  // Of the video; nothing: the first that only one of them succeeded with.
   std::optional<int64_t> seed;
 };
 
@@ -63,7 +63,7 @@ results::RecordedRuns Read(const fs::path& folder) {
 }
 
 // Takes the baseline out of the runs; reads it if it is none of them.
-results::RecordedRuns TakeBaseline(const std::string& name, std::vector<results::RecordedRuns>* runs) {
+results::RecordedRuns RemoveBaseline(const std::string& name, std::vector<results::RecordedRuns>* runs) {
   const auto matches = [&](const results::RecordedRuns& run) {
     return name.empty() || run.name == name || run.runs[0].policy == name ||
            (fs::exists(name) && fs::equivalent(run.folder, name));
@@ -106,18 +106,18 @@ void AddOptions(CLI::App* app, CompareOptions* options) {
                   "into it to be shown in 3D, flipped seeds first; 0: none")
       ->check(CLI::Range(0.0, 2000.0))
       ->capture_default_str();
-  app->add_option("--film", options->film,
-                  "film of both on one seed, side by side: .mp4, .gif or .webp; two runs or suites");
+  app->add_option("--video", options->video,
+                  "video of both on one seed, side by side: .mp4, .gif or .webp; two runs or suites");
   app->add_option("--seed", options->seed,
-                  "of the film's episodes; default: the first that only one of the two succeeded with");
+                  "of the video's episodes; default: the first that only one of the two succeeded with");
 }
 
 // An episode of a run, and whose it is.
-viz::FilmedEpisode EpisodeToFilm(const fs::path& run, const std::string& name, int episode) {
+viz::VideoEpisode ReadVideoEpisode(const fs::path& run, const std::string& name, int episode) {
   const std::string policy = results::ReadRunInfo(run).policy;
-  auto filmed = viz::ReadEpisodesToFilm(EpisodeLog(run, episode), {episode}, policy);
-  filmed.back().name = name;
-  return std::move(filmed.back());
+  auto video_episodes = viz::ReadVideoEpisodes(EpisodeLog(run, episode), {episode}, policy);
+  video_episodes.back().name = name;
+  return std::move(video_episodes.back());
 }
 
 // The episodes of two runs of a task with one seed.
@@ -150,24 +150,25 @@ std::optional<SeedPair> FindPair(const results::RecordedRuns& runs, const result
 }
 
 // The baseline on the left.
-void Film(const results::RecordedRuns& run, const results::RecordedRuns& baseline,
-          const CompareOptions& options) {
+void MakeVideo(const results::RecordedRuns& run, const results::RecordedRuns& baseline,
+               const CompareOptions& options) {
   const std::optional<SeedPair> pair = FindPair(run, baseline, options.seed);
   if (!pair) {
-    throw InputError(options.seed ? fmt::format("--film: seed {} is not in both", *options.seed)
-                                  : "--film: the two have no seed of a task in common");
+    throw InputError(options.seed ? fmt::format("--video: seed {} is not in both", *options.seed)
+                                  : "--video: the two have no seed of a task in common");
   }
-  viz::JointFilmOptions film;
-  film.title = pair->run->task_name();
-  film.subtitle = fmt::format("seed {}", pair->seed);
-  if (options.film.extension() != ".mp4") film.size = {640, 360};
+  viz::JointVideoOptions video;
+  video.title = pair->run->task_name();
+  video.subtitle = fmt::format("seed {}", pair->seed);
+  if (options.video.extension() != ".mp4") video.size = {640, 360};
   const std::string ours = pair->run->policy, theirs = pair->baseline->policy;
   const bool same = ours == theirs;
   InstallStopSignals();
-  viz::FilmPair({EpisodeToFilm(pair->baseline->folder, same ? baseline.name : theirs, pair->baseline_episode),
-                 EpisodeToFilm(pair->run->folder, same ? run.name : ours, pair->episode)},
-                film, options.film);
-  fmt::print("\nfilm     {}  (seed {})\n", options.film.string(), pair->seed);
+  viz::MakePairVideo(
+      {ReadVideoEpisode(pair->baseline->folder, same ? baseline.name : theirs, pair->baseline_episode),
+       ReadVideoEpisode(pair->run->folder, same ? run.name : ours, pair->episode)},
+      video, options.video);
+  fmt::print("\nvideo    {}  (seed {})\n", options.video.string(), pair->seed);
 }
 
 // Returns the exit code: 0, whatever the verdict. Throws InputError.
@@ -175,10 +176,10 @@ int Compare(const CompareOptions& options) {
   std::vector<results::RecordedRuns> runs;
   for (const fs::path& folder : options.runs) runs.push_back(Read(folder));
   NameApart(&runs);
-  if (!options.film.empty() && runs.size() != 2) throw InputError("--film: expected two runs or suites");
-  if (!options.film.empty()) viz::CheckFilmEnding(options.film.extension().string());
-  if (options.seed && options.film.empty()) throw InputError("--seed: is of --film, which is not given");
-  const results::RecordedRuns baseline = TakeBaseline(options.baseline, &runs);
+  if (!options.video.empty() && runs.size() != 2) throw InputError("--video: expected two runs or suites");
+  if (!options.video.empty()) viz::CheckVideoEnding(options.video.extension().string());
+  if (options.seed && options.video.empty()) throw InputError("--seed: is of --video, which is not given");
+  const results::RecordedRuns baseline = RemoveBaseline(options.baseline, &runs);
   if (runs.empty()) throw InputError("compare needs two runs, there is only " + baseline.folder.string());
   const std::vector<results::Comparison> comparisons = results::CompareAll(runs, baseline);
   for (size_t i = 0; i < comparisons.size(); ++i) {
@@ -203,7 +204,7 @@ int Compare(const CompareOptions& options) {
       fmt::print("{} It has {:.1f} MB.\n", page.note, static_cast<double>(page.html.size()) / 1e6);
     }
   }
-  if (!options.film.empty()) Film(runs[0], baseline, options);
+  if (!options.video.empty()) MakeVideo(runs[0], baseline, options);
   return 0;
 }
 

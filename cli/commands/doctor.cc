@@ -56,10 +56,10 @@ int Doctor() {
   if (all_programs) Print(true, "component programs in " + launch::Processes::BinaryFolder().string());
 
   void* osmesa = dlopen("libOSMesa.so.8", RTLD_LAZY);
-  Print(osmesa != nullptr, "OSMesa, which renders films", "apt-get install libosmesa6");
+  Print(osmesa != nullptr, "OSMesa, which renders videos", "apt-get install libosmesa6");
   if (osmesa) dlclose(osmesa);
   const bool has_ffmpeg = !FindProgram("ffmpeg").empty();
-  Print(has_ffmpeg, "ffmpeg, which encodes films", "apt-get install ffmpeg");
+  Print(has_ffmpeg, "ffmpeg, which encodes videos", "apt-get install ffmpeg");
 
   try {
     Print(true,

@@ -19,7 +19,7 @@
 #include "cli/results/run_reader.h"
 #include "cli/results/training_set.h"
 #include "cli/tools/recording.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/renderer.h"
 
 namespace evalbus::commands {
 namespace {
@@ -64,11 +64,11 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
       ->allow_extra_args(false)
       ->needs(options->mcap);
   app->add_option("--camera", options->cameras,
-                  "--hdf5, --mcap: pictures of these cameras, with commas, drawn from the logs")
+                  "--hdf5, --mcap: images of these cameras, with commas, drawn from the logs")
       ->delimiter(',')
       ->allow_extra_args(false);
   app->add_option("--size", options->size,
-                  "WIDTHxHEIGHT of pictures; default: 256x256 for --hdf5, 640x480 for --mcap");
+                  "WIDTHxHEIGHT of images; default: 256x256 for --hdf5, 640x480 for --mcap");
 }
 
 int ExportTable(const ExportOptions& options) {
@@ -118,7 +118,7 @@ int ExportMcap(const ExportOptions& options) {
     const fs::path& log = logs[i];
     line.Show(static_cast<double>(i));
     tools::EncodedEpisode episode = tools::EncodeEpisode(log, &scenes);
-    if (!options.cameras.empty()) tools::AddPictures(log, options.cameras, size, &episode);
+    if (!options.cameras.empty()) tools::AddImages(log, options.cameras, size, &episode);
     const fs::path file = options.mcap_file.empty() ? log.parent_path() / "episode.mcap" : options.mcap_file;
     const std::string bytes = tools::McapFile(episode);
     WriteWhole(file, bytes);

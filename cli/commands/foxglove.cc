@@ -83,7 +83,7 @@ int ShowLive(const FoxgloveOptions& options, tools::FoxgloveServer* server) {
   bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
     encoder.Hear(channel, data);
   });
-  bus.SetPatience(kFrame);
+  bus.SetMaxBatchDelay(kFrame);
   SayWhere(*server, options, "listening to " + attached.url);
   while (!stop_requested()) {
     bus.Handle(steady_clock::now() + std::chrono::milliseconds(100));

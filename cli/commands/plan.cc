@@ -72,7 +72,7 @@ void Show(const Plan& plan, bool probe) {
   }
   const int64_t all = int64_t{runs} * episodes;
   fmt::print("episodes  {} of each, seed {}: {} runs, {} episodes\n", episodes, plan.options.seed, runs, all);
-  fmt::print("films     {}\n", plans::FilmsText(plan.films));
+  fmt::print("videos    {}\n", plans::VideosText(plan.videos));
   if (plan.until) {
     fmt::print(
         "until     decided at {:g} over all comparisons, looking every {} episodes of each task, {} at "
@@ -85,7 +85,7 @@ void Show(const Plan& plan, bool probe) {
   const plans::Probe found = plans::ProbePlan(plan, kProbes);
   if (found.episodes > 0) {
     fmt::print(
-        "time      {} on one core, films apart ({:.2g} s an episode, of {} tried)\n"
+        "time      {} on one core, videos apart ({:.2g} s an episode, of {} tried)\n"
         "disk      {} ({} an episode)\n",
         results::FormatDuration(found.seconds_per_episode * static_cast<double>(all)),
         found.seconds_per_episode, found.episodes, Size(found.bytes_per_episode * static_cast<double>(all)),
@@ -102,11 +102,11 @@ int Merge(const fs::path& folder, const std::vector<fs::path>& parts) {
     return 0;
   }
   const plans::PlanFolder plan(folder);
-  const std::vector<plans::Chunk> missing = plans::MergePlan(plan);
+  const std::vector<plans::Shard> missing = plans::MergePlan(plan);
   if (!missing.empty()) {
     throw EnvironmentError(
-        fmt::format("{}: {} of {} chunks are missing, the first is {}; what is whole was merged",
-                    folder.string(), missing.size(), plans::ChunksOf(plan.plan()).size(), missing[0].name()));
+        fmt::format("{}: {} of {} shards are missing, the first is {}; what is whole was merged",
+                    folder.string(), missing.size(), plans::ShardsOf(plan.plan()).size(), missing[0].name()));
   }
   plans::FinishPlan(plan, 1);
   return 0;

@@ -19,9 +19,9 @@
 #include "policy_bridge/remote/policy_check.h"
 #include "sim/prepared_scene.h"
 #include "sim/world.h"
-#include "viz/pictures/png.h"
-#include "viz/pictures/renderer.h"
-#include "viz/pictures/view_picture.h"
+#include "viz/images/png.h"
+#include "viz/images/renderer.h"
+#include "viz/images/view_image.h"
 
 namespace evalbus::commands {
 namespace {
@@ -62,11 +62,11 @@ int ExitCode(CheckReport::Verdict verdict) {
 }
 
 int ListContracts() {
-  std::vector<Lines> rows = {{"CONTRACT", "WIRE", "HZ", "ACTION", "PICTURES", "WHAT"}};
+  std::vector<Lines> rows = {{"CONTRACT", "WIRE", "HZ", "ACTION", "IMAGES", "WHAT"}};
   for (const Contract& contract : policy::AllContracts()) {
-    const auto pictures = std::ranges::count_if(contract.observation, &ObservationEntry::is_picture);
+    const auto images = std::ranges::count_if(contract.observation, &ObservationEntry::is_image);
     rows.push_back({contract.name, policy::NameOf(contract.wire), fmt::format("{:g}", contract.rate_hz),
-                    policy::NameOf(contract.actions.kind), std::to_string(pictures), contract.description});
+                    policy::NameOf(contract.actions.kind), std::to_string(images), contract.description});
   }
   PrintTable(rows);
   fmt::print(
@@ -82,9 +82,9 @@ std::string InWords(const ObservationEntry& entry) {
   switch (entry.source) {
     case Source::kCamera:
     case Source::kDepth: {
-      const policy::PictureForm& form = entry.picture;
+      const policy::ImageForm& form = entry.image;
       std::string words =
-          fmt::format("{} of camera {}, {} x {}", entry.source == Source::kDepth ? "depth" : "picture",
+          fmt::format("{} of camera {}, {} x {}", entry.source == Source::kDepth ? "depth" : "image",
                       form.view.camera, form.view.width_px, form.view.height_px);
       if (form.view.fovy_deg > 0) words += fmt::format(", field of view {:g} deg", form.view.fovy_deg);
       if (!form.view.shadows) words += ", no shadows";
@@ -142,11 +142,11 @@ int Show(const PolicyCommandOptions& options) {
   return 0;
 }
 
-// The first observation of an episode, and the pictures in it.
+// The first observation of an episode, and the images in it.
 struct FirstLook {
   sim::PreparedScene prepared;
   state_t state{};
-  std::vector<image_t> pictures;
+  std::vector<image_t> images;
 };
 
 FirstLook Look(const PolicyCommandOptions& options, const Contract& contract) {
@@ -169,17 +169,17 @@ void Draw(const PolicyCommandOptions& options, const policy::ObservationBuilder&
   renderer.SetState(look->state);
   for (const view_t& view : observations.views()) {
     viz::CheckView(view, renderer.model());
-    look->pictures.push_back({});
-    viz::DrawView(view, look->state.header, &renderer, &look->pictures.back());
+    look->images.push_back({});
+    viz::DrawView(view, look->state.header, &renderer, &look->images.back());
   }
 }
 
-// Pictures as they were sent, and what was said. Returns where.
+// Images as they were sent, and what was said. Returns where.
 fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract, const CheckReport& report,
                    const policy::ObservationBuilder& observations) {
   const fs::path folder = options.out.empty() ? fs::path("policy_check") / contract.name : options.out;
   fs::create_directories(folder);
-  for (const auto& sent : observations.PicturesSent()) {
+  for (const auto& sent : observations.ImagesSent()) {
     const size_t rows = sent.is_chw ? 1 : 0;
     viz::Frame frame(
         {static_cast<int>(sent.array.shape.at(rows + 1)), static_cast<int>(sent.array.shape.at(rows))});
@@ -199,7 +199,7 @@ fs::path WriteDown(const PolicyCommandOptions& options, const Contract& contract
   return folder;
 }
 
-void Print(const CheckReport& report, const fs::path& folder, bool has_pictures) {
+void Print(const CheckReport& report, const fs::path& folder, bool has_images) {
   constexpr const char* kMarks[] = {"ok  ", "    ", "?   ", "BAD "};
   for (const CheckLine& line : report.lines) {
     // A server's traceback has many.
@@ -208,7 +208,7 @@ void Print(const CheckReport& report, const fs::path& folder, bool has_pictures)
     for (std::string part; std::getline(text, part); mark = "    ")
       fmt::print("{}{}\n", mark, Printable(part));
   }
-  if (has_pictures) fmt::print("    pictures as they were sent: {}\n", (folder / "*.png").string());
+  if (has_images) fmt::print("    images as they were sent: {}\n", (folder / "*.png").string());
   const char* words = "";
   switch (report.verdict) {
     case CheckReport::Verdict::kGood:
@@ -245,12 +245,12 @@ int Check(PolicyCommandOptions options) {
     fmt::print("{}: {} at {}\n\n", contract->name, policy::NameOf(contract->wire), contract->url);
   std::fflush(stdout);
   const CheckReport report = policy::CheckPolicyServer(*contract, client.get(), model, look.prepared.info,
-                                                       look.state, look.pictures, &observations);
+                                                       look.state, look.images, &observations);
   const fs::path folder = WriteDown(options, *contract, report, observations);
   if (options.json) {
     fmt::print("{}\n", ToText(policy::CheckJson(*contract, report), 2));
   } else {
-    Print(report, folder, !look.pictures.empty());
+    Print(report, folder, !look.images.empty());
   }
   return ExitCode(report.verdict);
 }
@@ -287,8 +287,7 @@ Action AddPolicy(CLI::App* app) {
                    "first_step_rad, else 0.5. For a policy whose first step is rightly a large one")
       ->type_name("RAD")
       ->check(CLI::PositiveNumber);
-  check->add_option("--out", options->out,
-                    "folder for pictures and check.json; default policy_check/CONTRACT");
+  check->add_option("--out", options->out, "folder for images and check.json; default policy_check/CONTRACT");
   check->add_flag("--json", options->json, "print check.json instead of words");
   options->check = check;
   return [options] {

@@ -1,4 +1,4 @@
-// evalbus render: films episodes of a run from their logs.
+// evalbus render: renders videos of episodes from their logs.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,15 +15,15 @@
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/filming.h"
 #include "cli/launch/progress_line.h"
+#include "cli/launch/video_recording.h"
 #include "cli/results/episode_logs.h"
-#include "viz/pictures/film.h"
-#include "viz/pictures/film_crew.h"
-#include "viz/pictures/gl_context.h"
-#include "viz/pictures/panel_film.h"
-#include "viz/pictures/renderer.h"
-#include "viz/pictures/video_writer.h"
+#include "viz/images/gl_context.h"
+#include "viz/images/panel_video.h"
+#include "viz/images/parallel_frame_renderer.h"
+#include "viz/images/renderer.h"
+#include "viz/images/video.h"
+#include "viz/images/video_writer.h"
 
 namespace evalbus::commands {
 namespace {
@@ -38,7 +38,7 @@ struct RenderOptions {
   // Empty: what the layout shows.
   std::vector<std::string> cameras;
   std::string layout = "plain";
-  // Empty: what is usual for the kind of film.
+  // Empty: what is usual for the kind of video.
   std::string size;
   bool has_grid = false;
   // Empty: as many cells as there are episodes.
@@ -71,7 +71,7 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
            options->has_grid = true;
            options->grid = shape;
          },
-         "one film of many episodes, COLUMNSxROWS or as many as fit (36)")
+         "one video of many episodes, COLUMNSxROWS or as many as fit (36)")
       ->expected(0, 1)
       ->default_str("");
   app->add_option("--size", options->size,
@@ -79,21 +79,21 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("--format", options->format, "mp4; gif or webp, which READMEs show")->capture_default_str();
   app->add_option("--gl", options->gl, viz::kGlHelp)->capture_default_str();
   app->add_option("-o,--out", options->out,
-                  "the film, whose ending says the format; default: beside the log");
+                  "the video, whose ending says the format; default: beside the log");
   app->add_flag("--say-progress", options->say_progress)->group("");
 }
 
-// Shows how far the films are to people, or in lines to the process that reads our log.
+// Shows how far the videos are to people, or in lines to the process that reads our log.
 class Progress {
  public:
-  Progress(size_t logs, bool say) : line_(logs, "filming"), say_(say) {}
+  Progress(size_t logs, bool say) : line_(logs, "recording video of"), say_(say) {}
 
   void Show(double done) {
     if (!say_) return line_.Show(done);
     const auto now = steady_clock::now();
     if (now - said_ < launch::ProgressLine::kInPlace) return;
     said_ = now;
-    fmt::print("{}{}\n", launch::kFilmShare, done);
+    fmt::print("{}{}\n", launch::kVideoShare, done);
     std::fflush(stdout);
   }
   void Clear() { line_.Clear(); }
@@ -105,28 +105,28 @@ class Progress {
 };
 
 // "lift_pot/position 7" where there are several tasks.
-std::string CellName(const viz::FilmedEpisode& episode, bool several_tasks) {
+std::string CellName(const viz::VideoEpisode& episode, bool several_tasks) {
   return several_tasks ? fmt::format("{} {}", episode.facts.task, episode.facts.episode)
                        : fmt::format("episode {}", episode.facts.episode);
 }
 
-void PrintFilm(const fs::path& file) {
+void PrintVideo(const fs::path& file) {
   fmt::print("{}\n", fs::proximate(file).string());
   std::fflush(stdout);
 }
 
-// One film of many episodes, in the order of their numbers.
+// One video of many episodes, in the order of their numbers.
 void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs, viz::FrameSize size,
                 const std::string& ending) {
   if (options.cameras.size() > 1) throw InputError("--grid: expected one --camera");
-  viz::JointFilmOptions joint;
+  viz::JointVideoOptions joint;
   joint.size = size;
   if (!options.cameras.empty()) joint.camera = options.cameras[0];
   const bool is_shaped = !options.grid.empty();
   if (is_shaped) joint.shape = viz::ParseGridShape(options.grid);
   const size_t cells =
-      is_shaped ? static_cast<size_t>(joint.shape.columns * joint.shape.rows) : viz::kMostCells;
-  std::vector<viz::FilmedEpisode> episodes;
+      is_shaped ? static_cast<size_t>(joint.shape.columns * joint.shape.rows) : viz::kMaxCells;
+  std::vector<viz::VideoEpisode> episodes;
   std::set<std::string> tasks, makers;
   // Of the logs that are not read there is one episode each.
   size_t known = logs.size();
@@ -134,7 +134,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
     if (episodes.size() >= cells) break;
     const auto run = results::RunOf(log);
     const std::vector<int> wanted = logs.size() == 1 ? options.episodes : std::vector<int>();
-    for (viz::FilmedEpisode& episode : viz::ReadEpisodesToFilm(log, wanted, run ? run->policy : "")) {
+    for (viz::VideoEpisode& episode : viz::ReadVideoEpisodes(log, wanted, run ? run->policy : "")) {
       tasks.insert(episode.facts.task);
       makers.insert(episode.facts.maker);
       episodes.push_back(std::move(episode));
@@ -143,7 +143,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   if (logs.size() == 1) known = episodes.size();
   if (episodes.size() > cells) episodes.resize(cells);
   if (!is_shaped) joint.shape = viz::ShapeFor(static_cast<int>(episodes.size()));
-  for (viz::FilmedEpisode& episode : episodes) episode.name = CellName(episode, tasks.size() > 1);
+  for (viz::VideoEpisode& episode : episodes) episode.name = CellName(episode, tasks.size() > 1);
   joint.title = tasks.size() == 1 ? *tasks.begin() : NameOfRun(options.recording);
   joint.subtitle = makers.size() == 1 ? *makers.begin() : fmt::format("{} tasks", tasks.size());
   joint.subtitle += episodes.size() < known ? fmt::format(", {} of {} episodes", episodes.size(), known)
@@ -152,22 +152,22 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
   const fs::path file = options.out.empty() ? folder / ("grid" + ending) : options.out;
   Progress progress(1, options.say_progress);
   joint.progress = [&](double share) { progress.Show(share); };
-  viz::FilmGrid(episodes, joint, file);
+  viz::MakeGridVideo(episodes, joint, file);
   progress.Clear();
-  PrintFilm(file);
+  PrintVideo(file);
   if (episodes.size() < known) {
     fmt::print("shows {} of {} episodes, from {} to {}; --episode chooses others\n", episodes.size(), known,
                episodes.front().name, episodes.back().name);
   }
 }
 
-// Prints the films' paths. Returns the exit code. Throws InputError, EnvironmentError.
+// Prints the videos' paths. Returns the exit code. Throws InputError, EnvironmentError.
 int Render(const RenderOptions& options) {
-  viz::FilmOptions film;
-  film.layout = viz::ParseFilmLayout(options.layout);
-  film.file = options.out;
-  film.ending = options.out.empty() ? "." + options.format : options.out.extension().string();
-  viz::CheckFilmEnding(film.ending);
+  viz::VideoOptions video;
+  video.layout = viz::ParseVideoLayout(options.layout);
+  video.file = options.out;
+  video.ending = options.out.empty() ? "." + options.format : options.out.extension().string();
+  viz::CheckVideoEnding(video.ending);
   // Before all is drawn for nothing.
   if (!options.out.empty()) {
     const fs::path folder = fs::absolute(options.out).parent_path();
@@ -175,47 +175,48 @@ int Render(const RenderOptions& options) {
       throw InputError("--out " + options.out.string() + ": there is no folder " + folder.string());
     }
   }
-  const bool has_panels = options.has_grid || film.layout == viz::FilmLayout::kFull;
-  const std::string usual = !has_panels ? "640x480" : film.ending == ".mp4" ? "1280x720" : "640x360";
+  const bool has_panels = options.has_grid || video.layout == viz::VideoLayout::kFull;
+  const std::string usual = !has_panels ? "640x480" : video.ending == ".mp4" ? "1280x720" : "640x360";
   const viz::FrameSize size = viz::ParseFrameSize(options.size.empty() ? usual : options.size);
   const std::vector<fs::path> logs = results::EpisodeLogs(options.recording, options.episodes);
   fmt::print(stderr, "{}", viz::UseGlAndTell(options.gl));
-  // A film that is stopped takes its half-written file with it.
+  // A video that is stopped takes its half-written file with it.
   InstallStopSignals();
   if (options.has_grid) {
-    RenderGrid(options, logs, size, film.ending);
+    RenderGrid(options, logs, size, video.ending);
     return 0;
   }
   if (!options.out.empty() && logs.size() > 1) {
     throw InputError(
-        fmt::format("--out {}: {} episodes do not go into one film; --episode chooses one, --grid "
+        fmt::format("--out {}: {} episodes do not go into one video; --episode chooses one, --grid "
                     "shows them together",
                     options.out.string(), logs.size()));
   }
   std::vector<std::string> cameras = options.cameras;
-  if (cameras.empty() && film.layout == viz::FilmLayout::kPlain) cameras = {viz::kDefaultCamera};
+  if (cameras.empty() && video.layout == viz::VideoLayout::kPlain) cameras = {viz::kDefaultCamera};
   // A log that was named may hold several.
-  if (logs.size() == 1) film.episodes = options.episodes;
+  if (logs.size() == 1) video.episodes = options.episodes;
   Progress progress(logs.size(), options.say_progress);
-  viz::FilmCrew crew(size);
-  size_t unfilmed = 0;
+  viz::ParallelFrameRenderer frame_renderer(size);
+  size_t without_video = 0;
   for (size_t i = 0; i < logs.size(); ++i) {
     const auto run = results::RunOf(logs[i]);
-    film.policy = run ? run->policy : "";
-    film.progress = [&](double share) { progress.Show(static_cast<double>(i) + share); };
+    video.policy = run ? run->policy : "";
+    video.progress = [&](double share) { progress.Show(static_cast<double>(i) + share); };
     try {
-      const auto films = viz::FilmLog(logs[i], cameras, &crew, logs[i].parent_path(), film);
+      const auto videos = viz::MakeLogVideos(logs[i], cameras, &frame_renderer, logs[i].parent_path(), video);
       progress.Clear();
-      for (const fs::path& file : films) PrintFilm(file);
+      for (const fs::path& file : videos) PrintVideo(file);
     } catch (const InputError& error) {
       // Other logs may be good, where this one is what is wrong.
       if (logs.size() == 1 || !std::string(error.what()).starts_with(logs[i].string())) throw;
       progress.Clear();
-      fmt::print(stderr, "warning: no film: {}\n", error.what());
-      ++unfilmed;
+      fmt::print(stderr, "warning: no video: {}\n", error.what());
+      ++without_video;
     }
   }
-  if (unfilmed > 0) throw InputError(fmt::format("{} of {} logs cannot be filmed", unfilmed, logs.size()));
+  if (without_video > 0)
+    throw InputError(fmt::format("{} of {} logs cannot be recorded as video", without_video, logs.size()));
   return 0;
 }
 

@@ -153,7 +153,7 @@ class Player : public Component {
     });
     bus->Subscribe(channels::kEpisodeSummary, [this](const episode_summary_t& summary) { score_ = summary; });
     bus->Subscribe(channels::kRunSummary, [this](const run_summary_t& run) { OnScore(run); });
-    bus->SetPatience(std::chrono::milliseconds(3));
+    bus->SetMaxBatchDelay(std::chrono::milliseconds(3));
   }
 
   // Starts metrics; throws if a run is on this bus already.

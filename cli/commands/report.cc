@@ -170,12 +170,12 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   run.policy = recorded.policy;
   for (const results::RecordedEpisode& episode : recorded.episodes) {
     run.episode.push_back(Episode(episode));
-    run.episode.back().films = links.Films(recorded.folder, episode.episode);
+    run.episode.back().videos = links.Videos(recorded.folder, episode.episode);
     run.episode.back().logs = links.Log(recorded.folder, episode.episode);
   }
-  if (std::ranges::all_of(run.episode, [](const auto& episode) { return episode.films.empty(); })) {
-    run.film_hint = "There are no films of this run: evalbus render " + recorded.name +
-                    " makes them, and evalbus report once more links them here.";
+  if (std::ranges::all_of(run.episode, [](const auto& episode) { return episode.videos.empty(); })) {
+    run.video_hint = "There are no videos of this run: evalbus render " + recorded.name +
+                     " makes them, and evalbus report once more links them here.";
   }
   run.episodes = summary.episodes;
   run.complete = summary.complete;

@@ -1,4 +1,4 @@
-// evalbus robots: which there are, what one is in words and as a picture, and whether a description is right.
+// evalbus robots: which there are, what one is in words and as an image, and whether a description is right.
 
 #include <fmt/format.h>
 
@@ -29,7 +29,7 @@ struct RobotsOptions {
   // As FindRobot takes it.
   std::string robot;
   std::vector<std::filesystem::path> model_path;
-  PictureOptions picture;
+  ImageOptions image;
 };
 
 // How long `check` holds the robot at home, and gives a gripper to close or to open.
@@ -86,11 +86,11 @@ std::string Degrees(double radians) { return fmt::format("{:.3g}", ToDegrees(rad
 int Show(const RobotsOptions& options) {
   Alone alone(options);
   const RobotDescription& robot = alone.robot;
-  if (!options.picture.file.empty()) {
+  if (!options.image.file.empty()) {
     const sim::World world = alone.MakeWorld();
     state_t state{};
     world.Fill(&state);
-    DrawScene(std::move(alone.scene.visual), state, options.picture);
+    DrawScene(std::move(alone.scene.visual), state, options.image);
   }
   fmt::print("{}\n{}\n", robot.name, robot.file.string());
   for (size_t i = 0; i < robot.arms.size(); ++i) {
@@ -118,7 +118,7 @@ int Show(const RobotsOptions& options) {
     }
     PrintSection("Cameras", {cameras.empty() ? "none" : Joined(cameras)});
   }
-  if (!options.picture.file.empty()) fmt::print("\npicture  {}\n", options.picture.file.string());
+  if (!options.image.file.empty()) fmt::print("\nimage  {}\n", options.image.file.string());
   return 0;
 }
 
@@ -133,7 +133,7 @@ action_t HomeAction(const RobotDescription& robot, double closing) {
 }
 
 // What is in the way of the robot at home, and which links are so near that planning takes them for
-// neighbours.
+// neighbors.
 void CheckHome(const Alone& alone, Lines* wrong, Lines* notes) {
   const ModelPtr model(mj_copyModel(nullptr, alone.scene.physics.get()));
   std::fill_n(model->geom_margin, model->ngeom, kPlanningClearance);
@@ -259,7 +259,7 @@ int Check(const RobotsOptions& options) {
 void AddOptions(CLI::App* app, RobotsOptions* options) {
   app->require_subcommand(1);
   CLI::App* list = app->add_subcommand("list", "a table of the robots in models/robots");
-  CLI::App* show = app->add_subcommand("show", "arms, joints, gripper and cameras in words, or a picture");
+  CLI::App* show = app->add_subcommand("show", "arms, joints, gripper and cameras in words, or an image");
   CLI::App* check = app->add_subcommand(
       "check", "compose a robot, hold it at home for a second, close and open its grippers");
   for (CLI::App* each : {show, check}) {
@@ -268,7 +268,7 @@ void AddOptions(CLI::App* app, RobotsOptions* options) {
   for (CLI::App* each : {list, show, check}) {
     each->add_option("--model-path", options->model_path, "folder with its models; may be repeated");
   }
-  AddPictureOptions(show, &options->picture);
+  AddImageOptions(show, &options->image);
   options->list = list;
   options->show = show;
   options->check = check;

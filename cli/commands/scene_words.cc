@@ -7,7 +7,7 @@
 
 #include "base/angles.h"
 #include "base/errors.h"
-#include "viz/pictures/png.h"
+#include "viz/images/png.h"
 
 namespace evalbus::commands {
 
@@ -51,13 +51,13 @@ void PrintTable(const std::vector<Lines>& rows) {
   }
 }
 
-void AddPictureOptions(CLI::App* app, PictureOptions* options) {
+void AddImageOptions(CLI::App* app, ImageOptions* options) {
   app->add_option("--image", options->file, "draw the scene after a reset into this PNG file");
-  app->add_option("--camera", options->camera, "camera of the picture")->capture_default_str();
-  app->add_option("--size", options->size, "WIDTHxHEIGHT of the picture in pixels")->capture_default_str();
+  app->add_option("--camera", options->camera, "camera of the image")->capture_default_str();
+  app->add_option("--size", options->size, "WIDTHxHEIGHT of the image in pixels")->capture_default_str();
 }
 
-void DrawScene(ModelPtr visual, const state_t& state, const PictureOptions& options, const model_info_t* info,
+void DrawScene(ModelPtr visual, const state_t& state, const ImageOptions& options, const model_info_t* info,
                int64_t seed) {
   if (options.file.extension() != ".png") {
     throw InputError("--image " + options.file.string() + ": expected a name that ends in .png");

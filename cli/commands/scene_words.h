@@ -1,4 +1,4 @@
-// A scene in words and as a picture, for the commands that show one.
+// A scene in words and as an image, for the commands that show one.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,7 +10,7 @@
 #include "evalbus/state_t.hpp"
 #include "models/mujoco_ptr.h"
 #include "models/pose.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/renderer.h"
 
 namespace evalbus::commands {
 
@@ -27,16 +27,16 @@ void PrintSection(const std::string& title, const Lines& lines);
 // Rows under a heading, columns as wide as their widest cell.
 void PrintTable(const std::vector<Lines>& rows);
 
-struct PictureOptions {
+struct ImageOptions {
   // PNG; empty: none.
   std::filesystem::path file;
   std::string camera = viz::kDefaultCamera;
   std::string size = "960x720";
 };
-void AddPictureOptions(CLI::App* app, PictureOptions* options);
-// info: with the task and variation whose colours, lights and cameras are those of the seed; null: the
+void AddImageOptions(CLI::App* app, ImageOptions* options);
+// info: with the task and variation whose colors, lights and cameras are those of the seed; null: the
 // model's own. Throws InputError, EnvironmentError.
-void DrawScene(ModelPtr visual, const state_t& state, const PictureOptions& options,
+void DrawScene(ModelPtr visual, const state_t& state, const ImageOptions& options,
                const model_info_t* info = nullptr, int64_t seed = 0);
 
 }  // namespace evalbus::commands

@@ -87,7 +87,7 @@ int Tap(const TapOptions& options) {
   bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
     encoder.Hear(channel, data);
   });
-  bus.SetPatience(std::chrono::milliseconds(20));
+  bus.SetMaxBatchDelay(std::chrono::milliseconds(20));
   fmt::print("sending {} to {}\n", attached.url, options.plotjuggler);
   std::fflush(stdout);
   while (!stop_requested()) bus.Handle(std::chrono::steady_clock::now() + std::chrono::milliseconds(100));

@@ -1,4 +1,4 @@
-// evalbus tasks: what there is to run, what a task is in words and as a picture, and whether a task file is
+// evalbus tasks: what there is to run, what a task is in words and as an image, and whether a task file is
 // right.
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ struct TasksOptions {
   // As --robot of 'evalbus run'; empty: the task's own.
   std::string robot;
   std::vector<std::filesystem::path> model_path;
-  PictureOptions picture;
+  ImageOptions image;
   // Of the reset that is drawn.
   int64_t seed = 0;
   // To check.
@@ -115,9 +115,9 @@ std::string InWords(const RandomFriction& friction) {
   return "friction of " + JoinedNames(friction.of) + " " + InWords(friction.factor);
 }
 
-std::string InWords(const RandomColour& colour) {
-  return "colour of " + JoinedNames(colour.of) + " from " + Vector(colour.min.data(), 3) + " to " +
-         Vector(colour.max.data(), 3);
+std::string InWords(const RandomColor& color) {
+  return "color of " + JoinedNames(color.of) + " from " + Vector(color.min.data(), 3) + " to " +
+         Vector(color.max.data(), 3);
 }
 
 std::string InWords(const RandomLight& light) {
@@ -165,7 +165,7 @@ void Draw(Composed* composed, const Variation& variation, const TasksOptions& op
   state_t state{};
   world.Fill(&state);
   composed->scene.info.variation = variation.name;
-  DrawScene(std::move(composed->scene.visual), state, options.picture, &composed->scene.info, options.seed);
+  DrawScene(std::move(composed->scene.visual), state, options.image, &composed->scene.info, options.seed);
 }
 
 int Show(const TasksOptions& options) {
@@ -173,8 +173,8 @@ int Show(const TasksOptions& options) {
   Composed composed(selection.task, options.robot, options.model_path);
   const TaskDescription& task = composed.task;
   const Variation& variation = task.variation(selection.variation);
-  // First, so that nothing is printed if the picture cannot be drawn.
-  if (!options.picture.file.empty()) Draw(&composed, variation, options);
+  // First, so that nothing is printed if the image cannot be drawn.
+  if (!options.image.file.empty()) Draw(&composed, variation, options);
 
   fmt::print("{}/{}{}\n{}\n\n", task.name, variation.name,
              variation.alias.empty() ? "" : " (" + variation.alias + " in RoboEval)", task.title);
@@ -194,16 +194,16 @@ int Show(const TasksOptions& options) {
   }
   PrintSection("Scene", parts);
 
-  Lines randomised;
+  Lines randomized;
   const auto say = [&](const auto& draws) {
     for (const auto& draw : draws)
-      randomised.push_back(std::visit([](const auto& kind) { return InWords(kind); }, draw));
+      randomized.push_back(std::visit([](const auto& kind) { return InWords(kind); }, draw));
   };
-  say(variation.randomisations);
-  for (const Distractors& distractors : variation.distractors) randomised.push_back(InWords(distractors));
+  say(variation.randomizations);
+  for (const Distractors& distractors : variation.distractors) randomized.push_back(InWords(distractors));
   say(variation.physics);
   say(variation.appearance);
-  PrintSection("At each reset", randomised.empty() ? Lines{"nothing is random"} : randomised);
+  PrintSection("At each reset", randomized.empty() ? Lines{"nothing is random"} : randomized);
 
   const ModelNames names(composed.scene.info);
   const metrics::CompileContext context{names, task};
@@ -222,7 +222,7 @@ int Show(const TasksOptions& options) {
   PrintSection("Failure", failure.empty() ? Lines{"only if the robot leaves the place"} : failure);
   if (!task.target_distance.empty()) PrintSection("Distances", {NamesOf(task.target_distance)});
   if (!task.pose_error.empty()) PrintSection("Pose errors", {NamesOf(task.pose_error)});
-  if (!options.picture.file.empty()) PrintSection("Picture", {options.picture.file.string()});
+  if (!options.image.file.empty()) PrintSection("Image", {options.image.file.string()});
   return 0;
 }
 
@@ -259,7 +259,7 @@ int Check(const std::filesystem::path& file) {
     const ModelNames model_names(composed.scene.info);
     const metrics::TaskEvaluator evaluator(composed.task, model_names);
     sim::World world = composed.MakeWorld();
-    RandomiseAppearance(variation, 0, composed.scene.visual.get());
+    RandomizeAppearance(variation, 0, composed.scene.visual.get());
     for (int seed = 0; seed < kCheckedSeeds; ++seed) {
       world.Reset(seed, variation);
       if (const std::string overlap = world.Overlap(); !overlap.empty()) {
@@ -276,11 +276,11 @@ int Check(const std::filesystem::path& file) {
 void AddOptions(CLI::App* app, TasksOptions* options) {
   app->require_subcommand(1);
   options->list = app->add_subcommand("list", "a table of all tasks and variations");
-  CLI::App* show = app->add_subcommand("show", "scene, randomisation, stages and verdict in words");
+  CLI::App* show = app->add_subcommand("show", "scene, randomization, stages and verdict in words");
   show->add_option("task", options->task, "TASK[/VARIATION], RoboEval's name, or a YAML file")->required();
   show->add_option("--robot", options->robot, "another robot than the task's own, by name or YAML file");
   show->add_option("--model-path", options->model_path, "folder with the robot's models; may be repeated");
-  AddPictureOptions(show, &options->picture);
+  AddImageOptions(show, &options->image);
   show->add_option("--seed", options->seed, "seed of the reset")->capture_default_str();
   options->show = show;
   CLI::App* made = app->add_subcommand("new", "a task file of your own, as a copy of another task's");

@@ -31,9 +31,9 @@ Action AddWatch(CLI::App* app) {
                   "go on for so long after the first success, and see whether it holds")
       ->capture_default_str();
   app->add_option("--policy-name", options->policy_name,
-                  "what results, films and comparisons call who moves the robot; default: source");
+                  "what results, videos and comparisons call who moves the robot; default: source");
   app->add_option("--video", options->video,
-                  "cameras, with commas: film each episode while the next one goes on")
+                  "cameras, with commas: record a video of each episode while the next one goes on")
       ->delimiter(',')
       ->allow_extra_args(false);
   app->add_option("--model-path", options->sim.model_path,

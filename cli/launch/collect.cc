@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Starts that are drawn for each that is wanted: as often a start may be replaced by a neighbour where it
+// Starts that are drawn for each that is wanted: as often a start may be replaced by a neighbor where it
 // fails.
 constexpr int kStartsEach = 8;
 
@@ -99,7 +99,7 @@ void Collect(RunOptions options) {
     }
     if (next == 0) break;
     if (round > 0) {
-      fmt::print("{} of {} starts failed: their neighbours, try {} of {}\n", next, wanted, round + 1,
+      fmt::print("{} of {} starts failed: their neighbors, try {} of {}\n", next, wanted, round + 1,
                  kStartsEach);
     }
     std::ranges::sort(starts);

@@ -48,7 +48,7 @@ constexpr ComponentType kComponents[] = {
     {"recorder", "evalbus-recorder", "", kRequired, 0, MakeRecorder},
     {"collision", "evalbus-collision", "", kRequired, 10, Make<collision::CollisionComponent>},
     {"metrics", "evalbus-metrics", "", kRequired, 10, MakeMetrics},
-    {"cameras", "evalbus-viz", "--answer-observe", kRequired, 10, Make<viz::CameraComponent>},
+    {"cameras", "evalbus-viz", "--answer-image-requests", kRequired, 10, Make<viz::CameraComponent>},
     {"policy", "evalbus-policy", "", kRequired, 10, MakePolicy},
     {"sim", "evalbus-sim", "", !kRequired, kSimRealtimePriority, MakeSim},
     {"sim", "evalbus-sim", kSource, !kRequired, 0, MakeSource},
@@ -60,7 +60,7 @@ bool TakesPart(const ComponentType& type, const RunOptions& options) {
   if (options.watch && type.name == "policy") return false;
   if (type.name != "cameras") return true;
   const std::optional<policy::Contract> contract = policy::FindContractOf(options.policy);
-  return contract && contract->looks();
+  return contract && contract->needs_images();
 }
 
 }  // namespace

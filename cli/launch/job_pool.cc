@@ -11,11 +11,11 @@ constexpr int kMaxStarts = 3;
 }  // namespace
 
 JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart,
-                 std::chrono::milliseconds patience)
+                 std::chrono::milliseconds timeout)
     : waiting_(std::make_move_iterator(jobs.begin()), std::make_move_iterator(jobs.end())),
       at_once_(static_cast<size_t>(at_once)),
       on_restart_(std::move(on_restart)),
-      processes_(patience) {}
+      processes_(timeout) {}
 
 std::optional<std::string> JobPool::Poll() {
   std::optional<std::string> ended;

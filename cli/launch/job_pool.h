@@ -25,9 +25,9 @@ constexpr auto kJobPoll = std::chrono::milliseconds(20);
 
 class JobPool {
  public:
-  // `on_restart` gets one line about a job that is started again. patience: as in Processes.
+  // `on_restart` gets one line about a job that is started again. timeout: as in Processes.
   JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart,
-          std::chrono::milliseconds patience = std::chrono::seconds(60));
+          std::chrono::milliseconds timeout = std::chrono::seconds(60));
   // Stops who runs: jobs have processes of their own, and take them with them in order.
   ~JobPool() { processes_.StopAll(); }
 

@@ -127,7 +127,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
     while (steady_clock::now() < deadline) bus.Handle(deadline);
     SayDropped(controller, listener);
   }
-  // Last, so that who looks on knows that nobody is missing.
+  // Last, so that observers know that no process is missing.
   controller.Stop();
 }
 

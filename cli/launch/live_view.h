@@ -43,7 +43,7 @@ class LiveView : public RunListener {
   // Takes the live lines away.
   void Finish();
 
-  // The live lines for a terminal of this width; without colour codes.
+  // The live lines for a terminal of this width; without color codes.
   std::vector<std::string> Lines(int width, SteadyTime now);
 
  private:

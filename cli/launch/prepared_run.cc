@@ -19,7 +19,7 @@
 #include "cli/launch/workers.h"
 #include "cli/results/run_reader.h"
 #include "models/scene.h"
-#include "viz/pictures/film.h"
+#include "viz/images/video.h"
 
 namespace evalbus::launch {
 namespace {
@@ -117,8 +117,8 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   RunPlan plan;
   plan.task = facts["task"].get<std::string>();
   plan.variation = facts["variation"].get<std::string>();
-  plan.made_of = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
-                  facts["visual_sha256"].get<std::string>()};
+  plan.model_hashes = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
+                       facts["visual_sha256"].get<std::string>()};
   plan.seed = options.seed;
   plan.seed_stream = options.seed_stream;
   plan.required = RequiredComponents(options);
@@ -159,13 +159,13 @@ void CheckFixedOptions(const fs::path& file, const nlohmann::ordered_json& befor
 }
 
 nlohmann::ordered_json SceneFacts(const sim::PreparedScene& prepared) {
-  const MadeOf made_of = MadeOf::Of(prepared.info);
+  const ModelHashes model_hashes = ModelHashes::Of(prepared.info);
   return {{"task", prepared.task.name},
           {"variation", prepared.variation},
-          {"task_sha256", made_of.task_sha256},
+          {"task_sha256", model_hashes.task_sha256},
           {"robot_sha256", Sha256File(prepared.robot.file)},
-          {"physics_sha256", made_of.physics_sha256},
-          {"visual_sha256", made_of.visual_sha256},
+          {"physics_sha256", model_hashes.physics_sha256},
+          {"visual_sha256", model_hashes.visual_sha256},
           {"evalbus_version", kVersion},
           {"git_commit", kGitCommit},
           {"git_dirty", kGitDirty},

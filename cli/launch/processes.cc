@@ -137,7 +137,7 @@ bool Processes::Hangs(Child* child, SteadyTime now) const {
     if (life.empty() || life != child->life) child->idle = Wait(now);
     child->life = std::move(life);
   }
-  return child->idle.Look(now) > patience_;
+  return child->idle.Look(now) > timeout_;
 }
 
 std::optional<Processes::Exit> Processes::Poll() {
@@ -151,7 +151,7 @@ std::optional<Processes::Exit> Processes::Poll() {
     Exit exit = Describe(*child, status);
     if (hangs) {
       exit.description = fmt::format("{} hangs: it did nothing for {:g} s", child->name,
-                                     std::chrono::duration<double>(patience_).count());
+                                     std::chrono::duration<double>(timeout_).count());
     }
     children_.erase(child);
     return exit;

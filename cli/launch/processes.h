@@ -17,9 +17,9 @@ namespace evalbus::launch {
 
 class Processes {
  public:
-  // A child that does nothing at all for longer than `patience` is ended: it was stopped, or waits for what
+  // A child that does nothing at all for longer than `timeout` is ended: it was stopped, or waits for what
   // does not come. (What is at work, or looks from time to time, does something.)
-  explicit Processes(std::chrono::milliseconds patience = std::chrono::seconds(60)) : patience_(patience) {}
+  explicit Processes(std::chrono::milliseconds timeout = std::chrono::seconds(60)) : timeout_(timeout) {}
   ~Processes() { KillAll(); }
   Processes(const Processes&) = delete;
   Processes& operator=(const Processes&) = delete;
@@ -68,7 +68,7 @@ class Processes {
   Exit Describe(const Child& child, int status) const;
   bool Hangs(Child* child, SteadyTime now) const;
 
-  std::chrono::milliseconds patience_;
+  std::chrono::milliseconds timeout_;
   // Looking at what they do takes time, and is worth it now and then.
   SteadyTime looked_at_lives_{};
   std::vector<Child> children_;

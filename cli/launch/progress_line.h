@@ -7,13 +7,13 @@
 #include <optional>
 #include <string>
 
-#include "cli/launch/film_progress.h"
+#include "cli/launch/video_progress.h"
 
 namespace evalbus::launch {
 
 class ProgressLine {
  public:
-  using Time = FilmProgress::Time;
+  using Time = VideoProgress::Time;
   static constexpr std::chrono::milliseconds kInPlace{200};
   // A command that takes less time prints nothing.
   static constexpr std::chrono::seconds kBetweenLines{10};
@@ -39,7 +39,7 @@ class ProgressLine {
   bool is_in_place_, is_shown_ = false;
   Time last_;
   // From the first call on: what was done before took no time.
-  std::optional<FilmProgress> progress_;
+  std::optional<VideoProgress> progress_;
 };
 
 }  // namespace evalbus::launch

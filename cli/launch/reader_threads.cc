@@ -58,7 +58,7 @@ void ReaderThreads::Poll(SteadyTime now) {
   {
     const std::lock_guard lock(mutex_);
     for (Job& job : running_) {
-      if (job.is_told || now - job.started <= limits_.patience) continue;
+      if (job.is_told || now - job.started <= limits_.timeout) continue;
       job.is_told = job.is_stuck = true;
       ++num_stuck_;
       given_up.push_back(job.give_up);
@@ -76,12 +76,12 @@ bool ReaderThreads::Pause(std::chrono::milliseconds duration) {
   return !changed_.wait_for(lock, duration, [this] { return stops_; });
 }
 
-bool ReaderThreads::Stop(std::chrono::milliseconds patience) {
+bool ReaderThreads::Stop(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   stops_ = true;
   waiting_.clear();
   changed_.notify_all();
-  return changed_.wait_for(lock, patience, [this] { return running_.empty(); });
+  return changed_.wait_for(lock, timeout, [this] { return running_.empty(); });
 }
 
 }  // namespace evalbus::launch

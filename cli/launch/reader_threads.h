@@ -20,7 +20,7 @@ class ReaderThreads {
     // Pieces of work that run at the same time, and that wait to.
     size_t at_once = 4, waiting = 64;
     // Work that takes longer is given up. Its thread cannot be ended and stays until its file answers.
-    std::chrono::seconds patience{30};
+    std::chrono::seconds timeout{30};
     // While so many threads are stuck nothing is started, and what waits is given up, too.
     size_t stuck = 16;
   };
@@ -42,8 +42,8 @@ class ReaderThreads {
   void Poll(SteadyTime now);
   // For work that waits for a file: false once Stop() was called.
   bool Pause(std::chrono::milliseconds duration);
-  // Starts nothing any more. False if work still runs after `patience`: what it refers to must stay.
-  bool Stop(std::chrono::milliseconds patience);
+  // Starts nothing any more. False if work still runs after `timeout`: what it refers to must stay.
+  bool Stop(std::chrono::milliseconds timeout);
 
  private:
   struct Job {

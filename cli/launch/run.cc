@@ -12,18 +12,18 @@
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "bus/private_network.h"
-#include "cli/launch/filming.h"
 #include "cli/launch/launch.h"
 #include "cli/launch/live_view.h"
 #include "cli/launch/prepared_run.h"
 #include "cli/launch/suite.h"
+#include "cli/launch/video_recording.h"
 #include "cli/launch/web_child.h"
 #include "cli/launch/workers.h"
 #include "cli/results/pacing.h"
 #include "cli/results/run_summary.h"
 #include "cli/results/summary_table.h"
 #include "lcmtypes/clock.h"
-#include "viz/pictures/film.h"
+#include "viz/images/video.h"
 #include "viz/terminal/terminal.h"
 
 namespace evalbus::launch {
@@ -51,15 +51,15 @@ LiveHeader HeaderOf(const PreparedRun& run) {
       options.round < 1};
 }
 
-// Runs the episodes that are missing, with films made beside them.
-void Evaluate(const PreparedRun& run, LiveView* view, Filming* filming) {
-  for (const auto& episode : run.finished) filming->OnEpisodeDone(episode);
+// Runs the episodes that are missing, with videos made beside them.
+void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_recording) {
+  for (const auto& episode : run.finished) video_recording->OnEpisodeDone(episode);
   if (run.plan.policy_is_external && !run.plan.is_by_hand) {
     fmt::print("the policy is who says that it is on {}\n", run.options.url);
     std::fflush(stdout);
   }
   if (run.options.watch) {
-    fmt::print("the source is who says HELLO on {}\n", run.options.url);
+    fmt::print("the source is who says SOURCE_ANNOUNCEMENT on {}\n", run.options.url);
     std::fflush(stdout);
   }
   if (run.options.sim.realtime) {
@@ -71,7 +71,7 @@ void Evaluate(const PreparedRun& run, LiveView* view, Filming* filming) {
   const auto evaluate = run.options.workers > 1  ? EvaluateWorkers
                         : run.options.in_process ? EvaluateInProcess
                                                  : EvaluateProcesses;
-  if (!run.plan.episodes.empty()) evaluate(run.options, run.folder, run.plan, filming);
+  if (!run.plan.episodes.empty()) evaluate(run.options, run.folder, run.plan, video_recording);
   view->Finish();
 }
 
@@ -102,17 +102,17 @@ void RunOne(RunOptions options) {
   const auto started = steady_clock::now();
   std::optional<WebChild> web;
   std::optional<LiveView> view;
-  std::optional<Filming> filming;
+  std::optional<VideoRecording> video_recording;
   try {
     if (run.options.web) web.emplace();
     Announce(&run);
     // In the network of the run, which Announce may have entered.
     if (web) web->Start(run.folder.path(), run.folder.log_file("web"));
     view.emplace(stdout, HeaderOf(run));
-    filming.emplace(run.folder, run.options.video, &*view);
-    Evaluate(run, &*view, &*filming);
+    video_recording.emplace(run.folder, run.options.video, &*view);
+    Evaluate(run, &*view, &*video_recording);
   } catch (...) {
-    run.folder.TakeAway();
+    run.folder.Remove();
     throw;
   }
   run.folder.RemoveHalfWritten();
@@ -120,12 +120,12 @@ void RunOne(RunOptions options) {
   const results::RunSummary summary = results::WriteRunSummary(run.folder.path());
   if (run.options.round < 0) PrintSummary(run, summary, wall_s);
 
-  const size_t unfilmed = filming->Finish();
+  const size_t without_video = video_recording->Finish();
   const auto shown = run.folder.shown();
   for (const std::string& camera : run.options.video) {
-    if (unfilmed > 0) break;
-    fmt::print("films    {}  (done after {:.1f} s)\n",
-               (shown / kEpisodesFolder / "*" / viz::FilmName(camera)).string(), SecondsSince(started));
+    if (without_video > 0) break;
+    fmt::print("videos   {}  (done after {:.1f} s)\n",
+               (shown / kEpisodesFolder / "*" / viz::VideoName(camera)).string(), SecondsSince(started));
   }
   if (summary.statistics.episodes < run.num_wanted() && run.options.watch) {
     fmt::print("stopped after {} of {} episodes\n", summary.statistics.episodes, run.num_wanted());
@@ -134,10 +134,10 @@ void RunOne(RunOptions options) {
         fmt::format("stopped after {} of {} episodes; the same command with --out {} --resume goes on",
                     summary.statistics.episodes, run.num_wanted(), shown.string()));
   }
-  if (unfilmed > 0) {
-    throw EnvironmentError(
-        fmt::format("stopped before {} episode{} filmed; the same command with --out {} --resume goes on",
-                    unfilmed, unfilmed == 1 ? " was" : "s were", shown.string()));
+  if (without_video > 0) {
+    throw EnvironmentError(fmt::format(
+        "stopped before {} episode{} recorded as video; the same command with --out {} --resume goes on",
+        without_video, without_video == 1 ? " was" : "s were", shown.string()));
   }
   if (web) web->Stay();
 }

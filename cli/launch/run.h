@@ -1,4 +1,4 @@
-// A whole `evalbus run`: from options to results, films and the table at the end.
+// A whole `evalbus run`: from options to results, videos and the table at the end.
 #pragma once
 
 #include "cli/launch/run_options.h"

@@ -15,7 +15,7 @@
 #include "cli/results/episode_json.h"
 #include "cli/results/pacing.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 
 namespace evalbus::launch {
 namespace {
@@ -38,7 +38,7 @@ bool SameRobot(const model_info_t& a, const model_info_t& b) {
 
 }  // namespace
 
-MadeOf MadeOf::Of(const model_info_t& model) {
+ModelHashes ModelHashes::Of(const model_info_t& model) {
   return {Sha256Text(model.task_yaml), model.physics_sha256, model.visual_sha256};
 }
 
@@ -65,7 +65,7 @@ RunController::RunController(Bus* bus, const RunPlan& plan, const results::RunFo
 int64_t RunController::seed() const { return plan_.seeds().OfEpisode(episode_index()); }
 
 void RunController::Command() {
-  bus().SetPatience({});
+  bus().SetMaxBatchDelay({});
   command_t command{};
   command.kind = command_t::START_EPISODE;
   command.episode = episode_index();
@@ -93,13 +93,13 @@ void RunController::OnModel(const model_info_t& model) {
 
 void RunController::CheckUnchanged(const model_info_t& model) {
   if (!model_) model_ = model;
-  const MadeOf now = MadeOf::Of(model);
+  const ModelHashes now = ModelHashes::Of(model);
   const std::string changed =
-      now.task_sha256 != plan_.made_of.task_sha256         ? model.task_file
-      : now.physics_sha256 != plan_.made_of.physics_sha256 ? "a file of the physics model"
-      : now.visual_sha256 != plan_.made_of.visual_sha256   ? "a file of the visual model"
-      : !SameRobot(model, *model_)                         ? "robot " + model.robot
-                                                           : "";
+      now.task_sha256 != plan_.model_hashes.task_sha256         ? model.task_file
+      : now.physics_sha256 != plan_.model_hashes.physics_sha256 ? "a file of the physics model"
+      : now.visual_sha256 != plan_.model_hashes.visual_sha256   ? "a file of the visual model"
+      : !SameRobot(model, *model_)                              ? "robot " + model.robot
+                                                                : "";
   if (changed.empty()) return;
   throw InputError(
       changed +
@@ -119,7 +119,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
   if (!EnterEpisode(begin)) return;
   conflicts_.Start();
   attempt_.begin = begin;
-  patience_.Begin(std::chrono::steady_clock::now());
+  batch_delay_.Begin(std::chrono::steady_clock::now());
   SayReady();
   listener_->OnEpisodeBegin(begin);
 }
@@ -127,7 +127,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
 void RunController::OnPartial(const partial_metrics_t& partial) {
   if (!attempt_.begun() || !IsOurs(partial.header)) return;
   attempt_.started = true;
-  bus().SetPatience(patience_.At(std::chrono::steady_clock::now()));
+  bus().SetMaxBatchDelay(batch_delay_.At(std::chrono::steady_clock::now()));
   listener_->OnPartial(partial);
 }
 
@@ -136,7 +136,7 @@ void RunController::OnEnd(const episode_end_t& end) {
   if (conflicts_.Hear(channels::kEpisodeEnd, 0, bus().handled()) == ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
   }
-  bus().SetPatience({});
+  bus().SetMaxBatchDelay({});
   attempt_.end = end;
   attempt_.ended.emplace(std::chrono::steady_clock::now());
   // Metrics may not be able to say so, if it was led into another episode.

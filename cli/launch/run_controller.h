@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/random.h"
+#include "bus/batch_delay.h"
 #include "bus/component.h"
 #include "bus/conflict_detector.h"
-#include "bus/patience.h"
 #include "bus/repeater.h"
 #include "bus/wait.h"
 #include "cli/results/policy_calls.h"
@@ -20,16 +20,16 @@
 namespace evalbus::launch {
 
 // What every episode of a run is made of, by SHA-256.
-struct MadeOf {
+struct ModelHashes {
   std::string task_sha256, physics_sha256, visual_sha256;
 
-  static MadeOf Of(const model_info_t& model);
+  static ModelHashes Of(const model_info_t& model);
 };
 
 struct RunPlan {
   std::string task;
   std::string variation;
-  MadeOf made_of;
+  ModelHashes model_hashes;
   // Which episodes to run, in this order.
   std::vector<int> episodes;
   int64_t seed = 0;
@@ -162,7 +162,7 @@ class RunController : public Component {
   Attempt attempt_;
   Repeater command_;
   ConflictDetector conflicts_;
-  Patience patience_;
+  BatchDelay batch_delay_;
   // Of each component, since it last spoke, and for how long it may be so.
   std::map<std::string, Silence> silence_;
   // By component: the highest counts it has said.

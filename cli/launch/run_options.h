@@ -56,7 +56,7 @@ template <class Options, class F>
 requires std::is_same_v<std::remove_const_t<Options>, RunOptions>
 void ForEachOption(Options& options, const F& f) {
   constexpr bool kFixed = true;
-  constexpr double kMostEpisodes = 1e7;
+  constexpr double kMaxEpisodes = 1e7;
   ForEachOption(options.sim, f);
   ForEachOption(options.policy, f);
   ForEachOption(options.recorder, f);
@@ -64,11 +64,11 @@ void ForEachOption(Options& options, const F& f) {
       std::tuple{
           Option{
               &RunOptions::policy_name, "policy_name",
-              "what results, films and comparisons call the policy, say a checkpoint; default: as --policy",
+              "what results, videos and comparisons call the policy, say a checkpoint; default: as --policy",
               Range{}, kFixed},
-          Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMostEpisodes}},
+          Option{&RunOptions::episodes, "episodes", "number of episodes", Range{1, kMaxEpisodes}},
           Option{&RunOptions::only, "only", "of the episodes, counted from 0, run these only, with commas",
-                 Range{0, kMostEpisodes}},
+                 Range{0, kMaxEpisodes}},
           Option{&RunOptions::seed, "seed", "seed of the run; equal seeds give equal bits", Range{}, kFixed},
           Option{&RunOptions::seed_stream, "seed_stream", "", Range{}, kFixed},
           Option{&RunOptions::until, "until"},
@@ -83,8 +83,8 @@ void ForEachOption(Options& options, const F& f) {
           Option{&RunOptions::by_hand, "by_hand",
                  "start no processes but say which: those that you start on --url are evaluated"},
           Option{&RunOptions::video, "video",
-                 "cameras, with commas: film each episode while the next one runs ('evalbus render' does it\n"
-                 "later); none: no films, the default"},
+                 "cameras, with commas: record a video of each episode while the next one runs\n"
+                 "('evalbus render' does it later); none: no videos, the default"},
           Option{&RunOptions::watch, "watch", "", Range{}, kFixed},
       },
       options, f);

@@ -1,4 +1,4 @@
-// Starts spread evenly: of many drawn ones, groups of neighbours that are equally likely. One start of each
+// Starts spread evenly: of many drawn ones, groups of neighbors that are equally likely. One start of each
 // group covers what a task draws more evenly than as many that are drawn one by one. Pure.
 #pragma once
 

@@ -354,7 +354,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
     fmt::print("\n{}", results::SummaryTable(summary, viz::TerminalWidth(stdout)));
     fmt::print("\nresults  {}\n", (folder.shown() / kEpisodesJsonl).string());
   } catch (...) {
-    folder.TakeAway();
+    folder.Remove();
     throw;
   }
 }

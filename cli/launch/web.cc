@@ -31,11 +31,11 @@ constexpr int kNice = 10;
 // How often it is looked for runs that have begun, and at folders; how long messages may wait.
 constexpr auto kDiscover = std::chrono::seconds(1);
 constexpr auto kLook = std::chrono::milliseconds(200);
-constexpr auto kPatience = std::chrono::milliseconds(10);
+constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
 // Messages of one bus in a row.
 constexpr int kInARow = 1000;
 // More than a receive buffer holds.
-constexpr int kMostQueued = 100000;
+constexpr int kMaxQueued = 100000;
 constexpr size_t kMaxRuns = 1000;
 // So that Ctrl-C ends the server within two.
 constexpr std::chrono::seconds kStopping{1};
@@ -51,8 +51,13 @@ std::string TimeOfDay() {
 class ShownRun {
  public:
   // folder: of a run, or a log that is played; may be empty.
-  ShownRun(int number, fs::path folder, std::string suffix, viz::Board* board, WebJobs* jobs)
-      : number_(number), folder_(std::move(folder)), suffix_(std::move(suffix)), board_(board), jobs_(jobs) {
+  ShownRun(int number, fs::path folder, std::string suffix, viz::UpdateBroadcaster* broadcaster,
+           WebJobs* jobs)
+      : number_(number),
+        folder_(std::move(folder)),
+        suffix_(std::move(suffix)),
+        broadcaster_(broadcaster),
+        jobs_(jobs) {
     if (!folder_.empty() && !fs::is_regular_file(folder_)) follower_.emplace(folder_);
     Tell();
   }
@@ -74,14 +79,14 @@ class ShownRun {
                            feed_->Hear(name, data, steady_clock::now(), TimeOfDay());
                          });
     }
-    bus_->SetPatience(kPatience);
+    bus_->SetMaxBatchDelay(kMaxBatchDelay);
     asked_model_.reset();
     asked_history_.reset();
     remark_.clear();
   }
   // Its processes are gone. What was heard stays, and what they said last may still wait to be read.
   void Detach() {
-    for (int i = 0; i < kMostQueued && bus_->Handle(); ++i) {
+    for (int i = 0; i < kMaxQueued && bus_->Handle(); ++i) {
     }
     bus_.reset();
     Tell();
@@ -106,13 +111,14 @@ class ShownRun {
     if (news.is_changed) Tell();
     const bool is_all = news.rows.size() < results::RunFollower::kLinesAtOnce;
     // Of several workers' entries the first has the list.
-    if (suffix_.empty() && news.is_changed) board_->SetEpisodes(number_, news.from, std::move(news.rows));
+    if (suffix_.empty() && news.is_changed)
+      broadcaster_->SetEpisodes(number_, news.from, std::move(news.rows));
     return is_all;
   }
 
   void Publish(SteadyTime now) {
     if (!feed_) {
-      if (std::exchange(has_news_, false)) board_->SetRun(number_, viz::RunBlock(Numbers(), Label()));
+      if (std::exchange(has_news_, false)) broadcaster_->SetRun(number_, viz::RunBlock(Numbers(), Label()));
       return;
     }
     AskForWhatIsMissing();
@@ -120,11 +126,11 @@ class ShownRun {
     if (!follower_) {
       for (viz::EpisodeRow& row : done) {
         row.has_track = false;  // nobody kept it
-        board_->SetEpisodes(number_, board_->num_episodes(number_), {std::move(row)});
+        broadcaster_->SetEpisodes(number_, broadcaster_->num_episodes(number_), {std::move(row)});
       }
     }
     const viz::RunNumbers counted = Numbers();
-    feed_->Publish(board_, Label(), follower_ && follower_->info() ? &counted : nullptr, now);
+    feed_->Publish(broadcaster_, Label(), follower_ && follower_->info() ? &counted : nullptr, now);
   }
 
  private:
@@ -158,7 +164,7 @@ class ShownRun {
       asked_model_ = model;
       jobs_->AskScene(model, follower_ ? folder_ : fs::path(),
                       [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
-                        if (!error.empty()) SetRemark("without a picture: " + error);
+                        if (!error.empty()) SetRemark("without an image: " + error);
                         if (feed_) feed_->SetScene(model, std::move(scene));
                       });
     }
@@ -179,7 +185,7 @@ class ShownRun {
   const int number_;
   const fs::path folder_;
   const std::string suffix_;
-  viz::Board* const board_;
+  viz::UpdateBroadcaster* const broadcaster_;
   WebJobs* const jobs_;
   std::optional<results::RunFollower> follower_;
   std::string url_;
@@ -193,8 +199,8 @@ class ShownRun {
 
 class WebPage {
  public:
-  WebPage(const WebOptions& options, viz::Board* board, WebJobs* jobs)
-      : options_(options), board_(board), jobs_(jobs) {}
+  WebPage(const WebOptions& options, viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
+      : options_(options), broadcaster_(broadcaster), jobs_(jobs) {}
 
   // Finds what is to be shown, and joins its networks, for which this process must have one thread.
   void Begin() {
@@ -247,7 +253,7 @@ class WebPage {
         server->Wake();
         publish_at = now + viz::LiveFeed::kTicksPeriod;
       }
-      HandleMessages(std::min({publish_at, look_at, now + kPatience}));
+      HandleMessages(std::min({publish_at, look_at, now + kMaxBatchDelay}));
     }
   }
 
@@ -282,7 +288,7 @@ class WebPage {
 
   ShownRun* Add(const fs::path& folder, const std::string& suffix) {
     runs_.push_back(
-        std::make_unique<ShownRun>(static_cast<int>(runs_.size()), folder, suffix, board_, jobs_));
+        std::make_unique<ShownRun>(static_cast<int>(runs_.size()), folder, suffix, broadcaster_, jobs_));
     runs_.back()->Look();
     return runs_.back().get();
   }
@@ -344,7 +350,7 @@ class WebPage {
   }
 
   const WebOptions& options_;
-  viz::Board* const board_;
+  viz::UpdateBroadcaster* const broadcaster_;
   WebJobs* const jobs_;
   // Of runs and suites; of a run without one, empty.
   std::vector<fs::path> folders_;
@@ -367,10 +373,10 @@ void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply re
 }  // namespace
 
 std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
-                                               std::shared_ptr<viz::Board> board) {
+                                               std::shared_ptr<viz::UpdateBroadcaster> broadcaster) {
   const auto listen = [&](int number) {
     return std::make_unique<viz::WebServer>(viz::WebServer::Address{host, static_cast<uint16_t>(number)},
-                                            board);
+                                            broadcaster);
   };
   if (port) {
     if (*port < 0 || *port > 65535) throw InputError("--port: expected 0 to 65535");
@@ -386,14 +392,14 @@ std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::opt
 int Web(const WebOptions& options) {
   // Whoever evaluates goes first.
   if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
-  const auto board = std::make_shared<viz::Board>();
+  const auto broadcaster = std::make_shared<viz::UpdateBroadcaster>();
   InstallStopSignals();
   // Before the network of a run is joined, where no browser is.
   const std::unique_ptr<viz::WebServer> server =
-      options.is_child ? std::make_unique<viz::WebServer>(dup(STDIN_FILENO), board)
-                       : ListenForPages(options.listen, options.port, board);
+      options.is_child ? std::make_unique<viz::WebServer>(dup(STDIN_FILENO), broadcaster)
+                       : ListenForPages(options.listen, options.port, broadcaster);
   WebJobs jobs;
-  WebPage page(options, board.get(), &jobs);
+  WebPage page(options, broadcaster.get(), &jobs);
   page.Begin();
   server->Start([&jobs](const viz::WebTarget& target, viz::WebServer::Reply reply) {
     Serve(target, &jobs, std::move(reply));

@@ -32,7 +32,7 @@ inline constexpr char kWebChildOption[] = "--on-stdin";
 
 // Listens at this address (empty: the loopback) and port, as WebOptions has them. Throws InputError.
 std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
-                                               std::shared_ptr<viz::Board> board);
+                                               std::shared_ptr<viz::UpdateBroadcaster> broadcaster);
 
 // Serves until SIGINT or SIGTERM; says the page's URL first. Returns the exit code. Throws InputError,
 // EnvironmentError.

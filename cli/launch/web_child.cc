@@ -10,7 +10,8 @@
 
 namespace evalbus::launch {
 
-WebChild::WebChild() : listener_(ListenForPages("", std::nullopt, std::make_shared<viz::Board>())) {
+WebChild::WebChild()
+    : listener_(ListenForPages("", std::nullopt, std::make_shared<viz::UpdateBroadcaster>())) {
   url_ = listener_->url();
   fmt::print("page {}\n", url_);
   std::fflush(stdout);

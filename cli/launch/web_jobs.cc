@@ -25,7 +25,7 @@ std::vector<viz::LiveFeed::Message> ReadHistory(const fs::path& log, int64_t* la
   EventLogReader reader(log);
   for (LogEvent event; reader.Next(&event);) {
     if (event.channel == channels::kModel || event.channel == channels::kStatus ||
-        !viz::LiveFeed::Wants(event.channel)) {
+        !viz::LiveFeed::Uses(event.channel)) {
       continue;
     }
     header_t header{};

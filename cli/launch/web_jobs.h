@@ -24,8 +24,8 @@ class WebJobs {
   // Bytes of finished episodes that are kept.
   static constexpr size_t kMaxKept = size_t{64} << 20;
 
-  // False if some are still reading after `patience`; then this object must stay.
-  bool Stop(std::chrono::milliseconds patience) { return threads_.Stop(patience); }
+  // False if some are still reading after `timeout`; then this object must stay.
+  bool Stop(std::chrono::milliseconds timeout) { return threads_.Stop(timeout); }
 
   // Where the episodes of a run of the page are. Of a run without a folder there are none.
   void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);

@@ -115,49 +115,49 @@ void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::str
                                ToText(run.info.at("control_hz")), planned, kPlanJson));
 }
 
-// Chunks that were checked, by name.
+// Shards that were checked, by name.
 struct Checked {
   explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
 
-  std::set<std::string> chunks;
+  std::set<std::string> shards;
   // Reading all logs of a large plan takes a while.
   launch::ProgressLine line;
   size_t episodes = 0;
 };
 
-// Throws InputError unless the chunk's folder holds each of its episodes, with its log, and no other.
-void CheckPart(const PlanFolder& folder, const Chunk& chunk, Checked* checked) {
-  const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.chunk_folder(chunk));
-  CheckIsOfPlan(run, folder.plan(), chunk.policy, chunk.task);
+// Throws InputError unless the shard's folder holds each of its episodes, with its log, and no other.
+void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
+  const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.shard_folder(shard));
+  CheckIsOfPlan(run, folder.plan(), shard.policy, shard.task);
   const std::string lines = (run.folder / kEpisodesJsonl).string();
-  int next = chunk.first;
+  int next = shard.first;
   for (const results::RecordedEpisode& episode : run.episodes) {
-    if (episode.episode < chunk.first || episode.episode > chunk.last) {
-      throw InputError(fmt::format("{}:{}: episode {} is not of this chunk, which has {} to {}", lines,
-                                   episode.line, episode.episode, chunk.first, chunk.last));
+    if (episode.episode < shard.first || episode.episode > shard.last) {
+      throw InputError(fmt::format("{}:{}: episode {} is not of this shard, which has {} to {}", lines,
+                                   episode.line, episode.episode, shard.first, shard.last));
     }
     if (episode.episode == next) ++next;
   }
-  if (next <= chunk.last) {
+  if (next <= shard.last) {
     throw InputError(fmt::format(
         "{}: {} of {}, the first missing one is episode {}{}; remove {} and run its part of the plan again",
-        lines, run.episodes.size(), Plural(chunk.size(), "episode"), next,
+        lines, run.episodes.size(), Plural(shard.size(), "episode"), next,
         run.cut_line > 0 ? fmt::format(" (line {} was cut off)", run.cut_line) : "", run.folder.string()));
   }
   for (const results::RecordedEpisode& episode : run.episodes) {
     const model_info_t model = results::CheckLog(run, episode);
-    CheckRate(run, folder.plan(), chunk.policy, model);
+    CheckRate(run, folder.plan(), shard.policy, model);
     checked->line.Show(static_cast<double>(++checked->episodes));
   }
 }
 
-// Throws InputError unless the merged run has each episode of the chunk, with its log, as the part has it.
-void CheckIsMerged(const Chunk& chunk, const fs::path& part, const results::RecordedRun& merged) {
+// Throws InputError unless the merged run has each episode of the shard, with its log, as the part has it.
+void CheckIsMerged(const Shard& shard, const fs::path& part, const results::RecordedRun& merged) {
   std::map<int, std::string> lines;
   for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(part).episodes) {
     lines[episode.episode] = episode.text;
   }
-  for (int number = chunk.first; number <= chunk.last; ++number) {
+  for (int number = shard.first; number <= shard.last; ++number) {
     const auto found =
         std::ranges::lower_bound(merged.episodes, number, {}, &results::RecordedEpisode::episode);
     const bool is_there = found != merged.episodes.end() && found->episode == number &&
@@ -171,7 +171,7 @@ void CheckIsMerged(const Chunk& chunk, const fs::path& part, const results::Reco
   }
 }
 
-// The chunks' run folder, under a name that nobody looks for.
+// The shards' run folder, under a name that nobody looks for.
 void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, const fs::path& out) {
   std::map<int, fs::path> owner;
   std::string lines;
@@ -238,16 +238,16 @@ void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
 
 struct PlannedRun {
   std::string policy, task;
-  std::vector<Chunk> chunks;
+  std::vector<Shard> shards;
 };
 
 std::vector<PlannedRun> RunsOf(const Plan& plan) {
   std::vector<PlannedRun> runs;
-  for (Chunk& chunk : ChunksOf(plan)) {
-    if (runs.empty() || runs.back().policy != chunk.policy || runs.back().task != chunk.task) {
-      runs.push_back({chunk.policy, chunk.task, {}});
+  for (Shard& shard : ShardsOf(plan)) {
+    if (runs.empty() || runs.back().policy != shard.policy || runs.back().task != shard.task) {
+      runs.push_back({shard.policy, shard.task, {}});
     }
-    runs.back().chunks.push_back(std::move(chunk));
+    runs.back().shards.push_back(std::move(shard));
   }
   return runs;
 }
@@ -256,12 +256,12 @@ std::vector<PlannedRun> RunsOf(const Plan& plan) {
 void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   const results::RecordedRun merged = results::ReadRun(folder.run_folder(run.policy, run.task));
   CheckIsOfPlan(merged, folder.plan(), run.policy, run.task);
-  for (const Chunk& chunk : run.chunks) {
-    const fs::path part = folder.chunk_folder(chunk);
+  for (const Shard& shard : run.shards) {
+    const fs::path part = folder.shard_folder(shard);
     try {
       if (!fs::exists(part)) continue;
-      CheckIsMerged(chunk, part, merged);
-      checked->chunks.insert(chunk.name());
+      CheckIsMerged(shard, part, merged);
+      checked->shards.insert(shard.name());
     } catch (const std::exception&) {
       // Another merge has removed it meanwhile.
       if (fs::exists(part)) throw;
@@ -269,17 +269,17 @@ void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* ch
   }
 }
 
-// Checks what is to be merged or removed and adds the names of these chunks to `checked`. Returns the chunks
+// Checks what is to be merged or removed and adds the names of these shards to `checked`. Returns the shards
 // that are missing; what is there of an incomplete run is neither checked nor merged. Throws InputError.
-std::vector<Chunk> CheckRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
-  std::vector<Chunk> missing;
-  std::ranges::copy_if(run.chunks, std::back_inserter(missing),
-                       [&](const Chunk& chunk) { return !folder.has(chunk); });
+std::vector<Shard> CheckRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
+  std::vector<Shard> missing;
+  std::ranges::copy_if(run.shards, std::back_inserter(missing),
+                       [&](const Shard& shard) { return !folder.has(shard); });
   if (!missing.empty()) return missing;
   try {
     if (!folder.has_run(run.policy, run.task)) {
-      for (const Chunk& chunk : run.chunks) CheckPart(folder, chunk, checked);
-      for (const Chunk& chunk : run.chunks) checked->chunks.insert(chunk.name());
+      for (const Shard& shard : run.shards) CheckPart(folder, shard, checked);
+      for (const Shard& shard : run.shards) checked->shards.insert(shard.name());
       return {};
     }
   } catch (const std::exception&) {
@@ -291,9 +291,9 @@ std::vector<Chunk> CheckRun(const PlanFolder& folder, const PlannedRun& run, Che
 }
 
 // Removes a merged part. Other processes see it whole or not at all.
-void RemovePart(const PlanFolder& folder, const Chunk& chunk) {
-  const fs::path part = folder.chunk_folder(chunk);
-  const fs::path hidden = part.parent_path() / fmt::format(".{}.{}.merged", chunk.name(), ThisProcess());
+void RemovePart(const PlanFolder& folder, const Shard& shard) {
+  const fs::path part = folder.shard_folder(shard);
+  const fs::path hidden = part.parent_path() / fmt::format(".{}.{}.merged", shard.name(), ThisProcess());
   std::error_code ignored;
   if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
 }
@@ -350,7 +350,7 @@ void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& ru
   std::set<std::string> merged;
   for (const PlannedRun& run : runs) {
     if (!folder.has_run(run.policy, run.task)) continue;
-    for (const Chunk& chunk : run.chunks) merged.insert(chunk.name());
+    for (const Shard& shard : run.shards) merged.insert(shard.name());
   }
   look(folder.path() / kPartsFolder,
        [&](const fs::path& path) { return merged.contains(ParseHidden(path.filename()).first); });
@@ -368,14 +368,14 @@ void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
   MergeWhole(parts, out);
 }
 
-std::vector<Chunk> MergePlan(const PlanFolder& folder) {
+std::vector<Shard> MergePlan(const PlanFolder& folder) {
   const std::vector<PlannedRun> runs = RunsOf(folder.plan());
   // All is checked before anything is changed.
   Checked checked(runs.size() * static_cast<size_t>(folder.plan().options.episodes));
-  std::vector<Chunk> missing;
+  std::vector<Shard> missing;
   std::vector<const PlannedRun*> to_merge;
   for (const PlannedRun& run : runs) {
-    const std::vector<Chunk> still_missing = CheckRun(folder, run, &checked);
+    const std::vector<Shard> still_missing = CheckRun(folder, run, &checked);
     missing.insert(missing.end(), still_missing.begin(), still_missing.end());
     if (still_missing.empty()) to_merge.push_back(&run);
   }
@@ -383,7 +383,7 @@ std::vector<Chunk> MergePlan(const PlanFolder& folder) {
   for (const PlannedRun* run : to_merge) {
     if (folder.has_run(run->policy, run->task)) continue;
     std::vector<fs::path> parts;
-    for (const Chunk& chunk : run->chunks) parts.push_back(folder.chunk_folder(chunk));
+    for (const Shard& shard : run->shards) parts.push_back(folder.shard_folder(shard));
     try {
       MergeWhole(parts, folder.run_folder(run->policy, run->task));
     } catch (const std::exception&) {
@@ -409,8 +409,8 @@ std::vector<Chunk> MergePlan(const PlanFolder& folder) {
   }
   for (const PlannedRun& run : runs) {
     if (!folder.has_run(run.policy, run.task)) continue;
-    for (const Chunk& chunk : run.chunks) {
-      if (checked.chunks.contains(chunk.name())) RemovePart(folder, chunk);
+    for (const Shard& shard : run.shards) {
+      if (checked.shards.contains(shard.name())) RemovePart(folder, shard);
     }
   }
   RemoveLeftovers(folder, runs);

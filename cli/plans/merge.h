@@ -13,8 +13,8 @@ namespace evalbus::plans {
 // twice. Throws InputError where they are no parts of one run, or an episode is in two of them.
 void MergeRuns(const std::vector<std::filesystem::path>& parts, const std::filesystem::path& out);
 
-// Merges what the chunks of a plan have brought: each run whose chunks are all there, then each suite whose
-// runs are; done twice, at the same time even, it is as done once. Returns the chunks that are missing.
-std::vector<Chunk> MergePlan(const PlanFolder& folder);
+// Merges what the shards of a plan have brought: each run whose shards are all there, then each suite whose
+// runs are; done twice, at the same time even, it is as done once. Returns the shards that are missing.
+std::vector<Shard> MergePlan(const PlanFolder& folder);
 
 }  // namespace evalbus::plans

@@ -30,15 +30,15 @@ constexpr auto kTryAgain = std::chrono::seconds(5);
 constexpr auto kGiveUp = std::chrono::minutes(10);
 
 // A run is known in its messages by its folder's name: the one that it will have.
-fs::path MadeIn(const Chunk& chunk, const fs::path& scratch) {
-  return scratch / chunk.name() / launch::FolderOfTask(chunk.task);
+fs::path MadeIn(const Shard& shard, const fs::path& scratch) {
+  return scratch / shard.name() / launch::FolderOfTask(shard.task);
 }
 
-launch::Job JobOf(const Chunk& chunk, const fs::path& options, const fs::path& scratch) {
-  std::vector<int> episodes(static_cast<size_t>(chunk.size()));
-  std::iota(episodes.begin(), episodes.end(), chunk.first);
-  launch::Job job{chunk.name(), launch::RunCommand(options), scratch / (chunk.name() + ".log")};
-  job.command.insert(job.command.end(), {chunk.task, "--out", MadeIn(chunk, scratch).string(), "--resume",
+launch::Job JobOf(const Shard& shard, const fs::path& options, const fs::path& scratch) {
+  std::vector<int> episodes(static_cast<size_t>(shard.size()));
+  std::iota(episodes.begin(), episodes.end(), shard.first);
+  launch::Job job{shard.name(), launch::RunCommand(options), scratch / (shard.name() + ".log")};
+  job.command.insert(job.command.end(), {shard.task, "--out", MadeIn(shard, scratch).string(), "--resume",
                                          "--only", fmt::format("{}", fmt::join(episodes, ","))});
   return job;
 }
@@ -52,25 +52,25 @@ void Say(const std::string& text) {
 }
 
 // Puts it there as soon as the disk has room.
-void PutWhenThereIsRoom(const PlanFolder& folder, const Chunk& chunk, const fs::path& finished) {
+void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished) {
   const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
   for (bool is_said = false;; is_said = true) {
     try {
-      return folder.Put(chunk, finished);
+      return folder.Put(shard, finished);
     } catch (const EnvironmentError& error) {
       if (stop_requested() || std::chrono::steady_clock::now() > give_up) throw;
-      if (!is_said) Say(fmt::format("{}: {}: tries again", chunk.name(), error.what()));
+      if (!is_said) Say(fmt::format("{}: {}: tries again", shard.name(), error.what()));
       std::this_thread::sleep_for(kTryAgain);
     }
   }
 }
 
-// One chunk after another, `at_once` at a time; each in a pool of its own, so that one that fails takes no
+// One shard after another, `at_once` at a time; each in a pool of its own, so that one that fails takes no
 // other with it.
-class Chunks {
+class Shards {
  public:
-  Chunks(const PlanFolder& folder, std::vector<Chunk> chunks, int at_once)
-      : folder_(folder), waiting_(chunks.rbegin(), chunks.rend()), at_once_(static_cast<size_t>(at_once)) {
+  Shards(const PlanFolder& folder, std::vector<Shard> shards, int at_once)
+      : folder_(folder), waiting_(shards.rbegin(), shards.rend()), at_once_(static_cast<size_t>(at_once)) {
     for (const PlannedPolicy& policy : folder.plan().policies) {
       const fs::path file = scratch_.path() / (policy.name + ".json");
       WriteWhole(file, ToText(OptionsJson(folder.plan().OptionsOf(policy)), 2) + "\n");
@@ -90,37 +90,37 @@ class Chunks {
 
  private:
   struct Running {
-    Chunk chunk;
+    Shard shard;
     std::unique_ptr<AtWork> at_work;
     std::unique_ptr<launch::JobPool> pool;
   };
 
   void Begin() {
-    const Chunk chunk = waiting_.back();
+    const Shard shard = waiting_.back();
     waiting_.pop_back();
-    if (folder_.has(chunk)) return Say(chunk.name() + ": there before");
-    std::vector<launch::Job> jobs = {JobOf(chunk, options_.at(chunk.policy), scratch_.path())};
-    running_.push_back({chunk, std::make_unique<AtWork>(folder_, chunk),
+    if (folder_.has(shard)) return Say(shard.name() + ": there before");
+    std::vector<launch::Job> jobs = {JobOf(shard, options_.at(shard.policy), scratch_.path())};
+    running_.push_back({shard, std::make_unique<AtWork>(folder_, shard),
                         std::make_unique<launch::JobPool>(
                             std::move(jobs), 1, [](const std::string& why) { Say("begun again: " + why); })});
   }
 
-  // True where the chunk is over.
+  // True where the shard is over.
   bool Advance(Running* running) {
-    const Chunk& chunk = running->chunk;
-    const fs::path made = MadeIn(chunk, scratch_.path());
+    const Shard& shard = running->shard;
+    const fs::path made = MadeIn(shard, scratch_.path());
     try {
       running->at_work->Tell();
       running->pool->Poll();
       if (!running->pool->done()) return false;
-      PutWhenThereIsRoom(folder_, chunk, made);
-      SayFailed(folder_, chunk, "");
-      Say(fmt::format("{}: {}", chunk.name(), Plural(chunk.size(), "episode")));
+      PutWhenThereIsRoom(folder_, shard, made);
+      SayFailed(folder_, shard, "");
+      Say(fmt::format("{}: {}", shard.name(), Plural(shard.size(), "episode")));
     } catch (const std::exception& error) {
-      failures_.push_back(fmt::format("{}: {}", chunk.name(), error.what()));
+      failures_.push_back(fmt::format("{}: {}", shard.name(), error.what()));
       Say("error: " + failures_.back());
       try {
-        SayFailed(folder_, chunk, error.what());
+        SayFailed(folder_, shard, error.what());
       } catch (const std::exception&) {
         // The disk that refuses is what has failed.
       }
@@ -134,7 +134,7 @@ class Chunks {
   const PlanFolder& folder_;
   Scratch scratch_;
   std::map<std::string, fs::path> options_;  // by policy
-  std::vector<Chunk> waiting_;               // the next one last
+  std::vector<Shard> waiting_;               // the next one last
   size_t at_once_;
   std::vector<Running> running_;
   std::vector<std::string> failures_;
@@ -144,15 +144,15 @@ class Chunks {
 
 void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
   InstallStopSignals();
-  const std::vector<Chunk> mine = ChunksOfPart(ChunksOf(folder.plan()), part, parts);
-  Say(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "chunk")));
-  Chunks chunks(folder, mine, workers);
-  while (chunks.Poll() && !stop_requested()) std::this_thread::sleep_for(launch::kJobPoll);
+  const std::vector<Shard> mine = ShardsOfPart(ShardsOf(folder.plan()), part, parts);
+  Say(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "shard")));
+  Shards shards(folder, mine, workers);
+  while (shards.Poll() && !stop_requested()) std::this_thread::sleep_for(launch::kJobPoll);
   if (stop_requested()) throw EnvironmentError("stopped; the same command goes on");
-  const std::vector<std::string>& failures = chunks.failures();
+  const std::vector<std::string>& failures = shards.failures();
   if (failures.empty()) return;
   throw EnvironmentError(
-      fmt::format("{} of {} chunks failed, the first: {}", failures.size(), mine.size(), failures[0]));
+      fmt::format("{} of {} shards failed, the first: {}", failures.size(), mine.size(), failures[0]));
 }
 
 }  // namespace evalbus::plans

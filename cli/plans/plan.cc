@@ -14,7 +14,7 @@
 #include "models/task_description.h"
 #include "models/yaml_reader.h"
 #include "policy_bridge/policy_options.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/renderer.h"
 
 namespace evalbus::plans {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kMostEpisodes = 10'000'000;
+constexpr int kMaxEpisodes = 10'000'000;
 // What a plan says in keys of its own, or what is decided anew wherever a part of it runs.
 constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "episodes",   "seed", "only",
                                        "workers", "url",      "by_hand",     "in_process", "video"};
@@ -73,22 +73,22 @@ PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
   return policy;
 }
 
-PlannedFilms ReadFilms(const YamlValue& value) {
-  PlannedFilms films;
-  films.cameras = {viz::kDefaultCamera};
+PlannedVideos ReadVideos(const YamlValue& value) {
+  PlannedVideos videos;
+  videos.cameras = {viz::kDefaultCamera};
   const auto which = [&](const YamlValue& episodes) {
     const std::string text = episodes.Text();
     int first = 0, end = 0;
     if (text == "none") {
-      films.which = PlannedFilms::Which::kNone;
+      videos.which = PlannedVideos::Which::kNone;
     } else if (text == "all") {
-      films.which = PlannedFilms::Which::kAll;
+      videos.which = PlannedVideos::Which::kAll;
     } else if (text == "failures") {
-      films.which = PlannedFilms::Which::kFailures;
+      videos.which = PlannedVideos::Which::kFailures;
     } else if (std::sscanf(text.c_str(), "first %d%n", &first, &end) == 1 &&
                end == static_cast<int>(text.size()) && first > 0) {
-      films.which = PlannedFilms::Which::kFirst;
-      films.first = first;
+      videos.which = PlannedVideos::Which::kFirst;
+      videos.first = first;
     } else {
       episodes.Fail("expected none, all, failures or 'first N', got '" + text + "'");
     }
@@ -98,11 +98,11 @@ PlannedFilms ReadFilms(const YamlValue& value) {
   } else {
     const YamlMap map(value, {"episodes"}, {"cameras"});
     which(map["episodes"]);
-    if (const YamlValue* cameras = map.Find("cameras")) films.cameras = cameras->Texts();
-    if (films.cameras.empty()) map.Find("cameras")->Fail("expected at least one camera");
+    if (const YamlValue* cameras = map.Find("cameras")) videos.cameras = cameras->Texts();
+    if (videos.cameras.empty()) map.Find("cameras")->Fail("expected at least one camera");
   }
-  if (films.which == PlannedFilms::Which::kNone) films.cameras.clear();
-  return films;
+  if (videos.which == PlannedVideos::Which::kNone) videos.cameras.clear();
+  return videos;
 }
 
 // "decided(alpha 0.05, max 200)"
@@ -117,8 +117,8 @@ Until ReadUntil(const YamlValue& value, int least) {
                "'");
   }
   if (!(until.alpha > 0 && until.alpha <= 0.5)) value.Fail("expected alpha above 0 and at most 0.5");
-  if (until.max_episodes < least || until.max_episodes > kMostEpisodes) {
-    value.Fail(fmt::format("expected max {} to {}: 'episodes' are run in any case", least, kMostEpisodes));
+  if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
+    value.Fail(fmt::format("expected max {} to {}: 'episodes' are run in any case", least, kMaxEpisodes));
   }
   return until;
 }
@@ -166,7 +166,7 @@ T Get(const nlohmann::json& json, const char* key, const std::string& file) {
   }
 }
 
-constexpr const char* kWhichFilms[] = {"none", "all", "failures", "first"};
+constexpr const char* kWhichVideos[] = {"none", "all", "failures", "first"};
 
 }  // namespace
 
@@ -197,7 +197,7 @@ launch::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
 
 Plan ReadPlan(const fs::path& file) {
   const YamlMap map(ParseYaml(ReadInput(file, "plan"), file.string()), {"policies", "tasks"},
-                    {"plan", "episodes", "seed", "options", "film", "compare", "until", "chunk_episodes"});
+                    {"plan", "episodes", "seed", "options", "video", "compare", "until", "shard_episodes"});
   Plan plan;
   plan.name = file.stem().string();
   if (const YamlValue* name = map.Find("plan")) plan.name = name->Text();
@@ -217,14 +217,14 @@ Plan ReadPlan(const fs::path& file) {
     tasks.Fail(error.what());
   }
   if (plan.tasks.empty()) tasks.Fail("expected at least one task");
-  if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMostEpisodes);
+  if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
   // No network of the machine is needed, and it is the fastest; the bytes are the same.
   plan.options.in_process = true;
-  if (const YamlValue* value = map.Find("film")) plan.films = ReadFilms(*value);
-  if (const YamlValue* value = map.Find("chunk_episodes"))
-    plan.chunk_episodes = value->Integer(1, kMostEpisodes);
+  if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
+  if (const YamlValue* value = map.Find("shard_episodes"))
+    plan.shard_episodes = value->Integer(1, kMaxEpisodes);
   plan.baseline = plan.policies[0].name;
   if (const YamlValue* value = map.Find("compare")) {
     const YamlMap compare(*value, {"baseline"});
@@ -253,12 +253,12 @@ ordered_json PlanJson(const Plan& plan) {
   }
   json["tasks"] = plan.tasks;
   json["baseline"] = plan.baseline;
-  json["film"] = {{"episodes", kWhichFilms[static_cast<int>(plan.films.which)]},
-                  {"first", plan.films.first},
-                  {"cameras", plan.films.cameras}};
+  json["video"] = {{"episodes", kWhichVideos[static_cast<int>(plan.videos.which)]},
+                   {"first", plan.videos.first},
+                   {"cameras", plan.videos.cameras}};
   json["until"] = nullptr;
   if (plan.until) json["until"] = {{"alpha", plan.until->alpha}, {"max_episodes", plan.until->max_episodes}};
-  json["chunk_episodes"] = plan.chunk_episodes;
+  json["shard_episodes"] = plan.shard_episodes;
   json["rate_is_given"] = plan.rate_is_given;
   json["timeout_is_given"] = plan.timeout_is_given;
   json["options"] = OptionsJson(plan.options);
@@ -274,28 +274,28 @@ Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
   }
   plan.tasks = Get<std::vector<std::string>>(json, "tasks", file);
   plan.baseline = Get<std::string>(json, "baseline", file);
-  const auto films = Get<nlohmann::json>(json, "film", file);
-  const auto which = std::ranges::find(kWhichFilms, Get<std::string>(films, "episodes", file));
-  plan.films = {static_cast<PlannedFilms::Which>(which - std::begin(kWhichFilms)),
-                Get<int>(films, "first", file), Get<std::vector<std::string>>(films, "cameras", file)};
+  const auto videos = Get<nlohmann::json>(json, "video", file);
+  const auto which = std::ranges::find(kWhichVideos, Get<std::string>(videos, "episodes", file));
+  plan.videos = {static_cast<PlannedVideos::Which>(which - std::begin(kWhichVideos)),
+                 Get<int>(videos, "first", file), Get<std::vector<std::string>>(videos, "cameras", file)};
   if (const auto until = Get<nlohmann::json>(json, "until", file); !until.is_null()) {
     plan.until = {Get<double>(until, "alpha", file), Get<int>(until, "max_episodes", file)};
   }
-  plan.chunk_episodes = Get<int>(json, "chunk_episodes", file);
+  plan.shard_episodes = Get<int>(json, "shard_episodes", file);
   plan.rate_is_given = Get<bool>(json, "rate_is_given", file);
   plan.timeout_is_given = Get<bool>(json, "timeout_is_given", file);
   launch::ReadOlderOptions(Get<nlohmann::json>(json, "options", file), file, &plan.options);
   return plan;
 }
 
-std::string FilmsText(const PlannedFilms& films) {
-  using Which = PlannedFilms::Which;
-  const std::string which = films.which == Which::kNone  ? "none"
-                            : films.which == Which::kAll ? "all episodes"
-                            : films.which == Which::kFailures
+std::string VideosText(const PlannedVideos& videos) {
+  using Which = PlannedVideos::Which;
+  const std::string which = videos.which == Which::kNone  ? "none"
+                            : videos.which == Which::kAll ? "all episodes"
+                            : videos.which == Which::kFailures
                                 ? "failures"
-                                : fmt::format("the first {} of each run", films.first);
-  return films.cameras.empty() ? which : fmt::format("{}, from {}", which, fmt::join(films.cameras, ", "));
+                                : fmt::format("the first {} of each run", videos.first);
+  return videos.cameras.empty() ? which : fmt::format("{}, from {}", which, fmt::join(videos.cameras, ", "));
 }
 
 }  // namespace evalbus::plans

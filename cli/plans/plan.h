@@ -1,5 +1,5 @@
-// A plan: which policies are evaluated on which tasks, what is filmed, and what is compared. A YAML file;
-// docs/plans.md describes it.
+// A plan: which policies are evaluated on which tasks, what is recorded as video, and what is compared. A
+// YAML file; docs/plans.md describes it.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ struct PlannedPolicy {
   std::string policy, contract;
 };
 
-struct PlannedFilms {
+struct PlannedVideos {
   enum class Which { kNone, kAll, kFailures, kFirst };
   Which which = Which::kNone;
   // Of kFirst.
@@ -47,12 +47,12 @@ struct Plan {
   launch::RunOptions options;
   // "options" names it: no contract's goes before it.
   bool rate_is_given = false, timeout_is_given = false;
-  PlannedFilms films;
+  PlannedVideos videos;
   // One of the policies' names; the first where the file names none.
   std::string baseline;
   std::optional<Until> until;
-  // A part of the plan is whole chunks: so many episodes of one run.
-  int chunk_episodes = 20;
+  // A part of the plan is whole shards: so many episodes of one run.
+  int shard_episodes = 20;
 
   int num_runs() const { return static_cast<int>(policies.size() * tasks.size()); }
   // Of one policy on all tasks: `options` with the policy, and what its contract says. Throws InputError.
@@ -70,6 +70,6 @@ nlohmann::ordered_json PlanJson(const Plan& plan);
 Plan PlanOfJson(const nlohmann::json& json, const std::string& file);
 
 // "all failures, from overview"; "none".
-std::string FilmsText(const PlannedFilms& films);
+std::string VideosText(const PlannedVideos& videos);
 
 }  // namespace evalbus::plans

@@ -24,8 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path Hidden(const PlanFolder& folder, const Chunk& chunk, const std::string& ending) {
-  return folder.path() / kPartsFolder / fmt::format(".{}.{}", chunk.name(), ending);
+fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string& ending) {
+  return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
 // What another machine is to see must be on the disk before its name is.
@@ -46,27 +46,27 @@ fs::path NewFolder(const std::string& name) {
 
 }  // namespace
 
-std::string Chunk::name() const {
+std::string Shard::name() const {
   return fmt::format("{}+{}+{:04}-{:04}", policy, launch::FolderOfTask(task), first, last);
 }
 
-std::vector<Chunk> ChunksOf(const Plan& plan) {
-  std::vector<Chunk> chunks;
+std::vector<Shard> ShardsOf(const Plan& plan) {
+  std::vector<Shard> shards;
   for (const PlannedPolicy& policy : plan.policies) {
     for (const std::string& task : plan.tasks) {
-      for (int first = 0; first < plan.options.episodes; first += plan.chunk_episodes) {
-        chunks.push_back(
-            {policy.name, task, first, std::min(first + plan.chunk_episodes, plan.options.episodes) - 1});
+      for (int first = 0; first < plan.options.episodes; first += plan.shard_episodes) {
+        shards.push_back(
+            {policy.name, task, first, std::min(first + plan.shard_episodes, plan.options.episodes) - 1});
       }
     }
   }
-  return chunks;
+  return shards;
 }
 
-std::vector<Chunk> ChunksOfPart(const std::vector<Chunk>& chunks, int part, int parts) {
-  std::vector<Chunk> mine;
-  for (size_t i = static_cast<size_t>(part - 1); i < chunks.size(); i += static_cast<size_t>(parts)) {
-    mine.push_back(chunks[i]);
+std::vector<Shard> ShardsOfPart(const std::vector<Shard>& shards, int part, int parts) {
+  std::vector<Shard> mine;
+  for (size_t i = static_cast<size_t>(part - 1); i < shards.size(); i += static_cast<size_t>(parts)) {
+    mine.push_back(shards[i]);
   }
   return mine;
 }
@@ -113,14 +113,14 @@ bool PlanFolder::has_run(const std::string& policy, const std::string& task) con
   return fs::exists(run_folder(policy, task) / kSummaryJson);
 }
 
-bool PlanFolder::has(const Chunk& chunk) const {
-  return fs::exists(chunk_folder(chunk)) || has_run(chunk.policy, chunk.task);
+bool PlanFolder::has(const Shard& shard) const {
+  return fs::exists(shard_folder(shard)) || has_run(shard.policy, shard.task);
 }
 
-void PlanFolder::Put(const Chunk& chunk, const fs::path& finished) const {
+void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
   // Its twin was quicker, or is merged by now.
-  if (has(chunk)) return;
-  const fs::path coming = Hidden(*this, chunk, ThisProcess() + ".coming");
+  if (has(shard)) return;
+  const fs::path coming = Hidden(*this, shard, ThisProcess() + ".coming");
   std::error_code ignored;
   try {
     fs::remove_all(coming);
@@ -130,21 +130,21 @@ void PlanFolder::Put(const Chunk& chunk, const fs::path& finished) const {
   } catch (const fs::filesystem_error& error) {
     fs::remove_all(coming, ignored);
     // A merge that had it from its twin has cleared up.
-    if (has(chunk)) return;
+    if (has(shard)) return;
     ThrowFileError("cannot write " + coming.string(), error.code().value());
   } catch (...) {
     fs::remove_all(coming, ignored);
     throw;
   }
-  if (rename(coming.c_str(), chunk_folder(chunk).c_str()) == 0) return;
+  if (rename(coming.c_str(), shard_folder(shard).c_str()) == 0) return;
   const int error = errno;
   fs::remove_all(coming, ignored);
   // Its twin has been quicker.
-  if (!has(chunk)) ThrowFileError("cannot write " + chunk_folder(chunk).string(), error);
+  if (!has(shard)) ThrowFileError("cannot write " + shard_folder(shard).string(), error);
 }
 
-AtWork::AtWork(const PlanFolder& folder, const Chunk& chunk)
-    : file_(Hidden(folder, chunk, ThisProcess())), told_(std::chrono::steady_clock::now()) {
+AtWork::AtWork(const PlanFolder& folder, const Shard& shard)
+    : file_(Hidden(folder, shard, ThisProcess())), told_(std::chrono::steady_clock::now()) {
   WriteWhole(file_, "");
 }
 
@@ -168,8 +168,8 @@ std::pair<std::string, std::string> ParseHidden(const std::string& name) {
   return {name.substr(1, dot - 1), dot < name.size() ? name.substr(dot + 1) : ""};
 }
 
-void SayFailed(const PlanFolder& folder, const Chunk& chunk, const std::string& why) {
-  const fs::path file = Hidden(folder, chunk, "failed");
+void SayFailed(const PlanFolder& folder, const Shard& shard, const std::string& why) {
+  const fs::path file = Hidden(folder, shard, "failed");
   std::error_code ignored;
   if (why.empty()) {
     fs::remove(file, ignored);

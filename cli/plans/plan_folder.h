@@ -2,12 +2,12 @@
 //
 //   plan.json                       the plan, resolved
 //   POLICY/TASK-VARIATION/          run folders; POLICY/ is a suite
-//   parts/CHUNK/                    run folders of a few episodes each, until they are merged
-//   parts/.CHUNK.HOST-PID           who is at work on one, or is about to put it there
-//   parts/.CHUNK.failed             why one could not be done
+//   parts/SHARD/                    run folders of a few episodes each, until they are merged
+//   parts/.SHARD.HOST-PID           who is at work on one, or is about to put it there
+//   parts/.SHARD.failed             why one could not be done
 //   slurm/                          scripts and logs of the jobs
 //
-// Nobody holds a lock, and no file is written by two: what is there has come by a rename, whole. So a chunk
+// Nobody holds a lock, and no file is written by two: what is there has come by a rename, whole. So a shard
 // that was run twice is there once.
 #pragma once
 
@@ -29,7 +29,7 @@ inline constexpr char kPartsFolder[] = "parts";
 inline constexpr char kSlurmFolder[] = "slurm";
 
 // Some episodes of one run, from `first` to `last`.
-struct Chunk {
+struct Shard {
   std::string policy, task;
   int first = 0, last = 0;
 
@@ -39,9 +39,9 @@ struct Chunk {
 };
 
 // Of all runs, in the order of policies, tasks, episodes.
-std::vector<Chunk> ChunksOf(const Plan& plan);
+std::vector<Shard> ShardsOf(const Plan& plan);
 // Of these the ones of part `part` (from 1) of so many: every so manieth.
-std::vector<Chunk> ChunksOfPart(const std::vector<Chunk>& chunks, int part, int parts);
+std::vector<Shard> ShardsOfPart(const std::vector<Shard>& shards, int part, int parts);
 
 class PlanFolder {
  public:
@@ -56,28 +56,28 @@ class PlanFolder {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path policy_folder(const std::string& policy) const { return path_ / policy; }
   std::filesystem::path run_folder(const std::string& policy, const std::string& task) const;
-  std::filesystem::path chunk_folder(const Chunk& chunk) const { return path_ / kPartsFolder / chunk.name(); }
-  // Whether the chunk's results are there, or its run is.
-  bool has(const Chunk& chunk) const;
+  std::filesystem::path shard_folder(const Shard& shard) const { return path_ / kPartsFolder / shard.name(); }
+  // Whether the shard's results are there, or its run is.
+  bool has(const Shard& shard) const;
   bool has_run(const std::string& policy, const std::string& task) const;
 
-  // Copies a finished chunk's run folder here, unless it is there by now. Throws EnvironmentError where the
+  // Copies a finished shard's run folder here, unless it is there by now. Throws EnvironmentError where the
   // disk refuses; nothing is left then.
-  void Put(const Chunk& chunk, const std::filesystem::path& finished) const;
+  void Put(const Shard& shard, const std::filesystem::path& finished) const;
 
  private:
   Plan plan_;
   std::filesystem::path path_;
 };
 
-// Says in a plan's folder that this process is at work on a chunk, as long as it is there; another machine
+// Says in a plan's folder that this process is at work on a shard, as long as it is there; another machine
 // sees by its age whether it still is.
 class AtWork {
  public:
   static constexpr std::chrono::seconds kTold{10};
   static constexpr std::chrono::seconds kGone{60};
 
-  AtWork(const PlanFolder& folder, const Chunk& chunk);
+  AtWork(const PlanFolder& folder, const Shard& shard);
   ~AtWork();
   AtWork(const AtWork&) = delete;
   AtWork& operator=(const AtWork&) = delete;
@@ -89,11 +89,11 @@ class AtWork {
   std::chrono::steady_clock::time_point told_;
 };
 
-// Of a name in parts/ that begins with a dot: the chunk, and what follows its name: "HOST-PID" (at work),
+// Of a name in parts/ that begins with a dot: the shard, and what follows its name: "HOST-PID" (at work),
 // "HOST-PID.coming" or "failed". Both empty for other names.
 std::pair<std::string, std::string> ParseHidden(const std::string& name);
 
-// Why a chunk could not be done: said, and taken back when it could.
-void SayFailed(const PlanFolder& folder, const Chunk& chunk, const std::string& why);
+// Why a shard could not be done: said, and taken back when it could.
+void SayFailed(const PlanFolder& folder, const Shard& shard, const std::string& why);
 
 }  // namespace evalbus::plans

@@ -166,7 +166,7 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
     report.verdicts.push_back({.policy = policy,
                                .text = text,
                                .p = comparison.success.p_adjusted,
-                               .judgement = results::Word(comparison.success.judgement()),
+                               .judgment = results::Word(comparison.success.judgment()),
                                .url = viz::Url(fs::relative(page, folder.path()))});
   }
   report.verdict_note = results.stops.empty()

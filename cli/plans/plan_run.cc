@@ -23,7 +23,7 @@
 #include "cli/results/run_reader.h"
 #include "cli/results/summary_table.h"
 #include "metrics/statistics/sequential_mcnemar.h"
-#include "viz/pictures/film.h"
+#include "viz/images/video.h"
 
 namespace evalbus::plans {
 namespace {
@@ -154,39 +154,40 @@ std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
   return result;
 }
 
-std::vector<int> EpisodesToFilm(const PlannedFilms& films, const results::RecordedRun& run) {
-  using Which = PlannedFilms::Which;
+std::vector<int> EpisodesForVideo(const PlannedVideos& videos, const results::RecordedRun& run) {
+  using Which = PlannedVideos::Which;
   std::vector<int> episodes;
   for (const results::RecordedEpisode& episode : run.episodes) {
-    const bool is_wanted = films.which == Which::kAll ||
-                           (films.which == Which::kFailures && !episode.success) ||
-                           (films.which == Which::kFirst && episode.episode < films.first);
+    const bool is_wanted = videos.which == Which::kAll ||
+                           (videos.which == Which::kFailures && !episode.success) ||
+                           (videos.which == Which::kFirst && episode.episode < videos.first);
     const auto is_there = [&](const std::string& camera) {
-      return fs::exists(EpisodeFolder(run.folder, episode.episode) / viz::FilmName(camera));
+      return fs::exists(EpisodeFolder(run.folder, episode.episode) / viz::VideoName(camera));
     };
-    if (is_wanted && !std::ranges::all_of(films.cameras, is_there)) episodes.push_back(episode.episode);
+    if (is_wanted && !std::ranges::all_of(videos.cameras, is_there)) episodes.push_back(episode.episode);
   }
   return episodes;
 }
 
-void MakeFilms(const PlanFolder& folder, int workers) {
+void MakeVideos(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
   std::vector<launch::Job> jobs;
-  if (plan.films.which == PlannedFilms::Which::kNone) return;
+  if (plan.videos.which == PlannedVideos::Which::kNone) return;
   for (const PlannedPolicy& policy : plan.policies) {
     for (const std::string& task : plan.tasks) {
       const fs::path run = folder.run_folder(policy.name, task);
-      const std::vector<int> episodes = EpisodesToFilm(plan.films, results::ReadRun(run));
+      const std::vector<int> episodes = EpisodesForVideo(plan.videos, results::ReadRun(run));
       if (episodes.empty()) continue;
       jobs.push_back({policy.name + "  " + task,
                       {(launch::Processes::BinaryFolder() / "evalbus").string(), "render", run.string(),
                        "--episode", fmt::format("{}", fmt::join(episodes, ",")), "--camera",
-                       fmt::format("{}", fmt::join(plan.films.cameras, ","))},
-                      LogFile(run, "film")});
+                       fmt::format("{}", fmt::join(plan.videos.cameras, ","))},
+                      LogFile(run, "video")});
     }
   }
-  if (!RunJobs(std::move(jobs), workers, "runs filmed", [](const std::string&) {})) {
-    throw EnvironmentError("stopped before all was filmed; the same command with --resume goes on");
+  if (!RunJobs(std::move(jobs), workers, "runs recorded as video", [](const std::string&) {})) {
+    throw EnvironmentError(
+        "stopped before all was recorded as video; the same command with --resume goes on");
   }
 }
 
@@ -222,7 +223,7 @@ void RunPlan(const PlanFolder& folder, int workers) {
 
 void FinishPlan(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
-  MakeFilms(folder, workers);
+  MakeVideos(folder, workers);
   const PlanResults results = ReadPlanResults(folder);
   for (const results::Comparison& comparison : results.comparisons) {
     fmt::print("\n{}\n", results::Conclusion(comparison));

@@ -21,10 +21,10 @@ struct Stop {
   std::string Text(const std::string& baseline, const Until& until) const;
 };
 
-// Runs what is missing, so many runs at a time, films and reports. Throws InputError, EnvironmentError.
+// Runs what is missing, so many runs at a time, videos and reports. Throws InputError, EnvironmentError.
 void RunPlan(const PlanFolder& folder, int workers);
 
-// What comes after all runs are there, also by a merge: films, plan_summary.json, the tables on stdout.
+// What comes after all runs are there, also by a merge: videos, plan_summary.json, the tables on stdout.
 void FinishPlan(const PlanFolder& folder, int workers);
 
 }  // namespace evalbus::plans

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr double kTask_s = 600;
 constexpr int kProbes = 4;
 // Slurm's own limit of an array, where nobody has changed it.
-constexpr int kMostTasks = 1000;
+constexpr int kMaxTasks = 1000;
 
 std::string Evalbus() { return (launch::Processes::BinaryFolder() / "evalbus").string(); }
 
@@ -47,16 +47,16 @@ std::string OutputOf(const std::vector<std::string>& command) {
 }
 
 int NumParts(const Plan& plan, const SlurmOptions& options) {
-  const int chunks = static_cast<int>(ChunksOf(plan).size());
-  if (options.array_size > 0) return std::min(options.array_size, chunks);
+  const int shards = static_cast<int>(ShardsOf(plan).size());
+  if (options.array_size > 0) return std::min(options.array_size, shards);
   const Probe probe = ProbePlan(plan, kProbes);
   if (probe.episodes == 0) {
     throw InputError("--slurm: expected --array-size, how many tasks: no episode can be tried here, " +
                      Printable(probe.problem));
   }
   const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
-  const int parts = std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1,
-                               std::min(chunks, kMostTasks));
+  const int parts =
+      std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1, std::min(shards, kMaxTasks));
   fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min\n", probe.seconds_per_episode,
              Plural(parts, "task"), std::max(1.0, all_s / parts / 60));
   return parts;
@@ -67,10 +67,10 @@ int NumParts(const Plan& plan, const SlurmOptions& options) {
 SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& options, int parts) {
   SlurmScripts scripts;
   scripts.parts = parts;
-  const std::vector<Chunk> chunks = ChunksOf(folder.plan());
+  const std::vector<Shard> shards = ShardsOf(folder.plan());
   for (int part = 1; part <= parts; ++part) {
-    const std::vector<Chunk> mine = ChunksOfPart(chunks, part, parts);
-    if (!std::ranges::all_of(mine, [&](const Chunk& chunk) { return folder.has(chunk); })) {
+    const std::vector<Shard> mine = ShardsOfPart(shards, part, parts);
+    if (!std::ranges::all_of(mine, [&](const Shard& shard) { return folder.has(shard); })) {
       scripts.todo.push_back(part);
     }
   }
@@ -113,7 +113,7 @@ SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& opt
 void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
   const SlurmScripts scripts = WriteSlurmScripts(folder, options, NumParts(folder.plan(), options));
   if (scripts.todo.empty()) {
-    throw InputError(folder.path().string() + ": every chunk is there; 'evalbus merge " +
+    throw InputError(folder.path().string() + ": every shard is there; 'evalbus merge " +
                      folder.path().string() + "' makes the results of them");
   }
   const fs::path own = folder.path() / kSlurmFolder;

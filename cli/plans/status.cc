@@ -48,26 +48,26 @@ PlanStatus StatusOf(const PlanFolder& folder) {
   double oldest = 0;
   int recent = 0;
   std::map<fs::path, int> lines_left;  // of runs that go on in their own folder
-  for (const Chunk& chunk : ChunksOf(folder.plan())) {
-    status.episodes += chunk.size();
-    sizes[chunk.name()] = chunk.size();
-    if (!folder.has(chunk)) {
-      const fs::path run = folder.run_folder(chunk.policy, chunk.task);
+  for (const Shard& shard : ShardsOf(folder.plan())) {
+    status.episodes += shard.size();
+    sizes[shard.name()] = shard.size();
+    if (!folder.has(shard)) {
+      const fs::path run = folder.run_folder(shard.policy, shard.task);
       const auto [left, is_new] = lines_left.emplace(run, 0);
       if (is_new) left->second = Lines(run / kEpisodesJsonl);
-      const int there = std::min(left->second, chunk.size());
+      const int there = std::min(left->second, shard.size());
       left->second -= there;
       status.done += there;
-      status.by_policy[chunk.policy] += there;
+      status.by_policy[shard.policy] += there;
       continue;
     }
-    status.done += chunk.size();
-    status.by_policy[chunk.policy] += chunk.size();
-    const fs::path come = fs::exists(folder.chunk_folder(chunk))
-                              ? folder.chunk_folder(chunk) / kRunJson
-                              : folder.run_folder(chunk.policy, chunk.task);
+    status.done += shard.size();
+    status.by_policy[shard.policy] += shard.size();
+    const fs::path come = fs::exists(folder.shard_folder(shard))
+                              ? folder.shard_folder(shard) / kRunJson
+                              : folder.run_folder(shard.policy, shard.task);
     if (const double age = Age(come).count(); age < std::chrono::duration<double>(kRecent).count()) {
-      recent += chunk.size();
+      recent += shard.size();
       oldest = std::max(oldest, age);
     }
   }
@@ -75,24 +75,24 @@ PlanStatus StatusOf(const PlanFolder& folder) {
   if (recent > 0 && oldest > 0) status.rate = recent / oldest;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, none)) {
-    const auto [chunk, rest] = ParseHidden(entry.path().filename());
-    if (!sizes.contains(chunk)) continue;
+    const auto [shard, rest] = ParseHidden(entry.path().filename());
+    if (!sizes.contains(shard)) continue;
     if (rest == "failed") {
-      status.failed.push_back({chunk, FirstLine(entry.path())});
+      status.failed.push_back({shard, FirstLine(entry.path())});
     } else if (entry.is_regular_file(none) && Age(entry.path()) < AtWork::kGone) {
-      status.running += sizes[chunk];
-      status.at_work.push_back(fmt::format("{}  {}", rest, chunk));
+      status.running += sizes[shard];
+      status.at_work.push_back(fmt::format("{}  {}", rest, shard));
     }
   }
   std::ranges::sort(status.at_work);
-  std::ranges::sort(status.failed, {}, &PlanStatus::Failed::chunk);
+  std::ranges::sort(status.failed, {}, &PlanStatus::Failed::shard);
   return status;
 }
 
 std::string PlanStatus::Text() const {
   std::string text =
       fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} failed\n", done, episodes,
-                  100.0 * done / std::max(episodes, 1), running, Plural(failed.size(), "chunk"));
+                  100.0 * done / std::max(episodes, 1), running, Plural(failed.size(), "shard"));
   if (done < episodes && rate > 0) {
     text += fmt::format("{:.3g} episodes/s, about {} left\n", rate,
                         results::FormatDuration((episodes - done) / rate));
@@ -100,7 +100,7 @@ std::string PlanStatus::Text() const {
   for (const auto& [policy, count] : by_policy)
     text += fmt::format("  {}  {}\n", Pad(std::to_string(count), 8), policy);
   for (const std::string& who : at_work) text += "at work: " + who + "\n";
-  for (const Failed& one : failed) text += fmt::format("failed: {}: {}\n", one.chunk, one.why);
+  for (const Failed& one : failed) text += fmt::format("failed: {}: {}\n", one.shard, one.why);
   return text;
 }
 

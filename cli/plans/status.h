@@ -11,16 +11,16 @@ namespace evalbus::plans {
 
 struct PlanStatus {
   struct Failed {
-    std::string chunk, why;
+    std::string shard, why;
   };
-  // Of all episodes: those that are there, and those of chunks that somebody is at work on.
+  // Of all episodes: those that are there, and those of shards that somebody is at work on.
   int episodes = 0, done = 0, running = 0;
   std::vector<Failed> failed;
   // Who is at work, and on what.
   std::vector<std::string> at_work;
   // By policy: episodes that are there.
   std::map<std::string, int> by_policy;
-  // Episodes per second of the last ten minutes, by when chunks came; 0 where none did.
+  // Episodes per second of the last ten minutes, by when shards came; 0 where none did.
   double rate = 0;
 
   std::string Text() const;

@@ -23,7 +23,7 @@ constexpr std::string_view kChangesNothing[] = {
     "contract",   "log",        "seed_stream", "until"};
 
 // Members of two contracts that differ, at most so many in words.
-constexpr size_t kMostContractWords = 4;
+constexpr size_t kMaxContractWords = 4;
 std::vector<std::string> ContractDifferences(const ordered_json& contract, const ordered_json& other) {
   const nlohmann::json a = nlohmann::json(contract).flatten(), b = nlohmann::json(other).flatten();
   std::vector<std::string> differences;
@@ -42,9 +42,9 @@ std::vector<std::string> ContractDifferences(const ordered_json& contract, const
   for (const auto& [path, value] : b.items()) {
     if (!a.contains(path)) add(path, "none", ToText(value));
   }
-  if (differences.size() > kMostContractWords) {
-    const size_t more = differences.size() - kMostContractWords;
-    differences.resize(kMostContractWords);
+  if (differences.size() > kMaxContractWords) {
+    const size_t more = differences.size() - kMaxContractWords;
+    differences.resize(kMaxContractWords);
     differences.push_back(fmt::format("{} more in run.json", more));
   }
   return differences;

@@ -296,13 +296,13 @@ void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, 
   }
   MeritRemarks merits;
   for (const MetricComparison& metric : task.metrics) {
-    if (metric.judgement() != Judgement::kDiffers) continue;
+    if (metric.judgment() != Judgment::kDiffers) continue;
     MetricComparison freely = metric;
     freely.may_be_better = freely.baseline_may_be_better = true;
     const MetricInfo& info = *metric.number.metric;
-    if (freely.judgement() == Judgement::kBetter) {
+    if (freely.judgment() == Judgment::kBetter) {
       merits.Add(run, WhyNoMerit(info, own, other, task.paired), metric.number);
-    } else if (freely.judgement() == Judgement::kWorse) {
+    } else if (freely.judgment() == Judgment::kWorse) {
       merits.Add(baseline, WhyNoMerit(info, other, own, task.paired), metric.number);
     }
   }
@@ -446,21 +446,21 @@ std::string OutlookText(const SuccessComparison& success) {
   return fmt::format("{}; to find one of {} points takes {} {}.", text,
                      Fixed(std::abs(success.difference) * 100, 0),
                      outlook.needed ? fmt::format("about {}", *outlook.needed)
-                                    : fmt::format("more than {}", metrics::kMostTrials),
+                                    : fmt::format("more than {}", metrics::kMaxTrials),
                      kind);
 }
 
 }  // namespace
 
-const char* Word(Judgement judgement) {
-  switch (judgement) {
-    case Judgement::kBetter:
+const char* Word(Judgment judgment) {
+  switch (judgment) {
+    case Judgment::kBetter:
       return "better";
-    case Judgement::kWorse:
+    case Judgment::kWorse:
       return "worse";
-    case Judgement::kDiffers:
+    case Judgment::kDiffers:
       return "differs";
-    case Judgement::kNone:
+    case Judgment::kNone:
       break;
   }
   return "";
@@ -507,22 +507,22 @@ void SuccessComparison::SetSequential(double sequential_p, double adjusted, bool
   is_shown = is_decided;
 }
 
-Judgement SuccessComparison::judgement() const {
-  if (!is_shown) return Judgement::kNone;
-  return difference > 0 ? Judgement::kBetter : Judgement::kWorse;
+Judgment SuccessComparison::judgment() const {
+  if (!is_shown) return Judgment::kNone;
+  return difference > 0 ? Judgment::kBetter : Judgment::kWorse;
 }
 
-Judgement MetricComparison::judgement() const {
-  if (!differs()) return Judgement::kNone;
+Judgment MetricComparison::judgment() const {
+  if (!differs()) return Judgment::kNone;
   // Without an interval all pairs differ by the same amount.
   const bool is_one_value = std::isnan(difference_95.lower);
   const bool is_up = is_one_value ? difference > 0 : difference_95.lower > 0;
   const bool is_down = is_one_value ? difference < 0 : difference_95.upper < 0;
   const Better better = number.metric->better;
-  if (better == Better::kNeither || !(is_up || is_down)) return Judgement::kDiffers;
+  if (better == Better::kNeither || !(is_up || is_down)) return Judgment::kDiffers;
   const bool is_better = is_up == (better == Better::kHigher);
-  if (!(is_better ? may_be_better : baseline_may_be_better)) return Judgement::kDiffers;
-  return is_better ? Judgement::kBetter : Judgement::kWorse;
+  if (!(is_better ? may_be_better : baseline_may_be_better)) return Judgment::kDiffers;
+  return is_better ? Judgment::kBetter : Judgment::kWorse;
 }
 
 void SuccessComparison::Test() {
@@ -576,7 +576,7 @@ Outlook OutlookOf(const SuccessComparison& success) {
   }
   const double rate = static_cast<double>(success.successes) / success.trials,
                baseline_rate = static_cast<double>(success.baseline_successes) / success.baseline_trials;
-  // Differences are counted from the baseline's rate towards the side with more room.
+  // Differences are counted from the baseline's rate toward the side with more room.
   const bool is_up = baseline_rate <= 0.5;
   Outlook outlook;
   outlook.findable = metrics::FindableDifference(

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/results/run_reader.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/interval.h"
 #include "metrics/statistics/newcombe.h"
 
@@ -16,10 +16,10 @@ namespace evalbus::results {
 
 // What a difference between a run and its baseline comes to. kDiffers: there is one, and nothing says which
 // side is the better one.
-enum class Judgement { kNone, kBetter, kWorse, kDiffers };
+enum class Judgment { kNone, kBetter, kWorse, kDiffers };
 
 // For people; empty for none.
-const char* Word(Judgement judgement);
+const char* Word(Judgment judgment);
 
 struct SuccessCounts {
   int successes = 0, trials = 0;
@@ -58,7 +58,7 @@ struct SuccessComparison : SuccessCounts {
   void SetAdjusted(double p_holm, size_t comparisons);
   // Replaces the test by the sequential one of a plan that stops when decided.
   void SetSequential(double sequential_p, double adjusted, bool is_decided);
-  Judgement judgement() const;
+  Judgment judgment() const;
 };
 
 // What episodes, or pairs, of this kind can find. For independent samples: episodes on each side.
@@ -66,7 +66,7 @@ struct Outlook {
   // Smallest true difference that the present number finds four times in five; nothing if it finds none.
   std::optional<double> findable;
   // Number that finds the observed difference four times in five, if that is the true one; nothing if there
-  // is no difference, or more than metrics::kMostTrials are needed.
+  // is no difference, or more than metrics::kMaxTrials are needed.
   std::optional<int> needed;
 };
 Outlook OutlookOf(const SuccessComparison& success);
@@ -92,7 +92,7 @@ struct MetricComparison {
   metrics::Interval ratio_95{};
 
   bool differs() const { return p && p_holm < metrics::kAlpha; }
-  Judgement judgement() const;
+  Judgment judgment() const;
 };
 
 // A pair that one of the two succeeded in.

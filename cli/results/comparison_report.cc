@@ -29,7 +29,7 @@ viz::ReportDifference Success(const std::string& name, const SuccessComparison& 
           .upper = success.difference_95.upper,
           .p = success.p,
           .p_holm = success.p_adjusted,
-          .judgement = Word(success.judgement())};
+          .judgment = Word(success.judgment())};
 }
 
 viz::ReportDifference Metric(const MetricComparison& metric) {
@@ -44,7 +44,7 @@ viz::ReportDifference Metric(const MetricComparison& metric) {
           .upper = metric.difference_95.upper * scale,
           .p = metric.p.value_or(kNaN),
           .p_holm = metric.p ? metric.p_holm : kNaN,
-          .judgement = Word(metric.judgement())};
+          .judgment = Word(metric.judgment())};
 }
 
 viz::ReportFlip Flip(const TaskComparison& task, const FlippedPair& pair, const PageLinks& links) {
@@ -53,8 +53,8 @@ viz::ReportFlip Flip(const TaskComparison& task, const FlippedPair& pair, const 
           .run = pair.success ? "" : pair.failure_reason,
           .baseline_episode = pair.baseline_episode,
           .run_episode = pair.episode,
-          .baseline_films = links.Films(task.baseline_folder, pair.baseline_episode),
-          .run_films = links.Films(task.folder, pair.episode)};
+          .baseline_videos = links.Videos(task.baseline_folder, pair.baseline_episode),
+          .run_videos = links.Videos(task.folder, pair.episode)};
 }
 
 viz::ReportTaskComparison Task(const TaskComparison& task, const PageLinks& links) {
@@ -63,15 +63,15 @@ viz::ReportTaskComparison Task(const TaskComparison& task, const PageLinks& link
   report.success = Success(report.task, task.success);
   report.counts = WhatIsCounted(task);
   for (const MetricComparison& metric : task.metrics) report.metrics.push_back(Metric(metric));
-  bool any_film = false;
+  bool any_video = false;
   for (const FlippedPair& pair : task.flipped) {
     report.flips.push_back(Flip(task, pair, links));
-    any_film =
-        any_film || !report.flips.back().run_films.empty() || !report.flips.back().baseline_films.empty();
+    any_video =
+        any_video || !report.flips.back().run_videos.empty() || !report.flips.back().baseline_videos.empty();
   }
-  if (!task.flipped.empty() && !any_film) {
-    report.film_hint =
-        "There are no films of these: evalbus render RUN --episode N makes them, and evalbus compare "
+  if (!task.flipped.empty() && !any_video) {
+    report.video_hint =
+        "There are no videos of these: evalbus render RUN --episode N makes them, and evalbus compare "
         "--report once "
         "more links them here.";
   }

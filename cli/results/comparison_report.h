@@ -15,7 +15,7 @@ struct ComparisonPage {
   std::string note;
 };
 
-// The HTML page, to be written to this file, so that it links films. `made_by`: version and commit. most:
+// The HTML page, to be written to this file, so that it links videos. `made_by`: version and commit. most:
 // bytes that it may have with pairs of episodes shown in 3D, flipped seeds first; 0: none are. Throws
 // InputError where the runs cannot be read any more, EnvironmentError without three.js.
 ComparisonPage ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,

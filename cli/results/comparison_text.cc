@@ -49,7 +49,7 @@ std::string SuccessRow(const std::string& label, int width, const SuccessCompari
   return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
              rate(success.successes, success.trials), FixedOrDash(success.difference * 100, 0),
              Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
-             P(success.p_adjusted), "%", Word(success.judgement()));
+             P(success.p_adjusted), "%", Word(success.judgment()));
 }
 
 std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
@@ -69,7 +69,7 @@ std::string MetricTable(const TaskComparison& task, const Comparison& comparison
                 FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
                 Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
                 metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-",
-                std::string(info.shown_unit), metric.p ? Word(metric.judgement()) : "equal");
+                std::string(info.shown_unit), metric.p ? Word(metric.judgment()) : "equal");
     tested += metric.p.has_value();
   }
   return text + fmt::format("\n{}\nHolm: p of metrics adjusted for {}. {}\n", WhatIsCounted(task),
@@ -107,7 +107,7 @@ std::string SuiteTable(const Comparison& comparison) {
           fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
                       metric.number.label(), FixedOrDash(metric.mean * metric.number.scale(), decimals),
                       FixedOrDash(metric.baseline_mean * metric.number.scale(), decimals),
-                      metric.number.shown_unit(), P(metric.p_holm), Word(metric.judgement()));
+                      metric.number.shown_unit(), P(metric.p_holm), Word(metric.judgment()));
     }
   }
   text += SuccessRow("all", width, comparison.success);

@@ -80,7 +80,7 @@ void StartLibrary() {
 }  // namespace
 
 Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path) {
-  constexpr hsize_t kMost = 100'000'000;
+  constexpr hsize_t kMax = 100'000'000;
   const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
   StartLibrary();
   CheckInput(name);
@@ -103,7 +103,7 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
   if (dimensions < 1 || dimensions > 2) fail("'" + path + "' is no table of one or two dimensions");
   hsize_t extents[2] = {0, 1};
   H5Sget_simple_extent_dims(space, extents, nullptr);
-  if (extents[0] > kMost || extents[1] > kMost || extents[0] * extents[1] > kMost) {
+  if (extents[0] > kMax || extents[1] > kMax || extents[0] * extents[1] > kMax) {
     fail("'" + path + "' has more than 100 million numbers");
   }
   Hdf5Numbers result;

@@ -15,16 +15,16 @@ viz::ReportLink PageLinks::To(const fs::path& file, const std::string& text) con
   return {text, viz::Url(fs::weakly_canonical(file).lexically_relative(folder_))};
 }
 
-std::vector<viz::ReportLink> PageLinks::Films(const fs::path& run, int episode) const {
+std::vector<viz::ReportLink> PageLinks::Videos(const fs::path& run, int episode) const {
   const fs::path folder = EpisodeFolder(run, episode);
   if (!fs::is_directory(folder)) return {};
-  std::vector<fs::path> films;
+  std::vector<fs::path> videos;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".mp4") films.push_back(entry.path());
+    if (entry.path().extension() == ".mp4") videos.push_back(entry.path());
   }
-  std::sort(films.begin(), films.end());
+  std::sort(videos.begin(), videos.end());
   std::vector<viz::ReportLink> links;
-  for (const fs::path& film : films) links.push_back(To(film, film.stem().string()));
+  for (const fs::path& video : videos) links.push_back(To(video, video.stem().string()));
   return links;
 }
 

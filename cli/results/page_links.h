@@ -14,7 +14,7 @@ class PageLinks {
   explicit PageLinks(const std::filesystem::path& page);
 
   // Of an episode; empty where there are none.
-  std::vector<viz::ReportLink> Films(const std::filesystem::path& run, int episode) const;
+  std::vector<viz::ReportLink> Videos(const std::filesystem::path& run, int episode) const;
   std::vector<viz::ReportLink> Log(const std::filesystem::path& run, int episode) const;
 
  private:

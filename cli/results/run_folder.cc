@@ -188,7 +188,7 @@ void RunFolder::DiscardAllBut(const std::set<int>& finished) const {
     if (!finished.contains(*EpisodeOfFolder(episode)) || IsUnfinished(episode)) fs::remove_all(episode);
   }
   RemoveHalfWritten();
-  RemoveHalfWrittenFilms();
+  RemoveHalfWrittenVideos();
 }
 
 void RunFolder::RemoveHalfWritten() const {
@@ -197,16 +197,16 @@ void RunFolder::RemoveHalfWritten() const {
   RemoveFilesOfEpisodes(path_, IsHalfWritten);
 }
 
-void RunFolder::RemoveHalfWrittenFilms(std::optional<pid_t> by) const {
+void RunFolder::RemoveHalfWrittenVideos(std::optional<pid_t> by) const {
   RemoveFilesOfEpisodes(path_, [by](const std::string& name) {
     const auto temporary = ParseTemporaryName(name);
-    const auto is_film = [&](const char* ending) { return temporary->file.ends_with(ending); };
-    return temporary && (is_film(".mp4") || is_film(".gif") || is_film(".webp")) &&
+    const auto is_video = [&](const char* ending) { return temporary->file.ends_with(ending); };
+    return temporary && (is_video(".mp4") || is_video(".gif") || is_video(".webp")) &&
            (!by || temporary->pid == *by);
   });
 }
 
-void RunFolder::TakeAway() const {
+void RunFolder::Remove() const {
   if (fs::exists(path_ / kEpisodesJsonl)) return;
   RemoveHalfWritten();
   std::error_code ignored;

@@ -79,12 +79,12 @@ class RunFolder {
   void DiscardEpisode(int episode) const;
   // Removes what an interrupted run left half-done: all episodes but these, and what is half-written.
   void DiscardAllBut(const std::set<int>& finished) const;
-  // Removes what processes that are gone left half-written; somebody may still be filming.
+  // Removes what processes that are gone left half-written; somebody may still be recording.
   void RemoveHalfWritten() const;
-  // Films likewise, all or those of one process.
-  void RemoveHalfWrittenFilms(std::optional<pid_t> by = std::nullopt) const;
+  // Videos likewise, all or those of one process.
+  void RemoveHalfWrittenVideos(std::optional<pid_t> by = std::nullopt) const;
   // Takes the run away, unless an episode was finished: what has none is not a run.
-  void TakeAway() const;
+  void Remove() const;
 
  private:
   RunFolder() = default;

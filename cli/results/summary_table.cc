@@ -10,7 +10,7 @@
 #include "base/plural.h"
 #include "base/text.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 
 namespace evalbus::results {
 namespace {

@@ -228,7 +228,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
   return episode;
 }
 
-void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, const PictureOptions& pictures,
+void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, const ImageOptions& images,
                     const std::function<void(double)>& progress) {
   // What is wrong is found before anything is drawn or written.
   std::string task;
@@ -237,9 +237,9 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
     if (task.empty()) task = name;
     if (name != task) throw InputError(log.string() + ": is of " + name + ", others of " + task);
   }
-  std::optional<DrawnPictures> drawn;
-  if (!pictures.cameras.empty()) {
-    drawn.emplace(logs, pictures, file.string() + ".pictures");
+  std::optional<DrawnImages> drawn;
+  if (!images.cameras.empty()) {
+    drawn.emplace(logs, images, file.string() + ".images");
     drawn->Draw(progress);
   }
   Hdf5File out(file);
@@ -252,17 +252,17 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
     WriteDemo(episode, path, &out);
     if (drawn) {
       const std::vector<std::string> deflated = drawn->Of(i);
-      for (size_t k = 0; k < pictures.cameras.size(); ++k) {
+      for (size_t k = 0; k < images.cameras.size(); ++k) {
         std::vector<std::string_view> rows;
-        for (size_t at = k; at < deflated.size(); at += pictures.cameras.size()) rows.push_back(deflated[at]);
+        for (size_t at = k; at < deflated.size(); at += images.cameras.size()) rows.push_back(deflated[at]);
         // A "/" would make a group.
-        std::string name = pictures.cameras[k] + "_image";
+        std::string name = images.cameras[k] + "_image";
         std::ranges::replace(name, '/', '_');
         const std::string now = path + "/obs/" + name, last = path + "/last_obs/" + name;
-        out.WriteDeflated(now, {pictures.height, pictures.width, 3}, {rows.begin(), rows.end() - 1});
-        out.WriteDeflated(last, {pictures.height, pictures.width, 3}, {rows.back()});
+        out.WriteDeflated(now, {images.height, images.width, 3}, {rows.begin(), rows.end() - 1});
+        out.WriteDeflated(last, {images.height, images.width, 3}, {rows.back()});
         const auto steps = static_cast<int64_t>(rows.size() - 1);
-        out.WriteShifted(path + "/next_obs/" + name, {steps, pictures.height, pictures.width, 3}, now, last);
+        out.WriteShifted(path + "/next_obs/" + name, {steps, images.height, images.width, 3}, now, last);
       }
     }
     if (i == 0) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/results/drawn_pictures.h"
+#include "cli/results/drawn_images.h"
 #include "evalbus/action_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
 #include "evalbus/episode_summary_t.hpp"
@@ -36,7 +36,7 @@ EpisodeSteps ReadSteps(const std::filesystem::path& log);
 // `progress`: share of all steps, from 0 to 1. Both throw InputError and EnvironmentError and leave nothing
 // half-written. Episodes in this order are demo_0, demo_1, ...
 void WriteRobomimic(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& file,
-                    const PictureOptions& pictures, const std::function<void(double)>& progress);
+                    const ImageOptions& images, const std::function<void(double)>& progress);
 // Of two arms with seven joints only. A file for each episode; returns their paths.
 std::vector<std::filesystem::path> WriteSafetensors(const std::vector<std::filesystem::path>& logs,
                                                     const std::filesystem::path& folder,

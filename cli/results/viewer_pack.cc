@@ -35,8 +35,8 @@ std::string ViewerPack::ListBlock(int number) const {
   std::vector<viz::EpisodeRow> rows = EpisodeRows(run);
   for (viz::EpisodeRow& row : rows) {
     row.has_track = packed_.contains({number, row.episode});
-    const std::vector<viz::ReportLink> films = links_.Films(run.folder, row.episode);
-    if (!films.empty()) row.film = films.front().url;
+    const std::vector<viz::ReportLink> videos = links_.Videos(run.folder, row.episode);
+    if (!videos.empty()) row.video = videos.front().url;
   }
   return viz::EpisodesBlock(number, 0, rows);
 }

@@ -10,7 +10,7 @@
 #include "base/json_file.h"
 #include "bus/channels.h"
 #include "cli/tools/schemas.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/statistics/run_statistics.h"
 #include "models/model_names.h"
@@ -104,14 +104,14 @@ Encoder::Encoder(Emit emit, SceneOf scene) : emit_(std::move(emit)), scene_(std:
 }
 
 void Encoder::Hear(std::string_view channel, std::span<const uint8_t> data) {
-  if (channels::kModel == channel && !IsNews(data, &model_bytes_)) return;
+  if (channels::kModel == channel && !UpdateIfChanged(data, &model_bytes_)) return;
   const auto hear = [&]<class T>(const Channel<T>& known) {
     if (!(known == channel)) return false;
     T message{};
     if (Decode(data, &message)) {
       Hear(message);
     } else {
-      ++garbled_;
+      ++undecodable_;
     }
     return true;
   };
@@ -139,7 +139,7 @@ void Encoder::Enter(const header_t& header) {
   try {
     track_ = std::make_unique<viz::EpisodeTrack>(model_, header, viz::EpisodeTrack::About{});
   } catch (const InputError&) {
-    ++garbled_;  // a MODEL that contradicts itself
+    ++undecodable_;  // a MODEL that contradicts itself
     model_.reset();
     return;
   }
@@ -248,7 +248,7 @@ void Encoder::Hear(const contacts_t& contacts) {
     return geom >= 0 && geom < model_->num_geoms ? names.GeomName(geom) : fmt::format("geom {}", geom);
   };
   Json list = Json::array(), balls = Json::array(), arrows = Json::array();
-  const Json colour = {{"r", 0.84}, {"g", 0.37}, {"b", 0.0}, {"a", 1.0}};
+  const Json color = {{"r", 0.84}, {"g", 0.37}, {"b", 0.0}, {"a", 1.0}};
   for (const contact_t& contact : contacts.contact) {
     if (!AreNumbers(contact.position_m) || !AreNumbers(contact.normal) ||
         !std::isfinite(contact.distance_m)) {
@@ -263,7 +263,7 @@ void Encoder::Hear(const contacts_t& contacts) {
     const double none[] = {1, 0, 0, 0}, size[] = {kMarkDiameter_m, kMarkDiameter_m, kMarkDiameter_m};
     balls.push_back({{"pose", {{"position", position}, {"orientation", QuaternionJson(none)}}},
                      {"size", VectorJson(size)},
-                     {"color", colour}});
+                     {"color", color}});
     arrows.push_back(
         {{"pose",
           {{"position", position}, {"orientation", QuaternionJson(TurnOntoX(contact.normal).data())}}},
@@ -271,7 +271,7 @@ void Encoder::Hear(const contacts_t& contacts) {
          {"shaft_diameter", 0.3 * kMarkDiameter_m},
          {"head_length", 0.2 * kNormalLength_m},
          {"head_diameter", 0.8 * kMarkDiameter_m},
-         {"color", colour}});
+         {"color", color}});
   }
   Json json = {{"timestamp", stamp}, {"tick", contacts.header.tick}, {"count", list.size()}};
   if (contacts.has_clearance && std::isfinite(contacts.clearance_m)) {

@@ -80,7 +80,7 @@ class Encoder {
 
   // Grows; what is there stays. A later topic of the same name takes the place of the earlier one.
   const std::vector<Topic>& topics() const { return topics_; }
-  int64_t garbled() const { return garbled_; }
+  int64_t undecodable() const { return undecodable_; }
   // Of the latest STATE; -1 before.
   int64_t time_ns() const { return time_ns_; }
 
@@ -114,7 +114,7 @@ class Encoder {
   std::unique_ptr<viz::EpisodeTrack> track_;
   std::set<std::tuple<int, int64_t, std::string>> said_events_;
   int64_t time_ns_ = -1;
-  int64_t garbled_ = 0;
+  int64_t undecodable_ = 0;
 };
 
 // A metric's name with its unit, as the keys of "/metrics" have it: "cartesian_path_length.left" ->

@@ -34,7 +34,7 @@ using boost::system::error_code;
 constexpr char kFoxgloveOrigin[] = "https://app.foxglove.dev";
 constexpr uint32_t kMaxHeader = 8192;
 constexpr size_t kMaxMessage = 64 << 10;
-constexpr std::chrono::seconds kPatience{30};
+constexpr std::chrono::seconds kTimeout{30};
 
 std::string_view View(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -76,7 +76,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     const std::string subprotocol = ChooseSubprotocol(View(request[http::field::sec_websocket_protocol]));
     has_playback_ = core_->options.playback_end_ns && KnowsPlayback(subprotocol);
     beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{kPatience, 2 * kPatience, /*keep_alive_pings=*/true});
+    stream_.set_option(websocket::stream_base::timeout{kTimeout, 2 * kTimeout, /*keep_alive_pings=*/true});
     stream_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
       response.set(http::field::sec_websocket_protocol, subprotocol);
     }));
@@ -239,7 +239,7 @@ class FoxgloveServer::Core::Handshake : public std::enable_shared_from_this<Hand
   }
 
   void Read() {
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kTimeout);
     http::async_read(stream_, buffer_, parser_, [self = shared_from_this()](error_code error, size_t) {
       if (error) return;
       const std::string refusal = self->core_->Refusal(self->parser_.get());
@@ -255,7 +255,7 @@ class FoxgloveServer::Core::Handshake : public std::enable_shared_from_this<Hand
     response_.keep_alive(false);
     response_.body() = why + "\n";
     response_.prepare_payload();
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kTimeout);
     http::async_write(stream_, response_, [self = shared_from_this()](error_code, size_t) {
       error_code ignored;
       self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);

@@ -14,16 +14,16 @@
 #include "cli/tools/scene.h"
 #include "cli/tools/schemas.h"
 #include "models/physics_model.h"
-#include "viz/pictures/film.h"
-#include "viz/pictures/jpeg.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/jpeg.h"
+#include "viz/images/renderer.h"
+#include "viz/images/video.h"
 
 namespace evalbus::tools {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kPicturePeriod_us = 100'000;
+constexpr int64_t kImagePeriod_us = 100'000;
 
 }  // namespace
 
@@ -35,9 +35,9 @@ std::shared_ptr<const std::string> SceneSource::Of(const model_info_t& model, st
     const viz::SceneBlocks& scene =
         scenes_.Of(model, run.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run);
     const nlohmann::ordered_json appearance = seed ? scene.Appearance(*seed) : nullptr;
-    if (std::string made_of = scene.id() + ToText(appearance); !entities_ || made_of != made_of_) {
+    if (std::string model_hashes = scene.id() + ToText(appearance); !entities_ || model_hashes != made_of_) {
       entities_ = std::make_shared<const std::string>(ToText(SceneEntities(scene, appearance)));
-      made_of_ = std::move(made_of);
+      made_of_ = std::move(model_hashes);
     }
     return entities_;
   } catch (const InputError& error) {
@@ -71,17 +71,18 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
     episode.remarks.push_back(
         fmt::format("{}: {} damaged bytes were skipped", log.string(), reader.damaged_bytes()));
   }
-  if (encoder.garbled() > 0) {
-    episode.remarks.push_back(fmt::format("{}: {} messages are not ours", log.string(), encoder.garbled()));
+  if (encoder.undecodable() > 0) {
+    episode.remarks.push_back(
+        fmt::format("{}: {} messages are not ours", log.string(), encoder.undecodable()));
   }
   return episode;
 }
 
-void AddPictures(const fs::path& log, const std::vector<std::string>& cameras, const std::string& size,
-                 EncodedEpisode* episode) {
+void AddImages(const fs::path& log, const std::vector<std::string>& cameras, const std::string& size,
+               EncodedEpisode* episode) {
   std::unique_ptr<viz::Renderer> renderer;
   std::vector<int> ids;
-  std::vector<Message> pictures;
+  std::vector<Message> images;
   viz::JpegEncoder jpeg;
   viz::Frame frame(viz::ParseFrameSize(size));
   std::optional<model_info_t> model;
@@ -107,12 +108,12 @@ void AddPictures(const fs::path& log, const std::vector<std::string>& cameras, c
         }
       }
       renderer->SetAppearance(*model, begin.seed);
-      pictures.clear();
+      images.clear();
       next_us = 0;
     } else if (channels::kState == event.channel && renderer) {
       state_t state{};
       if (!Decode(event.data, &state) || state.header.sim_time_us < next_us) continue;
-      next_us = state.header.sim_time_us + kPicturePeriod_us;
+      next_us = state.header.sim_time_us + kImagePeriod_us;
       renderer->SetState(state);
       const int64_t time = state.header.sim_time_us * 1000;
       for (size_t k = 0; k < ids.size(); ++k) {
@@ -121,11 +122,11 @@ void AddPictures(const fs::path& log, const std::vector<std::string>& cameras, c
                                              {"frame_id", cameras[k]},
                                              {"data", Base64(jpeg.Encode(frame))},
                                              {"format", "jpeg"}};
-        pictures.push_back({first + k, time, std::make_shared<const std::string>(ToText(json))});
+        images.push_back({first + k, time, std::make_shared<const std::string>(ToText(json))});
       }
     }
   }
-  episode->messages.insert(episode->messages.end(), pictures.begin(), pictures.end());
+  episode->messages.insert(episode->messages.end(), images.begin(), images.end());
   std::ranges::stable_sort(episode->messages, {}, &Message::time_ns);
 }
 

@@ -42,10 +42,10 @@ struct EncodedEpisode {
 // cannot be read, or holds no episode.
 EncodedEpisode EncodeEpisode(const std::filesystem::path& log, SceneSource* scenes);
 
-// Its pictures as a camera sees them, 10 a second of simulated time: foxglove.CompressedImage (JPEG) on
+// Its images as a camera sees them, 10 a second of simulated time: foxglove.CompressedImage (JPEG) on
 // "/camera/NAME". size as of `evalbus render`. Throws InputError, EnvironmentError.
-void AddPictures(const std::filesystem::path& log, const std::vector<std::string>& cameras,
-                 const std::string& size, EncodedEpisode* episode);
+void AddImages(const std::filesystem::path& log, const std::vector<std::string>& cameras,
+               const std::string& size, EncodedEpisode* episode);
 
 // An MCAP file of it.
 std::string McapFile(const EncodedEpisode& episode);

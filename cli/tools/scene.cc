@@ -32,7 +32,7 @@ Json Along(const Json& position, const Json& quat, double z) {
           position[2].get<double>() + z * (1 - 2 * (x * x + y * y))};
 }
 
-Json ColourJson(const Json& rgba) { return {{"r", rgba[0]}, {"g", rgba[1]}, {"b", rgba[2]}, {"a", rgba[3]}}; }
+Json ColorJson(const Json& rgba) { return {{"r", rgba[0]}, {"g", rgba[1]}, {"b", rgba[2]}, {"a", rgba[3]}}; }
 
 double Rounded(double value) { return std::round(value / kStep_m) / std::round(1 / kStep_m); }
 
@@ -48,16 +48,16 @@ Json Triangles(const std::string& mesh) {
   return {{"points", points}, {"indices", indices}};
 }
 
-void AddGeom(const Json& geom, const Json& colour, const viz::SceneBlocks& scene, Json* entity) {
+void AddGeom(const Json& geom, const Json& color, const viz::SceneBlocks& scene, Json* entity) {
   const std::string shape = geom["shape"];
   const Json pose = PoseJson(geom["position_m"], geom["quat_wxyz"]);
   const auto add = [&](const char* list, const Json& at, const Json& size) -> Json& {
-    return (*entity)[list].emplace_back(Json{{"pose", at}, {"size", size}, {"color", colour}});
+    return (*entity)[list].emplace_back(Json{{"pose", at}, {"size", size}, {"color", color}});
   };
   if (shape == "mesh") {
     Json triangles = {{"pose", pose}};
     triangles.update(Triangles(scene.blocks().at(geom["mesh"])));
-    triangles["color"] = colour;
+    triangles["color"] = color;
     triangles["colors"] = Json::array();
     (*entity)["triangles"].push_back(std::move(triangles));
     return;
@@ -127,7 +127,7 @@ Json SceneEntities(const viz::SceneBlocks& scene, const Json& appearance) {
     }
     const Json& rgba =
         geom.contains("rgba") ? geom["rgba"] : head["materials"][geom["material"].get<int>()]["rgba"];
-    AddGeom(geom, ColourJson(rgba), scene, &entity->second);
+    AddGeom(geom, ColorJson(rgba), scene, &entity->second);
   }
   Json list = Json::array();
   for (auto& [body, entity] : entities) list.push_back(std::move(entity));

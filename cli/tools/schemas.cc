@@ -47,7 +47,7 @@ Json Time() {
 Json Vector() { return Object({{"x", kNumber}, {"y", kNumber}, {"z", kNumber}}); }
 Json Quaternion() { return Object({{"x", kNumber}, {"y", kNumber}, {"z", kNumber}, {"w", kNumber}}); }
 Json Pose() { return Object({{"position", Vector()}, {"orientation", Quaternion()}}); }
-Json Colour() { return Object({{"r", kNumber}, {"g", kNumber}, {"b", kNumber}, {"a", kNumber}}); }
+Json Color() { return Object({{"r", kNumber}, {"g", kNumber}, {"b", kNumber}, {"a", kNumber}}); }
 
 std::string Text(const std::string& title, const Json& schema) { return ToText(Titled(title, schema)); }
 
@@ -67,7 +67,7 @@ std::string SceneUpdateSchema() {
       Object({{"timestamp", Time()}, {"type", {{"type", "integer"}, {"enum", {0, 1}}}}, {"id", kText}});
   Json duration = Object({{"sec", kInteger}, {"nsec", kInteger}});
   duration["title"] = "duration";
-  const Json solid = Object({{"pose", Pose()}, {"size", Vector()}, {"color", Colour()}});
+  const Json solid = Object({{"pose", Pose()}, {"size", Vector()}, {"color", Color()}});
   Json cylinder = solid;
   for (const char* name : {"bottom_scale", "top_scale"}) {
     cylinder["properties"][name] = kNumber;
@@ -78,11 +78,11 @@ std::string SceneUpdateSchema() {
                              {"shaft_diameter", kNumber},
                              {"head_length", kNumber},
                              {"head_diameter", kNumber},
-                             {"color", Colour()}});
+                             {"color", Color()}});
   const Json triangles = Object({{"pose", Pose()},
                                  {"points", ArrayOf(Vector())},
-                                 {"color", Colour()},
-                                 {"colors", ArrayOf(Colour())},
+                                 {"color", Color()},
+                                 {"colors", ArrayOf(Color())},
                                  {"indices", ArrayOf(kInteger)}});
   const Json none = {{"type", "array"}, {"maxItems", 0}};
   const Json entity = Object({{"timestamp", Time()},

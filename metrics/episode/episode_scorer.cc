@@ -69,7 +69,7 @@ EpisodeScorer::EpisodeScorer(const model_info_t& model, const TaskDescription& t
     : model_(model),
       names_(model_),
       evaluator_(task, names_),
-      known_(model_, evaluator_),
+      availability_(model_, evaluator_),
       metrics_(MakeConfig(names_, task, evaluator_)),
       history_(model_.object_name.size(), model_.gripper.size()),
       grasps_(metrics_.config()) {
@@ -285,14 +285,14 @@ void EpisodeScorer::FillExtended(bool is_over, extended_metrics_t* extended) con
     add("success_held_s", "s", succeeded ? held : std::numeric_limits<double>::quiet_NaN());
   }
   e.num_values = static_cast<int32_t>(e.name.size());
-  known_.RemoveUnknown(extended);
+  availability_.MaskUnavailable(extended);
 }
 
 void EpisodeScorer::Partial(partial_metrics_t* partial) const {
   partial->header = header_;
   partial->verdict = verdict();
   metrics_.Values(&partial->metrics);
-  known_.RemoveUnknown(&partial->metrics);
+  availability_.MaskUnavailable(&partial->metrics);
   FillExtended(false, &partial->extended);
 }
 
@@ -323,7 +323,7 @@ episode_summary_t EpisodeScorer::Summary(const episode_begin_t& begin, const epi
                      end.end_reason != end_reason::kAborted && end.end_reason != end_reason::kServerError &&
                      summary.failure_reason != kUnconfirmed;
   metrics_.Values(&summary.metrics);
-  known_.RemoveUnknown(&summary.metrics);
+  availability_.MaskUnavailable(&summary.metrics);
   FillExtended(true, &summary.extended);
   summary.explanation =
       Explain(outcome, summary.failure_reason, metrics_, first_collision_, grasps_.grasps());

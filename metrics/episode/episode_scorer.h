@@ -18,8 +18,8 @@
 #include "evalbus/state_t.hpp"
 #include "metrics/episode/episode_history.h"
 #include "metrics/episode/explanation.h"
+#include "metrics/episode/metric_availability.h"
 #include "metrics/episode/rollout_metrics.h"
-#include "metrics/episode/what_is_known.h"
 #include "metrics/sample/grasps.h"
 #include "metrics/task/task_evaluator.h"
 
@@ -75,7 +75,7 @@ class EpisodeScorer {
   model_info_t model_;
   ModelNames names_;
   TaskEvaluator evaluator_;
-  WhatIsKnown known_;
+  MetricAvailability availability_;
   RolloutMetrics metrics_;
   EpisodeHistory history_;
   Grasps grasps_;

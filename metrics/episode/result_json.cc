@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/metric_catalogue.h"
-#include "lcmtypes/unknown.h"
+#include "lcmtypes/metric_catalog.h"
+#include "lcmtypes/unavailable.h"
 
 namespace evalbus::metrics {
 namespace {
@@ -68,7 +68,7 @@ void Add(const MetricInfo& metric, const metric_values_t& v, ordered_json* resul
       if (!std::isnan(v.*metric.number)) (*result)[name] = v.*metric.number;
       break;
     case MetricKind::kCount:
-      if (v.*metric.count != kUnknownCount) (*result)[name] = v.*metric.count;
+      if (v.*metric.count != kUnavailableCount) (*result)[name] = v.*metric.count;
       break;
     case MetricKind::kByStage:
       for (int k = 0; k < v.num_stages; ++k) {
@@ -77,7 +77,7 @@ void Add(const MetricInfo& metric, const metric_values_t& v, ordered_json* resul
       break;
     case MetricKind::kByObject:
       for (int k = 0; k < v.num_objects; ++k) {
-        if (v.slip_count_per_object[k] == kUnknownCount) continue;
+        if (v.slip_count_per_object[k] == kUnavailableCount) continue;
         (*result)[name]["object_" + std::to_string(k + 1)] = v.slip_count_per_object[k];
       }
       if (v.num_objects == 0) (*result)[name] = ordered_json::object();
@@ -134,7 +134,7 @@ ordered_json ExtendedJson(const extended_metrics_t& e, const metric_values_t& v)
     }
   }
   for (const MetricInfo& metric : Metrics()) {
-    if (metric.counter && e.*metric.counter != kUnknownCount) {
+    if (metric.counter && e.*metric.counter != kUnavailableCount) {
       result[std::string(metric.wire_name())] = e.*metric.counter;
     }
   }

@@ -1,5 +1,5 @@
 // Metric values as JSON with the names, nesting and value types of RoboEval's result dictionary, as
-// lcmtypes/metric_catalogue.h has them.
+// lcmtypes/metric_catalog.h has them.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 
 namespace evalbus::metrics {
 namespace {

@@ -35,7 +35,7 @@ class RolloutMetrics {
   void Start(std::span<const double> gripper_opening, std::span<const uint8_t> holding);
 
   // One tick. Returns false and changes nothing but refused_samples() where a number is not finite, a
-  // quaternion cannot be normalised or a size differs from the config. Where ticks are missing the lengths go
+  // quaternion cannot be normalized or a size differs from the config. Where ticks are missing the lengths go
   // on from the last sample and the jerk from the next four in a row.
   bool Step(const Sample& sample);
 
@@ -85,7 +85,7 @@ class RolloutMetrics {
   Stages stages_;
   // RoboEval's: each has a constructor from MetricsConfig, kTracked, the flag that switches it, Start, Add
   // and Values, which fills its members of the message. A new one is a line here, and a row in
-  // lcmtypes/metric_catalogue.cc.
+  // lcmtypes/metric_catalog.cc.
   All<SlipCounter, EnvCollisions, SelfCollisions, ArmSpeedDifference, GripperHeightDifference, CartesianPath,
       JointPath, OrientationPath, CartesianJerk, JointJerk>
       roboeval_;

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/episode/rollout_metrics.h"
 #include "metrics/statistics/run_statistics.h"

@@ -1,6 +1,6 @@
 // What a metric of ours, beside RoboEval's, looks like. Each is a class in a header of its own in
 // metrics/extended/, with a line in the table of extended_metrics.cc and a row for each of its names in
-// lcmtypes/metric_catalogue.cc; message, JSON, statistics, report and monitor take everything from there.
+// lcmtypes/metric_catalog.cc; message, JSON, statistics, report and monitor take everything from there.
 // A class has a constructor from MetricsConfig and kNames, its names as in extended_metrics_t; one of a kind
 // by arm or gripper stands for a value for each of them. Definitions: docs/metrics.md.
 #pragma once

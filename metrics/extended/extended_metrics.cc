@@ -3,7 +3,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/extended/collision_events.h"
 #include "metrics/extended/contact_time.h"
 #include "metrics/extended/grasp_statistics.h"
@@ -59,7 +59,7 @@ ExtendedMetrics::ExtendedMetrics(const MetricsConfig& config) {
     const size_t first = names_.size();
     for (const std::string name : type.names) {
       const MetricInfo* metric = FindMetric("extended." + name).metric;
-      if (!metric) throw std::logic_error(name + " is not in lcmtypes/metric_catalogue.cc");
+      if (!metric) throw std::logic_error(name + " is not in lcmtypes/metric_catalog.cc");
       const std::vector<std::string> owners = Owners(metric->kind, config);
       if (IsOneNumber(metric->kind) || owners.size() == 1) {
         names_.push_back(name);

@@ -32,7 +32,7 @@ inline constexpr Interval kNoInterval = {std::numeric_limits<double>::quiet_NaN(
 // Fewer values are not resampled.
 inline constexpr size_t kFewestToResample = 20;
 // Beyond so many, Edgeworth's expansion: it differs from BCa in terms of 1/n.
-inline constexpr size_t kMostToResample = 500;
+inline constexpr size_t kMaxToResample = 500;
 
 // Indices 0 .. n-1 with replacement; the engine's output is fixed by the C++ standard.
 class Resampler {
@@ -120,7 +120,7 @@ inline Interval IntervalOfMean(std::span<const double> x) {
   if (x.size() < kFewestToResample) {
     return StudentInterval(Mean(x), StandardDeviation(x) / std::sqrt(n), n - 1);
   }
-  if (x.size() > kMostToResample) {
+  if (x.size() > kMaxToResample) {
     Moments moments;
     moments.Add(x, 1 / static_cast<double>(x.size()));
     return EdgeworthInterval(Mean(x), std::sqrt(moments.squares), moments.acceleration());
@@ -147,7 +147,7 @@ inline Interval IntervalOfDifference(std::span<const double> a, std::span<const 
         std::pow(error_a + error_b, 2) / (error_a * error_a / (n_a - 1) + error_b * error_b / (n_b - 1));
     return StudentInterval(Mean(a) - Mean(b), std::sqrt(error_a + error_b), degrees_of_freedom);
   }
-  if (std::min(a.size(), b.size()) > kMostToResample) {
+  if (std::min(a.size(), b.size()) > kMaxToResample) {
     Moments moments;
     moments.Add(a, 1 / static_cast<double>(a.size()));
     moments.Add(b, -1 / static_cast<double>(b.size()));
@@ -180,7 +180,7 @@ inline Interval IntervalOfRatio(std::span<const double> a, std::span<const doubl
     const auto n = static_cast<double>(a.size());
     return StudentInterval(ratio, StandardDeviation(influence) / std::sqrt(n), n - 1);
   }
-  if (a.size() > kMostToResample) {
+  if (a.size() > kMaxToResample) {
     Moments moments;
     moments.Add(influence, 1 / static_cast<double>(a.size()));
     return EdgeworthInterval(ratio, std::sqrt(moments.squares), moments.acceleration());

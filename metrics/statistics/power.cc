@@ -15,7 +15,7 @@ namespace {
 
 using Binomial = boost::math::binomial_distribution<>;
 
-constexpr int kMostForExactFisher = 500;
+constexpr int kMaxForExactFisher = 500;
 
 // Range of counts that are likely enough to matter, for so many trials at this rate.
 struct LikelyCounts {
@@ -113,7 +113,7 @@ double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, dou
   rate_a = std::clamp(rate_a, 0.0, 1.0);
   rate_b = std::clamp(rate_b, 0.0, 1.0);
   if (std::min(trials_a, trials_b) == 0) return 0;
-  if (std::max(trials_a, trials_b) > kMostForExactFisher) {
+  if (std::max(trials_a, trials_b) > kMaxForExactFisher) {
     const boost::math::normal_distribution<> normal;
     const double n_a = trials_a, n_b = trials_b, rate = (n_a * rate_a + n_b * rate_b) / (n_a + n_b);
     const double by_chance = std::sqrt(rate * (1 - rate) * (1 / n_a + 1 / n_b));
@@ -145,9 +145,9 @@ std::optional<double> FindableDifference(const std::function<double(double)>& po
 std::optional<int> TrialsNeeded(const std::function<double(int)>& power) {
   int below = 0, above = 1;
   while (power(above) < kWantedPower) {
-    if (above == kMostTrials) return std::nullopt;
+    if (above == kMaxTrials) return std::nullopt;
     below = above;
-    above = std::min(2 * above, kMostTrials);
+    above = std::min(2 * above, kMaxTrials);
   }
   while (above - below > 1) {
     const int middle = below + (above - below) / 2;

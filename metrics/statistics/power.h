@@ -39,8 +39,8 @@ std::optional<double> FindableDifference(const std::function<double(double diffe
                                          double largest = 1);
 
 // Approximately the smallest number of trials with kWantedPower (power rises in steps); nothing if
-// kMostTrials are too few.
-inline constexpr int kMostTrials = 100'000;
+// kMaxTrials are too few.
+inline constexpr int kMaxTrials = 100'000;
 std::optional<int> TrialsNeeded(const std::function<double(int trials)>& power);
 
 }  // namespace evalbus::metrics

@@ -8,7 +8,7 @@
 #include "base/errors.h"
 #include "base/interned.h"
 #include "lcmtypes/end_reason.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/clopper_pearson.h"
 #include "metrics/statistics/confidence_sequence.h"
 #include "metrics/statistics/describe.h"
@@ -21,7 +21,7 @@ using nlohmann::ordered_json;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr char kObject[] = "object_";
-constexpr int kMostObjects = 10'000;
+constexpr int kMaxObjects = 10'000;
 constexpr char kSuccess[] = "success", kStages[] = "task_stage_reached", kSlips[] = "slip_count_per_object";
 
 void Flatten(const ordered_json& value, const std::string& name, NamedNumbers* out) {
@@ -120,7 +120,7 @@ EpisodeResult ResultOf(const ordered_json& episode) {
   for (const auto& [object, count] : slips.items()) {
     // "object_2"; those before it that are not there are not known.
     const int number = object.starts_with(kObject) ? StageIndex(object.substr(sizeof kObject - 1)) : 0;
-    if (number < 1 || number > kMostObjects)
+    if (number < 1 || number > kMaxObjects)
       throw InputError(std::string(kSlips) + ": unknown key '" + object + "'");
     result.slips.resize(std::max(result.slips.size(), static_cast<size_t>(number)), -1);
     result.slips[static_cast<size_t>(number) - 1] = count.get<int64_t>();

@@ -12,7 +12,7 @@ KnownObjects::KnownObjects(const model_info_t& model) {
     for (int geom = 0; geom < model.num_geoms; ++geom) {
       if (model.body_entity[model.geom_body[geom]] != model.object_entity[object]) continue;
       unknown_geoms_[geom] = 1;
-      lacks_barred_geoms_ |= std::ranges::count(model.barred_geom, geom) > 0;
+      lacks_forbidden_contact_geoms_ |= std::ranges::count(model.forbidden_contact_geom, geom) > 0;
     }
   }
 }

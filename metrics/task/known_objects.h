@@ -19,8 +19,8 @@ class KnownObjects {
   bool all() const { return unknown_.empty(); }
   // By geom id: 1 for the geoms of objects whose poses are not known; empty where all are.
   const std::vector<uint8_t>& unknown_geoms() const { return unknown_geoms_; }
-  // One of these geoms must not be touched (model_info_t.barred_geom).
-  bool lacks_barred_geoms() const { return lacks_barred_geoms_; }
+  // One of these geoms must not be touched (model_info_t.forbidden_contact_geom).
+  bool lacks_forbidden_contact_geoms() const { return lacks_forbidden_contact_geoms_; }
 
   // No name in the expression stands for an object that is not known, or for a part of it; of `reached`, in
   // the expression of that stage. An expression that is not there is known.
@@ -31,7 +31,7 @@ class KnownObjects {
 
   std::vector<std::string> unknown_;
   std::vector<uint8_t> unknown_geoms_;
-  bool lacks_barred_geoms_ = false;
+  bool lacks_forbidden_contact_geoms_ = false;
 };
 
 }  // namespace evalbus::metrics

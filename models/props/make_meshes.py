@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the visual meshes of the Panda arm, its hand and the props (OBJ, metres, smooth normals) and the counter's oak
+"""Makes the visual meshes of the Panda arm, its hand and the props (OBJ, meters, smooth normals) and the counter's oak
 texture. Standard library only.
 
 Shells are signed distance functions (negative inside), blended smoothly and turned into triangles by surface nets; turned
@@ -29,12 +29,12 @@ def tapered(a, b, ra, rb):
     return f
 
 
-def cylinder(axis, centre, half, radius, rounding):
+def cylinder(axis, center, half, radius, rounding):
     """Cylinder along a coordinate axis with rounded edges."""
     i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
 
     def f(*p):
-        q = [p[n] - centre[n] for n in range(3)]
+        q = [p[n] - center[n] for n in range(3)]
         u = math.hypot(q[j], q[k]) - radius + rounding
         v = abs(q[i]) - half + rounding
         return min(max(u, v), 0.0) + math.hypot(max(u, 0.0), max(v, 0.0)) - rounding
@@ -42,11 +42,11 @@ def cylinder(axis, centre, half, radius, rounding):
     return f
 
 
-def box(centre, half, rounding):
+def box(center, half, rounding):
     def f(x, y, z):
-        u = abs(x - centre[0]) - half[0] + rounding
-        v = abs(y - centre[1]) - half[1] + rounding
-        w = abs(z - centre[2]) - half[2] + rounding
+        u = abs(x - center[0]) - half[0] + rounding
+        v = abs(y - center[1]) - half[1] + rounding
+        w = abs(z - center[2]) - half[2] + rounding
         outside = math.hypot(max(u, 0.0), max(v, 0.0), max(w, 0.0))
         return min(max(u, v, w), 0.0) + outside - rounding
 
@@ -84,7 +84,7 @@ def half_space(axis, sign, offset):
 # ---- meshes: (vertices, normals, triangles) --------------------------------------------------------------------------
 def surface(f, low, high, h, smooth=None):
     """Triangles of f = 0 inside the box low..high with cells of size h; edges and corners of f stay sharp. Normals are
-    those of `smooth`, the shape before it was cut, so that shading does not change towards a cut."""
+    those of `smooth`, the shape before it was cut, so that shading does not change toward a cut."""
     low = [x - h for x in low]
     n = [int(math.ceil((high[i] - low[i]) / h)) + 2 for i in range(3)]
     xs, ys, zs = ([low[i] + h * k for k in range(n[i])] for i in range(3))
@@ -159,9 +159,9 @@ def surface(f, low, high, h, smooth=None):
     return vertices, normals, triangles
 
 
-def turned(axis, centre, profile, slices):
+def turned(axis, center, profile, slices):
     """Revolves a profile of (radius, height) points, listed so that the outside is on its right when height points up
-    and radius to the right; None between points starts a new smooth group. Heights count along the axis from centre."""
+    and radius to the right; None between points starts a new smooth group. Heights count along the axis from center."""
     i, j, k = axis, (axis + 1) % 3, (axis + 2) % 3
     vertices, normals, triangles = [], [], []
     groups, group = [], []
@@ -185,7 +185,7 @@ def turned(axis, centre, profile, slices):
                 angle = 2 * math.pi * s / slices
                 c, d = math.cos(angle), math.sin(angle)
                 p, q = [0.0] * 3, [0.0] * 3
-                p[i], p[j], p[k] = centre[i] + height, centre[j] + r * c, centre[k] + r * d
+                p[i], p[j], p[k] = center[i] + height, center[j] + r * c, center[k] + r * d
                 q[i], q[j], q[k] = nh / size, nr / size * c, nr / size * d
                 vertices.append(p)
                 normals.append(q)
@@ -200,9 +200,9 @@ def turned(axis, centre, profile, slices):
     return vertices, normals, triangles
 
 
-def tube(axis, centre, radius, half, slices=24):
+def tube(axis, center, radius, half, slices=24):
     """Side of a cylinder: what shows in the seam between two shells."""
-    return turned(axis, centre, [(radius, -half), (radius, half)], slices)
+    return turned(axis, center, [(radius, -half), (radius, half)], slices)
 
 
 def rounded_box(half, radius, steps=2):
@@ -313,13 +313,13 @@ R_COLUMN, R_BARREL = 0.055, 0.055
 GAP = 0.003  # m, half width of the dark seam between two links
 
 
-def barrel_cap(axis, centre, sign, radius):
+def barrel_cap(axis, center, sign, radius):
     """Round cover at the end of a joint housing: a dark ring and the white lid in it."""
     ring = [(radius + 0.004, -0.002), (radius + 0.004, 0.0015), None, (radius + 0.003, 0.002), (radius - 0.001, 0.002)]
     lid = [(radius, 0), (radius - 0.003, 0.004), (radius * 0.5, 0.0055), (0, 0.006)]
     if sign < 0:
         ring, lid = ([(p[0], -p[1]) if p else None for p in reversed(x)] for x in (ring, lid))
-    return turned(axis, centre, ring, 24), turned(axis, centre, lid, 24)
+    return turned(axis, center, ring, 24), turned(axis, center, lid, 24)
 
 
 def shoulder():
@@ -391,7 +391,7 @@ def wrist():
 
 
 def flange():
-    """Link 7: a ring with the connector's bump towards the hand's long side, and the metal flange."""
+    """Link 7: a ring with the connector's bump toward the hand's long side, and the metal flange."""
     ring = cylinder(2, (0, 0, 0.068), 0.026 - GAP, 0.045, 0.008)
     bump = tapered((0.024, 0.024, 0.064), (0.032, 0.032, 0.07), 0.021, 0.016)
     light = surface(blend(0.02, ring, bump), (-0.06, -0.06, 0.035), (0.075, 0.075, 0.1), 0.01)
@@ -425,7 +425,7 @@ def pot_body():
 
 
 def pot_handle(side):
-    """Loop handle; its bar is 20 mm wide and 25 mm high, centred at y = 0.225 side."""
+    """Loop handle; its bar is 20 mm wide and 25 mm high, centered at y = 0.225 side."""
     path, corner = [(0.072, 0.108), (0.072, 0.199)], 0.026
     path += [(0.072 - corner + corner * math.cos(a), 0.199 + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
     path += [(0.046, 0.225)]
@@ -459,7 +459,7 @@ def tray_frame():
 
 
 def tray_handle(side):
-    """Bow over an end of the tray; its bar is 20 mm wide and 25 mm high, centred at (0, 0.265 side, 0.0475)."""
+    """Bow over an end of the tray; its bar is 20 mm wide and 25 mm high, centered at (0, 0.265 side, 0.0475)."""
     corner = 0.022
     path = [(0.086, -0.002), (0.086, 0.0475 - corner)]
     path += [(0.086 - corner + corner * math.cos(a), 0.0475 - corner + corner * math.sin(a)) for a in (math.pi / 10 * x for x in range(1, 5))]
@@ -492,14 +492,14 @@ def valve_body():
     return joined(shell, flange_disc(2, (0, 0, 0.1), 0.005, 0.03, 0.023), *ends)
 
 
-def flange_disc(axis, centre, half, radius, bolt_circle):
+def flange_disc(axis, center, half, radius, bolt_circle):
     """Disc with rounded edges and six bolts through it."""
     disc = [(0, -half), None, (radius - 0.002, -half), (radius, 0.002 - half), (radius, half - 0.002), (radius - 0.002, half),
             None, (0, half)]
     bolt = [(0, -half - 0.004), None, (0.004, -half - 0.004), (0.004, half + 0.004), None, (0, half + 0.004)]
-    meshes = [turned(axis, centre, disc, 32)]
+    meshes = [turned(axis, center, disc, 32)]
     for k in range(6):
-        place = list(centre)
+        place = list(center)
         place[(axis + 1) % 3] += bolt_circle * math.cos(math.pi / 3 * (k + 0.5))
         place[(axis + 2) % 3] += bolt_circle * math.sin(math.pi / 3 * (k + 0.5))
         meshes.append(turned(axis, place, bolt, 6))
@@ -508,7 +508,7 @@ def flange_disc(axis, centre, half, radius, bolt_circle):
 
 # ---- cardboard -------------------------------------------------------------------------------------------------------
 def cardboard(size=128):
-    """Tileable picture of brown kraft liner: fibres and the faint shadows of the corrugation beneath."""
+    """Tileable image of brown kraft liner: fibers and the faint shadows of the corrugation beneath."""
     draw = random.Random(5)
     rows = []
     for y in range(size):
@@ -528,7 +528,7 @@ def cardboard(size=128):
 
 # ---- counter ---------------------------------------------------------------------------------------------------------
 def oak(size=256, staves=8):
-    """Tileable picture of glued oak staves that run along its rows."""
+    """Tileable image of glued oak staves that run along its rows."""
     draw = random.Random(7)
     rows = []
     for stave in range(staves):
@@ -549,7 +549,7 @@ def oak(size=256, staves=8):
 
 
 def png(size, rows):
-    """Square RGB picture; each row starts with the filter type 0."""
+    """Square RGB image; each row starts with the filter type 0."""
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 constexpr int kPositionValues = 3;
 
 // Many small deltas add up: each pose is reached more exactly than the inverse kinematics does by itself,
-// whose pull towards the posture it only lets go of when it begins anew.
+// whose pull toward the posture it only lets go of when it begins anew.
 constexpr double kIkTolerance = 1e-9;  // m, and rad
 
 // A search that ends farther away than this from a pose begins again from home.
@@ -34,7 +34,7 @@ constexpr double kStuckPosition = 0.05;  // m
 constexpr double kStuckRotation = 0.2;   // rad
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
-constexpr size_t kMostRotationValues = 6;
+constexpr size_t kMaxRotationValues = 6;
 
 int FirstBody(const mjModel& model, const arm_info_t& arm) {
   for (int joint = 0; joint < model.njnt; ++joint) {
@@ -290,7 +290,7 @@ JointVector ActionConverter::Measured(const ArmPart& arm, const state_t& state) 
 Isometry3d ActionConverter::TargetPose(const ArmPart& arm, const JointVector& from) const {
   const std::vector<int>& indices = arm.form.indices;
   const Vector3d position(values_[indices[0]], values_[indices[1]], values_[indices[2]]);
-  double rotation_values[kMostRotationValues];
+  double rotation_values[kMaxRotationValues];
   const auto num_rotation_values = static_cast<size_t>(NumValues(space_.rotation));
   for (size_t i = 0; i < num_rotation_values; ++i) {
     rotation_values[i] = values_[indices[kPositionValues + i]];

@@ -52,7 +52,7 @@ class ActionConverter {
   // Joint kinds: the target as the policy says it, beyond the limits too, where the sim clips and counts it;
   // what the next step adds to is within the limits. Eef kinds: inverse kinematics from the last joint
   // target, which the arm stays near to in its redundancy, within the joints' limits. A pose out of reach
-  // becomes the nearest one that the search finds (least sum of squares of metres and radians), a position
+  // becomes the nearest one that the search finds (least sum of squares of meters and radians), a position
   // beyond the arm's length having been pulled to that. Where an eef_pose is missed by more than 5 cm or 0.2
   // rad, home is tried as a start, too. unreachable_poses and singular_poses are those of this row.
   //

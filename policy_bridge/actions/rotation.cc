@@ -25,7 +25,7 @@ constexpr double kGimbalLock = 1e-12;
   throw std::runtime_error(fmt::format("({}) is no rotation: {}", list, what));
 }
 
-Quaterniond Normalised(double w, double x, double y, double z, std::span<const double> values) {
+Quaterniond Normalized(double w, double x, double y, double z, std::span<const double> values) {
   Eigen::Vector4d v(x, y, z, w);
   if (v.stableNorm() < kShortest) Fail(values, "the quaternion has no length");
   v.stableNormalize();
@@ -96,9 +96,9 @@ Quaterniond ReadRotation(RotationForm form, std::span<const double> values) {
     case RotationForm::kNone:
       break;
     case RotationForm::kQuaternionWxyz:
-      return Normalised(v[0], v[1], v[2], v[3], v);
+      return Normalized(v[0], v[1], v[2], v[3], v);
     case RotationForm::kQuaternionXyzw:
-      return Normalised(v[3], v[0], v[1], v[2], v);
+      return Normalized(v[3], v[0], v[1], v[2], v);
     case RotationForm::kAxisAngle:
     case RotationForm::kAxisAngleRobosuite:
       return FromRotationVector({v[0], v[1], v[2]});

@@ -8,7 +8,7 @@
 
 namespace evalbus::policy {
 
-// What NumValues(form) values say, as a unit quaternion; the identity for kNone. Quaternions are normalised,
+// What NumValues(form) values say, as a unit quaternion; the identity for kNone. Quaternions are normalized,
 // and 6D forms made orthonormal by Gram-Schmidt (Zhou et al., "On the Continuity of Rotation Representations
 // in Neural Networks", CVPR 2019). Throws std::runtime_error, one line, for what is no rotation: a value that
 // is not finite, a quaternion or a column of a 6D form without a length, two parallel columns.

@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kLongest = 1e6;      // s
 constexpr double kLargestStep = 100;  // rad
-constexpr int kMostPixels = 2048;
-constexpr int kMostSteps = 10'000;
-constexpr int kMostValues = 1000;
+constexpr int kMaxPixels = 2048;
+constexpr int kMaxSteps = 10'000;
+constexpr int kMaxValues = 1000;
 constexpr int kLargestBatch = 1024;
 constexpr int kLongestHistory = 1000;  // ticks
 
@@ -34,7 +34,7 @@ constexpr Named<ClientOptions::GrootDialect> kDialects[] = {
     {"n1.6_flat", ClientOptions::GrootDialect::kN16Flat}};
 constexpr Named<const char*> kTypes[] = {{"float32", "<f4"}, {"float64", "<f8"}, {"uint8", "|u1"}};
 constexpr Named<bool> kLayouts[] = {{"hwc", false}, {"chw", true}};
-constexpr Named<bool> kColours[] = {{"rgb", false}, {"bgr", true}};
+constexpr Named<bool> kColors[] = {{"rgb", false}, {"bgr", true}};
 constexpr Named<ObservationEntry::Counter> kCounters[] = {
     {"episode", ObservationEntry::Counter::kEpisode},
     {"tick", ObservationEntry::Counter::kTick},
@@ -74,14 +74,14 @@ std::vector<int> Integers(const YamlValue& value, int min, int max) {
 // [0, 1, 5] or "0-6", both ends included.
 std::vector<int> Indices(const YamlValue& value) {
   if (value.is_list()) {
-    std::vector<int> numbers = Integers(value, 0, kMostValues);
+    std::vector<int> numbers = Integers(value, 0, kMaxValues);
     if (numbers.empty()) value.Fail("expected at least one index");
     return numbers;
   }
   const std::string text = value.Text();
   int first = 0, last = 0, end = 0;
   if (std::sscanf(text.c_str(), "%d-%d%n", &first, &last, &end) != 2 ||
-      end != static_cast<int>(text.size()) || first < 0 || last < first || last > kMostValues) {
+      end != static_cast<int>(text.size()) || first < 0 || last < first || last > kMaxValues) {
     value.Fail("expected a list of indices or FIRST-LAST, as 0-6, got '" + text + "'");
   }
   std::vector<int> numbers;
@@ -99,14 +99,14 @@ std::vector<std::string> Key(const YamlValue& value) {
 std::pair<int, int> Size(const YamlValue& value) {
   const std::vector<YamlValue> size = value.List();
   if (size.size() != 2) value.Fail("expected [WIDTH, HEIGHT]");
-  return {size[0].Integer(1, kMostPixels), size[1].Integer(1, kMostPixels)};
+  return {size[0].Integer(1, kMaxPixels), size[1].Integer(1, kMaxPixels)};
 }
 
-PictureForm ReadPicture(const YamlMap& map, bool is_depth) {
-  PictureForm form;
+ImageForm ReadImage(const YamlMap& map, bool is_depth) {
+  ImageForm form;
   form.view.camera = map[is_depth ? "depth" : "camera"].Text();
   const YamlValue* size = map.Find("size_px");
-  if (!size) map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], as the camera's picture is drawn");
+  if (!size) map.value().Fail("expected 'size_px': [WIDTH, HEIGHT], as the camera's image is drawn");
   std::tie(form.view.width_px, form.view.height_px) = Size(*size);
   if (const YamlValue* fovy = map.Find("fovy_deg")) {
     form.view.fovy_deg = fovy->Number({.min = 1, .max = 175});
@@ -124,9 +124,9 @@ PictureForm ReadPicture(const YamlMap& map, bool is_depth) {
     std::tie(form.width_px, form.height_px) = Size(*resize);
   }
   Choose(map, "resize", kModes, &form.pad);
-  Choose(map, "colour", kColours, &form.bgr);
+  Choose(map, "color", kColors, &form.bgr);
   Choose(map, "layout", kLayouts, &form.chw);
-  for (const char* key : {"colour", "layout", "resize"}) {
+  for (const char* key : {"color", "layout", "resize"}) {
     if (const YamlValue* value = map.Find(key); value && is_depth) value->Fail("depth has none");
   }
   if (const YamlValue* mode = map.Find("resize"); mode && !map.Find("resize_px")) {
@@ -176,24 +176,23 @@ ObservationEntry ReadEntry(const YamlValue& value) {
   const YamlMap map(
       value, {"key"},
       {"camera", "depth", "state", "prompt", "constant", "counter", "size_px", "fovy_deg", "shadows",
-       "rotate_deg", "mirror", "resize_px", "resize", "colour", "layout", "type", "shape", "history_ticks"});
+       "rotate_deg", "mirror", "resize_px", "resize", "color", "layout", "type", "shape", "history_ticks"});
   ObservationEntry entry;
   entry.key = Key(map["key"]);
   int found = 0;
   for (const char* source : sources) found += map.Find(source) != nullptr;
   if (found != 1) map.value().Fail("expected one of camera, depth, state, prompt, constant, counter");
 
-  const bool is_picture = map.Find("camera") || map.Find("depth");
-  for (const char* key : {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize",
-                          "colour", "layout"}) {
-    if (const YamlValue* wrong = map.Find(key); wrong && !is_picture)
-      wrong->Fail("only of a camera or depth");
+  const bool is_image = map.Find("camera") || map.Find("depth");
+  for (const char* key :
+       {"size_px", "fovy_deg", "shadows", "rotate_deg", "mirror", "resize_px", "resize", "color", "layout"}) {
+    if (const YamlValue* wrong = map.Find(key); wrong && !is_image) wrong->Fail("only of a camera or depth");
   }
   for (const char* key : {"type", "shape"}) {
     if (const YamlValue* wrong = map.Find(key); wrong && !map.Find("state")) wrong->Fail("only of a state");
   }
   if (const YamlValue* history = map.Find("history_ticks")) {
-    if (!is_picture && !map.Find("state")) history->Fail("only of a camera, depth or a state");
+    if (!is_image && !map.Find("state")) history->Fail("only of a camera, depth or a state");
     entry.history_ticks = Integers(*history, -kLongestHistory, 0);
     if (entry.history_ticks.empty() || !std::ranges::is_sorted(entry.history_ticks) ||
         entry.history_ticks.back() != 0) {
@@ -201,9 +200,9 @@ ObservationEntry ReadEntry(const YamlValue& value) {
     }
   }
 
-  if (is_picture) {
+  if (is_image) {
     entry.source = map.Find("depth") ? ObservationEntry::Source::kDepth : ObservationEntry::Source::kCamera;
-    entry.picture = ReadPicture(map, map.Find("depth") != nullptr);
+    entry.image = ReadImage(map, map.Find("depth") != nullptr);
   } else if (const YamlValue* state = map.Find("state")) {
     entry.source = ObservationEntry::Source::kState;
     for (const YamlValue& signal : state->is_list() ? state->List() : std::vector{*state}) {
@@ -213,7 +212,7 @@ ObservationEntry ReadEntry(const YamlValue& value) {
     if (const YamlValue* type = map.Find("type")) entry.dtype = Choose(*type, kTypes);
     if (const YamlValue* shape = map.Find("shape")) {
       entry.shape.emplace();
-      for (const int size : Integers(*shape, 1, kMostValues)) entry.shape->push_back(size);
+      for (const int size : Integers(*shape, 1, kMaxValues)) entry.shape->push_back(size);
     }
   } else if (const YamlValue* prompt = map.Find("prompt")) {
     entry.source = ObservationEntry::Source::kPrompt;
@@ -255,7 +254,7 @@ GripperForm ReadGripper(const YamlValue& value, int num_values) {
     gripper.threshold = closing;
   }
   if (const YamlValue* sticky = map.Find("sticky_steps")) {
-    gripper.sticky_steps = sticky->Integer(1, kMostSteps);
+    gripper.sticky_steps = sticky->Integer(1, kMaxSteps);
     if (!gripper.threshold) sticky->Fail("expected 'threshold' with it");
   }
   return gripper;
@@ -288,7 +287,7 @@ void ReadAction(const YamlValue& value, Contract* contract) {
                      "lower", "upper", "first_step_rad"});
   ActionSpace& space = contract->actions;
   space.kind = Choose(map["kind"], kActionKinds);
-  space.num_values = map["values"].Integer(1, kMostValues);
+  space.num_values = map["values"].Integer(1, kMaxValues);
   Choose(map, "delta_on", kDeltaOns, &space.delta_on);
   Choose(map, "frame", kActionFrames, &space.frame);
   Choose(map, "point", kEefPoints, &space.point);
@@ -330,9 +329,9 @@ void ReadAction(const YamlValue& value, Contract* contract) {
     contract->action_keys = keys->Texts();
     if (contract->action_keys.empty()) keys->Fail("expected at least one key");
   }
-  contract->execute_steps = map["execute_steps"].Integer(1, kMostSteps);
+  contract->execute_steps = map["execute_steps"].Integer(1, kMaxSteps);
   if (const YamlValue* steps = map.Find("chunk_steps")) {
-    contract->chunk_steps = steps->Integer(1, kMostSteps);
+    contract->chunk_steps = steps->Integer(1, kMaxSteps);
     if (contract->execute_steps > *contract->chunk_steps) {
       map["execute_steps"].Fail("expected at most 'chunk_steps', " + std::to_string(*contract->chunk_steps));
     }
@@ -341,7 +340,7 @@ void ReadAction(const YamlValue& value, Contract* contract) {
     contract->first_step_rad = limit->Number({.min = 0, .max = kLargestStep, .open_min = true});
 }
 
-nlohmann::ordered_json PictureJson(const PictureForm& form) {
+nlohmann::ordered_json ImageJson(const ImageForm& form) {
   nlohmann::ordered_json json = {
       {"camera", form.view.camera},     {"size_px", {form.view.width_px, form.view.height_px}},
       {"fovy_deg", form.view.fovy_deg}, {"shadows", form.view.shadows != 0},
@@ -350,7 +349,7 @@ nlohmann::ordered_json PictureJson(const PictureForm& form) {
     json["resize_px"] = {form.width_px, form.height_px};
     json["resize"] = WordOf(form.pad, kModes);
   }
-  json["colour"] = WordOf(form.bgr, kColours);
+  json["color"] = WordOf(form.bgr, kColors);
   json["layout"] = WordOf(form.chw, kLayouts);
   return json;
 }
@@ -372,8 +371,8 @@ nlohmann::ordered_json EntryJson(const ObservationEntry& entry) {
   switch (entry.source) {
     case Source::kCamera:
     case Source::kDepth:
-      json["picture"] = PictureJson(entry.picture);
-      if (entry.source == Source::kDepth) json["picture"]["depth"] = true;
+      json["image"] = ImageJson(entry.image);
+      if (entry.source == Source::kDepth) json["image"]["depth"] = true;
       break;
     case Source::kState:
       for (const Signal& signal : entry.signals) json["state"].push_back(SignalJson(signal));
@@ -443,7 +442,7 @@ bool Contract::is_privileged() const {
   });
 }
 
-bool Contract::looks() const { return std::ranges::any_of(observation, &ObservationEntry::is_picture); }
+bool Contract::needs_images() const { return std::ranges::any_of(observation, &ObservationEntry::is_image); }
 
 std::string Contract::PromptFor(const std::string& task, const std::string& instruction) const {
   const auto own = prompts.find(task);
@@ -486,7 +485,7 @@ Contract ParseContract(const std::string& text, const std::filesystem::path& fil
   }
   contract.rate_hz = map["rate_hz"].Number({.min = 1, .max = 500});
   if (const YamlValue* settle = map.Find("settle_steps"))
-    contract.settle_steps = settle->Integer(0, kMostSteps);
+    contract.settle_steps = settle->Integer(0, kMaxSteps);
   if (const YamlValue* window = map.Find("answer_window")) {
     contract.answer_window = window->Number({.min = 0, .max = 0.9});
   }

@@ -14,7 +14,7 @@
 
 #include "base/errors.h"
 #include "policy_bridge/actions/action_space.h"
-#include "policy_bridge/contract/picture_form.h"
+#include "policy_bridge/contract/image_form.h"
 #include "policy_bridge/contract/signal.h"
 #include "policy_bridge/wire/policy_client.h"
 
@@ -31,7 +31,7 @@ struct ObservationEntry {
   std::vector<std::string> key;
   Source source = Source::kState;
   // kCamera, kDepth.
-  PictureForm picture;
+  ImageForm image;
   // kState: signals one after the other.
   std::vector<Signal> signals;
   // kState, kDepth: "<f4", "<f8" or "|u1".
@@ -44,7 +44,7 @@ struct ObservationEntry {
   Value constant;
   Counter counter = Counter::kEpisode;
 
-  bool is_picture() const { return source == Source::kCamera || source == Source::kDepth; }
+  bool is_image() const { return source == Source::kCamera || source == Source::kDepth; }
   // "observation/image", "images.cam_high"
   std::string KeyText() const;
 };
@@ -94,8 +94,8 @@ struct Contract {
 
   // Of its cameras and signals: whether anything is shown that a robot cannot know (poses of objects).
   bool is_privileged() const;
-  // Whether it wants pictures.
-  bool looks() const;
+  // Whether it wants images.
+  bool needs_images() const;
   std::string PromptFor(const std::string& task, const std::string& instruction) const;
 };
 

@@ -25,7 +25,7 @@ struct Style {
 };
 constexpr Style kStyles[] = {
     {0, 0, 0}, {15 * kDegree, -0.01, 0}, {30 * kDegree, -0.03, 0}, {40 * kDegree, -0.04, 0.008}};
-// Out of reach of the height wanted, the object comes towards the robot while it is lifted.
+// Out of reach of the height wanted, the object comes toward the robot while it is lifted.
 constexpr double kPulls[] = {0, 0.05, 0.1, 0.15, 0.2};
 // A grasp must allow at least this much lift on the spot.
 constexpr double kFirstLift = 0.02;

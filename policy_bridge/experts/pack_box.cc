@@ -32,7 +32,7 @@ constexpr double kRoom = 0.006;
 // No more of the fingers fits under the flap before the palm meets it, m.
 constexpr double kMaxCovered = 0.05;
 
-// Where the fingers push: from the fold, and along it towards the robot, m. The palm must stay off the flap,
+// Where the fingers push: from the fold, and along it toward the robot, m. The palm must stay off the flap,
 // so these are near the free edge or near the end on the robot's side.
 struct Spot {
   double radius, along;

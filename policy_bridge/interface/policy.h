@@ -7,9 +7,9 @@
 
 #include "evalbus/action_t.hpp"
 #include "evalbus/episode_begin_t.hpp"
+#include "evalbus/image_request_t.hpp"
 #include "evalbus/image_t.hpp"
 #include "evalbus/observation_t.hpp"
-#include "evalbus/observe_t.hpp"
 #include "evalbus/policy_action_t.hpp"
 #include "evalbus/state_t.hpp"
 
@@ -52,10 +52,10 @@ class Policy {
   virtual std::chrono::steady_clock::time_point think_again_at() const {
     return std::chrono::steady_clock::time_point::max();
   }
-  // Images that it needs before Think() can proceed; null: none. They are passed to See() as they arrive.
-  virtual const observe_t* Wants() const { return nullptr; }
+  // Images that it needs before Think() can proceed; null: none. They are passed to OnImage() as they arrive.
+  virtual const image_request_t* image_request() const { return nullptr; }
   // An image without data: the tick that was asked for is no longer available; ask for a newer one.
-  virtual void See(const image_t& /*image*/) {}
+  virtual void OnImage(const image_t& /*image*/) {}
   virtual void SetCallbacks(const PolicyCallbacks& /*callbacks*/) {}
 };
 

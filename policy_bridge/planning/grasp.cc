@@ -34,7 +34,7 @@ std::vector<Grasp> BoxGrasps(const GraspBox& box, const Isometry3d& object, cons
     for (double sign : {1.0, -1.0}) {
       const Vector3d inwards = sign * Vector3d::Unit(through);
       const double too_deep = std::max(0.0, box.half_extents[through] - kFingerReach);
-      const Vector3d position = box.centre - too_deep * inwards;
+      const Vector3d position = box.center - too_deep * inwards;
       for (int across = 0; across < 3; ++across) {
         if (across == through || box.half_extents[across] > kMaxHalfWidth) continue;
         for (double lean : leans) {

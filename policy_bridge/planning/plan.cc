@@ -87,9 +87,9 @@ Motion Plan::Rest() const {
 void Plan::Append(Motion motion, Contacts contacts) {
   motion.At(motion.duration, &end_);
   motions_.push_back(std::move(motion));
-  contacts.touchable = near_;
+  contacts.allowed_bodies = near_;
   for (int body : held_) {
-    if (body >= 0) contacts.touchable.push_back(body);
+    if (body >= 0) contacts.allowed_bodies.push_back(body);
   }
   contacts_.push_back(std::move(contacts));
 }
@@ -384,7 +384,7 @@ Plan& Plan::CheckContacts(const std::vector<int>& arms) {
         feasible_ = false;
         return *this;
       }
-      if (const auto touch = probe.FindTouch(arms, contacts.touchable)) {
+      if (const auto touch = probe.FindTouch(arms, contacts.allowed_bodies)) {
         context_->Note(i, {.touch = touch});
         feasible_ = false;
         return *this;

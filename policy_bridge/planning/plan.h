@@ -108,7 +108,7 @@ class Plan {
 
   // The grips go straight to their goals.
   Plan& Reach(const std::vector<GripGoal>& goals) { return GoStraight(goals, context_->limits.grip_speed); }
-  // The same slowly: the last centimetres to a grasp, and the first ones away from it.
+  // The same slowly: the last centimeters to a grasp, and the first ones away from it.
   Plan& Approach(const std::vector<GripGoal>& goals) {
     return GoStraight(goals, context_->limits.approach_speed);
   }
@@ -174,7 +174,7 @@ class Plan {
     std::vector<Carried> carried;
     std::vector<Turned> turned;
     // Bodies that pads may touch.
-    std::vector<int> touchable;
+    std::vector<int> allowed_bodies;
   };
   // grip(i, s): pose of the grip of arms[i] at fraction s.
   template <class GripAt>

@@ -226,11 +226,11 @@ Hinge ContactProbe::HingeOf(int body, const state_t& state) const {
 }
 
 std::optional<Touch> ContactProbe::FindTouch(const std::vector<int>& arms,
-                                             const std::vector<int>& touchable_bodies) {
+                                             const std::vector<int>& allowed_contact_bodies) {
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());
-  const auto is_touchable = [&](int geom) {
-    return std::any_of(touchable_bodies.begin(), touchable_bodies.end(),
+  const auto is_allowed_contact = [&](int geom) {
+    return std::any_of(allowed_contact_bodies.begin(), allowed_contact_bodies.end(),
                        [&](int body) { return entity_of_body_[body] == entity_of_geom_[geom]; });
   };
   const auto is_named = [&](int geom) {
@@ -241,8 +241,8 @@ std::optional<Touch> ContactProbe::FindTouch(const std::vector<int>& arms,
     const bool a_named = is_named(a), b_named = is_named(b);
     if (!a_named && !b_named) continue;
     if ((arm_of_geom_[a] >= 0 && !a_named) || (arm_of_geom_[b] >= 0 && !b_named)) continue;
-    if (is_pad_[a] && (is_pad_[b] || is_touchable(b))) continue;
-    if (is_pad_[b] && is_touchable(a)) continue;
+    if (is_pad_[a] && (is_pad_[b] || is_allowed_contact(b))) continue;
+    if (is_pad_[b] && is_allowed_contact(a)) continue;
     if (arm_of_geom_[a] == arm_of_geom_[b] && near_at_home_.contains(BodiesOf(a, b))) continue;
     return Touch{a, b, data_->contact[i].dist};
   }

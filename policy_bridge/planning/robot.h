@@ -87,13 +87,14 @@ class ContactProbe {
   // What one of these arms (or its hand) touches, if it is anything but the arms that are not named, what
   // pads may touch, which are the objects that these bodies belong to, and its own links that are as near to
   // one another at home.
-  std::optional<Touch> FindTouch(const std::vector<int>& arms, const std::vector<int>& touchable_bodies);
+  std::optional<Touch> FindTouch(const std::vector<int>& arms,
+                                 const std::vector<int>& allowed_contact_bodies);
 
   // "left/link0 is 0.99 mm from left/link1, 3 mm wanted"
   std::string InWords(const Touch& touch) const;
 
  private:
-  // Links that nearly touch at home, as neighbours do.
+  // Links that nearly touch at home, as neighbors do.
   void FindNearAtHome(const model_info_t& info);
   std::pair<int, int> BodiesOf(int geom, int other) const;
   void SetMocap(int body, const Eigen::Isometry3d& pose);

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr char kActions[] = "info_demo_action", kRate[] = "control_frequency";
 // Joints of no arm turn further, rad; degrees do.
-constexpr double kMostTurn = 2 * 3.15;
+constexpr double kMaxTurn = 2 * 3.15;
 
 std::optional<double> RateOf(const std::string& text) {
   double hz = 0;
@@ -87,7 +87,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
     const size_t step = i / kDemoWidth, column = i % kDemoWidth;
     if (!std::isfinite(numbers[i]))
       fail(fmt::format("{}: step {}, column {} is no number", kActions, step, column));
-    if (column < kDemoJoints && std::abs(numbers[i]) > kMostTurn) {
+    if (column < kDemoJoints && std::abs(numbers[i]) > kMaxTurn) {
       fail(fmt::format("{}: step {}, column {} is {:g}: no joint turns so many radians; are these degrees?",
                        kActions, step, column, numbers[i]));
     }

@@ -10,7 +10,7 @@
 
 #include "base/errors.h"
 #include "base/sha256.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 
 namespace evalbus::policy {
 namespace {
@@ -65,12 +65,12 @@ ObservationBuilder::ObservationBuilder(const Contract& contract, const mjModel& 
     Entry entry{.form = &form, .signals = SignalReader(form.signals, model, info), .ticks = {}};
     if (!form.history_ticks.empty()) entry.reach = static_cast<size_t>(1 - form.history_ticks.front());
     needs_every_tick_ |= entry.reach > 1;
-    if (form.is_picture()) {
+    if (form.is_image()) {
       const auto known =
-          std::ranges::find_if(views_, [&](const view_t& view) { return SameView(view, form.picture.view); });
+          std::ranges::find_if(views_, [&](const view_t& view) { return SameView(view, form.image.view); });
       entry.view = static_cast<size_t>(known - views_.begin());
-      if (known == views_.end()) views_.push_back(form.picture.view);
-      needs_every_picture_ |= entry.reach > 1;
+      if (known == views_.end()) views_.push_back(form.image.view);
+      needs_every_image_ |= entry.reach > 1;
     }
     entries_.push_back(std::move(entry));
   }
@@ -81,13 +81,13 @@ void ObservationBuilder::Begin() {
   num_built_ = 0;
 }
 
-void ObservationBuilder::Add(const state_t& state, const std::vector<image_t>& pictures) {
+void ObservationBuilder::Add(const state_t& state, const std::vector<image_t>& images) {
   header_ = state.header;
   for (Entry& entry : entries_) {
     if (entry.form->source == Source::kState) {
       entry.ticks.push_back(StateArray(*entry.form, entry.signals.Read(state)));
-    } else if (entry.form->is_picture() && !pictures.empty()) {
-      entry.ticks.push_back(FormPicture(entry.form->picture, pictures.at(entry.view)));
+    } else if (entry.form->is_image() && !images.empty()) {
+      entry.ticks.push_back(FormImage(entry.form->image, images.at(entry.view)));
     }
     if (entry.ticks.size() > entry.reach) entry.ticks.pop_front();
   }
@@ -138,27 +138,26 @@ Value ObservationBuilder::Build(observation_t* record) {
       seen.num_values = static_cast<int32_t>(seen.value_mixed.size());
       record->array.push_back(std::move(seen));
     } else {
-      seen_picture_t seen{};
+      observation_image_t seen{};
       seen.key = form.KeyText();
-      seen.view = form.picture.view;
+      seen.view = form.image.view;
       seen.sha256 = Sha256Text({reinterpret_cast<const char*>(array.data.data()), array.data.size()});
       seen.sent_bytes = static_cast<int32_t>(array.data.size());
-      record->picture.push_back(std::move(seen));
+      record->image.push_back(std::move(seen));
     }
     Put(form.key, std::move(array), &observation);
   }
   record->num_arrays = static_cast<int32_t>(record->array.size());
-  record->num_pictures = static_cast<int32_t>(record->picture.size());
+  record->num_images = static_cast<int32_t>(record->image.size());
   ++num_built_;
   return observation;
 }
 
-std::vector<ObservationBuilder::Sent> ObservationBuilder::PicturesSent() const {
+std::vector<ObservationBuilder::Sent> ObservationBuilder::ImagesSent() const {
   std::vector<Sent> sent;
   for (const Entry& entry : entries_) {
     if (entry.form->source != Source::kCamera) continue;
-    sent.push_back(
-        {entry.form->KeyText(), entry.ticks.back(), entry.form->picture.chw, entry.form->picture.bgr});
+    sent.push_back({entry.form->KeyText(), entry.ticks.back(), entry.form->image.chw, entry.form->image.bgr});
   }
   return sent;
 }

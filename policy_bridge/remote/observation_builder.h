@@ -1,4 +1,4 @@
-// What a policy server is shown: made of states and pictures as a contract says.
+// What a policy server is shown: made of states and images as a contract says.
 #pragma once
 
 #include <deque>
@@ -22,26 +22,26 @@ class ObservationBuilder {
   void Begin();
 
   // Views that the policy sees, each once; empty where it does not look. Needed where it is asked and, with a
-  // history of pictures, at every tick.
+  // history of images, at every tick.
   const std::vector<view_t>& views() const { return views_; }
-  bool needs_every_picture() const { return needs_every_picture_; }
+  bool needs_every_image() const { return needs_every_image_; }
   // With a history of anything every tick is added.
   bool needs_every_tick() const { return needs_every_tick_; }
 
-  // A tick: its state and, if they were needed, the pictures of views(), in their order.
-  void Add(const state_t& state, const std::vector<image_t>& pictures);
+  // A tick: its state and, if they were needed, the images of views(), in their order.
+  void Add(const state_t& state, const std::vector<image_t>& images);
 
   // The observation of the last tick added, and what the log has of it (header, prompt, arrays, digests).
   // Before there is enough history the oldest tick stands for what was before it.
   Value Build(observation_t* record);
 
-  // Pictures of the last Build() as they were sent, for people.
+  // Images of the last Build() as they were sent, for people.
   struct Sent {
     std::string key;
     Array array;
     bool is_chw = false, is_bgr = false;
   };
-  std::vector<Sent> PicturesSent() const;
+  std::vector<Sent> ImagesSent() const;
 
  private:
   struct Entry {
@@ -58,7 +58,7 @@ class ObservationBuilder {
 
   std::string prompt_;
   std::vector<view_t> views_;
-  bool needs_every_tick_ = false, needs_every_picture_ = false;
+  bool needs_every_tick_ = false, needs_every_image_ = false;
   std::vector<Entry> entries_;
   header_t header_{};
   // Observations built in this episode.

@@ -151,7 +151,7 @@ class Check {
     }
     if (clipped * 5 > all) {
       Doubt(
-          fmt::format("{} of {} values are beyond lower and upper and would be clipped: are they normalised?",
+          fmt::format("{} of {} values are beyond lower and upper and would be clipped: are they normalized?",
                       clipped, all));
     }
   }
@@ -303,10 +303,10 @@ const char* NameOf(Verdict verdict) {
 
 CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
                               const model_info_t& info, const state_t& state,
-                              const std::vector<image_t>& pictures, ObservationBuilder* observations) {
+                              const std::vector<image_t>& images, ObservationBuilder* observations) {
   Fitted(contract, [&] { return ActionConverter(contract.actions, model, info); });
   observations->Begin();
-  observations->Add(state, pictures);
+  observations->Add(state, images);
   observation_t record{};
   const Value observation = observations->Build(&record);
   return Check(contract, client, model, info, state).Run(observation);

@@ -33,12 +33,12 @@ struct CheckReport {
 // "good", "unreachable", "protocol", "contract", "suspicious"
 const char* NameOf(CheckReport::Verdict verdict);
 
-// Calls the server some times with the observation of this state, the pictures in the order of
+// Calls the server some times with the observation of this state, the images in the order of
 // observations->views(). Blocks as long as the contract's deadlines allow. Throws InputError where the
 // contract does not fit the robot.
 CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
                               const model_info_t& info, const state_t& state,
-                              const std::vector<image_t>& pictures, ObservationBuilder* observations);
+                              const std::vector<image_t>& images, ObservationBuilder* observations);
 
 nlohmann::ordered_json CheckJson(const Contract& contract, const CheckReport& report);
 

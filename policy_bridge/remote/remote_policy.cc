@@ -10,7 +10,7 @@
 
 #include "base/errors.h"
 #include "lcmtypes/clock.h"
-#include "lcmtypes/same.h"
+#include "lcmtypes/message_equality.h"
 #include "policy_bridge/remote/server_claims.h"
 
 namespace evalbus::policy {
@@ -56,8 +56,8 @@ void RemotePolicy::Begin(const episode_begin_t& begin) {
   // The last episode was cut short while the server thought: its answer is nobody's.
   is_answer_stale_ = conversation_.is_busy();
   tick_ = -1;
-  observe_.reset();
-  pictures_.clear();
+  image_request_.reset();
+  images_.clear();
   failure_ = nullptr;
   rows_.clear();
   held_until_tick_ = contract_.settle_steps;
@@ -136,35 +136,35 @@ void RemotePolicy::OnTick(const state_t& state) {
     last_.gripper_closing.assign(state.gripper.size(), 0.0);
     last_.num_grippers = static_cast<int32_t>(last_.gripper_closing.size());
   }
-  // It is thinking about an earlier tick, or its pictures are being drawn (realtime).
-  if (observe_ || conversation_.is_busy()) return;
+  // It is thinking about an earlier tick, or its images are being drawn (realtime).
+  if (image_request_ || conversation_.is_busy()) return;
   const bool asks = rows_.empty() && tick_ >= contract_.settle_steps;
   if (!asks && !observations_.needs_every_tick()) return;
-  observe_.emplace();
-  observe_->header = state.header;
-  if (asks || observations_.needs_every_picture()) observe_->view = observations_.views();
-  observe_->num_views = static_cast<int32_t>(observe_->view.size());
+  image_request_.emplace();
+  image_request_->header = state.header;
+  if (asks || observations_.needs_every_image()) image_request_->view = observations_.views();
+  image_request_->num_views = static_cast<int32_t>(image_request_->view.size());
   observed_ = state;
-  pictures_.assign(observe_->view.size(), std::nullopt);
+  images_.assign(image_request_->view.size(), std::nullopt);
 }
 
-bool RemotePolicy::has_all_pictures() const {
-  return std::ranges::all_of(pictures_, [](const auto& picture) { return picture.has_value(); });
+bool RemotePolicy::has_all_images() const {
+  return std::ranges::all_of(images_, [](const auto& image) { return image.has_value(); });
 }
 
-const observe_t* RemotePolicy::Wants() const {
-  return observe_ && !has_all_pictures() ? &*observe_ : nullptr;
+const image_request_t* RemotePolicy::image_request() const {
+  return image_request_ && !has_all_images() ? &*image_request_ : nullptr;
 }
 
-void RemotePolicy::See(const image_t& image) {
-  if (!observe_ || !SameTick(image.header, observe_->header)) return;
+void RemotePolicy::OnImage(const image_t& image) {
+  if (!image_request_ || !SameTick(image.header, image_request_->header)) return;
   if (image.data.empty()) {
     // The next tick is observed instead.
-    observe_.reset();
+    image_request_.reset();
     return;
   }
-  for (size_t i = 0; i < pictures_.size(); ++i) {
-    if (SameView(image.view, observe_->view[i])) pictures_[i] = image;
+  for (size_t i = 0; i < images_.size(); ++i) {
+    if (SameView(image.view, image_request_->view[i])) images_[i] = image;
   }
   // On a realtime clock nobody asks it to think before the next tick.
   try {
@@ -175,11 +175,11 @@ void RemotePolicy::See(const image_t& image) {
 }
 
 void RemotePolicy::Look() {
-  if (!observe_ || !has_all_pictures()) return;
-  std::vector<image_t> pictures;
-  for (auto& picture : pictures_) pictures.push_back(std::move(*picture));
-  observations_.Add(observed_, pictures);
-  observe_.reset();
+  if (!image_request_ || !has_all_images()) return;
+  std::vector<image_t> images;
+  for (auto& image : images_) images.push_back(std::move(*image));
+  observations_.Add(observed_, images);
+  image_request_.reset();
   if (rows_.empty() && observed_.header.tick >= contract_.settle_steps) Ask();
 }
 
@@ -204,7 +204,7 @@ bool RemotePolicy::Think(const state_t& state) {
       throw;
     }
   }
-  if (!observe_ && !conversation_.is_busy()) return true;
+  if (!image_request_ && !conversation_.is_busy()) return true;
   return is_realtime_ && (!rows_.empty() || Clock::now() >= think_again_at());
 }
 

@@ -29,8 +29,8 @@ class RemotePolicy : public Policy {
   bool IsReady() override;
   bool Think(const state_t& state) override;
   std::chrono::steady_clock::time_point think_again_at() const override;
-  const observe_t* Wants() const override;
-  void See(const image_t& image) override;
+  const image_request_t* image_request() const override;
+  void OnImage(const image_t& image) override;
   void SetCallbacks(const PolicyCallbacks& callbacks) override;
 
  private:
@@ -38,8 +38,8 @@ class RemotePolicy : public Policy {
   enum class Phase { kConnecting, kGreeting, kReady };
 
   void OnTick(const state_t& state);
-  bool has_all_pictures() const;
-  // Takes what is observed, once its pictures are there, and asks if it is time to.
+  bool has_all_images() const;
+  // Takes what is observed, once its images are there, and asks if it is time to.
   void Look();
   void Ask();
   Chunk ChunkOf(const Reply& reply);
@@ -70,10 +70,10 @@ class RemotePolicy : public Policy {
   episode_begin_t begin_{};
   int64_t tick_ = -1;
   Clock::time_point tick_began_{};
-  // What is being observed, and the pictures of it that are there.
-  std::optional<observe_t> observe_;
+  // What is being observed, and the images of it that are there.
+  std::optional<image_request_t> image_request_;
   state_t observed_{};
-  std::vector<std::optional<image_t>> pictures_;
+  std::vector<std::optional<image_t>> images_;
   // Of the last Look() between two ticks.
   std::exception_ptr failure_;
   std::deque<std::vector<double>> rows_;

@@ -49,7 +49,7 @@ Lines OfRoboArena(const Contract& contract, const Value& said) {
   if (!first || !second) return lines;
   for (const ObservationEntry& entry : contract.observation) {
     if (entry.source != ObservationEntry::Source::kCamera) continue;
-    const PictureForm& form = entry.picture;
+    const ImageForm& form = entry.image;
     const int width = form.width_px > 0 ? form.width_px : form.view.width_px;
     const int height = form.width_px > 0 ? form.height_px : form.view.height_px;
     // The server's order is not documented; its own are square.
@@ -130,7 +130,7 @@ Lines OfGroot(const Contract& contract, const Value& said) {
 std::vector<std::string> FindContradictions(const Contract& contract, const Value& said) {
   switch (contract.wire) {
     case Wire::kOpenpi:
-      // Recognised by what it says: RoboArena's dialect of the same wire.
+      // Recognized by what it says: RoboArena's dialect of the same wire.
       return said.Find("action_space") ? OfRoboArena(contract, said) : Lines{};
     case Wire::kRoboArena:
       return OfRoboArena(contract, said);

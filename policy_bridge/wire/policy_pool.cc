@@ -36,7 +36,7 @@ constexpr int64_t kWrongInput = -1;
 constexpr auto kLongestWait = std::chrono::seconds(1);
 
 // The pool answers by the server's deadlines, after those that asked before.
-constexpr double kPatience = 1e6;  // s
+constexpr double kAnswerTimeout = 1e6;  // s
 
 Value Answer(const Reply& reply) {
   Map answer = {{kValue, reply.value}};
@@ -106,7 +106,7 @@ class PoolClient : public PolicyClient {
  private:
   Reply Ask(const Value& request) {
     if (!socket_) throw ServerError(Kind::kUnreachable, options_.url + ": not connected");
-    return ReadAnswer(DecodeMsgpack(socket_->Ask(EncodeMsgpack(request, ArrayKeys::kTexts), kPatience)));
+    return ReadAnswer(DecodeMsgpack(socket_->Ask(EncodeMsgpack(request, ArrayKeys::kTexts), kAnswerTimeout)));
   }
 
   const ClientOptions options_;

@@ -87,8 +87,8 @@ size_t ItemSize(std::string_view dtype) {
 }
 
 std::optional<size_t> ItemCount(const std::vector<int64_t>& shape) {
-  constexpr int64_t kMost = int64_t{1} << 31;
-  if (std::ranges::any_of(shape, [](int64_t extent) { return extent < 0 || extent > kMost; }))
+  constexpr int64_t kMax = int64_t{1} << 31;
+  if (std::ranges::any_of(shape, [](int64_t extent) { return extent < 0 || extent > kMax; }))
     return std::nullopt;
   if (std::ranges::count(shape, 0) != 0) return 0;
   size_t count = 1;

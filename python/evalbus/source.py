@@ -28,7 +28,7 @@ class Source:
     """
 
     def __init__(self, name, joints, period_s, objects=(), has_velocity=False, url=None):
-        self.hello = {
+        self.announcement = {
             "source": name,
             "joint_name": list(joints),
             "object_name": list(objects),
@@ -49,13 +49,13 @@ class Source:
         self._sample = 0
 
     def meet(self):
-        """Publishes HELLO until `evalbus watch` answers with MODEL."""
+        """Publishes SOURCE_ANNOUNCEMENT until `evalbus watch` answers with MODEL."""
         self._in.settimeout(0.5)
         published, packet = 0, b""
         while b"EVALBUS_MODEL\0" not in packet[:64]:  # long messages come in parts; the first names the channel
             if time.monotonic() - published > 0.5:
                 published = time.monotonic()
-                self._publish("EVALBUS_HELLO", "hello_t", self.hello)
+                self._publish("EVALBUS_SOURCE_ANNOUNCEMENT", "source_announcement_t", self.announcement)
             try:
                 packet = self._in.recv(65536)
             except TimeoutError:

@@ -43,7 +43,7 @@ class Policy:
         else:
             torch.manual_seed(0)
             self.policy = ACTPolicy(ACTConfig(**RANDOM))
-        # LeRobot's policies neither normalise nor unnormalise themselves: without these a trained one acts at
+        # LeRobot's policies neither normalize nor unnormalize themselves: without these a trained one acts at
         # random.
         self.before, self.after = make_pre_post_processors(self.policy.config, checkpoint)
 

@@ -10,7 +10,7 @@ Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, l
 grippers' openings (1 open, 0 closed).
 Actions: 20 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed); execute 10
 or so of them.
-It does not see the pot, so it can only know the way of a task in which nothing is randomised.
+It does not see the pot, so it can only know the way of a task in which nothing is randomized.
 """
 
 import sys

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/episode/rollout_metrics.h"
 #include "metrics/episode/score_file.h"
 #include "tests/unit/temporary_folder.h"

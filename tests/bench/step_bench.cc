@@ -25,11 +25,11 @@
 #include "cli/launch/launch.h"
 #include "cli/launch/prepared_run.h"
 #include "models/scene.h"
-#include "policy_bridge/contract/picture_form.h"
+#include "policy_bridge/contract/image_form.h"
 #include "tests/bench/rounds.h"
 #include "tests/doubles/policy_server.h"
-#include "viz/pictures/gl_context.h"
-#include "viz/pictures/view_picture.h"
+#include "viz/images/gl_context.h"
+#include "viz/images/view_image.h"
 
 namespace evalbus {
 namespace {

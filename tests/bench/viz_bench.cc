@@ -1,6 +1,6 @@
 // Frames per second on one core at 640x480 with shadows (target: 25), and the cost of a frame of ours, ready
 // to be encoded, against drawing and reading the same scene with nothing but MuJoCo and OSMesa (target: 1.2
-// times). Then a policy's pictures, three of 224x224, from OBSERVE to the last IMAGE, against the same.
+// times). Then a policy's images, three of 224x224, from REQUEST_IMAGE to the last IMAGE, against the same.
 #include <GL/osmesa.h>
 #include <benchmark/benchmark.h>
 #include <sched.h>
@@ -17,15 +17,15 @@
 #include "tests/unit/temporary_folder.h"
 #include "tests/unit/viz/viz_scene.h"
 #include "viz/camera_component.h"
-#include "viz/pictures/overlay.h"
-#include "viz/pictures/renderer.h"
+#include "viz/images/overlay.h"
+#include "viz/images/renderer.h"
 #include "viz/viz_component.h"
 
 namespace evalbus {
 namespace {
 
 constexpr viz::FrameSize kSize{640, 480};
-// What Renderer draws for a picture of that size.
+// What Renderer draws for an image of that size.
 constexpr mjrRect kDrawn{0, 0, 960, 720};
 
 // Of all threads of this process: Mesa draws in threads of its own.
@@ -94,12 +94,12 @@ struct Bare {
 };
 
 // As in an episode, where what stands still is not drawn again: every joint of both arms turns a little from
-// picture to picture, a degree at most.
-std::vector<double> QposAt(const mjModel& model, int picture) {
+// image to image, a degree at most.
+std::vector<double> QposAt(const mjModel& model, int image) {
   std::vector<double> qpos = viz::HomeQpos(model);
   for (int joint = 0; joint < model.njnt; ++joint) {
     if (model.jnt_type[joint] != mjJNT_HINGE) continue;
-    qpos[static_cast<size_t>(model.jnt_qposadr[joint])] += 0.2 * std::sin(0.08 * picture + joint);
+    qpos[static_cast<size_t>(model.jnt_qposadr[joint])] += 0.2 * std::sin(0.08 * image + joint);
   }
   return qpos;
 }
@@ -125,9 +125,9 @@ void Frames(benchmark::State& state, const char* camera_name) {
   draw_ours();
   draw_bare();
   double ours = 0, others = 0;
-  int picture = 0;
+  int image = 0;
   for (auto _ : state) {
-    const std::vector<double> qpos = QposAt(*scene.visual, ++picture);
+    const std::vector<double> qpos = QposAt(*scene.visual, ++image);
     shown.qpos_mixed = qpos;
     bare.Move(qpos);
     const double begin = CpuSeconds();
@@ -139,7 +139,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
     state.SetIterationTime(middle - begin);
   }
 
-  // Both show the same: the mean colour of the middle third, which no overlay covers.
+  // Both show the same: the mean color of the middle third, which no overlay covers.
   double mean[2] = {0, 0};
   for (int row = 160; row < 320; ++row) {
     for (int column = 213; column < 427; ++column) {
@@ -153,7 +153,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
   }
   mean[0] /= 160 * 214 * 3;
   mean[1] /= 240 * 320 * 3;
-  if (mean[0] < 20 || std::abs(mean[0] - mean[1]) > 2) state.SkipWithError("the pictures differ");
+  if (mean[0] < 20 || std::abs(mean[0] - mean[1]) > 2) state.SkipWithError("the images differ");
 
   const double frames = static_cast<double>(state.iterations());
   state.counters["fps_one_core"] = frames / ours;
@@ -165,7 +165,7 @@ BENCHMARK_CAPTURE(Frames, front, "front")->UseManualTime()->Unit(benchmark::kMil
 BENCHMARK_CAPTURE(Frames, head, "head")->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Frames, overview, "overview")->UseManualTime()->Unit(benchmark::kMillisecond);
 
-// A policy's three pictures of a STATE, taken in turns with bare ones of as many drawn pixels.
+// A policy's three images of a STATE, taken in turns with bare ones of as many drawn pixels.
 void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   constexpr int kSide = 224;
   const bool is_depth = std::string_view(encoding) == "depth32";
@@ -175,19 +175,19 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   Bus bus("memq://");
   viz::CameraComponent component(&bus);
   std::vector<image_t> images;
-  observe_t observe{};
+  image_request_t request{};
   for (const char* camera : {"roboeval/head", "roboeval/left_wrist", "roboeval/right_wrist"}) {
     view_t view{};
     view.camera = camera;
     view.width_px = view.height_px = kSide;
     view.shadows = shadows;
     view.encoding = encoding;
-    observe.view.push_back(view);
+    request.view.push_back(view);
     const std::string channel = channels::ImageChannel(camera);
     bus.Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
                   [&](const image_t& image) { images.push_back(image); });
   }
-  observe.num_views = static_cast<int32_t>(observe.view.size());
+  request.num_views = static_cast<int32_t>(request.view.size());
   const auto handle = [&bus] {
     while (bus.Handle()) {
     }
@@ -199,20 +199,20 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   const auto draw_ours = [&] {
     images.clear();
     bus.Publish(channels::kState, shown);
-    observe.header = shown.header;
-    bus.Publish(channels::kObserve, observe);
+    request.header = shown.header;
+    bus.Publish(channels::kRequestImage, request);
     handle();
     ++shown.header.tick;
   };
 
-  // Colour is drawn 1.5 times as large each way.
+  // Color is drawn 1.5 times as large each way.
   const int drawn = is_depth ? kSide : kSide * 3 / 2;
   Bare bare(*scene.visual, home, drawn, drawn);
   bare.scene.flags[mjRND_SHADOW] = shadows && !is_depth;
   bare.scene.flags[mjRND_SEGMENT] = is_depth;
   std::vector<float> depth(static_cast<size_t>(drawn * drawn));
   const auto draw_bare = [&] {
-    for (const view_t& view : observe.view) {
+    for (const view_t& view : request.view) {
       bare.Draw(viz::FindCamera(*scene.visual, view.camera), {0, 0, drawn, drawn},
                 is_depth ? depth.data() : nullptr);
     }
@@ -246,15 +246,15 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     is_good = mean(bare.rgb) > 20 && std::abs(mean(images[2].data) - mean(bare.rgb)) < 2;
   } else if (is_good) {
     const double near = bare.scene.camera[0].frustum_near, far = bare.scene.camera[0].frustum_far;
-    std::vector<float> metres(depth.size());
-    std::memcpy(metres.data(), images[2].data.data(), bytes);
+    std::vector<float> meters(depth.size());
+    std::memcpy(meters.data(), images[2].data.data(), bytes);
     const size_t middle = static_cast<size_t>(kSide * kSide / 2);
-    is_good = std::abs(metres[middle] - near / (1 - depth[middle] * (1 - near / far))) < 0.01;
+    is_good = std::abs(meters[middle] - near / (1 - depth[middle] * (1 - near / far))) < 0.01;
   }
-  if (!is_good) state.SkipWithError("not the pictures that were asked for");
+  if (!is_good) state.SkipWithError("not the images that were asked for");
 
   const double rounds = static_cast<double>(state.iterations());
-  state.counters["pictures_per_s"] = 3 * rounds / ours;
+  state.counters["images_per_s"] = 3 * rounds / ours;
   state.counters["ratio_to_bare"] = ours / others;
 }
 BENCHMARK_CAPTURE(Observations, rgb8, "rgb8", true)->UseManualTime()->Unit(benchmark::kMillisecond);

@@ -84,7 +84,7 @@ def check_end(browser, run, last, found):
         found.append(f"the page has {info['rate']} {info['interval']}, the summary {summary['success_rate']}"
                      f" {summary['success_rate_wilson_95']}")
     browser.evaluate(f"evalbusViewer.open(0, {last}, 0, false)")
-    wait_until(browser, f"evalbusViewer.summary().shown[0] === '0/{last}' && evalbusViewer.summary().hasPicture",
+    wait_until(browser, f"evalbusViewer.summary().shown[0] === '0/{last}' && evalbusViewer.summary().hasImage",
                "the last episode is not shown")
     episode = run / "episodes" / f"{last:04d}"
     log = read_log(episode / "events.lcmlog")

@@ -5,7 +5,7 @@ usage: check_page.py PAGE.html [FOLDER]
 
 Fails (exit code 1) where the console has an error or a warning, the page asks for something from the network, it is
 wider than the screen, an element has no size that should have one, or a click on a column's title does not sort.
-Writes pictures of the whole page into FOLDER. Exit code 77: skipped, Chromium is not installed.
+Writes images of the whole page into FOLDER. Exit code 77: skipped, Chromium is not installed.
 """
 import pathlib
 import sys
@@ -72,13 +72,13 @@ def check(browser, url, width, scheme, folder):
     if browser.evaluate("innerWidth") != width:
         found.append(f"the window is {browser.evaluate('innerWidth')} pixels wide")
 
-    def picture(name):
+    def image(name):
         if folder:
-            browser.picture(folder / f"{name}.png", whole=True)
+            browser.image(folder / f"{name}.png", whole=True)
 
-    picture(f"{width}-{scheme}")
+    image(f"{width}-{scheme}")
     browser.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
-    picture(f"{width}-{scheme}-open")
+    image(f"{width}-{scheme}-open")
     page_width = browser.evaluate("document.documentElement.scrollWidth")
     if page_width > width:
         found.append(f"{page_width} pixels wide")

@@ -6,7 +6,7 @@ usage: check_viewer.py PAGE.html|URL RUN [FOLDER]
 RUN: folder of the run that the page shows first. Fails (exit code 1) where a body is not where STATE of the log says,
 read from the scene graph; a metric is not the summary's; a press on the time line leads elsewhere; a name of others
 becomes markup; the page is wider than the screen; the console has something to say; or a packed page asks for
-anything from outside of itself. Writes pictures into FOLDER. Exit code 77: skipped, Chromium is not installed.
+anything from outside of itself. Writes images into FOLDER. Exit code 77: skipped, Chromium is not installed.
 """
 import base64
 import json
@@ -52,7 +52,7 @@ def open_page(browser, url, width, height, scheme, is_looked_at):
     browser.call("Page.navigate", url=url)
     browser.wait_for("Page.loadEventFired")
     browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
-    wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().hasPicture)", "there is no picture")
+    wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().hasImage)", "there is no image")
     if not is_looked_at:
         # Nobody sees how fine it is, and the processor draws it.
         browser.evaluate("evalbusViewer.setLayer('shadows', false); evalbusViewer.scene.ratio = 0.3;"
@@ -163,9 +163,9 @@ def check_sizes(browser, folder, found):
             if page > width:
                 found.append(f"{scheme}: {page} pixels wide on a screen of {width}")
             if browser.evaluate("document.querySelector('.ev-view').clientHeight") < 150:
-                found.append(f"{width} {scheme}: nearly no picture")
+                found.append(f"{width} {scheme}: nearly no image")
             if folder:
-                browser.picture(folder / f"viewer-{width}-{scheme}.png")
+                browser.image(folder / f"viewer-{width}-{scheme}.png")
 
 
 def own_addresses(url):
@@ -220,12 +220,12 @@ def check_hostile(browser, page, folder, is_looked_at, found):
         page_width = browser.evaluate("document.documentElement.scrollWidth")
         if page_width > width:
             found.append(f"long names make the page {page_width} pixels wide on a screen of {width}")
-        browser.picture(folder / f"hostile-{width}.png")
+        browser.image(folder / f"hostile-{width}.png")
     found += [f"hostile: {one}" for one in complaints(browser.events, own_addresses("file:"))]
 
 
 def check_without_gl(program, url, profile, found):
-    """Numbers and time line are there without a picture, and a line says why."""
+    """Numbers and time line are there without an image, and a line says why."""
     browser = Browser(program, profile, ("--disable-gpu", "--disable-3d-apis"))
     try:
         for domain in ("Page", "Runtime"):
@@ -234,7 +234,7 @@ def check_without_gl(program, url, profile, found):
         browser.call("Page.navigate", url=url)
         browser.wait_for("Page.loadEventFired")
         browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
-        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "nothing says that there is no picture")
+        wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().note)", "nothing says that there is no image")
         if "WebGL" not in shown(browser)["note"]:
             found.append(f"without WebGL it says: {shown(browser)['note']}")
         browser.evaluate("evalbusViewer.seek(5)")
@@ -251,7 +251,7 @@ def check(browser, url, run, folder, found):
     # Alone, where two are compared.
     browser.evaluate("evalbusViewer.compare(null)")
     episode = run / "episodes" / f"{head['episode']:04d}"
-    wait_until(browser, "evalbusViewer.summary().hasPicture", "there is no picture")
+    wait_until(browser, "evalbusViewer.summary().hasImage", "there is no image")
     log = read_log(episode / "events.lcmlog")
     ticks = list(log["EVALBUS_STATE"]["header"]["tick"])
     if head["ticks"] != ticks[-1] + 1:

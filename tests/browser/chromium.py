@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 
-# WebGL drawn by the processor, for pages with pictures in 3D.
+# WebGL drawn by the processor, for pages with images in 3D.
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 
 
@@ -75,7 +75,7 @@ class Browser:
         return result["result"].get("value")
 
     # What the screen shows; with `whole`, what is below, too. As PNG into the file.
-    def picture(self, file, whole=False):
+    def image(self, file, whole=False):
         image = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
         pathlib.Path(file).write_bytes(base64.b64decode(image))
 
@@ -108,7 +108,7 @@ def complaints(events, own=("file:", "data:", "blob:")):
         elif method == "Runtime.consoleAPICalled":
             found.append("console: " + json.dumps(parameters["args"]))
         elif method == "Log.entryAdded":
-            # Taking a picture of what the processor draws is slow, says the driver.
+            # Taking an image of what the processor draws is slow, says the driver.
             if "GL Driver Message (OpenGL, Performance" in parameters["entry"]["text"]:
                 continue
             found.append(f"{parameters['entry']['level']}: {parameters['entry']['text']}"

@@ -1,6 +1,6 @@
 // Writes the blocks of a run on disk as files, named as a server names them, so that the page can be
 // developed and tested against them without one: block/ID, episode/0/EPISODE, run/0, episodes/0; and live/000
-// and so on, what a page is told that looks on while the first episode runs.
+// and so on, what the page of an observer receives while the first episode runs.
 #include <fmt/format.h>
 
 #include <filesystem>

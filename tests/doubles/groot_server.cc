@@ -191,7 +191,7 @@ Value GrootServer::Act(const Value& data) {
   const bool is_bare = n15 && any && any->shape.size() == 2;
   const size_t batch = is_bare ? 0 : 1;
   const Array& front = ArrayOf(part("video"), video + "front", "|u1", 4 + batch);
-  Demand(front.shape.back() == 3 && front.shape[batch] == 1, "front is no picture");
+  Demand(front.shape.back() == 3 && front.shape[batch] == 1, "front is no image");
   const Array& arm = ArrayOf(part("state"), state + "arm", "<f4", 2 + batch);
   const Array& gripper = ArrayOf(part("state"), state + "gripper", "<f4", 2 + batch);
   Demand(gripper.shape.back() == 1 && gripper.shape[batch] == 1, "gripper is no number");

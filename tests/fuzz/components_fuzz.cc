@@ -112,7 +112,7 @@ class Run {
         plan.realtime = plan.policy_is_external = true;
         model_info_t model{};
         Decode(samples_[channels::kModel.name].at(0), &model);
-        plan.made_of = launch::MadeOf::Of(model);
+        plan.model_hashes = launch::ModelHashes::Of(model);
         launch::LiveHeader header;
         header.episodes = 2;
         view_.emplace(nowhere_, header);
@@ -196,14 +196,14 @@ class Run {
       Drain(&bus);
     }
     // What a policy that looks would have asked for.
-    observe_t observe{};
+    image_request_t request{};
     for (const char* encoding : {"rgb8", "depth32"}) {
-      observe.view.push_back({"overview", 16, 12, 0, false, encoding});
-      observe.num_views = static_cast<int32_t>(observe.view.size());
+      request.view.push_back({"overview", 16, 12, 0, false, encoding});
+      request.num_views = static_cast<int32_t>(request.view.size());
       state_t state{};
-      Decode(samples_[channels::kState.name].at(observe.view.size()), &state);
-      observe.header = state.header;
-      samples_[channels::kObserve.name].push_back(Encode(observe));
+      Decode(samples_[channels::kState.name].at(request.view.size()), &state);
+      request.header = state.header;
+      samples_[channels::kRequestImage.name].push_back(Encode(request));
     }
   }
 

@@ -40,7 +40,7 @@ struct SpokenChannel {
   std::string name;
   int64_t fingerprint = 0;
 };
-// All but pictures.
+// All but images.
 inline std::vector<SpokenChannel> SpokenChannels() {
   std::vector<SpokenChannel> spoken;
   channels::ForEach([&]<class Message>(const Channel<Message>& channel) {

@@ -10,8 +10,8 @@
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/small_world.h"
-#include "viz/pictures/film.h"
-#include "viz/pictures/film_crew.h"
+#include "viz/images/parallel_frame_renderer.h"
+#include "viz/images/video.h"
 
 namespace evalbus {
 namespace {
@@ -88,8 +88,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   Try([&] { policy::OpenRecording(file)(0); });
   // There is no model to draw; until then it reads.
   Try([&] {
-    viz::FilmCrew crew({}, 1);
-    viz::FilmLog(file, {"overview"}, &crew, folder.path());
+    viz::ParallelFrameRenderer frame_renderer({}, 1);
+    viz::MakeLogVideos(file, {"overview"}, &frame_renderer, folder.path());
   });
   return 0;
 }

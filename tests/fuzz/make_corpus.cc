@@ -35,7 +35,7 @@ settle_steps: 2
 prompts: {small: go}
 observation:
   - {key: [video, a], camera: view, size_px: [8, 6], fovy_deg: 50, shadows: false, rotate_deg: 90, mirror: true,
-     resize_px: [4, 4], resize: stretch, colour: bgr, layout: chw, history_ticks: [-2, 0]}
+     resize_px: [4, 4], resize: stretch, color: bgr, layout: chw, history_ticks: [-2, 0]}
   - {key: [video, b], depth: view, size_px: [8, 6]}
   - key: state.all
     type: float64
@@ -68,7 +68,7 @@ action:
     - {arm: left, indices: 0-5, gripper: {index: 6, open: 1, closed: -1, threshold: 0.5, sticky_steps: 2}}
 )";
 
-// Every predicate, quantity and randomisation that there is.
+// Every predicate, quantity and randomization that there is.
 constexpr char kAllWords[] = R"(name: words
 title: Every word of a task description
 instruction: lift it
@@ -87,7 +87,7 @@ joints: {left/joint: {position_deg: 5}}
 variations:
   all:
     alias: All
-    randomise:
+    randomize:
       - spawn_box: {object: pot, center_m: [0.7, 0], half_extents_m: [0.1, 0.1], min_distance_m: 0.1}
       - spawn_plane: {objects: [lid], origin_m: [0.7, 0.5, 1.1], half_extents_m: [0.1, 0.1], spacing_m: 0.1,
                       jitter_m: [0.01, 0.01, 0]}
@@ -96,7 +96,7 @@ variations:
       - distractors: {objects: [cup], center_m: [0.7, -0.4], half_extents_m: [0.1, 0.1], min_count: 0, max_count: 1}
       - mass: {of: [pot], min_factor: 0.5, max_factor: 2}
       - friction: {of: [pot, left/hand], min_factor: 0.5, max_factor: 2}
-      - colour: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}
+      - color: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}
       - light: {name: key, min_factor: 0.5, max_factor: 2}
       - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}
     joints: {left/joint: {position_rad: 0.1}}
@@ -238,9 +238,9 @@ void WriteAll(const std::filesystem::path& corpus) {
   // Cameras, which hear what a policy asks for, before and after its STATE.
   conversation = {9};
   for (uint8_t tick = 0; tick < 5; ++tick) {
-    say(channels::kObserve.name, tick);
+    say(channels::kRequestImage.name, tick);
     say(channels::kState.name, tick);
-    say(channels::kObserve.name, tick);
+    say(channels::kRequestImage.name, tick);
   }
   Write(corpus / "components/episode_9", conversation);
 

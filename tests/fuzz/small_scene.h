@@ -98,7 +98,7 @@ inline void PlayTask(const TaskDescription& task, const std::string& variation,
   sim::World world(scene.physics.get(), scene.info, robot, task, scene.info.substeps);
   world.Reset(1, task.variation(variation));
   world.Overlap();
-  RandomiseAppearance(task.variation(variation), 1, scene.visual.get());
+  RandomizeAppearance(task.variation(variation), 1, scene.visual.get());
   collision::CollisionChecker checker(scene.physics.get(), scene.info);
   metrics::EpisodeScorer scorer(scene.info, task);
   state_t state{};

@@ -50,11 +50,11 @@ void CheckParts(std::string_view bytes) {
 }
 
 WebServer& Server() {
-  static const auto board = std::make_shared<Board>();
+  static const auto broadcaster = std::make_shared<UpdateBroadcaster>();
   static const auto server = [] {
     std::signal(SIGPIPE, SIG_IGN);
-    board->SetRun(0, "run");
-    auto made = std::make_unique<WebServer>(WebServer::Address(), board);
+    broadcaster->SetRun(0, "run");
+    auto made = std::make_unique<WebServer>(WebServer::Address(), broadcaster);
     made->Start([](const WebTarget& target, WebServer::Reply reply) {
       reply(AnswerFile(target.kind == WebTarget::Kind::kPage ? "index.html" : target.name));
     });
@@ -70,10 +70,10 @@ std::string Answer(const std::string& bytes) {
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   address.sin_port = htons(Server().port());
-  const timeval patience{.tv_sec = 20, .tv_usec = 0};
+  const timeval timeout{.tv_sec = 20, .tv_usec = 0};
   // It is reset, not left to wait: thousands of ports in TIME_WAIT are as many as there are.
   const linger at_once{.l_onoff = 1, .l_linger = 0};
-  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     Fail("the server is gone");

@@ -55,13 +55,13 @@ with tempfile.TemporaryDirectory() as name:
         joints, opening, pot = (numpy.vstack(x) for x in zip((joints, opening, pot), last))
     assert "exists" in evalbus("export", run, "--hdf5", here / "set.hdf5", code=1)
 
-    # Pictures: who is stopped goes on, and has the same in the end.
-    several, pictures = here / "several", ["--camera", "head,left/hand/wrist", "--size", "96x64"]
+    # Images: who is stopped goes on, and has the same in the end.
+    several, images = here / "several", ["--camera", "head,left/hand/wrist", "--size", "96x64"]
     evalbus("run", "lift_pot/position", "--policy", "expert", "--episodes", "4", "--control-hz", "20", "--in-process",
             "--video", "none", "--out", several)  # fmt: skip
-    evalbus("export", several, "--hdf5", here / "whole.hdf5", *pictures)
-    kept = here / "stopped.hdf5.pictures"
-    command = [BIN, "export", several, "--hdf5", here / "stopped.hdf5", *pictures]
+    evalbus("export", several, "--hdf5", here / "whole.hdf5", *images)
+    kept = here / "stopped.hdf5.images"
+    command = [BIN, "export", several, "--hdf5", here / "stopped.hdf5", *images]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as stopped:
         while stopped.poll() is None and not (kept.exists() and any(len(f.name) == 32 for f in kept.iterdir())):
             time.sleep(0.005)

@@ -84,11 +84,11 @@ class ServerTest(unittest.TestCase):
 
             self.assertEqual(asyncio.run(support.converse(server.url, conversation)), [1, 1, 2])
 
-    def test_pictures_of_several_megabytes(self):
+    def test_images_of_several_megabytes(self):
         # Larger than the 1 MiB that websockets takes if not told otherwise.
-        picture = np.zeros((1080, 1920, 3), np.uint8)
-        reply = self.converse(lambda c: ask(c, "row", state=picture.reshape(-1)))
-        self.assertEqual(codec.unpack(reply)["actions"].shape, (1, picture.size))
+        image = np.zeros((1080, 1920, 3), np.uint8)
+        reply = self.converse(lambda c: ask(c, "row", state=image.reshape(-1)))
+        self.assertEqual(codec.unpack(reply)["actions"].shape, (1, image.size))
 
     def expect_failure(self, request, *words):
         async def conversation(connection):

@@ -161,13 +161,13 @@ class Tools(unittest.TestCase):
             self.assertEqual(len(mesh["indices"]) % 3, 0)
             self.assertLess(max(mesh["indices"]), len(mesh["points"]))
 
-    def test_pictures_are_jpeg(self):
+    def test_images_are_jpeg(self):
         import base64
 
-        pictures = self.messages["/camera/overview"]
-        self.assertGreater(len(pictures), 10)
-        for _, picture in pictures:
-            self.assertEqual(base64.b64decode(picture["data"], validate=True)[:2], b"\xff\xd8")
+        images = self.messages["/camera/overview"]
+        self.assertGreater(len(images), 10)
+        for _, image in images:
+            self.assertEqual(base64.b64decode(image["data"], validate=True)[:2], b"\xff\xd8")
 
     def test_foxgloves_client_sees_the_same(self):
         """By the older subprotocol, which has no player: it plays as soon as somebody looks."""

@@ -109,7 +109,7 @@ def check_roboeval(file, steps):
 
 
 def check_lerobot(hdf5, folder):
-    """LeRobot's own writer and loader; its films are looked at with PyAV."""
+    """LeRobot's own writer and loader; its videos are looked at with PyAV."""
     run(sys.executable, "-B", TO_LEROBOT, hdf5, "--out", folder)
     info = json.loads((folder / "meta/info.json").read_text())
     assert info["fps"] == 20 and info["robot_type"] == "bimanual_panda", info
@@ -120,7 +120,7 @@ def check_lerobot(hdf5, folder):
         demos = [f[f"data/demo_{k}"] for k in range(len(f["data"]))]
         assert data.meta.total_episodes == len(demos)
         assert len(data) == sum(demo.attrs["num_samples"] for demo in demos)
-        # Without pictures: they are decoded by parts of torchvision that Debian's has not.
+        # Without images: they are decoded by parts of torchvision that Debian's has not.
         rows = data.hf_dataset.with_format("numpy")
         first, at = demos[0], len(demos[0]["actions"])
         joints = numpy.hstack([first["obs/joint_position"], first["obs/gripper_opening"]]).astype("f4")
@@ -129,11 +129,11 @@ def check_lerobot(hdf5, folder):
         assert rows[at]["frame_index"] == 0 and rows[at]["episode_index"] == 1
         for camera in ("head", "left_wrist"):
             file = folder / data.meta.get_video_file_path(0, f"observation.images.{camera}")
-            with av.open(str(file)) as film:
-                frames = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+            with av.open(str(file)) as video:
+                frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
             wanted = first[f"obs/roboeval_{camera}_image"][:].astype(int)
             shown = numpy.array(frames[:at], int)
-            # The film is compressed; another frame, or a picture upside down, is further away.
+            # The video is compressed; another frame, or an image upside down, is further away.
             error = numpy.abs(shown - wanted).mean()
             assert error < 6, (camera, error)
             assert numpy.abs(shown[:, ::-1] - wanted).mean() > 2 * error, camera

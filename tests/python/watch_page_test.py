@@ -1,4 +1,4 @@
-"""Runs the commands of docs/watch.md: a recorded episode as a source, with images of a film in place of a camera's.
+"""Runs the commands of docs/watch.md: a recorded episode as a source, with images of a video in place of a camera's.
 
 usage: watch_page_test.py BIN   (the folder of evalbus' programs)
 """

@@ -94,9 +94,9 @@ class WiresTest(unittest.TestCase):
         self.assertEqual((code, report["num_steps"]), (0, 10), report)
         self.assertEqual(seen["prompt"], "lift the pot by the handles")
         for key in ("exterior_image_1_left", "wrist_image_left", "wrist_image_right"):
-            picture = seen[f"observation/{key}"]
-            self.assertEqual((picture.shape, picture.dtype), ((256, 256, 3), np.uint8))
-            self.assertGreater(picture.std(), 1)
+            image = seen[f"observation/{key}"]
+            self.assertEqual((image.shape, image.dtype), ((256, 256, 3), np.uint8))
+            self.assertGreater(image.std(), 1)
         state = seen["observation/joint_position"]
         self.assertEqual((state.shape, state.dtype), ((36,), np.float32))
         np.testing.assert_allclose(state[:7], HOME, atol=1e-3)

@@ -44,7 +44,7 @@ TEST_F(Sanitizers, MemoryThatWasFreedIsFound) {
   EXPECT_DEATH(use(), "heap-use-after-free");
 }
 
-TEST_F(Sanitizers, UndefinedBehaviourIsFound) {
+TEST_F(Sanitizers, UndefinedBehaviorIsFound) {
   const auto overflow = [] {
     volatile int number = INT_MAX;
     number = number + 1;

@@ -22,7 +22,7 @@ PLAN = """policies:
 tasks: [lift_pot/position, lift_pot/orientation, lift_pot/position_and_orientation]
 episodes: 8
 seed: 5
-chunk_episodes: 2
+shard_episodes: 2
 """
 TASKS = 6
 # Of a run folder, what two runs of equal seeds agree in.
@@ -96,13 +96,13 @@ class SlurmTest(unittest.TestCase):
         self.assertIn("of 48 episodes done", self.evalbus("status", str(out)))
         self.cluster.wait_until_done()
         self.expect_equal(out)
-        self.assertIn("48 of 48 episodes done (100 %), 0 running, 0 chunks failed", self.evalbus("status", str(out)))
+        self.assertIn("48 of 48 episodes done (100 %), 0 running, 0 shards failed", self.evalbus("status", str(out)))
         # Once more, and by two at once, is as once.
         merges = [subprocess.Popen([f"{PROGRAMS}/evalbus", "merge", str(out)], stdout=subprocess.DEVNULL)
                   for _ in range(2)]
         self.assertEqual([merge.wait(cluster.DEADLINE_S) for merge in merges], [0, 0])
         self.expect_equal(out)
-        self.assertIn("every chunk is there", self.evalbus("run", str(out / "plan.json"), "--slurm", code=1))
+        self.assertIn("every shard is there", self.evalbus("run", str(out / "plan.json"), "--slurm", code=1))
 
     def test_is_the_same_whatever_happens(self):
         out = self.folder / "faults"
@@ -119,8 +119,8 @@ class SlurmTest(unittest.TestCase):
             self.cluster.say("scancel", self.wait_for_running(array))
             # The orphan's successor comes three quarters of a minute after it.
             self.cluster.wait_until_done()
-            # What was cancelled is missing, and only that is submitted again.
-            self.assertIn("chunks are missing", (out / "slurm" / "merge.log").read_text())
+            # What was canceled is missing, and only that is submitted again.
+            self.assertIn("shards are missing", (out / "slurm" / "merge.log").read_text())
             self.assertIn("1 task", self.evalbus("run", str(out / "plan.json"), "--slurm", "--array-size", str(TASKS)))
             self.cluster.wait_until_done()
             self.expect_equal(out)

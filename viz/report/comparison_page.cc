@@ -15,7 +15,7 @@
 namespace evalbus::viz {
 namespace {
 
-std::string ClassOf(const std::string& judgement) { return judgement.empty() ? "none" : judgement; }
+std::string ClassOf(const std::string& judgment) { return judgment.empty() ? "none" : judgment; }
 
 std::string P(double p) {
   return !std::isfinite(p) ? "-" : p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p);
@@ -39,7 +39,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     number(row.difference);
     html->Element("td", {{"class", "bar"}}, [&] {
       if (std::isfinite(row.lower) && bound > 0) {
-        DrawDifference(row.difference / bound, row.lower / bound, row.upper / bound, ClassOf(row.judgement),
+        DrawDifference(row.difference / bound, row.lower / bound, row.upper / bound, ClassOf(row.judgment),
                        html);
       }
     });
@@ -50,7 +50,7 @@ void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
     });
     NumberCell(row.p, P(row.p), html);
     NumberCell(row.p_holm, P(row.p_holm), html);
-    html->Element("td", {{"class", ClassOf(row.judgement)}}, row.judgement);
+    html->Element("td", {{"class", ClassOf(row.judgment)}}, row.judgment);
   });
 }
 
@@ -76,13 +76,13 @@ void Table(const ReportComparison& comparison, const std::string& what, const st
   });
 }
 
-// A side of a flipped pair: its episode, how it ended, its films.
-void FlipCell(int episode, const std::string& end, const std::vector<ReportLink>& films, Markup* html) {
+// A side of a flipped pair: its episode, how it ended, its videos.
+void FlipCell(int episode, const std::string& end, const std::vector<ReportLink>& videos, Markup* html) {
   const bool success = end.empty();
   html->Element("td", {{"class", "files"}}, [&] {
     html->Element("span", {{"class", success ? "sign good" : "sign bad"}}, success ? "✓" : "✗");
     html->Text(fmt::format(" episode {}{} ", episode, success ? "" : ": " + end));
-    Links(films, html);
+    Links(videos, html);
   });
 }
 
@@ -101,15 +101,15 @@ void Flips(const ReportComparison& comparison, const ReportTaskComparison& task,
       html->Element("tbody", {}, [&] {
         for (const ReportFlip& flip : task.flips) {
           html->Element("tr", {}, [&] {
-            FlipCell(flip.baseline_episode, flip.baseline, flip.baseline_films, html);
-            FlipCell(flip.run_episode, flip.run, flip.run_films, html);
+            FlipCell(flip.baseline_episode, flip.baseline, flip.baseline_videos, html);
+            FlipCell(flip.run_episode, flip.run, flip.run_videos, html);
             html->Element("td", {{"class", "number seed"}}, std::to_string(flip.seed));
           });
         }
       });
     });
   });
-  if (!task.film_hint.empty()) html->Element("p", {{"class", "note"}}, task.film_hint);
+  if (!task.video_hint.empty()) html->Element("p", {{"class", "note"}}, task.video_hint);
 }
 
 void Write(const ReportComparison& comparison, Markup* html) {

@@ -21,7 +21,7 @@ struct ReportDifference {
   double p = 0;
   double p_holm = 0;
   // What it comes to: "better", "worse", "differs"; empty: nothing.
-  std::string judgement;
+  std::string judgment;
 };
 
 // A pair of episodes that only one of the two succeeded in.
@@ -30,7 +30,7 @@ struct ReportFlip {
   // Why it did not succeed; empty of the one that did.
   std::string baseline, run;
   int baseline_episode = 0, run_episode = 0;
-  std::vector<ReportLink> baseline_films, run_films;
+  std::vector<ReportLink> baseline_videos, run_videos;
 };
 
 struct ReportTaskComparison {
@@ -40,8 +40,8 @@ struct ReportTaskComparison {
   std::string counts;
   std::vector<ReportDifference> metrics;
   std::vector<ReportFlip> flips;
-  // Where flips have no films: how they are made; a sentence.
-  std::string film_hint;
+  // Where flips have no videos: how they are made; a sentence.
+  std::string video_hint;
 };
 
 struct ReportComparison {

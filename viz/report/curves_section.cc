@@ -11,13 +11,13 @@ namespace {
 // What is seen at once; the rest opens on demand.
 constexpr size_t kCurvesShown = 6;
 
-void Event(const EpisodeEvent& event, bool film, Markup* html) {
+void Event(const EpisodeEvent& event, bool video, Markup* html) {
   DrawEventMark(event.kind, html);
   const std::string time = fmt::format("{:.2f} s", event.time);
-  if (film) {
+  if (video) {
     html->Element(
         "button",
-        {{"type", "button"}, {"data-seek", fmt::format("{}", event.time)}, {"title", "show in the film"}},
+        {{"type", "button"}, {"data-seek", fmt::format("{}", event.time)}, {"title", "show in the video"}},
         time);
   } else {
     html->Element("span", {{"class", "time"}}, time);
@@ -25,9 +25,9 @@ void Event(const EpisodeEvent& event, bool film, Markup* html) {
   html->Text(" " + event.text);
 }
 
-void Events(const std::vector<EpisodeEvent>& events, bool film, Markup* html) {
+void Events(const std::vector<EpisodeEvent>& events, bool video, Markup* html) {
   html->Element("ol", {{"class", "events"}}, [&] {
-    for (const EpisodeEvent& event : events) html->Element("li", {}, [&] { Event(event, film, html); });
+    for (const EpisodeEvent& event : events) html->Element("li", {}, [&] { Event(event, video, html); });
   });
 }
 
@@ -61,12 +61,13 @@ void EpisodeCurves(const RunSection& section, const ReportCurves& curves, const 
                 fmt::format("Episode {}: {}{}", curves.episode, episode ? episode->end_reason : "",
                             curves.why.empty() ? "" : " (" + curves.why + ")"));
   if (episode && !episode->explanation.empty()) html->Element("p", {}, episode->explanation);
-  const bool film = episode && !episode->films.empty();
-  html->Element("div", {{"class", film ? "beside" : ""}}, [&] {
-    if (film) {
-      html->Element("video", {{"controls", ""}, {"preload", "metadata"}, {"src", episode->films[0].url}}, "");
+  const bool video = episode && !episode->videos.empty();
+  html->Element("div", {{"class", video ? "beside" : ""}}, [&] {
+    if (video) {
+      html->Element("video", {{"controls", ""}, {"preload", "metadata"}, {"src", episode->videos[0].url}},
+                    "");
     }
-    Events(curves.events, film, html);
+    Events(curves.events, video, html);
   });
   std::vector<std::function<void()>> figures;
   for (const CurveFigure& figure : curves.figures) figures.push_back([&] { CurveCard(figure, html); });

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/text.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "viz/report/folded.h"
 #include "viz/report/page.h"
 #include "viz/report/report_numbers.h"

@@ -73,7 +73,7 @@ void NumberCells(const ReportEpisode& episode, Markup* html) {
 
 void FilesCell(const ReportEpisode& episode, Markup* html) {
   html->Element("td", {{"class", "files"}}, [&] {
-    Links(episode.films, html);
+    Links(episode.videos, html);
     Links(episode.logs, html);
   });
 }
@@ -130,7 +130,7 @@ void WriteEpisodes(const RunSection& section) {
     html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
       html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
     });
-    if (!run.film_hint.empty()) html->Element("p", {{"class", "note"}}, run.film_hint);
+    if (!run.video_hint.empty()) html->Element("p", {{"class", "note"}}, run.video_hint);
   });
 }
 

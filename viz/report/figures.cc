@@ -87,7 +87,7 @@ const char* ClassOf(Kind kind) {
   return "event end";
 }
 
-// Told apart by shape as well as by colour: triangle, diamond, cross, square; 4 pixels around the centre.
+// Told apart by shape as well as by color: triangle, diamond, cross, square; 4 pixels around the center.
 std::string MarkPath(Kind kind, double x, double y) {
   const auto at = [&](double dx, double dy) { return Px(x + dx) + " " + Px(y + dy); };
   switch (kind) {

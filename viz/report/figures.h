@@ -1,4 +1,4 @@
-// The figures of a report as inline SVG. Colours, fonts and line widths are those of report.css, so that one
+// The figures of a report as inline SVG. Colors, fonts and line widths are those of report.css, so that one
 // figure serves light and dark, screen and paper. What the eye sees in a figure, its <title>s say in words.
 #pragma once
 

@@ -86,8 +86,8 @@ void Verdicts(const PlanReport& report, Markup* html) {
               if (verdict.url.empty()) return html->Text(verdict.policy);
               html->Element("a", {{"href", verdict.url}}, verdict.policy);
             });
-            html->Element("td", {{"class", verdict.judgement.empty() ? "none" : verdict.judgement}},
-                          verdict.judgement.empty() ? "no difference shown" : verdict.judgement);
+            html->Element("td", {{"class", verdict.judgment.empty() ? "none" : verdict.judgment}},
+                          verdict.judgment.empty() ? "no difference shown" : verdict.judgment);
             NumberCell(verdict.p, verdict.p < 0.001 ? "p < 0.001" : fmt::format("p = {:.3f}", verdict.p),
                        html);
             html->Element("td", {}, verdict.text);

@@ -32,7 +32,7 @@ struct PlanVerdict {
   // Adjusted, as verdict_note says.
   double p = 1;
   // "better", "worse", "differs"; empty: nothing is shown.
-  std::string judgement;
+  std::string judgment;
   std::string url;  // of the comparison's page
 };
 

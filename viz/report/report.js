@@ -1,5 +1,5 @@
 // Tables sort by the column whose title is clicked, once more turns it round, and say where they scroll; a click on
-// an event's time shows that moment in the film. No character here that XML or HTML would read as markup.
+// an event's time shows that moment in the video. No character here that XML or HTML would read as markup.
 "use strict";
 
 function valueOf(cell) {
@@ -36,8 +36,8 @@ for (const table of document.querySelectorAll("table.sortable")) {
 
 for (const button of document.querySelectorAll("[data-seek]")) {
   button.addEventListener("click", () => {
-    const film = button.closest("article").querySelector("video");
-    film.currentTime = Number(button.dataset.seek);
+    const video = button.closest("article").querySelector("video");
+    video.currentTime = Number(button.dataset.seek);
   });
 }
 

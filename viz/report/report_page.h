@@ -24,7 +24,7 @@ struct ReportEpisode {
   bool success = false;
   // Metrics by their names in summary.json, which outlive this.
   std::vector<std::pair<std::string_view, double>> values;
-  std::vector<ReportLink> films;
+  std::vector<ReportLink> videos;
   std::vector<ReportLink> logs;
 };
 
@@ -94,8 +94,8 @@ struct ReportRun {
   std::string pacing;
   std::vector<ReportTimes> times;
   std::vector<ReportEpisode> episode;
-  // How films are made, where there are none; a sentence.
-  std::string film_hint;
+  // How videos are made, where there are none; a sentence.
+  std::string video_hint;
   std::vector<ReportCurves> curves;
   // How the run was made: options, versions, hashes.
   std::vector<std::pair<std::string, std::string>> made;

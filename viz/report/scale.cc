@@ -8,7 +8,7 @@
 namespace evalbus::viz {
 namespace {
 
-constexpr int kMostBins = 14;
+constexpr int kMaxBins = 14;
 
 // Multiple k of mantissa x 10^exponent; divided where the exponent is negative, so that 0.3 is 3 / 10.
 double Multiple(double k, int mantissa, int exponent) {
@@ -45,12 +45,12 @@ std::vector<double> BinEdges(std::span<const double> values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   const bool integers =
       std::all_of(values.begin(), values.end(), [](double v) { return v == std::floor(v); });
-  if (integers && *high - *low < kMostBins) {
+  if (integers && *high - *low < kMaxBins) {
     std::vector<double> edges;
     for (double edge = *low - 0.5; edge < *high + 1; ++edge) edges.push_back(edge);
     return edges;
   }
-  return TicksAround(*low, *high, kMostBins + 1).at;
+  return TicksAround(*low, *high, kMaxBins + 1).at;
 }
 
 std::vector<int> CountInBins(std::span<const double> values, std::span<const double> edges) {

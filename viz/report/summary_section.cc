@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/plural.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "viz/report/page.h"
 #include "viz/report/report_numbers.h"
 #include "viz/report/report_sections.h"

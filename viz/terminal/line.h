@@ -6,7 +6,7 @@
 
 namespace evalbus::viz {
 
-// Meaning of a piece of text. Colours only repeat what symbols and words say.
+// Meaning of a piece of text. Colors only repeat what symbols and words say.
 enum class Style { kPlain, kStrong, kQuiet, kGood, kBad };
 
 struct Span {

@@ -8,7 +8,7 @@
 namespace evalbus::viz {
 namespace {
 
-// At 80 columns a table for two arms and one with the longest label of the catalogue stand side by side.
+// At 80 columns a table for two arms and one with the longest label of the catalog stand side by side.
 constexpr int kArmLabel = 16, kMaxArmLabel = 24, kLabel = 25, kMaxLabel = 30;
 constexpr int kUnit = 7, kLabelUnit = 6, kGap = 2;
 

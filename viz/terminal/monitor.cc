@@ -47,7 +47,7 @@ int Monitor(const Address& address) {
   bus.SubscribeRaw("EVALBUS_.*", [&](std::string_view channel, std::span<const uint8_t> data, int64_t) {
     watch.Hear(channel, data, steady_clock::now());
   });
-  bus.SetPatience(std::chrono::milliseconds(20));
+  bus.SetMaxBatchDelay(std::chrono::milliseconds(20));
 
   std::optional<Terminal> terminal;
   if (isatty(STDOUT_FILENO)) {

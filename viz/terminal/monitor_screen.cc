@@ -23,7 +23,7 @@ std::string Rate(double rate) {
   return rate >= 9.95 ? fmt::format("{:.0f}", rate) : fmt::format("{:.1f}", rate);
 }
 
-std::string Millimetres(double metres) { return Number(metres * 1e3) + " mm"; }
+std::string Millimeters(double meters) { return Number(meters * 1e3) + " mm"; }
 
 Line Heading(const std::string& text) { return {{Fit(text, 12), Style::kQuiet}}; }
 
@@ -117,7 +117,7 @@ void AddContacts(const RunWatch& watch, int width, std::vector<RankedLine>* scre
     for (size_t i = 0; i < deepest.size(); ++i) {
       const std::string text = fmt::format(
           "{}{} – {} {}", i == 0 ? "" : ",  ", watch.GeomName(deepest[i]->geom_a),
-          watch.GeomName(deepest[i]->geom_b), Millimetres(std::max(0.0, -deepest[i]->distance_m)));
+          watch.GeomName(deepest[i]->geom_b), Millimeters(std::max(0.0, -deepest[i]->distance_m)));
       if (i > 0 && LineWidth(line) + Width(text) > width) break;
       line.push_back({text});
     }
@@ -130,13 +130,13 @@ void AddClearance(const RunWatch& watch, std::vector<RankedLine>* screen) {
   if (!watch.clearance()) {
     line.push_back({"-"});
   } else {
-    line.push_back({Millimetres(watch.clearance()->clearance_m)});
+    line.push_back({Millimeters(watch.clearance()->clearance_m)});
     const extended_metrics_t& e = watch.scores()->extended;
     const double smallest = ExtendedValue(e, "min_clearance_m");
     if (watch.has_scores() && std::isfinite(smallest)) {
       line.push_back({"   smallest ", Style::kQuiet});
       line.push_back(
-          {fmt::format("{} at {:.2f} s", Millimetres(smallest), ExtendedValue(e, "min_clearance_time_s"))});
+          {fmt::format("{} at {:.2f} s", Millimeters(smallest), ExtendedValue(e, "min_clearance_time_s"))});
     }
     line.push_back({fmt::format("   {} – {}", watch.GeomName(watch.clearance()->clearance_robot_geom),
                                 watch.GeomName(watch.clearance()->clearance_scene_geom)),
@@ -208,7 +208,7 @@ void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
 void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   screen->push_back({7,
                      {{fmt::format("{:<12}{:<9}{:>6}{:>6}{:>7}{:>9}{:>9}{:>9}", "component", "state", "tick",
-                                   "lag", "lost", "garbled", "foreign", "heard"),
+                                   "lag", "lost", "undecodable", "foreign", "heard"),
                        Style::kQuiet}}});
   for (const auto& [name, health] : watch.health()) {
     const component_status_t& status = health.status;
@@ -239,7 +239,7 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
     lag = std::max(lag, health.lag);
     std::string counts;
     const std::pair<int64_t, const char*> kinds[] = {{status.missing_ticks, " lost"},
-                                                     {status.decode_errors, " garbled"},
+                                                     {status.decode_errors, " undecodable"},
                                                      {status.foreign_messages, " foreign"}};
     for (const auto& [count, kind] : kinds) {
       if (count > 0) counts += (counts.empty() ? "" : ", ") + std::to_string(count) + kind;
@@ -272,7 +272,8 @@ void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
     line.push_back({ChannelName(Printable(name)) + " ", Style::kQuiet});
     line.push_back({(watch.has_rates() ? Rate(channel->second.rate) : "-") + "  "});
   }
-  if (watch.garbled() > 0) line.push_back({fmt::format("{} garbled", watch.garbled()), Style::kBad});
+  if (watch.undecodable() > 0)
+    line.push_back({fmt::format("{} undecodable", watch.undecodable()), Style::kBad});
   screen->push_back({7, line});
 }
 
@@ -362,7 +363,7 @@ std::string ProgressLine(const RunWatch& watch) {
   std::string line = fmt::format("episode {}  {:.2f} s  {} x real time  {}", watch.episode(),
                                  scores.metrics.completion_time_s, SpeedText(watch.speed()),
                                  ScoreLine(scores.metrics, scores.extended));
-  if (watch.clearance()) line += "  clearance " + Millimetres(watch.clearance()->clearance_m);
+  if (watch.clearance()) line += "  clearance " + Millimeters(watch.clearance()->clearance_m);
   return line;
 }
 

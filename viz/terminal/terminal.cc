@@ -69,7 +69,7 @@ void OnSuspend(int signal) {
 }
 
 const char* Code(Style style) {
-  // Blue and orange of the palette of Okabe and Ito, which colour-blind people tell apart.
+  // Blue and orange of the palette of Okabe and Ito, which color-blind people tell apart.
   switch (style) {
     case Style::kStrong:
       return "\x1b[1m";
@@ -97,7 +97,7 @@ int TerminalWidth(std::FILE* out) {
   return isatty(fd) != 0 ? TerminalSize(fd).first : std::numeric_limits<int>::max();
 }
 
-Terminal::Terminal(int fd, bool colours) : colours_(colours) {
+Terminal::Terminal(int fd, bool colors) : colors_(colors) {
   // Opened anew, so that "do not block" is our own setting and not that of the shell.
   const char* name = ttyname(fd);
   g_fd = name == nullptr ? -1 : open(name, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
@@ -125,7 +125,7 @@ void Terminal::Draw(const std::vector<Line>& lines) {
   for (size_t i = 0; i < lines.size(); ++i) {
     if (i > 0) frame += "\r\n";
     for (const Span& span : lines[i]) {
-      const char* code = colours_ ? Code(span.style) : "";
+      const char* code = colors_ ? Code(span.style) : "";
       frame += code + Printable(span.text) + (*code ? "\x1b[0m" : "");
     }
     if (LineWidth(lines[i]) < columns) frame += "\x1b[K";

@@ -21,7 +21,7 @@ int TerminalWidth(std::FILE* out);
 class Terminal {
  public:
   // fd: a terminal. At most one at a time: signals are handled.
-  Terminal(int fd, bool colours);
+  Terminal(int fd, bool colors);
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
@@ -33,7 +33,7 @@ class Terminal {
   char ReadKey();
 
  private:
-  bool colours_;
+  bool colors_;
 };
 
 }  // namespace evalbus::viz

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "lcmtypes/unknown.h"
+#include "lcmtypes/unavailable.h"
 
 namespace evalbus::viz {
 namespace {
@@ -20,7 +20,7 @@ double At(const std::vector<double>& values, size_t index) {
   return index < values.size() ? values[index] : kNaN;
 }
 
-double Count(int64_t count) { return count == kUnknownCount ? kNaN : static_cast<double>(count); }
+double Count(int64_t count) { return count == kUnavailableCount ? kNaN : static_cast<double>(count); }
 
 Curve MakeCurve(const std::string& name) {
   const MetricNumber number = FindMetric(name);

@@ -1,5 +1,5 @@
 // The scores of an episode as curves: which there are, what they are called, and their values at a tick. Made
-// of messages alone, so that a page that looks on and a report have the same.
+// of messages alone, so that the live page and a report show the same.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 
 #include "evalbus/model_info_t.hpp"
 #include "evalbus/partial_metrics_t.hpp"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 
 namespace evalbus::viz {
 

@@ -22,7 +22,7 @@ constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 constexpr double kUnit = 32767;
 constexpr int64_t kSameTouch_us = 100'000;
 // Where no scores come, or some are lost: ticks so far behind the newest STATE are given without.
-constexpr int64_t kPatience = 50;
+constexpr int64_t kMaxUnscoredTicks = 50;
 
 // In the order of TrackEvent::Kind.
 constexpr const char* kKindWords[] = {"stage",     "slip",           "grasp", "release",
@@ -259,7 +259,7 @@ int64_t EpisodeTrack::ticks() const {
   if (is_over()) return all;
   // CRITERIA of a tick comes before the PARTIAL of the next one.
   const int64_t scored = partial_ ? std::min(partial_->header.tick, all) : 0;
-  return std::max<int64_t>({scored, all - kPatience, 0});
+  return std::max<int64_t>({scored, all - kMaxUnscoredTicks, 0});
 }
 
 double EpisodeTrack::Value(size_t row, int64_t tick) const {

@@ -20,7 +20,7 @@ Json Reasons(const Names& names, const Counts& counts) {
   return list;
 }
 
-Json Labelled(const RunLabel& label) {
+Json Labeled(const RunLabel& label) {
   return {{"run", label.run},
           {"name", label.name},
           {"policy", label.policy},
@@ -44,7 +44,7 @@ Json Labelled(const RunLabel& label) {
           {"failure_reasons", Json::array()},
           {"components", Json::array()},
           {"pacing", nullptr},
-          {"garbled", 0}};
+          {"undecodable", 0}};
 }
 
 std::string Bytes(const Json& head) {
@@ -75,7 +75,7 @@ double SecondsOf(SteadyTime::duration duration) { return std::chrono::duration<d
 
 std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now,
                      const RunNumbers* counted) {
-  Json head = Labelled(label);
+  Json head = Labeled(label);
   if (const model_info_t* model = watch.model()) {
     head["task"] = model->task;
     head["variation"] = model->variation;
@@ -120,13 +120,13 @@ std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime no
         {"action_latency_p50_s", NumberOrNull(pacing->action_latency.p50_s)},
         {"action_latency_p99_s", NumberOrNull(pacing->action_latency.p99_s)}};
   }
-  head["garbled"] = watch.garbled();
+  head["undecodable"] = watch.undecodable();
   if (counted) AddCounted(*counted, &head);
   return Bytes(head);
 }
 
 std::string RunBlock(const RunNumbers& numbers, const RunLabel& label) {
-  Json head = Labelled(label);
+  Json head = Labeled(label);
   head["task"] = numbers.task;
   head["variation"] = numbers.variation;
   head["clock"] = numbers.clock;
@@ -166,7 +166,7 @@ std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& r
                     {"time_s", NumberOrNull(row.time)},
                     {"text", row.text},
                     {"has_track", row.has_track},
-                    {"film", row.film.empty() ? Json() : Json(row.film)}});
+                    {"video", row.video.empty() ? Json() : Json(row.video)}});
   }
   return block.Bytes();
 }

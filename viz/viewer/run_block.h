@@ -52,8 +52,8 @@ struct EpisodeRow {
   std::string text;
   // Its ticks can be shown.
   bool has_track = true;
-  // URL of a film, relative to the page; empty: none.
-  std::string film;
+  // URL of a video, relative to the page; empty: none.
+  std::string video;
 };
 EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, const std::string& variation);
 // from: place of the first in the run's list.

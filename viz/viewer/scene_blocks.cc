@@ -12,7 +12,7 @@
 #include "base/errors.h"
 #include "base/sha256.h"
 #include "models/physics_model.h"
-#include "models/randomised_model.h"
+#include "models/randomized_model.h"
 #include "models/task_description.h"
 #include "viz/viewer/block.h"
 
@@ -196,7 +196,7 @@ std::string Texture(const mjModel& m, int texture) {
   return block.Bytes();
 }
 
-// The mean colours of the upper and of the lower face of the sky, the third and the fourth of its six.
+// The mean colors of the upper and of the lower face of the sky, the third and the fourth of its six.
 Json Sky(const mjModel& m) {
   for (int texture = 0; texture < m.ntex; ++texture) {
     if (m.tex_type[texture] != mjTEXTURE_SKYBOX) continue;
@@ -204,13 +204,13 @@ Json Sky(const mjModel& m) {
     if (m.tex_height[texture] != 6 * width) continue;
     const auto mean = [&](int face) {
       const mjtByte* rgb = m.tex_rgb + m.tex_adr[texture] + 3 * face * width * width;
-      Json colour = Json::array();
+      Json color = Json::array();
       for (int c = 0; c < 3; ++c) {
         int64_t sum = 0;
         for (int i = 0; i < width * width; ++i) sum += rgb[3 * i + c];
-        colour.push_back(static_cast<double>(sum) / (255.0 * width * width));
+        color.push_back(static_cast<double>(sum) / (255.0 * width * width));
       }
-      return colour;
+      return color;
     };
     return {{"above", mean(2)}, {"below", mean(3)}};
   }
@@ -251,8 +251,8 @@ Json Camera(const mjModel& m, int id) {
           {"fovy_deg", m.cam_fovy[id]}};
 }
 
-// MuJoCo's way: a geom's own colour counts where it is not the default one, or there is no material.
-bool HasOwnColour(const mjModel& m, int geom) {
+// MuJoCo's way: a geom's own color counts where it is not the default one, or there is no material.
+bool HasOwnColor(const mjModel& m, int geom) {
   const float* rgba = m.geom_rgba + 4 * geom;
   return m.geom_matid[geom] < 0 || rgba[0] != 0.5F || rgba[1] != 0.5F || rgba[2] != 0.5F || rgba[3] != 1;
 }
@@ -264,13 +264,13 @@ Json Geom(const mjModel& m, int id) {
                {"quat_wxyz", ListAt(m.geom_quat, id, 4)},
                {"shape", ShapeName(type)}};
   if (type != mjGEOM_MESH) geom["size_m"] = ListAt(m.geom_size, id, 3);
-  if (HasOwnColour(m, id)) geom["rgba"] = ListAt(m.geom_rgba, id, 4);
+  if (HasOwnColor(m, id)) geom["rgba"] = ListAt(m.geom_rgba, id, 4);
   return geom;
 }
 
 bool IsShown(const mjModel& m, int geom) {
   if (m.geom_group[geom] >= kShownGroups) return false;
-  const float* rgba = HasOwnColour(m, geom) ? m.geom_rgba + 4 * geom : m.mat_rgba + 4 * m.geom_matid[geom];
+  const float* rgba = HasOwnColor(m, geom) ? m.geom_rgba + 4 * geom : m.mat_rgba + 4 * m.geom_matid[geom];
   return rgba[3] > 0;
 }
 
@@ -415,7 +415,7 @@ Json SceneBlocks::Appearance(int64_t seed) const {
   const Variation& variation = task.variation(info_.variation);
   if (variation.appearance.empty()) return appearance;
   const ModelPtr changed(mj_copyModel(nullptr, visual_.get()));
-  RandomiseAppearance(variation, seed, changed.get());
+  RandomizeAppearance(variation, seed, changed.get());
   const mjModel &a = *visual_, &b = *changed;
   const auto differences = [&](int count, const auto& make) {
     return Differences(ListOf(count, [&](int id) { return make(a, id); }),

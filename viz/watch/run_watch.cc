@@ -48,7 +48,7 @@ void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
   if (traffic != channels_.end()) ++traffic->second.count;
   const auto decode = [&](auto* message) {
     const bool good = Decode(data, message);
-    garbled_ += !good;
+    undecodable_ += !good;
     return good;
   };
   if (channel == channels::kState) {
@@ -123,7 +123,7 @@ void RunWatch::EnterEpisode(int32_t episode, int32_t attempt) {
 void RunWatch::OnState(std::span<const uint8_t> data) {
   header_t header{};
   if (!DecodeHeader<state_t>(data, &header) || !IsPlausible(header)) {
-    ++garbled_;
+    ++undecodable_;
     return;
   }
   // Of an episode whose begin we have not heard: we came in its middle.
@@ -143,7 +143,7 @@ void RunWatch::OnModel(std::span<const uint8_t> data) {
   if (std::equal(data.begin(), data.end(), model_bytes_.begin(), model_bytes_.end())) return;
   model_info_t model{};
   if (!Decode(data, &model)) {
-    ++garbled_;
+    ++undecodable_;
     return;
   }
   model_bytes_.assign(data.begin(), data.end());
@@ -162,7 +162,7 @@ void RunWatch::OnModel(std::span<const uint8_t> data) {
     names_.emplace(*model_);
   } catch (const InputError& error) {
     model_.reset();
-    ++garbled_;
+    ++undecodable_;
     events_.push_back(Printable(std::string("MODEL ") + error.what()));
   }
 }

@@ -108,7 +108,7 @@ class RunWatch {
   // What the components' logs said last, the newest last.
   const std::deque<log_t>& log() const { return log_; }
   // Messages that did not decode.
-  int64_t garbled() const { return garbled_; }
+  int64_t undecodable() const { return undecodable_; }
 
  private:
   void EnterEpisode(int32_t episode, int32_t attempt);
@@ -149,7 +149,7 @@ class RunWatch {
   int64_t window_simulated_us_ = 0;
   double speed_ = 0;
   bool has_rates_ = false;
-  int64_t garbled_ = 0;
+  int64_t undecodable_ = 0;
   std::vector<std::string> events_;
 };
 

@@ -8,7 +8,7 @@
 
 #include "base/text.h"
 #include "lcmtypes/extended_value.h"
-#include "lcmtypes/unknown.h"
+#include "lcmtypes/unavailable.h"
 
 namespace evalbus::viz {
 namespace {
@@ -67,13 +67,13 @@ void AddRoboEval(const MetricInfo& metric, const metric_values_t& v, std::vector
       rows->push_back(One(metric, v.*metric.number));
       break;
     case MetricKind::kCount:
-      if (v.*metric.count != kUnknownCount)
+      if (v.*metric.count != kUnavailableCount)
         rows->push_back(One(metric, static_cast<double>(v.*metric.count)));
       break;
     case MetricKind::kByObject:
       // Of a single one it is the sum.
       for (size_t k = 0; v.object_name.size() > 1 && k < v.object_name.size(); ++k) {
-        if (v.slip_count_per_object[k] == kUnknownCount) continue;
+        if (v.slip_count_per_object[k] == kUnavailableCount) continue;
         rows->push_back(One(metric, static_cast<double>(v.slip_count_per_object[k])));
         rows->back().label += ", " + Printable(v.object_name[k]);
       }
@@ -98,7 +98,7 @@ void AddRoboEval(const MetricInfo& metric, const metric_values_t& v, std::vector
 
 void AddExtended(const MetricInfo& metric, const extended_metrics_t& e, std::vector<ScoreRow>* rows) {
   if (metric.counter) {
-    if (e.*metric.counter != kUnknownCount) {
+    if (e.*metric.counter != kUnavailableCount) {
       rows->push_back(One(metric, static_cast<double>(e.*metric.counter)));
     }
     return;

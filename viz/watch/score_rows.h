@@ -1,4 +1,4 @@
-// Scores as people read them: one row for each metric, with the catalogue's words, and sentences made of
+// Scores as people read them: one row for each metric, with the catalog's words, and sentences made of
 // them.
 #pragma once
 
@@ -9,7 +9,7 @@
 #include "evalbus/extended_metrics_t.hpp"
 #include "evalbus/metric_values_t.hpp"
 #include "evalbus/run_summary_t.hpp"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 
 namespace evalbus::viz {
 
@@ -27,7 +27,7 @@ struct ScoreRow {
   double value() const { return each.size() == 1 ? each[0] : whole; }
 };
 
-// What the run tracks, in the order of the catalogue; success and stages are no numbers and have no row.
+// What the run tracks, in the order of the catalog; success and stages are no numbers and have no row.
 std::vector<ScoreRow> ScoreRows(const metric_values_t& values, const extended_metrics_t& extended);
 
 // Those of it that one looks at first.

@@ -23,7 +23,7 @@ void LiveFeed::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
                     const std::string& time) {
   watch_.Hear(channel, data, now);
   if (channel == channels::kModel) {
-    if (!IsNews(data, &model_bytes_) || watch_.model() == nullptr) return;
+    if (!UpdateIfChanged(data, &model_bytes_) || watch_.model() == nullptr) return;
     model_ = wanted_ = std::make_shared<const model_info_t>(*watch_.model());
     return;
   }
@@ -131,29 +131,30 @@ void LiveFeed::Give(std::string_view channel, std::span<const uint8_t> data) {
   }
 }
 
-void LiveFeed::Publish(Board* board, const RunLabel& label, const RunNumbers* counted, SteadyTime now) {
+void LiveFeed::Publish(UpdateBroadcaster* broadcaster, const RunLabel& label, const RunNumbers* counted,
+                       SteadyTime now) {
   watch_.Update(now);
-  if (!lines_.empty()) board->AddLines(run_, std::exchange(lines_, {}));
+  if (!lines_.empty()) broadcaster->AddLines(run_, std::exchange(lines_, {}));
   if (now - run_given_ >= kRunPeriod) {
     run_given_ = now;
-    board->SetRun(run_, RunBlock(watch_, label, now, counted));
+    broadcaster->SetRun(run_, RunBlock(watch_, label, now, counted));
   }
-  PublishEpisode(board, now);
+  PublishEpisode(broadcaster, now);
 }
 
-void LiveFeed::PublishEpisode(Board* board, SteadyTime now) {
-  if (!board->is_watched(run_)) {
+void LiveFeed::PublishEpisode(UpdateBroadcaster* broadcaster, SteadyTime now) {
+  if (!broadcaster->is_watched(run_)) {
     // Nobody is told of these ticks: who comes is given all of them at once, and nothing of before.
     finished_.reset();
     is_given_ = false;
-    if (std::exchange(is_on_board_, false)) board->ForgetEpisode(run_);
+    if (std::exchange(is_published_, false)) broadcaster->ForgetEpisode(run_);
     return;
   }
   if (finished_) {
     // How it ended is told before the next one begins.
     if (now - episode_given_ < kEpisodePeriod) return;
     episode_given_ = now;
-    board->SetEpisode(run_, finished_->EpisodeBlock(), /*is_new=*/true);
+    broadcaster->SetEpisode(run_, finished_->EpisodeBlock(), /*is_new=*/true);
     finished_.reset();
     return;
   }
@@ -162,17 +163,18 @@ void LiveFeed::PublishEpisode(Board* board, SteadyTime now) {
   const bool is_over = track_->is_over();
   const bool may_be_whole = now - episode_given_ >= kEpisodePeriod;
   if (is_new && !may_be_whole) return;
-  if (may_be_whole && (is_new || board->needs_episode(run_))) {
+  if (may_be_whole && (is_new || broadcaster->needs_episode(run_))) {
     episode_given_ = now;
     // Ticks that some viewers lack come with it for all, or not at all.
-    if (!is_new && track_->ticks() > given_ticks_) board->AddTicks(run_, track_->TicksBlock(given_ticks_));
-    board->SetEpisode(run_, track_->EpisodeBlock(), is_new);
+    if (!is_new && track_->ticks() > given_ticks_)
+      broadcaster->AddTicks(run_, track_->TicksBlock(given_ticks_));
+    broadcaster->SetEpisode(run_, track_->EpisodeBlock(), is_new);
   } else if (track_->ticks() > given_ticks_ || is_over != given_over_) {
-    board->AddTicks(run_, track_->TicksBlock(given_ticks_));
+    broadcaster->AddTicks(run_, track_->TicksBlock(given_ticks_));
   } else {
     return;
   }
-  is_given_ = is_on_board_ = true;
+  is_given_ = is_published_ = true;
   given_layout_ = track_->layout();
   given_ticks_ = track_->ticks();
   given_over_ = is_over;

@@ -1,6 +1,6 @@
 // A run that goes on, as viewers are shown it: what viz/watch knows of it, and the episode under way from its
-// first tick. Pure: hears messages, gives blocks to a board. What it needs to know and no message says (the
-// scene; what was before we came) others find for it; meanwhile the episode's messages wait here.
+// first tick. Pure: hears messages, gives blocks to a broadcaster. What it needs to know and no message says
+// (the scene; what was before we came) others find for it; meanwhile the episode's messages wait here.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 #include "viz/viewer/episode_track.h"
 #include "viz/viewer/run_block.h"
 #include "viz/watch/run_watch.h"
-#include "viz/web/board.h"
+#include "viz/web/update_broadcaster.h"
 
 namespace evalbus::viz {
 
@@ -41,7 +41,7 @@ class LiveFeed {
       "EVALBUS_MODEL",           "EVALBUS_EPISODE_BEGIN", "EVALBUS_STATE",  "EVALBUS_CONTACTS",
       "EVALBUS_PARTIAL",         "EVALBUS_CRITERIA",      "EVALBUS_STATUS", "EVALBUS_EPISODE_END",
       "EVALBUS_EPISODE_SUMMARY", "EVALBUS_RUN_SUMMARY",   "EVALBUS_LOG",    "EVALBUS_CAMERA_.*"};
-  static bool Wants(std::string_view channel) {
+  static bool Uses(std::string_view channel) {
     return std::ranges::find(kChannels, channel) != std::end(kChannels) ||
            channels::Carries(channels::kCameraImage, channel);
   }
@@ -52,7 +52,7 @@ class LiveFeed {
   // Messages that wait for the scene; what is more is lost, and shown as missing.
   static constexpr size_t kMaxWaiting = size_t{64} << 20;
 
-  // run: its number on the board. planned_episodes: 0 = not known.
+  // run: its number on the broadcaster. planned_episodes: 0 = not known.
   LiveFeed(int run, std::string policy, int planned_episodes)
       : run_(run), policy_(std::move(policy)), watch_(planned_episodes) {}
 
@@ -74,15 +74,16 @@ class LiveFeed {
   // Episodes that came to an end since the last call.
   std::vector<EpisodeRow> TakeDone() { return std::exchange(done_, {}); }
 
-  // Gives what is new to the board; to be called about every kTicksPeriod. counted: what the run's folder
-  // says, where it has one.
-  void Publish(Board* board, const RunLabel& label, const RunNumbers* counted, SteadyTime now);
+  // Gives what is new to the broadcaster; to be called about every kTicksPeriod. counted: what the run's
+  // folder says, where it has one.
+  void Publish(UpdateBroadcaster* broadcaster, const RunLabel& label, const RunNumbers* counted,
+               SteadyTime now);
 
  private:
   bool Enters(std::string_view channel, std::span<const uint8_t> data, header_t* header) const;
   void BeginTrack();
   void Give(std::string_view channel, std::span<const uint8_t> data);
-  void PublishEpisode(Board* board, SteadyTime now);
+  void PublishEpisode(UpdateBroadcaster* broadcaster, SteadyTime now);
 
   const int run_;
   const std::string policy_;
@@ -96,10 +97,10 @@ class LiveFeed {
   std::vector<Message> waiting_;
   size_t waiting_bytes_ = 0;
   std::unique_ptr<EpisodeTrack> track_;
-  // The one before, where the board does not have its end yet.
+  // The one before, where the broadcaster does not have its end yet.
   std::unique_ptr<EpisodeTrack> finished_;
-  // The board has an episode of this run at all; what it has of track_.
-  bool is_on_board_ = false, is_given_ = false;
+  // The broadcaster has an episode of this run at all; what it has of track_.
+  bool is_published_ = false, is_given_ = false;
   int given_layout_ = 0;
   int64_t given_ticks_ = 0;
   bool given_over_ = false;

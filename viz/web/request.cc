@@ -32,7 +32,7 @@ bool IsId(std::string_view name) {
 }
 
 // Takes a prefix away; false if it is not there.
-bool Take(std::string_view* text, std::string_view prefix) {
+bool RemovePrefix(std::string_view* text, std::string_view prefix) {
   if (!text->starts_with(prefix)) return false;
   text->remove_prefix(prefix.size());
   return true;
@@ -52,7 +52,7 @@ bool SameText(std::string_view a, std::string_view b) {
 WebTarget ParseTarget(std::string_view target, std::string_view token) {
   using Kind = WebTarget::Kind;
   target = target.substr(0, target.find('?'));
-  if (!Take(&target, "/")) return {};
+  if (!RemovePrefix(&target, "/")) return {};
   if (!token.empty()) {
     const size_t end = target.find('/');
     if (end == target.npos || !SameText(target.substr(0, end), token)) return {};
@@ -60,13 +60,13 @@ WebTarget ParseTarget(std::string_view target, std::string_view token) {
   }
   if (target.empty()) return {Kind::kPage};
   if (target == "live") return {Kind::kLive};
-  if (Take(&target, "page/")) {
+  if (RemovePrefix(&target, "page/")) {
     return IsFileName(target) ? WebTarget{Kind::kPageFile, std::string(target)} : WebTarget{};
   }
-  if (Take(&target, "block/")) {
+  if (RemovePrefix(&target, "block/")) {
     return IsId(target) ? WebTarget{Kind::kBlock, std::string(target)} : WebTarget{};
   }
-  if (Take(&target, "episode/")) {
+  if (RemovePrefix(&target, "episode/")) {
     const size_t slash = target.find('/');
     if (slash == target.npos) return {};
     const auto run = WholeNumber(target.substr(0, slash)), episode = WholeNumber(target.substr(slash + 1));
@@ -79,9 +79,9 @@ bool IsLoopbackHost(std::string_view host) {
   constexpr std::array<std::string_view, 3> kNames = {"127.0.0.1", "localhost", "[::1]"};
   for (const std::string_view name : kNames) {
     std::string_view rest = host;
-    if (!Take(&rest, name)) continue;
+    if (!RemovePrefix(&rest, name)) continue;
     if (rest.empty()) return true;
-    if (!Take(&rest, ":")) return false;
+    if (!RemovePrefix(&rest, ":")) return false;
     const auto port = WholeNumber(rest);
     return port && *port > 0 && *port <= 65535;
   }
@@ -90,7 +90,7 @@ bool IsLoopbackHost(std::string_view host) {
 
 bool IsOwnOrigin(std::string_view origin, std::string_view host) {
   if (origin.empty()) return true;  // not from a page: browsers send it with every WebSocket
-  return !host.empty() && Take(&origin, "http://") && origin == host;
+  return !host.empty() && RemovePrefix(&origin, "http://") && origin == host;
 }
 
 std::optional<int> ParseWatch(std::string_view message) {

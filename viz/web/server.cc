@@ -84,8 +84,8 @@ struct WebServer::Core {
   class Connection;
   class ViewerSession;
 
-  Core(Address the_address, std::shared_ptr<Board> the_board, Limits the_limits)
-      : address(std::move(the_address)), board(std::move(the_board)), limits(the_limits) {}
+  Core(Address the_address, std::shared_ptr<UpdateBroadcaster> the_broadcaster, Limits the_limits)
+      : address(std::move(the_address)), broadcaster(std::move(the_broadcaster)), limits(the_limits) {}
 
   void Listen();
   void Take(tcp::socket socket);
@@ -94,7 +94,7 @@ struct WebServer::Core {
   std::string host() const { return address.host.empty() ? "127.0.0.1" : address.host; }
 
   const Address address;
-  const std::shared_ptr<Board> board;
+  const std::shared_ptr<UpdateBroadcaster> broadcaster;
   const Limits limits;
   std::string token;
   bool is_ipv6 = false, is_any = false;
@@ -116,7 +116,7 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
         stream_(std::move(stream)),
         allowance_(core_->limits.messages, core_->limits.messages_per_s) {}
   ~ViewerSession() {
-    if (entered_) core_->board->Leave(&viewer_);
+    if (entered_) core_->broadcaster->Leave(&viewer_);
     core_->viewers.erase(this);
     --core_->connections;
   }
@@ -124,14 +124,14 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
   void Start(const http::request<http::empty_body>& request) {
     core_->viewers.insert(this);
     beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{core_->limits.patience, core_->limits.viewer_patience,
+    stream_.set_option(websocket::stream_base::timeout{core_->limits.timeout, core_->limits.viewer_timeout,
                                                        /*keep_alive_pings=*/true});
     stream_.read_message_max(kMaxMessage);
     stream_.auto_fragment(false);
     stream_.binary(true);
     stream_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (error) return;
-      self->core_->board->Enter(&self->viewer_);
+      self->core_->broadcaster->Enter(&self->viewer_);
       self->entered_ = true;
       self->Read();
       self->Write();
@@ -140,7 +140,7 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
 
   void Write() {
     if (!entered_ || is_writing_ || is_closing_) return;
-    SharedBytes block = core_->board->Next(&viewer_);
+    SharedBytes block = core_->broadcaster->Next(&viewer_);
     if (!block) return;
     is_writing_ = true;
     const asio::const_buffer buffer = asio::buffer(*block);
@@ -158,7 +158,8 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
       const auto run = ParseWatch({static_cast<const char*>(data.data()), data.size()});
       self->buffer_.consume(self->buffer_.size());
       if (!run || !self->allowance_.Take()) return self->Close();
-      self->core_->board->Watch(&self->viewer_, *run);  // of a run that is not there, nothing can be watched
+      self->core_->broadcaster->Watch(&self->viewer_,
+                                      *run);  // of a run that is not there, nothing can be watched
       self->Write();
       self->Read();
     });
@@ -179,7 +180,7 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
   Core* const core_;
   websocket::stream<beast::tcp_stream> stream_;
   beast::flat_buffer buffer_{kMaxMessage};
-  Board::Viewer viewer_;
+  UpdateBroadcaster::Viewer viewer_;
   Allowance allowance_;
   bool entered_ = false, is_writing_ = false, is_closing_ = false;
 };
@@ -201,7 +202,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
   void Read() {
     parser_.emplace();
     parser_->header_limit(kMaxHeader);
-    BeginWait(std::exchange(is_first_, false) ? core_->limits.first_request : core_->limits.patience);
+    BeginWait(std::exchange(is_first_, false) ? core_->limits.first_request : core_->limits.timeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, size_t) {
       self->EndWait();
       if (!error) return self->Answer();
@@ -227,9 +228,9 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
 
  private:
   // From now on the client has so long.
-  void BeginWait(std::chrono::seconds patience) {
+  void BeginWait(std::chrono::seconds timeout) {
     EndWait();
-    stream_.expires_after(patience);
+    stream_.expires_after(timeout);
     waiting_ = core_->waiting.insert(core_->waiting.end(), this);
   }
   void EndWait() {
@@ -299,7 +300,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
 
   // What is left of the answer, as far as the client takes it.
   void Write() {
-    BeginWait(core_->limits.patience);
+    BeginWait(core_->limits.timeout);
     stream_.async_write_some(left_, [self = shared_from_this()](error_code error, size_t written) {
       self->EndWait();
       for (asio::const_buffer& part : self->left_) {
@@ -370,16 +371,17 @@ void WebServer::Core::WakeViewers() {
   for (ViewerSession* viewer : viewers) viewer->Write();
 }
 
-WebServer::WebServer(const Address& address, std::shared_ptr<Board> board, const Limits& limits)
-    : core_(std::make_unique<Core>(address, std::move(board), limits)) {
+WebServer::WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster,
+                     const Limits& limits)
+    : core_(std::make_unique<Core>(address, std::move(broadcaster), limits)) {
   core_->Listen();
 }
 
-WebServer::WebServer(const Address& address, std::shared_ptr<Board> board)
-    : WebServer(address, std::move(board), Limits()) {}
+WebServer::WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster)
+    : WebServer(address, std::move(broadcaster), Limits()) {}
 
-WebServer::WebServer(int descriptor, std::shared_ptr<Board> board)
-    : core_(std::make_unique<Core>(Address(), std::move(board), Limits())) {
+WebServer::WebServer(int descriptor, std::shared_ptr<UpdateBroadcaster> broadcaster)
+    : core_(std::make_unique<Core>(Address(), std::move(broadcaster), Limits())) {
   core_->listener.Adopt(descriptor);
 }
 

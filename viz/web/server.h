@@ -1,6 +1,6 @@
 // The web server of `evalbus web`: HTTP for the page, its blocks and finished episodes, and a WebSocket on
-// which each viewer is told what the board has for it. One thread of its own; nobody waits for it, and no
-// viewer for another.
+// which each viewer is told what the broadcaster has for it. One thread of its own; nobody waits for it, and
+// no viewer for another.
 //
 // Who may ask. Without an address of the user's choice, at 127.0.0.1: every program of this machine that
 // sends a loopback name as Host, so that no other site's page reaches it by DNS rebinding; a WebSocket only
@@ -14,8 +14,8 @@
 #include <memory>
 #include <string>
 
-#include "viz/web/board.h"
 #include "viz/web/request.h"
+#include "viz/web/update_broadcaster.h"
 
 namespace evalbus::viz {
 
@@ -41,9 +41,9 @@ class WebServer {
     // no progress for longest is dropped for a new one.
     std::chrono::seconds first_request{5};
     // For later ones, and without progress while a client takes an answer.
-    std::chrono::seconds patience{30};
+    std::chrono::seconds timeout{30};
     // A viewer that neither says nor takes anything, not even the server's pings.
-    std::chrono::seconds viewer_patience{60};
+    std::chrono::seconds viewer_timeout{60};
   };
   struct Address {
     // Empty: 127.0.0.1 alone, without a token.
@@ -59,10 +59,10 @@ class WebServer {
 
   // Listens, in the network that this process is in now, and starts no thread yet. Throws InputError where
   // the address is none of this machine or its port is taken.
-  WebServer(const Address& address, std::shared_ptr<Board> board, const Limits& limits);
-  WebServer(const Address& address, std::shared_ptr<Board> board);
+  WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster, const Limits& limits);
+  WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster);
   // On a socket that listens on the loopback already, inherited from who started this process: descriptor().
-  WebServer(int descriptor, std::shared_ptr<Board> board);
+  WebServer(int descriptor, std::shared_ptr<UpdateBroadcaster> broadcaster);
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
@@ -77,7 +77,7 @@ class WebServer {
   // Serves, until it is stopped or destroyed.
   void Start(Handler handler);
   void Stop();
-  // The board has news.
+  // The broadcaster has news.
   void Wake();
 
  private:

@@ -122,13 +122,13 @@ TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
 
 // Says one message again and again, from another machine: a network namespace with a cable to ours. To each
 // of the buses, by our address on the cable and by their groups.
-class Neighbour {
+class Neighbor {
  public:
-  explicit Neighbour(const std::vector<sockaddr_in>& buses) : pid_(fork()) {
+  explicit Neighbor(const std::vector<sockaddr_in>& buses) : pid_(fork()) {
     if (pid_ != 0) return;
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (unshare(CLONE_NEWNET) != 0) _exit(1);
-    const std::string message("LC02\0\0\0\1EVALBUS_NEIGHBOUR\0x", 27);
+    const std::string message("LC02\0\0\0\1EVALBUS_NEIGHBOR\0x", 27);
     const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
     const int ttl = 1;
     setsockopt(socket, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
@@ -141,12 +141,12 @@ class Neighbour {
       }
     }
   }
-  ~Neighbour() {
+  ~Neighbor() {
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
   }
-  Neighbour(const Neighbour&) = delete;
-  Neighbour& operator=(const Neighbour&) = delete;
+  Neighbor(const Neighbor&) = delete;
+  Neighbor& operator=(const Neighbor&) = delete;
 
   bool Connect() const {
     const std::string pid = std::to_string(pid_), in = "nsenter -t " + pid + " -n ip ";
@@ -181,11 +181,11 @@ TEST_F(Closed, OtherMachinesAreHeardOnlyIfTheUrlReachesThem) {
     return [heard](std::string_view, std::span<const uint8_t>, int64_t) { ++*heard; };
   };
   Bus here(url), beyond(other.substr(0, other.find('?')) + "?ttl=1");
-  here.SubscribeRaw("EVALBUS_NEIGHBOUR", count(&heard_here));
+  here.SubscribeRaw("EVALBUS_NEIGHBOR", count(&heard_here));
   here.SubscribeRaw("EVALBUS_OWN", count(&heard_own));
-  beyond.SubscribeRaw("EVALBUS_NEIGHBOUR", count(&heard_beyond));
-  const Neighbour neighbour({AddressOf(url), AddressOf(other)});
-  if (!neighbour.Connect()) GTEST_SKIP() << "no cable between network namespaces on this machine";
+  beyond.SubscribeRaw("EVALBUS_NEIGHBOR", count(&heard_beyond));
+  const Neighbor neighbor({AddressOf(url), AddressOf(other)});
+  if (!neighbor.Connect()) GTEST_SKIP() << "no cable between network namespaces on this machine";
   EXPECT_TRUE(WaitFor([&] {
     beyond.Handle();
     return heard_beyond > 20;

@@ -48,7 +48,7 @@ class BadInput : public testing::Test {
   const fs::path work_ = folder_.path() / "work";
 };
 
-TEST_F(BadInput, PicturesThatWouldBeSomethingElse) {
+TEST_F(BadInput, ImagesThatWouldBeSomethingElse) {
   Expect(1, {"evalbus", "tasks", "show", "lift_pot", "--image", "x.jpg"}, {"--image x.jpg", ".png"});
 }
 
@@ -66,7 +66,7 @@ TEST_F(BadInput, CommandLine) {
   Expect(1, {"evalbus"}, {"subcommand"});
   Expect(1, {"evalbus", "fly"}, {"fly"});
   Expect(1, {"evalbus", "run"}, {"task"});
-  ExpectRun(1, {"lift_pot", "--colour", "red"}, {"--colour"});
+  ExpectRun(1, {"lift_pot", "--color", "red"}, {"--color"});
   ExpectRun(1, {"lift_pot", "--control-hz", "4"}, {"--control-hz", "5", "500"});
   ExpectRun(1, {"lift_pot", "--control-hz", "nan"}, {"--control-hz"});
   ExpectRun(1, {"lift_pot", "--episodes", "0"}, {"--episodes: expected 1 to 10000000, not 0"});

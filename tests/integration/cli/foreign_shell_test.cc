@@ -36,7 +36,7 @@ class ForeignShell : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(ForeignShell, RunsAndFilms) {
+TEST_F(ForeignShell, RunsAndVideos) {
   const Result result = RunProgram(
       {"evalbus", "run", "lift_pot", "--episodes", "1", "--video", "overview", "--out", "run"}, Setting());
   EXPECT_EQ(result.code, 0) << result.out << result.err;

@@ -3,7 +3,7 @@
 
 #include <set>
 
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/statistics/run_statistics.h"
 #include "tests/integration/harness.h"
 
@@ -56,7 +56,7 @@ TEST_F(FormatsTest, SchemasHold) {
 }
 
 // What a run writes has a label, a unit and a row in docs/metrics.md.
-TEST_F(FormatsTest, CatalogueKnowsEveryNumber) {
+TEST_F(FormatsTest, CatalogKnowsEveryNumber) {
   for (const nlohmann::ordered_json& episode : Episodes(A())) {
     std::set<std::string> numbers;
     for (const auto& [name, value] : metrics::FlattenedValues({{"extended", episode["extended"]}})) {
@@ -65,7 +65,7 @@ TEST_F(FormatsTest, CatalogueKnowsEveryNumber) {
     for (const auto& [name, value] : metrics::FlattenedValues(episode["metrics"])) numbers.emplace(name);
     EXPECT_GT(numbers.size(), 60u);
     for (const std::string& name : numbers) {
-      EXPECT_NE(FindMetric(name).metric, nullptr) << name << " is not in lcmtypes/metric_catalogue.cc";
+      EXPECT_NE(FindMetric(name).metric, nullptr) << name << " is not in lcmtypes/metric_catalog.cc";
     }
   }
 }

@@ -110,13 +110,13 @@ TEST_F(Kept, AReplayThatIsKilledLeavesNothing) {
 }
 
 // A bad one costs the others nothing.
-TEST_F(Kept, EveryLogThatCanBeFilmedIs) {
+TEST_F(Kept, EveryLogThatCanBeRenderedIs) {
   WriteText(LogFile(run_, 1), "no log");
   const Result result = RunProgram({"evalbus", "render", run_, "--size", "64x48", "--camera", "front"});
   EXPECT_EQ(result.code, 1);
   EXPECT_SAYS(result.err,
-              "warning: no film: " + LogFile(run_, 1).string() + ": no whole MODEL message in this log\n");
-  EXPECT_TRUE(result.err.ends_with("\nerror: 1 of 3 logs cannot be filmed\n")) << result.err;
+              "warning: no video: " + LogFile(run_, 1).string() + ": no whole MODEL message in this log\n");
+  EXPECT_TRUE(result.err.ends_with("\nerror: 1 of 3 logs cannot be recorded as video\n")) << result.err;
   for (const int episode : {0, 2}) {
     EXPECT_TRUE(fs::exists(LogFile(run_, episode).parent_path() / "front.mp4")) << episode;
   }

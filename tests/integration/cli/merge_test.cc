@@ -44,7 +44,7 @@ class Merge : public testing::Test {
     const fs::path plan = made_->path() / "plan.yaml";
     WriteText(plan, "policies: [{name: rnd, policy: random}, {name: hold, policy: hold}]\ntasks: " +
                         ShortTask(made_->path(), 0.2) +
-                        "/position\nepisodes: 4\nseed: 5\nchunk_episodes: 2\n");
+                        "/position\nepisodes: 4\nseed: 5\nshard_episodes: 2\n");
     const Result result =
         RunProgram({"evalbus", "run", plan, "--out", made_->path() / "results", "--part", "1/1"});
     ASSERT_EQ(result.code, 0) << result.out << result.err;
@@ -176,7 +176,7 @@ TEST_F(Merge, RefusesPartsOfOtherEpisodes) {
   const fs::path part = Part("hold", "0002-0003");
   fs::remove_all(part);
   fs::copy(Part("hold", "0000-0001"), part, fs::copy_options::recursive);
-  ExpectRefused("episode 0 is not of this chunk, which has 2 to 3");
+  ExpectRefused("episode 0 is not of this shard, which has 2 to 3");
 }
 
 TEST_F(Merge, RefusesPartsOfAnotherPlan) {

@@ -29,12 +29,12 @@ class Recorded : public testing::Test {
     return n;
   }
   // lift_pot with another height that counts as lifted.
-  fs::path TaskWithThreshold(const std::string& metres) {
+  fs::path TaskWithThreshold(const std::string& meters) {
     std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/tasks/lift_pot.yaml");
     const std::string key = "min_m: 1.096";
     const size_t at = text.find(key);
     EXPECT_NE(at, std::string::npos);
-    text.replace(at, key.size(), "min_m: " + metres);
+    text.replace(at, key.size(), "min_m: " + meters);
     WriteText(folder_.path() / "edited.yaml", text);
     return folder_.path() / "edited.yaml";
   }
@@ -109,7 +109,7 @@ TEST_F(Recorded, ReplayRefusesAPageOfTheRunThatIsNone) {
   EXPECT_EQ(result.err, "error: " + (run_ / "run.json").string() + ": no \"task\"; is this of evalbus?\n");
 }
 
-TEST_F(Recorded, SuitesAreReplayedRescoredAndFilmed) {
+TEST_F(Recorded, SuitesAreReplayedRescoredAndRendered) {
   const fs::path suite = folder_.path() / "suite";
   Evaluate({"lift_pot/base", "stack_two_blocks/base", "--policy", "flawed_expert:error", "--episodes", "1",
             "--in-process"},
@@ -120,11 +120,11 @@ TEST_F(Recorded, SuitesAreReplayedRescoredAndFilmed) {
   EXPECT_SAYS(rescored.out, "stack_two_blocks/base  recorded rules");
   EXPECT_SAYS(rescored.out, "2 of 2 episodes equal the recorded scores in every bit");
 
-  const Result filmed =
+  const Result rendered =
       RunProgram({"evalbus", "render", suite, "--camera", "left/hand/wrist", "--size", "160x120"});
-  EXPECT_EQ(filmed.code, 0) << filmed.err;
+  EXPECT_EQ(rendered.code, 0) << rendered.err;
   for (const char* run : {"lift_pot-base", "stack_two_blocks-base"}) {
-    EXPECT_TRUE(fs::exists(suite / run / "episodes/0000/left_hand_wrist.mp4")) << filmed.out;
+    EXPECT_TRUE(fs::exists(suite / run / "episodes/0000/left_hand_wrist.mp4")) << rendered.out;
   }
 
   EVALBUS_NEEDS_BUS();

@@ -63,9 +63,9 @@ class Reproducible : public testing::TestWithParam<const char*> {
   const fs::path reference_ = folder_.path() / "reference";
 };
 
-TEST_P(Reproducible, OneProcessWithFilmsOrWithWorkers) {
-  Run("filmed", {"--in-process", "--video", "front"});
-  ExpectAsReference("filmed");
+TEST_P(Reproducible, OneProcessWithVideosOrWithWorkers) {
+  Run("with_video", {"--in-process", "--video", "front"});
+  ExpectAsReference("with_video");
   Run("workers", {"--in-process", "--workers", "2"});
   ExpectAsReference("workers");
   // Each worker's RUN_SUMMARY is over its own episodes, and says so.

@@ -60,7 +60,7 @@ TEST(ConnectingPage, FirstTenMinutes) {
       continue;
     }
     Replace("ws://127.0.0.1:8000", checkpoint.url(), &command);
-    // Its commands, not its patience.
+    // Its commands, not its timeout.
     Replace("--episodes 20", "--episodes 1", &command);
     const Result result = RunProgram({"/bin/sh", "-c", command}, here);
     EXPECT_EQ(result.code, 0) << command << "\n" << result.out << result.err;

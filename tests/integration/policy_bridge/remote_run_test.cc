@@ -22,7 +22,7 @@ using Answer = PolicyServerDouble::Answer;
 
 constexpr int kSteps = 4;
 
-// The left arm a little further, by what the pictures and the state say, so that a wrong one changes scores.
+// The left arm a little further, by what the images and the state say, so that a wrong one changes scores.
 Value Forward(const Value& observation) {
   const std::vector<double> joints = Numbers(*observation.Find("state")->As<Array>());
   double brightness = 0;
@@ -100,13 +100,13 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
       ASSERT_EQ(saw[i].array.size(), 1u);
       EXPECT_EQ(saw[i].array[0].value_mixed[0],
                 static_cast<float>(states[3 * i].arm[0].joint_position_rad[0]));
-      ASSERT_EQ(saw[i].picture.size(), 1u);
-      EXPECT_EQ(saw[i].picture[0].sent_bytes, 48 * 32 * 3);
-      EXPECT_EQ(saw[i].picture[0].sha256, same[i].picture[0].sha256);
+      ASSERT_EQ(saw[i].image.size(), 1u);
+      EXPECT_EQ(saw[i].image[0].sent_bytes, 48 * 32 * 3);
+      EXPECT_EQ(saw[i].image[0].sha256, same[i].image[0].sha256);
       EXPECT_EQ(said[i].execute_steps, 3);
       EXPECT_EQ(said[i].num_steps, kSteps);
     }
-    EXPECT_NE(saw[0].picture[0].sha256, saw[6].picture[0].sha256);
+    EXPECT_NE(saw[0].image[0].sha256, saw[6].image[0].sha256);
     EXPECT_TRUE(fs::exists(apart / "episodes" / ("000" + std::to_string(episode)) / "policy_calls.json"));
   }
   // Without the server, from the log alone.

@@ -11,8 +11,8 @@ namespace evalbus::watch_test {
 
 namespace fs = std::filesystem;
 
-// A source: says HELLO until MODEL is heard, then what it measures. It waits for each STATE, which a robot
-// does not.
+// A source: says SOURCE_ANNOUNCEMENT until MODEL is heard, then what it measures. It waits for each STATE,
+// which a robot does not.
 class Source {
  public:
   explicit Source(const std::string& url) : bus_(url) {
@@ -22,25 +22,25 @@ class Source {
   }
   // Names the joints of arms and fingers of a recorded run, and its objects or none.
   bool Meet(const model_info_t& model, bool with_objects) {
-    hello_.source = "a recorded robot";
-    hello_.period_us = model.timestep_us * model.substeps;
+    announcement_.source = "a recorded robot";
+    announcement_.period_us = model.timestep_us * model.substeps;
     for (size_t k = 0; k < model.joint_name.size(); ++k) {
       const std::string& name = model.joint_name[k];
       if (!name.starts_with("left/") && !name.starts_with("right/")) continue;
-      hello_.joint_name.push_back(name);
+      announcement_.joint_name.push_back(name);
       qpos_.push_back(model.joint_qpos_index[k]);
     }
-    hello_.num_joints = static_cast<int32_t>(hello_.joint_name.size());
-    if (with_objects) hello_.object_name = model.object_name;
-    hello_.num_objects = static_cast<int32_t>(hello_.object_name.size());
-    for (const std::string& object : hello_.object_name) {
+    announcement_.num_joints = static_cast<int32_t>(announcement_.joint_name.size());
+    if (with_objects) announcement_.object_name = model.object_name;
+    announcement_.num_objects = static_cast<int32_t>(announcement_.object_name.size());
+    for (const std::string& object : announcement_.object_name) {
       body_.push_back(std::ranges::find(model.body_name, object) - model.body_name.begin());
     }
     auto said = std::chrono::steady_clock::time_point{};
     return Until([&] {
       if (const auto now = std::chrono::steady_clock::now(); now - said > std::chrono::milliseconds(500)) {
         said = now;
-        bus_.Publish(channels::kHello, hello_);
+        bus_.Publish(channels::kSourceAnnouncement, announcement_);
       }
       return is_met_;
     });
@@ -57,9 +57,9 @@ class Source {
       sample.stamp_us = 1'700'000'000'000'000 + states[k].header.sim_time_us;
       for (const int index : qpos_)
         sample.joint_position_mixed.push_back(states[k].qpos_mixed[static_cast<size_t>(index)]);
-      sample.num_joints = hello_.num_joints;
+      sample.num_joints = announcement_.num_joints;
       for (const auto body : body_) sample.object.push_back(states[k].body[static_cast<size_t>(body)]);
-      sample.num_objects = hello_.num_objects;
+      sample.num_objects = announcement_.num_objects;
       sample.is_last = k + 1 == states.size();
       if (change) change(&sample);
       bus_.Publish(channels::kSourceState, sample);
@@ -79,7 +79,7 @@ class Source {
   }
 
   Bus bus_;
-  hello_t hello_{};
+  source_announcement_t announcement_{};
   std::vector<int> qpos_;
   std::vector<ptrdiff_t> body_;
   bool is_met_ = false;
@@ -236,18 +236,19 @@ TEST_F(Watch, WhatDoesNotFitIsOneLine) {
   const std::string url = UniqueUrl();
   const auto watch = Begin(url);
   Bus bus(url);
-  hello_t hello{};
-  hello.source = "mine";
-  hello.period_us = 20'000;
-  hello.joint_name = {"left/joint_1"};
-  hello.num_joints = 1;
+  source_announcement_t announcement{};
+  announcement.source = "mine";
+  announcement.period_us = 20'000;
+  announcement.joint_name = {"left/joint_1"};
+  announcement.num_joints = 1;
   ASSERT_TRUE(WaitFor([&] {
-    bus.Publish(channels::kHello, hello);
+    bus.Publish(channels::kSourceAnnouncement, announcement);
     return !watch->running();
   }));
   EXPECT_EQ(watch->Wait(), 1);
   EXPECT_EQ(watch->err(),
-            "error: HELLO of 'mine': no joint is called 'left/joint_1'; did you mean 'left/joint1'?\n");
+            "error: SOURCE_ANNOUNCEMENT of 'mine': no joint is called 'left/joint_1'; did you mean "
+            "'left/joint1'?\n");
   EXPECT_FALSE(fs::exists(out()));
 }
 

@@ -1,4 +1,4 @@
-// The process that draws what a policy asks for: whole pictures over a real bus, equal to those of the same
+// The process that draws what a policy asks for: whole images over a real bus, equal to those of the same
 // component in this process. The test is sim and policy.
 #include <map>
 
@@ -14,7 +14,7 @@ namespace evalbus::camera_process_test {
 class CameraProcess : public testing::Test {
  protected:
   // By camera.
-  using Pictures = std::map<std::string, image_t>;
+  using Images = std::map<std::string, image_t>;
 
   CameraProcess() {
     for (const auto& [camera, side] :
@@ -24,18 +24,18 @@ class CameraProcess : public testing::Test {
       view.width_px = view.height_px = side;
       view.shadows = 1;
       view.encoding = side == 512 ? "depth32" : "rgb8";
-      observe_.view.push_back(view);
+      image_request_.view.push_back(view);
     }
-    observe_.num_views = 3;
+    image_request_.num_views = 3;
     state_ = viz::StateOf(viz::HomeQpos(*scene_.visual));
-    observe_.header.tick = state_.header.tick = 0;
+    image_request_.header.tick = state_.header.tick = 0;
   }
 
-  void Hear(Bus* bus, Pictures* pictures) {
-    for (const view_t& view : observe_.view) {
+  void Hear(Bus* bus, Images* images) {
+    for (const view_t& view : image_request_.view) {
       const std::string channel = channels::ImageChannel(view.camera);
       bus->Subscribe(Channel<image_t>{channel.c_str(), "cameras"},
-                     [pictures](const image_t& m) { (*pictures)[m.view.camera] = m; });
+                     [images](const image_t& m) { (*images)[m.view.camera] = m; });
     }
     bus->Subscribe(channels::kStatus, [this](const component_status_t& m) { status_ = m; });
   }
@@ -56,7 +56,7 @@ class CameraProcess : public testing::Test {
   // Written once: a process may be reading it when it is told of it again.
   const model_info_t model_ = viz::VisualInfo(folder_.path(), *scene_.visual);
   state_t state_{};
-  observe_t observe_{};
+  image_request_t image_request_{};
   component_status_t status_{};
 };
 
@@ -64,18 +64,18 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl();
   Bus bus(url), bystander(url);
-  Pictures far, near;
+  Images far, near;
   Hear(&bus, &far);
   int states_heard = 0;
   bystander.Subscribe(channels::kState, [&](const state_t&) { ++states_heard; });
-  Program process({"evalbus-viz", "--answer-observe", "--url", url});
+  Program process({"evalbus-viz", "--answer-image-requests", "--url", url});
   ASSERT_TRUE(HearUntil(&bus, [&] {
     if (status_.state != component_status_t::READY) Begin(&bus);
     return status_.state == component_status_t::READY;
   })) << process.err();
   EXPECT_EQ(status_.component, "cameras");
   // Before its STATE: it waits for it.
-  bus.Publish(channels::kObserve, observe_);
+  bus.Publish(channels::kRequestImage, image_request_);
   bus.Publish(channels::kState, state_);
   ASSERT_TRUE(HearUntil(&bus, [&] { return far.size() == 3; }));
 
@@ -84,9 +84,9 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
   viz::CameraComponent component(&own);
   Begin(&own);
   own.Publish(channels::kState, state_);
-  own.Publish(channels::kObserve, observe_);
+  own.Publish(channels::kRequestImage, image_request_);
   ASSERT_TRUE(HearUntil(&own, [&] { return near.size() == 3; }));
-  for (const view_t& view : observe_.view) {
+  for (const view_t& view : image_request_.view) {
     EXPECT_EQ(far[view.camera].view.width_px, view.width_px);
     EXPECT_TRUE(far[view.camera].data == near[view.camera].data) << view.camera;
   }
@@ -103,21 +103,21 @@ TEST_F(CameraProcess, AnUnknownCameraIsOneLine) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl();
   Bus bus(url);
-  Pictures pictures;
-  Hear(&bus, &pictures);
-  Program process({"evalbus-viz", "--answer-observe", "--url", url});
+  Images images;
+  Hear(&bus, &images);
+  Program process({"evalbus-viz", "--answer-image-requests", "--url", url});
   ASSERT_TRUE(HearUntil(&bus, [&] {
     if (status_.state != component_status_t::READY) Begin(&bus);
     return status_.state == component_status_t::READY;
   })) << process.err();
-  observe_.view[1].camera = "nowhere";
+  image_request_.view[1].camera = "nowhere";
   bus.Publish(channels::kState, state_);
-  bus.Publish(channels::kObserve, observe_);
+  bus.Publish(channels::kRequestImage, image_request_);
   ASSERT_TRUE(HearUntil(&bus, [&] { return status_.state == component_status_t::FAILED; }));
   EXPECT_EQ(process.Wait(), 1);
-  EXPECT_EQ(status_.error.find("OBSERVE of tick 0: no camera 'nowhere'; this scene has head, "), 0u);
+  EXPECT_EQ(status_.error.find("REQUEST_IMAGE of tick 0: no camera 'nowhere'; this scene has head, "), 0u);
   EXPECT_NE(process.err().find("error: " + status_.error + "\n"), std::string::npos);
-  EXPECT_TRUE(pictures.empty());
+  EXPECT_TRUE(images.empty());
 }
 
 }  // namespace evalbus::camera_process_test

@@ -1,4 +1,4 @@
-// Live pictures over a real bus, of a run and of a replay; machines without OSMesa.
+// Live images over a real bus, of a run and of a replay; machines without OSMesa.
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -48,14 +48,14 @@ class VizRun : public testing::Test {
                                [&](const auto& camera) { return camera.second.back().header.tick == tick; });
   }
   using Images = std::vector<image_t>;
-  // Where the pictures of a run end and those of its replay, which go back in time, begin.
+  // Where the images of a run end and those of its replay, which go back in time, begin.
   static size_t BeginAgain(const Images& images) {
     const auto earlier = [](const image_t& a, const image_t& b) { return b.header.tick < a.header.tick; };
     const auto last = std::ranges::adjacent_find(images, earlier);
     return last == images.end() ? images.size() : static_cast<size_t>(last - images.begin()) + 1;
   }
-  // Pictures from both cameras, in order, of ticks that were on the bus, that decode; none, or one replay.
-  void ExpectPictures() {
+  // Images from both cameras, in order, of ticks that were on the bus, that decode; none, or one replay.
+  void ExpectImages() {
     EXPECT_EQ(heard_.images.size(), 2u);
     for (const auto& [channel, images] : heard_.images) {
       for (size_t i = 0; i < images.size(); ++i) {
@@ -92,14 +92,14 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
                       "--realtime", "--url", url_, "--out", run});
   ASSERT_TRUE(HearUntil([&] { return !evaluation.running(); }));
   EXPECT_EQ(evaluation.Wait(), 0) << evaluation.err();
-  // The last picture is of the episode's end.
+  // The last image is of the episode's end.
   const int64_t last = heard_.state_tick.back();
   EXPECT_TRUE(HearUntil([&] { return AllShow(last); }));
   EXPECT_GT(heard_.viz.skipped_ticks, 0);
   EXPECT_EQ(heard_.viz.missing_ticks, 0);
   EXPECT_TRUE(ReadLog(LogFile(run, 0)).Payloads("EVALBUS_IMAGE_overview").empty());
 
-  // The same viz, still listening, cannot tell a replay from the run: the same last picture, bit for bit.
+  // The same viz, still listening, cannot tell a replay from the run: the same last image, bit for bit.
   Program replay({"evalbus", "replay", run, "--url", url_});
   ASSERT_TRUE(HearUntil([&] { return !replay.running(); }));
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
@@ -107,9 +107,9 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
   ASSERT_TRUE(HearUntil([&] { return BeginAgain(images) < images.size() && AllShow(last); }));
   const image_t end_of_run = images[BeginAgain(images) - 1];
   EXPECT_EQ(end_of_run.header.tick, last);
-  // How it ended is drawn onto that tick's picture once it is known.
+  // How it ended is drawn onto that tick's image once it is known.
   EXPECT_TRUE(HearUntil([&] { return images.back().data == end_of_run.data; }));
-  ExpectPictures();
+  ExpectImages();
   viz.Signal(SIGTERM);
   EXPECT_EQ(viz.Wait(), 0) << viz.err();
 }
@@ -152,7 +152,7 @@ TEST_F(VizRun, UnknownCameraIsOneLineAndSaidOnStatus) {
 TEST(VizInput, WrongInputIsOneLine) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{"--size", "640"}, "--size 640: expected WIDTHxHEIGHT, such as 1280x720"},
-      {{"--size", "641x480"}, "pictures of 641x480: expected even numbers of pixels, 2 to 4096 each way"},
+      {{"--size", "641x480"}, "images of 641x480: expected even numbers of pixels, 2 to 4096 each way"},
       {{"--fps", "0"}, "--fps: expected a number above 0"},
       {{"--gl", "metal"}, "--gl metal: expected osmesa, egl or auto"},
       {{"/nonexistent"}, "/nonexistent: there is no such run"},
@@ -213,13 +213,13 @@ TEST_F(WithoutOsMesa, ARunKeepsItsResults) {
   const Result result = Run({"evalbus", "run", ShortTask(folder_.path(), 0.2), "--policy", "hold",
                              "--episodes", "2", "--in-process", "--video", "front", "--out", run});
   EXPECT_EQ(result.code, 2);
-  ExpectLine(result.err, Line("no film: "));
+  ExpectLine(result.err, Line("no video: "));
   EXPECT_EQ(Episodes(run).size(), 2u);
 }
 
 TEST_F(WithoutOsMesa, DoctorSaysSo) {
   const Result result = Run({"evalbus", "doctor"});
-  EXPECT_NE(result.out.find("FAIL  OSMesa, which renders films\n      fix: apt-get install libosmesa6\n"),
+  EXPECT_NE(result.out.find("FAIL  OSMesa, which renders videos\n      fix: apt-get install libosmesa6\n"),
             std::string::npos)
       << result.out;
 }

@@ -79,8 +79,8 @@ TEST(Channels, MessagesBeginWithTheSessionButThoseOfASource) {
       EXPECT_FALSE(carries) << channel.name;
     }
   });
-  EXPECT_EQ(without,
-            (std::set<std::string>{"EVALBUS_HELLO", "EVALBUS_SOURCE_STATE", "EVALBUS_SOURCE_IMAGE_"}));
+  EXPECT_EQ(without, (std::set<std::string>{"EVALBUS_SOURCE_ANNOUNCEMENT", "EVALBUS_SOURCE_STATE",
+                                            "EVALBUS_SOURCE_IMAGE_"}));
   EXPECT_TRUE(channels::CarriesSession("EVALBUS_IMAGE_front"));
   EXPECT_TRUE(channels::CarriesSession("EVALBUS_CAMERA_front"));
   EXPECT_FALSE(channels::CarriesSession("EVALBUS_SOURCE_IMAGE_front"));
@@ -90,8 +90,8 @@ TEST(Channels, MessagesBeginWithTheSessionButThoseOfASource) {
 
 TEST(Channels, OfACameraCarryImagesAndNothingElse) {
   channels::Messages messages;
-  EXPECT_TRUE(channels::IsWhatItCarries("EVALBUS_CAMERA_front", Encode(image_t{}), &messages));
-  EXPECT_FALSE(channels::IsWhatItCarries("EVALBUS_CAMERA_front", Encode(header_t{}), &messages));
+  EXPECT_TRUE(channels::MatchesChannelType("EVALBUS_CAMERA_front", Encode(image_t{}), &messages));
+  EXPECT_FALSE(channels::MatchesChannelType("EVALBUS_CAMERA_front", Encode(header_t{}), &messages));
 }
 
 }  // namespace evalbus::channels_test

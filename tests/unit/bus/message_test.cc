@@ -25,9 +25,9 @@ TEST(Message, AHeaderIsReadWithoutTheRest) {
 
 TEST(Message, NewsAreWhatDiffers) {
   std::vector<uint8_t> known;
-  EXPECT_TRUE(IsNews(std::vector<uint8_t>{1, 2}, &known));
-  EXPECT_FALSE(IsNews(std::vector<uint8_t>{1, 2}, &known));
-  EXPECT_TRUE(IsNews(std::vector<uint8_t>{1, 3}, &known));
+  EXPECT_TRUE(UpdateIfChanged(std::vector<uint8_t>{1, 2}, &known));
+  EXPECT_FALSE(UpdateIfChanged(std::vector<uint8_t>{1, 2}, &known));
+  EXPECT_TRUE(UpdateIfChanged(std::vector<uint8_t>{1, 3}, &known));
   EXPECT_EQ(known, (std::vector<uint8_t>{1, 3}));
 }
 

@@ -36,7 +36,7 @@ class PackedLog : public testing::Test {
     PackLog(plain, file);
     return ReadBytes(file);
   }
-  static std::string WhyNot(const Bytes& packed, size_t most = kMostUnpackedBytes) {
+  static std::string WhyNot(const Bytes& packed, size_t most = kMaxUnpackedBytes) {
     try {
       UnpackLog(packed, "a.zst", most);
     } catch (const InputError& error) {

@@ -235,8 +235,8 @@ TEST_F(RecorderTest, WhatIsSaidAgainIsRecordedOnce) {
 
 TEST_F(RecorderTest, TicksThatNoEpisodeReachesAreForeign) {
   Begin(0);
-  constexpr auto kMost = std::numeric_limits<int64_t>::max(), kLeast = std::numeric_limits<int64_t>::min();
-  for (const int64_t tick : {int64_t{0}, kMost, kLeast, int64_t{1}}) {
+  constexpr auto kMax = std::numeric_limits<int64_t>::max(), kLeast = std::numeric_limits<int64_t>::min();
+  for (const int64_t tick : {int64_t{0}, kMax, kLeast, int64_t{1}}) {
     state_t state{};
     state.header.tick = tick;
     bus_.Publish(channels::kState, state);

@@ -84,7 +84,7 @@ void Check(const Kind& robot, const Kind& fixture) {
   std::mt19937_64 random(7);
   int apart = 0, touching = 0;
   for (int k = 0; k < 200; ++k) {
-    scene.Randomise(&random, 0.3);
+    scene.Randomize(&random, 0.3);
     scene.SetPoses(&checker);
     const std::optional<Clearance> found = checker.FindClearance();
     ASSERT_TRUE(found);

@@ -146,7 +146,7 @@ TEST(ClearanceWatch, OfAllShapesIsThatOfMeasuringEveryTick) {
   Comparison comparison(scene.model.get(), scene.info, 20'000);
   int ticks = 0;
   for (int episode = 0; episode < 20; ++episode) {
-    scene.Randomise(&random, 1.5);
+    scene.Randomize(&random, 1.5);
     comparison.Start();
     mjData& data = *scene.data;
     for (int i = 0; i < scene.model->nv; ++i) {

@@ -34,7 +34,7 @@ class TwoGeoms {
     checker_.SetBodyPose(0, origin, unit);
   }
 
-  // Poses the geom frame, which for a mesh MuJoCo moves to its centre of mass.
+  // Poses the geom frame, which for a mesh MuJoCo moves to its center of mass.
   void Place(int body, const Vector3d& p, const Quaterniond& q) {
     const double quat[4] = {q.w(), q.x(), q.y(), q.z()};
     checker_.SetBodyPose(body, p.data(), quat);
@@ -147,7 +147,7 @@ TEST(CollisionClosedForm, SphereAgainstCapsule) {
 
 TEST(CollisionClosedForm, SphereAgainstBox) {
   TwoGeoms dut("type='sphere' size='.1'", "type='box' size='.1 .2 .3'");
-  // Face, edge and corner; then the centre inside the box, nearest to its -x face.
+  // Face, edge and corner; then the center inside the box, nearest to its -x face.
   dut.Expect({0.19, 0.05, 0}, kUnit, -0.01, {0.095, 0, 0}, {1, 0, 0});
   const double diagonal = std::sqrt(0.5);
   dut.Expect({0.1 + 0.09 * diagonal, 0.2 + 0.09 * diagonal, 0}, kUnit, -0.01,

@@ -75,7 +75,7 @@ struct CollisionScene {
   }
 
   // Random places within +-reach for free bodies, uniform rotations; hinges within their limits or +-pi.
-  void Randomise(std::mt19937_64* random, double reach) {
+  void Randomize(std::mt19937_64* random, double reach) {
     const auto uniform = [&](double low, double high) {
       return low + (high - low) * static_cast<double>((*random)() >> 11) * 0x1p-53;
     };

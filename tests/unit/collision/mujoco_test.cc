@@ -82,7 +82,7 @@ void Compare(CollisionScene* scene, CollisionChecker* checker, Tally* tally) {
   const mjModel& m = *scene->model;
   scene->SetPoses(checker);
   std::map<PairKey, double> expected = MujocoContacts(*scene);
-  // What MuJoCo lets collide and we do not: neighbours fixed to the world and fingers of one hand.
+  // What MuJoCo lets collide and we do not: neighbors fixed to the world and fingers of one hand.
   std::erase_if(expected, [&](const auto& entry) {
     return !checker->IsChecked(entry.first.first, entry.first.second);
   });
@@ -124,7 +124,7 @@ TEST(CollisionAgainstMujoco, TouchingPairsOfEveryShapeAgreeOnRandomPoses) {
   std::mt19937_64 random(1);
   Tally tally;
   for (int i = 0; i < 6000; ++i) {
-    scene.Randomise(&random, 0.25);
+    scene.Randomize(&random, 0.25);
     Compare(&scene, &checker, &tally);
     if (HasFailure()) FAIL() << "pose " << i;
   }
@@ -141,7 +141,7 @@ TEST(CollisionAgainstMujoco, TouchingPairsOfTwoArmsAgreeOnRandomPoses) {
   std::mt19937_64 random(2);
   Tally tally;
   for (int i = 0; i < 4000; ++i) {
-    scene.Randomise(&random, 0.6);
+    scene.Randomize(&random, 0.6);
     // The pot floats within reach of the arms.
     double* pot = scene.data->qpos + scene.model->nq - 7;
     pot[0] += 0.6;
@@ -169,7 +169,7 @@ TEST(CollisionChecker, ResultsAreSortedAndDependOnPosesOnly) {
     CollisionChecker used(scene.model.get(), scene.info);
     std::mt19937_64 random(3);
     for (int i = 0; i < 300; ++i) {
-      scene.Randomise(&random, 0.3);
+      scene.Randomize(&random, 0.3);
       // `used` has seen other poses; `fresh` has not.
       CollisionChecker fresh(scene.model.get(), scene.info);
       scene.SetPoses(&fresh);

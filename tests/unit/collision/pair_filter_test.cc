@@ -34,7 +34,7 @@ const char kFilteredScene[] = R"(<mujoco><worldbody>
  <contact><exclude body1="o1" body2="l1"/><exclude body1="robot" body2="o1"/>
   <pair geom1="o2" geom2="o1"/></contact></mujoco>)";
 
-TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighboursAndFingers) {
+TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighborsAndFingers) {
   CollisionScene scene(kFilteredScene);
   CollisionChecker checker(scene.model.get(), scene.info);
   const auto checked = [&](const char* a, const char* b) {
@@ -51,7 +51,7 @@ TEST(CollisionFilter, FollowsMujocoAndLeavesOutNeighboursAndFingers) {
   EXPECT_FALSE(checked("table", "wall"));
   EXPECT_FALSE(checked("base", "table"));
   EXPECT_FALSE(checked("base", "floor"));
-  // Neighbouring links: MuJoCo's rule, ours at the fixed base, and the fingers on the hand.
+  // Neighboring links: MuJoCo's rule, ours at the fixed base, and the fingers on the hand.
   EXPECT_FALSE(checked("base", "l1"));
   EXPECT_FALSE(checked("l1", "l2"));
   EXPECT_FALSE(checked("l1", "hand"));
@@ -200,8 +200,8 @@ TEST(Clearance, OfObjectsOnlyToWhatMustNotBeTouched) {
     return checker.FindClearance();
   };
   EXPECT_FALSE(clearance());
-  scene.info.barred_geom = {scene.Geom("door")};
-  scene.info.num_barred_geoms = 1;
+  scene.info.forbidden_contact_geom = {scene.Geom("door")};
+  scene.info.num_forbidden_contact_geoms = 1;
   ASSERT_TRUE(clearance());
   EXPECT_NEAR(clearance()->distance, 0.35, 1e-12);
   EXPECT_EQ(clearance()->scene_geom, scene.Geom("door"));
@@ -240,7 +240,7 @@ TEST(Clearance, OfTwoArmsIsTheLeastOverSampledPoints) {
   };
   int apart = 0;
   for (int i = 0; i < 100; ++i) {
-    scene.Randomise(&random, 0.3);
+    scene.Randomize(&random, 0.3);
     scene.SetPoses(&checker);
     double sampled = 1e9;
     for (int robot = 0; robot < m.ngeom; ++robot) {

@@ -145,7 +145,7 @@ variations:
   base: {}
   wide:
     alias: PushWide
-    randomise:
+    randomize:
       - spawn_box: {object: block, center_m: [0, 1], half_extents_m: [2, 3], min_distance_m: 0.1}
       - spawn_plane:
           objects: [block]
@@ -182,8 +182,8 @@ TEST(TaskDescription, Small) {
   EXPECT_FALSE(task.parts[0].free);
   EXPECT_EQ(task.parts[0].location.line, 9);
   ASSERT_EQ(task.variations.size(), 2u);
-  EXPECT_TRUE(task.variation("base").randomisations.empty());
-  const auto& random = task.variation("wide").randomisations;
+  EXPECT_TRUE(task.variation("base").randomizations.empty());
+  const auto& random = task.variation("wide").randomizations;
   ASSERT_EQ(random.size(), 3u);
   EXPECT_EQ(std::get<SpawnBox>(random[0]).half_extents[1], 3);
   EXPECT_EQ(std::get<SpawnPlane>(random[1]).jitter[1], 0.1);
@@ -345,7 +345,7 @@ TEST(TaskDescription, LiftPotSaysWhatTheFactsSay) {
   EXPECT_EQ(task.objects, std::vector<std::string>{"pot"});
   ASSERT_EQ(task.variations.size(), 4u);
   EXPECT_EQ(task.variations[0].alias, "LiftPot");
-  const auto& both = task.variation("position_and_orientation").randomisations;
+  const auto& both = task.variation("position_and_orientation").randomizations;
   ASSERT_EQ(both.size(), 2u);
   const auto& box = std::get<SpawnBox>(both[0]);
   EXPECT_EQ(box.center, (std::array<double, 2>{0.735, 0}));

@@ -49,7 +49,7 @@ TEST(MjcfPart, AnglesAreRadiansWhereTheJointTurns) {
   PartOf file(
       "<mujoco><default><joint range='-90 90'/></default><worldbody><body><joint name='turns'/></body>"
       "</worldbody></mujoco>");
-  file.part.Normalise();
+  file.part.Normalize();
   EXPECT_EQ(file.part.MainDefault()->FirstChildElement("joint")->Attribute("range"), std::string("-90 90"));
   const XMLElement* body = file.part.Sections("worldbody")[0]->FirstChildElement();
   const std::vector<double> range =
@@ -57,11 +57,11 @@ TEST(MjcfPart, AnglesAreRadiansWhereTheJointTurns) {
   EXPECT_DOUBLE_EQ(range[1], std::acos(0.0));
 
   PartOf slides("<mujoco><worldbody><body><joint type='slide' range='-90 90'/></body></worldbody></mujoco>");
-  slides.part.Normalise();
+  slides.part.Normalize();
   EXPECT_EQ(Get(slides.Only("joint"), "range"), "-90 90");
   PartOf radians(
       "<mujoco><compiler angle='radian'/><worldbody><body><joint range='-1 1'/></body></worldbody></mujoco>");
-  radians.part.Normalise();
+  radians.part.Normalize();
   EXPECT_EQ(Get(radians.Only("joint"), "range"), "-1 1");
 }
 

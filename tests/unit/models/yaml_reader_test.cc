@@ -42,8 +42,8 @@ TEST(YamlReader, UnknownKeyNamesTheNearest) {
   const auto read = [](const char* text) { return [=] { YamlMap(Parse(text), {"time_limit_s", "name"}); }; };
   EXPECT_EQ(ErrorOf(read("name: a\ntime_limt_s: 3\n")),
             "f.yaml:2: key 'time_limt_s': not a key here; did you mean 'time_limit_s'?");
-  EXPECT_EQ(ErrorOf(read("name: a\ncolour: 3\n")),
-            "f.yaml:2: key 'colour': not a key here; expected one of name, time_limit_s");
+  EXPECT_EQ(ErrorOf(read("name: a\ncolor: 3\n")),
+            "f.yaml:2: key 'color': not a key here; expected one of name, time_limit_s");
 }
 
 TEST(YamlReader, ListsOfNamesAreSortedAndNameEachOnce) {

@@ -167,15 +167,17 @@ class ImagePolicy : public Policy {
   void Begin(const episode_begin_t&) override {}
   bool Think(const state_t& state) override {
     if (seen_tick_ == state.header.tick) return true;
-    observe_.header = state.header;
+    image_request_.header = state.header;
     return false;
   }
-  const observe_t* Wants() const override { return seen_tick_ < observe_.header.tick ? &observe_ : nullptr; }
-  void See(const image_t& image) override { seen_tick_ = image.header.tick; }
+  const image_request_t* image_request() const override {
+    return seen_tick_ < image_request_.header.tick ? &image_request_ : nullptr;
+  }
+  void OnImage(const image_t& image) override { seen_tick_ = image.header.tick; }
   void Act(const state_t&, action_t* action) override { action->mode = action_t::JOINT_POSITION; }
 
  private:
-  observe_t observe_{};
+  image_request_t image_request_{};
   int64_t seen_tick_ = -1;
 };
 
@@ -184,7 +186,8 @@ TEST_F(PolicyComponentTest, RequestsImagesOfANewTickAtOnce) {
                  [](const mjModel&, const model_info_t&) { return std::make_unique<ImagePolicy>(); });
   PolicyComponent component(&bus_, {"image_policy"});
   std::vector<int64_t> observed;
-  bus_.Subscribe(channels::kObserve, [&](const observe_t& m) { observed.push_back(m.header.tick); });
+  bus_.Subscribe(channels::kRequestImage,
+                 [&](const image_request_t& m) { observed.push_back(m.header.tick); });
   Send(channels::kModel, model_);
   Begin(0);
   for (int64_t tick = 0; tick < 20; ++tick) {

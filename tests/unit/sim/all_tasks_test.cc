@@ -97,23 +97,23 @@ TEST_P(AllTasksTest, StartsAreInTheirRegionsAndWhereTheParametersSay) {
       std::map<std::string, double> value;
       for (const Parameter& parameter : world->Reset(seed, variation))
         value[parameter.name] = parameter.value;
-      const auto expect_near = [&](const std::string& name, double centre, double half) {
+      const auto expect_near = [&](const std::string& name, double center, double half) {
         ASSERT_TRUE(value.contains(name)) << name;
-        EXPECT_LE(std::abs(value[name] - centre), half + 1e-12) << name << ", seed " << seed;
+        EXPECT_LE(std::abs(value[name] - center), half + 1e-12) << name << ", seed " << seed;
       };
-      for (const Randomisation& randomisation : variation.randomisations) {
-        if (const auto* box = std::get_if<SpawnBox>(&randomisation)) {
+      for (const Randomization& randomization : variation.randomizations) {
+        if (const auto* box = std::get_if<SpawnBox>(&randomization)) {
           expect_near(box->object + "_x_m", box->center[0], box->half_extents[0]);
           expect_near(box->object + "_y_m", box->center[1], box->half_extents[1]);
         }
-        if (const auto* plane = std::get_if<SpawnPlane>(&randomisation)) {
+        if (const auto* plane = std::get_if<SpawnPlane>(&randomization)) {
           for (const std::string& object : plane->objects) {
             expect_near(object + "_x_m", plane->origin[0], plane->half_extents[0] + plane->jitter[0]);
             expect_near(object + "_y_m", plane->origin[1], plane->half_extents[1] + plane->jitter[1]);
             expect_near(object + "_z_m", plane->origin[2], plane->jitter[2]);
           }
         }
-        if (const auto* yaw = std::get_if<SpawnYaw>(&randomisation)) {
+        if (const auto* yaw = std::get_if<SpawnYaw>(&randomization)) {
           expect_near(yaw->object + "_yaw_rad", 0, yaw->bound);
         }
       }
@@ -148,7 +148,7 @@ TEST_P(AllTasksTest, EqualSeedsGiveEqualStartsAndOthersOthers) {
       starts.insert(Everything(*world));
       world->Step();
     }
-    EXPECT_EQ(starts.size(), variation.randomisations.empty() ? 1u : static_cast<size_t>(kSeeds));
+    EXPECT_EQ(starts.size(), variation.randomizations.empty() ? 1u : static_cast<size_t>(kSeeds));
     world->Reset(0, variation);
     EXPECT_EQ(Everything(*world), first);
   });

@@ -33,7 +33,7 @@ std::vector<std::pair<int64_t, double>> TicksOf(const std::vector<double>& sampl
   return found;
 }
 
-TEST(SampleTicks, LieBetweenTheirNeighbours) {
+TEST(SampleTicks, LieBetweenTheirNeighbors) {
   EXPECT_THAT(TicksOf({0, 10, 25, 40, 59}), ElementsAre(std::pair(0, 0), std::pair(1, 20), std::pair(2, 40)));
 }
 

@@ -27,17 +27,17 @@ class SourceComponentTest : public testing::Test {
     Log::SetFiles([this](const std::string& name) { return folder_.path() / (name + ".log"); });
     options_.task = "lift_pot";
     options_.out = folder_.path();
-    hello_.source = "two Frankas";
-    hello_.period_us = 20'000;
+    announcement_.source = "two Frankas";
+    announcement_.period_us = 20'000;
     for (const std::string arm : {"left", "right"}) {
-      for (int j = 1; j <= 7; ++j) hello_.joint_name.push_back(arm + "/joint" + std::to_string(j));
+      for (int j = 1; j <= 7; ++j) announcement_.joint_name.push_back(arm + "/joint" + std::to_string(j));
     }
     home_ = {0, 0, 0, -1.5, 0, 1.5, 0, 0, 0, 0, -1.5, 0, 1.5, 0};
     for (const std::string arm : {"left", "right"}) {
-      hello_.joint_name.push_back(arm + "/hand/finger_joint1");
+      announcement_.joint_name.push_back(arm + "/hand/finger_joint1");
       home_.push_back(0.02);
     }
-    hello_.object_name = {"pot"};
+    announcement_.object_name = {"pot"};
   }
   ~SourceComponentTest() override { Log::SetFiles({}); }
 
@@ -56,10 +56,10 @@ class SourceComponentTest : public testing::Test {
     while (bus_->Handle()) {
     }
   }
-  void Hello() {
-    hello_.num_joints = static_cast<int32_t>(hello_.joint_name.size());
-    hello_.num_objects = static_cast<int32_t>(hello_.object_name.size());
-    bus_->Publish(channels::kHello, hello_);
+  void Announce() {
+    announcement_.num_joints = static_cast<int32_t>(announcement_.joint_name.size());
+    announcement_.num_objects = static_cast<int32_t>(announcement_.object_name.size());
+    bus_->Publish(channels::kSourceAnnouncement, announcement_);
     HandleAll();
   }
   void Command(int32_t episode) {
@@ -80,7 +80,7 @@ class SourceComponentTest : public testing::Test {
   }
   void Start() {
     MakeSource();
-    Hello();
+    Announce();
     Command(0);
   }
   source_state_t Sample(int64_t sample, int32_t episode = 0) const {
@@ -90,7 +90,7 @@ class SourceComponentTest : public testing::Test {
     message.stamp_us = 1'000'000'000 + sample * 20'000;
     message.joint_position_mixed = home_;
     message.num_joints = static_cast<int32_t>(home_.size());
-    for (size_t k = 0; k < hello_.object_name.size(); ++k) {
+    for (size_t k = 0; k < announcement_.object_name.size(); ++k) {
       message.object.push_back({{0.5, 0, 1}, {1, 0, 0, 0}});
     }
     message.num_objects = static_cast<int32_t>(message.object.size());
@@ -132,7 +132,7 @@ class SourceComponentTest : public testing::Test {
   TemporaryFolder folder_;
   std::optional<Bus> bus_;
   SimOptions options_;
-  hello_t hello_{};
+  source_announcement_t announcement_{};
   std::vector<double> home_;
   std::unique_ptr<SourceComponent> component_;
   model_info_t model_{};
@@ -142,18 +142,18 @@ class SourceComponentTest : public testing::Test {
   std::vector<episode_end_t> ends_;
 };
 
-TEST_F(SourceComponentTest, AnswersHelloWithAModelThatSaysWhatIsKnown) {
+TEST_F(SourceComponentTest, AnswersAnnouncementWithAModelThatSaysWhatIsKnown) {
   MakeSource();
   Command(0);
   EXPECT_EQ(num_models_, 0);  // nobody knows yet what there is to say
-  Hello();
+  Announce();
   ASSERT_GT(num_models_, 0);
   EXPECT_EQ(model_.source, "two Frankas");
   EXPECT_EQ(model_.has_physics, 0);
   EXPECT_EQ(model_.has_velocity, 0);
   EXPECT_EQ(model_.object_is_tracked[0], 1);
   const int before = num_models_;
-  Hello();  // it has not heard
+  Announce();  // it has not heard
   EXPECT_EQ(num_models_, before + 1);
 }
 
@@ -161,7 +161,7 @@ TEST_F(SourceComponentTest, AnswersHelloWithAModelThatSaysWhatIsKnown) {
 TEST_F(SourceComponentTest, TicksAreExactAtAnyRate) {
   options_.control_hz = 30;
   options_.after_success_s = 0.1;
-  hello_.period_us = 33'333;
+  announcement_.period_us = 33'333;
   Start();
   EXPECT_EQ(model_.clock, "source");
   EXPECT_EQ(ControlPeriod(model_), 1.0 / 30);
@@ -321,7 +321,7 @@ TEST_F(CameraImages, OfMoreThanEightCamerasAreRefused) {
 }
 
 TEST_F(SourceComponentTest, AnObjectThatNobodyTracksIsSaidNotToBe) {
-  hello_.object_name.clear();
+  announcement_.object_name.clear();
   Start();
   EXPECT_EQ(model_.object_is_tracked[0], 0);
 }
@@ -351,7 +351,8 @@ TEST_F(SourceComponentTest, LinksAndWristsAreWhereOurOwnSimHasThem) {
   const ModelPtr model(mj_copyModel(nullptr, prepared.scene.physics.get()));
   const DataPtr data(mj_makeData(model.get()));
   for (size_t k = 0; k < home_.size(); ++k) {
-    data->qpos[model->jnt_qposadr[mj_name2id(model.get(), mjOBJ_JOINT, hello_.joint_name[k].c_str())]] =
+    data->qpos[model
+                   ->jnt_qposadr[mj_name2id(model.get(), mjOBJ_JOINT, announcement_.joint_name[k].c_str())]] =
         home_[k];
   }
   mj_forward(model.get(), data.get());
@@ -373,7 +374,7 @@ TEST_F(SourceComponentTest, LinksAndWristsAreWhereOurOwnSimHasThem) {
 }
 
 TEST_F(SourceComponentTest, MeasuredVelocitiesAreTakenAsTheyAre) {
-  hello_.has_velocity = 1;
+  announcement_.has_velocity = 1;
   Start();
   EXPECT_EQ(model_.has_velocity, 1);
   source_state_t sample = Sample(0);
@@ -551,25 +552,29 @@ TEST_F(SourceComponentTest, ASourceThatStartsAgainBeginsANewEpisode) {
 
 TEST_F(SourceComponentTest, WhatIsWrongFromTheBeginningIsOneLine) {
   const auto with = [&](const std::function<void()>& change) {
-    const hello_t hello = hello_;
+    const source_announcement_t announcement = announcement_;
     MakeSource();
     change();
-    const std::string error = Error([&] { Hello(); });
-    hello_ = hello;
+    const std::string error = Error([&] { Announce(); });
+    announcement_ = announcement;
     return error;
   };
-  EXPECT_EQ(with([&] { hello_.joint_name[0] = "left/joint_1"; }),
-            "HELLO of 'two Frankas': no joint is called 'left/joint_1'; did you mean 'left/joint1'?");
-  EXPECT_EQ(with([&] { hello_.joint_name.erase(hello_.joint_name.begin()); }),
-            "HELLO of 'two Frankas': joint 'left/joint1' is missing; all joints of the arms are needed");
-  EXPECT_THAT(with([&] { hello_.joint_name[1] = hello_.joint_name[0]; }), HasSubstr("is there twice"));
-  EXPECT_THAT(with([&] { hello_.object_name = {"kettle"}; }), HasSubstr("no object is called 'kettle'"));
   EXPECT_EQ(
-      with([&] { hello_.joint_name.pop_back(); }),
-      "HELLO of 'two Frankas': no joint of the fingers of gripper 'right'; say how it is all the time with "
-      "--gripper right=open or right=closed");
-  EXPECT_THAT(with([&] { hello_.period_us = 0; }), HasSubstr("period_us is 0, expected 1 to 1000000"));
-  EXPECT_THAT(with([&] { hello_.source = "sim"; }), HasSubstr("evalbus' own"));
+      with([&] { announcement_.joint_name[0] = "left/joint_1"; }),
+      "SOURCE_ANNOUNCEMENT of 'two Frankas': no joint is called 'left/joint_1'; did you mean 'left/joint1'?");
+  EXPECT_EQ(with([&] { announcement_.joint_name.erase(announcement_.joint_name.begin()); }),
+            "SOURCE_ANNOUNCEMENT of 'two Frankas': joint 'left/joint1' is missing; all joints of the arms "
+            "are needed");
+  EXPECT_THAT(with([&] { announcement_.joint_name[1] = announcement_.joint_name[0]; }),
+              HasSubstr("is there twice"));
+  EXPECT_THAT(with([&] { announcement_.object_name = {"kettle"}; }),
+              HasSubstr("no object is called 'kettle'"));
+  EXPECT_EQ(with([&] { announcement_.joint_name.pop_back(); }),
+            "SOURCE_ANNOUNCEMENT of 'two Frankas': no joint of the fingers of gripper 'right'; say how it is "
+            "all the time with "
+            "--gripper right=open or right=closed");
+  EXPECT_THAT(with([&] { announcement_.period_us = 0; }), HasSubstr("period_us is 0, expected 1 to 1000000"));
+  EXPECT_THAT(with([&] { announcement_.source = "sim"; }), HasSubstr("evalbus' own"));
 }
 
 TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {
@@ -582,24 +587,24 @@ TEST_F(SourceComponentTest, TheFirstSampleMustBeRight) {
             "degrees?");
 }
 
-TEST_F(SourceComponentTest, CountsMustBeThoseOfHello) {
+TEST_F(SourceComponentTest, CountsMustBeThoseOfTheAnnouncement) {
   Start();
   source_state_t sample = Sample(0);
   sample.joint_position_mixed.pop_back();
   --sample.num_joints;
   EXPECT_EQ(Error([&] { Send(sample); }),
-            "source 'two Frankas', sample 0: 15 joint positions, HELLO says 16");
+            "source 'two Frankas', sample 0: 15 joint positions, SOURCE_ANNOUNCEMENT says 16");
 }
 
 TEST_F(SourceComponentTest, ASecondSourceIsNoticed) {
   Start();
-  hello_.source = "three Frankas";
-  EXPECT_THAT(Error([&] { Hello(); }), HasSubstr("is a second source on this bus?"));
+  announcement_.source = "three Frankas";
+  EXPECT_THAT(Error([&] { Announce(); }), HasSubstr("is a second source on this bus?"));
 }
 
 TEST_F(SourceComponentTest, AGripperThatNobodyMeasuresIsAsItIsSaid) {
   options_.gripper = {"right=closed"};
-  hello_.joint_name.pop_back();
+  announcement_.joint_name.pop_back();
   home_.pop_back();
   Start();
   Send(Sample(0));

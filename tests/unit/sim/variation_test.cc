@@ -35,7 +35,7 @@ objects: [box]
 variations:
   base: {}
   placed:
-    randomise:
+    randomize:
       - spawn_plane: {objects: [box], origin_m: [0.8, 0, 0.1], half_extents_m: [0.1, 0.1], spacing_m: 0.1}
       - spawn_yaw: {object: box, bound_deg: 30}
   elsewhere:
@@ -139,7 +139,7 @@ TEST_F(VariationTest, JointsStartWhereTheTaskSays) {
                                 "objects: [box]\njoints: {box/lid: {position_deg: 60}, left/joint1: "
                                 "{position_rad: 0.2}}\n"),
                    "  elsewhere:\n",
-                   "  ajar:\n    joints: {box/lid: {position_rad: 0.5}}\n  swinging:\n    randomise:\n"
+                   "  ajar:\n    joints: {box/lid: {position_rad: 0.5}}\n  swinging:\n    randomize:\n"
                    "      - spawn_joint: {joint: box/lid, min_deg: 10, max_deg: 20}\n"
                    "      - spawn_joint: {joint: right/joint1, min_rad: -0.1, max_rad: 0.1}\n  elsewhere:\n"),
       "t.yaml", true);
@@ -200,8 +200,8 @@ TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
   EXPECT_EQ(task.objects, std::vector<std::string>{"box"});
   const RobotDescription robot = LoadRobot(task.robot_file);
   const Scene scene = BuildScene(task, robot);
-  ASSERT_EQ(scene.info.barred_geom.size(), 1u);
-  const int wall = scene.info.barred_geom[0];
+  ASSERT_EQ(scene.info.forbidden_contact_geom.size(), 1u);
+  const int wall = scene.info.forbidden_contact_geom[0];
   EXPECT_EQ(scene.info.geom_name[static_cast<size_t>(wall)], "box/wall");
   const auto error = [&](const std::string& name) {
     return ErrorOf([&] {
@@ -219,10 +219,10 @@ TEST_F(VariationTest, OnlyPartsOfAnObjectMayBeTouched) {
                                 "expected PART/NAME, a body (box, box/lid) or a geom (box/lid, box/wall)");
 }
 
-class RandomisedTest : public VariationTest {
+class RandomizedTest : public VariationTest {
  protected:
   // The box's task with two free balls, whose one variation has this list.
-  TaskDescription TaskWith(const std::string& randomise) {
+  TaskDescription TaskWith(const std::string& randomize) {
     const std::string ball = folder_
                                  .Write("ball.xml", R"(<mujoco><worldbody>
   <geom type="sphere" size="0.05" mass="1" friction="0.6 0.01 0.001"/></worldbody></mujoco>)")
@@ -234,11 +234,11 @@ class RandomisedTest : public VariationTest {
     std::string text = ReplaceFirst(TaskText(box_.string()), "objects: [box]\n",
                                     part("red", "0.4") + part("blue", "-0.4") + "objects: [box]\n");
     return ParseTask(
-        ReplaceFirst(text, "  elsewhere:\n", "  drawn:\n    randomise:\n" + randomise + "  elsewhere:\n"),
+        ReplaceFirst(text, "  elsewhere:\n", "  drawn:\n    randomize:\n" + randomize + "  elsewhere:\n"),
         "t.yaml", true);
   }
-  std::string ErrorOfList(const std::string& randomise) {
-    return ErrorOf([&] { TaskWith(randomise); });
+  std::string ErrorOfList(const std::string& randomize) {
+    return ErrorOf([&] { TaskWith(randomize); });
   }
 };
 
@@ -256,12 +256,12 @@ std::vector<double> Played(World* world, int seed, const Variation& variation) {
   return values;
 }
 
-TEST_F(RandomisedTest, WhatIsSeenChangesNothingOfWhatHappens) {
+TEST_F(RandomizedTest, WhatIsSeenChangesNothingOfWhatHappens) {
   const std::string box =
       "      - spawn_box: {object: red, center_m: [0.8, 0.4], half_extents_m: [0.1, 0.1]}\n";
   const TaskDescription plain = TaskWith(box);
   const TaskDescription seen =
-      TaskWith("      - colour: {of: [red], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n" + box +
+      TaskWith("      - color: {of: [red], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n" + box +
                "      - light: {name: key, min_factor: 0.5, max_factor: 1.5}\n"
                "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n");
   const RobotDescription robot = LoadRobot(plain.robot_file);
@@ -273,7 +273,7 @@ TEST_F(RandomisedTest, WhatIsSeenChangesNothingOfWhatHappens) {
 
   const auto appearance = [&](int seed) {
     const ModelPtr model(mj_copyModel(nullptr, scene.visual.get()));
-    const std::vector<Parameter> parameters = RandomiseAppearance(seen.variation("drawn"), seed, model.get());
+    const std::vector<Parameter> parameters = RandomizeAppearance(seen.variation("drawn"), seed, model.get());
     EXPECT_EQ(parameters.size(), 3u + 1 + 6);
     EXPECT_EQ(parameters[0].name, "red_red_fraction");
     const int geom = model->body_geomadr[mj_name2id(model.get(), mjOBJ_BODY, "red")];
@@ -293,7 +293,7 @@ TEST_F(RandomisedTest, WhatIsSeenChangesNothingOfWhatHappens) {
   EXPECT_NE(appearance(1), appearance(2));
 }
 
-TEST_F(RandomisedTest, MassAndFrictionAreThoseOfTheSeed) {
+TEST_F(RandomizedTest, MassAndFrictionAreThoseOfTheSeed) {
   const TaskDescription task = TaskWith(
       "      - mass: {of: [red, blue], min_factor: 0.5, max_factor: 2}\n"
       "      - friction: {of: [red, left/hand/left_finger], min_factor: 0.1, max_factor: 0.9}\n");
@@ -332,7 +332,7 @@ TEST_F(RandomisedTest, MassAndFrictionAreThoseOfTheSeed) {
   EXPECT_EQ(world.model().body_mass[red], 1);
 }
 
-TEST_F(RandomisedTest, DistractorsAreThereOrFarAway) {
+TEST_F(RandomizedTest, DistractorsAreThereOrFarAway) {
   const TaskDescription task = TaskWith(
       "      - distractors: {objects: [red, blue], center_m: [0.8, 0.4], half_extents_m: [0.1, 0.2], "
       "max_count: 1}\n");
@@ -366,7 +366,7 @@ TEST_F(RandomisedTest, DistractorsAreThereOrFarAway) {
   EXPECT_GT(seen["blue"], 2);
 }
 
-TEST_F(RandomisedTest, MistakesNameTheLine) {
+TEST_F(RandomizedTest, MistakesNameTheLine) {
   EXPECT_EQ(
       ErrorOfList("      - size: {of: [red], min_factor: 1, max_factor: 2}\n"),
       "t.yaml:20: key 'size': sizes cannot be drawn, for shapes and inertias are compiled into the model: "
@@ -375,16 +375,16 @@ TEST_F(RandomisedTest, MistakesNameTheLine) {
             "t.yaml:20: key 'min_factor': expected a number in [0.001, 1000], got '0'");
   EXPECT_EQ(ErrorOfList("      - friction: {of: [red], min_factor: 2, max_factor: 1}\n"),
             "t.yaml:20: key 'max_factor': expected at least min_factor");
-  EXPECT_EQ(ErrorOfList("      - colour: {of: [], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"),
+  EXPECT_EQ(ErrorOfList("      - color: {of: [], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"),
             "t.yaml:20: key 'of': expected at least one part or body");
   EXPECT_EQ(ErrorOfList("      - distractors: {objects: [box], center_m: [0, 0], half_extents_m: [1, 1]}\n"),
             "t.yaml:8: part 'box' is a distractor of a variation, and must be 'free: true'");
   EXPECT_EQ(ErrorOfList("      - spawn_bx: {}\n"),
             "t.yaml:20: key 'spawn_bx': not a key here; did you mean 'spawn_box'?");
   const TaskDescription task =
-      TaskWith("      - colour: {of: [rad], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n");
+      TaskWith("      - color: {of: [rad], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n");
   const Scene scene = BuildScene(task, LoadRobot(task.robot_file));
-  EXPECT_EQ(ErrorOf([&] { RandomiseAppearance(task.variation("drawn"), 0, scene.visual.get()); }),
+  EXPECT_EQ(ErrorOf([&] { RandomizeAppearance(task.variation("drawn"), 0, scene.visual.get()); }),
             "t.yaml:20: the scene has no part or body 'rad'");
 }
 
@@ -430,7 +430,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   World world(scene.physics.get(), scene.info, robot, task, 10);
   Variation variation;
   // Half of the grid's eight points are within a block's width of the box.
-  variation.randomisations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.4}, 0.1, {0, 0, 0}}};
+  variation.randomizations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.4}, 0.1, {0, 0, 0}}};
   int beyond = 0;
   for (int seed = 0; seed < 30; ++seed) {
     const std::vector<Parameter> parameters = world.Reset(seed, variation);
@@ -439,7 +439,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   }
   EXPECT_GT(beyond, 5);
   EXPECT_LT(beyond, 25);
-  variation.randomisations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.1}, 0.1, {0, 0, 0}}};
+  variation.randomizations = {SpawnPlane{{"block"}, {0.8, 0, 0.1}, {0.1, 0.1}, 0.1, {0, 0, 0}}};
   variation.name = "inside";
   variation.location = {"t.yaml", 7};
   const std::string message = ErrorOf([&] { world.Reset(0, variation); });
@@ -449,8 +449,8 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
       << message;
   EXPECT_TRUE(message.ends_with(" mm deep in box")) << message;
 
-  // The block's centre is 2 m above the box's: 2.5 m apart is 1.5 m aside.
-  variation.randomisations = {SpawnBox{"block", {0.8, 0}, {0, 2}, 2.5}};
+  // The block's center is 2 m above the box's: 2.5 m apart is 1.5 m aside.
+  variation.randomizations = {SpawnBox{"block", {0.8, 0}, {0, 2}, 2.5}};
   beyond = 0;
   for (int seed = 0; seed < 30; ++seed) {
     const std::vector<Parameter> parameters = world.Reset(seed, variation);
@@ -459,7 +459,7 @@ TEST_F(VariationTest, DrawsAgainWhereAPartSinksIntoAnother) {
   }
   EXPECT_GT(beyond, 5);
   EXPECT_LT(beyond, 25);
-  variation.randomisations = {SpawnBox{"block", {0.8, 0}, {0, 1.4}, 2.5}};
+  variation.randomizations = {SpawnBox{"block", {0.8, 0}, {0, 1.4}, 2.5}};
   EXPECT_NE(ErrorOf([&] { world.Reset(0, variation); }).find(" m from box, 2.5 m wanted"), std::string::npos);
 }
 

@@ -172,7 +172,7 @@ TEST_F(WorldTest, EqualSeedsGiveEqualBitsWhateverCameBefore) {
   }
 }
 
-TEST_F(WorldTest, RandomisedPosesStayInTheirRegionAndDiffer) {
+TEST_F(WorldTest, RandomizedPosesStayInTheirRegionAndDiffer) {
   World world = MakeWorld();
   std::vector<double> xs;
   double largest_x = 0, largest_y = 0, largest_yaw = 0;
@@ -278,7 +278,7 @@ TEST_F(WorldTest, GridPlacesObjectsOnDistinctPoints) {
   World world = MakeWorld();
   // 2 * 0.1 / 0.05 = 4 by 2 * 0.25 / 0.05 = 10 points.
   Variation variation;
-  variation.randomisations = {SpawnPlane{{"pot"}, {0.7, 0, 0.996}, {0.1, 0.25}, 0.05, {0, 0, 0}}};
+  variation.randomizations = {SpawnPlane{{"pot"}, {0.7, 0, 0.996}, {0.1, 0.25}, 0.05, {0, 0, 0}}};
   for (int64_t seed = 0; seed < 50; ++seed) {
     const auto parameters = world.Reset(seed, variation);
     const double column = (Value(parameters, "pot_x_m") - 0.7) / 0.05 + 1.5;
@@ -287,14 +287,14 @@ TEST_F(WorldTest, GridPlacesObjectsOnDistinctPoints) {
     EXPECT_NEAR(row, std::round(row), 1e-9);
     EXPECT_TRUE(column > -0.5 && column < 3.5 && row > -0.5 && row < 9.5);
   }
-  std::get<SpawnPlane>(variation.randomisations[0]).spacing = 1;
+  std::get<SpawnPlane>(variation.randomizations[0]).spacing = 1;
   EXPECT_THROW(world.Reset(0, variation), InputError);
 }
 
-TEST_F(WorldTest, NamesWhatCannotBeRandomised) {
+TEST_F(WorldTest, NamesWhatCannotBeRandomized) {
   World world = MakeWorld();
   Variation variation;
-  variation.randomisations = {SpawnYaw{"left_cabinet", 1}};
+  variation.randomizations = {SpawnYaw{"left_cabinet", 1}};
   EXPECT_THROW(world.Reset(0, variation), InputError);
 }
 

@@ -1,4 +1,4 @@
-// A policy's pictures, from scripted messages.
+// A policy's images, from scripted messages.
 #include "viz/camera_component.h"
 
 #include <gtest/gtest.h>
@@ -63,14 +63,14 @@ class CameraComponentTest : public testing::Test {
       Say(channels::kState, StateAt(tick, episode, attempt));
     }
     // What comes of it.
-    std::vector<image_t> Observe(int64_t tick, const std::vector<view_t>& views, int episode = 0,
-                                 int attempt = 0) {
-      observe_t observe{};
-      observe.header = Header(tick, episode, attempt);
-      observe.num_views = static_cast<int32_t>(views.size());
-      observe.view = views;
+    std::vector<image_t> RequestImages(int64_t tick, const std::vector<view_t>& views, int episode = 0,
+                                       int attempt = 0) {
+      image_request_t request{};
+      request.header = Header(tick, episode, attempt);
+      request.num_views = static_cast<int32_t>(views.size());
+      request.view = views;
       images.clear();
-      Say(channels::kObserve, observe);
+      Say(channels::kRequestImage, request);
       return images;
     }
 
@@ -96,7 +96,7 @@ class CameraComponentTest : public testing::Test {
     state.header = Header(tick, episode, attempt);
     return state;
   }
-  // The same picture, made without the component.
+  // The same image, made without the component.
   std::vector<uint8_t> Drawn(int64_t tick, const view_t& view) {
     Renderer renderer(Copy(*scene_->visual), {64, 64});
     renderer.SetState(StateAt(tick));
@@ -127,7 +127,7 @@ TEST_F(CameraComponentTest, DrawsNothingThatNobodyAskedFor) {
   EXPECT_EQ(process.component.num_drawn(), 0);
   EXPECT_TRUE(process.images.empty());
   EXPECT_EQ(process.component.status().last_tick, 19);
-  process.Observe(19, {views_[0]});
+  process.RequestImages(19, {views_[0]});
   EXPECT_EQ(process.component.num_drawn(), 1);
 }
 
@@ -137,7 +137,7 @@ TEST_F(CameraComponentTest, ShowsExactlyTheTickThatIsAskedFor) {
   for (int64_t tick = 0; tick < 4; ++tick) {
     process.SayState(tick);
     if (tick == 2) continue;
-    const std::vector<image_t> images = process.Observe(tick, views_);
+    const std::vector<image_t> images = process.RequestImages(tick, views_);
     ASSERT_EQ(images.size(), 2u);
     for (size_t i = 0; i < 2; ++i) {
       EXPECT_EQ(images[i].header.tick, tick);
@@ -159,7 +159,7 @@ TEST_F(CameraComponentTest, WaitsForTheState) {
   Process process;
   Begin(&process);
   process.SayState(0);
-  EXPECT_TRUE(process.Observe(2, {views_[0]}).empty());
+  EXPECT_TRUE(process.RequestImages(2, {views_[0]}).empty());
   process.SayState(1);
   EXPECT_TRUE(process.images.empty());
   process.SayState(2);
@@ -175,14 +175,14 @@ TEST_F(CameraComponentTest, SaysAgainWhatItHasDrawn) {
   Process process;
   Begin(&process);
   process.SayState(0);
-  const std::vector<image_t> first = process.Observe(0, views_);
+  const std::vector<image_t> first = process.RequestImages(0, views_);
   ASSERT_EQ(first.size(), 2u);
-  const std::vector<image_t> again = process.Observe(0, views_);
+  const std::vector<image_t> again = process.RequestImages(0, views_);
   ASSERT_EQ(again.size(), 2u);
   for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(again[i].data == first[i].data);
   // One of them, and also when the next STATE has come.
   process.SayState(1);
-  const std::vector<image_t> late = process.Observe(0, {views_[1]});
+  const std::vector<image_t> late = process.RequestImages(0, {views_[1]});
   ASSERT_EQ(late.size(), 1u);
   EXPECT_EQ(late[0].header.tick, 0);
   EXPECT_TRUE(late[0].data == first[1].data);
@@ -195,7 +195,7 @@ TEST_F(CameraComponentTest, DrawsATickThatNewerOnesHaveFollowed) {
   Begin(&process);
   for (int64_t tick = 0; tick < 5; ++tick) process.SayState(tick);
   for (const int64_t tick : {1, 4, 0}) {
-    const std::vector<image_t> images = process.Observe(tick, views_);
+    const std::vector<image_t> images = process.RequestImages(tick, views_);
     ASSERT_EQ(images.size(), 2u);
     EXPECT_EQ(images[0].header.tick, tick);
     for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(images[i].data == Drawn(tick, views_[i]));
@@ -208,26 +208,26 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
   Begin(&process);
   const auto num_states = static_cast<int64_t>(CameraComponent::kKeptStates);
   for (int64_t tick = 0; tick <= num_states; ++tick) process.SayState(tick);
-  const std::vector<image_t> gone = process.Observe(0, views_);
+  const std::vector<image_t> gone = process.RequestImages(0, views_);
   ASSERT_EQ(gone.size(), 1u);
   EXPECT_TRUE(gone[0].data.empty());
   EXPECT_EQ(gone[0].header.tick, 0);
   EXPECT_EQ(process.component.status().skipped_ticks, 1);
   EXPECT_EQ(process.component.num_drawn(), 0);
-  EXPECT_EQ(process.log, "an OBSERVE of tick 0 came at tick 64, too late for its images\n");
-  EXPECT_FALSE(process.Observe(1, {views_[0]}).at(0).data.empty());
+  EXPECT_EQ(process.log, "a REQUEST_IMAGE of tick 0 came at tick 64, too late for its images\n");
+  EXPECT_FALSE(process.RequestImages(1, {views_[0]}).at(0).data.empty());
   // A header with the time of another tick names no STATE.
-  observe_t observe{};
-  observe.header = Header(2);
-  observe.header.sim_time_us += 1;
-  observe.num_views = 1;
-  observe.view = {views_[0]};
+  image_request_t request{};
+  request.header = Header(2);
+  request.header.sim_time_us += 1;
+  request.num_views = 1;
+  request.view = {views_[0]};
   process.images.clear();
-  process.Say(channels::kObserve, observe);
+  process.Say(channels::kRequestImage, request);
   EXPECT_TRUE(process.images.at(0).data.empty());
   EXPECT_EQ(process.component.status().skipped_ticks, 2);
   // A request held for a STATE that was lost.
-  EXPECT_TRUE(process.Observe(num_states + 1, views_).empty());
+  EXPECT_TRUE(process.RequestImages(num_states + 1, views_).empty());
   process.SayState(num_states + 2);
   EXPECT_TRUE(process.images.at(0).data.empty());
   EXPECT_EQ(process.component.status().skipped_ticks, 3);
@@ -237,16 +237,16 @@ TEST_F(CameraComponentTest, AnswersATickThatItNoLongerHasWithAnEmptyImage) {
 TEST_F(CameraComponentTest, HearsItsOwnEpisodeAlone) {
   Process process;
   // Before an episode.
-  EXPECT_TRUE(process.Observe(0, views_).empty());
+  EXPECT_TRUE(process.RequestImages(0, views_).empty());
   Begin(&process);
   process.SayState(0);
-  EXPECT_TRUE(process.Observe(0, views_, 1).empty());
-  EXPECT_TRUE(process.Observe(0, views_, 0, 1).empty());
+  EXPECT_TRUE(process.RequestImages(0, views_, 1).empty());
+  EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
   EXPECT_EQ(process.component.status().foreign_messages, 3);
   // A new attempt begins without a STATE, and what waited in the old one is forgotten.
-  EXPECT_TRUE(process.Observe(1, views_).empty());
+  EXPECT_TRUE(process.RequestImages(1, views_).empty());
   process.SayBegin(0, 1);
-  EXPECT_TRUE(process.Observe(0, views_, 0, 1).empty());
+  EXPECT_TRUE(process.RequestImages(0, views_, 0, 1).empty());
   process.SayState(0, 0, 1);
   ASSERT_EQ(process.images.size(), 2u);
   EXPECT_EQ(process.images[0].header.attempt, 1);
@@ -275,24 +275,24 @@ TEST_F(CameraComponentTest, EqualStatesGiveEqualBytes) {
   Begin(&one);
   Begin(&other);
   for (int64_t tick = 0; tick < 3; ++tick) one.SayState(tick);
-  const std::vector<image_t> images = one.Observe(2, views);
+  const std::vector<image_t> images = one.RequestImages(2, views);
   ASSERT_EQ(images.size(), 4u);
   other.SayState(0);
-  other.Observe(0, {View("front", 700, 501)});
+  other.RequestImages(0, {View("front", 700, 501)});
   std::reverse(views.begin(), views.end());
-  other.Observe(2, views);
+  other.RequestImages(2, views);
   other.SayState(1);
   other.SayState(2);
   ASSERT_EQ(other.images.size(), 4u);
   for (size_t i = 0; i < 4; ++i) EXPECT_TRUE(other.images[3 - i].data == images[i].data) << i;
 }
 
-TEST_F(CameraComponentTest, DepthIsFloatsInMetres) {
+TEST_F(CameraComponentTest, DepthIsFloatsInMeters) {
   Process process;
   Begin(&process);
   process.SayState(0);
   const view_t view = View("front", 32, 24, "depth32");
-  const std::vector<image_t> images = process.Observe(0, {view});
+  const std::vector<image_t> images = process.RequestImages(0, {view});
   ASSERT_EQ(images.size(), 1u);
   EXPECT_EQ(images[0].view.encoding, "depth32");
   ASSERT_EQ(images[0].data.size(), 32u * 24 * 4);
@@ -308,26 +308,26 @@ TEST_F(CameraComponentTest, DepthIsFloatsInMetres) {
   }
 }
 
-TEST_F(CameraComponentTest, AnEpisodesColoursAreThoseOfItsSeed) {
+TEST_F(CameraComponentTest, AnEpisodesColorsAreThoseOfItsSeed) {
   model_info_t info = Info();
   info.variation = "green";
   const std::string variations = "\nvariations:\n";
   info.task_yaml.insert(info.task_yaml.find(variations) + variations.size(),
-                        "  green:\n    randomise:\n"
-                        "      - colour: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
+                        "  green:\n    randomize:\n"
+                        "      - color: {of: [pot], min_rgb: [0, 0.2, 0], max_rgb: [0, 1, 0]}\n");
   Process process;
   process.SayModel(info);
-  std::vector<std::vector<uint8_t>> pictures;
+  std::vector<std::vector<uint8_t>> drawn;
   for (const int64_t seed : {1, 2, 1}) {
-    const int episode = static_cast<int>(pictures.size());
+    const int episode = static_cast<int>(drawn.size());
     process.SayBegin(episode, 0, seed);
     process.SayState(0, episode);
-    const std::vector<image_t> images = process.Observe(0, {views_[0]}, episode);
+    const std::vector<image_t> images = process.RequestImages(0, {views_[0]}, episode);
     ASSERT_EQ(images.size(), 1u);
-    pictures.push_back(images[0].data);
+    drawn.push_back(images[0].data);
   }
-  EXPECT_FALSE(pictures[0] == pictures[1]);
-  EXPECT_TRUE(pictures[0] == pictures[2]);
+  EXPECT_FALSE(drawn[0] == drawn[1]);
+  EXPECT_TRUE(drawn[0] == drawn[2]);
 }
 
 TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
@@ -336,23 +336,23 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
     Begin(&process);
     process.SayState(0);
     try {
-      process.Observe(0, views);
+      process.RequestImages(0, views);
     } catch (const InputError& error) {
       return error.what();
     }
     return "";
   };
-  EXPECT_EQ(
-      complaint({views_[0], View("nowhere", 64, 64)}),
-      "OBSERVE of tick 0: no camera 'nowhere'; this scene has head, roboeval/external, front, overview, "
-      "roboeval/head, roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, "
-      "right/hand/wrist");
+  EXPECT_EQ(complaint({views_[0], View("nowhere", 64, 64)}),
+            "REQUEST_IMAGE of tick 0: no camera 'nowhere'; this scene has head, roboeval/external, front, "
+            "overview, "
+            "roboeval/head, roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, "
+            "right/hand/wrist");
   EXPECT_EQ(complaint({View("front", 0, 64)}),
-            "OBSERVE of tick 0: a picture of 0x64: expected 1 to 2048 pixels each way");
+            "REQUEST_IMAGE of tick 0: an image of 0x64: expected 1 to 2048 pixels each way");
   EXPECT_EQ(complaint({View("front", 64, 2049)}),
-            "OBSERVE of tick 0: a picture of 64x2049: expected 1 to 2048 pixels each way");
+            "REQUEST_IMAGE of tick 0: an image of 64x2049: expected 1 to 2048 pixels each way");
   EXPECT_EQ(complaint({View("front", 64, 64, "jpeg")}),
-            "OBSERVE of tick 0: encoding 'jpeg': expected rgb8 or depth32");
+            "REQUEST_IMAGE of tick 0: encoding 'jpeg': expected rgb8 or depth32");
   view_t wide = views_[0];
   for (const double fovy : {-1.0, 0.5, 180.0, std::nan("")}) {
     wide.fovy_deg = fovy;
@@ -360,7 +360,7 @@ TEST_F(CameraComponentTest, WhatCannotBeDrawnIsOneClearLine) {
               std::string::npos);
   }
   EXPECT_EQ(complaint(std::vector<view_t>(33, views_[0])),
-            "OBSERVE of tick 0: 33 views: expected 32 at most");
+            "REQUEST_IMAGE of tick 0: 33 views: expected 32 at most");
   EXPECT_EQ(complaint(std::vector<view_t>(32, views_[0])), "");
 }
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "viz/pictures/frame.h"
+#include "viz/images/frame.h"
 
 namespace evalbus::viz {
 
@@ -15,9 +15,9 @@ namespace evalbus::viz {
 inline Frame DecodedJpeg(const std::vector<uint8_t>& jpeg) {
   const std::unique_ptr<void, int (*)(void*)> decoder(tjInitDecompress(), tjDestroy);
   FrameSize size;
-  int subsampling = 0, colours = 0;
+  int subsampling = 0, colors = 0;
   if (tjDecompressHeader3(decoder.get(), jpeg.data(), jpeg.size(), &size.width, &size.height, &subsampling,
-                          &colours) != 0) {
+                          &colors) != 0) {
     ADD_FAILURE() << tjGetErrorStr2(decoder.get());
     return Frame({0, 0});
   }

@@ -1,4 +1,4 @@
-// Live pictures, from scripted messages.
+// Live images, from scripted messages.
 #include "viz/viz_component.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using std::chrono::milliseconds;
 
 constexpr FrameSize kSize{160, 120};
 
-TEST(JpegEncoder, GivesThePictureBack) {
+TEST(JpegEncoder, GivesTheImageBack) {
   Frame frame({64, 32});
   for (size_t i = 0; i < frame.bgrx.size(); i += 4) {
     const bool left = i / 4 % 64 < 32, top = i / 4 / 64 < 16;
@@ -144,7 +144,7 @@ TEST_F(VizComponentTest, DrawsNoMoreFramesThanAskedFor) {
   EXPECT_EQ(viz_.status().skipped_ticks, 79);
 }
 
-TEST_F(VizComponentTest, ShowsTheSameAsAFilm) {
+TEST_F(VizComponentTest, ShowsTheSameAsAVideo) {
   SayModel();
   SayBegin(0);
   SayState(0, 5);
@@ -172,7 +172,7 @@ TEST_F(VizComponentTest, ShowsTheSameAsAFilm) {
   Overlay(kSize).Draw(text, &frame);
   EXPECT_TRUE(images[0].data == JpegEncoder().Encode(frame));
 
-  // The end is a picture of its own, of the same tick.
+  // The end is an image of its own, of the same tick.
   episode_end_t end{};
   end.header = Header(0, 5);
   end.end_reason = "success";

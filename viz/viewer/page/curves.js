@@ -37,11 +37,11 @@ Evalbus.Curves = class {
     this.cards = track.head.curves.map((curve) => {
       const parts = curve.parts.map((part, k) => ({
         row: curve.first_row + k, name: Evalbus.spaced(part), value: Evalbus.element("span", { class: "ev-value" }),
-        colour: k,
+        color: k,
       }));
       const otherCurve = other && other.curve(curve.name);
       const otherParts = otherCurve ? otherCurve.parts.map((part, k) => ({
-        row: otherCurve.first_row + k, value: Evalbus.element("span", { class: "ev-value ev-other" }), colour: k,
+        row: otherCurve.first_row + k, value: Evalbus.element("span", { class: "ev-value ev-other" }), color: k,
       })) : [];
       const canvas = Evalbus.element("canvas", { "aria-hidden": "true" });
       const cursor = Evalbus.element("div", { class: "ev-cursor ev-thin" });
@@ -167,7 +167,7 @@ Evalbus.Curves = class {
     const values = track.rows[part.row].data;
     const pixels = Math.max(50, card.right - card.left);
     const step = Math.max(1, Math.floor(track.ticks / pixels));
-    context.strokeStyle = this.palette.parts[part.colour % this.palette.parts.length];
+    context.strokeStyle = this.palette.parts[part.color % this.palette.parts.length];
     context.lineWidth = 1.6;
     context.lineJoin = "round";
     context.beginPath();

@@ -1,4 +1,4 @@
-// Images of a source's own cameras, beside the picture of the scene: at each time the last one by then.
+// Images of a source's own cameras, beside the image of the scene: at each time the last one by then.
 "use strict";
 
 Evalbus.Images = class {

@@ -16,10 +16,10 @@ Evalbus.Marks = class {
 
     // A pin for each contact: its head where it is, its shaft along the normal, longer where it is deeper.
     const limit = Evalbus.Marks.MOST_CONTACTS;
-    const colours = { wanted: palette.c2, collision: palette.c1, other: palette.c5 };
+    const colors = { wanted: palette.c2, collision: palette.c1, other: palette.c5 };
     this.pins = {};
-    for (const [kind, colour] of Object.entries(colours)) {
-      const material = keep(new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true,
+    for (const [kind, color] of Object.entries(colors)) {
+      const material = keep(new THREE.MeshBasicMaterial({ color: color, depthTest: false, transparent: true,
         opacity: 0.9 }));
       const make = (geometry) => {
         const mesh = new THREE.InstancedMesh(keep(geometry), material, limit);

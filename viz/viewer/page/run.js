@@ -181,8 +181,8 @@ Evalbus.RunPanel = class {
     Evalbus.setText(this.progressText, planned > 0 ? `${info.done} of ${planned} episodes${speed}` : `${info.done} episodes${speed}`);
     this.remarks.replaceChildren(...(info.remarks || []).map((remark) =>
       Evalbus.element("p", { class: "ev-remark" }, Evalbus.words(remark))));
-    if (info.garbled > 0) {
-      this.remarks.append(Evalbus.element("p", { class: "ev-remark" }, `${info.garbled} messages did not decode`));
+    if (info.undecodable > 0) {
+      this.remarks.append(Evalbus.element("p", { class: "ev-remark" }, `${info.undecodable} messages did not decode`));
     }
     this.showReasons(info);
     this.showPacing(info);

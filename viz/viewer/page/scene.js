@@ -1,4 +1,4 @@
-// The picture: a canvas with one or two episodes in it, its cameras, and when it is drawn anew: only where something
+// The image: a canvas with one or two episodes in it, its cameras, and when it is drawn anew: only where something
 // has changed.
 "use strict";
 
@@ -63,7 +63,7 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // In a page that scrolls, the wheel is the page's until one has pressed into the picture.
+  // In a page that scrolls, the wheel is the page's until one has pressed into the image.
   zoomOnFocus() {
     this.controls.enableZoom = false;
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
@@ -128,11 +128,11 @@ Evalbus.SceneView = class {
   }
 
   skyOf(sky) {
-    const colour = (rgb, other) => new THREE.Color(...(rgb || other));
+    const color = (rgb, other) => new THREE.Color(...(rgb || other));
     const material = new THREE.ShaderMaterial({
       uniforms: {
-        above: { value: colour(sky && sky.above, [0.24, 0.29, 0.35]) },
-        below: { value: colour(sky && sky.below, [0.6, 0.63, 0.66]) },
+        above: { value: color(sky && sky.above, [0.24, 0.29, 0.35]) },
+        below: { value: color(sky && sky.below, [0.6, 0.63, 0.66]) },
       },
       vertexShader: "varying vec3 way; void main() { way = position; gl_Position = projectionMatrix * "
         + "vec4(mat3(modelViewMatrix) * position, 1.0); }",
@@ -151,7 +151,7 @@ Evalbus.SceneView = class {
     return view && view.world.cameras.find((camera) => camera.name === name);
   }
 
-  // Where the films are taken from, but free.
+  // Where the videos are taken from, but free.
   home() {
     const view = this.views[0];
     if (!view) return;
@@ -230,7 +230,7 @@ Evalbus.SceneView = class {
     this.width = width;
     this.height = height;
     const aspect = (this.isBeside ? width / 2 : width) / height;
-    // A tall window sees as much from side to side as a film of 4 to 3.
+    // A tall window sees as much from side to side as a video of 4 to 3.
     const half = Math.tan(this.fovy * Math.PI / 360) * Math.max(1, 4 / 3 / aspect);
     this.camera.fov = 360 / Math.PI * Math.atan(half);
     this.camera.aspect = aspect;
@@ -240,11 +240,11 @@ Evalbus.SceneView = class {
 
   // ticks: of A, and of B. lit: the object of the current stage, of each.
   update(ticks, lit) {
-    const colour = this.litColour || (this.litColour = new THREE.Color());
-    colour.set(this.palette.c4).multiplyScalar(0.16);
+    const color = this.litColor || (this.litColor = new THREE.Color());
+    color.set(this.palette.c4).multiplyScalar(0.16);
     this.views.forEach(({ world, marks }, k) => {
       world.update(ticks[k]);
-      world.light(this.layers.highlight ? lit[k] : -1, colour);
+      world.light(this.layers.highlight ? lit[k] : -1, color);
       marks.update(ticks[k]);
     });
     this.isDirty = true;

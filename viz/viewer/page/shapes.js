@@ -48,7 +48,7 @@ Evalbus.shapes = {
       new THREE.Vector3(1, 1, 1));
   },
 
-  // One geometry of many {geometry, matrix, repeat}; repeat: how often a picture goes into a metre, for those that are
+  // One geometry of many {geometry, matrix, repeat}; repeat: how often an image goes into a meter, for those that are
   // painted from above as MuJoCo does where a mesh has no coordinates of its own.
   merge(parts) {
     let vertices = 0, corners = 0;

@@ -166,7 +166,7 @@ Evalbus.Timeline = class {
   // How far it is open as an area, what it holds as a bar.
   gripper(context, { track, gripper, index }, top, lane) {
     const { LANE } = Evalbus.Timeline;
-    const colour = this.palette.parts[index % this.palette.parts.length];
+    const color = this.palette.parts[index % this.palette.parts.length];
     const opening = track.curve("gripper_opening");
     if (opening && track.ticks > 1) {
       const row = track.rows[opening.first_row + index];
@@ -179,7 +179,7 @@ Evalbus.Timeline = class {
       }
       context.lineTo(this.xOf(track.last * track.tickSeconds), top + LANE - 3);
       context.globalAlpha = 0.2;
-      context.fillStyle = colour;
+      context.fillStyle = color;
       context.fill();
       context.globalAlpha = 1;
     }
@@ -188,7 +188,7 @@ Evalbus.Timeline = class {
       const begin = grasp.tick * track.tickSeconds;
       const end = Math.min(track.last * track.tickSeconds, grasp.duration_s ? begin + grasp.duration_s : Infinity);
       const from = this.xOf(begin), to = this.xOf(end);
-      context.fillStyle = colour;
+      context.fillStyle = color;
       context.fillRect(from, top + LANE / 2 - 4, Math.max(2, to - from), 8);
       const what = Evalbus.spaced(grasp.object) || "an object";
       this.mark(lane, from, to, `${Evalbus.spaced(gripper)} holds ${what} · ${begin.toFixed(2)} to ${end.toFixed(2)} s`);
@@ -221,7 +221,7 @@ Evalbus.Timeline = class {
 Evalbus.Timeline.LANE = 24;
 Evalbus.Timeline.AXIS = 20;
 
-// Each kind has a shape of its own, so that none needs its colour.
+// Each kind has a shape of its own, so that none needs its color.
 Evalbus.eventMarks = {
   grasp(context, x, y, palette) {
     Evalbus.polygon(context, [[x - 5, y - 4], [x + 5, y - 4], [x, y + 5]], palette.c2, true);
@@ -265,11 +265,11 @@ Evalbus.shortened = (context, text, width) => {
   return length > 0 ? `${text.slice(0, length).trimEnd()}…` : "";
 };
 
-Evalbus.polygon = (context, points, colour, isFilled) => {
+Evalbus.polygon = (context, points, color, isFilled) => {
   context.beginPath();
   points.forEach(([x, y], k) => (k === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
   context.closePath();
-  context.fillStyle = context.strokeStyle = colour;
+  context.fillStyle = context.strokeStyle = color;
   context.lineWidth = 1.5;
   if (isFilled) context.fill();
   else context.stroke();

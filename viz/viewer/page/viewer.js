@@ -41,7 +41,7 @@ Evalbus.Viewer = class {
     this.wanted = this.readHash();
     this.player.isFollowing = !this.isPacked && !this.wanted;
     this.player.isPlaying = this.player.isFollowing;
-    // Pictures are made only while one sees them: a page of many may not hold on to the graphics card.
+    // Images are made only while one sees them: a page of many may not hold on to the graphics card.
     new IntersectionObserver((entries) => this.setSeen(entries[entries.length - 1].isIntersecting)).observe(this.parts.view);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.palette = Evalbus.paletteOf(place);
@@ -344,7 +344,7 @@ Evalbus.Viewer = class {
     return objects.findIndex((name) => `_${stage.name}_`.includes(`_${name}_`));
   }
 
-  // ---- the picture
+  // ---- the image
 
   setSeen(isSeen) {
     this.isSeen = isSeen;
@@ -361,7 +361,7 @@ Evalbus.Viewer = class {
     if (!this.isSeen || !this.tracks.length || this.sceneProblem) return;
     const tracks = this.tracks.filter((track) => track.head.scene);
     if (!tracks.length) {
-      this.noteScene("no picture: the model files of this run are not there");
+      this.noteScene("no image: the model files of this run are not there");
       return;
     }
     try {
@@ -377,7 +377,7 @@ Evalbus.Viewer = class {
         };
       }
     } catch (error) {
-      this.sceneProblem = `no picture: ${error.message}; numbers and time line are all here`;
+      this.sceneProblem = `no image: ${error.message}; numbers and time line are all here`;
       this.noteScene(this.sceneProblem);
       return;
     }
@@ -390,7 +390,7 @@ Evalbus.Viewer = class {
       this.showCameras();
       this.moved();
     } catch (error) {
-      this.noteScene(`no picture: ${error.message}`);
+      this.noteScene(`no image: ${error.message}`);
     }
   }
 
@@ -594,7 +594,7 @@ Evalbus.Viewer = class {
     if (next !== undefined) this.seek(next);
   }
 
-  openNeighbour(way) {
+  openNeighbor(way) {
     const run = this.runs.get(this.shownRun), track = this.tracks[0];
     if (!run || !track) return;
     const rows = this.runPanel.list.rows.filter((row) => row.has_track !== false && this.source.has(row.run, row.episode));
@@ -622,7 +622,7 @@ Evalbus.Viewer = class {
       " ": () => this.togglePlay(), ArrowLeft: () => this.step(event.shiftKey ? -10 : -1),
       ArrowRight: () => this.step(event.shiftKey ? 10 : 1), Home: () => this.seek(0), End: () => this.seek(this.player.last),
       "[": () => this.jump(-1), "]": () => this.jump(1), "<": () => this.changeRate(-1), ">": () => this.changeRate(1),
-      l: () => this.follow(), p: () => this.openNeighbour(-1), n: () => this.openNeighbour(1), c: () => this.nextCamera(),
+      l: () => this.follow(), p: () => this.openNeighbor(-1), n: () => this.openNeighbor(1), c: () => this.nextCamera(),
       v: () => this.tracks.length > 1 && this.toggleBeside(), x: () => this.compare(null), "?": () => this.parts.keys.showModal(),
     };
     if (!Object.hasOwn(actions, event.key)) return;
@@ -688,7 +688,7 @@ Evalbus.Viewer = class {
     const run = this.runs.get(this.shownRun);
     return { connection: this.connectionState, info: run && run.info, episodes: run ? run.episodes.length : 0,
       shown: this.tracks.map((track) => track.key), heads: this.tracks.map((track) => track.head), tick: this.tick,
-      isPlaying: this.player.isPlaying, isFollowing: this.player.isFollowing, hasPicture: Boolean(this.scene && this.isSceneReady),
+      isPlaying: this.player.isPlaying, isFollowing: this.player.isFollowing, hasImage: Boolean(this.scene && this.isSceneReady),
       problem: this.problem, note: this.parts.note.textContent };
   }
 };

@@ -1,7 +1,7 @@
 // The bodies of one episode as a scene graph: what stands still in a few meshes, a group for each body that moves.
 "use strict";
 
-// Geometry and pictures of blocks, kept over episodes: the robots of a run are always the same.
+// Geometry and images of blocks, kept over episodes: the robots of a run are always the same.
 Evalbus.Assets = class {
   constructor(source) {
     this.source = source;
@@ -39,7 +39,7 @@ Evalbus.Assets = class {
 };
 
 Evalbus.World = class {
-  // look: null, or the colour in which all that moves is drawn as a ghost.
+  // look: null, or the color in which all that moves is drawn as a ghost.
   constructor(scene, track, look) {
     this.head = scene.head;
     this.track = track;
@@ -130,10 +130,10 @@ Evalbus.World = class {
     const make = () => {
       const shininess = Math.max(1, 128 * (own ? own.shininess : 0.5));
       const shine = (own ? own.specular : 0.5) * 0.6 / (0.25 * (shininess / 2 + 1));
-      const colour = new THREE.Color(rgba[0], rgba[1], rgba[2]);
+      const color = new THREE.Color(rgba[0], rgba[1], rgba[2]);
       const material = new THREE.MeshPhongMaterial({
-        color: colour, specular: new THREE.Color(shine, shine, shine), shininess, map: texture,
-        emissive: colour.clone().multiplyScalar(own ? own.emission : 0),
+        color: color, specular: new THREE.Color(shine, shine, shine), shininess, map: texture,
+        emissive: color.clone().multiplyScalar(own ? own.emission : 0),
         transparent: rgba[3] < 1, opacity: rgba[3], depthWrite: rgba[3] >= 1,
       });
       if (object >= 0) this.objectMaterials.push({ object, material, emissive: material.emissive.clone() });
@@ -142,7 +142,7 @@ Evalbus.World = class {
     return { key, make, repeat: texture ? (one) => this.repeatOf(own, one) : null };
   }
 
-  // A picture is laid over a shape of two half sizes once; `uniform`: over so many metres.
+  // An image is laid over a shape of two half sizes once; `uniform`: over so many meters.
   repeatOf(material, geom) {
     const [x, y] = geom.size_m || [1, 1];
     return material.repeat.map((times, k) => 0.5 * times / (material.uniform ? 1 : (k === 0 ? x : y) || 1));
@@ -157,13 +157,13 @@ Evalbus.World = class {
 
   showCollision(isShown) {
     if (isShown && !this.collisionMeshes) {
-      const colours = { robot: 0x5b8fb9, object: 0xe3a23a, fixture: 0xa9aeb3, world: 0x8d9297 };
+      const colors = { robot: 0x5b8fb9, object: 0xe3a23a, fixture: 0xa9aeb3, world: 0x8d9297 };
       this.collisionMeshes = this.build(this.head.geoms.filter((geom) => geom.collision), (geom) => {
         if (this.look) return { key: "ghost", make: () => this.ghostMaterial() };
         const kind = this.kindOf(geom.body);
         return {
           key: `collision ${kind}`,
-          make: () => new THREE.MeshPhongMaterial({ color: colours[kind], specular: 0x111111, shininess: 20 }),
+          make: () => new THREE.MeshPhongMaterial({ color: colors[kind], specular: 0x111111, shininess: 20 }),
         };
       });
     }
@@ -172,17 +172,17 @@ Evalbus.World = class {
   }
 
   addLights() {
-    const colour = (rgb) => new THREE.Color(rgb[0], rgb[1], rgb[2]);
+    const color = (rgb) => new THREE.Color(rgb[0], rgb[1], rgb[2]);
     const ambient = new THREE.Color(0, 0, 0);
-    if (this.head.headlight) ambient.add(colour(this.head.headlight.ambient));
+    if (this.head.headlight) ambient.add(color(this.head.headlight.ambient));
     for (const light of this.lights) {
-      ambient.add(colour(light.ambient));
-      this.root.add(...this.lightOf(light, colour(light.diffuse)));
+      ambient.add(color(light.ambient));
+      this.root.add(...this.lightOf(light, color(light.diffuse)));
     }
     this.root.add(new THREE.AmbientLight(ambient));
   }
 
-  lightOf(light, colour) {
+  lightOf(light, color) {
     const body = this.bodies[light.body];
     const still = this.head.bodies[light.body];
     const matrix = body || !still ? new THREE.Matrix4() : Evalbus.shapes.pose(still.position_m, still.quat_wxyz);
@@ -191,7 +191,7 @@ Evalbus.World = class {
     const reach = this.head.extent_m || 1;
     let made;
     if (light.directional) {
-      made = new THREE.DirectionalLight(colour, 1);
+      made = new THREE.DirectionalLight(color, 1);
       // Shadows fall where the action is.
       const middle = new THREE.Vector3(...(this.head.center_m || [0, 0, 0]));
       made.target.position.copy(middle);
@@ -200,7 +200,7 @@ Evalbus.World = class {
         near: 0.5 * reach, far: 6 * reach });
     } else {
       const angle = Math.min(light.cutoff_deg || 45, 89) * Math.PI / 180;
-      made = new THREE.SpotLight(colour, 1, 0, angle, 0.3, 0);
+      made = new THREE.SpotLight(color, 1, 0, angle, 0.3, 0);
       made.position.copy(position);
       made.target.position.copy(position).add(direction);
     }
@@ -225,10 +225,10 @@ Evalbus.World = class {
   }
 
   // Lit: the object that the current stage is about, -1 for none.
-  light(object, colour) {
+  light(object, color) {
     for (const entry of this.objectMaterials) {
       entry.material.emissive.copy(entry.emissive);
-      if (entry.object === object) entry.material.emissive.add(colour);
+      if (entry.object === object) entry.material.emissive.add(color);
     }
   }
 

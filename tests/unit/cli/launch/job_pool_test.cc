@@ -27,9 +27,9 @@ class JobPoolTest : public testing::Test {
   }
   // Polls until all is done; what ended, in that order.
   std::vector<std::string> Run(std::vector<Job> jobs, int at_once,
-                               std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+                               std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
     JobPool pool(
-        std::move(jobs), at_once, [this](const std::string& why) { restarts_.push_back(why); }, patience);
+        std::move(jobs), at_once, [this](const std::string& why) { restarts_.push_back(why); }, timeout);
     std::vector<std::string> ended;
     const auto give_up = std::chrono::steady_clock::now() + kDeadline;
     while (!pool.done() && std::chrono::steady_clock::now() < give_up) {

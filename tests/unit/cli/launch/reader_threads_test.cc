@@ -55,7 +55,7 @@ TEST(ReaderThreads, WorkThatHangsHoldsUpNoOther) {
 }
 
 TEST(ReaderThreads, WorkThatTakesTooLongMakesRoom) {
-  ReaderThreads threads({.at_once = 1, .patience = 10s});
+  ReaderThreads threads({.at_once = 1, .timeout = 10s});
   Work hanging, next;
   ASSERT_TRUE(hanging.AddTo(&threads));
   hanging.WaitUntilStarted();
@@ -74,7 +74,7 @@ TEST(ReaderThreads, WorkThatTakesTooLongMakesRoom) {
 }
 
 TEST(ReaderThreads, NothingIsStartedWhileTooManyAreStuck) {
-  ReaderThreads threads({.at_once = 1, .waiting = 2, .patience = 10s, .stuck = 1});
+  ReaderThreads threads({.at_once = 1, .waiting = 2, .timeout = 10s, .stuck = 1});
   Work hanging, waiting;
   ASSERT_TRUE(hanging.AddTo(&threads));
   hanging.WaitUntilStarted();

@@ -33,7 +33,7 @@ class RunControllerTest : public testing::Test {
     Log::SetFiles([this](const std::string& name) { return folder_.path() / (name + ".log"); });
     plan_.episodes = {0, 1};
     plan_.required = {"metrics", "recorder"};
-    plan_.made_of = MadeOf::Of({});
+    plan_.model_hashes = ModelHashes::Of({});
     bus_.Subscribe(channels::kCommand, [this](const command_t& command) { commands_.push_back(command); });
   }
   ~RunControllerTest() override { Log::SetFiles({}); }
@@ -563,7 +563,7 @@ TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
 }
 
 TEST_F(RunControllerTest, TheFirstModelToo) {
-  plan_.made_of.physics_sha256 = "of run.json";
+  plan_.model_hashes.physics_sha256 = "of run.json";
   EXPECT_THROW(SayModel(), InputError);
 }
 

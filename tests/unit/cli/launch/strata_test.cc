@@ -9,13 +9,13 @@ namespace evalbus::launch::strata_test {
 
 using testing::ElementsAre;
 
-TEST(Strata, AreNeighboursOnALine) {
+TEST(Strata, AreNeighborsOnALine) {
   EXPECT_THAT(Strata({{5}, {1}, {4}, {0}, {3}, {2}}, 3),
               ElementsAre(ElementsAre(1, 3), ElementsAre(4, 5), ElementsAre(0, 2)));
 }
 
 TEST(Strata, UnitsDoNotMatter) {
-  // Four corners: x in millimetres, y in kilometres. Two cuts, one in each.
+  // Four corners: x in millimeters, y in kilometers. Two cuts, one in each.
   EXPECT_THAT(Strata({{0, 0}, {0, 1e6}, {1e-3, 0}, {1e-3, 1e6}}, 4),
               ElementsAre(ElementsAre(0), ElementsAre(1), ElementsAre(2), ElementsAre(3)));
 }

@@ -39,13 +39,13 @@ class PlanTest : public testing::Test {
 
 constexpr char kSmall[] = "policies: [expert]\ntasks: lift_pot\n";
 
-TEST(PlanFolder, HiddenNamesSayTheirChunk) {
-  const Chunk chunk{"pi0.5", "lift_pot/all", 0, 19};
+TEST(PlanFolder, HiddenNamesSayTheirShard) {
+  const Shard shard{"pi0.5", "lift_pot/all", 0, 19};
   using Pair = std::pair<std::string, std::string>;
-  EXPECT_EQ(ParseHidden("." + chunk.name() + ".node7.lab-4711.coming"),
-            Pair(chunk.name(), "node7.lab-4711.coming"));
-  EXPECT_EQ(ParseHidden("." + chunk.name() + ".failed"), Pair(chunk.name(), "failed"));
-  EXPECT_EQ(ParseHidden(chunk.name()), Pair());
+  EXPECT_EQ(ParseHidden("." + shard.name() + ".node7.lab-4711.coming"),
+            Pair(shard.name(), "node7.lab-4711.coming"));
+  EXPECT_EQ(ParseHidden("." + shard.name() + ".failed"), Pair(shard.name(), "failed"));
+  EXPECT_EQ(ParseHidden(shard.name()), Pair());
   EXPECT_EQ(ParseHidden(".nfs0001"), Pair());
 }
 
@@ -59,7 +59,7 @@ tasks: [lift_pot/position, LiftPotOrientation]
 episodes: 30
 seed: 4
 options: {after_success_s: 1}
-film: {episodes: first 3, cameras: [overview, head]}
+video: {episodes: first 3, cameras: [overview, head]}
 compare: {baseline: shaky}
 until: decided(alpha 0.01, max 200)
 )");
@@ -74,7 +74,7 @@ until: decided(alpha 0.01, max 200)
   EXPECT_EQ(plan.options.seed, 4);
   EXPECT_EQ(plan.options.sim.after_success_s, 1);
   EXPECT_TRUE(plan.options.in_process);
-  EXPECT_EQ(FilmsText(plan.films), "the first 3 of each run, from overview, head");
+  EXPECT_EQ(VideosText(plan.videos), "the first 3 of each run, from overview, head");
   ASSERT_TRUE(plan.until);
   EXPECT_EQ(plan.until->alpha, 0.01);
   EXPECT_EQ(plan.until->max_episodes, 200);
@@ -93,8 +93,8 @@ TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
 
 TEST_F(PlanTest, IsKeptAsJsonAndReadBack) {
   for (const char* text : {kSmall,
-                           "policies: [expert, hold]\ntasks: lift_pot/all\nfilm: failures\n"
-                           "until: decided(alpha 0.05, max 90)\nchunk_episodes: 7\n"}) {
+                           "policies: [expert, hold]\ntasks: lift_pot/all\nvideo: failures\n"
+                           "until: decided(alpha 0.05, max 90)\nshard_episodes: 7\n"}) {
     const Plan plan = Read(text);
     const auto json = PlanJson(plan);
     EXPECT_EQ(PlanJson(PlanOfJson(nlohmann::json::parse(json.dump()), "plan.json")), json);
@@ -129,7 +129,7 @@ TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
   EXPECT_THAT(ErrorOf(small + "options: {workers: 2}\n"), HasSubstr("no option of a run in a plan"));
   EXPECT_THAT(ErrorOf(small + "options: {control_hz: 5000}\n"), HasSubstr(":3: key 'control_hz': "));
   EXPECT_THAT(ErrorOf(small + "options: {realtime: maybe}\n"), HasSubstr(":3: key 'realtime': "));
-  EXPECT_THAT(ErrorOf(small + "film: some\n"),
+  EXPECT_THAT(ErrorOf(small + "video: some\n"),
               HasSubstr("expected none, all, failures or 'first N', got 'some'"));
   EXPECT_THAT(ErrorOf(small + "compare: {baseline: hold}\n"), HasSubstr("no policy 'hold' in this plan"));
   EXPECT_THAT(ErrorOf(small + "until: soon\n"), HasSubstr("expected decided(alpha A, max EPISODES)"));
@@ -140,23 +140,23 @@ TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
       HasSubstr(":4: key 'until': expected max 50 to "));
 }
 
-TEST_F(PlanTest, ChunksAreEachEpisodeOnce) {
+TEST_F(PlanTest, ShardsAreEachEpisodeOnce) {
   const Plan plan = Read(
-      "policies: [expert, hold]\ntasks: [lift_pot, stack_two_blocks]\nepisodes: 10\nchunk_episodes: 4\n");
-  const std::vector<Chunk> chunks = ChunksOf(plan);
-  ASSERT_EQ(chunks.size(), 12u);
-  EXPECT_EQ(chunks[0].name(), "expert+lift_pot-base+0000-0003");
-  EXPECT_EQ(chunks[2].name(), "expert+lift_pot-base+0008-0009");
-  EXPECT_EQ(chunks[2].size(), 2);
+      "policies: [expert, hold]\ntasks: [lift_pot, stack_two_blocks]\nepisodes: 10\nshard_episodes: 4\n");
+  const std::vector<Shard> shards = ShardsOf(plan);
+  ASSERT_EQ(shards.size(), 12u);
+  EXPECT_EQ(shards[0].name(), "expert+lift_pot-base+0000-0003");
+  EXPECT_EQ(shards[2].name(), "expert+lift_pot-base+0008-0009");
+  EXPECT_EQ(shards[2].size(), 2);
   EXPECT_EQ(
-      std::accumulate(chunks.begin(), chunks.end(), 0, [](int n, const Chunk& c) { return n + c.size(); }),
+      std::accumulate(shards.begin(), shards.end(), 0, [](int n, const Shard& c) { return n + c.size(); }),
       40);
   std::vector<std::string> of_parts;
   for (int part = 1; part <= 5; ++part) {
-    for (const Chunk& chunk : ChunksOfPart(chunks, part, 5)) of_parts.push_back(chunk.name());
+    for (const Shard& shard : ShardsOfPart(shards, part, 5)) of_parts.push_back(shard.name());
   }
   std::vector<std::string> all;
-  for (const Chunk& chunk : chunks) all.push_back(chunk.name());
+  for (const Shard& shard : shards) all.push_back(shard.name());
   EXPECT_THAT(of_parts, testing::UnorderedElementsAreArray(all));
 }
 
@@ -178,18 +178,18 @@ TEST_F(PlanTest, AFolderIsOfOnePlan) {
   EXPECT_THROW(PlanFolder{taken}, InputError);
 }
 
-TEST_F(PlanTest, AChunkThatIsPutTwiceIsThereOnce) {
+TEST_F(PlanTest, AShardThatIsPutTwiceIsThereOnce) {
   const PlanFolder folder(Read(kSmall), folder_.path() / "out");
-  const Chunk chunk = ChunksOf(folder.plan())[0];
+  const Shard shard = ShardsOf(folder.plan())[0];
   const auto made = folder_.path() / "made";
   std::filesystem::create_directories(made / "episodes");
   std::ofstream(made / "run.json") << "first";
-  EXPECT_FALSE(folder.has(chunk));
-  folder.Put(chunk, made);
-  EXPECT_TRUE(folder.has(chunk));
+  EXPECT_FALSE(folder.has(shard));
+  folder.Put(shard, made);
+  EXPECT_TRUE(folder.has(shard));
   std::ofstream(made / "run.json") << "second";
-  folder.Put(chunk, made);
-  std::ifstream stream(folder.chunk_folder(chunk) / "run.json");
+  folder.Put(shard, made);
+  std::ifstream stream(folder.shard_folder(shard) / "run.json");
   std::string text;
   stream >> text;
   EXPECT_EQ(text, "first");

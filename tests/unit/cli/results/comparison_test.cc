@@ -296,7 +296,7 @@ TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
   EXPECT_GT(result.success.difference, 0);
   // 1 to 9 would be p = 0.02, for the other side.
   EXPECT_EQ(result.success.p, 1);
-  EXPECT_EQ(result.success.judgement(), Judgement::kNone);
+  EXPECT_EQ(result.success.judgment(), Judgment::kNone);
 }
 
 TEST_F(CompareTest, TwoVariationsAreSaidFirst) {
@@ -385,12 +385,12 @@ class MeritTest : public CompareTest {
   RecordedRuns With(const std::string& name, const std::vector<Each>& episodes) {
     return With(name, episodes, Info(1));
   }
-  static Judgement Of(const Comparison& comparison, const std::string& metric) {
+  static Judgment Of(const Comparison& comparison, const std::string& metric) {
     for (const MetricComparison& compared : comparison.tasks[0].metrics) {
-      if (compared.number.name == metric) return compared.judgement();
+      if (compared.number.name == metric) return compared.judgment();
     }
     ADD_FAILURE() << metric;
-    return Judgement::kNone;
+    return Judgment::kNone;
   }
 };
 
@@ -405,27 +405,27 @@ TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
   }
   const RecordedRuns baseline = With("tries", tries);
   const Comparison result = CompareRuns(With("stays", stays), baseline);
-  EXPECT_EQ(Of(result, "slip_count"), Judgement::kDiffers);
+  EXPECT_EQ(Of(result, "slip_count"), Judgment::kDiffers);
   EXPECT_THAT(
       result.remarks,
       testing::ElementsAre("lift_pot/position: stays succeeded in no episode and reached no stage: not "
                            "called better in slips"));
   // Nor is the other one worse.
-  EXPECT_EQ(Of(CompareRuns(baseline, With("stays", stays)), "slip_count"), Judgement::kDiffers);
-  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgement::kBetter);
+  EXPECT_EQ(Of(CompareRuns(baseline, With("stays", stays)), "slip_count"), Judgment::kDiffers);
+  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kBetter);
   // Fewer successes.
   careful[0].success = false;
   const Comparison less = CompareRuns(With("careful", careful), baseline);
-  EXPECT_EQ(Of(less, "slip_count"), Judgement::kDiffers);
+  EXPECT_EQ(Of(less, "slip_count"), Judgment::kDiffers);
   EXPECT_THAT(less.remarks, testing::ElementsAre(
                                 "lift_pot/position: careful got less far, which leaves less to go wrong: not "
                                 "called better in slips"));
   // As many, and fewer stages.
   careful[0].success = true;
   careful[29].stage = 1;
-  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgement::kDiffers);
+  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kDiffers);
   // Who gets less far and slips more is worse all the same.
-  EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgement::kWorse);
+  EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgment::kWorse);
 }
 
 // A fails where it is hard, B never; both take the same time on the same start.
@@ -441,15 +441,15 @@ TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
   const RecordedRuns b = With("b", never, Info(1, 8));
   const Comparison result = CompareRuns(With("a", fails), b);
   EXPECT_FALSE(result.success.paired);
-  EXPECT_EQ(Of(result, "completion_time"), Judgement::kDiffers);
+  EXPECT_EQ(Of(result, "completion_time"), Judgment::kDiffers);
   EXPECT_THAT(
       result.remarks,
       testing::Contains("lift_pot/position: a is compared over its own successes only, which may have been "
                         "the easier starts: not called better in completion time"));
   // Without failures no start is left out.
-  EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgement::kBetter);
+  EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgment::kBetter);
   // Of pairs both are taken where both succeeded.
-  EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgement::kBetter);
+  EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgment::kBetter);
 }
 
 // Stamps and encoders of a recording multiply jerk.
@@ -465,8 +465,8 @@ TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
   const RecordedRuns simulated = With("sim", smooth);
   for (const ordered_json& info : {watched, from_file}) {
     const Comparison result = CompareRuns(With("robot", rough, info), simulated);
-    EXPECT_EQ(Of(result, "overall_rms_joint_jerk"), Judgement::kDiffers);
-    EXPECT_EQ(Of(result, "completion_time"), Judgement::kWorse);
+    EXPECT_EQ(Of(result, "overall_rms_joint_jerk"), Judgment::kDiffers);
+    EXPECT_EQ(Of(result, "completion_time"), Judgment::kWorse);
     EXPECT_THAT(
         result.remarks,
         testing::Contains("lift_pot/position: evalbus did not draw the starts of robot: episodes of equal "
@@ -478,8 +478,8 @@ TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
   }
   EXPECT_EQ(Of(CompareRuns(With("robot", rough, watched), With("other", smooth, watched)),
                "overall_rms_joint_jerk"),
-            Judgement::kWorse);
-  EXPECT_EQ(Of(CompareRuns(With("rough", rough), simulated), "overall_rms_joint_jerk"), Judgement::kWorse);
+            Judgment::kWorse);
+  EXPECT_EQ(Of(CompareRuns(With("rough", rough), simulated), "overall_rms_joint_jerk"), Judgment::kWorse);
 }
 
 TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
@@ -525,18 +525,18 @@ TEST_F(CompareTest, SaysThatAPlanStoppedByItsResults) {
 
 TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
   Comparison result = CompareRuns(Run("b", Info(10), First(10, 10), 5), Run("a", Info(10), First(3, 10), 5));
-  EXPECT_EQ(result.success.judgement(), Judgement::kBetter);
+  EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
   result.success.SetSequential(0.06, 0.12, false);
-  EXPECT_EQ(result.success.judgement(), Judgement::kNone);
+  EXPECT_EQ(result.success.judgment(), Judgment::kNone);
   EXPECT_THAT(Conclusion(result),
               testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.12."));
   // A plan may ask for more certainty, or less, than 5 %.
   result.success.SetSequential(0.03, 0.06, true);
-  EXPECT_EQ(result.success.judgement(), Judgement::kBetter);
+  EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
   EXPECT_TRUE(Conclusion(result).starts_with("b succeeds more often than a")) << Conclusion(result);
 }
 
-TEST_F(CompareTest, ThePageLinksTheFilmsOfSeedsThatFlipped) {
+TEST_F(CompareTest, ThePageLinksTheVideosOfSeedsThatFlipped) {
   const RecordedRuns a = Run("a", Info(4), {true, true, false, false}, 5);
   const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
   const Comparison comparison = CompareRuns(b, a);
@@ -547,7 +547,7 @@ TEST_F(CompareTest, ThePageLinksTheFilmsOfSeedsThatFlipped) {
   EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 3))));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr(std::to_string(EpisodeSeed(7, 2)))));
   EXPECT_THAT(html, testing::HasSubstr("evalbus render"));
-  WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "film");
+  WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "video");
   html = ComparisonReport({comparison}, page, "0.1.0", 0).html;
   EXPECT_THAT(html, testing::HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr("evalbus render")));

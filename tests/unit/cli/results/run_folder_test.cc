@@ -89,14 +89,14 @@ TEST(RunFolder, OnlyWhatIsOursAndUnfinishedIsRemoved) {
 
 TEST(RunFolder, OneThatIsTakenAwayLeavesWhatIsNotItsOwn) {
   TemporaryFolder folder;
-  { RunFolder::OfRun(folder.path() / "a/b", "", false).TakeAway(); }
+  { RunFolder::OfRun(folder.path() / "a/b", "", false).Remove(); }
   EXPECT_EQ(Entries(folder.path()), std::set<std::string>{});
   {
     const RunFolder run = RunFolder::OfRun(folder.path() / "a/b", "", false);
     run.WriteJson(kRunJson, {{"seed", 1}});
     Touch(run.path() / "model/physics.mjb");
     Touch(run.path() / "notes");
-    run.TakeAway();
+    run.Remove();
   }
   EXPECT_EQ(Entries(folder.path()), (std::set<std::string>{"a", "a/b", "a/b/notes"}));
 }

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "lcmtypes/extended_value.h"
-#include "lcmtypes/metric_catalogue.h"
+#include "lcmtypes/metric_catalog.h"
 #include "metrics/episode/result_json.h"
 #include "metrics/statistics/run_statistics.h"
 #include "tests/unit/allocation_count.h"

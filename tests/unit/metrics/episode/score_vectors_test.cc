@@ -32,8 +32,8 @@ std::vector<fs::path> VectorFiles() {
   return files;
 }
 
-// Where we follow the definition and the reference does not: it does not normalise quaternions. Values by an
-// independent evaluation (NumPy, normalised, arc cosine).
+// Where we follow the definition and the reference does not: it does not normalize quaternions. Values by an
+// independent evaluation (NumPy, normalized, arc cosine).
 const std::map<std::string, json> kDepartures = {
     {"single_precision_log",
      {{"orientation_path_length", {{"left", 1.6554233540664873}, {"right", 2.1844835275417247}}},

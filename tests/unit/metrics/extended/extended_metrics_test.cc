@@ -79,7 +79,7 @@ class Episode {
   int64_t tick_ = 0;
 };
 
-TEST(ExtendedMetrics, AreSortedByNameWithTheCataloguesUnits) {
+TEST(ExtendedMetrics, AreSortedByNameWithTheCatalogsUnits) {
   const ExtendedMetrics dut(Config(0.02));
   EXPECT_EQ(dut.names(),
             (std::vector<std::string>{

@@ -55,14 +55,14 @@ TEST(Power, OfFisherIsThatOfAllTables) {
 // Exactly, for few pairs: the shares of all (only_a, only_b) that are not decided yet.
 TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
   const DiscordantShares shares{0.5, 0.1};
-  constexpr int kMost = 40, kStep = 5;
-  std::vector<std::vector<double>> open(kMost + 2, std::vector<double>(kMost + 2));
+  constexpr int kMax = 40, kStep = 5;
+  std::vector<std::vector<double>> open(kMax + 2, std::vector<double>(kMax + 2));
   open[0][0] = 1;
   double found = 0;
-  for (int pair = 1; pair <= kMost; ++pair) {
+  for (int pair = 1; pair <= kMax; ++pair) {
     auto next = std::vector(open.size(), std::vector<double>(open.size()));
-    for (size_t a = 0; a <= kMost; ++a) {
-      for (size_t b = 0; b <= kMost; ++b) {
+    for (size_t a = 0; a <= kMax; ++a) {
+      for (size_t b = 0; b <= kMax; ++b) {
         next[a + 1][b] += open[a][b] * shares.only_a;
         next[a][b + 1] += open[a][b] * shares.only_b;
         next[a][b] += open[a][b] * (1 - shares.only_a - shares.only_b);
@@ -70,8 +70,8 @@ TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
     }
     open = next;
     if (pair % kStep != 0) continue;
-    for (size_t a = 0; a <= kMost; ++a) {
-      for (size_t b = 0; b <= kMost; ++b) {
+    for (size_t a = 0; a <= kMax; ++a) {
+      for (size_t b = 0; b <= kMax; ++b) {
         if (SequentialMcNemar(static_cast<int>(a), static_cast<int>(b)) > kAlpha) continue;
         if (a > b) found += open[a][b];
         open[a][b] = 0;
@@ -79,7 +79,7 @@ TEST(Power, OfTheSequentialTestIsThatOfAllWays) {
     }
   }
   // Four standard errors of 4,000 simulations.
-  EXPECT_NEAR(SequentialPower(kStep, kMost, shares), found, 4 * std::sqrt(found * (1 - found) / 4000));
+  EXPECT_NEAR(SequentialPower(kStep, kMax, shares), found, 4 * std::sqrt(found * (1 - found) / 4000));
   EXPECT_GT(found, 0.5);
   EXPECT_LT(found, 0.95);
 }

@@ -421,10 +421,10 @@ TEST(Bootstrap, FollowsShiftScaleAndMirror) {
   EXPECT_GT(interval.upper - Mean(x), 1.15 * (Mean(x) - interval.lower));
 }
 
-// Just above kMostToResample, resampled by hand: the same to a fiftieth of the width, also of skewed values.
+// Just above kMaxToResample, resampled by hand: the same to a fiftieth of the width, also of skewed values.
 TEST(Bootstrap, ManyValuesAreNotResampled) {
   std::mt19937_64 engine(7);
-  std::vector<double> x(kMostToResample + 1), y(x.size());
+  std::vector<double> x(kMaxToResample + 1), y(x.size());
   for (size_t i = 0; i < x.size(); ++i) {
     const double u = static_cast<double>(engine() >> 11) * 0x1p-53;
     x[i] = u * u * u * u;

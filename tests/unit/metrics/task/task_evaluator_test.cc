@@ -117,7 +117,7 @@ TEST_F(ExpressionTest, TiltIsMeasuredAgainstTheVerticalOrPerpendicularToAnAxis) 
   const Expression forward = Call("tilt", {{"object", "pot"}, {"axis", "x"}});
   EXPECT_NEAR(Measure(free), 0, 1e-12);
   EXPECT_NEAR(Measure(lateral), 0, 1e-12);
-  // About x the up axis moves towards -y: phi, its angle to -y, is 90 - 30 degrees.
+  // About x the up axis moves toward -y: phi, its angle to -y, is 90 - 30 degrees.
   for (double angle : {30., -30.}) {
     Set(&state_.body[kPot].quat_wxyz, Rotation(angle * kDegree, 1, 0, 0));
     EXPECT_NEAR(Measure(free), 30 * kDegree, 1e-12);
@@ -254,8 +254,8 @@ TEST_F(ExpressionTest, SaysWhatIsWrongWithFileAndLine) {
 
 TEST(ModelNames, WhatMustNotBeTouchedOfAnObjectIsNone) {
   model_info_t model = Model();
-  model.barred_geom = {kLidGeom};
-  model.num_barred_geoms = 1;
+  model.forbidden_contact_geom = {kLidGeom};
+  model.num_forbidden_contact_geoms = 1;
   const ModelNames names(model);
   EXPECT_TRUE(names.IsObject(kWall));
   EXPECT_FALSE(names.IsObject(kLidGeom));
@@ -275,7 +275,7 @@ TEST(ModelNames, RefusesAModelThatContradictsItself) {
   expect_refused([](model_info_t* m) { m->gripper[1].pad_geom[0] = kNumGeoms; });
   expect_refused([](model_info_t* m) { m->gripper[1].arm = 2; });
   expect_refused([](model_info_t* m) { m->object_entity[0] = 5; });
-  expect_refused([](model_info_t* m) { m->barred_geom = {kNumGeoms}; });
+  expect_refused([](model_info_t* m) { m->forbidden_contact_geom = {kNumGeoms}; });
 }
 
 class TaskEvaluatorTest : public testing::Test {

@@ -237,7 +237,7 @@ TEST(JointVelocity, IsHeldForTheStep) {
   EXPECT_NEAR(play.Joints()[6], Home()[6] + 0.1, 1e-12);
 }
 
-// DROID's normalised velocities: 1 is 0.2 rad in a step of 15 Hz, on the measured position.
+// DROID's normalized velocities: 1 is 0.2 rad in a step of 15 Hz, on the measured position.
 TEST(JointVelocity, OfDroid) {
   ActionSpace space = JointSpace(ActionKind::kJointVelocity);
   space.delta_on = DeltaOn::kMeasured;
@@ -414,7 +414,7 @@ double Cost(const ArmChain& chain, const JointVector& q, const Isometry3d& targe
   return PoseDifference(chain.Forward(q), target).squaredNorm();
 }
 
-// Sum of squares of metres and radians, against as many random configurations near and far.
+// Sum of squares of meters and radians, against as many random configurations near and far.
 TEST(Unreachable, GoesToTheNearestPoseAndStaysThere) {
   Random random(4, 0);
   const Vector3d positions[] = {{2.5, 0.3, 1.2}, {0.6, 0.3, 3}, {0.95, 0.3, 1.5}, {0.1, 3, 1}, {30, 5, 1}};

@@ -30,7 +30,7 @@ TEST(Gripper, CommandsOfEachConvention) {
       {"LIBERO", -1, 1, true, {{-1, 0}, {-0.1, 0}, {0.1, 1}, {1, 1}}},
       {"OpenVLA raw", 1, 0, true, {{1, 0}, {0.6, 0}, {0.4, 1}, {0, 1}}},
       {"GR00T gripper_close", 0, 1, false, {{0, 0}, {0.3, 0.3}, {1, 1}}},
-      {"finger metres", 0.04, 0, false, {{0.04, 0}, {0.01, 0.75}, {0, 1}}},
+      {"finger meters", 0.04, 0, false, {{0.04, 0}, {0.01, 0.75}, {0, 1}}},
       // What the gripper cannot do is the sim's to clip and count.
       {"beyond its ends", 0, 1, false, {{-0.5, -0.5}, {1.5, 1.5}}},
   };

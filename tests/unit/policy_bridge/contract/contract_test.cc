@@ -51,7 +51,7 @@ TEST(Contract, IsWhatItsFileSays) {
   EXPECT_EQ(contract.wire, Wire::kOpenpi);
   EXPECT_EQ(contract.rate_hz, 20);
   ASSERT_EQ(contract.observation.size(), 3u);
-  const PictureForm& form = contract.observation[0].picture;
+  const ImageForm& form = contract.observation[0].image;
   EXPECT_EQ(form.view.camera, "head");
   EXPECT_EQ(form.view.width_px, 64);
   EXPECT_EQ(form.view.encoding, "rgb8");
@@ -72,7 +72,7 @@ TEST(Contract, IsWhatItsFileSays) {
   EXPECT_EQ(contract.actions.arms[0].gripper.threshold, 0.5);
   EXPECT_EQ(contract.chunk_steps, 10);
   EXPECT_EQ(contract.execute_steps, 5);
-  EXPECT_TRUE(contract.looks());
+  EXPECT_TRUE(contract.needs_images());
   EXPECT_FALSE(contract.is_privileged());
 }
 
@@ -98,7 +98,7 @@ TEST(Contract, MistakesAreSaidWithLineAndKey) {
        "got "
        "'joint_position_rad'"},
       {", size_px: [64, 48]", "",
-       "mine.yaml:6: key 'observation[0]': expected 'size_px': [WIDTH, HEIGHT], as the camera's picture is "
+       "mine.yaml:6: key 'observation[0]': expected 'size_px': [WIDTH, HEIGHT], as the camera's image is "
        "drawn"},
       {"rate_hz: 20", "rate_hz: 20\nbatch_size: 8",
        "mine.yaml:5: key 'batch_size': only of the wire groot; a server of another may put together what its "

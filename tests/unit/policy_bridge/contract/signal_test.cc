@@ -81,7 +81,7 @@ TEST_F(SignalTest, GrippersOfEachConvention) {
       {"RoboEval", 1, 0, 1, 0.75, 0.8},
       {"DROID", -1, 1, -1, 1, 0},
       {"DROID", -1, 1, -1, 0.25, 0.75},
-      {"finger metres", 0.04, 0, -1, 0.5, 0.02},
+      {"finger meters", 0.04, 0, -1, 0.5, 0.02},
       {"the other finger of LIBERO", -0.04, 0, -1, 0.5, -0.02},
       {"GR00T close", -1, 1, -1, 0, 1},
   };

@@ -59,7 +59,7 @@ TEST(NoPlan, SaysWhatTouchesTheRobotWhereItStands) {
 }
 
 // Menagerie's Panda has its base 1 mm from its first link, and no exclude for the two.
-TEST(NoPlan, NeighboursThatNearlyTouchAtHomeAreInNobodysWay) {
+TEST(NoPlan, NeighborsThatNearlyTouchAtHomeAreInNobodysWay) {
   TemporaryFolder folder;
   fs::copy(ModelsFolder() / "robots", folder.path(), fs::copy_options::recursive);
   std::string arm = ReadText(folder.path() / "panda/panda.xml");
@@ -71,7 +71,7 @@ TEST(NoPlan, NeighboursThatNearlyTouchAtHomeAreInNobodysWay) {
   stage.ExpectSuccess(0);
 }
 
-TEST(NoPlan, TouchesAreInMillimetres) {
+TEST(NoPlan, TouchesAreInMillimeters) {
   const TaskSelection selection = FindTask("lift_pot");
   const RobotDescription robot = LoadRobot(selection.task.robot_file);
   const Scene scene = BuildScene(selection.task, robot);

@@ -74,7 +74,7 @@ class FlawedPolicyTest : public testing::Test {
   int pot_ = 0;
 };
 
-TEST_F(FlawedPolicyTest, AMissIsEightCentimetresShort) {
+TEST_F(FlawedPolicyTest, AMissIsEightCentimetersShort) {
   Use("miss");
   EXPECT_LT((Grip(Act(), 0) - Grip(Plain(), 0)).norm(), 1e-5) << "nothing jumps";
   const action_t missed = ActFor(2);
@@ -100,7 +100,7 @@ TEST_F(FlawedPolicyTest, FingersThatSlipAreToldToBeHardlyFurtherThanTheyAre) {
   EXPECT_DOUBLE_EQ(action.gripper_closing[1], 0.751);
 }
 
-TEST_F(FlawedPolicyTest, ADropIsFourCentimetresUp) {
+TEST_F(FlawedPolicyTest, ADropIsFourCentimetersUp) {
   Use("drop");
   const std::vector<double> closed{1, 1}, open{0, 0};
   MovePot(0, 0.1);  // it may come down before a gripper closes
@@ -115,7 +115,7 @@ TEST_F(FlawedPolicyTest, ADropIsFourCentimetresUp) {
   EXPECT_EQ(Act().gripper_closing, closed) << "forgotten";
 }
 
-TEST_F(FlawedPolicyTest, EarlyIsOneCentimetreOrATenthOfARadian) {
+TEST_F(FlawedPolicyTest, EarlyIsOneCentimeterOrATenthOfARadian) {
   const std::vector<double> closed{1, 1}, open{0, 0};
   Use("early");
   Act();

@@ -279,17 +279,17 @@ TEST_F(RemotePolicyTest, AnImageThatIsNoLongerAvailableGivesWayToTheNewestTick) 
   Make({}, "realtime");
   Begin();
   policy_->Think(State(0));
-  ASSERT_NE(policy_->Wants(), nullptr);
+  ASSERT_NE(policy_->image_request(), nullptr);
   image_t gone{};
-  gone.header = policy_->Wants()->header;
+  gone.header = policy_->image_request()->header;
   policy_->Think(State(7));
-  EXPECT_EQ(policy_->Wants()->header.tick, 0);
-  gone.view = policy_->Wants()->view.at(0);
-  policy_->See(gone);
-  EXPECT_EQ(policy_->Wants(), nullptr);
+  EXPECT_EQ(policy_->image_request()->header.tick, 0);
+  gone.view = policy_->image_request()->view.at(0);
+  policy_->OnImage(gone);
+  EXPECT_EQ(policy_->image_request(), nullptr);
   policy_->Think(State(8));
-  ASSERT_NE(policy_->Wants(), nullptr);
-  EXPECT_EQ(policy_->Wants()->header.tick, 8);
+  ASSERT_NE(policy_->image_request(), nullptr);
+  EXPECT_EQ(policy_->image_request()->header.tick, 8);
 }
 
 TEST_F(RemotePolicyTest, FirstStepOfAnAbsoluteActionIsWhereTheRobotIs) {

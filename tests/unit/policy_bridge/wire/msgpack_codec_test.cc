@@ -77,9 +77,9 @@ TEST(MsgpackCodec, ReadsTheVectorsOfTheSpecification) {
 Value RoundTrip(const Value& value) { return DecodeMsgpack(EncodeMsgpack(value, ArrayKeys::kBytes)); }
 
 TEST(MsgpackCodec, KeepsEveryValue) {
-  constexpr int64_t kLeast = std::numeric_limits<int64_t>::min(), kMost = std::numeric_limits<int64_t>::max();
+  constexpr int64_t kLeast = std::numeric_limits<int64_t>::min(), kMax = std::numeric_limits<int64_t>::max();
   for (const Value& value :
-       {Value(nullptr), Value(false), Value(-1), Value(kLeast), Value(kMost), Value(1.0), Value(-1e300),
+       {Value(nullptr), Value(false), Value(-1), Value(kLeast), Value(kMax), Value(1.0), Value(-1e300),
         Value(""), Value(std::string(70000, 'x')), Value(Bytes(300, 7)), Value(List{1, "a", List{}}),
         Value(Map{{"z", 1}, {"a", nullptr}}), Value(Array{"<f8", {}, FromHex("000000000000f83f")}),
         Value(Array{"<i8", {0, 3}, {}})}) {

@@ -120,9 +120,9 @@ TEST(OpenpiClient, CarriesLargeMessages) {
   Double server(options);
   const auto client = MakePolicyClient(To(server.url()));
   client->Connect();
-  Bytes picture(20 << 20);
-  for (size_t i = 0; i < picture.size(); ++i) picture[i] = static_cast<uint8_t>(i * i >> 7);
-  const Value observation = Map{{"picture", Array{"|u1", {20, 1 << 20}, picture}}};
+  Bytes image(20 << 20);
+  for (size_t i = 0; i < image.size(); ++i) image[i] = static_cast<uint8_t>(i * i >> 7);
+  const Value observation = Map{{"image", Array{"|u1", {20, 1 << 20}, image}}};
   EXPECT_TRUE(client->Infer(observation).value == observation);
 }
 
@@ -407,7 +407,7 @@ TEST(OpenpiClient, EachEpisodeHasAConnectionOfItsOwn) {
   EXPECT_EQ(FailureOf([&] { client->BeginEpisode("lift", 4); }).kind, Kind::kUnreachable);
 }
 
-TEST(RoboArena, IsRecognisedByItsActionSpace) {
+TEST(RoboArena, IsRecognizedByItsActionSpace) {
   Double::Options options = Answering(kChunk);
   options.wire = Wire::kRoboArena;
   options.greeting = Value(Map{{"action_space", "joint_position"}, {"needs_session_id", true}});

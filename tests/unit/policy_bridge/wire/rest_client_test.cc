@@ -64,9 +64,9 @@ TEST_F(RestClient, SendsAnObservationInItsOrder) {
   EXPECT_EQ(request.line, "POST /act");
   EXPECT_EQ(request.content_type, "application/json");
   EXPECT_EQ(request.authorization, "");
-  const std::string picture = R"({"__numpy__":"AAEC","dtype":"|u1","shape":[3]})";
-  EXPECT_EQ(request.body, R"({"full_image":)" + picture + R"(,"left_wrist_image":)" + picture +
-                              R"(,"a_right_wrist_image":)" + picture +
+  const std::string image = R"({"__numpy__":"AAEC","dtype":"|u1","shape":[3]})";
+  EXPECT_EQ(request.body, R"({"full_image":)" + image + R"(,"left_wrist_image":)" + image +
+                              R"(,"a_right_wrist_image":)" + image +
                               R"(,"state":{"__numpy__":"AAAAPw==","dtype":"<f4","shape":[1]},)"
                               R"("instruction":"lift the pot"})");
 }

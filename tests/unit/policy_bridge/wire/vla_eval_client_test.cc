@@ -157,7 +157,7 @@ TEST(VlaEvalClient, TakesNoOtherAnswer) {
   check(Double::HalfFrame(), Kind::kProtocol, "the connection ended in the middle of a message");
 }
 
-TEST(VlaEvalClient, ExpectsAHello) {
+TEST(VlaEvalClient, ExpectsAnAnnouncement) {
   const auto check = [](const Double::Answer& greeting, Kind kind, const std::string& what) {
     Double::Options options = Answering(kAction);
     options.greeting = greeting;

@@ -92,7 +92,7 @@ ReportRun SomeRun() {
     episode.logs = {{"log", "episodes/000" + std::to_string(i) + "/events.lcmlog"}};
     run.episode.push_back(episode);
   }
-  run.episode[2].films = {{"front", "episodes/0002/front.mp4"}};
+  run.episode[2].videos = {{"front", "episodes/0002/front.mp4"}};
   ReportCurves curves{.episode = 2, .why = "first failure", .figures = {}, .events = {}};
   curves.figures.push_back({.name = "gripper opening",
                             .unit = "",
@@ -133,8 +133,8 @@ TEST(ReportPage, NumbersHaveAllTheirDigits) {
   EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
 }
 
-// To people in millimetres, to programs in metres.
-TEST(ReportPage, TilesAndFiguresHaveTheCataloguesWordsAndUnits) {
+// To people in millimeters, to programs in meters.
+TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
   ReportRun run = SomeRun();
   for (int i = 0; i < 4; ++i) run.episode[i].values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
   const Page page(PageOf({run}));
@@ -250,7 +250,7 @@ TEST(ReportPage, NothingFromARunBecomesMarkup) {
   run.remarks = {evil};
   run.made = {{evil, evil}};
   run.episode[2].failure_reason = run.episode[2].explanation = run.episode[2].end_reason = evil;
-  run.episode[2].films = {{evil, Url(evil)}};
+  run.episode[2].videos = {{evil, Url(evil)}};
   run.episode[0].values[0].first = run.episode[1].values[0].first = evil;
   run.curves[0].why = run.curves[0].events[0].text = run.curves[0].figures[0].name = evil;
   run.curves[0].figures[0].lines[0].name = run.curves[0].figures[0].unit = evil;
@@ -267,7 +267,7 @@ TEST(ReportPage, CharactersThatXmlHasNoPlaceForAreReplaced) {
   ReportRun run = SomeRun();
   run.name = run.policy = run.episode[2].explanation = odd;
   run.made = {{odd, odd}};
-  run.episode[2].films = {{odd, Url(odd)}};
+  run.episode[2].videos = {{odd, Url(odd)}};
   const std::string html = ReportPage({.title = odd, .runs = {run}, .remarks = {odd}, .made_by = odd});
   EXPECT_THAT(html, HasSubstr("a?[31mb???z"));
   for (const char c : html) EXPECT_TRUE(static_cast<unsigned char>(c) >= 0x20 || c == '\n') << int{c};

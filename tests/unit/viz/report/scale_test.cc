@@ -104,7 +104,7 @@ TEST(Path, StaysWithinAQuarterOfAPixel) {
   }
   const Axis x{0, 2000, 0, 300}, y{-1, 1, 100, 0};
   const std::string path = PathOf(time, value, x, y);
-  // Read back: between neighbours of the path, every sample is close to the line.
+  // Read back: between neighbors of the path, every sample is close to the line.
   std::vector<std::pair<double, double>> points;
   for (const char* at = path.c_str(); *at;) {
     char* end;

@@ -114,7 +114,7 @@ TEST_F(MonitorScreenTest, KeepsWhatMattersMostWhereThereIsLittleRoom) {
 TEST_F(MonitorScreenTest, UsesMoreRoomForTheComponentsAndTheLastEpisodes) {
   Play();
   const std::string large = All(120, 40);
-  for (const char* text : {"component   state      tick   lag   lost  garbled  foreign    heard",
+  for (const char* text : {"component   state      tick   lag   lost  undecodable  foreign    heard",
                            "recorder    running     108    12      0        0        0    0.1 s",
                            "         1  grasp_slip       2.50 s  stages 1/2",
                            "         0  success          2.50 s  stages 1/2"}) {
@@ -370,7 +370,7 @@ TEST_F(MonitorScreenTest, SurvivesWhatDoesNotDecode) {
     watch_.Hear(channel, {}, now_);
   }
   const std::string screen = All(120, 60);
-  EXPECT_NE(screen.find("18 garbled"), std::string::npos) << screen;
+  EXPECT_NE(screen.find("18 undecodable"), std::string::npos) << screen;
   EXPECT_NE(screen.find("wrist path                1.250"), std::string::npos);
 }
 

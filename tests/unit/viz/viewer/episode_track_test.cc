@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "lcmtypes/unknown.h"
+#include "lcmtypes/unavailable.h"
 #include "tests/unit/small_world.h"
 
 namespace evalbus::viz::episode_track_test {
@@ -155,9 +155,9 @@ TEST(EpisodeTrack, WhatTheSourceDoesNotKnowHasNoCurve) {
     track.Hear(Contacts(tick));
     partial_metrics_t partial = Partial(tick);
     partial.metrics.tracks_collisions = true;
-    partial.metrics.env_collision_count = kUnknownCount;
+    partial.metrics.env_collision_count = kUnavailableCount;
     partial.metrics.self_collision_count = 4;
-    partial.extended.action_clips = kUnknownCount;
+    partial.extended.action_clips = kUnavailableCount;
     partial.metrics.target_distance_m[0] = std::numeric_limits<double>::quiet_NaN();
     track.Hear(partial);
   }

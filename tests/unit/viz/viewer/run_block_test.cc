@@ -89,7 +89,7 @@ TEST(RunBlock, EpisodesAndLines) {
   EXPECT_EQ(row["seed"], int64_t{1} << 52);
   EXPECT_EQ(row["time_s"], 2.5);
   EXPECT_EQ(row["text"], "dropped <i>it</i>");
-  EXPECT_TRUE(row["film"].is_null());
+  EXPECT_TRUE(row["video"].is_null());
 
   log_t line{};
   line.header.episode = 3;

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/sha256.h"
-#include "models/randomised_model.h"
+#include "models/randomized_model.h"
 #include "models/scene.h"
 #include "viz/viewer/block.h"
 
@@ -101,8 +101,8 @@ TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
   const std::string variations = "\nvariations:\n";
   std::string text = selection.task.text;
   text.insert(text.find(variations) + variations.size(),
-              "  seen:\n    randomise:\n"
-              "      - colour: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
+              "  seen:\n    randomize:\n"
+              "      - color: {of: [pot], min_rgb: [0, 0, 0], max_rgb: [1, 1, 1]}\n"
               "      - light: {name: key, min_factor: 0.5, max_factor: 0.9}\n"
               "      - camera: {name: overview, shift_m: [0.1, 0.1, 0.1], turn_deg: 5}\n");
   TaskDescription task = ParseTask(text, selection.task.file, false);
@@ -113,7 +113,7 @@ TEST(SceneBlocks, AppearanceIsWhatTheSeedChanges) {
   scene.info.variation = "seen";
   const SceneBlocks blocks(scene.info, Copy(*scene.visual), *scene.physics);
   const ModelPtr changed = Copy(*scene.visual);
-  RandomiseAppearance(task.variation("seen"), 5, changed.get());
+  RandomizeAppearance(task.variation("seen"), 5, changed.get());
 
   const nlohmann::ordered_json appearance = blocks.Appearance(5);
   EXPECT_EQ(blocks.Appearance(5), appearance);

@@ -167,13 +167,13 @@ TEST_F(RunWatchTest, AModelThatContradictsItselfIsNone) {
   model.geom_body[3] = 1000;
   Say(channels::kModel, model);
   EXPECT_EQ(watch_.model(), nullptr);
-  EXPECT_EQ(watch_.garbled(), 1);
+  EXPECT_EQ(watch_.undecodable(), 1);
   EXPECT_EQ(watch_.GeomName(3), "geom 3");
   SayModel();
   EXPECT_NE(watch_.model(), nullptr);
 }
 
-TEST(ScoreRows, HaveTheCataloguesWordsAndNumbers) {
+TEST(ScoreRows, HaveTheCatalogsWordsAndNumbers) {
   const auto rows = ScoreRows(ScriptedRun::Metrics(), ScriptedRun::Extended());
   const auto find = [&](const std::string& label) {
     const auto row = std::ranges::find(rows, label, &ScoreRow::label);

@@ -50,12 +50,12 @@ class LiveFeedTest : public testing::Test {
   // A second later.
   void Publish() {
     now_ += 1s;
-    feed_.Publish(&board_, {}, nullptr, now_);
+    feed_.Publish(&broadcaster_, {}, nullptr, now_);
   }
   // Episodes that this viewer is given, and whether they are over.
-  std::vector<std::pair<int, bool>> Given(Board::Viewer* viewer) {
+  std::vector<std::pair<int, bool>> Given(UpdateBroadcaster::Viewer* viewer) {
     std::vector<std::pair<int, bool>> given;
-    while (const SharedBytes bytes = board_.Next(viewer)) {
+    while (const SharedBytes bytes = broadcaster_.Next(viewer)) {
       const BlockReader block(*bytes);
       if (block.head()["block"] != "episode") continue;
       given.emplace_back(block.head()["episode"].get<int>(), block.head()["is_over"].get<bool>());
@@ -70,12 +70,12 @@ class LiveFeedTest : public testing::Test {
 
   SteadyTime now_ = SteadyTime() + 1h;
   LiveFeed feed_{0, "expert", 2};
-  Board board_;
+  UpdateBroadcaster broadcaster_;
 };
 
 TEST_F(LiveFeedTest, HowAnEpisodeEndedIsToldThoughTheNextOneHasBegun) {
-  Board::Viewer viewer;
-  board_.Enter(&viewer);
+  UpdateBroadcaster::Viewer viewer;
+  broadcaster_.Enter(&viewer);
   Begin(0);
   for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
   Publish();
@@ -100,29 +100,29 @@ TEST_F(LiveFeedTest, HowAnEpisodeEndedIsToldThoughTheNextOneHasBegun) {
 }
 
 TEST_F(LiveFeedTest, WhoComesLaterIsNotGivenAnEpisodeOfLongAgo) {
-  Board::Viewer first, second;
-  board_.Enter(&first);
+  UpdateBroadcaster::Viewer first, second;
+  broadcaster_.Enter(&first);
   Begin(0);
   for (int64_t tick = 0; tick < 4; ++tick) Tick(0, tick);
   Publish();
   EXPECT_EQ(Given(&first).size(), 1u);
-  board_.Leave(&first);
+  broadcaster_.Leave(&first);
   // Nobody watches; the next one begins between two calls.
   End(0, 4);
   Begin(1);
   Tick(1, 0);
   Publish();
-  board_.Enter(&second);
+  broadcaster_.Enter(&second);
   EXPECT_THAT(Given(&second), ElementsAre());
   Publish();
   EXPECT_THAT(Given(&second), ElementsAre(std::pair(1, false)));
 }
 
 TEST_F(LiveFeedTest, ImagesOfASourceComeWithTheTicks) {
-  EXPECT_TRUE(LiveFeed::Wants("EVALBUS_CAMERA_front"));
-  EXPECT_FALSE(LiveFeed::Wants("EVALBUS_IMAGE_front"));
-  Board::Viewer viewer;
-  board_.Enter(&viewer);
+  EXPECT_TRUE(LiveFeed::Uses("EVALBUS_CAMERA_front"));
+  EXPECT_FALSE(LiveFeed::Uses("EVALBUS_IMAGE_front"));
+  UpdateBroadcaster::Viewer viewer;
+  broadcaster_.Enter(&viewer);
   const auto image = [this](int64_t tick, const std::string& bytes) {
     image_t message{};
     message.header = HeaderOf(0, tick);
@@ -134,7 +134,7 @@ TEST_F(LiveFeedTest, ImagesOfASourceComeWithTheTicks) {
   };
   const auto images = [&] {
     std::string all;
-    while (const SharedBytes bytes = board_.Next(&viewer)) {
+    while (const SharedBytes bytes = broadcaster_.Next(&viewer)) {
       const BlockReader block(*bytes);
       const auto kind = block.head()["block"];
       if ((kind == "episode" || kind == "ticks") && block.Has("image_jpeg")) all += block.Raw("image_jpeg");

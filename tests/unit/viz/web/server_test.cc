@@ -17,8 +17,8 @@ using testing::Not;
 class Server : public testing::Test {
  protected:
   void Begin(const WebServer::Limits& limits = {}, const std::string& host = "") {
-    board_ = std::make_shared<Board>();
-    server_.emplace(WebServer::Address{host, 0}, board_, limits);
+    broadcaster_ = std::make_shared<UpdateBroadcaster>();
+    server_.emplace(WebServer::Address{host, 0}, broadcaster_, limits);
     server_->Start([this](const WebTarget& target, WebServer::Reply reply) {
       if (target.kind == WebTarget::Kind::kEpisode) return Later(std::move(reply));
       WebAnswer answer;
@@ -36,7 +36,7 @@ class Server : public testing::Test {
   std::string Origin() const { return "http://localhost:" + std::to_string(port_); }
 
   const SharedBytes large_ = std::make_shared<const std::string>(4 << 20, 'x');
-  std::shared_ptr<Board> board_;
+  std::shared_ptr<UpdateBroadcaster> broadcaster_;
   std::optional<WebServer> server_;
   uint16_t port_ = 0;
 };
@@ -89,7 +89,7 @@ TEST_F(Server, AnotherNameIsRefused) {
 
 TEST_F(Server, OnlyAPageOfOursListens) {
   Begin();
-  board_->SetRun(0, "the run");
+  broadcaster_->SetRun(0, "the run");
   WebClient own(port_, Origin());
   EXPECT_FALSE(own.error()) << own.error().message();
   EXPECT_EQ(own.Read(), "the run");
@@ -115,14 +115,14 @@ TEST_F(Server, ElsewhereATokenIsNeeded) {
        std::vector<std::string>{"/", "/page/a.js", "/live", "/x" + token + "/", "/" + token}) {
     EXPECT_EQ(StatusOf(Get(port_, target, "robot.lab")), 404) << target;
   }
-  board_->SetRun(0, "the run");
+  broadcaster_->SetRun(0, "the run");
   WebClient without(port_, Origin());
   EXPECT_EQ(without.status(), 404);
   WebClient with(port_, Origin(), "/" + token + "/live");
   EXPECT_EQ(with.Read(), "the run");
   EXPECT_EQ(WebClient(port_, "http://evil.example", "/" + token + "/live").status(), 403);
   // Another one each time.
-  EXPECT_NE(WebServer({"0.0.0.0", 0}, board_).token(), token);
+  EXPECT_NE(WebServer({"0.0.0.0", 0}, broadcaster_).token(), token);
 }
 
 TEST_F(Server, BadRequestsAreRefusedInWords) {
@@ -170,9 +170,9 @@ TEST_F(Server, APageThatSaysAnythingElseIsSentAway) {
 
 TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
   Begin();
-  board_->SetRun(1, "run 1");
-  board_->SetEpisode(0, "episode of 0", true);
-  board_->SetEpisode(1, "episode of 1", true);
+  broadcaster_->SetRun(1, "run 1");
+  broadcaster_->SetEpisode(0, "episode of 0", true);
+  broadcaster_->SetEpisode(1, "episode of 1", true);
   WebClient client(port_, Origin());
   EXPECT_EQ(client.Read(), "run 1");
   EXPECT_EQ(client.Read(), "episode of 0");
@@ -180,7 +180,7 @@ TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
   EXPECT_EQ(client.Read(), "episode of 1");
   // Of one that is not there, nothing comes, and what came goes on.
   client.Say("{\"watch\": 7}");
-  board_->AddTicks(1, "ticks of 1");
+  broadcaster_->AddTicks(1, "ticks of 1");
   server_->Wake();
   EXPECT_EQ(client.Read(), "ticks of 1");
 }
@@ -188,7 +188,7 @@ TEST_F(Server, TheRunThatIsWatchedIsTheOneThatComes) {
 // Fifty viewers, one of which never reads: the others have every block, and it costs no memory that grows.
 TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
   Begin();
-  board_->SetEpisode(0, "episode", true);
+  broadcaster_->SetEpisode(0, "episode", true);
   std::vector<std::unique_ptr<WebClient>> viewers;
   for (int i = 0; i < 49; ++i) {
     viewers.push_back(std::make_unique<WebClient>(port_, Origin()));
@@ -200,17 +200,17 @@ TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
   constexpr int kBlocks = 200;
   const std::string large(100'000, 'x');
   for (int i = 0; i < kBlocks; ++i) {
-    board_->AddTicks(0, std::to_string(i) + large);
+    broadcaster_->AddTicks(0, std::to_string(i) + large);
     server_->Wake();
     for (auto& viewer : viewers) {
       ASSERT_EQ(viewer->Read().substr(0, 5), (std::to_string(i) + large).substr(0, 5))
           << viewer->error().message();
     }
   }
-  EXPECT_EQ(board_->num_viewers(), 50);
+  EXPECT_EQ(broadcaster_->num_viewers(), 50);
   // When it reads at last, it is given what was on its way, and then the episode as it stands.
-  board_->SetEpisode(0, "episode now", false);
-  board_->AddTicks(0, "ticks now");
+  broadcaster_->SetEpisode(0, "episode now", false);
+  broadcaster_->AddTicks(0, "ticks now");
   server_->Wake();
   EXPECT_EQ(silent.Read(), "episode");
   int late = 0;
@@ -219,7 +219,7 @@ TEST_F(Server, WhoNeverReadsHoldsNobodyUp) {
   }
   EXPECT_EQ(block, "episode now");
   EXPECT_EQ(silent.Read(), "ticks now");
-  EXPECT_LT(late, kBlocks - static_cast<int>(Board::kKeptTickBytes / large.size()));
+  EXPECT_LT(late, kBlocks - static_cast<int>(UpdateBroadcaster::kKeptTickBytes / large.size()));
 }
 
 TEST_F(Server, TooManyViewersAreRefused) {
@@ -235,12 +235,12 @@ TEST_F(Server, TooManyViewersAreRefused) {
 TEST_F(Server, AFirstRequestHasLessTimeThanLaterOnes) {
   WebServer::Limits limits;
   limits.first_request = std::chrono::seconds(1);
-  limits.patience = std::chrono::hours(1);
+  limits.timeout = std::chrono::hours(1);
   Begin(limits);
   // Half a request: the server closes, or this would end at kDeadline, and without an answer, too.
   EXPECT_EQ(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: loc"), "");
   limits.first_request = std::chrono::hours(1);
-  limits.patience = std::chrono::seconds(1);
+  limits.timeout = std::chrono::seconds(1);
   Begin(limits);
   EXPECT_EQ(StatusOf(AnswerTo(port_, "GET / HTTP/1.1\r\nHost: localhost\r\n\r\nGET / HTTP/1.1\r\nHost: loc")),
             200);
@@ -257,11 +257,11 @@ TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
     EXPECT_EQ(StatusOf(Get(port_, "/")), 200) << i;
   }
   // A viewer waits for nothing that it would have to say.
-  board_->SetRun(0, "the run");
+  broadcaster_->SetRun(0, "the run");
   WebClient viewer(port_, Origin());
   EXPECT_EQ(viewer.Read(), "the run");
   for (int i = 0; i < 20; ++i) half.Add();
-  board_->SetRun(0, "the run later");
+  broadcaster_->SetRun(0, "the run later");
   server_->Wake();
   EXPECT_EQ(viewer.Read(), "the run later");
 }
@@ -269,7 +269,7 @@ TEST_F(Server, ManyHalfRequestsShutNobodyOut) {
 // The whole takes several times as long as a client may take nothing.
 TEST_F(Server, AnAnswerMayTakeLongWhileItIsBeingTaken) {
   WebServer::Limits limits;
-  limits.patience = std::chrono::seconds(2);
+  limits.timeout = std::chrono::seconds(2);
   Begin(limits);
   EXPECT_EQ(BodyOf(GetSlowly(port_, "/page/large", std::chrono::milliseconds(60), 40'000)).size(),
             large_->size());
@@ -277,16 +277,16 @@ TEST_F(Server, AnAnswerMayTakeLongWhileItIsBeingTaken) {
 
 TEST_F(Server, AViewerThatLeavesIsForgotten) {
   Begin();
-  board_->SetRun(0, "run");
+  broadcaster_->SetRun(0, "run");
   {
     WebClient client(port_, Origin());
     EXPECT_EQ(client.Read(), "run");
-    EXPECT_EQ(board_->num_viewers(), 1);
+    EXPECT_EQ(broadcaster_->num_viewers(), 1);
   }
   // Its last message may still be on its way.
   const auto give_up = std::chrono::steady_clock::now() + kDeadline;
-  while (board_->num_viewers() > 0 && std::chrono::steady_clock::now() < give_up) Get(port_, "/");
-  EXPECT_EQ(board_->num_viewers(), 0);
+  while (broadcaster_->num_viewers() > 0 && std::chrono::steady_clock::now() < give_up) Get(port_, "/");
+  EXPECT_EQ(broadcaster_->num_viewers(), 0);
 }
 
 TEST_F(Server, AnyAddressOfTheUsersChoiceHasAToken) {
@@ -301,16 +301,16 @@ TEST_F(Server, AnyAddressOfTheUsersChoiceHasAToken) {
 }
 
 TEST(WebServer, ATakenPortIsSaid) {
-  const auto board = std::make_shared<Board>();
-  const WebServer first({"127.0.0.1", 0}, board);
-  EXPECT_THROW(WebServer({"127.0.0.1", first.port()}, board), InputError);
-  EXPECT_THROW(WebServer({"no such host.example", 0}, board), InputError);
+  const auto broadcaster = std::make_shared<UpdateBroadcaster>();
+  const WebServer first({"127.0.0.1", 0}, broadcaster);
+  EXPECT_THROW(WebServer({"127.0.0.1", first.port()}, broadcaster), InputError);
+  EXPECT_THROW(WebServer({"no such host.example", 0}, broadcaster), InputError);
 }
 
 TEST(WebServer, ListensOnASocketThatItInherits) {
-  const auto board = std::make_shared<Board>();
-  auto first = std::make_unique<WebServer>(WebServer::Address{"127.0.0.1", 0}, board);
-  WebServer second(dup(first->descriptor()), board);
+  const auto broadcaster = std::make_shared<UpdateBroadcaster>();
+  auto first = std::make_unique<WebServer>(WebServer::Address{"127.0.0.1", 0}, broadcaster);
+  WebServer second(dup(first->descriptor()), broadcaster);
   const uint16_t port = first->port();
   first.reset();
   second.Start([](const WebTarget&, WebServer::Reply reply) { reply(WebAnswer::Text(200, "here")); });

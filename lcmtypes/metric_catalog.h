@@ -1,0 +1,134 @@
+// Every metric in one table: its name in files and messages, what people read, its unit, which way is better,
+// and where the messages have it. Definitions: docs/metrics.md, which a test holds against the table.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "evalbus/extended_metrics_t.hpp"
+#include "evalbus/metric_values_t.hpp"
+
+namespace evalbus {
+
+enum class Better { kNeither, kLower, kHigher };
+
+// How many numbers a metric is, and their names in episodes.jsonl with keys joined by dots.
+enum class MetricKind {
+  kNumber,     // NAME
+  kCount,      // NAME, a whole number
+  kSuccess,    // NAME, 1.0 or 0.0
+  kOfStages,   // NAME; absent without stages
+  kOfTwoArms,  // NAME; absent for one arm, and before the first sample
+  kByStage,    // NAME.<index>
+  kByObject,   // NAME.object_1 and so on, whole numbers
+  kByName,     // NAME.<as the task calls it>; NAME of a single one without a name
+  kByGripper,  // NAME.<gripper>; NAME of a single one
+  kByArm,      // NAME.<arm>; NAME of a single one
+  kSumByArm,  // likewise, where a sum over arms means something: RoboEval's have total_NAME, avg_NAME for two
+  kJerk,      // avg_NAME and rms_NAME like kByArm; for two overall_avg_NAME, overall_rms_NAME
+};
+
+// What a task can switch off: the key in its `metrics` section, and the member that says so in messages.
+struct TrackOption {
+  std::string_view key;
+  int8_t metric_values_t::*member;
+};
+
+struct JerkMembers {
+  std::vector<double> metric_values_t::*avg;
+  std::vector<double> metric_values_t::*rms;
+  double metric_values_t::*overall_avg;
+  double metric_values_t::*overall_rms;
+};
+
+struct MetricInfo {
+  // As in summary.json, where evalbus' own begin with "extended.".
+  std::string_view name;
+  std::string_view label;
+  // SI; "count" for whole numbers, "1" for what has none.
+  std::string_view unit;
+  MetricKind kind = MetricKind::kNumber;
+  Better better = Better::kNeither;
+  // What it took to get there: says something of episodes that succeeded only, since who gives up at once has
+  // the shortest path.
+  bool effort = false;
+  // Counts what may go wrong on the way. No merit of a policy that gets less far, which has less occasion for
+  // it.
+  bool risk = false;
+  // A second or third difference of positions, which noise and jitter of a recording multiply: a recording is
+  // neither better nor worse in it than a simulation.
+  bool amplifies_noise = false;
+  // Place among the main metrics, which tables show and comparisons test, from 1; 0: none of them. In the
+  // order of the questions people ask: how long, how far, how clean, how smooth.
+  int main = 0;
+  // Shown value = value * scale, in this unit; empty: none.
+  std::string_view shown_unit = unit == "count" || unit == "1" ? std::string_view() : unit;
+  double scale = 1;
+  // What a value can be, in SI units.
+  double least = 0, most = std::numeric_limits<double>::infinity();
+  // Null: always there.
+  const TrackOption* track = nullptr;
+
+  // Where RoboEval's are, as the kind needs it; success, stages and objects have members of their own form.
+  double metric_values_t::*number = nullptr;
+  int64_t metric_values_t::*count = nullptr;
+  std::vector<double> metric_values_t::*values = nullptr;
+  std::vector<std::string> metric_values_t::*names = nullptr;
+  const JerkMembers* jerk = nullptr;
+  // Of evalbus' own only the counters have a member; all else is in extended_metrics_t by name.
+  int64_t extended_metrics_t::*counter = nullptr;
+
+  bool is_extended() const { return name.starts_with("extended."); }
+  // As in extended_metrics_t, and below "extended" in episodes.jsonl.
+  std::string_view wire_name() const { return is_extended() ? name.substr(9) : name; }
+};
+
+// True for a metric whose statistics across episodes are over successes only: the completion time. That of a
+// failure only tells when the episode was given up.
+inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
+
+// RoboEval's in the order of its dictionary, then evalbus' own.
+std::span<const MetricInfo> Metrics();
+std::span<const TrackOption> TrackOptions();
+
+// False where the task has switched it off.
+inline bool IsTracked(const MetricInfo& metric, const metric_values_t& values) {
+  return !metric.track || values.*metric.track->member;
+}
+
+// Of the numbers that a metric is, whose one is.
+enum class MetricPart { kItself, kTotal, kAverage, kMean, kRms, kOverallMean, kOverallRms };
+
+// A number of the results.
+struct MetricNumber {
+  // As in summary.json: "extended.mechanical_work_J.left".
+  std::string name;
+  // Null: not in the catalog; then label and unit come from the name alone.
+  const MetricInfo* metric = nullptr;
+  MetricPart part = MetricPart::kItself;
+  // What follows the metric's own name: arm, stage, ...
+  std::string of;
+
+  std::string label() const;  // "servo work, left"; of a task's own, what the task calls it
+  std::string_view shown_unit() const { return metric ? metric->shown_unit : std::string_view(); }
+  double scale() const { return metric ? metric->scale : 1; }
+};
+
+MetricNumber FindMetric(const std::string& name);
+
+// The names of a metric's numbers, without what follows a dot.
+std::vector<std::string> NamesOf(const MetricInfo& metric);
+
+// The main metrics among these numbers, in their order. Of a metric that exists per arm and for both arms
+// together, that for both; of jerk the root mean square.
+std::vector<MetricNumber> MainMetrics(const std::vector<std::string>& names);
+
+// A value in SI units as people read it, without its unit; "-" for what is not finite. error: how well it is
+// known; no digits beyond that are shown. 0 or NaN: exactly.
+std::string ShownValue(const MetricInfo& metric, double value, double error = 0);
+
+}  // namespace evalbus

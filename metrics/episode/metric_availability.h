@@ -1,0 +1,32 @@
+// Which values a run can have that was not simulated by us: what its source does not know is absent, not zero
+// (docs/metrics.md, "What a source must know"). One table says what each metric needs. Pure.
+#pragma once
+
+#include "evalbus/extended_metrics_t.hpp"
+#include "evalbus/metric_values_t.hpp"
+#include "evalbus/model_info_t.hpp"
+#include "lcmtypes/unavailable.h"
+#include "metrics/task/task_evaluator.h"
+
+namespace evalbus::metrics {
+
+class MetricAvailability {
+ public:
+  MetricAvailability(const model_info_t& model, const TaskEvaluator& evaluator);
+
+  bool everything() const { return everything_; }
+  void MaskUnavailable(metric_values_t* values) const;
+  void MaskUnavailable(extended_metrics_t* values) const;
+
+ private:
+  bool has_physics_, all_objects_, forbidden_contact_geoms_, stages_, verdict_;
+  bool everything_;
+  std::vector<uint8_t> is_tracked_;
+
+  enum class Need;
+  bool Has(Need need) const;
+  struct Row;
+  static const Row kNeeds[];
+};
+
+}  // namespace evalbus::metrics

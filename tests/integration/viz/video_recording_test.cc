@@ -1,0 +1,141 @@
+// Videos beside a run, and from its logs afterwards.
+#include <signal.h>
+
+#include <algorithm>
+
+#include "tests/integration/harness.h"
+
+namespace evalbus::video_recording_test {
+
+namespace fs = std::filesystem;
+
+TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
+  const TemporaryFolder folder;
+  const std::string task = ShortTask(folder.path(), 0.2);
+  const fs::path run = folder.path() / "run";
+  const Result result = RunProgram({"evalbus", "run", task, "--policy", "hold", "--episodes", "2",
+                                    "--in-process", "--video", "front,left/hand/wrist", "--out", run});
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_NE(result.out.find("run/episodes/*/front.mp4  (done after "), std::string::npos) << result.out;
+  for (const char* video : {"0000/front.mp4", "0000/left_hand_wrist.mp4", "0001/front.mp4"}) {
+    EXPECT_GT(fs::file_size(run / "episodes" / video), 1000u) << video;
+  }
+
+  // Later, from the log, it is the same video.
+  const std::string video = ReadText(run / "episodes/0001/front.mp4");
+  const Result again = RunProgram({"evalbus", "render", run, "--episode", "1", "--camera", "front"});
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == video);
+  EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
+  EXPECT_EQ(again.err, "");
+  // Which one draws is said where it is not the usual one; a machine with a GPU draws with that.
+  for (const std::string gl : {"egl", "auto"}) {
+    const Result other = RunProgram(
+        {"evalbus", "render", run, "--episode", "1", "--camera", "front", "--size", "64x48", "--gl", gl});
+    EXPECT_EQ(other.code, 0) << other.err;
+    const bool falls_back = other.err.starts_with("draws with osmesa (");
+    EXPECT_TRUE(other.err.starts_with("draws with egl (") || (gl == "auto" && falls_back)) << other.err;
+    EXPECT_EQ(other.err.ends_with("): there is no graphics processor that EGL works with\n"), falls_back)
+        << other.err;
+  }
+}
+
+TEST(VideoRecording, CtrlCEndsItInOrderAndResumeMakesTheRest) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> command = {"evalbus",  "run",          ShortTask(folder.path(), 0.2),
+                                            "--policy", "hold",         "--episodes",
+                                            "3",        "--in-process", "--video",
+                                            "front",    "--out",        folder.path() / "run"};
+  const fs::path run = folder.path() / "run";
+  {
+    Program launcher(command);
+    ASSERT_TRUE(WaitFor([&] { return launcher.out().find("recording video of ") != std::string::npos; }))
+        << launcher.err();
+    launcher.Signal(SIGINT);
+    EXPECT_EQ(launcher.Wait(), 2);
+    EXPECT_TRUE(launcher.err().starts_with("error: stopped before ")) << launcher.err();
+    EXPECT_NE(launcher.err().find("recorded as video; the same command with --out "), std::string::npos)
+        << launcher.err();
+    EXPECT_EQ(launcher.out().find("videos  "), std::string::npos) << launcher.out();
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(run)) {
+    EXPECT_FALSE(entry.path().string().ends_with(".tmp")) << entry.path();
+  }
+  EXPECT_FALSE(fs::exists(run / "episodes/0002/front.mp4"));
+  EXPECT_EQ(Episodes(run).size(), 3u);
+  std::vector<std::string> resume = command;
+  resume.push_back("--resume");
+  EXPECT_EQ(RunProgram(resume).code, 0);
+  EXPECT_TRUE(fs::exists(run / "episodes/0002/front.mp4"));
+}
+
+// What `./run` adds cameras to unless it is told not to.
+TEST(VideoRecording, NoneIsNoCamera) {
+  const TemporaryFolder folder;
+  const Result result =
+      RunProgram({"evalbus", "run", ShortTask(folder.path(), 0.2), "--policy", "hold", "--episodes", "1",
+                  "--in-process", "--video", "none", "--out", folder.path() / "run"});
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out.find("videos"), std::string::npos) << result.out;
+}
+
+TEST(VideoRecording, MissingFfmpegCostsTheVideoAndNotTheResults) {
+  const TemporaryFolder folder;
+  const std::string task = ShortTask(folder.path(), 0.2);
+  const fs::path run = folder.path() / "run";
+  const Result result = RunProgram({"evalbus", "run", task, "--policy", "hold", "--episodes", "1",
+                                    "--in-process", "--video", "front", "--out", run},
+                                   {{}, [] { setenv("EVALBUS_PATH", "/nonexistent", 1); }});
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(result.err,
+            "error: no video: videos need the ffmpeg program: install it with 'apt-get install ffmpeg'\n");
+  EXPECT_TRUE(fs::exists(run / "episodes.jsonl"));
+}
+
+TEST(VideoRecording, TwoOfOneEpisodeAtOnceLeaveAWholeVideo) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run", video = run / "episodes/0000/front.mp4";
+  Evaluate({ShortTask(folder.path(), 1), "--policy", "hold", "--episodes", "1", "--in-process"}, run);
+  const std::vector<std::string> render = {"evalbus", "render", run,      "--camera",
+                                           "front",   "--size", "160x120"};
+  ASSERT_EQ(RunProgram(render).code, 0);
+  const std::string whole = ReadText(video);
+  ASSERT_GT(whole.size(), 1'000u);
+  fs::remove(video);
+  // On a loaded machine one may be done before it is seen to be at work.
+  const auto is_at_work = [](Program* program) {
+    return [program] { return !ChildrenOf(program->pid(), "ffmpeg").empty() || !program->running(); };
+  };
+  Program first(render);
+  ASSERT_TRUE(WaitFor(is_at_work(&first)));
+  Program second(render);
+  ASSERT_TRUE(WaitFor(is_at_work(&second)));
+  EXPECT_EQ(first.Wait(), 0) << first.err();
+  second.Signal(SIGKILL);
+  second.Wait();
+  EXPECT_TRUE(ReadText(video) == whole) << ReadText(video).size() << " bytes of " << whole.size();
+}
+
+void ExpectRefusedBeforeTheRun(const std::string& cameras, const std::string& error) {
+  const TemporaryFolder folder;
+  const fs::path run = folder.path() / "run";
+  const Result result =
+      RunProgram({"evalbus", "run", "lift_pot", "--in-process", "--video", cameras, "--out", run});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.err, "error: " + error + "\n");
+  EXPECT_FALSE(fs::exists(run));
+}
+
+TEST(VideoRecording, ACameraThatIsThereTwiceIsRefused) {
+  ExpectRefusedBeforeTheRun("front,front",
+                            "camera 'front' is there twice, or another makes the same front.mp4");
+}
+
+TEST(VideoRecording, UnknownCameraIsRefusedBeforeTheRun) {
+  ExpectRefusedBeforeTheRun(
+      "nowhere",
+      "no camera 'nowhere'; this scene has head, roboeval/external, front, overview, roboeval/head, "
+      "roboeval/front, roboeval/left_wrist, left/hand/wrist, roboeval/right_wrist, right/hand/wrist");
+}
+
+}  // namespace evalbus::video_recording_test

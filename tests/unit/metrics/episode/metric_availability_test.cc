@@ -1,0 +1,133 @@
+// What a source does not know is absent from a score, never zero and never a failure.
+#include "metrics/episode/metric_availability.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "lcmtypes/end_reason.h"
+#include "lcmtypes/metric_catalog.h"
+#include "metrics/episode/episode_scorer.h"
+#include "metrics/episode/result_json.h"
+#include "tests/unit/small_world.h"
+
+namespace evalbus::metrics::metric_availability_test {
+
+using namespace small_world;
+
+// Held at tick 1, lost at tick 2, lifted (success) at tick 3, when a link touches the counter.
+episode_summary_t ScoreOf(const model_info_t& model, const std::string& yaml = kTask) {
+  EpisodeScorer scorer(model, ParseTask(yaml, "small.yaml", false));
+  scorer.Start();
+  scorer.Tick(State(0), Contacts(0));
+  scorer.Tick(State(1), Contacts(1, {{kLeftPad, kWall}, {kTop, kWall}}));
+  scorer.Tick(State(2), Contacts(2, {{kTop, kWall}}));
+  state_t lifted = State(3);
+  lifted.body[kPot].position_m[2] = 1.25;
+  lifted.action_clips = 4;
+  contacts_t contacts = Contacts(3, {{kLeftLink, kTop}});
+  contacts.has_clearance = true;
+  contacts.clearance_m = 0.1;
+  scorer.Tick(lifted, contacts);
+  episode_end_t end{};
+  end.header = Header(3);
+  end.end_reason = end_reason::kEndOfData;
+  return scorer.Summary({}, end);
+}
+
+std::set<std::string> Keys(const nlohmann::ordered_json& json) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : json.items()) keys.insert(key);
+  return keys;
+}
+
+// Keys that `less` lacks.
+std::set<std::string> Lacks(const nlohmann::ordered_json& less, const nlohmann::ordered_json& more) {
+  std::set<std::string> lacking;
+  const std::set<std::string> has = Keys(less), had = Keys(more);
+  std::ranges::set_difference(had, has, std::inserter(lacking, lacking.end()));
+  return lacking;
+}
+
+TEST(MetricAvailability, WithoutPhysicsOnlyWhatItKnowsIsAbsent) {
+  model_info_t model = Model();
+  const episode_summary_t all = ScoreOf(model);
+  model.has_physics = model.has_velocity = false;
+  const episode_summary_t kinematic = ScoreOf(model);
+  EXPECT_EQ(ResultJson(kinematic.metrics), ResultJson(all.metrics));
+  EXPECT_EQ(
+      Lacks(ExtendedJson(kinematic.extended, kinematic.metrics), ExtendedJson(all.extended, all.metrics)),
+      (std::set<std::string>{"mechanical_work_J", "action_clips", "deadline_misses", "unreachable_poses",
+                             "singular_poses"}));
+  EXPECT_EQ(kinematic.verdict, partial_metrics_t::SUCCESS);
+}
+
+TEST(MetricAvailability, WithoutTheObjectNothingIsJudged) {
+  model_info_t model = Model();
+  const episode_summary_t all = ScoreOf(model);
+  model.object_is_tracked = {0};
+  const episode_summary_t blind = ScoreOf(model);
+  EXPECT_EQ(blind.verdict, partial_metrics_t::UNDECIDED);
+  EXPECT_EQ(blind.failure_reason, "not_judged");
+  EXPECT_TRUE(blind.complete);
+  EXPECT_TRUE(blind.explanation.condition.empty());
+  EXPECT_TRUE(blind.explanation.grasp.empty());
+  EXPECT_NE(blind.explanation.text.find("not known"), std::string::npos) << blind.explanation.text;
+  const auto metrics = ResultJson(blind.metrics);
+  EXPECT_EQ(Lacks(metrics, ResultJson(all.metrics)),
+            (std::set<std::string>{"task_stage_reached", "subtask_progress", "target_distance",
+                                   "object_pose_error", "slip_count", "slip_count_per_object"}));
+  // Of the pads with the pot there is none; the link that touches the counter is there.
+  EXPECT_EQ(metrics["env_collision_count"], 1);
+  EXPECT_EQ(Lacks(ExtendedJson(blind.extended, blind.metrics), ExtendedJson(all.extended, all.metrics)),
+            (std::set<std::string>{"grasp_count", "grasp_time_s", "longest_grasp_s", "peak_penetration_m",
+                                   "stage_time_s"}));
+}
+
+TEST(MetricAvailability, AFailureThatCanBeJudgedIsOneAndSuccessThenNeedsBoth) {
+  const std::string kFailure = "failure: {touching: {a: pot, b: world}}";
+  std::string yaml = kTask;
+  yaml.replace(yaml.find(kFailure), kFailure.size(), "failure: {touching: {a: left, b: counter}}");
+  model_info_t model = Model();
+  model.task_yaml = yaml;
+  model.object_is_tracked = {0};
+  EXPECT_EQ(ScoreOf(model, yaml).verdict, partial_metrics_t::FAILURE);
+  // Success without the pot, failure with it: no success, since failure goes before it.
+  yaml = kTask;
+  const size_t success = yaml.find("success:"), failure = yaml.find("failure:");
+  yaml.replace(success, failure - success, "success: {touching: {a: left, b: counter}}\n");
+  EXPECT_EQ(ScoreOf(Model(), yaml).failure_reason, "");
+  EXPECT_EQ(ScoreOf(model, yaml).failure_reason, "not_judged");
+}
+
+TEST(MetricAvailability, FixturesThatMustNotBeTouchedAreLackingInCollisions) {
+  model_info_t model = Model();
+  model.forbidden_contact_geom = {kLidGeom};
+  model.num_forbidden_contact_geoms = 1;
+  model.object_is_tracked = {0};
+  const episode_summary_t blind = ScoreOf(model);
+  EXPECT_FALSE(ResultJson(blind.metrics).contains("env_collision_count"));
+  EXPECT_TRUE(ResultJson(blind.metrics).contains("self_collision_count"));
+  const auto extended = ExtendedJson(blind.extended, blind.metrics);
+  for (const char* name :
+       {"min_clearance_m", "min_clearance_time_s", "contact_time_s", "env_collision_events"}) {
+    EXPECT_FALSE(extended.contains(name)) << name;
+  }
+}
+
+TEST(MetricAvailability, RatesAreOfJudgedEpisodes) {
+  model_info_t model = Model();
+  RunStatistics statistics;
+  statistics.Add(0, ResultOf({}, ScoreOf(model)));
+  model.object_is_tracked = {0};
+  RunStatistics blind;
+  blind.Add(0, ResultOf({}, ScoreOf(model)));
+  statistics.Add(1, ResultOf({}, ScoreOf(model)));
+  EXPECT_EQ(statistics.Summary(false).complete, 2);
+  EXPECT_EQ(statistics.Summary(false).judged, 1);
+  EXPECT_EQ(statistics.Summary(false).success_rate, 1);
+  EXPECT_TRUE(std::isnan(blind.Summary(false).success_rate));
+  EXPECT_EQ(SummaryJson("small", "base", blind.Summary(false))["slips_per_object"].size(), 0u);
+}
+
+}  // namespace evalbus::metrics::metric_availability_test

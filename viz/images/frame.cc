@@ -1,0 +1,31 @@
+#include "viz/images/frame.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "base/errors.h"
+
+namespace evalbus::viz {
+
+FrameSize ParseFrameSize(const std::string& text) {
+  FrameSize size;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%n", &size.width, &size.height, &used) != 2 ||
+      used != static_cast<int>(text.size())) {
+    throw InputError("--size " + text + ": expected WIDTHxHEIGHT, such as 1280x720");
+  }
+  return size;
+}
+
+void CheckFrameSize(FrameSize size) {
+  // OSMesa could draw 10922 pixels each way; this limit is for the memory they take.
+  constexpr int kMaxPixels = 4096;
+  const auto usable = [](int pixels) { return pixels >= 2 && pixels <= kMaxPixels && pixels % 2 == 0; };
+  if (!usable(size.width) || !usable(size.height)) {
+    throw InputError(fmt::format("images of {}x{}: expected even numbers of pixels, 2 to {} each way",
+                                 size.width, size.height, kMaxPixels));
+  }
+}
+
+}  // namespace evalbus::viz

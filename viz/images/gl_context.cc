@@ -1,0 +1,249 @@
+#include "viz/images/gl_context.h"
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <GL/gl.h>
+#include <GL/osmesa.h>
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <vector>
+
+#include "base/errors.h"
+
+namespace evalbus::viz {
+namespace {
+
+constexpr char kOsMesaName[] = "osmesa", kEglName[] = "egl", kAutoName[] = "auto";
+
+template <class Function>
+void Load(void* library, const char* file, const char* name, Function** function) {
+  *function = reinterpret_cast<Function*>(dlsym(library, name));
+  if (!*function) throw EnvironmentError(fmt::format("{} has no {}", file, name));
+}
+
+// Before Mesa is loaded. Its threads that fill triangles free what others still read: llvmpipe (Mesa 22.3)
+// looks without a lock at which textures are in use, and a process died of it once in 28,000 images.
+// Without them who draws an image fills its triangles, too, which takes no longer.
+void NoMesaThreads() { setenv("LP_NUM_THREADS", "0", 1); }
+
+// Loaded once and never unloaded. MuJoCo finds OpenGL's functions through the same library.
+struct OsMesa {
+  OsMesa() {
+    NoMesaThreads();
+    // Nor one that writes compiled shaders to the user's home: videos fork.
+    setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+    void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
+    if (!library) {
+      throw EnvironmentError("rendering needs OSMesa: install it with 'apt-get install libosmesa6' (" +
+                             std::string(dlerror()) + ")");
+    }
+    Load(library, "libOSMesa.so.8", "OSMesaCreateContextExt", &create);
+    Load(library, "libOSMesa.so.8", "OSMesaMakeCurrent", &make_current);
+    Load(library, "libOSMesa.so.8", "OSMesaDestroyContext", &destroy);
+    Load(library, "libOSMesa.so.8", "OSMesaGetProcAddress", &function);
+  }
+
+  decltype(OSMesaCreateContextExt)* create;
+  decltype(OSMesaMakeCurrent)* make_current;
+  decltype(OSMesaDestroyContext)* destroy;
+  decltype(OSMesaGetProcAddress)* function;
+};
+
+struct Egl {
+  Egl() {
+    NoMesaThreads();  // where it draws in software
+    void* library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_GLOBAL);
+    if (!library) {
+      throw EnvironmentError("--gl egl needs EGL: install it with 'apt-get install libegl1' (" +
+                             std::string(dlerror()) + ")");
+    }
+    Load(library, "libEGL.so.1", "eglGetProcAddress", &function);
+    Load(library, "libEGL.so.1", "eglInitialize", &initialize);
+    Load(library, "libEGL.so.1", "eglBindAPI", &bind_api);
+    Load(library, "libEGL.so.1", "eglChooseConfig", &choose_config);
+    Load(library, "libEGL.so.1", "eglCreateContext", &create);
+    Load(library, "libEGL.so.1", "eglMakeCurrent", &make_current);
+    Load(library, "libEGL.so.1", "eglDestroyContext", &destroy);
+    Open();
+  }
+
+  // The first device that works, in the order of the drivers; a machine without devices draws in software.
+  void Open() {
+    const auto devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(function("eglQueryDevicesEXT"));
+    const auto get_display =
+        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(function("eglGetPlatformDisplayEXT"));
+    std::vector<EGLDisplay> displays;
+    EGLDeviceEXT device[16];
+    EGLint count = 0;
+    if (devices && get_display && devices(16, device, &count)) {
+      for (EGLint i = 0; i < count; ++i) {
+        displays.push_back(get_display(EGL_PLATFORM_DEVICE_EXT, device[i], nullptr));
+      }
+    }
+    if (get_display) {
+      displays.push_back(get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+    }
+    constexpr EGLint kWanted[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
+                                  EGL_NONE};
+    for (EGLDisplay candidate : displays) {
+      EGLint configs = 0;
+      if (candidate != EGL_NO_DISPLAY && initialize(candidate, nullptr, nullptr) &&
+          bind_api(EGL_OPENGL_API) && choose_config(candidate, kWanted, &config, 1, &configs) &&
+          configs == 1) {
+        display = candidate;
+        return;
+      }
+    }
+    throw EnvironmentError("EGL finds no device on this machine that draws OpenGL");
+  }
+
+  decltype(eglGetProcAddress)* function;
+  decltype(eglInitialize)* initialize;
+  decltype(eglBindAPI)* bind_api;
+  decltype(eglChooseConfig)* choose_config;
+  decltype(eglCreateContext)* create;
+  decltype(eglMakeCurrent)* make_current;
+  decltype(eglDestroyContext)* destroy;
+  EGLDisplay display = EGL_NO_DISPLAY;
+  EGLConfig config = nullptr;
+};
+
+const OsMesa& Mesa() {
+  static const OsMesa mesa;
+  return mesa;
+}
+
+const Egl& TheEgl() {
+  static const Egl egl;
+  return egl;
+}
+
+enum class GlKind { kUndecided, kOsMesa, kEgl };
+std::atomic<GlKind> g_kind = GlKind::kUndecided;
+
+bool IsEgl() { return g_kind == GlKind::kEgl; }
+
+std::string RendererName() {
+  const auto get = reinterpret_cast<decltype(glGetString)*>(GlFunction("glGetString"));
+  const unsigned char* name = get(GL_RENDERER);
+  return name ? reinterpret_cast<const char*>(name) : "unknown";
+}
+
+bool IsSoftware(const std::string& renderer) {
+  for (const char* name : {"llvmpipe", "softpipe", "swrast", "Software Rasterizer", "unknown"}) {
+    if (renderer.find(name) != std::string::npos) return true;
+  }
+  return false;
+}
+
+// Whether there is a graphics processor that EGL draws OpenGL with. Asked of a child: MuJoCo would take an
+// EGL that is loaded for the one to draw with, and it cannot be unloaded again.
+bool HasGraphicsProcessor() {
+  std::error_code none;
+  if (!std::filesystem::exists("/dev/dri/renderD128", none) &&
+      !std::filesystem::exists("/dev/nvidiactl", none))
+    return false;
+  const pid_t child = fork();
+  if (child < 0) throw EnvironmentError("cannot look for a graphics processor: no process can be started");
+  if (child == 0) {
+    int code = 1;
+    try {
+      g_kind = GlKind::kEgl;
+      GlContext context;
+      code = IsSoftware(RendererName()) ? 1 : 0;
+    } catch (const std::exception&) {
+    }
+    _exit(code);
+  }
+  // A driver that hangs is none.
+  int status = 1;
+  for (int waited_ms = 0; waitpid(child, &status, WNOHANG) == 0; waited_ms += 10) {
+    if (waited_ms > 10000) kill(child, SIGKILL);
+    poll(nullptr, 0, 10);
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+}  // namespace
+
+std::string ResolveGl(const std::string& name) {
+  if (name == kOsMesaName || name == kEglName) return name;
+  if (name == kAutoName) return HasGraphicsProcessor() ? kEglName : kOsMesaName;
+  throw InputError("--gl " + name + ": expected osmesa, egl or auto");
+}
+
+void UseGl(const std::string& name) {
+  const GlKind kind = ResolveGl(name) == kEglName ? GlKind::kEgl : GlKind::kOsMesa;
+  GlKind before = GlKind::kUndecided;
+  if (!g_kind.compare_exchange_strong(before, kind) && before != kind) {
+    throw EnvironmentError(fmt::format("--gl {}: this process draws with {} already", name,
+                                       before == GlKind::kEgl ? kEglName : kOsMesaName));
+  }
+  if (kind == GlKind::kEgl) {
+    TheEgl();
+  } else {
+    Mesa();
+  }
+}
+
+bool IsGlInMemory() { return !IsEgl(); }
+
+std::string GlInUse() {
+  GlContext context;
+  return fmt::format("{} ({})", IsEgl() ? kEglName : kOsMesaName, RendererName());
+}
+
+std::string UseGlAndTell(const std::string& name) {
+  UseGl(name);
+  if (name == kOsMesaName) return "";
+  const bool fell_back = name == kAutoName && !IsEgl();
+  return fmt::format("draws with {}{}\n", GlInUse(),
+                     fell_back ? ": there is no graphics processor that EGL works with" : "");
+}
+
+GlContext::GlContext() {
+  if (g_kind == GlKind::kUndecided) UseGl(kOsMesaName);
+  if (IsEgl()) {
+    const Egl& egl = TheEgl();
+    egl.bind_api(EGL_OPENGL_API);  // of this thread
+    context_ = egl.create(egl.display, egl.config, EGL_NO_CONTEXT, nullptr);
+    if (!context_) throw EnvironmentError("EGL cannot create an OpenGL context");
+  } else {
+    context_ = Mesa().create(OSMESA_RGBA, 24, 8, 0, nullptr);
+    if (!context_) throw EnvironmentError("OSMesa cannot create an OpenGL context");
+  }
+  MakeCurrent();
+}
+
+GlContext::~GlContext() {
+  if (IsEgl()) {
+    TheEgl().make_current(TheEgl().display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    TheEgl().destroy(TheEgl().display, context_);
+  } else {
+    Mesa().destroy(static_cast<OSMesaContext>(context_));
+  }
+}
+
+void GlContext::MakeCurrent() {
+  const bool good = IsEgl()
+                        ? TheEgl().make_current(TheEgl().display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)
+                        : Mesa().make_current(static_cast<OSMesaContext>(context_), unused_, GL_UNSIGNED_BYTE,
+                                              kUnused, kUnused);
+  if (!good)
+    throw EnvironmentError(IsEgl() ? "EGL refuses its own context" : "OSMesa refuses its own context");
+}
+
+void* GlFunction(const char* name) {
+  return IsEgl() ? reinterpret_cast<void*>(TheEgl().function(name))
+                 : reinterpret_cast<void*>(Mesa().function(name));
+}
+
+}  // namespace evalbus::viz

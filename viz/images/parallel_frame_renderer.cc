@@ -1,0 +1,175 @@
+#include "viz/images/parallel_frame_renderer.h"
+
+#include <semaphore.h>
+#include <time.h>
+
+#include <algorithm>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/forked_work.h"
+#include "bus/host.h"
+#include "models/task_description.h"
+#include "viz/images/gl_context.h"
+#include "viz/images/recorded_episode.h"
+
+namespace evalbus::viz {
+namespace {
+
+// ffmpeg encodes no faster than so many draw.
+constexpr size_t kMaxProcesses = 8;
+// Frames that a process may have drawn and nobody has taken, so that none waits while another draws one that
+// takes longer.
+constexpr size_t kAhead = 4;
+// Between looks at whether a process still lives.
+constexpr int64_t kLookNs = 100000000;
+
+void CheckStop() {
+  if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
+}
+
+// Draws some of a video's frames in a process that has everything that this one had when it was made.
+class Drawer {
+ public:
+  // Draws frames first, first + step, ...; all are together as large as those of `like`.
+  Drawer(size_t first, size_t step, size_t num_frames, const ParallelFrameRenderer::DrawFrames& draw,
+         const std::vector<Frame>& like)
+      : bytes_(BytesOf(like)), memory_(sizeof(Shared) + kAhead * bytes_), shared_(Init(memory_.get())) {
+    work_.emplace("a process that draws", [&] { Work(first, step, num_frames, draw); });
+  }
+
+  // The next.
+  void Take(std::vector<Frame>* frames);
+
+ private:
+  struct Shared {
+    sem_t room, drawn;
+  };
+
+  static size_t BytesOf(const std::vector<Frame>& frames) {
+    size_t bytes = 0;
+    for (const Frame& frame : frames) bytes += frame.bgrx.size();
+    return bytes;
+  }
+  static Shared* Init(void* memory) {
+    Shared* const shared = new (memory) Shared{};
+    sem_init(&shared->room, 1, kAhead);
+    sem_init(&shared->drawn, 1, 0);
+    return shared;
+  }
+  uint8_t* Place(size_t taken_or_drawn) const {
+    return static_cast<uint8_t*>(memory_.get()) + sizeof(Shared) + taken_or_drawn % kAhead * bytes_;
+  }
+  void Work(size_t first, size_t step, size_t num_frames,
+            const ParallelFrameRenderer::DrawFrames& draw) const;
+  // Whether a frame came to be drawn before it was time to look around.
+  bool WaitForFrame() const;
+
+  const size_t bytes_;
+  const SharedMemory memory_;
+  Shared* const shared_;
+  size_t taken_ = 0;
+  std::optional<ForkedWork> work_;
+};
+
+void Drawer::Work(size_t first, size_t step, size_t num_frames,
+                  const ParallelFrameRenderer::DrawFrames& draw) const {
+  size_t drawn = 0;
+  for (size_t n = first; n < num_frames; n += step) {
+    // Whoever is asked to stop ends this process.
+    while (sem_wait(&shared_->room) != 0) {
+    }
+    const std::vector<Frame> frames = draw(n);
+    if (BytesOf(frames) != bytes_) throw std::logic_error("the frames of a video are not equally large");
+    uint8_t* place = Place(drawn++);
+    for (const Frame& frame : frames) place = std::copy(frame.bgrx.begin(), frame.bgrx.end(), place);
+    sem_post(&shared_->drawn);
+  }
+}
+
+bool Drawer::WaitForFrame() const {
+  timespec until;
+  clock_gettime(CLOCK_MONOTONIC, &until);
+  until.tv_nsec += kLookNs;
+  if (until.tv_nsec >= 1000000000) {
+    until.tv_nsec -= 1000000000;
+    ++until.tv_sec;
+  }
+  return sem_clockwait(&shared_->drawn, CLOCK_MONOTONIC, &until) == 0;
+}
+
+void Drawer::Take(std::vector<Frame>* frames) {
+  while (!WaitForFrame()) {
+    CheckStop();
+    if (!work_->HasEnded()) continue;
+    if (sem_trywait(&shared_->drawn) == 0) break;
+    work_->CheckEnd();
+    throw std::logic_error("a process that draws has left frames out");
+  }
+  const uint8_t* place = Place(taken_++);
+  for (Frame& frame : *frames) {
+    std::copy_n(place, frame.bgrx.size(), frame.bgrx.begin());
+    place += frame.bgrx.size();
+  }
+  sem_post(&shared_->room);
+}
+
+}  // namespace
+
+Renderer* VideoScenes::Of(const model_info_t& model, const std::filesystem::path& log,
+                          std::optional<int64_t> seed) {
+  Scene& scene = scenes_[model.visual_sha256 + model.variation + model.task_yaml];
+  scene.is_used = true;
+  if (!scene.renderer) {
+    scene.renderer = std::make_unique<Renderer>(VisualModel(model, log), largest_);
+    const TaskDescription task = ParseTask(model.task_yaml, model.task_file, false);
+    scene.varies = !task.variation(model.variation).appearance.empty();
+  }
+  if (scene.varies && scene.seed != seed) {
+    scene.renderer->SetAppearance(model, seed);
+    scene.seed = seed;
+  }
+  return scene.renderer.get();
+}
+
+void VideoScenes::FreeUnused() {
+  std::erase_if(scenes_, [](const auto& entry) { return !entry.second.is_used; });
+  for (auto& [key, scene] : scenes_) scene.is_used = false;
+}
+
+ParallelFrameRenderer::ParallelFrameRenderer(FrameSize largest, size_t processes)
+    : largest_(largest), processes_(processes), scenes_(largest) {
+  if (processes_ == 0) {
+    processes_ = std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMaxProcesses);
+  }
+  if (!IsGlInMemory()) processes_ = 1;
+}
+
+void ParallelFrameRenderer::Render(size_t num_frames, const Begin& begin,
+                                   const std::function<void(size_t n, const std::vector<Frame>&)>& take) {
+  if (num_frames == 0) return;
+  CheckStop();
+  const DrawFrames draw = begin(&scenes_);
+  scenes_.FreeUnused();
+  std::vector<Frame> frames = draw(0);
+  std::vector<std::unique_ptr<Drawer>> drawers;
+  const size_t count = processes_ > 1 ? std::min(processes_, num_frames - 1) : 0;
+  while (drawers.size() < count) {
+    drawers.push_back(std::make_unique<Drawer>(1 + drawers.size(), count, num_frames, draw, frames));
+  }
+  take(0, frames);
+  for (size_t n = 1; n < num_frames; ++n) {
+    CheckStop();
+    if (drawers.empty()) {
+      frames = draw(n);
+    } else {
+      drawers[(n - 1) % count]->Take(&frames);
+    }
+    take(n, frames);
+  }
+}
+
+}  // namespace evalbus::viz

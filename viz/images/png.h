@@ -1,0 +1,13 @@
+// Frames as PNG files, by Cairo.
+#pragma once
+
+#include <filesystem>
+
+#include "viz/images/frame.h"
+
+namespace evalbus::viz {
+
+// Throws InputError if the file cannot be written.
+void WritePng(const Frame& frame, const std::filesystem::path& file);
+
+}  // namespace evalbus::viz

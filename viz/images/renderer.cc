@@ -1,0 +1,312 @@
+#include "viz/images/renderer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <list>
+#include <mutex>
+#include <vector>
+
+#include "base/errors.h"
+#include "models/mujoco_errors.h"
+#include "models/randomized_model.h"
+#include "models/task_description.h"
+#include "viz/images/gl_context.h"
+#include "viz/images/gl_functions.h"
+#include "viz/images/scene_painter.h"
+
+namespace evalbus::viz {
+namespace {
+
+constexpr int kMaxGeoms = 10000;
+// A block of 2 x 2 pixels is made of 3 x 3 drawn ones, each weighted by the area that it shares with the
+// pixel. In software that is both quicker than OpenGL's multisampling and better to look at: the edges of
+// shadows and textures become smooth, too.
+constexpr int kDrawn = 3, kShown = 2;
+// Of all that stay, as they were drawn: 16 bytes each. A video of 1280x720 with three insets has 3 million.
+constexpr size_t kMaxPixelsKept = 8000000;
+
+// One row of pixels from the drawn row that it covers wholly and the one that it covers half. kRed: where red
+// stands in a pixel of so many bytes, green being in the middle.
+template <size_t kPixelBytes, size_t kRed>
+void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* pixel) {
+  for (size_t i = 0; i < width; i += 2, whole += 12, half += 12, pixel += 2 * kPixelBytes) {
+    for (size_t c = 0; c < 3; ++c) {
+      const int left = 2 * whole[c] + half[c];
+      const int middle = 2 * whole[c + 4] + half[c + 4];
+      const int right = 2 * whole[c + 8] + half[c + 8];
+      const size_t place = kRed == 0 ? c : kRed - c;
+      pixel[place] = static_cast<uint8_t>((2 * left + middle + 4) / 9);
+      pixel[place + kPixelBytes] = static_cast<uint8_t>((2 * right + middle + 4) / 9);
+    }
+    for (size_t unused = 3; unused < kPixelBytes; ++unused) pixel[unused] = pixel[unused + kPixelBytes] = 0;
+  }
+}
+
+// Rows from the top of what was drawn kDrawn : kShown as large: those that show the drawn rows from `bottom`
+// to before `top`. OpenGL's rows go upwards.
+template <size_t kPixelBytes, size_t kRed>
+void ShrinkRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom, size_t top,
+                std::vector<uint8_t>* pixels) {
+  static_assert(kDrawn == 3 && kShown == 2);
+  const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
+  const size_t row_bytes = width / 2 * 3 * 4;
+  for (size_t row = height - 2 * ((top + 2) / 3); row < height - 2 * (bottom / 3); row += 2) {
+    const uint8_t* lower = &drawn[(height - 2 - row) / 2 * 3 * row_bytes];
+    const uint8_t* middle = lower + row_bytes;
+    const uint8_t* upper = middle + row_bytes;
+    uint8_t* const pixel = &(*pixels)[row * width * kPixelBytes];
+    Shrink<kPixelBytes, kRed>(upper, middle, width, pixel);
+    Shrink<kPixelBytes, kRed>(lower, middle, width, pixel + width * kPixelBytes);
+  }
+}
+
+// The same for what was drawn twice as large, which any size can be.
+template <size_t kPixelBytes, size_t kRed>
+void HalveRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom, size_t top,
+               std::vector<uint8_t>* pixels) {
+  const size_t width = static_cast<size_t>(size.width), height = static_cast<size_t>(size.height);
+  const size_t row_bytes = 2 * width * 4;
+  for (size_t row = height - (top + 1) / 2; row < height - bottom / 2; ++row) {
+    const uint8_t* below = &drawn[2 * (height - 1 - row) * row_bytes];
+    const uint8_t* above = below + row_bytes;
+    uint8_t* pixel = &(*pixels)[row * width * kPixelBytes];
+    for (size_t i = 0; i < width; ++i, below += 8, above += 8, pixel += kPixelBytes) {
+      for (size_t c = 0; c < 3; ++c) {
+        pixel[kRed == 0 ? c : kRed - c] =
+            static_cast<uint8_t>((below[c] + below[c + 4] + above[c] + above[c + 4] + 2) / 4);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+int FindCamera(const mjModel& model, const std::string& name) {
+  const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
+  if (camera >= 0) return camera;
+  std::string names;
+  for (int i = 0; i < model.ncam; ++i) {
+    const char* known = mj_id2name(&model, mjOBJ_CAMERA, i);
+    if (known) names += (names.empty() ? "" : ", ") + std::string(known);
+  }
+  throw InputError("no camera '" + name + "'; this scene has " + (names.empty() ? "none" : names));
+}
+
+// A shot as it was last drawn, and as it was then shown.
+struct Kept {
+  Kept(const GlFunctions& gl, const Shot& of, size_t bytes, FrameSize drawn_size)
+      : shot(of),
+        pixel_bytes(bytes),
+        drawn(gl, drawn_size.width, drawn_size.height),
+        pixels(static_cast<size_t>(of.size.width) * static_cast<size_t>(of.size.height) * bytes) {}
+
+  Shot shot;
+  size_t pixel_bytes;
+  KeptImage drawn;
+  std::vector<uint8_t> pixels;
+};
+
+struct Renderer::Gl {
+  explicit Gl(const mjModel& model) : buffer{model.vis.global.offwidth, model.vis.global.offheight} {
+    mjv_defaultScene(&scene);
+    mjr_defaultContext(&context);
+    mjv_defaultOption(&option);
+    mjv_defaultCamera(&camera);
+    camera.type = mjCAMERA_FIXED;
+    read_pixels = FindGl<decltype(glReadPixels)>("glReadPixels");
+    try {
+      mjv_makeScene(&model, &scene, kMaxGeoms);
+      {
+        // It looks for OpenGL's functions each time, and keeps them where all threads find them.
+        static std::mutex one_at_a_time;
+        const std::lock_guard lock(one_at_a_time);
+        mjr_makeContext(&model, &context, mjFONTSCALE_50);
+      }
+      mjr_setBuffer(mjFB_OFFSCREEN, &context);
+      if (context.currentBuffer != mjFB_OFFSCREEN) {
+        throw EnvironmentError("OpenGL offers no offscreen buffer of this size");
+      }
+      painter = std::make_unique<ScenePainter>(context, model);
+    } catch (...) {
+      Free();
+      throw;
+    }
+  }
+  ~Gl() {
+    gl.MakeCurrent();
+    Free();
+  }
+  Gl(const Gl&) = delete;
+  Gl& operator=(const Gl&) = delete;
+
+  // Of this shot, or new.
+  Kept& KeptOf(const Shot& shot, size_t pixel_bytes, FrameSize drawn_size) {
+    const auto found = std::ranges::find_if(
+        kept, [&](const Kept& k) { return k.shot == shot && k.pixel_bytes == pixel_bytes; });
+    if (found != kept.end()) {
+      kept.splice(kept.begin(), kept, found);
+      return kept.front();
+    }
+    kept.emplace_front(painter->gl(), shot, pixel_bytes, drawn_size);
+    size_t pixels_kept = 0;
+    for (auto k = kept.begin(); k != kept.end();) {
+      pixels_kept += k->drawn.rgba.size() / 4;
+      const bool is_wanted = k == kept.begin() || pixels_kept <= kMaxPixelsKept;
+      k = is_wanted ? std::next(k) : kept.erase(k);
+    }
+    return kept.front();
+  }
+  void Free() {
+    kept.clear();
+    painter.reset();
+    mjr_freeContext(&context);
+    mjv_freeScene(&scene);
+  }
+
+  GlContext gl;
+  mjvScene scene;
+  mjrContext context;
+  mjvOption option;
+  mjvCamera camera;
+  std::unique_ptr<ScenePainter> painter;
+  decltype(glReadPixels)* read_pixels;
+  FrameSize buffer;
+  // Used last first.
+  std::list<Kept> kept;
+  // Of what the painter does not know, as drawn and as shown.
+  std::vector<uint8_t> rgba, pixels;
+};
+
+Renderer::Renderer(ModelPtr model, FrameSize size) : model_(std::move(model)), size_(size) {
+  CheckFrameSize(size);
+  InstallMujocoHandlers();
+  model_->vis.global.offwidth = size.width / kShown * kDrawn;
+  model_->vis.global.offheight = size.height / kShown * kDrawn;
+  model_->vis.quality.offsamples = 0;
+  data_.reset(mj_makeData(model_.get()));
+  mj_kinematics(model_.get(), data_.get());
+  gl_ = std::make_unique<Gl>(*model_);
+}
+
+Renderer::~Renderer() = default;
+
+void Renderer::SetAppearance(const model_info_t& info, std::optional<int64_t> seed) {
+  const TaskDescription task = ParseTask(info.task_yaml, info.task_file, false);
+  const Variation& variation = task.variation(info.variation);
+  if (unchanged_) mj_copyModel(model_.get(), unchanged_.get());
+  if (!seed || variation.appearance.empty()) return;
+  if (!unchanged_) unchanged_.reset(mj_copyModel(nullptr, model_.get()));
+  RandomizeAppearance(variation, *seed, model_.get());
+}
+
+void Renderer::SetState(const state_t& state) {
+  if (state.num_qpos != model_->nq) {
+    throw InputError(
+        fmt::format("STATE has {} coordinates, the visual model {}", state.num_qpos, model_->nq));
+  }
+  if (model_->nmocap > 0 && state.num_bodies != model_->nbody) {
+    throw InputError(
+        fmt::format("STATE has {} bodies, the visual model {}", state.num_bodies, model_->nbody));
+  }
+  std::copy(state.qpos_mixed.begin(), state.qpos_mixed.end(), data_->qpos);
+  for (int body = 0; body < model_->nbody && model_->nmocap > 0; ++body) {
+    const int mocap = model_->body_mocapid[body];
+    if (mocap < 0) continue;
+    const size_t i = static_cast<size_t>(body);
+    mju_copy3(data_->mocap_pos + 3 * mocap, state.body[i].position_m);
+    mju_copy4(data_->mocap_quat + 4 * mocap, state.body[i].quat_wxyz);
+  }
+  mj_kinematics(model_.get(), data_.get());
+  mj_comPos(model_.get(), data_.get());  // lights and cameras that follow a subtree
+  mj_camlight(model_.get(), data_.get());
+}
+
+CameraPose Renderer::PoseOf(int camera) const {
+  CameraPose pose{};
+  mju_copy3(pose.position_m, data_->cam_xpos + 3 * camera);
+  mju_copy(pose.rotation, data_->cam_xmat + 9 * camera, 9);
+  pose.fovy_deg = model_->cam_fovy[camera];
+  return pose;
+}
+
+void Renderer::Prepare(FrameSize buffer) {
+  if (!gl_ || buffer.width > gl_->buffer.width || buffer.height > gl_->buffer.height) {
+    auto& global = model_->vis.global;
+    global.offwidth = gl_ ? std::max(buffer.width, gl_->buffer.width) : buffer.width;
+    global.offheight = gl_ ? std::max(buffer.height, gl_->buffer.height) : buffer.height;
+    gl_.reset();
+    gl_ = std::make_unique<Gl>(*model_);
+  }
+  gl_->gl.MakeCurrent();
+}
+
+void Renderer::UpdateScene(const Shot& shot, bool is_depth) {
+  gl_->camera.fixedcamid = shot.camera;
+  gl_->scene.flags[mjRND_SHADOW] = shot.shadows && !is_depth;
+  // Nothing but shapes: the sky would be as near as it is drawn.
+  gl_->scene.flags[mjRND_SEGMENT] = is_depth;
+  double& fovy = model_->cam_fovy[shot.camera];
+  const double own_fovy = fovy;
+  if (shot.fovy_deg > 0) fovy = shot.fovy_deg;
+  mjv_updateScene(model_.get(), data_.get(), &gl_->option, nullptr, &gl_->camera, mjCAT_ALL, &gl_->scene);
+  fovy = own_fovy;
+}
+
+void Renderer::DrawByMujoco(const Shot& shot, FrameSize size, bool is_depth) {
+  Prepare(size);
+  UpdateScene(shot, is_depth);
+  mjr_render({0, 0, size.width, size.height}, &gl_->scene, &gl_->context);
+  if (gl_->scene.flags[mjRND_SHADOW]) gl_->painter->ForgetShadows();
+}
+
+template <size_t kPixelBytes, size_t kRed>
+const std::vector<uint8_t>& Renderer::Draw(const Shot& shot) {
+  const bool is_even = shot.size.width % kShown == 0 && shot.size.height % kShown == 0;
+  const FrameSize drawn_size =
+      is_even ? FrameSize{shot.size.width / kShown * kDrawn, shot.size.height / kShown * kDrawn}
+              : FrameSize{2 * shot.size.width, 2 * shot.size.height};
+  const auto shrink = [&](const std::vector<uint8_t>& rgba, const Part& part, std::vector<uint8_t>* pixels) {
+    const size_t bottom = static_cast<size_t>(part.bottom), top = static_cast<size_t>(part.top);
+    if (is_even) {
+      ShrinkRows<kPixelBytes, kRed>(rgba, shot.size, bottom, top, pixels);
+    } else {
+      HalveRows<kPixelBytes, kRed>(rgba, shot.size, bottom, top, pixels);
+    }
+  };
+  Prepare({});
+  UpdateScene(shot, false);
+  if (!ScenePainter::Knows(gl_->scene, gl_->context)) {
+    DrawByMujoco(shot, drawn_size, false);
+    gl_->rgba.resize(static_cast<size_t>(drawn_size.width) * static_cast<size_t>(drawn_size.height) * 4);
+    gl_->read_pixels(0, 0, drawn_size.width, drawn_size.height, GL_RGBA, GL_UNSIGNED_BYTE, gl_->rgba.data());
+    gl_->pixels.resize(static_cast<size_t>(shot.size.width) * static_cast<size_t>(shot.size.height) *
+                       kPixelBytes);
+    shrink(gl_->rgba, {0, 0, drawn_size.width, drawn_size.height}, &gl_->pixels);
+    return gl_->pixels;
+  }
+  Kept& kept = gl_->KeptOf(shot, kPixelBytes, drawn_size);
+  const Part part = gl_->painter->Paint(gl_->scene, &kept.drawn);
+  if (!part.is_empty()) shrink(kept.drawn.rgba, part, &kept.pixels);
+  return kept.pixels;
+}
+
+void Renderer::Render(int camera, Frame* frame) { frame->bgrx = Draw<4, 2>({camera, size_}); }
+
+void Renderer::RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb) { *rgb = Draw<3, 0>(shot); }
+
+void Renderer::RenderDepth(const Shot& shot, std::vector<float>* depth_m) {
+  const size_t width = static_cast<size_t>(shot.size.width), height = static_cast<size_t>(shot.size.height);
+  depth_m->resize(width * height);
+  DrawByMujoco(shot, shot.size, true);
+  mjr_readPixels(nullptr, depth_m->data(), {0, 0, shot.size.width, shot.size.height}, &gl_->context);
+  const double near = gl_->scene.camera[0].frustum_near, far = gl_->scene.camera[0].frustum_far;
+  for (float& depth : *depth_m) depth = static_cast<float>(near / (1 - depth * (1 - near / far)));
+  for (size_t row = 0; row < height / 2; ++row) {
+    float* const upper = depth_m->data() + row * width;
+    std::swap_ranges(upper, upper + width, depth_m->data() + (height - 1 - row) * width);
+  }
+}
+
+}  // namespace evalbus::viz

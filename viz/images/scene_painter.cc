@@ -1,0 +1,314 @@
+#include "viz/images/scene_painter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/errors.h"
+#include "viz/images/shadow_map.h"
+
+namespace evalbus::viz {
+namespace {
+
+bool IsStatic(const mjvGeom& geom) { return geom.category == mjCAT_STATIC; }
+
+// Of the light whose shadow is drawn; -1: none.
+int ShadowLight(const mjvScene& scene, const mjrContext& context) {
+  if (!scene.flags[mjRND_SHADOW] || !context.shadowFBO) return -1;
+  for (int i = 0; i < scene.nlight; ++i) {
+    if (scene.lights[i].castshadow) return i;
+  }
+  return -1;
+}
+
+}  // namespace
+
+KeptImage::KeptImage(const GlFunctions& gl, int width_pixels, int height_pixels)
+    : width(width_pixels),
+      height(height_pixels),
+      rgba(static_cast<size_t>(width) * static_cast<size_t>(height) * 4),
+      gl_(gl) {
+  gl_.GenFramebuffers(1, &framebuffer_);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
+  gl_.GenRenderbuffers(2, renderbuffers_);
+  const std::pair<GLenum, GLenum> kinds[] = {{GL_RGBA8, GL_COLOR_ATTACHMENT0},
+                                             {GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT}};
+  for (size_t i = 0; i < 2; ++i) {
+    gl_.BindRenderbuffer(GL_RENDERBUFFER, renderbuffers_[i]);
+    gl_.RenderbufferStorage(GL_RENDERBUFFER, kinds[i].first, width, height);
+    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, kinds[i].second, GL_RENDERBUFFER, renderbuffers_[i]);
+  }
+  if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+    Free();
+    throw EnvironmentError(fmt::format("OpenGL offers no offscreen buffer of {}x{} pixels", width, height));
+  }
+}
+
+KeptImage::~KeptImage() { Free(); }
+
+void KeptImage::Free() {
+  gl_.DeleteFramebuffers(1, &framebuffer_);
+  gl_.DeleteRenderbuffers(2, renderbuffers_);
+}
+
+ScenePainter::ScenePainter(const mjrContext& context, const mjModel& model)
+    : context_(context), boxes_(model) {
+  for (int i = 0; i < context.ntexture && sky_ < 0; ++i) {
+    if (context.textureType[i] == mjTEXTURE_SKYBOX) sky_ = i;
+  }
+}
+
+bool ScenePainter::Knows(const mjvScene& scene, const mjrContext& context) {
+  if (!SceneGeoms::Knows(context) || scene.nlight == 0 || scene.nskin > 0 || scene.enabletransform ||
+      scene.stereo != mjSTEREO_NONE || scene.framewidth > 0 || scene.flags[mjRND_FOG] ||
+      scene.flags[mjRND_WIREFRAME] || scene.flags[mjRND_ADDITIVE] || scene.flags[mjRND_SEGMENT] ||
+      !scene.flags[mjRND_CULL_FACE]) {
+    return false;
+  }
+  int with_shadow = 0;
+  for (int i = 0; i < scene.nlight; ++i) {
+    if (!scene.lights[i].directional) return false;
+    with_shadow += scene.lights[i].castshadow != 0;
+  }
+  if (with_shadow > 1) return false;
+  for (int i = 0; i < scene.ngeom; ++i) {
+    const mjvGeom& geom = scene.geoms[i];
+    const bool is_endless = geom.type == mjGEOM_PLANE && geom.size[0] <= 0 && geom.size[1] <= 0;
+    const bool is_mirror = (geom.type == mjGEOM_PLANE || geom.type == mjGEOM_BOX) && geom.reflectance > 0 &&
+                           geom.rgba[3] >= 0.995f;
+    if (geom.type > mjGEOM_MESH || is_endless || is_mirror || geom.label[0]) return false;
+    if (geom.texid >= 0 && geom.texcoord && context.textureType[geom.texid] != mjTEXTURE_2D) return false;
+  }
+  return true;
+}
+
+bool ScenePainter::IsBehind(const mjvGeom& geom) const {
+  return geom.type == mjGEOM_PLANE && Dot(eye_ - Of(geom.pos), {geom.mat[2], geom.mat[5], geom.mat[8]}) < 0;
+}
+
+bool ScenePainter::IsOutside(const mjvGeom& geom) const {
+  if (geom.modelrbound <= 0) return false;
+  const Vec center = Of(geom.pos) - eye_;
+  return std::ranges::any_of(sides_, [&](Vec side) { return Dot(side, center) > geom.modelrbound; });
+}
+
+SceneLights ScenePainter::LightsOf(const mjvScene& scene, int shadow_light, Vec forward,
+                                   const Matrix& eye_from_world) {
+  SceneLights lights;
+  const auto add = [&](int i) {
+    const mjvLight& light = scene.lights[i];
+    const Vec d = Turn(eye_from_world, Unit(light.headlight ? forward : Of(light.dir)));
+    lights.direction.push_back({-d.x, -d.y, -d.z});
+    lights.ambient.push_back(Of(light.ambient));
+    lights.diffuse.push_back(Of(light.diffuse));
+    lights.specular.push_back(Of(light.specular));
+  };
+  for (int i = 0; i < scene.nlight; ++i) {
+    if (i != shadow_light) add(i);
+  }
+  if (shadow_light >= 0) add(shadow_light);
+  lights.shadow_from_eye = shadow_from_world_ * Inverse(eye_from_world);
+  return lights;
+}
+
+void ScenePainter::PlaceTexture(const SceneShaders::Program& program, const mjvGeom& geom, bool is_cube) {
+  const bool uniform = geom.texuniform != 0;
+  if (is_cube) {
+    const float s[4] = {uniform ? geom.size[0] : 1, 0, 0, 0}, t[4] = {0, uniform ? geom.size[1] : 1, 0, 0},
+                r[4] = {0, 0, uniform ? geom.size[2] : 1, 0};
+    gl_.Uniform4fv(program.plane_s, 1, s);
+    gl_.Uniform4fv(program.plane_t, 1, t);
+    gl_.Uniform4fv(program.plane_r, 1, r);
+    return;
+  }
+  float scale[2] = {geom.texrepeat[0], geom.texrepeat[1]};
+  for (int i = 0; i < 2; ++i) {
+    if (geom.size[i] <= 0) continue;
+    // Planes and meshes have their size already; a texture that repeats by the meter follows the size.
+    if (geom.dataid >= 0) scale[i] /= geom.size[i];
+    if (uniform) scale[i] *= geom.size[i];
+  }
+  const float s[4] = {0.5f * scale[0], 0, 0, -0.5f}, t[4] = {0, -0.5f * scale[1], 0, -0.5f};
+  gl_.Uniform4fv(program.plane_s, 1, s);
+  gl_.Uniform4fv(program.plane_t, 1, t);
+}
+
+void ScenePainter::Paint(const mjvGeom& geom, bool with_shadow) {
+  const bool is_behind = IsBehind(geom);
+  const int type = geom.texid >= 0 ? context_.textureType[geom.texid] : -1;
+  const Texture texture = type < 0               ? Texture::kNone
+                          : geom.texcoord        ? Texture::kExplicit
+                          : type == mjTEXTURE_2D ? Texture::kFlat
+                                                 : Texture::kCube;
+  const SceneShaders::Program& program = shaders_.Use(texture, with_shadow);
+  if (texture != Texture::kNone) {
+    const bool is_cube = texture == Texture::kCube;
+    gl_.BindTexture(is_cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D, context_.texture[geom.texid]);
+    if (texture != Texture::kExplicit) PlaceTexture(program, geom, is_cube);
+  }
+  // A plane is seen through from behind.
+  const float color[4] = {geom.rgba[0], geom.rgba[1], geom.rgba[2], geom.rgba[3] * (is_behind ? 0.3f : 1)};
+  gl_.Color4fv(color);
+  const float material[3] = {geom.emission, geom.specular, 128 * geom.shininess};
+  gl_.Uniform3fv(program.material, 1, material);
+  if (is_behind) gl_.CullFace(GL_FRONT);
+  geoms_.Draw(geom);
+  if (is_behind) gl_.CullFace(GL_BACK);
+}
+
+void ScenePainter::PaintOpaque(const mjvScene& scene, bool with_shadow,
+                               const std::function<bool(const mjvGeom&)>& wanted) {
+  for (int i = 0; i < scene.ngeom; ++i) {
+    const mjvGeom& geom = scene.geoms[i];
+    if (wanted(geom) && IsOpaque(geom) && !IsOutside(geom)) Paint(geom, with_shadow);
+  }
+}
+
+// As MuJoCo: from the front and from the back, so that what is behind is seen through what is in front.
+void ScenePainter::PaintTransparent(const mjvScene& scene) {
+  std::vector<std::pair<float, const mjvGeom*>> by_distance;
+  for (int i = 0; i < scene.ngeom; ++i) {
+    const mjvGeom& geom = scene.geoms[i];
+    if (IsOpaque(geom) || IsOutside(geom)) continue;
+    const Vec to = Of(geom.pos) - eye_;
+    const float distance = geom.type == mjGEOM_PLANE ? 1e10f : std::sqrt(Dot(to, to)) - geom.modelrbound;
+    by_distance.emplace_back(distance, &geom);
+  }
+  std::ranges::stable_sort(by_distance, {}, [](const auto& entry) { return entry.first; });
+  gl_.DepthMask(GL_FALSE);
+  gl_.Enable(GL_BLEND);
+  gl_.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  for (size_t i = 0; i < by_distance.size(); ++i) Paint(*by_distance[i].second, false);
+  for (size_t i = by_distance.size(); i-- > 0;) Paint(*by_distance[i].second, false);
+  gl_.DepthMask(GL_TRUE);
+  gl_.Disable(GL_BLEND);
+}
+
+void ScenePainter::PaintSky(float far) {
+  const SceneShaders::Program& program = shaders_.Use(Texture::kSky, false);
+  gl_.BindTexture(GL_TEXTURE_CUBE_MAP, context_.texture[sky_]);
+  // Never drawn smaller than it is; looking for how much smaller would take half of the time.
+  gl_.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  const float s[4] = {1, 0, 0, 0}, t[4] = {0, 0, 1, 0}, r[4] = {0, -1, 0, 0};
+  gl_.Uniform4fv(program.plane_s, 1, s);
+  gl_.Uniform4fv(program.plane_t, 1, t);
+  gl_.Uniform4fv(program.plane_r, 1, r);
+  gl_.CullFace(GL_FRONT);
+  geoms_.DrawSky(eye_, 0.7f * far);
+  gl_.CullFace(GL_BACK);
+}
+
+void ScenePainter::PaintShadows(const mjvScene& scene, const LightView& light) {
+  const Matrix shadow_from_world = ShadowFromWorld(light, scene);
+  Part part{0, 0, light.size, light.size};
+  if (map_shows_ && map_shows_->HasAsManyGeoms(scene) && shadow_from_world_ == shadow_from_world) {
+    part = ChangedShadows(*map_shows_, scene, boxes_, light);
+  }
+  if (!part.is_empty()) DrawShadowMap(gl_, geoms_, context_, scene, light, part);
+  map_shows_.emplace(scene);
+  shadow_from_world_ = shadow_from_world;
+}
+
+Part ScenePainter::Paint(const mjvScene& scene, KeptImage* image) {
+  const int width = image->width, height = image->height;
+  const mjvGLCamera camera = mjv_averageCamera(scene.camera, scene.camera + 1);
+  const Vec forward = Of(camera.forward);
+  eye_ = Of(camera.pos);
+  const Matrix eye_from_world = LookAlong(eye_, forward, Of(camera.up));
+  const float near = camera.frustum_near, far = camera.frustum_far, bottom = camera.frustum_bottom,
+              top = camera.frustum_top, middle = camera.frustum_center,
+              half = 0.5f * static_cast<float>(width) / static_cast<float>(height) * (top - bottom);
+  Matrix projection{};
+  projection[0] = near / half;
+  projection[5] = 2 * near / (top - bottom);
+  projection[8] = middle / half;
+  projection[9] = (top + bottom) / (top - bottom);
+  projection[10] = -(far + near) / (far - near);
+  projection[11] = -1;
+  projection[14] = -2 * far * near / (far - near);
+
+  const int shadow_light = ShadowLight(scene, context_);
+  std::optional<LightView> light;
+  if (shadow_light >= 0) light = LightViewOf(context_, scene.lights[shadow_light]);
+  Part part{0, 0, width, height};
+  if (image->shows_ && image->shows_->IsComparable(scene)) {
+    part =
+        ChangedPart(*image->shows_, scene, boxes_, {eye_, projection * eye_from_world, width, height}, light);
+  }
+  if (part.is_empty()) {
+    image->shows_.emplace(scene);
+    return part;
+  }
+  // Nothing of it is what it shows, should OpenGL throw.
+  image->shows_.reset();
+
+  gl_.Disable(GL_BLEND);
+  gl_.Disable(GL_FOG);
+  gl_.Disable(GL_LIGHTING);
+  gl_.Enable(GL_DEPTH_TEST);
+  gl_.Enable(GL_CULL_FACE);
+  gl_.FrontFace(GL_CCW);
+  gl_.CullFace(GL_BACK);
+  gl_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+  gl_.DepthMask(GL_TRUE);
+  gl_.DepthFunc(GL_LEQUAL);
+  gl_.DepthRange(0, 1);
+  gl_.ClearColor(0, 0, 0, 0);
+  gl_.ClearDepth(1);
+  shaders_.Release();
+  if (light) PaintShadows(scene, *light);
+
+  // Of the part's edges, as far away as the near plane.
+  const auto across = [&](int column) {
+    return middle + half * (2 * static_cast<float>(column) / static_cast<float>(width) - 1);
+  };
+  const auto up = [&](int row) {
+    return bottom + (top - bottom) * static_cast<float>(row) / static_cast<float>(height);
+  };
+  const auto in_world = [&](Vec v) { return TurnBack(eye_from_world, Unit(v)); };
+  sides_ = {in_world({near, 0, across(part.right)}), in_world({-near, 0, -across(part.left)}),
+            in_world({0, near, up(part.top)}), in_world({0, -near, -up(part.bottom)})};
+  gl_.MatrixMode(GL_PROJECTION);
+  gl_.LoadMatrixf(projection.data());
+  gl_.MatrixMode(GL_MODELVIEW);
+  gl_.LoadMatrixf(eye_from_world.data());
+  shaders_.SetLights(LightsOf(scene, shadow_light, forward, eye_from_world));
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, image->framebuffer_);
+  gl_.DrawBuffer(GL_COLOR_ATTACHMENT0);
+  gl_.Viewport(0, 0, width, height);
+  gl_.Scissor(part.left, part.bottom, part.width(), part.height());
+  gl_.Enable(GL_SCISSOR_TEST);
+  PaintPart(scene, light.has_value(), far);
+  gl_.Disable(GL_SCISSOR_TEST);
+  gl_.ReadBuffer(GL_COLOR_ATTACHMENT0);
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, width);
+  const size_t first = static_cast<size_t>(part.bottom * width + part.left) * 4;
+  gl_.ReadPixels(part.left, part.bottom, part.width(), part.height(), GL_RGBA, GL_UNSIGNED_BYTE,
+                 &image->rgba[first]);
+  gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
+  // MuJoCo draws into its own.
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, context_.offFBO);
+  image->shows_.emplace(scene);
+  return part;
+}
+
+void ScenePainter::PaintPart(const mjvScene& scene, bool with_shadow, float far) {
+  gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  gl_.ActiveTexture(GL_TEXTURE1);
+  gl_.BindTexture(GL_TEXTURE_2D, context_.shadowTex);
+  gl_.ActiveTexture(GL_TEXTURE0);
+  // What moves stands in front of most of the rest, planes behind everything: what is hidden then is not
+  // colored first.
+  const auto is_plane = [](const mjvGeom& geom) { return geom.type == mjGEOM_PLANE; };
+  PaintOpaque(scene, with_shadow, [](const mjvGeom& geom) { return !IsStatic(geom); });
+  PaintOpaque(scene, with_shadow, [&](const mjvGeom& geom) { return IsStatic(geom) && !is_plane(geom); });
+  PaintOpaque(scene, with_shadow, [&](const mjvGeom& geom) { return IsStatic(geom) && is_plane(geom); });
+  if (sky_ >= 0 && scene.flags[mjRND_SKYBOX]) PaintSky(far);
+  PaintTransparent(scene);
+  shaders_.Release();
+}
+
+}  // namespace evalbus::viz

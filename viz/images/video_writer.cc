@@ -1,0 +1,230 @@
+#include "viz/images/video_writer.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <initializer_list>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/errors.h"
+#include "base/find_program.h"
+#include "base/write_whole.h"
+#include "bus/host.h"
+
+namespace evalbus::viz {
+namespace {
+
+// While ffmpeg is waited for, milliseconds: for room, for its end.
+constexpr int kLook = 100, kShortLook = 2;
+// Of GIF and WebP, which have no differences between images to speak of, frames per second.
+constexpr int kLoopRate = 10;
+
+// One thread and no versions or dates inside: equal frames, equal bytes.
+std::vector<std::string> Command(FrameSize size, int frames_per_second, const std::string& ending) {
+  std::vector<std::string> command = {"ffmpeg",
+                                      "-nostdin",
+                                      "-loglevel",
+                                      "error",
+                                      "-y",
+                                      "-f",
+                                      "rawvideo",
+                                      "-pixel_format",
+                                      "bgr0",
+                                      "-video_size",
+                                      fmt::format("{}x{}", size.width, size.height),
+                                      "-framerate",
+                                      std::to_string(frames_per_second),
+                                      "-i",
+                                      "pipe:0"};
+  const auto add = [&command](std::initializer_list<std::string> words) {
+    command.insert(command.end(), words);
+  };
+  if (ending == ".gif") {
+    // 256 colors chosen for this video. Ordered dither stays where nothing moves, which keeps the file
+    // small.
+    add({"-vf",
+         fmt::format("fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:"
+                     "bayer_scale=5:diff_mode=rectangle",
+                     kLoopRate),
+         "-loop", "0", "-f", "gif"});
+  } else if (ending == ".webp") {
+    add({"-vf", fmt::format("fps={}", kLoopRate), "-pix_fmt", "yuv420p", "-c:v", "libwebp_anim", "-quality",
+         "60", "-loop", "0", "-f", "webp"});
+  } else {
+    // A fragment a second: a video that is cut plays up to the last whole one. Colors are BT.709, and say
+    // so.
+    add({"-vf",
+         "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",
+         "-pix_fmt",
+         "yuv420p",
+         "-c:v",
+         "libx264",
+         "-preset",
+         "veryfast",
+         "-crf",
+         "20",
+         "-g",
+         std::to_string(frames_per_second),
+         "-colorspace",
+         "bt709",
+         "-color_primaries",
+         "bt709",
+         "-color_trc",
+         "bt709",
+         "-color_range",
+         "tv",
+         "-movflags",
+         "frag_keyframe+empty_moov+default_base_moof",
+         "-f",
+         "mp4"});
+  }
+  add({"-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1", "pipe:1"});
+  return command;
+}
+
+}  // namespace
+
+void CheckVideoEnding(const std::string& ending) {
+  if (ending == ".mp4" || ending == ".gif" || ending == ".webp") return;
+  throw InputError("videos end in .mp4, .gif or .webp, not in '" + ending + "'");
+}
+
+VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
+                         std::chrono::milliseconds timeout)
+    : file_(file), size_(size), timeout_(timeout) {
+  const std::string ending = file.extension().string();
+  CheckVideoEnding(ending);
+  if (size.width % 2 != 0 || size.height % 2 != 0) {
+    throw InputError(
+        fmt::format("video of {}x{}: H.264 needs an even width and height", size.width, size.height));
+  }
+  const std::vector<std::string> command = Command(size, frames_per_second, ending);
+  // A socket, not a pipe: writing to an ffmpeg that has gone is then an error and not a signal. The video and
+  // its complaints go to memory, which never fills up like a pipe that nobody reads.
+  int sockets[2];
+  video_ = memfd_create("video", MFD_CLOEXEC);
+  complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
+  if (video_ < 0 || complaints_ < 0 || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets) != 0) {
+    const int error = errno;
+    CloseFiles();
+    throw EnvironmentError(std::string("cannot talk to ffmpeg: ") + std::strerror(error));
+  }
+  frames_ = sockets[0];
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, video_, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, complaints_, STDERR_FILENO);
+  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // liblcm's socket, for one
+  std::vector<char*> argv;
+  for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  const std::string program = FindProgram("ffmpeg").string();
+  // What is in front of the system's libraries for somebody else is not for it.
+  std::vector<char*> environment;
+  for (char** variable = environ; *variable; ++variable) {
+    if (!std::string_view(*variable).starts_with("LD_LIBRARY_PATH=")) environment.push_back(*variable);
+  }
+  environment.push_back(nullptr);
+  const int error = program.empty() ? ENOENT
+                                    : posix_spawn(&ffmpeg_, program.c_str(), &actions, nullptr, argv.data(),
+                                                  environment.data());
+  posix_spawn_file_actions_destroy(&actions);
+  close(sockets[1]);
+  if (error != 0) {
+    ffmpeg_ = -1;
+    CloseFiles();
+    throw EnvironmentError(error == ENOENT
+                               ? "videos need the ffmpeg program: install it with 'apt-get install ffmpeg'"
+                               : std::string("cannot start ffmpeg: ") + std::strerror(error));
+  }
+}
+
+VideoWriter::~VideoWriter() {
+  if (ffmpeg_ > 0) {
+    kill(ffmpeg_, SIGKILL);
+    waitpid(ffmpeg_, nullptr, 0);
+  }
+  CloseFiles();
+}
+
+void VideoWriter::CloseFiles() {
+  for (int* fd : {&frames_, &video_, &complaints_}) {
+    if (*fd >= 0) close(std::exchange(*fd, -1));
+  }
+}
+
+void VideoWriter::Write(const Frame& frame) {
+  if (frame.size.width != size_.width || frame.size.height != size_.height) {
+    throw InputError("video: a frame of another size");
+  }
+  Wait waiting(std::chrono::steady_clock::now());
+  for (size_t sent = 0; sent < frame.bgrx.size();) {
+    const ssize_t n =
+        send(frames_, frame.bgrx.data() + sent, frame.bgrx.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (n > 0) {
+      sent += static_cast<size_t>(n);
+      waiting = Wait(std::chrono::steady_clock::now());
+    } else if (errno == EAGAIN) {
+      CheckTimeout(&waiting);
+      pollfd room{frames_, POLLOUT, 0};
+      poll(&room, 1, kLook);
+    } else if (errno != EINTR) {
+      std::string message;
+      End(&message);
+      Fail(message);
+    }
+  }
+}
+
+void VideoWriter::Close() {
+  std::string message;
+  if (End(&message) != 0) Fail(message);
+  std::string video(static_cast<size_t>(std::max<off_t>(0, lseek(video_, 0, SEEK_END))), '\0');
+  if (pread(video_, video.data(), video.size(), 0) != static_cast<ssize_t>(video.size()))
+    Fail(std::strerror(errno));
+  WriteWhole(file_, video);
+}
+
+void VideoWriter::CheckTimeout(Wait* waiting) const {
+  if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
+  if (waiting->Look(std::chrono::steady_clock::now()) < timeout_) return;
+  Fail(fmt::format("it hangs: no progress for {:g} s", std::chrono::duration<double>(timeout_).count()));
+}
+
+int VideoWriter::End(std::string* message) {
+  close(std::exchange(frames_, -1));
+  int status = 0;
+  Wait waiting(std::chrono::steady_clock::now());
+  while (waitpid(ffmpeg_, &status, WNOHANG) == 0) {
+    CheckTimeout(&waiting);
+    poll(nullptr, 0, kShortLook);
+  }
+  ffmpeg_ = -1;
+  // Its first line names the trouble; the others follow from it.
+  char text[512];
+  const ssize_t n = pread(complaints_, text, sizeof text, 0);
+  *message = std::string(text, static_cast<size_t>(std::max<ssize_t>(n, 0)));
+  *message = message->substr(0, message->find('\n'));
+  if (WIFSIGNALED(status)) *message = std::string("ended by signal: ") + strsignal(WTERMSIG(status));
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+}
+
+void VideoWriter::Fail(const std::string& message) const {
+  throw EnvironmentError("ffmpeg could not make " + file_.string() + ": " +
+                         (message.empty() ? "it stopped without a word" : message));
+}
+
+}  // namespace evalbus::viz
