@@ -118,7 +118,7 @@ int Show(const RobotsOptions& options) {
     }
     PrintSection("Cameras", {cameras.empty() ? "none" : Joined(cameras)});
   }
-  if (!options.image.file.empty()) fmt::print("\nimage  {}\n", options.image.file.string());
+  if (!options.image.file.empty()) fmt::print("\nimage    {}\n", options.image.file.string());
   return 0;
 }
 

@@ -35,9 +35,9 @@ std::shared_ptr<const std::string> SceneSource::Of(const model_info_t& model, st
     const viz::SceneBlocks& scene =
         scenes_.Of(model, run.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run);
     const nlohmann::ordered_json appearance = seed ? scene.Appearance(*seed) : nullptr;
-    if (std::string model_hashes = scene.id() + ToText(appearance); !entities_ || model_hashes != made_of_) {
+    if (std::string made_of = scene.id() + ToText(appearance); !entities_ || made_of != made_of_) {
       entities_ = std::make_shared<const std::string>(ToText(SceneEntities(scene, appearance)));
-      made_of_ = std::move(model_hashes);
+      made_of_ = std::move(made_of);
     }
     return entities_;
   } catch (const InputError& error) {
