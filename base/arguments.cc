@@ -8,10 +8,10 @@
 
 namespace evalbus {
 
-void SayFilesThatMayNotGrow() { std::signal(SIGXFSZ, SIG_IGN); }
+void IgnoreFileSizeSignal() { std::signal(SIGXFSZ, SIG_IGN); }
 
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
-  SayFilesThatMayNotGrow();
+  IgnoreFileSizeSignal();
   app->set_version_flag("--version",
                         std::filesystem::path(argv[0]).filename().string() + " " EVALBUS_VERSION);
   try {
@@ -23,7 +23,7 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
     std::cerr << "error: " << error.what() << " (--help lists the options)\n";
     return 1;
   } catch (const std::exception& error) {
-    // A file that an option names.
+    // Reading a file that an option names has failed.
     return ReportError(error);
   }
 }
@@ -42,7 +42,8 @@ CLI::Validator FitsInt64() {
 
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string&)>& read) {
   app->add_option_function<std::string>(
-      "--options", read, "run.json of a run, to take its options from; the command line goes before");
+      "--options", read,
+      "run.json of a run to take the options from; options on the command line take precedence");
 }
 
 }  // namespace evalbus

@@ -42,7 +42,7 @@ void FlushStandardOutput() {
 
 int main(int argc, char** argv) {
   const evalbus::ExitGuard exit_guard;
-  evalbus::SayFilesThatMayNotGrow();
+  evalbus::IgnoreFileSizeSignal();
   for (const char* variable : {evalbus::kPredicatePlugins, evalbus::kPolicyPlugins}) {
     if (const auto code = evalbus::LoadPlugins(variable)) return *code;
   }
