@@ -23,7 +23,7 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
     std::cerr << "error: " << error.what() << " (--help lists the options)\n";
     return 1;
   } catch (const std::exception& error) {
-    // A file that an option names.
+    // Reading a file that an option names has failed.
     return ReportError(error);
   }
 }
@@ -42,7 +42,8 @@ CLI::Validator FitsInt64() {
 
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string&)>& read) {
   app->add_option_function<std::string>(
-      "--options", read, "run.json of a run, to take its options from; the command line goes before");
+      "--options", read,
+      "run.json of a run to take the options from; options on the command line take precedence");
 }
 
 }  // namespace evalbus

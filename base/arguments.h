@@ -1,4 +1,4 @@
-// Command lines.
+// Command-line parsing.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,25 +14,25 @@
 
 namespace evalbus {
 
-// A file beyond `ulimit -f` is then an error of who writes it, and not a death without a word.
+// Ignores SIGXFSZ, so that exceeding `ulimit -f` is reported as a write error instead of killing the process.
 void IgnoreFileSizeSignal();
 
-// Parses the arguments of a program. Returns its exit code where it ends with that: 0 after --help or
-// --version, 1 after one line on stderr about what is wrong.
+// Parses the arguments of a program. Returns the exit code if the program has to exit: 0 after --help or
+// --version, 1 after a wrong command line, which is reported in one line on stderr.
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv);
 
-// Of a whole number: the library makes 0 of nothing, and the largest there is of a larger one.
+// Checks an integer: CLI11 reads an empty text as 0 and clamps a number that is too large.
 CLI::Validator FitsInt64();
 
-// --options FILE, for programs that a run consists of.
+// Adds --options FILE, which `evalbus run` passes to the processes of a run.
 void AddOptionsFile(CLI::App* app, const std::function<void(const std::string& file)>& read);
 
-// Adds the options of a table, and --options FILE, which takes all of them from a JSON file, a run's
-// run.json, and `out`, where there is one, from the folder it is in; what the command line names besides goes
-// before. Without help an option is hidden. Lists are separated by commas, but for paths.
+// Adds the options of a table, and --options FILE, which reads all of them from a JSON file (run.json of a
+// run) and sets `out`, if there is one, to the file's folder. Other options on the command line take
+// precedence. An option without help is hidden. Elements of lists are separated by commas, except for paths.
 template <class Options>
 void AddOptions(CLI::App* app, Options* options) {
-  // Added first, so it is taken first.
+  // CLI11 applies options in the order in which they were added; the file comes first.
   AddOptionsFile(app, [options](const std::string& file) {
     ReadOptions(ReadJsonFile(file), file, options);
     if constexpr (requires { options->out = file; }) options->out = std::filesystem::path(file).parent_path();
@@ -45,7 +45,7 @@ void AddOptions(CLI::App* app, Options* options) {
     } else {
       option = app->add_option(OptionName(row.key), value, row.help);
       if constexpr (std::is_same_v<Value, std::vector<std::filesystem::path>>) {
-        option->allow_extra_args(false);  // a path may have a comma in it: the option is repeated
+        option->allow_extra_args(false);  // a path may contain a comma: the option is repeated
       } else if constexpr (requires { value.emplace_back(); }) {
         option->delimiter(',')->allow_extra_args(false);
       } else {

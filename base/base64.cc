@@ -13,7 +13,7 @@ std::string Base64(std::string_view bytes) {
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (size_t begin = 0; begin < bytes.size(); begin += kPart) {
     const std::string_view part = bytes.substr(begin, kPart);
-    // And a zero behind them.
+    // Plus a terminating zero.
     std::string piece((part.size() + 2) / 3 * 4 + 1, '\0');
     const int length =
         EVP_EncodeBlock(reinterpret_cast<unsigned char*>(piece.data()),

@@ -14,7 +14,7 @@ std::string WhyNotWritable(const std::filesystem::path& folder) {
   if (uint64_t{disk.f_bavail} * disk.f_frsize <= kAlmostNone) {
     return "no space left on the disk of " + folder.string();
   }
-  // Some file systems have no inodes to count.
+  // Some file systems do not count inodes.
   if (disk.f_files > 0 && disk.f_favail == 0) return "no inodes left on the disk of " + folder.string();
   return "";
 }

@@ -1,4 +1,4 @@
-// What a disk says about itself.
+// State of a file system.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace evalbus {
 
-// Why nothing can be written into the folder, for who could not even write that down: "no space left on the
-// disk of runs/a"; empty where something can.
+// Reason why nothing can be written into the folder ("no space left on the disk of runs/a"), for processes
+// that can no longer write it to their own log. Empty if the folder is writable.
 std::string WhyNotWritable(const std::filesystem::path& folder);
 
 }  // namespace evalbus

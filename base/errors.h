@@ -9,8 +9,8 @@
 
 namespace evalbus {
 
-// The user's input is wrong: a file, a key, an option, a name. what() is one line that says what, where and
-// what to do. Programs exit with code 1.
+// The user's input is wrong: a file, a key, an option, a name. what() is one line that states what is wrong,
+// where, and what to do. Programs exit with code 1.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -23,7 +23,7 @@ struct EnvironmentError : std::runtime_error {
 // Text for an exception of any other type, which only a plugin throws.
 inline constexpr char kNotAnException[] = "something was thrown that is not a std::exception, by a plugin?";
 
-// Says on stderr what a program ends with; returns its exit code.
+// Prints the error that ends the program on stderr; returns the exit code.
 inline int ReportError(const std::exception& error) {
   std::cerr << "error: " << Printable(error.what()) << std::endl;
   return dynamic_cast<const InputError*>(&error) ? 1 : 2;

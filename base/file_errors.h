@@ -6,12 +6,12 @@
 
 namespace evalbus {
 
-// Throws what a call failed of, "WHAT: No space left on device": an InputError where the name of a file is
-// wrong (not there, in the way, too long, not permitted), else an EnvironmentError.
+// Throws the error of a failed call, "WHAT: No space left on device": an InputError if the file name is the
+// cause (missing, already exists, too long, not permitted), else an EnvironmentError.
 [[noreturn]] void ThrowFileError(const std::string& what, int error);
 
-// Does it, with the library's exceptions made such errors: its own words name a function of C++, not who is
-// to do what.
+// Calls f and converts exceptions of std::filesystem into these errors: their texts name C++ functions, which
+// do not help a user.
 template <class F>
 auto WithClearFileErrors(const F& f) {
   try {

@@ -1,4 +1,4 @@
-// Programs of others.
+// Locates external programs.
 #pragma once
 
 #include <filesystem>
@@ -6,9 +6,9 @@
 
 namespace evalbus {
 
-// The program of this name: the system's own, else the first in PATH; empty where there is none. (Of ffmpeg,
-// say, a conda environment may have another, with other encoders.) EVALBUS_PATH, folders with colons, goes
-// before both.
+// Path of the program: the system's own, else the first one in PATH; empty if there is none. The system's is
+// preferred because a conda environment may contain, for example, an ffmpeg with other encoders. Folders in
+// EVALBUS_PATH (separated by colons) take precedence over both.
 std::filesystem::path FindProgram(const std::string& name);
 
 }  // namespace evalbus

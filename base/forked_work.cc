@@ -48,7 +48,8 @@ ForkedWork::ForkedWork(std::string what, const std::function<void()>& work) : wh
   } catch (const std::exception& error) {
     fail(Threw::kOther, error.what());
   }
-  // Nothing that the other process has, too, is flushed or freed twice.
+  // Skips destructors and exit handlers: buffers inherited from the parent must not be flushed or freed
+  // twice.
   _exit(0);
 }
 

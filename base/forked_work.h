@@ -1,5 +1,4 @@
-// Work that forked processes do, each with a copy of everything that this one had, and the memory that they
-// share with it.
+// Runs work in forked processes, each with a copy of this process's memory, and shares memory with them.
 #pragma once
 
 #include <sys/types.h>
@@ -10,7 +9,7 @@
 
 namespace evalbus {
 
-// Shared with the processes that are forked later; zeroes at first.
+// Memory shared with processes that are forked later; initialized with zeros.
 class SharedMemory {
  public:
   // Throws EnvironmentError.
@@ -28,17 +27,17 @@ class SharedMemory {
 
 class ForkedWork {
  public:
-  // Begins. what: it does, for messages ("what draws a video"). Of this process' threads only the calling one
-  // goes on there. Throws EnvironmentError where no process can be started.
+  // Starts the work. what: its name in error messages. Only the calling thread exists in the forked process.
+  // Throws EnvironmentError if no process can be started.
   ForkedWork(std::string what, const std::function<void()>& work);
-  // Kills what has not ended.
+  // Kills the process if it is still running.
   ~ForkedWork();
   ForkedWork(const ForkedWork&) = delete;
   ForkedWork& operator=(const ForkedWork&) = delete;
 
   bool HasEnded();
-  // Once it has ended: throws what the work threw (InputError, EnvironmentError, else std::runtime_error),
-  // and EnvironmentError where its process died.
+  // Must not be called before HasEnded() is true. Rethrows the exception of the work (InputError,
+  // EnvironmentError, else std::runtime_error); throws EnvironmentError if the process was killed.
   void CheckEnd() const;
 
  private:
@@ -52,7 +51,7 @@ class ForkedWork {
 
   const std::string what_;
   const SharedMemory memory_{sizeof(Failure)};
-  // -1: it has ended, with this status.
+  // -1: the process has ended, with status_.
   pid_t process_ = -1;
   int status_ = 0;
 };

@@ -14,7 +14,7 @@
 namespace evalbus {
 namespace {
 
-// Nothing for a file.
+// Returns nothing for a regular file.
 const char* WhatElse(mode_t mode) {
   if (S_ISREG(mode)) return nullptr;
   return S_ISDIR(mode)    ? "a folder"

@@ -1,11 +1,11 @@
-// Names of which thousands of records have the same ones.
+// Stores names that thousands of records share only once.
 #pragma once
 
 #include <string_view>
 
 namespace evalbus {
 
-// The one copy of this text, which is there as long as the program runs. From any thread.
+// The only copy of this text, which lives as long as the program. Thread-safe.
 std::string_view Interned(std::string_view text);
 
 }  // namespace evalbus

@@ -16,17 +16,17 @@
 namespace evalbus {
 namespace {
 
-// In errors.
+// Name of the input in errors.
 constexpr char kWhat[] = "JSON file";
-// Ours are below ten; a hundred thousand would be more than the stack of who goes through them.
+// Files of evalbus nest less than ten levels; recursion over a hundred thousand would overflow the stack.
 constexpr size_t kDeepest = 64;
 
-// A file of which the library reads one character after the other, unless somebody else looks ahead.
+// A file that the library reads character by character, and that take_text can look ahead in.
 class LookAhead : public std::streambuf {
  public:
   explicit LookAhead(std::istream* file) : file_(file) {}
 
-  // What is next: kAhead characters or more, or all that are left.
+  // The next kAhead characters or more, or all remaining ones.
   std::string_view Text() {
     if (egptr() - gptr() < kAhead && *file_) Fill();
     return {gptr(), egptr()};
@@ -60,14 +60,14 @@ class LookAhead : public std::streambuf {
   size_t skipped_ = 0;
 };
 
-// The names in an object. Few have more than a handful, and these take no memory anew, object after object.
+// Names in an object. Most objects have few, for which no memory is allocated again per object.
 class Names {
  public:
   void Clear() {
     num_first_ = 0;
     others_.clear();
   }
-  // False where it is there already.
+  // False if the name exists already.
   bool Add(const std::string& name) {
     const auto end = first_.begin() + static_cast<std::ptrdiff_t>(num_first_);
     if (std::find(first_.begin(), end, name) != end) return false;
@@ -82,7 +82,7 @@ class Names {
   std::set<std::string> others_;
 };
 
-// Builds the value, and notices what the library lets pass.
+// Builds the value and detects errors that the library accepts.
 template <class Json>
 class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   using Base = nlohmann::detail::json_sax_dom_parser<Json>;
@@ -103,7 +103,7 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   bool end_object() { return Close() && Base::end_object() && Offer(); }
   bool end_array() { return Close() && Base::end_array(); }
   bool key(std::string& name) {
-    // It would silently replace the first.
+    // The library would silently replace the first value.
     if (!names_[depth_ - 1].Add(name)) {
       what_ = name + ": expected each key once, it is repeated";
       return false;
@@ -123,7 +123,7 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   }
 
   const std::string& what() const { return what_; }
-  // Of a syntax error; of others none is known.
+  // Position of a syntax error; unknown for other errors.
   std::optional<size_t> position() const { return position_; }
 
  private:
@@ -141,8 +141,8 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
     return true;
   }
 
-  // An object is read: it may be an element that somebody takes. Those that come after one that nobody took
-  // stay, too.
+  // Called when an object is complete: it may be an element for take_. Once take_ has refused an element, all
+  // later ones are stored, too.
   bool Offer() {
     if constexpr (std::is_same_v<Json, nlohmann::json>) {
       if (!take_ || depth_ != 2 || outermost_key_ != taken_key_) return true;
@@ -155,8 +155,8 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
     return true;
   }
 
-  // Whether there are any. The library sees the last one, since what it says of a mistake begins with what it
-  // read before.
+  // Lets take_text_ consume elements; true if it did. The library parses the last one itself, because its
+  // error messages begin with the text that it read before.
   bool TakeTexts() {
     size_t end = 0;
     for (LastTaken last; (last = take_text_(file_->Text().substr(end))).end > 0;
@@ -171,9 +171,9 @@ class Builder : public nlohmann::detail::json_sax_dom_parser<Json> {
   std::string taken_key_;
   TakeElement take_;
   TakeText take_text_;
-  bool is_taken_ = false;  // the next element, by take_text_
+  bool is_taken_ = false;  // take_text_ has consumed the next element
   std::string outermost_key_;
-  // Of each array or object that is open, `depth_` of them.
+  // Names in each open array or object; the first depth_ are in use.
   std::vector<Names> names_;
   size_t depth_ = 0;
   std::string what_;

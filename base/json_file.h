@@ -1,4 +1,4 @@
-// JSON from outside, whose mistakes are to be found, and with words from outside.
+// Reads and writes JSON that comes from users or other programs.
 #pragma once
 
 #include <filesystem>
@@ -9,16 +9,16 @@
 
 namespace evalbus {
 
-// The only ways in for JSON; Json is nlohmann::json or nlohmann::ordered_json. Throw InputError: file, line
-// and reason. NaN, infinities, numbers that no double holds, repeated keys and what is nested deeper than any
-// of ours are refused.
+// All JSON is read with these functions; Json is nlohmann::json or nlohmann::ordered_json. They throw
+// InputError with file, line and reason. NaN, infinities, numbers that do not fit a double, repeated keys and
+// excessive nesting are refused.
 template <class Json = nlohmann::json>
 Json ReadJsonFile(const std::filesystem::path& file);
-// Of the array at `key` of the outermost object each element for which take(what was read before it, it) is
-// true is not kept: files of any length. Of what comes behind an object so taken, take_text has the first
-// say: from the text from there on, which may end anywhere, it takes as many elements as it can, and returns
-// where the last of them begins, with the comma before it, and ends; 0 and 0: none. What it takes must be
-// right.
+// Streaming variant for files of any length. For each element of the array at `key` of the outermost object,
+// take(what was read before the element, the element) is called; if it returns true, the element is not
+// stored. After an element was taken, take_text is called first with the following text, which may end
+// anywhere: it consumes as many elements as it can and returns the begin (including the preceding comma) and
+// the end of the last one, or 0 and 0 for none. take_text must only consume valid JSON.
 using TakeElement = std::function<bool(const nlohmann::json& so_far, const nlohmann::json& element)>;
 struct LastTaken {
   size_t begin = 0, end = 0;
@@ -26,12 +26,12 @@ struct LastTaken {
 using TakeText = std::function<LastTaken(std::string_view text)>;
 nlohmann::json ReadJsonFile(const std::filesystem::path& file, const std::string& key,
                             const TakeElement& take, const TakeText& take_text = {});
-// `line`: the text is this one of the file; 0: it is the whole file.
+// line: number of the text's line in the file; 0 if the text is the whole file.
 template <class Json = nlohmann::json>
 Json ParseJson(const std::string& text, const std::string& file, int line = 0);
 
-// JSON as text, in lines where indent is not negative. Words of another process, or names in a file, may be
-// any bytes: what is no UTF-8 becomes U+FFFD.
+// JSON as text, on several lines if indent is not negative. Invalid UTF-8, which texts of other processes and
+// file names may contain, becomes U+FFFD.
 template <class Json>
 std::string ToText(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);

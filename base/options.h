@@ -1,9 +1,9 @@
 // Options as data: each is a member of a plain struct and one row of a table, from which come the command
-// line and its help (base/arguments.h), the check of its range, the JSON that a run keeps, and what may not
-// change when a run is gone on with.
+// line and its help (base/arguments.h), the check of its range, the JSON that a run keeps, and what
+// `--resume` requires to be unchanged.
 //
-// A struct with options has a function ForEachOption(Struct& or const Struct&, f) beside it, found by its
-// arguments, that calls f(row, value) for each.
+// Each struct with options has a function ForEachOption(Struct& or const Struct&, f) in its namespace, which
+// calls f(row, value) for each option.
 #pragma once
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@
 
 namespace evalbus {
 
-// What a number may be, both ends included. NaN is in no range.
+// Allowed range of a number, both ends included. NaN is in no range.
 struct Range {
   double least = std::numeric_limits<double>::lowest();
   double most = std::numeric_limits<double>::max();
@@ -28,13 +28,13 @@ struct Range {
 template <class Options, class Value>
 struct Option {
   Value Options::*member;
-  // In JSON, "control_hz"; on the command line it is --control-hz.
+  // Key in JSON ("control_hz"), from which the option's name on the command line (--control-hz) is derived.
   const char* key;
-  // For --help; empty: not shown there, and not meant for people.
+  // Text for --help. Empty for options that are internal, which --help does not list.
   std::string help{};
-  // Of a number, or of each in a list.
+  // Allowed range of the number, or of each element of a list.
   Range range{};
-  // A run that is gone on with must have been made with the same.
+  // `--resume` requires the same value as in the original run.
   bool is_fixed = false;
 };
 template <class Options, class Value, class... Rest>
@@ -53,7 +53,7 @@ inline std::string OptionName(const std::string& key) {
   return name;
 }
 
-// Throws InputError for the first number that is out of its range, in the words of the command line.
+// Throws InputError for the first number that is out of its range; the text names the command-line option.
 template <class Options>
 void CheckRanges(const Options& options) {
   const auto check = [](const std::string& key, const Range& range, const auto& number) {
@@ -73,7 +73,7 @@ void CheckRanges(const Options& options) {
   });
 }
 
-// Keys of the options that a run keeps from its beginning to its end.
+// Keys of the options that must not change when a run is resumed.
 template <class Options>
 std::vector<std::string> FixedKeys(const Options& options) {
   std::vector<std::string> keys;

@@ -1,4 +1,4 @@
-// Options of a table as JSON, as a run keeps them.
+// Converts the options of a table to JSON, the form in which a run stores them, and back.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ const Value& Plain(const Value& value) {
 }
 }  // namespace internal
 
-// All of them, by key.
+// All options, by key.
 template <class Options>
 nlohmann::ordered_json OptionsJson(const Options& options) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -34,7 +34,7 @@ nlohmann::ordered_json OptionsJson(const Options& options) {
   return json;
 }
 
-// Takes all of them from an object, which may hold other keys, too. Throws InputError that names file and
+// Reads all options from an object, which may contain other keys, too. Throws InputError that names file and
 // key.
 template <class Options>
 void ReadOptions(const nlohmann::json& json, const std::string& file, Options* options) {
@@ -51,7 +51,7 @@ void ReadOptions(const nlohmann::json& json, const std::string& file, Options* o
         for (const std::string& path : found->template get<std::vector<std::string>>())
           value.emplace_back(path);
       } else {
-        // The JSON library would make 1 of true and of 1.5.
+        // The JSON library would convert true and 1.5 to 1.
         const bool fits = std::is_same_v<Value, bool>       ? found->is_boolean()
                           : std::is_integral_v<Value>       ? found->is_number_integer()
                           : std::is_floating_point_v<Value> ? found->is_number()

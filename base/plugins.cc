@@ -16,7 +16,7 @@ namespace {
 
 void Load(const char* variable, const fs::path& plugin) {
   const std::string place = variable + (": " + plugin.string());
-  // A bare name would be looked for in the system's folders, a relative one elsewhere by each process.
+  // dlopen searches the system's folders for a bare name; a relative path depends on each process's folder.
   if (!plugin.is_absolute()) throw InputError(place + ": expected an absolute path");
   void* const library = dlopen(plugin.c_str(), RTLD_NOW);
   if (!library) throw InputError(variable + std::string(": ") + dlerror());

@@ -1,4 +1,4 @@
-// Code of others that the programs load when they start (docs/extending.md): shared libraries that register
+// Third-party code that the programs load when they start (docs/extending.md): shared libraries that register
 // predicates and policies.
 #pragma once
 
@@ -8,16 +8,17 @@
 
 namespace evalbus {
 
-// Variables of the environment, so that programs that are started by others load the same: lists of absolute
-// paths with colons. Predicates are for what reads tasks, policies for what runs them.
+// Environment variables, which child processes inherit so that they load the same plugins: absolute paths
+// separated by colons. Programs that read tasks load predicates; programs that run tasks load policies as
+// well.
 inline constexpr const char* kPredicatePlugins = "EVALBUS_PREDICATES";
 inline constexpr const char* kPolicyPlugins = "EVALBUS_POLICIES";
 
-// The libraries that one of them names.
+// The libraries that one of these variables names.
 std::vector<std::filesystem::path> PluginsOf(const char* variable);
 
-// Loads them and lets them register. Where that fails, after one line on stderr, the program's exit code: a
-// library is missing, is none or was made for another version, or a name that it registers is taken.
+// Loads the libraries and lets them register. Returns the program's exit code after one line on stderr if a
+// library is missing, is no plugin, was built for another version, or registers a name that is taken.
 std::optional<int> LoadPlugins(const char* variable);
 
 }  // namespace evalbus

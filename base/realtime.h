@@ -1,4 +1,4 @@
-// Real time, as far as a machine lets a process have it.
+// Real-time priority and locked memory, as far as the machine permits them.
 #pragma once
 
 #include <string>
@@ -6,20 +6,19 @@
 namespace evalbus {
 
 struct Realtime {
-  // Runs before everything that is not so scheduled (SCHED_FIFO).
+  // Has real-time priority (SCHED_FIFO).
   bool is_scheduled = false;
-  // None of its memory is ever on disk.
+  // No memory of the process is swapped to disk.
   bool is_locked = false;
 
-  // "scheduled before others, memory locked"; what is not is said with "not".
+  // "scheduled before others, memory locked", with "not" before what was not granted.
   std::string Words() const;
 };
 
-// Asks for both, for this process from now on, not for those that it starts. priority: of SCHED_FIFO, 1
-// to 99.
+// Requests both for this process, not for its child processes. priority: priority in SCHED_FIFO, 1 to 99.
 Realtime AskForRealtime(int priority);
 
-// What it would get, found out in a child.
+// What AskForRealtime would obtain, tried in a child process.
 Realtime RealtimeAllowed();
 
 }  // namespace evalbus

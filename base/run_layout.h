@@ -13,13 +13,13 @@
 
 namespace evalbus {
 
-// How the run was made, and its options; by this file a folder is known as a run's.
+// Configuration and options of the run. A folder with this file is a run folder.
 inline constexpr char kRunJson[] = "run.json";
-// By this one as a suite's.
+// A folder with this file is the folder of a suite.
 inline constexpr char kSuiteJson[] = "suite.json";
-// A line for each finished episode.
+// One line for each finished episode.
 inline constexpr char kEpisodesJsonl[] = "episodes.jsonl";
-// Of a run, a suite, and of each episode once the launcher has counted it.
+// Summary of a run or a suite, and of each episode that the launcher has counted.
 inline constexpr char kSummaryJson[] = "summary.json";
 
 // Summary of a collection of demonstrations.
@@ -33,26 +33,26 @@ inline constexpr char kSceneXml[] = "scene.xml";
 
 inline constexpr char kEpisodesFolder[] = "episodes";
 inline constexpr char kEventLog[] = "events.lcmlog";
-// Behind the name of a log that zstd has packed (--log zstd).
+// Suffix of a log that is compressed with zstd (--log zstd).
 inline constexpr char kPackedEnding[] = ".zst";
-// Of an episode whose policy is behind a server.
+// Calls to the policy's server in an episode.
 inline constexpr char kPolicyCallsJson[] = "policy_calls.json";
-// Behind the name of an episode's folder while its log is being written.
+// Suffix of an episode's folder while its log is being written.
 inline constexpr char kUnfinishedEnding[] = ".partial";
 
 inline constexpr char kLogsFolder[] = "logs";
 
-// What a run or a suite is called: by its folder, also as "x/" or ".".
+// Name of a run or a suite: the name of its folder, also if given as "x/" or ".".
 inline std::string NameOfRun(const std::filesystem::path& folder) {
   const std::filesystem::path path = std::filesystem::absolute(folder).lexically_normal();
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-// Behind the number of ten thousands: a folder of ten thousand episodes.
+// Suffix of a folder of ten thousand episodes, after the number of ten thousands.
 inline constexpr std::string_view kManyEnding = "xxxx";
 
-// RUN/episodes/0007; from the ten thousandth on RUN/episodes/1xxxx/10007, so that no folder has more entries
-// than shared file systems list in a moment.
+// RUN/episodes/0007; from episode 10000 on RUN/episodes/1xxxx/10007, because shared file systems list
+// large folders slowly.
 inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int episode) {
   constexpr int kMany = 10'000;
   char name[16];
@@ -63,7 +63,7 @@ inline std::filesystem::path EpisodeFolder(const std::filesystem::path& run, int
 inline std::filesystem::path UnfinishedEpisodeFolder(const std::filesystem::path& run, int episode) {
   return EpisodeFolder(run, episode).string() + kUnfinishedEnding;
 }
-// The log in an episode's folder, packed or not; where there is none, what a plain one would be called.
+// The log in an episode's folder, compressed or not; if there is none, the name of an uncompressed one.
 inline std::filesystem::path LogIn(const std::filesystem::path& episode_folder) {
   std::error_code ignored;
   const std::filesystem::path log = episode_folder / kEventLog, packed = log.string() + kPackedEnding;
@@ -72,7 +72,7 @@ inline std::filesystem::path LogIn(const std::filesystem::path& episode_folder) 
 inline std::filesystem::path EpisodeLog(const std::filesystem::path& run, int episode) {
   return LogIn(EpisodeFolder(run, episode));
 }
-// The other way round, of a folder in episodes/, finished or not; nothing where it is no episode's.
+// Index of the episode of a folder in episodes/, finished or not; nothing if it is not an episode's folder.
 inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
   const std::string name = folder.filename().string();
   unsigned episode = 0;
@@ -82,7 +82,7 @@ inline std::optional<int> EpisodeOfFolder(const std::filesystem::path& folder) {
   if (!rest.empty() && rest != kUnfinishedEnding) return std::nullopt;
   return static_cast<int>(episode);
 }
-// All of a run, finished or not, in no order. A folder that goes meanwhile is left out.
+// All episode folders of a run, finished or not, in no order. Folders that are removed meanwhile are omitted.
 inline std::vector<std::filesystem::path> EpisodeFolders(const std::filesystem::path& run) {
   std::vector<std::filesystem::path> found, to_list = {run / kEpisodesFolder};
   while (!to_list.empty()) {
@@ -99,7 +99,7 @@ inline std::vector<std::filesystem::path> EpisodeFolders(const std::filesystem::
   }
   return found;
 }
-// The run of the log of an episode.
+// Run folder of an episode's log.
 inline std::filesystem::path RunFolderOf(const std::filesystem::path& log) {
   std::filesystem::path all = std::filesystem::absolute(log).lexically_normal().parent_path().parent_path();
   if (all.filename().string().ends_with(kManyEnding)) all = all.parent_path();

@@ -36,7 +36,7 @@ size_t ItemSize(const std::string& dtype) {
   return 0;
 }
 
-// Nothing where it is no count of bytes that a file can have.
+// Returns nothing if the size in bytes overflows.
 std::optional<uint64_t> Size(const Tensor& tensor) {
   uint64_t size = ItemSize(tensor.dtype);
   for (const int64_t extent : tensor.shape) {
@@ -93,7 +93,8 @@ const Tensor* Safetensors::Find(const std::string& name) const {
 
 Safetensors ParseSafetensors(std::span<const uint8_t> bytes, const std::string& file) {
   const auto fail = [&](const std::string& what) { throw InputError(file + ": " + what); };
-  if (bytes.size() < 8) fail("no safetensors file: shorter than the 8 bytes that say how long its header is");
+  if (bytes.size() < 8)
+    fail("no safetensors file: shorter than the 8 bytes that hold the length of the header");
   uint64_t length = 0;
   for (int i = 7; i >= 0; --i) length = length << 8 | bytes[static_cast<size_t>(i)];
   if (length > kMaxHeader) {

@@ -52,7 +52,7 @@ class File {
       if (n > 0) done += static_cast<size_t>(n);
     }
   }
-  // The owner where we may give files away; others' permissions would be taken from them by that, so first.
+  // Changing the owner clears permission bits, so it comes before setting them.
   void TakePermissionsOf(const struct stat& other) {
     Check(fchown(fd_, other.st_uid, other.st_gid) == 0 || errno == EPERM);
     Check(fchmod(fd_, other.st_mode & 07777) == 0);
@@ -70,19 +70,19 @@ class File {
   int fd_;
 };
 
-// A file that is open in this process by the name that it has as such: "/proc/self/fd/1".
+// Whether the file is a descriptor of this process, such as "/proc/self/fd/1".
 bool IsOpenHere(const fs::path& file) {
   std::error_code error;
   const fs::path folder = fs::canonical(file.parent_path(), error);
   return !error && folder == fs::canonical("/proc/self/fd", error) && !error;
 }
 
-// Where a link leads, though nothing may be there yet; so that the link stays one.
+// Target of a link, which need not exist yet; the link itself is not replaced.
 fs::path Target(const fs::path& file) {
   fs::path target = file;
   std::error_code error;
   for (int links = 0; fs::is_symlink(fs::symlink_status(target, error)) && !IsOpenHere(target); ++links) {
-    constexpr int kMaxLinks = 40;  // as Linux follows
+    constexpr int kMaxLinks = 40;  // the limit of Linux
     if (links == kMaxLinks) Throw(file, ELOOP);
     const fs::path next = fs::read_symlink(target, error);
     if (error) Throw(file, error.value());
@@ -138,7 +138,7 @@ void WriteWhole(const fs::path& file, const std::string& text) {
     written.Write(text);
     written.Close();
   };
-  // Whoever opened it may have written before us, and will behind us.
+  // The program that opened it may write before and after this call.
   if (IsOpenHere(target)) return write(File(file, dup(std::atoi(target.filename().c_str()))));
   struct stat before {};
   if (stat(file.c_str(), &before) == 0 && !S_ISREG(before.st_mode) && !S_ISDIR(before.st_mode)) {

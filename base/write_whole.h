@@ -1,4 +1,4 @@
-// Files that are there are whole: written under a temporary name of this process's own, synced, renamed.
+// Atomic file writes: a file is written under a temporary name, synced, and renamed.
 #pragma once
 
 #include <sys/stat.h>
@@ -10,31 +10,31 @@
 
 namespace evalbus {
 
-// Writes a file. One that exists is replaced and keeps its permissions, and its owner where we may give files
-// away; a link is followed; a pipe, a device, or what is open in this process (/dev/stdout) is written to as
-// it is. On failure nothing is left behind and what was there stays. Throws InputError where the name is
-// wrong (no such folder, no permission, a folder), else EnvironmentError.
+// Writes a file. An existing file is replaced; it keeps its permissions, and its owner if this process may
+// change owners. Links are followed. A pipe, a device, or a file that is open in this process (/dev/stdout)
+// is written to directly. On failure the previous content stays and no temporary file is left. Throws
+// InputError if the name is wrong (no such folder, no permission, a folder), else EnvironmentError.
 void WriteWhole(const std::filesystem::path& file, const std::string& text);
 
 // The same for a file that a library writes, or that is too large for memory: write to path(), close it, call
 // Finish().
 class WholeFile {
  public:
-  // Throws InputError also for what is no file: a pipe, a device.
+  // Throws InputError also for pipes and devices.
   explicit WholeFile(std::filesystem::path file);
-  // Removes what was written unless it was finished.
+  // Removes the temporary file unless Finish() has succeeded.
   ~WholeFile();
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
   // Temporary name beside the file.
   const std::filesystem::path& path() const { return temporary_; }
-  // Syncs what was written and gives it its name. Throws InputError, EnvironmentError.
+  // Syncs the temporary file and renames it. Throws InputError, EnvironmentError.
   void Finish();
 
  private:
   std::filesystem::path file_, target_, temporary_;
-  // What is to be replaced.
+  // Status of the file that is replaced.
   struct stat before_ {};
   bool exists_ = false, is_finished_ = false;
 };

@@ -9,7 +9,7 @@ install(DIRECTORY models/ DESTINATION ${shared}/models FILES_MATCHING
 install(DIRECTORY lcmtypes/ DESTINATION ${shared}/lcmtypes FILES_MATCHING PATTERN "*.lcm")
 install(DIRECTORY docs/schema DESTINATION ${shared})
 install(DIRECTORY python DESTINATION ${shared} PATTERN "__pycache__" EXCLUDE)
-# For programs and plugins of others: find_package(evalbus), docs/extending.md.
+# For third-party programs and plugins: find_package(evalbus), docs/extending.md.
 set(headers ${CMAKE_INSTALL_INCLUDEDIR}/evalbus)
 foreach(folder base bus lcmtypes models metrics policy_bridge)
   install(DIRECTORY ${folder} DESTINATION ${headers} FILES_MATCHING PATTERN "*.h")

@@ -1,4 +1,4 @@
-# The library itself. Debian's lcm.pc names glib's, which liblcm-dev does not bring, so it is looked up by hand.
+# The LCM library. Debian's lcm.pc requires glib's, which liblcm-dev does not install, so it is searched for here.
 find_library(LCM_LIBRARY lcm REQUIRED)
 find_path(LCM_INCLUDE_DIR lcm/lcm-cpp.hpp REQUIRED)
 add_library(lcm INTERFACE)
@@ -6,7 +6,7 @@ target_link_libraries(lcm INTERFACE ${LCM_LIBRARY})
 target_include_directories(lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
 
 # lcm_types(TARGET): generates a C++ header for each .lcm file of the folder with lcm-gen, limits what its decoder
-# allocates, and makes an interface library of them, with evalbus/all_messages.hpp, which knows them all.
+# allocates, and defines an interface library of them, with evalbus/all_messages.hpp, which includes all of them.
 # (liblcm-dev 1.3 has no CMake package, hence no lcm_wrap_types.)
 function(lcm_types target)
   set(out ${CMAKE_BINARY_DIR}/generated)

@@ -1,8 +1,8 @@
-# How this project's targets are made. Sources are found by folder, so a new file needs no line here.
+# Functions that define this project's targets. Sources are found by folder, so a new file needs no line here.
 
 # evalbus_target(NAME): our own code compiles without warnings, against headers named from the repository root.
-# -Wno-restrict: GCC 12 alone knows it, and warns of "text" + std::string where nothing overlaps.
-# In a unity build, which compiles the files of a folder together, two warnings are of another file's names.
+# -Wno-restrict: only GCC 12 has this warning, and reports it falsely for "text" + std::string.
+# A unity build compiles the files of a folder together; two warnings would report names of other files.
 function(evalbus_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
     $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
@@ -10,13 +10,14 @@ function(evalbus_target name)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
 endfunction()
 
-# quick_to_compile(NAME): for what does no work in a tick: command lines, network. Half of what the compiler would take.
+# quick_to_compile(NAME): lowers the optimization of targets that do no work per tick (command lines, network), which
+# halves their compile time.
 function(quick_to_compile name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
-# evalbus_sources(VARIABLE FOLDER...): the .cc files of these folders that belong into its library: not main.cc, and
-# not X_component.cc, which knows the bus where the rest does not.
+# evalbus_sources(VARIABLE FOLDER...): the .cc files of these folders that belong to the folder's library: not
+# main.cc, and not X_component.cc, which depends on the bus while the rest does not.
 function(evalbus_sources variable)
   set(found)
   foreach(folder ${ARGN})
@@ -28,7 +29,7 @@ function(evalbus_sources variable)
 endfunction()
 
 # evalbus_library(NAME [FOLDERS folder...] [SOURCES file...] [PUBLIC target...] [PRIVATE target...]): a static library
-# of the sources of these folders and these files; neither: of the folder it is called in.
+# of the sources of these folders and these files; without either, of the current folder.
 function(evalbus_library name)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "FOLDERS;SOURCES;PUBLIC;PRIVATE")
   if(NOT ARG_FOLDERS AND NOT ARG_SOURCES)
@@ -50,8 +51,8 @@ function(evalbus_program name)
   set_property(GLOBAL APPEND PROPERTY EVALBUS_PROGRAMS evalbus-${name})
 endfunction()
 
-# evalbus_component(NAME [LIBRARY...]): a process that takes part in runs: NAME_component from NAME_component.cc (or, where
-# the whole folder knows the bus, from all of it), and the program evalbus-NAME. `evalbus run` links them all.
+# evalbus_component(NAME [LIBRARY...]): a process of a run: NAME_component from NAME_component.cc (or, if the whole
+# folder depends on the bus, from all its files), and the program evalbus-NAME. `evalbus run` links them all.
 function(evalbus_component name)
   set(own ${name}_component.cc)
   if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${own})

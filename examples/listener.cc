@@ -1,5 +1,5 @@
-// A program that listens to a run: listener BUS EPISODES prints a line for each of so many episodes. The bus
-// is the one that `evalbus run` names in its first line, or is given by --url.
+// Example of a subscriber: `listener BUS EPISODES` prints one line for each of EPISODES episodes. BUS is the
+// address that `evalbus run` prints in its first line, or that was passed to it with --url.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

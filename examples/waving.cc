@@ -1,4 +1,4 @@
-// A policy of one's own, without a socket: every arm turns its last joint to and fro about where it began.
+// Example of a custom policy without a server: each arm swings its last joint about its initial position.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -44,6 +44,6 @@ class Waving : public policy::Policy {
 
 EVALBUS_PLUGIN {
   policy::RegisterPolicy(
-      "waving", "turns each arm's last joint to and fro",
+      "waving", "swings each arm's last joint about its initial position",
       [](const mjModel&, const model_info_t& info) { return std::make_unique<Waving>(info); });
 }

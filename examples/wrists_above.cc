@@ -1,4 +1,4 @@
-// A metric of one's own: how far the lower wrist is above an object. In a task it is reported,
+// Example of a custom metric: the height of the lower wrist above an object. A task that lists it reports it,
 //   target_distance:
 //     clearance_of_wrists: {wrists_above: {object: pot}}
 // and with a limit it is a predicate, for stages and verdicts: {wrists_above: {object: pot, min_m: 0.1}}.

@@ -18,7 +18,7 @@ inline constexpr char kSource[] = "source";      // samples of a source or a fil
 // Simulated time between two ticks, in whole microseconds.
 inline int64_t ControlPeriodUs(const model_info_t& model) { return model.timestep_us * model.substeps; }
 
-// Simulated seconds: whoever turns a time into seconds gets the same number for the same tick.
+// Simulated seconds. All conversions use this function so that equal ticks give equal numbers.
 inline double Seconds(int64_t us) { return static_cast<double>(us) / 1e6; }
 
 // Time of a tick, where ticks last dt (s) each. Only the sum is rounded to a microsecond, so errors do not
@@ -46,8 +46,8 @@ inline double ControlPeriod(const model_info_t& model) {
   return model.clock == clock_name::kSource ? 1 / SourceHz(period_us) : Seconds(period_us);
 }
 
-// An episode whose first success was at success_us goes on as long as MODEL says, and is over by now_us. Each
-// of a source's times is rounded to a microsecond.
+// Whether the time that an episode continues after its first success (model.after_success_us) has passed by
+// now_us. The tolerance of 1 us is for times of a source, which are rounded to a microsecond.
 inline bool HasHeld(const model_info_t& model, int64_t success_us, int64_t now_us) {
   return now_us + 1 >= success_us + model.after_success_us;
 }
@@ -58,7 +58,7 @@ inline int Substeps(double control_hz, int64_t timestep_us) {
   return static_cast<int>(std::max(1.0, steps));
 }
 
-// The rate that comes of it.
+// The resulting control rate.
 inline double RealControlHz(double control_hz, int64_t timestep_us) {
   return 1e6 / static_cast<double>(Substeps(control_hz, timestep_us) * timestep_us);
 }

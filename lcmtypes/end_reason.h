@@ -12,30 +12,31 @@ namespace evalbus::end_reason {
 inline constexpr char kSuccess[] = "success";
 inline constexpr char kFailure[] = "failure";
 inline constexpr char kTimeLimit[] = "time_limit";
-// What the policy did or said was wrong; its answer did not come in time.
+// The policy raised an error or sent an invalid action; its answer did not arrive in time.
 inline constexpr char kPolicyError[] = "policy_error";
 inline constexpr char kPolicyTimeout[] = "policy_timeout";
-// The policy's server is gone or does not keep to its wire: says nothing of the policy, and is in no rate.
+// The policy's server disconnected or violated its protocol: no conclusion about the policy can be drawn, and
+// the episode counts in no rate.
 inline constexpr char kServerError[] = "server_error";
 // The physics diverged.
 inline constexpr char kUnstable[] = "unstable";
-// What somebody else recorded, or sends, ends here.
+// A recorded trajectory or an external source has ended.
 inline constexpr char kEndOfData[] = "end_of_data";
-// Its result would say nothing of the policy: begun again, and in no rate.
+// The episode was disturbed: it is retried and counts in no rate.
 inline constexpr char kAborted[] = "aborted";
 
-// No end of an episode but a reason why it has no verdict: what success or failure asks for is not known.
-// Says nothing of the policy, and is in no rate of success.
+// Not an end of an episode but the reason why it has no verdict: quantities that success or failure require
+// are unavailable. No conclusion about the policy can be drawn; the episode counts in no success rate.
 inline constexpr char kNotJudged[] = "not_judged";
 
-// What a verdict (partial_metrics_t) ends an episode with; empty while it is undecided.
+// End reason of a verdict (partial_metrics_t); empty while it is undecided.
 inline const char* Of(int8_t verdict) {
   return verdict == partial_metrics_t::SUCCESS   ? kSuccess
          : verdict == partial_metrics_t::FAILURE ? kFailure
                                                  : "";
 }
 
-// How an episode came out, in the word that people read everywhere: why it did not succeed, or that it did.
+// Outcome of an episode as shown to users: "success", or the reason of the failure.
 inline std::string Outcome(const std::string& failure_reason) {
   return failure_reason.empty() ? kSuccess : failure_reason;
 }

@@ -8,7 +8,7 @@
 
 namespace evalbus {
 
-// NaN where there is none.
+// Returns NaN if there is no value of this name.
 inline double ExtendedValue(const extended_metrics_t& extended, const std::string& name) {
   for (size_t k = 0; k < extended.name.size(); ++k) {
     if (extended.name[k] == name) return extended.value_mixed[k];

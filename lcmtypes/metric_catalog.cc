@@ -46,7 +46,7 @@ constexpr JerkMembers kJointJerk = {&Values::avg_joint_jerk_radps3, &Values::rms
                                     &Values::overall_rms_joint_jerk_radps3};
 
 constexpr MetricInfo kMetrics[] = {
-    // RoboEval's.
+    // Metrics of RoboEval.
     {.name = "success", .label = "success", .unit = "1", .kind = kSuccess, .better = kHigher},
     {.name = "completion_time",
      .label = "completion time",

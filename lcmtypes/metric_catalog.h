@@ -28,11 +28,12 @@ enum class MetricKind {
   kByName,     // NAME.<as the task calls it>; NAME of a single one without a name
   kByGripper,  // NAME.<gripper>; NAME of a single one
   kByArm,      // NAME.<arm>; NAME of a single one
-  kSumByArm,  // likewise, where a sum over arms means something: RoboEval's have total_NAME, avg_NAME for two
-  kJerk,      // avg_NAME and rms_NAME like kByArm; for two overall_avg_NAME, overall_rms_NAME
+  kSumByArm,   // likewise, for sums over arms: RoboEval's have total_NAME, avg_NAME for two
+  kJerk,       // avg_NAME and rms_NAME like kByArm; for two overall_avg_NAME, overall_rms_NAME
 };
 
-// What a task can switch off: the key in its `metrics` section, and the member that says so in messages.
+// A group of metrics that a task can switch off: the key in its `metrics` section, and the member in messages
+// that shows it.
 struct TrackOption {
   std::string_view key;
   int8_t metric_values_t::*member;
@@ -53,33 +54,32 @@ struct MetricInfo {
   std::string_view unit;
   MetricKind kind = MetricKind::kNumber;
   Better better = Better::kNeither;
-  // What it took to get there: says something of episodes that succeeded only, since who gives up at once has
-  // the shortest path.
+  // Measures effort, which is meaningful for successful episodes only: a policy that gives up at once has the
+  // shortest path.
   bool effort = false;
-  // Counts what may go wrong on the way. No merit of a policy that gets less far, which has less occasion for
-  // it.
+  // Counts undesired events. A policy that gets less far has fewer occasions for them, so a lower value is no
+  // merit by itself.
   bool risk = false;
-  // A second or third difference of positions, which noise and jitter of a recording multiply: a recording is
-  // neither better nor worse in it than a simulation.
+  // A second or third difference of positions, which amplifies noise and jitter of a recording: a recording
+  // and a simulation cannot be compared by it.
   bool amplifies_noise = false;
-  // Place among the main metrics, which tables show and comparisons test, from 1; 0: none of them. In the
-  // order of the questions people ask: how long, how far, how clean, how smooth.
+  // Position among the main metrics, which tables show and comparisons test, from 1; 0: not a main metric.
   int main = 0;
   // Shown value = value * scale, in this unit; empty: none.
   std::string_view shown_unit = unit == "count" || unit == "1" ? std::string_view() : unit;
   double scale = 1;
-  // What a value can be, in SI units.
+  // Possible values, in SI units.
   double least = 0, most = std::numeric_limits<double>::infinity();
-  // Null: always there.
+  // Null: cannot be switched off.
   const TrackOption* track = nullptr;
 
-  // Where RoboEval's are, as the kind needs it; success, stages and objects have members of their own form.
+  // Members of RoboEval's metrics, as the kind requires; success, stages and objects have their own members.
   double metric_values_t::*number = nullptr;
   int64_t metric_values_t::*count = nullptr;
   std::vector<double> metric_values_t::*values = nullptr;
   std::vector<std::string> metric_values_t::*names = nullptr;
   const JerkMembers* jerk = nullptr;
-  // Of evalbus' own only the counters have a member; all else is in extended_metrics_t by name.
+  // Member of evalbus' own counters; its other metrics are in extended_metrics_t by name.
   int64_t extended_metrics_t::*counter = nullptr;
 
   bool is_extended() const { return name.starts_with("extended."); }
@@ -87,8 +87,8 @@ struct MetricInfo {
   std::string_view wire_name() const { return is_extended() ? name.substr(9) : name; }
 };
 
-// True for a metric whose statistics across episodes are over successes only: the completion time. That of a
-// failure only tells when the episode was given up.
+// True for a metric whose statistics across episodes use successes only: the completion time. After a failure
+// it only shows when the episode was stopped.
 inline bool IsOfSuccessesOnly(std::string_view name) { return name == "completion_time"; }
 
 // RoboEval's in the order of its dictionary, then evalbus' own.
@@ -100,12 +100,12 @@ inline bool IsTracked(const MetricInfo& metric, const metric_values_t& values) {
   return !metric.track || values.*metric.track->member;
 }
 
-// Of the numbers that a metric is, whose one is.
+// Which number of a metric a MetricNumber is.
 enum class MetricPart { kItself, kTotal, kAverage, kMean, kRms, kOverallMean, kOverallRms };
 
 // A number of the results.
 struct MetricNumber {
-  // As in summary.json: "extended.mechanical_work_J.left".
+  // Name in summary.json: "extended.mechanical_work_J.left".
   std::string name;
   // Null: not in the catalog; then label and unit come from the name alone.
   const MetricInfo* metric = nullptr;
@@ -113,7 +113,7 @@ struct MetricNumber {
   // What follows the metric's own name: arm, stage, ...
   std::string of;
 
-  std::string label() const;  // "servo work, left"; of a task's own, what the task calls it
+  std::string label() const;  // "servo work, left"; for a task's own metric, the task's name for it
   std::string_view shown_unit() const { return metric ? metric->shown_unit : std::string_view(); }
   double scale() const { return metric ? metric->scale : 1; }
 };
@@ -123,12 +123,12 @@ MetricNumber FindMetric(const std::string& name);
 // The names of a metric's numbers, without what follows a dot.
 std::vector<std::string> NamesOf(const MetricInfo& metric);
 
-// The main metrics among these numbers, in their order. Of a metric that exists per arm and for both arms
-// together, that for both; of jerk the root mean square.
+// The main metrics among these numbers, in their order. For a metric that exists per arm and for both arms
+// together, the latter; for jerk, the root mean square.
 std::vector<MetricNumber> MainMetrics(const std::vector<std::string>& names);
 
-// A value in SI units as people read it, without its unit; "-" for what is not finite. error: how well it is
-// known; no digits beyond that are shown. 0 or NaN: exactly.
+// Formats a value given in SI units, in the shown unit but without its name; "-" if it is not finite. error:
+// standard error, which limits the digits shown; 0 or NaN: the value is exact.
 std::string ShownValue(const MetricInfo& metric, double value, double error = 0);
 
 }  // namespace evalbus

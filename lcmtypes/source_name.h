@@ -1,5 +1,4 @@
-// Who moves the world of a MODEL: the values of model_info_t.source that are evalbus' own; all others are
-// names that sources gave themselves.
+// Values of model_info_t.source that are evalbus' own; all others are names of external sources.
 #pragma once
 
 namespace evalbus::source_name {

@@ -24,7 +24,8 @@ packages=(
 
 # What tests look at pages and files with, and install the Python package with. Nothing else needs them:
 # `install_missing "${test_packages[@]}"`.
-test_packages=(chromium python3-h5py python3-pip python3-setuptools python3-wheel slurm-wlm munge)
+test_packages=(chromium python3-h5py python3-pip python3-setuptools python3-wheel slurm-wlm munge
+  codespell mkdocs mkdocs-material)
 
 say() { printf '%s\n' "$*" >&2; }
 
