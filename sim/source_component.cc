@@ -108,12 +108,12 @@ SourceComponent::SourceComponent(Bus* bus, SimOptions options)
 }
 
 void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) {
-  if (!announcement_) {
+  if (!source_announcement_) {
     Meet(announcement);
-    announcement_bytes_.assign(bus().handled().begin(), bus().handled().end());
+    source_announcement_bytes_.assign(bus().handled().begin(), bus().handled().end());
     return BeginIfMet();
   }
-  if (!std::ranges::equal(bus().handled(), announcement_bytes_)) {
+  if (!std::ranges::equal(bus().handled(), source_announcement_bytes_)) {
     throw InputError(fmt::format(
         "source '{}' says another SOURCE_ANNOUNCEMENT than '{}' did at first: begin another watch for it, "
         "or is a second source on this bus?",
@@ -148,7 +148,7 @@ void SourceComponent::Meet(const source_announcement_t& announcement) {
                     "{}=closed",
                     name, gripper, gripper, gripper));
   }
-  announcement_ = announcement;
+  source_announcement_ = announcement;
   model_bytes_ = Encode(prepared_.info);
   std::vector<std::string> untracked;
   for (int k = 0; k < prepared_.info.num_objects; ++k) {
@@ -177,7 +177,7 @@ void SourceComponent::OnCommand(const command_t& command) {
 }
 
 void SourceComponent::BeginIfMet() {
-  if (!announcement_ || !command_) return;
+  if (!source_announcement_ || !command_) return;
   begin_ = {};
   begin_.header.episode = command_->episode;
   begin_.header.attempt = command_->attempt;
@@ -242,7 +242,7 @@ std::string SourceComponent::FaultOf(const source_state_t& message, Sample* samp
 }
 
 void SourceComponent::OnSample(const source_state_t& message) {
-  if (!announcement_) {
+  if (!source_announcement_) {
     ++status_.foreign_messages;
     if (!std::exchange(unknown_told_, true)) {
       log().Warn("a SOURCE_STATE before SOURCE_ANNOUNCEMENT: nobody knows what its joints are");
@@ -254,10 +254,10 @@ void SourceComponent::OnSample(const source_state_t& message) {
     throw InputError(fmt::format("source '{}', sample {}: {} {}, SOURCE_ANNOUNCEMENT says {}", source(),
                                  message.sample, has, what, expected));
   };
-  check("joint positions", message.num_joints, announcement_->num_joints);
+  check("joint positions", message.num_joints, source_announcement_->num_joints);
   check("joint velocities", message.num_velocities,
-        announcement_->has_velocity ? announcement_->num_joints : 0);
-  check("object poses", message.num_objects, announcement_->num_objects);
+        source_announcement_->has_velocity ? source_announcement_->num_joints : 0);
+  check("object poses", message.num_objects, source_announcement_->num_objects);
   silence_ = Wait(steady_clock::now());
 
   const bool is_other = !newest_ || message.episode != newest_->number;
@@ -416,7 +416,7 @@ void SourceComponent::TakeArrived() {
     Arrived& arrived = arrived_.front();
     if (arrived.episode <= finished_) continue;
     if (!running_) {
-      running_.emplace(arrived.episode, tick_s_, Seconds(announcement_->period_us));
+      running_.emplace(arrived.episode, tick_s_, Seconds(source_announcement_->period_us));
     }
     if (arrived.episode != running_->episode) {
       running_->is_over = true;

@@ -127,8 +127,8 @@ class SourceComponent : public Component {
   std::vector<std::optional<double>> opening_;
   // Of the source, once its SOURCE_ANNOUNCEMENT was heard.
   std::unique_ptr<MeasuredScene> scene_;
-  std::optional<source_announcement_t> announcement_;
-  std::vector<uint8_t> announcement_bytes_;
+  std::optional<source_announcement_t> source_announcement_;
+  std::vector<uint8_t> source_announcement_bytes_;
   std::vector<uint8_t> model_bytes_;
 
   Phase phase_ = Phase::kIdle;

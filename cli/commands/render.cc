@@ -48,7 +48,7 @@ struct RenderOptions {
   std::string format = "mp4";
   std::string gl = "osmesa";
   // For who started us and reads our log.
-  bool say_progress = false;
+  bool report_progress = false;
 };
 
 void AddOptions(CLI::App* app, RenderOptions* options) {
@@ -80,7 +80,7 @@ void AddOptions(CLI::App* app, RenderOptions* options) {
   app->add_option("--gl", options->gl, viz::kGlHelp)->capture_default_str();
   app->add_option("-o,--out", options->out,
                   "the video, whose ending says the format; default: beside the log");
-  app->add_flag("--say-progress", options->say_progress)->group("");
+  app->add_flag("--report-progress", options->report_progress)->group("");
 }
 
 // Shows how far the videos are to people, or in lines to the process that reads our log.
@@ -150,7 +150,7 @@ void RenderGrid(const RenderOptions& options, const std::vector<fs::path>& logs,
                                             : fmt::format(", {} episodes", known);
   const fs::path folder = fs::is_directory(options.recording) ? options.recording : logs[0].parent_path();
   const fs::path file = options.out.empty() ? folder / ("grid" + ending) : options.out;
-  Progress progress(1, options.say_progress);
+  Progress progress(1, options.report_progress);
   joint.progress = [&](double share) { progress.Show(share); };
   viz::MakeGridVideo(episodes, joint, file);
   progress.Clear();
@@ -196,7 +196,7 @@ int Render(const RenderOptions& options) {
   if (cameras.empty() && video.layout == viz::VideoLayout::kPlain) cameras = {viz::kDefaultCamera};
   // A log that was named may hold several.
   if (logs.size() == 1) video.episodes = options.episodes;
-  Progress progress(logs.size(), options.say_progress);
+  Progress progress(logs.size(), options.report_progress);
   viz::ParallelFrameRenderer frame_renderer(size);
   size_t without_video = 0;
   for (size_t i = 0; i < logs.size(); ++i) {

@@ -32,7 +32,7 @@ VideoRecording::Render Rendering(const std::filesystem::path& run, const std::ve
             std::to_string(episode),
             "--camera",
             fmt::format("{}", fmt::join(cameras, ",")),
-            "--say-progress"};
+            "--report-progress"};
   };
 }
 

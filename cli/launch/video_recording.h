@@ -14,7 +14,7 @@
 
 namespace evalbus::launch {
 
-// How `evalbus render --say-progress` reports which share of its videos is done, 0 to 1.
+// How `evalbus render --report-progress` reports which share of its videos is done, 0 to 1.
 inline constexpr char kVideoShare[] = "render [info] videos: ";
 
 class VideoRecording : public RunListener {
