@@ -1,5 +1,6 @@
-"""Runs the commands of README.md and docs/commands.md as they stand there, in their order, each page in a folder that looks
-like the source tree.
+"""Runs the commands of README.md and docs/commands.md as they stand there, in their order.
+
+Each page runs in a folder that looks like the source tree.
 
 usage: readme_test.py BIN   (the folder of evalbus' programs)
 
