@@ -207,7 +207,7 @@ void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
 // A line for each component.
 void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   screen->push_back({7,
-                     {{fmt::format("{:<12}{:<9}{:>6}{:>6}{:>7}{:>9}{:>9}{:>9}", "component", "state", "tick",
+                     {{fmt::format("{:<12}{:<9}{:>6}{:>6}{:>7}{:>13}{:>9}{:>9}", "component", "state", "tick",
                                    "lag", "lost", "undecodable", "foreign", "heard"),
                        Style::kQuiet}}});
   for (const auto& [name, health] : watch.health()) {
@@ -220,7 +220,7 @@ void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine
            health.is_bad() ? Style::kBad : Style::kPlain},
           {fmt::format("{:>6}{:>6}", status.last_tick < 0 ? "-" : std::to_string(status.last_tick),
                        health.lag < 0 ? "-" : std::to_string(health.lag))},
-          {fmt::format("{:>7}{:>9}", status.missing_ticks, status.decode_errors),
+          {fmt::format("{:>7}{:>13}", status.missing_ticks, status.decode_errors),
            lost ? Style::kBad : Style::kPlain},
           {fmt::format("{:>9}", status.foreign_messages)},
           {fmt::format("{:>7.1f} s", Seconds(now - health.heard)),

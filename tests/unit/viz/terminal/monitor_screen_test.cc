@@ -115,7 +115,7 @@ TEST_F(MonitorScreenTest, UsesMoreRoomForTheComponentsAndTheLastEpisodes) {
   Play();
   const std::string large = All(120, 40);
   for (const char* text : {"component   state      tick   lag   lost  undecodable  foreign    heard",
-                           "recorder    running     108    12      0        0        0    0.1 s",
+                           "recorder    running     108    12      0            0        0    0.1 s",
                            "         1  grasp_slip       2.50 s  stages 1/2",
                            "         0  success          2.50 s  stages 1/2"}) {
     EXPECT_NE(large.find(text), std::string::npos) << text << "\n" << large;
