@@ -10,6 +10,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/help.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/text.h"
@@ -38,7 +39,7 @@ bool IsPlan(const std::vector<std::string>& tasks) {
 }
 
 void AddPlanOptions(CLI::App* app, PlanOptions* options) {
-  const std::string group = "Of a plan";
+  const std::string group = "Plans";
   app->add_option("--part", options->part,
                   "K/N: the Kth of N parts of the plan only, into the folder --out that all parts share;\n"
                   "'evalbus merge' makes the results of them")
@@ -157,6 +158,13 @@ Action AddRun(CLI::App* app) {
   AddLogLevel(app);
   // For the workers themselves.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
+  GroupOptions(app,
+               {{"Policy", {"--policy", "--contract", "--policy-name", "--latency", "--policy-timeout-s"}},
+                {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
+                {"Simulation",
+                 {"--robot", "--model-path", "--control-hz", "--realtime", "--rtf", "--after-success-s"}},
+                {"Output", {"--out", "--video", "--web", "--log", "--log-level"}},
+                {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, app] {
     if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {
