@@ -108,7 +108,7 @@ std::string HelpFormatter::Row(const std::string& name, const std::string& descr
   std::string row = "  " + name;
   const auto length = static_cast<size_t>(Width(row));
   if (description.empty()) return row + "\n";
-  row += length + 2 <= kColumn ? std::string(kColumn - length, ' ') : "\n" + std::string(kColumn, ' ');
+  row += length < kColumn ? std::string(kColumn - length, ' ') : "\n" + std::string(kColumn, ' ');
   return row + Wrapped(description, kColumn, width_) + "\n";
 }
 
@@ -150,7 +150,9 @@ std::string HelpFormatter::make_expanded(const CLI::App* app) const {
   if (!app->get_name().empty()) return CLI::Formatter::make_expanded(app);
   const bool is_choice = app->get_require_option_min() == 1 && app->get_require_option_max() == 1;
   std::string rows;
-  for (const CLI::Option* option : app->get_options()) rows += make_option(option, false);
+  for (const CLI::Option* option : app->get_options()) {
+    if (option != app->get_help_ptr()) rows += make_option(option, false);
+  }
   return "\n" + app->get_group() + (is_choice ? " (exactly one of these)" : "") + ":\n" + rows;
 }
 

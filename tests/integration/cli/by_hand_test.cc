@@ -232,7 +232,9 @@ TEST(Programs, HelpOfEachCommandFitsTheTerminalAndHasThreeExamples) {
       }
       if (line == "Examples:") examples = 0;
       // A name or a default without blanks may be longer than the line.
-      if (line.find(' ', 28) != std::string::npos) EXPECT_LE(line.size(), 72u) << command << ": " << line;
+      if (line.find(' ', 28) != std::string::npos) {
+        EXPECT_LE(line.size(), 72u) << command << ": " << line;
+      }
     }
     EXPECT_EQ(examples, 3) << command;
   }
