@@ -23,7 +23,7 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app->exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << ParseErrorText(*app, error) << " (--help lists the options)\n";
+    std::cerr << "error: " << ParseErrorText(*app, error) << " (see --help)\n";
     return 1;
   } catch (const std::exception& error) {
     // Reading a file that an option names has failed.

@@ -26,7 +26,8 @@ std::vector<std::string> WordsAndBreaks(const std::string& text) {
     std::istringstream in_line(line);
     bool is_first = true;
     for (std::string word; in_line >> word; is_first = false) {
-      if (is_first && !words.empty() && word.find(':') != std::string::npos) words.push_back("\n");
+      if (is_first && !words.empty() && word.find(':') != std::string::npos && word != "default:")
+        words.push_back("\n");
       words.push_back(word);
     }
   }
@@ -180,11 +181,12 @@ std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> unknown = app.remaining();
   const auto option = std::ranges::find_if(unknown, is_option);
   const std::vector<std::string> commands = CommandNames(app);
+  if (unknown.empty() && !commands.empty()) return "expected a command: " + ListOf(commands);
   // CLI11 reports a missing command before it looks at the word in its place.
   if (!unknown.empty() && !is_option(unknown[0]) && !commands.empty()) {
     return "there is no command '" + unknown[0] + "'" + Suggestion(unknown[0], commands, "");
   }
-  if (option != unknown.end() && error.get_name() == "ExtrasError") {
+  if (option != unknown.end()) {
     const std::string name = option->substr(0, option->find('='));
     return "there is no option '" + name + "'" + Suggestion(name, OptionNames(app), "");
   }

@@ -84,8 +84,7 @@ int main(int argc, char** argv) {
       part = part->get_subcommands()[0];
       typed += " " + part->get_name();
     }
-    std::cerr << "error: " << evalbus::ParseErrorText(*part, error) << " ('" << typed << " --help' lists the "
-              << (part == &app ? "commands" : "options") << ")\n";
+    std::cerr << "error: " << evalbus::ParseErrorText(*part, error) << " (see '" << typed << " --help')\n";
     return 1;
   } catch (const std::exception& error) {
     return evalbus::ReportError(error);
