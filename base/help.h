@@ -14,8 +14,8 @@ namespace evalbus {
 size_t TerminalWidth();
 
 // Wraps lines at `width` and indents all but the first, which begins at column `indent`. A line break in the
-// text is kept if the word behind it contains a colon ("replay:RUN: ...", an entry of a list), else it is a
-// blank.
+// text is kept if the word behind it contains a colon ("replay:RUN: ...", an entry of a list) and is not
+// "default:"; other line breaks become blanks.
 std::string Wrapped(const std::string& text, size_t indent, size_t width);
 
 // Wraps descriptions at the width of the terminal, prints groups of options in their order and the ungrouped

@@ -19,6 +19,7 @@ TEST(Help, LinesAreWrappedAndIndented) {
 
 TEST(Help, ALineBreakIsKeptInAList) {
   EXPECT_EQ(Wrapped("the first\nhalf", 0, 40), "the first half");
+  EXPECT_EQ(Wrapped("a rate;\ndefault: 50", 1, 40), "a rate; default: 50");
   EXPECT_EQ(Wrapped("hold: rests\nlcm: on the bus", 1, 40), "hold: rests\n lcm: on the bus");
 }
 
@@ -47,6 +48,7 @@ TEST(Suggestion, NamesTheNearestOrWhatIsExpected) {
   EXPECT_EQ(Suggestion("nowhere", {"head", "front"}), "; expected one of front, head");
   EXPECT_EQ(Suggestion("nowhere", {"head"}, "; there are two"), "; there are two");
   EXPECT_EQ(Suggestion("HEAD", {"head"}), "; did you mean 'head'?");
+  EXPECT_EQ(Suggestion("shwo", {"show", "list"}), "; did you mean 'show'?");  // a swap is one mistake
   EXPECT_EQ(Suggestion("x", {}), "");
 }
 
