@@ -6,12 +6,15 @@
 #include <iostream>
 #include <utility>
 
+#include "base/help.h"
+
 namespace evalbus {
 
 void IgnoreFileSizeSignal() { std::signal(SIGXFSZ, SIG_IGN); }
 
 std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
   IgnoreFileSizeSignal();
+  UseHelpFormatter(app);
   app->set_version_flag("--version",
                         std::filesystem::path(argv[0]).filename().string() + " " EVALBUS_VERSION);
   try {
@@ -20,7 +23,7 @@ std::optional<int> ParseArguments(CLI::App* app, int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app->exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << error.what() << " (--help lists the options)\n";
+    std::cerr << "error: " << ParseErrorText(*app, error) << " (see --help)\n";
     return 1;
   } catch (const std::exception& error) {
     // Reading a file that an option names has failed.

@@ -11,6 +11,7 @@
 #include "base/errors.h"
 #include "base/exit_guard.h"
 #include "base/file_errors.h"
+#include "base/help.h"
 #include "base/plugins.h"
 #include "cli/commands/commands.h"
 #include "cli/launch/version.h"
@@ -20,11 +21,14 @@ namespace {
 using namespace evalbus::commands;
 
 constexpr struct {
+  const char* group;
   const char* name;
   const char* description;
+  const char* examples;
   AddCommand* add;
 } kCommands[] = {
-#define EVALBUS_ROW(function, name, description) {name, description, function},
+#define EVALBUS_ROW(function, group, name, description, examples) \
+  {group, name, description, examples, function},
     EVALBUS_COMMANDS(EVALBUS_ROW)
 #undef EVALBUS_ROW
 };
@@ -46,15 +50,21 @@ int main(int argc, char** argv) {
   for (const char* variable : {evalbus::kPredicatePlugins, evalbus::kPolicyPlugins}) {
     if (const auto code = evalbus::LoadPlugins(variable)) return *code;
   }
-  CLI::App app{"evalbus scores robot-manipulation rollouts while they run, over an LCM message bus.",
-               "evalbus"};
-  app.set_version_flag("--version", std::string("evalbus ") + evalbus::kVersion + " " + evalbus::kGitCommit);
-  app.require_subcommand(1);
+  CLI::App app{
+      "evalbus evaluates robot-manipulation policies on a message bus and scores them while they run.",
+      "evalbus"};
+  evalbus::UseHelpFormatter(&app);
+  app.set_version_flag("--version", std::string("evalbus ") + evalbus::kVersion + " " + evalbus::kGitCommit,
+                       "print version and commit, and exit");
+  app.require_subcommand(0, 1);
   std::vector<std::pair<CLI::App*, Action>> actions;
   for (const auto& command : kCommands) {
     CLI::App* const part = app.add_subcommand(command.name, command.description);
+    part->group(command.group);
     actions.emplace_back(part, command.add(part));
+    part->footer(std::string("Examples:\n") + command.examples);
   }
+  app.footer("'evalbus COMMAND --help' lists the options of a command and shows examples.");
   try {
     app.parse(argc, argv);
     for (const auto& [part, action] : actions) {
@@ -63,6 +73,8 @@ int main(int argc, char** argv) {
       FlushStandardOutput();
       return code;
     }
+    std::cout << app.help();
+    FlushStandardOutput();
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
@@ -72,11 +84,7 @@ int main(int argc, char** argv) {
       part = part->get_subcommands()[0];
       typed += " " + part->get_name();
     }
-    // CLI11 misses the command before it minds what stands in its place.
-    const bool unknown = part == &app && !app.remaining().empty();
-    std::cerr << "error: " << (unknown ? "there is no command '" + app.remaining()[0] + "'" : error.what())
-              << " ('" << typed << " --help' " << (part == &app ? "lists the commands" : "says more")
-              << ")\n";
+    std::cerr << "error: " << evalbus::ParseErrorText(*part, error) << " (see '" << typed << " --help')\n";
     return 1;
   } catch (const std::exception& error) {
     return evalbus::ReportError(error);

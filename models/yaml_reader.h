@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/suggestion.h"
 #include "models/pose.h"
 #include "models/source_location.h"
 
@@ -106,12 +107,5 @@ YamlValue ParseYaml(const std::string& text, const std::string& file);
 
 // {position_m: [x, y, z], and at most one of quaternion_wxyz, yaw_deg, yaw_rad}.
 Pose ReadPose(const YamlValue& value);
-
-// The candidate that `name` is most likely a misspelling of, or empty.
-std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
-// "a, b, c": each once, in the order of the alphabet, without empty ones.
-std::string ListOf(std::vector<std::string> names);
-// "; did you mean 'x'?" when there is such a candidate, else "; expected one of a, b, c".
-std::string Suggestion(const std::string& name, const std::vector<std::string>& candidates);
 
 }  // namespace evalbus

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/suggestion.h"
 #include "policy_bridge/contract/contract.h"
 #include "policy_bridge/experts/expert.h"
 #include "policy_bridge/policies/demo_policy.h"
@@ -102,14 +103,17 @@ PolicyMaker FindPolicy(const std::string& name) {
   const size_t colon = name.find(':');
   const bool has_argument = colon != std::string::npos;
   std::string list;
+  std::vector<std::string> names;
   for (const Row& row : Policies()) {
+    names.push_back(row.name);
     const std::string argument = has_argument ? name.substr(colon + 1) : "";
     if (name.substr(0, colon) == row.name && (!has_argument || row.takes(argument)))
       return row.open(argument);
     list += (list.empty() ? "" : ", ") + row.usage();
   }
-  throw InputError("there is no policy \"" + name + "\"; there are: " + list +
-                   "; and contracts of servers ('evalbus policy list')");
+  throw InputError("there is no policy \"" + name + "\"" +
+                   Suggestion(name.substr(0, colon), names,
+                              "; expected one of " + list + ", or a contract of 'evalbus policy list'"));
 }
 
 void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make) {

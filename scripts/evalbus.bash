@@ -2,7 +2,7 @@
 _evalbus() {
   local word=${COMP_WORDS[COMP_CWORD]} command=${COMP_WORDS[1]} choices
   case $COMP_CWORD,$word in
-    1,*) choices=$(evalbus --help | awk '/^Subcommands:/ { on = 1; next } on && /^  [a-z]/ { print $1 }') ;;
+    1,*) choices=$(evalbus --help | awk '/^  [a-z]/ { print $1 }') ;;
     *,-*) choices=$(evalbus "$command" --help 2>/dev/null | grep -oE -- '--[a-z][a-z0-9-]*' | sort -u) ;;
     *)
       case $command in

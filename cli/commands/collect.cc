@@ -8,6 +8,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/help.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
 
@@ -47,6 +48,10 @@ Action AddCollect(CLI::App* app) {
   app->add_flag("--in-process", run.in_process, "as for 'evalbus run'");
   app->add_flag("--resume", run.resume, "go on with the interrupted collection in --out");
   AddLogLevel(app);
+  GroupOptions(app, {{"Policy", {"--policy", "--contract", "--policy-name", "--noise"}},
+                     {"Episodes", {"--episodes", "--seed", "--workers", "--resume"}},
+                     {"Simulation", {"--control-hz", "--robot", "--in-process"}},
+                     {"Output", {"--out", "--log-level"}}});
   return [options, app] {
     launch::RunOptions& wanted = options->run;
     if (options->noise) {

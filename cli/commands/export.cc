@@ -43,7 +43,7 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
   app->add_option("run", options->run,
                   "folder of a run or of a suite; with --mcap also of an episode, or a log")
       ->required();
-  auto* kinds = app->add_option_group("what to write");
+  auto* kinds = app->add_option_group("What to write");
   kinds->add_option("--csv", options->csv, "table; one row per finished episode; -: to standard output")
       ->type_name("FILE");
   kinds->add_option("--hdf5", options->hdf5, "training set in robomimic's layout")->type_name("FILE");

@@ -267,7 +267,7 @@ Action AddPolicy(CLI::App* app) {
   options->show = show;
   CLI::App* check =
       app->add_subcommand("check",
-                          "send a policy server one observation and look at its answers\n"
+                          "send a policy server one observation and look at its answers; "
                           "exit codes: 0 good, 3 unreachable, 4 protocol, 5 contract, 6 suspicious");
   check
       ->add_option("contract", options->policy.policy,

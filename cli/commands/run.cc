@@ -10,6 +10,7 @@
 
 #include "base/arguments.h"
 #include "base/errors.h"
+#include "base/help.h"
 #include "base/json_file.h"
 #include "base/run_layout.h"
 #include "base/text.h"
@@ -38,7 +39,7 @@ bool IsPlan(const std::vector<std::string>& tasks) {
 }
 
 void AddPlanOptions(CLI::App* app, PlanOptions* options) {
-  const std::string group = "Of a plan";
+  const std::string group = "Plans";
   app->add_option("--part", options->part,
                   "K/N: the Kth of N parts of the plan only, into the folder --out that all parts share;\n"
                   "'evalbus merge' makes the results of them")
@@ -137,8 +138,9 @@ Action AddRun(CLI::App* app) {
   app->add_option_function<std::string>(
          "--like",
          [options, like](const std::string& folder) { *like = TakeOptionsOf(folder, options.get()); },
-         "run folder or suite: all its options, and where no task is named its tasks; what else the command\n"
-         "line names goes before")
+         "run folder or suite whose options are used, and whose tasks if none is named; other options on "
+         "the\n"
+         "command line take precedence")
       ->type_name("FOLDER");
   app->add_option(
       "task", options->tasks,
@@ -146,17 +148,24 @@ Action AddRun(CLI::App* app) {
       "make a suite: a folder of runs with one summary. Without VARIATION: the task's first one, which in\n"
       "all of ours is base, where nothing is random: of a policy like expert all episodes are equal.\n"
       "Or a plan: a YAML file of policies and tasks (docs/plans.md)");
-  AddPlanOptions(app, plan.get());
   evalbus::AddOptions(app, options.get());
   // For those whom a run starts: a run that a person starts has a folder of its own.
   app->get_option("--options")->group("");
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-POLICY-DATE-TIME")
       ->type_name("FOLDER");
-  app->add_flag("--resume", options->resume, "go on with the interrupted run in --out");
+  app->add_flag("--resume", options->resume, "continue the interrupted run in --out");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page stays until Ctrl-C");
   AddLogLevel(app);
+  AddPlanOptions(app, plan.get());
   // For the workers themselves.
   app->add_option("--worker", options->worker)->check(CLI::NonNegativeNumber)->group("");
+  GroupOptions(app,
+               {{"Policy", {"--policy", "--contract", "--policy-name", "--latency", "--policy-timeout-s"}},
+                {"Episodes", {"--episodes", "--only", "--seed", "--workers", "--like", "--resume"}},
+                {"Simulation",
+                 {"--robot", "--model-path", "--control-hz", "--realtime", "--rtf", "--after-success-s"}},
+                {"Output", {"--out", "--video", "--web", "--log", "--log-level"}},
+                {"Bus and processes", {"--url", "--in-process", "--by-hand"}}});
   return [options, plan, like, app] {
     if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {

@@ -44,6 +44,9 @@ Action AddWatch(CLI::App* app) {
       ->type_name("URL");
   app->add_flag("--web", options->web, "show it in a browser ('evalbus web'); the page stays until Ctrl-C");
   AddLogLevel(app);
+  GroupOptions(app, {{"Source", {"--url", "--robot", "--gripper", "--source-timeout-s", "--model-path"}},
+                     {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
+                     {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
   return [options] {
     launch::Watch(*options);
     return 0;

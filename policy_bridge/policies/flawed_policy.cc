@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/errors.h"
+#include "base/suggestion.h"
 #include "policy_bridge/planning/ik.h"
 #include "policy_bridge/planning/min_jerk.h"
 
@@ -41,10 +42,13 @@ constexpr std::array<std::pair<const char*, Flaw>, 9> kFlaws = {{{"miss", Flaw::
 }  // namespace
 
 Flaw FindFlaw(const std::string& name) {
+  std::vector<std::string> names;
   for (const auto& [known, flaw] : kFlaws) {
     if (name == known) return flaw;
+    names.emplace_back(known);
   }
-  throw InputError("policy \"flawed_expert\": there is no flaw \"" + name + "\"; there are: " + FlawNames());
+  throw InputError("policy \"flawed_expert\": there is no flaw \"" + name + "\"" +
+                   Suggestion(name, names, "; expected one of " + FlawNames()));
 }
 
 std::string FlawNames() {

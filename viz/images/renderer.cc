@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "base/suggestion.h"
 #include "models/mujoco_errors.h"
 #include "models/randomized_model.h"
 #include "models/task_description.h"
@@ -86,12 +87,16 @@ void HalveRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom,
 int FindCamera(const mjModel& model, const std::string& name) {
   const int camera = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
   if (camera >= 0) return camera;
-  std::string names;
+  std::vector<std::string> names;
+  std::string list;
   for (int i = 0; i < model.ncam; ++i) {
     const char* known = mj_id2name(&model, mjOBJ_CAMERA, i);
-    if (known) names += (names.empty() ? "" : ", ") + std::string(known);
+    if (!known) continue;
+    names.emplace_back(known);
+    list += (list.empty() ? "" : ", ") + names.back();
   }
-  throw InputError("no camera '" + name + "'; this scene has " + (names.empty() ? "none" : names));
+  throw InputError("no camera '" + name + "'" +
+                   Suggestion(name, names, "; this scene has " + (list.empty() ? "none" : list)));
 }
 
 // A shot as it was last drawn, and as it was then shown.

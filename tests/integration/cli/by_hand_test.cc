@@ -165,11 +165,88 @@ TEST(Environment, NamesTheBus) {
 }
 
 TEST(Programs, MistakesPointToTheHelpOfWhatWasTyped) {
-  EXPECT_TRUE(
-      RunProgram({"evalbus", "run", "--episode", "3"}).err.ends_with("('evalbus run --help' says more)\n"));
-  EXPECT_TRUE(
-      RunProgram({"evalbus", "tasks", "show"}).err.ends_with("('evalbus tasks show --help' says more)\n"));
-  EXPECT_TRUE(RunProgram({"evalbus", "nothing"}).err.ends_with("('evalbus --help' lists the commands)\n"));
+  const auto error = [](const std::vector<std::string>& command) {
+    const Result result = RunProgram(command);
+    EXPECT_EQ(result.code, 1);
+    return result.err;
+  };
+  EXPECT_EQ(error({"evalbus", "run", "--episode", "3"}),
+            "error: there is no option '--episode'; did you mean '--episodes'? (see 'evalbus run --help')\n");
+  EXPECT_EQ(error({"evalbus", "export", "runs/a", "--cvs=a"}),
+            "error: there is no option '--cvs'; did you mean '--csv'? (see 'evalbus export --help')\n");
+  EXPECT_EQ(error({"evalbus", "tasks", "show"}),
+            "error: task is required (see 'evalbus tasks show --help')\n");
+  EXPECT_EQ(error({"evalbus", "tasks"}),
+            "error: expected a command: check, list, new, show (see 'evalbus tasks --help')\n");
+  EXPECT_EQ(error({"evalbus", "tasks", "shwo"}),
+            "error: there is no command 'shwo'; did you mean 'show'? (see 'evalbus tasks --help')\n");
+  EXPECT_EQ(error({"evalbus", "comapre", "a"}),
+            "error: there is no command 'comapre'; did you mean 'compare'? (see 'evalbus --help')\n");
+  EXPECT_EQ(error({"evalbus", "nothing"}), "error: there is no command 'nothing' (see 'evalbus --help')\n");
+  EXPECT_EQ(error({"evalbus-sim", "--episode", "3"}),
+            "error: there is no option '--episode'; did you mean '--episodes'? (see --help)\n");
+  EXPECT_EQ(error({"evalbus", "run", "lift_pot", "--in-process", "--policy", "exprt"}),
+            "error: there is no policy \"exprt\"; did you mean 'expert'?\n");
+  EXPECT_EQ(error({"evalbus", "run", "lift_pot", "--in-process", "--policy", "flawed_expert:dropp"}),
+            "error: policy \"flawed_expert\": there is no flaw \"dropp\"; did you mean 'drop'?\n");
+}
+
+TEST(Programs, TheCommandAlonePrintsTheGroupedCommands) {
+  const Result alone = RunProgram({"evalbus"}), help = RunProgram({"evalbus", "--help"});
+  EXPECT_EQ(alone.code, 0);
+  EXPECT_EQ(alone.err, "");
+  EXPECT_EQ(alone.out, help.out);
+  size_t at = 0;
+  for (const std::string line :
+       {"\nEvaluate:\n  run  ", "\nWatch:\n  web  ", "\nCompare:\n  compare  ", "\nRecord:\n  collect  ",
+        "\nExtend:\n  tasks  ", "\nMachine:\n  doctor  ", "\nOptions:\n"}) {
+    const size_t found = help.out.find(line, at);
+    ASSERT_NE(found, std::string::npos) << line << help.out;
+    at = found;
+  }
+}
+
+TEST(Programs, HelpOfEachCommandFitsTheTerminalAndHasThreeExamples) {
+  // One line for each command; those of a group are indented.
+  std::istringstream lines(RunProgram({"evalbus", "--help"}).out);
+  std::vector<std::string> commands;
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_LE(line.size(), 100u) << line;
+    if (line.starts_with("  ") && line[2] >= 'a' && line[2] <= 'z')
+      commands.push_back(line.substr(2, line.find(' ', 2) - 2));
+  }
+  EXPECT_EQ(commands.size(), 22u);
+  Program::Setting narrow;
+  narrow.before = [] { setenv("COLUMNS", "72", 1); };
+  for (const std::string& command : commands) {
+    std::istringstream help(RunProgram({"evalbus", command, "--help"}, narrow).out);
+    int examples = -1;
+    for (std::string line; std::getline(help, line);) {
+      if (examples >= 0) {
+        ++examples;
+        continue;  // a command that is copied is not wrapped
+      }
+      if (line == "Examples:") examples = 0;
+      // A name or a default without blanks may be longer than the line.
+      if (line.find(' ', 28) != std::string::npos) {
+        EXPECT_LE(line.size(), 72u) << command << ": " << line;
+      }
+    }
+    EXPECT_EQ(examples, 3) << command;
+  }
+}
+
+TEST(Programs, OptionsOfARunAreInGroups) {
+  const std::string help = RunProgram({"evalbus", "run", "--help"}).out;
+  for (const std::string group :
+       {"Policy", "Episodes", "Simulation", "Output", "Bus and processes", "Plans"}) {
+    EXPECT_NE(help.find("\n" + group + ":\n  --"), std::string::npos) << group;
+  }
+  // All but --help are in one.
+  EXPECT_NE(
+      help.find("\nOther options:\n  -h,--help                 print this help and exit\n\nExamples:\n"),
+      std::string::npos)
+      << help;
 }
 
 TEST(Programs, HelpIsUsefulAndNoError) {
@@ -177,7 +254,7 @@ TEST(Programs, HelpIsUsefulAndNoError) {
       {{"evalbus"}, "score"},
       {{"evalbus", "run"}, "--control-hz"},
       {{"evalbus", "score"}, "--collision-sample-window"},
-      {{"evalbus", "doctor"}, "mend"},
+      {{"evalbus", "doctor"}, "fix"},
       {{"evalbus-sim"}, "--episodes"},
       {{"evalbus-collision"}, "CONTACTS"},
       {{"evalbus-metrics"}, "--url"},

@@ -159,12 +159,13 @@ TEST_F(FlawedPolicyTest, ErrorAndNan) {
 
 TEST_F(FlawedPolicyTest, UnknownFlawsAreExplained) {
   try {
-    FindFlaw("dropp");
+    FindFlaw("nothing");
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(),
-                 "policy \"flawed_expert\": there is no flaw \"dropp\"; there are: miss, slip, early, drop, "
-                 "stop, collide, slow, error, nan");
+    EXPECT_STREQ(
+        error.what(),
+        "policy \"flawed_expert\": there is no flaw \"nothing\"; expected one of miss, slip, early, drop, "
+        "stop, collide, slow, error, nan");
   }
 }
 

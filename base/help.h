@@ -1,0 +1,48 @@
+// Layout of --help.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace evalbus {
+
+// Width of the terminal on standard output; if that is no terminal, the environment's COLUMNS, else 100.
+size_t TerminalWidth();
+
+// Wraps lines at `width` and indents all but the first, which begins at column `indent`. A line break in the
+// text is kept if the word behind it contains a colon ("replay:RUN: ...", an entry of a list) and is not
+// "default:"; other line breaks become blanks.
+std::string Wrapped(const std::string& text, size_t indent, size_t width);
+
+// Wraps descriptions at the width of the terminal, prints groups of options in their order and the ungrouped
+// options last. Subcommands inherit it.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  HelpFormatter();
+
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
+  std::string make_option(const CLI::Option* option, bool is_positional) const override;
+  std::string make_subcommand(const CLI::App* app) const override;
+  std::string make_expanded(const CLI::App* app) const override;
+  std::string make_description(const CLI::App* app) const override;
+
+ private:
+  std::string Row(const std::string& name, const std::string& description) const;
+
+  size_t width_;
+};
+
+// Sets the formatter and the texts of CLI11. Must be called before subcommands are added.
+void UseHelpFormatter(CLI::App* app);
+
+// Distributes options over groups: {group, {"--option", ...}}. Options that --help does not list stay hidden.
+void GroupOptions(CLI::App* app, const std::vector<std::pair<std::string, std::vector<std::string>>>& groups);
+
+// One line about a wrong command line: names the unknown command or option and the most similar known one.
+std::string ParseErrorText(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace evalbus
