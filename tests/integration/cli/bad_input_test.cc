@@ -55,7 +55,7 @@ TEST_F(BadInput, ImagesThatWouldBeSomethingElse) {
 TEST_F(BadInput, UnknownNames) {
   ExpectRun(1, {"lift_pt"}, {"lift_pt", "lift_pot"});
   ExpectRun(1, {"lift_pot/postion"}, {"postion", "position"});
-  ExpectRun(1, {"lift_pot", "--policy", "exprt"}, {"exprt", "noisy_expert"});
+  ExpectRun(1, {"lift_pot", "--policy", "exprt"}, {"exprt", "did you mean 'expert'"});
   // Before the run has said that it begins.
   EXPECT_EQ(RunProgram({"evalbus", "run", "lift_pot", "--policy", "exprt"}).out, "");
   ExpectRun(1, {"lift_pot", "--robot", "none.yaml"}, {"none.yaml"});
@@ -63,7 +63,6 @@ TEST_F(BadInput, UnknownNames) {
 }
 
 TEST_F(BadInput, CommandLine) {
-  Expect(1, {"evalbus"}, {"subcommand"});
   Expect(1, {"evalbus", "fly"}, {"fly"});
   Expect(1, {"evalbus", "run"}, {"task"});
   ExpectRun(1, {"lift_pot", "--color", "red"}, {"--color"});
