@@ -140,7 +140,7 @@ class Bus {
     std::string channels;
     RawHandler handler;
     bool Matches(std::string_view channel) const;
-    // Callback with LCM's signature. It must not throw: LCM's C frames cannot be unwound.
+    // Callback with LCM's signature. It must not throw, because exceptions cannot pass through LCM's C code.
     static void Receive(const _lcm_recv_buf_t* buffer, const char* channel, void* subscription);
   };
   // Keeps the message object, so that decoding into it reuses its storage.

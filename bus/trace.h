@@ -15,7 +15,7 @@ class Trace {
  public:
   enum class Event : int32_t { kEncode, kSend, kSent, kReceived, kDecoded, kHandled };
   struct Record {
-    // Steady clock, which all processes of a machine share.
+    // Time of the steady clock, which all processes of a machine share.
     int64_t time_ns;
     // First letters of the channel's name after "EVALBUS_", padded with NUL.
     char channel[8];
