@@ -9,8 +9,8 @@
 
 namespace evalbus {
 
-// A named predicate or quantity, {holding: {gripper: left, object: pot}}, or a combination of others, {all:
-// [...]}. Valid names and arguments are defined where expressions are compiled (metrics/task/).
+// A named predicate or quantity, {holding: {gripper: left, object: pot}}, or a combination of expressions,
+// {all: [...]}. Valid names and arguments are defined where expressions are compiled (metrics/task/).
 struct Expression {
   // Empty: no expression.
   std::string name;

@@ -29,7 +29,8 @@ class ModelNames {
   // True for geoms of a manipulated object, except those that must not be touched.
   bool IsObject(int geom) const;
 
-  // The following functions throw InputError at `where`, which lists the valid names.
+  // Functions with the parameter `where` throw an InputError that names this location and lists the valid
+  // names.
 
   // Mask by geom id: 1 for the geoms of the operand (all geoms of an entity or body).
   std::vector<uint8_t> Geoms(const std::string& operand, const SourceLocation& where) const;
