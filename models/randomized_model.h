@@ -1,7 +1,8 @@
 // Applies an episode's randomization to a compiled model: masses and frictions of the physics model; colors,
 // lights and cameras of the visual model. Initial positions are set by sim/world.h.
 //
-// Each kind of change has its own random stream, so that changes of appearance do not affect the physics.
+// Physics and appearance use separate random streams, so that changes of appearance do not affect the
+// physics.
 #pragma once
 
 #include <mujoco/mujoco.h>
