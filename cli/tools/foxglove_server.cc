@@ -188,8 +188,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     for (const uint32_t id : client->unsubscribe) subscriptions_.erase(id);
     for (const auto& [id, channel] : client->subscribe) {
       if (channel >= core_->topics.size() || core_->gone.contains(channel)) continue;
-      if (subscriptions_.size() > core_->topics.size())
-        return false;  // more than one subscription per topic is useless
+      if (subscriptions_.size() > core_->topics.size()) return false;  // more than one per topic
       subscriptions_[id] = channel;
       const auto last = core_->kept.find(channel);
       if (last != core_->kept.end()) Enqueue(id, last->second);

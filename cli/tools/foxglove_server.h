@@ -54,7 +54,7 @@ class FoxgloveServer {
 
   // Sets the topics of an encoder; the list only grows.
   void SetTopics(const std::vector<Topic>& topics);
-  // The last message of each kept topic (Topic::is_kept) is resent to later subscribers.
+  // The last message of each topic is kept and sent to later subscribers.
   void Send(const Message& message);
   // Discards the kept messages, for another episode or after a seek.
   void Forget();
