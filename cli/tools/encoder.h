@@ -35,7 +35,7 @@ struct Topic {
   std::string schema_name;
   // JSON Schema.
   std::string schema;
-  // True if the topic is published once per episode; late subscribers then receive its last message.
+  // True if the topic is published once or twice per episode, not for every tick.
   bool is_kept = false;
 };
 
