@@ -36,8 +36,6 @@ bool IsFinite(std::span<const double> values) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
-// The word for a metric's direction.
-
 const char* BetterWord(Better better) { return better == Better::kHigher ? "higher" : "lower"; }
 
 }  // namespace
