@@ -52,7 +52,7 @@ class Source:
         """Publishes SOURCE_ANNOUNCEMENT until `evalbus watch` answers with MODEL."""
         self._in.settimeout(0.5)
         published, packet = 0, b""
-        while b"EVALBUS_MODEL\0" not in packet[:64]:  # the first fragment of a message contains the channel
+        while b"EVALBUS_MODEL\0" not in packet[:64]:  # the first fragment has the channel name
             if time.monotonic() - published > 0.5:
                 published = time.monotonic()
                 self._publish("EVALBUS_SOURCE_ANNOUNCEMENT", "source_announcement_t", self.announcement)
