@@ -1,5 +1,5 @@
 // Formats the scores of an episode as a table for a terminal: metrics per arm, with scalar metrics beside
-// them or, if there is no room, below them.
+// them or, if the terminal is too narrow, above them.
 #pragma once
 
 #include <vector>
