@@ -80,7 +80,8 @@ void Drawer::Work(size_t first, size_t step, size_t num_frames,
                   const ParallelFrameRenderer::DrawFrames& draw) const {
   size_t drawn = 0;
   for (size_t n = first; n < num_frames; n += step) {
-    // SIGTERM ends this process directly, so an interrupted wait only needs to be repeated.
+    // Retries after an interrupting signal. If the program is asked to stop, the parent process kills this
+    // one.
     while (sem_wait(&shared_->room) != 0) {
     }
     const std::vector<Frame> frames = draw(n);

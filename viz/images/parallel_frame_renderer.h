@@ -20,8 +20,8 @@
 
 namespace evalbus::viz {
 
-// Holds one renderer per scene. If a task randomizes colors, lights or cameras, each episode is a scene of
-// its own.
+// Holds one renderer per scene. If a task randomizes colors, lights or cameras, the renderer is set to the
+// appearance of the requested episode.
 class VideoScenes {
  public:
   explicit VideoScenes(FrameSize largest) : largest_(largest) {}

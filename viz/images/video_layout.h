@@ -53,7 +53,7 @@ struct GridShape {
 };
 // Parses a shape such as "4x3". Throws InputError.
 GridShape ParseGridShape(const std::string& text);
-// Returns the smallest grid that holds all episodes, at most kMaxCells.
+// Returns a nearly square grid that holds all episodes, at most kMaxCells.
 GridShape ShapeFor(int num_episodes);
 inline constexpr int kMaxCells = 36;
 

@@ -189,7 +189,7 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   }
 }
 
-// Response times of the components in the last episode.
+// Latencies from STATE to ACTION and to PARTIAL in the last realtime episode.
 void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
   const episode_end_t* end = watch.pacing();
   if (!end) return;

@@ -206,7 +206,7 @@ void RunWatch::OnEpisodeDone(const episode_summary_t& summary) {
 }
 
 void RunWatch::OnRun(const run_summary_t& run) {
-  // RUN_SUMMARY is repeated once a second; only an increased count is an event.
+  // RUN_SUMMARY is repeated once a second; only a changed count is an event.
   const bool news = run.num_episodes > 0 && (!run_ || run.num_episodes != run_->num_episodes);
   run_ = run;
   if (news) events_.push_back(DoneText(run, planned_episodes_));
