@@ -165,8 +165,7 @@ Evalbus.Viewer = class {
     if (this.tracks.length === 0) this.showEmpty();
   }
 
-  // Called when a new episode starts. While following, the previous episode is shown until its end, then the
-  // new one.
+  // While following, switches to a new episode after the end of the previous one has been shown.
   followNewest() {
     if (!this.player.isFollowing) return;
     const run = this.runs.get(this.shownRun);
