@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Not an object where there is none.
+// Not a JSON object if the file is missing or malformed.
 nlohmann::json RunJson(const fs::path& folder) {
   if (!fs::exists(folder / kRunJson)) return nlohmann::json::value_t::discarded;
   std::ifstream stream = OpenInput(folder / kRunJson);
@@ -40,7 +40,7 @@ int64_t FinishedEpisodes(const fs::path& run) {
   return std::count(std::istreambuf_iterator<char>(stream), {}, '\n');
 }
 
-// Why nothing is heard of this run folder, suite or log.
+// Throws InputError that explains why no bus is found for this run folder, suite or log.
 [[noreturn]] void NothingOf(const fs::path& folder) {
   if (!fs::exists(folder)) throw InputError(folder.string() + ": there is no such run");
   const auto run = RunJson(folder);
@@ -87,7 +87,7 @@ Attached Attach(const Address& address) {
   } else if (const std::string url = address.url.empty() ? UrlOfEnvironment() : address.url; url.empty()) {
     run = ChooseLiveRun(runs);
   } else {
-    // One that was named may be of components yet to be started, or of another machine.
+    // A bus that was named may belong to components that have not started yet, or to another machine.
     run.url = url;
     if (std::ranges::count(runs, url, &LiveRun::url) == 1) run = ChooseLiveRun(runs, url);
   }

@@ -1,4 +1,4 @@
-// How those who look on (monitor, viz) find the run or replay that they listen to.
+// How observers (monitor, viz) find the run or replay to which they connect.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@ class App;
 namespace evalbus {
 
 struct Address {
-  // Run folder (or a log that is played) and bus: at most one of them; neither: the bus that the environment
-  // names, or the one run or replay on this machine.
+  // Run folder (or replayed log) and bus URL. At most one of them may be set. If both are empty, the bus is
+  // the one that the environment names, or that of the only active run or replay on this machine.
   std::filesystem::path run;
   std::string url;
 };
@@ -21,14 +21,14 @@ void AddAddressOptions(CLI::App* app, Address* address);
 
 struct Attached {
   std::string url;
-  // Number of episodes planned; 0 where that is not known.
+  // 0 if unknown.
   int planned_episodes = 0;
-  // Name of the policy; empty where that is not known.
+  // Empty if unknown.
   std::string policy;
 };
 
-// Decides what to listen to and goes where it can be heard: into the private network of a run that has one,
-// before this process has started any thread. Throws InputError, EnvironmentError.
+// Chooses the run and its bus. If the run has a private network, moves this process into it; therefore call
+// it before any thread has started. Throws InputError, EnvironmentError.
 Attached Attach(const Address& address);
 
 }  // namespace evalbus

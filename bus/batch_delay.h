@@ -1,4 +1,4 @@
-// How long who is in no hurry leaves messages of an episode where they are (Bus::SetMaxBatchDelay). Pure.
+// Batch delay for components that may handle messages late (Bus::SetMaxBatchDelay). Pure.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ class BatchDelay {
 
   void Begin(Time now) { began_ = now; }
 
-  // Next to nothing at an episode's begin, so that a short one hardly waits for us at its end.
+  // Nearly zero at the beginning of an episode, so that this component hardly delays the end of a short one.
   Time::duration At(Time now) const { return std::min<Time::duration>(kLongest, (now - began_) / 16); }
 
  private:

@@ -21,14 +21,14 @@ constexpr char kMulticastFix[] =
     "'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo' as root, "
     "or use --in-process (see 'evalbus doctor')";
 
-// Of a subscription to all channels whose names begin alike.
+// End of a subscription that matches all channels with the same prefix.
 constexpr std::string_view kAnyEnd = ".*";
 
 bool IsMulticast(const std::string& url) { return url.rfind("udpm://", 0) == 0; }
 
-// liblcm crashes where it gets no file more.
+// liblcm crashes if the process has no file descriptors left.
 void CheckLimits(const std::string& url) {
-  constexpr size_t kFiles = 12;  // as many as it opens, and some
+  constexpr size_t kFiles = 12;  // slightly more than liblcm opens
   std::vector<int> files;
   while (files.size() < kFiles) {
     const int fd = eventfd(0, EFD_CLOEXEC);
@@ -80,7 +80,7 @@ void Bus::SelfCheck() {
 
 void Bus::PublishRaw(const char* channel, std::span<const uint8_t> data) {
   Note(Trace::Event::kSend, channel, data);
-  // The C form: the other one copies the channel's name.
+  // The C function: the C++ one copies the channel's name.
   if (lcm_publish(lcm_->getUnderlyingLCM(), channel, data.data(), static_cast<unsigned>(data.size())) != 0) {
     throw EnvironmentError(std::string("cannot publish on ") + channel + " (bus " + url_ + ")");
   }
@@ -92,7 +92,7 @@ void Bus::SubscribeRaw(const std::string& channels, RawHandler handler) {
   if (!IsMulticast(url_)) {
     lcm_subscription_t* subscription = lcm_subscribe(lcm_->getUnderlyingLCM(), channels.c_str(),
                                                      &Subscription::Receive, subscriptions_.back().get());
-    // 0 = unlimited; the default of 30 drops the newest message without a word.
+    // 0 = unlimited. With the default of 30, LCM silently drops the newest message.
     lcm_subscription_set_queue_capacity(subscription, 0);
     return;
   }
@@ -144,7 +144,7 @@ void Bus::Subscription::Receive(const _lcm_recv_buf_t* buffer, const char* chann
 }
 
 bool Bus::EndWait(SteadyTime deadline) {
-  // A caller that did not wait does not look for what set it either.
+  // A caller that did not wait does not check why the event was set, so it must stay set.
   if (deadline != SteadyTime::min()) wake_event_->Clear();
   return false;
 }
@@ -170,7 +170,7 @@ bool Bus::HandleReceived(SteadyTime deadline) {
   }
   if (!received) return EndWait(deadline);
   const auto& [message, time_us] = *received;
-  // A handler may subscribe.
+  // Indexed loop: a handler may subscribe.
   for (size_t i = 0; i < subscriptions_.size(); ++i) {
     if (!subscriptions_[i]->Matches(message.channel)) continue;
     Deliver(subscriptions_[i].get(), message.channel, message.data, time_us);

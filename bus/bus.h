@@ -1,5 +1,6 @@
-// Connection to a message bus: typed publish and subscribe on LCM, with the failures that LCM hides made
-// visible. liblcm sends, and is the bus within a process; what comes from others our own receiver reads.
+// Connection to a message bus: typed publish and subscribe on LCM. Reports the failures that LCM hides.
+// liblcm sends messages, and also delivers them within a process (memq); messages of other processes are
+// received by MulticastReceiver.
 //
 // Not thread-safe: one thread publishes and handles. Handlers run inside Handle().
 #pragma once
@@ -26,7 +27,7 @@
 namespace lcm {
 class LCM;
 }
-// NOLINTNEXTLINE(bugprone-reserved-identifier): liblcm calls it so
+// NOLINTNEXTLINE(bugprone-reserved-identifier): the name is liblcm's
 struct _lcm_recv_buf_t;
 
 namespace evalbus {
@@ -35,20 +36,25 @@ class MulticastReceiver;
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-// What a bus asks the kernel for, bytes: with its default large messages are lost.
+// Receive buffer requested from the kernel, in bytes. With the kernel's default, large messages are lost.
 inline constexpr int kReceiveBufferBytes = 4 << 20;
-// The least that a URL may name. On a machine with several times as many busy processes as cores, a run loses
-// messages in every tick with 8 KiB and none with 16 KiB; larger scenes have larger messages.
+// Smallest buffer that a URL may request. On a machine with several times as many busy processes as cores, a
+// run loses messages in every tick with 8 KiB and none with 16 KiB. Larger scenes have larger messages.
 inline constexpr int kLeastReceiveBufferBytes = 64 << 10;
 
 class Bus {
  public:
   // url: "memq://" (this process only) or "udpm://ADDRESS:PORT?ttl=0". A receive buffer of
-  // kReceiveBufferBytes is asked for unless the URL names one. session: of the run that this process belongs
-  // to, as in MODEL: every message that has a session is published with this one, and received only with this
-  // one. 0: messages are published as they are, and all are received. instance: as in STATUS; 0: each
-  // component draws its own. Throws InputError for a URL that is none or names too small a buffer, and
-  // EnvironmentError, with the fix, if the bus cannot be had.
+  // kReceiveBufferBytes is requested unless the URL specifies one.
+  //
+  // session: session of this process's run, as in MODEL. Every message with a session field is published with
+  // this value, and received only if it has this value. 0: messages are published unchanged, and all are
+  // received.
+  //
+  // instance: as in STATUS. 0: each component draws its own.
+  //
+  // Throws InputError if the URL is invalid or requests too small a buffer, and EnvironmentError, with the
+  // fix, if the bus cannot be opened.
   explicit Bus(const std::string& url, int64_t session = 0, int64_t instance = 0);
   ~Bus();
   Bus(const Bus&) = delete;
@@ -58,8 +64,8 @@ class Bus {
   int64_t session() const { return session_; }
   int64_t instance() const { return instance_; }
 
-  // Sends a message to ourselves and waits for it. Throws EnvironmentError if it does not arrive within a
-  // second.
+  // Publishes a message and waits until this process receives it. Throws EnvironmentError if it does not
+  // arrive within a second.
   void SelfCheck();
 
   // Throws EnvironmentError if the message cannot be sent.
@@ -74,9 +80,10 @@ class Bus {
   }
   void PublishRaw(const char* channel, std::span<const uint8_t> data);
 
-  // Calls handler for each message on the channel, decoded once for all handlers. A message that does not
-  // decode (other type, cut, too long) is counted in decode_errors() and dropped. The queue is unlimited
-  // within a process, else what the receive buffer holds. What a handler throws comes out of Handle().
+  // Calls handler for each message on the channel; the message is decoded once for all handlers. A message
+  // that cannot be decoded (other type, truncated, too long) is counted in decode_errors() and dropped.
+  // Within a process the queue is unlimited; otherwise the receive buffer limits it. Exceptions of a handler
+  // propagate out of Handle().
   template <class Message>
   void Subscribe(const Channel<Message>& channel,
                  std::type_identity_t<std::function<void(const Message&)>> handler) {
@@ -88,7 +95,7 @@ class Bus {
       SubscribeRaw(channel.name, [this, topic](std::string_view, std::span<const uint8_t> data, int64_t) {
         if (!Decode(data, &topic->message)) return CountDecodeError();
         Note(Trace::Event::kDecoded, topic->channel, data);
-        // A handler may subscribe.
+        // Indexed loop: a handler may subscribe.
         for (size_t i = 0; i < topic->handlers.size(); ++i) topic->handlers[i](topic->message);
         Note(Trace::Event::kHandled, topic->channel, data);
       });
@@ -96,35 +103,35 @@ class Bus {
     std::static_pointer_cast<Topic<Message>>(known)->handlers.push_back(std::move(handler));
   }
 
-  // Undecoded messages of a channel or, for a name that ends in ".*", of all whose names begin so;
+  // Undecoded messages of a channel or, if the name ends in ".*", of all channels with that prefix.
   // receive_time_us is wall-clock time.
   using RawHandler =
       std::function<void(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us)>;
   void SubscribeRaw(const std::string& channels, RawHandler handler);
 
-  // For who is in no hurry: messages may wait so long before they are handled, many at a time. As much of it
-  // as the receive buffer allows.
+  // Allows messages to be delayed by up to `delay`, so that one wake-up handles many. The receive buffer may
+  // limit the delay further. Components whose answers other components wait for should leave it at 0.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
-  // What the kernel gives us for messages that wait; nothing within a process, where there is no end to it.
+  // Receive buffer that the kernel granted. Nothing within a process, where the queue is unlimited.
   std::optional<size_t> receive_buffer_bytes() const;
 
-  // Handles one message if there is one before the deadline; false if there was none, or if wake_event() was
-  // set while none was waiting. Rethrows what a handler threw.
+  // Handles one message if one arrives before the deadline. Returns false if none did, or if wake_event() was
+  // set while none was waiting. Rethrows the exception of a handler.
   bool Handle(SteadyTime deadline);
-  // The same without waiting.
+  // Handles a message that has already arrived; does not wait.
   bool Handle() { return Handle(SteadyTime::min()); }
 
   // Ends the wait in Handle() from any thread, for work that a thread hands back to the owner of this bus.
   // May outlive the bus.
   const std::shared_ptr<WakeEvent>& wake_event() const { return wake_event_; }
 
-  // Bytes of the message that is being handled; valid inside its handler.
+  // Bytes of the message that is being handled. Valid only inside its handler.
   std::span<const uint8_t> handled() const { return handled_; }
 
   int64_t decode_errors() const;
-  // Messages of other sessions that were dropped.
+  // Number of dropped messages of other sessions.
   int64_t foreign_messages() const { return foreign_messages_; }
-  // For who decodes by itself.
+  // For subscribers of raw messages that decode them themselves.
   void CountDecodeError() { ++decode_errors_; }
 
  private:
@@ -133,10 +140,10 @@ class Bus {
     std::string channels;
     RawHandler handler;
     bool Matches(std::string_view channel) const;
-    // The form that LCM calls; nothing may be thrown through its C frames.
+    // Callback with LCM's signature. It must not throw, because exceptions cannot pass through LCM's C code.
     static void Receive(const _lcm_recv_buf_t* buffer, const char* channel, void* subscription);
   };
-  // The message object is kept, so that decoding into it reuses its storage.
+  // Keeps the message object, so that decoding into it reuses its storage.
   template <class Message>
   struct Topic {
     std::string channel;
@@ -148,7 +155,7 @@ class Bus {
     if (trace_) trace_->Add(event, channel, data);
   }
   bool HandleReceived(SteadyTime deadline);
-  // No message came: false, for Handle().
+  // Returns false, as the result of Handle() without a message.
   bool EndWait(SteadyTime deadline);
   void Deliver(Subscription* to, std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
 
@@ -159,9 +166,9 @@ class Bus {
   std::shared_ptr<WakeEvent> wake_event_;
   std::unique_ptr<Trace> trace_ = Trace::OfEnvironment();
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
-  // By channel and type.
+  // Key: channel, type.
   std::map<std::pair<std::string, int64_t>, std::shared_ptr<void>> topics_;
-  // From the first subscription on; not within a process.
+  // Exists from the first subscription on; always null within a process.
   std::unique_ptr<MulticastReceiver> receiver_;
   std::vector<uint8_t> buffer_;
   std::span<const uint8_t> handled_;
@@ -170,8 +177,8 @@ class Bus {
   int64_t foreign_messages_ = 0;
 };
 
-// Throws InputError for a udpm:// URL with a receive buffer in which messages are lost: a policy that never
-// receives a STATE would be scored as one that does not answer.
+// Throws InputError if a udpm:// URL requests a receive buffer so small that messages are lost. A policy that
+// misses STATEs would be scored as one that does not answer.
 void CheckReceiveBuffer(const std::string& url);
 
 // A random id, not 0, for a session or an instance.

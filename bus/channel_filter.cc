@@ -15,9 +15,9 @@
 namespace evalbus {
 namespace {
 
-// Offsets count from the UDP header, which is what a filter sees first.
+// Offsets count from the UDP header, where the data of a socket filter begins.
 constexpr uint32_t kUdpHeader = 8;
-// Of the channel's name, in a whole message and in the first of several fragments.
+// Offset of the channel's name in an unfragmented message, and in the first fragment of a message.
 constexpr uint32_t kChannelOffset = kUdpHeader + kMessageHeaderBytes;
 constexpr uint32_t kFragmentChannelOffset = kUdpHeader + kFragmentHeaderBytes;
 constexpr uint32_t kMessageSizeOffset = kUdpHeader + 8;
@@ -26,17 +26,16 @@ constexpr uint32_t kFragmentNumberOffset = kUdpHeader + 16;
 constexpr uint32_t kFragmentCountOffset = kUdpHeader + 18;
 constexpr uint32_t kFragmentDataOffset = kUdpHeader + kFragmentHeaderBytes;
 constexpr uint32_t kMaxFragmentData = kMaxDatagramBytes - kFragmentHeaderBytes;
-// Offset and length of a fragment, added, stay below 2^32.
+// Ensures that offset + length of a fragment is less than 2^32.
 constexpr uint32_t kMaxMessage = kMaxMessageBytes;
 constexpr uint32_t kAccept = 0xFFFFFFFF;
 
-// What a channel's name must begin with: its NUL belongs to it, unless any may follow.
+// Prefix that a channel's name must have. It includes the terminating NUL unless the name is a wildcard.
 std::string BeginningOf(const std::string& channel) {
   return channel.ends_with(".*") ? channel.substr(0, channel.size() - 2) : channel + '\0';
 }
 
-// Classic BPF. One block per beginning compares it bytewise-exactly, four bytes at a time where there are
-// four.
+// Classic BPF. One block per prefix compares the bytes exactly: four at a time, then the rest one at a time.
 std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beginnings) {
   std::vector<sock_filter> program;
   if (is_local) {
@@ -57,10 +56,10 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kFragmentOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 3, 0),
       BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kMaxMessage, 23, 0),
-      // The first one begins at 0: liblcm takes the channel's name off its length.
+      // The first fragment must have offset 0: liblcm subtracts the channel's name from its length.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 21, 0),
-      // All carry equal parts but the last of several, which may be short.
+      // All fragments have equal size, except that the last of several may be shorter.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 4, 0),
       BPF_STMT(BPF_ALU | BPF_ADD | BPF_K, 1),
@@ -71,21 +70,21 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
       BPF_STMT(BPF_ALU | BPF_SUB | BPF_K, kFragmentDataOffset),
       BPF_STMT(BPF_JMP | BPF_JA, 1),
       BPF_STMT(BPF_LD | BPF_IMM, kMaxFragmentData),
-      // So many of them, which stays below 2^32, hold what the message claims to be.
+      // Fragment count times this size (less than 2^32) must hold the message's claimed size.
       BPF_STMT(BPF_MISC | BPF_TAX, 0),
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentCountOffset),
       BPF_STMT(BPF_ALU | BPF_MUL | BPF_X, 0),
       BPF_STMT(BPF_MISC | BPF_TAX, 0),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kMessageSizeOffset),
       BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 5, 0),
-      // Only the first one has the channel's name: the others pass.
+      // Only the first fragment contains the channel's name; later fragments pass.
       BPF_STMT(BPF_LD | BPF_H | BPF_ABS, kFragmentNumberOffset),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, 0),
       BPF_STMT(BPF_RET | BPF_K, kAccept),
       BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kFragmentChannelOffset),
       BPF_STMT(BPF_JMP | BPF_JA, 2),
       BPF_STMT(BPF_RET | BPF_K, 0),
-      // A whole message.
+      // An unfragmented message.
       BPF_STMT(BPF_LDX | BPF_W | BPF_IMM, kChannelOffset),
   };
   program.insert(program.end(), std::begin(head), std::end(head));
@@ -97,7 +96,7 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
     const size_t size = beginning.size();
     const auto byte = [&](size_t i) { return static_cast<uint32_t>(static_cast<uint8_t>(beginning[i])); };
     const size_t comparisons = size / 4 + size % 4;
-    size_t left = comparisons;  // a mismatch jumps over the comparisons that follow and the accepting return
+    size_t left = comparisons;  // a mismatch jumps over the remaining comparisons and the accepting return
     for (size_t i = 0; i < size; i += size - i >= 4 ? 4 : 1) {
       const bool word = size - i >= 4;
       const uint32_t value =
@@ -117,8 +116,8 @@ std::vector<sock_filter> Program(bool is_local, std::span<const std::string> beg
 void FilterChannels(int fd, bool is_local, std::span<const std::string> channels) {
   std::vector<std::string> beginnings;
   for (const std::string& channel : channels) beginnings.push_back(BeginningOf(channel));
-  // Shortest first: looking beyond the end of a message drops it, so a long name must not be compared before
-  // a short one.
+  // Shortest first: a load beyond the end of a message drops the message, so a short name must be compared
+  // before a long one.
   std::ranges::sort(beginnings, {}, &std::string::size);
   std::vector<sock_filter> program = Program(is_local, beginnings);
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};

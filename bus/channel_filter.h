@@ -1,6 +1,6 @@
-// Keeps what nobody here asked for out of this process. Every process of a multicast group receives every
-// message: in a run of six processes those wake-ups cost more than the physics. Anybody can send to the port,
-// too, also from other machines. The kernel can tell by itself.
+// Drops unsubscribed channels in the kernel, before they wake this process. Every process of a multicast
+// group receives every message: in a run of six processes, those wake-ups cost more than the physics.
+// Programs outside the run, also on other machines, can send to the port, too.
 #pragma once
 
 #include <span>
@@ -8,11 +8,16 @@
 
 namespace evalbus {
 
-// Attaches to a UDP socket a filter that drops what is no LCM message (bus/lcm_wire.h), what comes from
-// another machine if `is_local`, fragments beyond the end of their message or of one larger than so many can
-// hold, and messages on other channels than these; a name that ends in ".*" stands for all that begin so, no
-// channels at all for every channel. Of a message in fragments only the first one names its channel: the
-// others pass. The socket of a kernel that has no such filters stays as it is.
+// Attaches a filter to a UDP socket. The filter drops
+//   - datagrams that are not LCM messages (bus/lcm_wire.h),
+//   - datagrams from other machines, if `is_local`,
+//   - fragments that exceed their message,
+//   - fragments of a message that is larger than its number of fragments can hold,
+//   - messages on channels that are not in `channels`.
+//
+// A name in `channels` that ends in ".*" matches all channels with that prefix; an empty list accepts every
+// channel. Only the first fragment of a message contains the channel's name, so later fragments pass. If the
+// kernel does not support such filters, the socket remains unfiltered.
 void FilterChannels(int fd, bool is_local, std::span<const std::string> channels);
 
 }  // namespace evalbus

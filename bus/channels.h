@@ -1,6 +1,6 @@
-// The one table of channels: what travels on each, who says it, what the recorder does with it.
-// docs/messages.md has the same table for people. Each run has its own multicast port, so runs never hear
-// each other.
+// The table of all channels: the message on each, its publisher, and how the recorder handles it.
+// docs/messages.md documents the same table. Each run has its own multicast port, so runs do not receive each
+// other's messages.
 #pragma once
 
 #include <algorithm>
@@ -36,12 +36,12 @@
 namespace evalbus {
 
 inline constexpr std::string_view kEverybody = "every component";
-// Process of a user that `evalbus watch` evaluates; it does not know the run's session.
+// External process that `evalbus watch` evaluates. It does not know the run's session.
 inline constexpr std::string_view kSource = "source";
 
 enum class Recorded {
   kYes,
-  // One for each tick; what is said again is in the log once.
+  // Recorded once per tick; repeated messages are not recorded again.
   kOncePerTick,
   // Not recorded: diagnostic traffic that differs between identical runs.
   kNo,
@@ -50,7 +50,7 @@ enum class Recorded {
 template <class Message>
 struct Channel {
   const char* name;
-  // Component that publishes here, or kEverybody.
+  // Component that publishes on this channel, or kEverybody.
   std::string_view from;
   Recorded recorded = Recorded::kYes;
 
@@ -79,40 +79,39 @@ inline constexpr Channel<log_t> kLog{"EVALBUS_LOG", kEverybody, Recorded::kNo};
 inline constexpr Channel<source_announcement_t> kSourceAnnouncement{"EVALBUS_SOURCE_ANNOUNCEMENT", kSource,
                                                                     Recorded::kNo};
 inline constexpr Channel<source_state_t> kSourceState{"EVALBUS_SOURCE_STATE", kSource};
-// One channel for each camera; this is how their names begin.
+// One channel per camera. This is the common prefix of their names.
 inline constexpr Channel<image_t> kImage{"EVALBUS_IMAGE_", "viz", Recorded::kNo};
-// Images of a source's own cameras: as the source publishes them, and as the sim passes them on, checked and
-// with the episode's header.
+// Images of a source's own cameras: as published by the source, and as republished by the sim after its
+// checks and with the episode's header.
 inline constexpr Channel<image_t> kSourceImage{"EVALBUS_SOURCE_IMAGE_", kSource, Recorded::kNo};
 inline constexpr Channel<image_t> kCameraImage{"EVALBUS_CAMERA_", "sim"};
 
-// In the order of an episode's tick, then the rest.
+// Channels of a tick in the order of publication, then the others.
 inline constexpr std::tuple kAll{
     kState,        kContacts,    kAction,       kPartial,    kRequestImage,   kObservation,
     kPolicyAction, kModel,       kEpisodeBegin, kEpisodeEnd, kEpisodeSummary, kRunSummary,
     kStatus,       kCommand,     kLog,          kImage,      kCriteria,       kSourceAnnouncement,
     kSourceState,  kSourceImage, kCameraImage};
 
-// Calls function with each channel.
 template <class Function>
 void ForEach(const Function& function) {
   std::apply([&](const auto&... channel) { (function(channel), ...); }, kAll);
 }
 
-// "EVALBUS_IMAGE_left_hand_wrist" for the camera "left/hand/wrist".
+// "left/hand/wrist" becomes "EVALBUS_IMAGE_left_hand_wrist".
 inline std::string ImageChannel(std::string camera, const Channel<image_t>& channel = kImage) {
   std::ranges::replace(camera, '/', '_');
   return channel.name + std::move(camera);
 }
 
-// True for the channel's name and, where that ends with "_", for a name that begins with it.
+// True if `name` is the channel's name or, for a channel whose name ends with "_", begins with it.
 template <class Message>
 bool Carries(const Channel<Message>& channel, std::string_view name) {
   const std::string_view own = channel.name;
   return name == own || (own.ends_with('_') && name.starts_with(own));
 }
 
-// False for channels that are not ours, and for those of a source.
+// False for channels of a source and for channels that are not in the table.
 inline bool CarriesSession(std::string_view name) {
   bool carries = false;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
@@ -121,7 +120,8 @@ inline bool CarriesSession(std::string_view name) {
   return carries;
 }
 
-// What the recorder does with a channel of this name; one that is not ours is recorded as it is.
+// How the recorder handles a channel with this name. Channels that are not in the table are recorded
+// unchanged.
 inline Recorded RecordedOf(std::string_view name) {
   Recorded recorded = Recorded::kYes;
   ForEach([&](const auto& channel) {
@@ -130,7 +130,7 @@ inline Recorded RecordedOf(std::string_view name) {
   return recorded;
 }
 
-// The types of a list, each once.
+// Removes duplicate types from a list.
 template <class Once, class... Rest>
 struct EachOnce {
   using Tuple = Once;
@@ -140,12 +140,13 @@ struct EachOnce<std::tuple<Once...>, Message, Rest...>
     : std::conditional_t<(std::is_same_v<Once, Message> || ...), EachOnce<std::tuple<Once...>, Rest...>,
                          EachOnce<std::tuple<Once..., Message>, Rest...>> {};
 
-// One message of each type: decoded into again and again, they keep their storage.
+// One message object of each type. Reused for decoding, so that they keep their storage.
 template <class... Message>
 typename EachOnce<std::tuple<>, Message...>::Tuple OneOfEach(const std::tuple<Channel<Message>...>&);
 using Messages = decltype(OneOfEach(kAll));
 
-// False for bytes on one of our channels that are not the message it carries. messages: room to decode in.
+// False if `data` on a channel of the table is not a message of the channel's type. messages: scratch storage
+// for decoding.
 inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> data, Messages* messages) {
   bool good = true;
   ForEach([&]<class Message>(const Channel<Message>& channel) {
@@ -154,7 +155,7 @@ inline bool MatchesChannelType(std::string_view name, std::span<const uint8_t> d
   return good;
 }
 
-// Where a tick's message belongs; nothing for all others.
+// Header of a message that belongs to a tick; nothing for all other messages.
 inline std::optional<header_t> TickOf(std::string_view name, std::span<const uint8_t> data) {
   std::optional<header_t> found;
   ForEach([&]<class Message>(const Channel<Message>& channel) {

@@ -1,5 +1,5 @@
-// What every process of a run has in common: a component works in its message handlers, reports its health on
-// STATUS and in its log, and is hosted either alone in a process (bus/host.h) or with the others on one
+// Base class of all components of a run. A component works in its message handlers, and reports its health on
+// STATUS and in its log. It runs either alone in a process (bus/host.h) or with the other components on one
 // in-process bus.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace evalbus {
 
 class Component {
  public:
-  // lag_window_ticks: see component_status_t; 0 = the sim never waits for this component.
+  // lag_window_ticks: see component_status_t. 0: the sim never waits for this component.
   Component(Bus* bus, std::string name, int64_t lag_window_ticks = 0);
   virtual ~Component() = default;
   Component(const Component&) = delete;
@@ -24,32 +24,32 @@ class Component {
 
   const component_status_t& status() const { return status_; }
 
-  // Wall-clock duties. The host calls it at least every 100 ms, and at next_poll(). Overrides call
-  // Component::Poll.
+  // Periodic work in wall-clock time. The host calls it at least every 100 ms, and at next_poll(). Overrides
+  // must call Component::Poll.
   virtual void Poll(SteadyTime now);
   virtual SteadyTime next_poll() const { return SteadyTime::max(); }
-  // True ends a host that is alone in its process.
+  // True if a host that runs only this component must exit.
   virtual bool done() const { return false; }
 
-  // Says STATUS FAILED with one line of text.
+  // Publishes STATUS FAILED with one line of text.
   void Fail(const std::string& error);
   void Stop();
 
  protected:
   Bus& bus() { return *bus_; }
 
-  // True for a MODEL to use from the next episode on: one that differs from the last one, or, in a session,
-  // the first one, since the sim of a session publishes no other.
+  // True if the received MODEL must be used from the next episode on: it differs from the last one. Within a
+  // session only the first MODEL is used, because the sim of a session publishes a single one.
   bool IsNewModel();
-  // True while in the episode, attempt and seed that it begins.
+  // True if the component is already in the episode, attempt and seed of this message.
   bool HasEntered(const episode_begin_t& begin) const;
-  // Enters the episode unless it is the one we are in (EPISODE_BEGIN is repeated until everybody is ready):
-  // true when it is new and the component must prepare before it calls SayReady.
+  // Enters the episode. EPISODE_BEGIN is repeated until all components are ready; returns true for the first
+  // one, after which the component must prepare and then call SayReady. Returns false for a repetition.
   bool EnterEpisode(const episode_begin_t& begin);
   void SayReady();
-  // True if a message with this header belongs to the episode entered; counted as foreign otherwise.
+  // True if a message with this header belongs to the current episode. Otherwise counts it as foreign.
   bool IsOurs(const header_t& header);
-  // A tick was handled; publishes STATUS often enough for flow control.
+  // Reports that a tick was handled. Publishes STATUS often enough for flow control.
   void Progress(const header_t& header);
   void PublishStatus();
 
@@ -58,18 +58,18 @@ class Component {
   component_status_t status_{};
 
  private:
-  // Says in the log what was lost and dropped since it last did.
+  // Logs what was lost and dropped since the last call.
   void LogDroppedMessages();
 
   Bus* bus_;
   Log log_;
-  // Messages of other sessions, counted in foreign_messages.
+  // Messages of other sessions; included in foreign_messages.
   int64_t of_other_runs_ = 0;
-  // As far as the log has reported them.
+  // Counts that the log has already reported.
   int64_t decode_errors_told_ = 0, foreign_messages_told_ = 0, missing_ticks_told_ = 0,
           of_other_runs_told_ = 0;
   std::vector<uint8_t> model_bytes_;
-  // Of the episode entered.
+  // Seed of the current episode.
   int64_t seed_ = 0;
   SteadyTime last_published_{}, losses_told_{};
   int64_t last_published_tick_ = -1;

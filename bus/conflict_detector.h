@@ -1,5 +1,5 @@
-// Notices a second publisher: on a channel that has one, all messages about the same tick of an episode are
-// the same bytes. Pure.
+// Detects a second publisher on a channel. With one publisher, all messages about the same tick of an episode
+// have equal bytes. Pure.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,13 @@ class ConflictDetector {
  public:
   enum class Answer { kNew, kRepeated, kConflicting };
 
-  // Begins an episode.
+  // Begins an episode and forgets the previous one.
   void Start() {
     heard_.clear();
     conflict_.clear();
   }
 
-  // tick: not negative; memory grows with the highest one.
+  // tick: not negative. Memory grows with the highest tick.
   Answer Hear(std::string_view channel, int64_t tick, std::span<const uint8_t> data) {
     auto found = heard_.find(channel);
     if (found == heard_.end()) found = heard_.emplace(channel, std::vector<size_t>()).first;
@@ -43,13 +43,13 @@ class ConflictDetector {
     return Answer::kConflicting;
   }
 
-  // One line about the first conflict of the episode; empty without one.
+  // One line about the first conflict of the episode; empty if there is none.
   const std::string& conflict() const { return conflict_; }
 
  private:
   static constexpr size_t kNone = 0;
 
-  // By channel, then tick.
+  // Hashes by channel, then tick.
   std::map<std::string, std::vector<size_t>, std::less<>> heard_;
   std::string conflict_;
 };

@@ -23,7 +23,7 @@ namespace {
 constexpr std::array<uint8_t, 4> kEventMagic = {0xED, 0xA1, 0xDA, 0x01};
 constexpr size_t kHeaderSize = 28;
 
-// Read at once: a processor's cache holds it.
+// Read in one call; fits into a processor's cache.
 constexpr size_t kWindowBytes = 256 << 10;
 
 int64_t BigEndian64(const uint8_t* p) {
@@ -35,7 +35,7 @@ int64_t BigEndian64(const uint8_t* p) {
 EventLogWriter::EventLogWriter(const std::filesystem::path& file)
     : file_(file), stream_(std::fopen(file.c_str(), "wbx")) {
   if (!stream_) Throw("cannot create");
-  // Some ticks at a time: each of their messages may be larger than the usual buffer.
+  // A buffer for several ticks: each of their messages may be larger than the default buffer.
   std::setvbuf(stream_, nullptr, _IOFBF, 64 << 10);
 }
 
@@ -49,7 +49,6 @@ void EventLogWriter::Throw(const char* what) {
 
 void EventLogWriter::Write(std::string_view channel, std::span<const uint8_t> data, int64_t time_us) {
   lcm_eventlog_t log{stream_, num_events_++};
-  // lcm_eventlog_write_event does not modify what the event points to.
   lcm_eventlog_event_t event{log.eventcount,
                              time_us,
                              static_cast<int32_t>(channel.size()),
@@ -82,7 +81,7 @@ EventLogReader::EventLogReader(const std::filesystem::path& file)
     : name_(file.string()), file_(file, "log"), size_(file_.size()) {
   is_packed_ = IsPacked({At(0, std::min<size_t>(size_, kWindowBytes)), window_.size()});
   if (!is_packed_) return;
-  // One that is longer than what it may unpack to is not read.
+  // A file longer than the unpacked limit is read only up to that limit.
   std::vector<uint8_t> packed(std::min<uint64_t>(size_, kMaxUnpackedBytes + kWindowBytes));
   Read(0, packed);
   window_ = UnpackLog(packed, file);
@@ -105,7 +104,7 @@ void EventLogReader::Read(uint64_t offset, std::span<uint8_t> to) {
 
 const uint8_t* EventLogReader::At(uint64_t offset, size_t size) {
   if (!IsInWindow(offset, size)) {
-    // Empty where reading fails.
+    // Leaves the window empty if reading fails.
     std::vector<uint8_t> window = std::exchange(window_, {});
     window.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, kWindowBytes), size_ - offset)));
     Read(offset, window);
@@ -118,7 +117,8 @@ const uint8_t* EventLogReader::At(uint64_t offset, size_t size) {
 bool EventLogReader::IsBoundary(uint64_t offset) {
   if (offset == size_) return true;
   if (size_ - offset < kEventMagic.size()) return false;
-  // Not by At(): it is looked for from the beginning of a long event, to which the window is to come back.
+  // Does not use At(), which would move the window: after this check of the boundary behind a long event, the
+  // event itself is read.
   std::array<uint8_t, kEventMagic.size()> bytes{};
   if (IsInWindow(offset, bytes.size())) {
     std::copy_n(At(offset, bytes.size()), bytes.size(), bytes.begin());
@@ -131,7 +131,8 @@ bool EventLogReader::IsBoundary(uint64_t offset) {
 size_t EventLogReader::EventSize(uint64_t offset) {
   const size_t size = ClaimedSize(offset);
   if (size == 0 || IsBoundary(offset + size)) return size;
-  // Either the next event is damaged, or this one's lengths are: then it claims events that are whole.
+  // Either the next event is damaged, or the lengths of this one are. In the second case it appears to
+  // contain undamaged events.
   return NextWhole(offset + kEventMagic.size()) < offset + size ? 0 : size;
 }
 

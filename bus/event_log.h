@@ -1,7 +1,8 @@
-// Standard LCM event logs: written so that lcm-logplayer reads them, read so that damage costs
-// only the damaged events; packed ones (bus/packed_log.h) are read as what they were packed from. Record
-// format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time i64 [us], channel length u32,
-// data length u32, channel, data; all big-endian.
+// Reads and writes standard LCM event logs. lcm-logplayer can read the written logs. The reader skips damaged
+// events and loses no others. It also reads packed logs (bus/packed_log.h) and returns their unpacked events.
+//
+// Record format (LCM, "log file format"): magic 0xEDA1DA01, event number i64, time i64 [us], channel length
+// u32, data length u32, channel, data; all big-endian.
 #pragma once
 
 #include <cstdint>
@@ -18,17 +19,18 @@ namespace evalbus {
 
 class EventLogWriter {
  public:
-  // Creates the file. Throws EnvironmentError, as do the other functions: a log is complete or known not to
-  // be.
+  // Creates the file, which must not exist. All functions throw EnvironmentError on failure, so that no
+  // incomplete log passes as complete.
   explicit EventLogWriter(const std::filesystem::path& file);
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;
   EventLogWriter& operator=(const EventLogWriter&) = delete;
 
   void Write(std::string_view channel, std::span<const uint8_t> data, int64_t time_us);
-  // Writes out and syncs to disk.
+  // Flushes and syncs to disk.
   void Close();
-  // Instead: leaves FILE.zst, synced, in the place of FILE; of a log that is too long for that, FILE.
+  // Alternative to Close(): replaces FILE by FILE.zst, synced. A log that is too long to be packed remains as
+  // FILE.
   void ClosePacked();
   int64_t num_events() const { return num_events_; }
 
@@ -44,61 +46,61 @@ class EventLogWriter {
 struct LogEvent {
   int64_t number = 0;
   int64_t time_us = 0;
-  // Views into the reader; valid until it reads the next event.
+  // Views into the reader. Valid until it reads the next event.
   std::string_view channel;
   std::span<const uint8_t> data;
 };
 
-// Reads a log piece by piece, so that one of any length takes little memory, or unpacks it into memory. Not
-// mapped: a mapped file that becomes shorter ends the process that reads it.
+// Reads a log in windows, so that logs of any length take little memory. Packed logs are unpacked into
+// memory. The file is not mapped: truncating a mapped file would crash the process that reads it.
 class EventLogReader {
  public:
-  // Throws InputError if it cannot be read, is no file, or what is packed is damaged.
+  // Throws InputError if the file cannot be read, is not a regular file, or is a damaged packed log.
   explicit EventLogReader(const std::filesystem::path& file);
 
-  // The next whole event; false at the end, which is where the file ended when it was opened. Bytes that are
-  // no event are skipped up to the next one that is. Throws InputError if the file has become shorter.
+  // Reads the next undamaged event. Returns false at the end, that is, the file's size when it was opened.
+  // Damaged bytes are skipped. Throws InputError if the file has been truncated since.
   bool Next(LogEvent* event);
 
-  // Bytes of all events: the file's, or those that it was packed from.
+  // Total size of the unpacked log in bytes.
   uint64_t size() const { return size_; }
   bool is_packed() const { return is_packed_; }
-  // The bytes that a packed log was packed from.
+  // Unpacked contents of a packed log.
   std::span<const uint8_t> unpacked() const { return window_; }
 
-  // What was skipped so far.
+  // Bytes and contiguous regions skipped so far.
   int64_t damaged_bytes() const { return damaged_bytes_; }
   int64_t damaged_places() const { return damaged_places_; }
 
  private:
-  // So many bytes of the log, which are there; valid until the next call.
+  // Returns `size` bytes of the log, which must exist. Valid until the next call.
   const uint8_t* At(uint64_t offset, size_t size);
   bool IsInWindow(uint64_t offset, size_t size) const {
     return offset >= window_begin_ && offset + size <= window_begin_ + window_.size();
   }
-  // Reads bytes of the file, all of them.
+  // Fills `to` from the file.
   void Read(uint64_t offset, std::span<uint8_t> to);
-  // The next byte from this offset on that may begin an event; the end if there is none.
+  // First offset from `offset` on at which an event may begin (the magic is found); the end if there is none.
   uint64_t FindStart(uint64_t offset);
-  // Size of the event that starts at offset, 0 if none does.
+  // Size of the event that starts at offset; 0 if there is none.
   size_t EventSize(uint64_t offset);
-  // The same by what the event's header says.
+  // The same, based only on the lengths in the event's header.
   size_t ClaimedSize(uint64_t offset);
-  // An event or the end of the log begins here.
+  // True if an event or the end of the log begins here.
   bool IsBoundary(uint64_t offset);
-  // Where, from this offset on, an event begins that a boundary follows. Found once, so that reading takes
-  // linear time whatever the bytes are.
+  // First offset, from `offset` on, of an event that is followed by a boundary. The result is cached, so that
+  // reading takes linear time for any input.
   uint64_t NextWhole(uint64_t offset);
 
   std::string name_;
   InputFile file_;
   bool is_packed_ = false;
   uint64_t size_ = 0;
-  // What is in memory; of a packed log all.
+  // Bytes in memory; for a packed log, the whole log.
   std::vector<uint8_t> window_;
   uint64_t window_begin_ = 0;
   uint64_t offset_ = 0;
-  // No event of which NextWhole() speaks begins between these two.
+  // Cache of NextWhole(): no such event begins between these two offsets.
   uint64_t searched_from_ = 0, whole_at_ = 0;
   int64_t damaged_bytes_ = 0;
   int64_t damaged_places_ = 0;

@@ -22,7 +22,7 @@ volatile std::sig_atomic_t g_stop = 0;
 
 void InstallStopSignals() {
   struct sigaction action {};
-  action.sa_handler = [](int) { g_stop = 1; };  // no SA_RESTART: a wait for messages ends at once
+  action.sa_handler = [](int) { g_stop = 1; };  // no SA_RESTART: a signal interrupts a wait for messages
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }
@@ -38,7 +38,7 @@ int Host(const std::string& url, const ComponentFactory& make, int64_t session, 
     try {
       if (component) component->Fail(error.what());
     } catch (const std::exception&) {
-      // The bus itself is what failed; the exit code says so.
+      // The bus itself failed; the exit code reports it.
     }
     return ReportError(error);
   };
@@ -77,13 +77,14 @@ int HostMain(int argc, char** argv, const std::string& description,
   int64_t session = 0, instance = 0;
   int realtime_priority = 0;
   add_options(&app);
-  // A launcher starts all alike; one without options of its own takes none from the file.
+  // A launcher passes --options to every component. A component without options of its own ignores the file's
+  // contents.
   if (app.get_option_no_throw("--options") == nullptr) AddOptionsFile(&app, [](const std::string&) {});
   app.add_option("--url", url,
                  "bus to work on, udpm://ADDRESS:PORT?ttl=0; all processes of a run name the same one")
       ->envname(kUrlVariable)
       ->required();
-  // For launchers.
+  // Set by launchers only.
   app.add_option("--session", session)->group("");
   app.add_option("--instance", instance)->group("");
   app.add_option("--realtime-priority", realtime_priority)->group("");

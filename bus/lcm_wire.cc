@@ -10,7 +10,8 @@ namespace {
 
 uint16_t BigEndian16(const uint8_t* at) { return static_cast<uint16_t>(at[0] << 8 | at[1]); }
 
-// Takes the channel's name and its NUL off the bytes; nothing if they do not begin with one.
+// Removes the channel's name and its NUL from the beginning of `bytes`. Returns nothing if they do not begin
+// with a name.
 std::optional<std::string_view> RemoveChannel(std::span<const uint8_t>* bytes) {
   const auto end = std::ranges::find(*bytes, uint8_t{0});
   const auto size = static_cast<size_t>(end - bytes->begin());

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a file in which each ends with a NUL.
+// Strings of a file in which each is terminated by a NUL.
 std::vector<std::string> Strings(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::vector<std::string> strings;
@@ -38,7 +38,7 @@ std::string OptionOf(const std::vector<std::string>& arguments, const std::strin
   return "";
 }
 
-// The bus of a process, by its command line or its environment.
+// Bus of a process, from its command line or its environment.
 std::string UrlOf(const fs::path& process, const std::vector<std::string>& arguments) {
   std::string url = OptionOf(arguments, "--url");
   if (!url.empty()) return url;
@@ -49,8 +49,8 @@ std::string UrlOf(const fs::path& process, const std::vector<std::string>& argum
   return "";
 }
 
-// What its run or replay is about: the folder of the options file that a launcher names, or what a person
-// did.
+// Folder of a run or replay: the replayed one, that of the options file that a launcher passes, or the --out
+// of a command line.
 fs::path FolderOf(const fs::path& process, const std::vector<std::string>& arguments) {
   fs::path folder = OptionOf(arguments, kReplayOption);
   if (folder.empty()) folder = fs::path(OptionOf(arguments, "--options")).parent_path();
@@ -60,7 +60,7 @@ fs::path FolderOf(const fs::path& process, const std::vector<std::string>& argum
   return fs::read_symlink(process / "cwd", error) / folder;
 }
 
-// Anybody may call a process evalbus-sim; only what this user started is believed.
+// Any user can start a process named evalbus-sim; only those of this user are trusted.
 bool IsOurs(const struct stat& process) { return process.st_uid == geteuid(); }
 
 bool Enter(int namespaces, const char* name, int kind) {
@@ -111,7 +111,7 @@ std::vector<LiveRun> FindLiveRuns(const fs::path& proc) {
 }
 
 std::vector<LiveRun> LiveRunsOf(const std::vector<LiveRun>& runs, const fs::path& folder) {
-  // However it is written: "runs/a/" is "runs/a".
+  // Normalizes the spelling: "runs/a/" equals "runs/a".
   const auto canonical = [](const fs::path& path) {
     std::error_code error;
     const fs::path plain = fs::weakly_canonical(path, error);
@@ -156,7 +156,8 @@ void JoinNetwork(const LiveRun& run) {
   } else if (!IsOurs(process)) {
     why = fmt::format("process {} belongs to another user", run.pid);
   } else if (!Enter(namespaces, "net", CLONE_NEWNET) &&
-             // Of a user without privileges, the network is owned by a user namespace that came with it.
+             // For an unprivileged user, the network namespace is owned by a user namespace, which must be
+             // entered first.
              !(Enter(namespaces, "user", CLONE_NEWUSER) && Enter(namespaces, "net", CLONE_NEWNET))) {
     why = std::strerror(errno);
   }

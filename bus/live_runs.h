@@ -1,4 +1,4 @@
-// Runs and replays that go on on this machine now, as their processes show them.
+// Active runs and replays on this machine, found through their processes.
 #pragma once
 
 #include <sys/types.h>
@@ -13,28 +13,29 @@ struct LiveRun {
   // One of its processes.
   pid_t pid = -1;
   std::string url;
-  // Run folder, or what is replayed: a folder or a log. Empty where it has none.
+  // Run folder, or the replayed folder or log. Empty if unknown.
   std::filesystem::path folder;
   bool is_replay = false;
-  // True where its network is another one than ours: nothing is heard of it here.
+  // True if the run is in another network namespace: this process does not receive its messages.
   bool other_network = false;
 };
 
-// The option of a replay's metrics that names what is played. Read here and by nobody else.
+// Option of a replay's metrics process that names the replayed folder or log. Only this file reads it.
 inline constexpr char kReplayOption[] = "--replay";
 
-// One entry per bus, from the command lines of the component processes that this user has started; observers
-// have none.
+// One entry per bus, from the command lines of the component processes that this user has started. Observers
+// are not listed.
 std::vector<LiveRun> FindLiveRuns(const std::filesystem::path& proc = "/proc");
 
-// Those of this run folder or log, and of the runs of this suite.
+// Runs of this run folder, log or suite.
 std::vector<LiveRun> LiveRunsOf(const std::vector<LiveRun>& runs, const std::filesystem::path& folder);
 
-// The run with this URL (empty: any). Throws InputError, one line, if there is none or more than one.
+// The run with this URL, or the only run if `url` is empty. Throws InputError, one line, if there is none or
+// more than one.
 LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url = "");
 
-// Moves this process, before it has started any thread, into the network of the run. Throws EnvironmentError,
-// with the fix, if that is not allowed or the run belongs to another user.
+// Moves this process into the network namespace of the run. Must be called before any thread has started.
+// Throws EnvironmentError, with the fix, if that is not permitted or the run belongs to another user.
 void JoinNetwork(const LiveRun& run);
 
 }  // namespace evalbus

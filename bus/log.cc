@@ -39,7 +39,7 @@ int8_t WireLevel(spdlog::level::level_enum level) {
   return level >= spdlog::level::info ? log_t::INFO_LEVEL : log_t::DEBUG_LEVEL;
 }
 
-// Of this process.
+// Log settings of this process.
 struct Settings {
   std::optional<LogLevel> level;
   std::function<std::filesystem::path(const std::string&)> file;
@@ -55,7 +55,7 @@ LogLevel CurrentLevel() {
   return word == nullptr || *word == '\0' ? LogLevel::kInfo : ParseLogLevel(word);
 }
 
-// %* in a pattern: where the component is.
+// %* in a pattern: episode, attempt and tick of the component.
 class PlaceFlag : public spdlog::custom_flag_formatter {
  public:
   explicit PlaceFlag(const header_t* place) : place_(place) {}
@@ -71,14 +71,14 @@ class PlaceFlag : public spdlog::custom_flag_formatter {
   const header_t* place_;
 };
 
-// Publishes lines, so many in a window, then how many more there were.
+// Publishes a limited number of lines per time window, then the number of suppressed ones.
 class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
   BusSink(Bus* bus, std::string component, const header_t* place) : bus_(bus), place_(place) {
     message_.component = std::move(component);
   }
 
-  // Says what was held back, once its window is over.
+  // Publishes the number of suppressed lines once the window has ended.
   void Poll(steady_clock::time_point now) {
     if (held_back_ == 0 || now - window_began_ < kWindow) return;
     Say(held_back_level_, fmt::format("and {} more", held_back_));
@@ -109,7 +109,8 @@ class BusSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
     try {
       bus_->Publish(channels::kLog, message_);
     } catch (const EnvironmentError&) {
-      // The bus itself failed. Whoever needs it says so; a line about that would go the same way.
+      // The bus itself failed. Components that need it report the failure; a log line about it could not be
+      // published either.
     }
   }
 
@@ -159,7 +160,7 @@ Log::Log(std::string component, Bus* bus) : level_(CurrentLevel()) {
   sinks_ = std::make_unique<Sinks>(Sinks{to_bus, spdlog::logger(std::move(component), {to_file, to_bus})});
   sinks_->logger.set_level(Of(level_));
   sinks_->logger.flush_on(spdlog::level::trace);
-  // A full disk takes no lines, and has its own message from who must write.
+  // If the disk is full, log lines are lost. The components that must write report the error themselves.
   sinks_->logger.set_error_handler([](const std::string&) {});
 }
 

@@ -1,11 +1,11 @@
-// A component's voice: lines for people about what it noticed. Never part of a result, never recorded.
+// Log of a component: lines for people. Not part of any result, and not recorded.
 //
-//   2026-11-22 05:31:07.482 [warning] sim  e3 t127  two different actions for tick 127: is a second policy on
-//   this bus?
+//     2026-11-22 05:31:07.482 [warning] sim  e3 t127  two different actions for tick 127: is a second policy
+//     on this bus?
 //
-// Lines go to stderr, which `evalbus run` directs into RUN/logs/COMPONENT.log, or straight to such a file
-// where many components share a process; from info up also on EVALBUS_LOG. A level that is off costs a
-// comparison.
+// Lines go to stderr, which `evalbus run` redirects into RUN/logs/COMPONENT.log. If several components share
+// a process, each writes directly to such a file. Lines of level info and above are also published on
+// EVALBUS_LOG. A disabled level costs one comparison.
 #pragma once
 
 #include <fmt/core.h>
@@ -25,27 +25,29 @@ class Bus;
 
 enum class LogLevel { kDebug, kInfo, kWarn, kError, kOff };
 
-// "debug", "info", "warn", "error" or "off". Throws InputError for another word.
+// "debug", "info", "warn", "error" or "off". Throws InputError for any other word.
 LogLevel ParseLogLevel(const std::string& word);
 
 class Log {
  public:
-  // bus: where lines from info up are published, at most ten a second, then how many more there were; what
-  // the bus says to that is not heard. Not null. Throws EnvironmentError if the file cannot be written.
+  // bus: not null. Lines of level info and above are published there, at most ten per second, followed by the
+  // number of suppressed lines. Publish errors are ignored. Throws EnvironmentError if the file cannot be
+  // written.
   Log(std::string component, Bus* bus);
   ~Log();
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
 
-  // For all logs of this process that begin after the call: the lowest level that is written; info by
-  // default, or the environment's EVALBUS_LOG_LEVEL. The file of each component; stderr by default.
+  // Settings for all logs of this process that are constructed after the call. SetLevel: lowest level that is
+  // written; default: info, or the environment's EVALBUS_LOG_LEVEL. SetFiles: log file of each component;
+  // default: stderr.
   static void SetLevel(LogLevel level);
   static void SetFiles(std::function<std::filesystem::path(const std::string& component)> file);
 
-  // Publishes how many lines were held back, once it is time.
+  // Publishes the number of suppressed lines when the time window has ended.
   void Poll(std::chrono::steady_clock::time_point now);
 
-  // Stands in every line from now on.
+  // Sets the episode, attempt and tick that every later line shows.
   void SetPlace(const header_t& header) { place_ = header; }
 
   template <class... Args>
@@ -79,7 +81,7 @@ class Log {
   std::unique_ptr<Sinks> sinks_;
 };
 
-// "e3 t127", "e3 try 2 t127"; empty before the first episode. As it stands in lines.
+// "e3 t127" or "e3 try 2 t127", as shown in log lines. Empty before the first episode.
 std::string PlaceText(const header_t& header);
 
 }  // namespace evalbus

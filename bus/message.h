@@ -1,4 +1,5 @@
-// Messages as bytes: to send, to compare, to look at without decoding all of them.
+// Encodes, decodes and compares messages as bytes, and reads single fields without decoding the whole
+// message.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +11,10 @@
 
 namespace evalbus {
 
-// A larger message is damage, or not ours. MODEL has some 20 KB, a lossless image some MB.
+// Larger messages are treated as damaged or foreign. A MODEL has about 20 KB, a lossless image several MB.
 inline constexpr size_t kMaxMessageBytes = size_t{64} << 20;
 
-// Into the storage of `bytes`.
+// Encodes into `bytes` and reuses its storage.
 template <class Message>
 void Encode(const Message& message, std::vector<uint8_t>* bytes) {
   bytes->resize(static_cast<size_t>(message.getEncodedSize()));
@@ -26,14 +27,14 @@ std::vector<uint8_t> Encode(const Message& message) {
   return bytes;
 }
 
-// True if all of data is one message of this type. Whatever the bytes are, decoding allocates in proportion
-// to their number (cmake/bounded_counts.sed).
+// True if `data` is exactly one message of this type. For any input, decoding allocates memory in proportion
+// to its size (cmake/bounded_counts.sed).
 template <class Message>
 bool Decode(std::span<const uint8_t> data, Message* message) {
   return message->decode(data.data(), 0, static_cast<int>(data.size())) == static_cast<int>(data.size());
 }
 
-// What a message of that type begins with; 0 for what is too short to be any.
+// Type fingerprint at the beginning of a message; 0 if the bytes are too few.
 inline int64_t Fingerprint(std::span<const uint8_t> data) {
   int64_t fingerprint = 0;
   return __int64_t_decode_array(data.data(), 0, static_cast<int>(data.size()), &fingerprint, 1) > 0
@@ -41,17 +42,17 @@ inline int64_t Fingerprint(std::span<const uint8_t> data) {
              : 0;
 }
 
-// Messages that begin, after the fingerprint, with the session of their publisher.
+// Messages whose first field after the fingerprint is the session of their publisher.
 template <class Message>
 concept HasSession = requires(Message message) {
   message.session;
 }
 || requires(Message message) { message.header.session; };
 
-// Position and size of the session in the bytes of such a message.
+// Byte range of the session in such a message.
 inline constexpr size_t kSessionBegin = sizeof(int64_t), kSessionEnd = kSessionBegin + sizeof(int64_t);
 
-// Of the bytes of a message that HasSession. 0 where they are too few to be one.
+// Session of a message that HasSession; 0 if the bytes are too few.
 inline int64_t SessionOf(std::span<const uint8_t> data) {
   int64_t session = 0;
   if (data.size() >= kSessionEnd) {
@@ -68,8 +69,8 @@ inline void SetSession(int64_t session, std::span<uint8_t> data) {
   }
 }
 
-// The header of a message that begins with one, without decoding the rest; false if the bytes are of another
-// type.
+// Decodes the header at the beginning of a message, but not the rest. Returns false if the bytes are of
+// another type.
 template <class Message>
 bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
   constexpr int kBegin = sizeof(int64_t);
@@ -77,15 +78,15 @@ bool DecodeHeader(std::span<const uint8_t> data, header_t* header) {
          header->_decodeNoHash(data.data(), kBegin, static_cast<int>(data.size()) - kBegin) > 0;
 }
 
-// True if the bytes differ from those known, which they then become: of messages that are repeated.
+// Stores `data` in `known` and returns true if they differ. Detects repeated messages.
 inline bool UpdateIfChanged(std::span<const uint8_t> data, std::vector<uint8_t>* known) {
   if (std::ranges::equal(data, *known)) return false;
   known->assign(data.begin(), data.end());
   return true;
 }
 
-// Ticks and times that no episode reaches (one of decades) are damage, or not ours; arithmetic with them
-// overflows.
+// Larger ticks and times (decades) do not occur in an episode. They are treated as damaged or foreign,
+// because arithmetic with them could overflow.
 inline constexpr int64_t kMaxTick = int64_t{1} << 40;
 inline constexpr int64_t kMaxSimTimeUs = int64_t{1} << 50;
 

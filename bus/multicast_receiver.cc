@@ -19,9 +19,9 @@
 namespace evalbus {
 namespace {
 
-constexpr size_t kPlaceBytes = 65536;  // the largest datagram has 29 less
+constexpr size_t kPlaceBytes = 65536;  // the largest datagram is 29 bytes smaller
 constexpr size_t kControlBytes = CMSG_SPACE(sizeof(timeval));
-// Of a run that is faster than any so far, as the kernel counts what waits in a buffer.
+// Higher than the data rate of any measured run, counted as the kernel accounts for receive buffers.
 constexpr int64_t kMaxBytesPerS = 320'000'000;
 
 [[noreturn]] void ThrowErrno() { throw std::system_error(errno, std::generic_category()); }
@@ -87,7 +87,7 @@ MulticastReceiver::MulticastReceiver(const MulticastAddress& address, std::span<
   fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd_ < 0) ThrowErrno();
   try {
-    // Before it is bound, so that nothing comes past it.
+    // Attached before bind(), so that no unfiltered message is queued.
     Filter(channels);
     Set(fd_, SOL_SOCKET, SO_REUSEADDR, 1);
     Set(fd_, SOL_SOCKET, SO_TIMESTAMP, 1);
@@ -101,7 +101,8 @@ MulticastReceiver::MulticastReceiver(const MulticastAddress& address, std::span<
     own.sin_port = htons(address.port);
     if (bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own) != 0) ThrowErrno();
     const ip_mreq group{address.group, {INADDR_ANY}};
-    // Else groups that other programs of this machine have joined on this port are received, too.
+    // Without this, the socket also receives groups that other programs of this machine have joined on the
+    // same port.
     Set(fd_, IPPROTO_IP, IP_MULTICAST_ALL, 0);
     if (setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0) ThrowErrno();
   } catch (...) {
@@ -126,7 +127,7 @@ std::optional<MulticastReceiver::Received> MulticastReceiver::Next(Time deadline
     while (next_ < taken_) {
       if (const auto received = Open(next_++)) return received;
     }
-    // Less than there was room for: the queue was empty a moment ago.
+    // A partly filled batch means that the queue was empty a moment ago.
     const bool is_drained = taken_ > 0 && taken_ < kBatch && deadline != Time::min();
     taken_ = next_ = 0;
     if (!is_drained && Take()) continue;

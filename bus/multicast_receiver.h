@@ -1,5 +1,5 @@
-// What is said in a multicast group of LCM's, read by the thread that handles it. (liblcm has a thread for
-// that, which wakes the other by a pipe: two wake-ups for each message.)
+// Receives messages of an LCM multicast group in the thread that handles them. (liblcm receives in a separate
+// thread that wakes the handling thread through a pipe: two wake-ups per message.)
 #pragma once
 
 #include <netinet/in.h>
@@ -21,27 +21,27 @@ namespace evalbus {
 struct MulticastAddress {
   in_addr group{};
   uint16_t port = 7667;
-  // No message from another machine is meant for us.
+  // Drop messages from other machines.
   bool is_local = true;
-  // Asked of the kernel.
+  // Size requested from the kernel.
   int receive_buffer_bytes = 0;
 };
 
-// "udpm://ADDRESS:PORT?ttl=0&recv_buf_size=BYTES", as liblcm reads it, which has accepted it. Each part may
-// be missing; default_buffer_bytes: the buffer then.
+// Parses "udpm://ADDRESS:PORT?ttl=0&recv_buf_size=BYTES" as liblcm does. The URL must be one that liblcm has
+// accepted. Each part may be missing. default_buffer_bytes: used if the URL has no recv_buf_size.
 MulticastAddress ParseMulticastUrl(const std::string& url, int default_buffer_bytes);
 
 class MulticastReceiver {
  public:
   using Time = std::chrono::steady_clock::time_point;
   struct Received {
-    // Views that hold until the next call.
+    // Views. Valid until the next call.
     LcmMessage message;
-    // Wall-clock time.
+    // Wall-clock time, microseconds since the Unix epoch.
     int64_t time_us = 0;
   };
 
-  // Joins the group on the interface to which liblcm sends. channels: as of FilterChannels(). wake_fd: Next()
+  // Joins the group on the interface on which liblcm sends. channels: as in FilterChannels(). wake_fd: Next()
   // stops waiting when it becomes readable; -1: none. Throws std::system_error.
   MulticastReceiver(const MulticastAddress& address, std::span<const std::string> channels, int wake_fd = -1);
   ~MulticastReceiver();
@@ -50,25 +50,25 @@ class MulticastReceiver {
 
   void Filter(std::span<const std::string> channels);
 
-  // The next message, waited for until the deadline, or not at all for Time::min(). Nothing after a signal,
-  // or when wake_fd is readable.
+  // Waits for the next message until the deadline; does not wait if the deadline is Time::min(). Returns
+  // nothing after a signal or when wake_fd is readable.
   std::optional<Received> Next(Time deadline);
 
-  // Who is in no hurry reads only so often what has come since, as far as the kernel has room for it: one
-  // wake-up then serves for many messages. The first one after a silence is heard at once.
+  // Allows messages to be delayed by up to `delay`, so that one wake-up serves many. The receive buffer may
+  // limit the delay further. The first message after a pause is not delayed.
   void SetMaxBatchDelay(std::chrono::nanoseconds delay);
 
-  // What the kernel gives it.
+  // Size that the kernel granted.
   size_t receive_buffer_bytes() const { return buffer_bytes_; }
-  // Messages of which fragments are missing or do not fit together.
+  // Number of messages with missing or inconsistent fragments.
   int64_t lost() const { return reassembler_.lost(); }
 
  private:
   static constexpr size_t kBatch = 16;
 
-  // Reads what has queued. False if nothing has.
+  // Reads the queued datagrams. Returns false if there are none.
   bool Take();
-  // False if there is nothing to be read before the deadline.
+  // Returns false if nothing can be read before the deadline.
   bool Wait(Time deadline);
   std::optional<Received> Open(size_t index);
 
@@ -77,7 +77,7 @@ class MulticastReceiver {
   bool is_local_;
   size_t buffer_bytes_ = 0;
   std::chrono::nanoseconds max_batch_delay_{};
-  // Something was read since we waited.
+  // True if something was read since the last wait.
   bool is_busy_ = false;
 
   std::unique_ptr<uint8_t[]> bytes_;
@@ -85,7 +85,7 @@ class MulticastReceiver {
   std::vector<iovec> places_;
   std::vector<sockaddr_in> senders_;
   std::vector<mmsghdr> batch_;
-  // Of the batch: how many were read, and which of them is next.
+  // Number of datagrams in the batch, and index of the next one.
   size_t taken_ = 0, next_ = 0;
   Reassembler reassembler_;
 };

@@ -18,7 +18,7 @@ namespace evalbus {
 namespace {
 
 constexpr std::array<uint8_t, 4> kZstdMagic = {0x28, 0xB5, 0x2F, 0xFD};
-// Beyond it logs get 2 % smaller and take thrice the time.
+// Higher levels make logs 2 % smaller and take three times as long.
 constexpr int kLevel = 3;
 
 struct Free {
@@ -82,14 +82,14 @@ std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::files
   const auto declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
   const bool is_declared = declared != ZSTD_CONTENTSIZE_UNKNOWN && declared != ZSTD_CONTENTSIZE_ERROR;
   if (is_declared && declared > most) too_large();
-  // Who says that much is not believed before it is there.
+  // A declared size is not trusted: memory grows as data are unpacked.
   constexpr size_t kUsualRatio = 16;
   const size_t likely = std::max<size_t>(kUsualRatio * packed.size(), 4096);
   std::vector<uint8_t> log(std::min(is_declared ? static_cast<size_t>(declared) : most, likely));
   const std::unique_ptr<ZSTD_DCtx, Free> context(ZSTD_createDCtx());
   ZSTD_inBuffer in{packed.data(), packed.size(), 0};
   size_t size = 0;
-  // Several frames behind one another are one log.
+  // Concatenated frames form one log.
   for (size_t left = 0; in.pos < in.size || left > 0;) {
     ZSTD_outBuffer out{log.data(), log.size(), size};
     const size_t read = in.pos;
@@ -100,7 +100,7 @@ std::vector<uint8_t> UnpackLog(std::span<const uint8_t> packed, const std::files
     if (size < log.size()) continue;
     if (in.pos == in.size && left == 0) break;
     if (log.size() > most) too_large();
-    // One more than is taken shows that there are more.
+    // One byte more than the limit reveals a longer log.
     log.resize(std::min(2 * log.size() + 4096, most + 1));
   }
   log.resize(size);

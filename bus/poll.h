@@ -1,4 +1,4 @@
-// Waits for something to read.
+// Waits until a file descriptor is readable.
 #pragma once
 
 #include <poll.h>
@@ -9,15 +9,15 @@
 
 namespace evalbus {
 
-// From now on; nothing left is 0.
+// Time from now to the deadline; 0 if it has passed.
 inline timespec TimeUntil(std::chrono::steady_clock::time_point deadline) {
   const auto now = std::chrono::steady_clock::now();
   const int64_t ns = deadline <= now ? 0 : std::chrono::nanoseconds(deadline - now).count();
   return {ns / 1'000'000'000, ns % 1'000'000'000};
 }
 
-// Waits until `fd` is readable: true. False at the deadline, after a signal (the caller checks its flags), or
-// when only `wake_fd` is readable. -1: no file descriptor.
+// Returns true when `fd` is readable. Returns false at the deadline, after a signal (the caller checks its
+// flags), or when only `wake_fd` is readable. -1: no file descriptor.
 inline bool WaitReadable(int fd, int wake_fd, std::chrono::steady_clock::time_point deadline) {
   pollfd readable[] = {{fd, POLLIN, 0}, {wake_fd, POLLIN, 0}};
   const timespec left = TimeUntil(deadline);

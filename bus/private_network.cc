@@ -35,8 +35,8 @@ std::string UrlOfEnvironment() {
 }
 
 std::string WhyNoMulticast(const std::string& url) {
-  // In a child: LCM explains itself on stderr at length, and its threads would forbid a new user namespace
-  // here.
+  // Runs in a child process: LCM prints long explanations on stderr, and its threads would prevent this
+  // process from creating a user namespace.
   int report[2];
   if (pipe(report) != 0) return std::string("pipe: ") + std::strerror(errno);
   const pid_t child = fork();
@@ -77,7 +77,7 @@ void EnterPrivateNetwork() {
     WriteProc("/proc/self/uid_map", "0 " + std::to_string(uid) + " 1");
     WriteProc("/proc/self/gid_map", "0 " + std::to_string(gid) + " 1");
   }
-  // ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo
+  // Equivalent of: ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   ifreq interface {};
   std::strcpy(interface.ifr_name, "lo");

@@ -1,4 +1,4 @@
-// Which bus a run can have on this machine.
+// Chooses the bus of a run on this machine.
 #pragma once
 
 #include <string>
@@ -7,21 +7,23 @@
 
 namespace evalbus {
 
-// Names the bus for every program that is not told another one by its command line.
+// Environment variable with the bus URL of every program that has no --url on its command line.
 inline constexpr char kUrlVariable[] = "EVALBUS_URL";
-// Its value; empty without one.
+// Value of kUrlVariable; empty if it is not set.
 std::string UrlOfEnvironment();
 
-// Empty if multicast works at this URL, else one line that says why not.
+// Empty if multicast works with this URL; otherwise one line that explains why not.
 std::string WhyNoMulticast(const std::string& url);
 
-// Moves this process, before it has started any thread, into a network namespace of its own with multicast on
-// its loopback interface. Children share it; nobody else hears it. Throws EnvironmentError, one line.
+// Moves this process into a network namespace of its own with multicast on its loopback interface. Must be
+// called before any thread has started. Child processes share the namespace; other processes receive nothing
+// from it. Throws EnvironmentError, one line.
 void EnterPrivateNetwork();
 
-// The bus to use, said on stdout with the reason: the one asked for, or the first that works of this
-// machine's multicast and multicast in a private network, which is then entered; none if neither does.
-// Throws InputError or EnvironmentError if the one asked for does not work: it is never replaced.
+// Chooses the bus and prints it with the reason on stdout. If `asked` is not empty, uses that bus; throws
+// InputError or EnvironmentError if it does not work, and never replaces it. Otherwise uses this machine's
+// multicast or, if that does not work, enters a private network with multicast. Returns no bus if neither
+// works.
 ReservedBus ChooseBus(const std::string& asked);
 
 }  // namespace evalbus

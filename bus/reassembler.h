@@ -1,6 +1,6 @@
-// Messages out of their fragments, as liblcm makes them: a sender sends one message after the other, so its
-// next one ends what is unfinished of the last, and a message whose first fragment was lost is lost. Unlike
-// liblcm, a fragment that comes again does not count twice, and parts that overlap or leave a gap make no
+// Reassembles messages from their fragments, as liblcm does. A sender sends one message at a time, so a
+// fragment of its next message discards an unfinished one. A message whose first fragment was lost is lost.
+// Unlike liblcm, duplicated fragments count once, and fragments that overlap or leave a gap do not form a
 // message. Pure.
 #pragma once
 
@@ -17,16 +17,16 @@ namespace evalbus {
 
 class Reassembler {
  public:
-  // What is in the making takes no more than this, whoever sends what; those that have been silent longest
-  // go.
+  // Memory limit of all unfinished messages, whatever is received. Beyond it, the senders that have been
+  // silent longest are dropped.
   static constexpr size_t kMaxBytes = 2 * kMaxMessageBytes;
   static constexpr size_t kMaxSenders = 64;
 
-  // sender: its address and port. The message that this fragment makes whole, if it does: views that hold
-  // until the next call.
+  // sender: its address and port. Returns the message that this fragment completes, if any; its views are
+  // valid until the next call.
   std::optional<LcmMessage> Add(uint64_t sender, const LcmFragment& fragment);
 
-  // Messages given up: a fragment was lost, or they do not fit together.
+  // Number of messages discarded because fragments are missing or inconsistent.
   int64_t lost() const { return lost_; }
 
  private:
@@ -39,16 +39,16 @@ class Reassembler {
     uint32_t sequence = 0, message_bytes = 0;
     uint16_t count = 0;
     std::string channel;
-    // Kept for the sender's next message. Memory that no fragment has filled is not touched.
+    // Reused for the sender's next message. Memory that no fragment has filled is not touched.
     std::unique_ptr<uint8_t[]> bytes;
     size_t capacity = 0;
-    // By number.
+    // Key: fragment number.
     std::map<uint16_t, Part> parts;
     uint64_t heard_at = 0;
   };
 
   void Begin(const LcmFragment& fragment, Assembly* assembly);
-  // Throws out senders until there is room for one more of so many bytes.
+  // Drops senders until there is room for `bytes` more.
   void MakeRoom(uint64_t for_sender, size_t bytes);
   static bool IsWithoutGap(const Assembly& assembly);
 

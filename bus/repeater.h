@@ -1,4 +1,4 @@
-// What is said again every so often of wall time, until it is heard or nobody needs it any more.
+// Timer for messages that are repeated with a wall-clock period until they are received or no longer needed.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@ class Repeater {
   using Clock = std::chrono::steady_clock;
   explicit Repeater(Clock::duration period) : period_(period) {}
 
-  // It was said just now.
+  // Records that the message was published now.
   void Said(Clock::time_point now) { last_ = now; }
   bool Due(Clock::time_point now) const { return now - last_ >= period_; }
 

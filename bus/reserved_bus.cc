@@ -19,7 +19,7 @@ namespace {
 constexpr int kFirstPort = 20000, kLastPort = 59999;
 constexpr int kMaxDraws = 1000;
 
-// A socket of this type that nothing else may be bound beside; -1, with errno.
+// Socket of this type, bound exclusively to the port; -1, with errno, on failure.
 int BindAlone(int type, uint16_t port) {
   const int fd = socket(AF_INET, type | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -34,7 +34,7 @@ int BindAlone(int type, uint16_t port) {
   return fd;
 }
 
-// Whether a program receives on this UDP port: one that knows nothing of reservations, too.
+// True if a program receives on this UDP port, also one that does not reserve its bus.
 bool IsReceivedOn(uint16_t port) {
   const int fd = BindAlone(SOCK_DGRAM, port);
   if (fd >= 0) close(fd);
@@ -67,7 +67,7 @@ ReservedBus ReservedBus::Draw(const std::function<Place()>& draw) {
     ReservedBus bus(
         fmt::format("udpm://239.255.{}.{}:{}?ttl=0", place.group >> 8, place.group & 0xff, place.port));
     bus.socket_ = BindAlone(SOCK_STREAM, place.port);
-    // Where there are no sockets at all there is no bus either; whoever opens it reports that.
+    // If sockets cannot be created at all, opening the bus fails, too, and reports that.
     if (bus.socket_ < 0 && errno != EADDRINUSE) return bus;
     if (bus.socket_ >= 0 && !IsReceivedOn(place.port)) return bus;
   }

@@ -1,4 +1,4 @@
-// A bus of this machine that one run has for itself.
+// A bus on this machine that is reserved for one run.
 #pragma once
 
 #include <cstdint>
@@ -9,29 +9,29 @@
 namespace evalbus {
 
 // All processes of a run share the UDP port of its bus, so binding that port does not show whether another
-// run uses it. The launcher therefore also binds the TCP port of the same number, on which nothing ever
-// listens: only one process of a network namespace can, whatever its user and its pid and mount namespaces.
+// run uses it. The launcher therefore also binds the TCP port of the same number, on which nothing listens.
+// Only one process of a network namespace can do so, whatever its user and its pid and mount namespaces.
 class ReservedBus {
  public:
   struct Place {
-    // The last two bytes of a group 239.255.x.y.
+    // The last two bytes of a multicast address 239.255.x.y.
     uint16_t group = 0;
     uint16_t port = 0;
   };
 
-  // No bus.
   ReservedBus() = default;
   ~ReservedBus() { Release(); }
   ReservedBus(ReservedBus&& other) noexcept { *this = std::move(other); }
   ReservedBus& operator=(ReservedBus&& other) noexcept;
 
-  // Draws places at random until no other program in this network namespace uses the port. draw: draws one,
-  // for tests. Throws EnvironmentError where there is no free one.
+  // Draws groups and ports at random until one has a port that no other program in this network namespace
+  // uses. draw: replaces the random draw in tests. Throws EnvironmentError if no free port is found.
   static ReservedBus Draw(const std::function<Place()>& draw = DrawPlace);
-  // The bus that the user chose, which others may share: reserved against Draw() unless it already is.
+  // A bus that the user chose, which other programs may share. Reserves it against Draw() unless it is
+  // already reserved.
   static ReservedBus Chosen(const std::string& url);
 
-  // Empty without a bus.
+  // Empty if there is no bus.
   const std::string& url() const { return url_; }
 
  private:
@@ -40,7 +40,7 @@ class ReservedBus {
   void Release();
 
   std::string url_;
-  // -1: nothing is reserved.
+  // -1: nothing reserved.
   int socket_ = -1;
 };
 

@@ -1,5 +1,5 @@
-// When each message was encoded, sent, received, decoded and handled: for pipeline_bench, which adds up where
-// a tick's time goes. Kept in memory, written when the bus goes.
+// Records when each message was encoded, sent, received, decoded and handled. pipeline_bench computes from it
+// where the time of a tick is spent. Kept in memory; written when the bus is destroyed.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,20 @@ class Trace {
  public:
   enum class Event : int32_t { kEncode, kSend, kSent, kReceived, kDecoded, kHandled };
   struct Record {
-    // Of the steady clock, which all processes of a machine share.
+    // Time of the steady clock, which all processes of a machine share.
     int64_t time_ns;
-    // The first letters of its name behind EVALBUS_; NUL where it is shorter.
+    // First letters of the channel's name after "EVALBUS_", padded with NUL.
     char channel[8];
     Event event;
     int32_t episode;
     int32_t tick;
   };
 
-  // A folder into which every bus of this process and its children writes PROCESS.trace.
+  // Environment variable: folder in which every bus of this process and its children writes PROCESS.trace.
   static constexpr char kVariable[] = "EVALBUS_TRACE";
-  // Null where the environment names none.
+  // Null if the variable is not set.
   static std::unique_ptr<Trace> OfEnvironment();
-  // All that was written.
+  // Reads all records of a file.
   static std::vector<Record> Read(const std::filesystem::path& file);
 
   explicit Trace(std::filesystem::path file);
@@ -36,7 +36,7 @@ class Trace {
   Trace(const Trace&) = delete;
   Trace& operator=(const Trace&) = delete;
 
-  // data: the message, of which the header says the tick; empty before it is encoded.
+  // data: the encoded message, whose header contains the tick; empty before encoding.
   void Add(Event event, std::string_view channel, std::span<const uint8_t> data);
 
  private:

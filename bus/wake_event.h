@@ -1,21 +1,21 @@
-// Ends the wait for a message of one thread from another one (Bus::wake_event).
+// Ends one thread's wait for a message from another thread (Bus::wake_event).
 #pragma once
 
 namespace evalbus {
 
 class WakeEvent {
  public:
-  // Throws EnvironmentError where no file descriptor is left.
+  // Throws EnvironmentError if no file descriptor is left.
   WakeEvent();
   ~WakeEvent();
   WakeEvent(const WakeEvent&) = delete;
   WakeEvent& operator=(const WakeEvent&) = delete;
 
-  // Thread-safe. Stays set until the next Clear(), so that it may come before the wait.
+  // Thread-safe. Stays set until the next Clear(), so it may be set before the wait.
   void Set();
   void Clear();
 
-  // Readable while it is set.
+  // Readable while the event is set.
   int fd() const { return fd_; }
 
  private:

@@ -14,7 +14,7 @@
 #include "collision/pair_filter.h"
 #include "collision/penetration.h"
 
-// The only file that pays for compiling FCL's headers.
+// Only this file includes FCL's headers, which take long to compile.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
@@ -33,18 +33,18 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// FCL reports strict overlap only. Its shapes are grown by half the contact distance on every side, so that
-// overlap of the grown shapes means contact of the true ones (meshes: nearly so).
+// FCL reports only strict overlap. Its shapes are enlarged by half the contact distance on every side, so
+// that overlap of the enlarged shapes means contact of the true ones (nearly so for meshes).
 constexpr double kGrowth = 0.5 * contact_t::TOUCH_DISTANCE_M;
 
-// A geom in FCL's broad phase, under the bounding box that we compute: FCL's own is that of the bounding
-// sphere for anything rotated.
+// A geom in FCL's broad phase, with a bounding box computed here. For rotated geoms, FCL's own box encloses
+// the bounding sphere and is larger.
 class BroadPhaseObject : public fcl::CollisionObjectd {
  public:
   BroadPhaseObject(const std::shared_ptr<fcl::CollisionGeometryd>& shape, int index_in)
       : fcl::CollisionObjectd(shape), index(index_in) {}
   void SetBounds(const Vector3d& lower, const Vector3d& upper) { aabb = fcl::AABBd(lower, upper); }
-  // Of the geom.
+  // Index of the geom in Impl::geoms.
   const int index;
 };
 
@@ -53,13 +53,13 @@ struct Geom {
   int body = -1;
   Shape shape;
   double radius = 0;
-  // Which side of a clearance it can be.
+  // Sides of a clearance on which the geom can be.
   bool is_moving_robot = false;
   bool is_scene = false;
   // Pose in the body frame.
   Vector3d local_position;
   Matrix3d local_rotation;
-  // Bounding box in the world; and, for a mesh, center and half extents in the geom frame.
+  // Bounding box in the world. For a mesh, also center and half extents in the geom frame.
   Vector3d lower;
   Vector3d upper;
   Vector3d mesh_center;
@@ -74,7 +74,7 @@ struct Pair {
   int a;
   int b;
   Method method;
-  // The closed form takes (b, a).
+  // True if the closed form takes (b, a).
   bool swapped;
 };
 
@@ -101,7 +101,7 @@ Shape::Kind KindOf(int mujoco_type, const std::string& who) {
   }
 }
 
-// Corners and faces of a mesh's convex hull from the compiled model's graph: numvert, numface,
+// Corners and faces of a mesh's convex hull, from the graph of the compiled model: numvert, numface,
 // vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3 numface], face_globalid[3 numface].
 std::shared_ptr<fcl::Convexd> MakeHull(const mjModel& m, int mesh, const std::string& who) {
   if (m.mesh_graphadr[mesh] < 0)
@@ -140,26 +140,26 @@ Pair MakePair(int a, int b, const Shape& shape_a, const Shape& shape_b) {
 }  // namespace
 
 struct CollisionChecker::Impl {
-  // Geoms that take part in a pair; a pair's a and b index this list, which is in the order of geom ids.
+  // Geoms that occur in a pair, in the order of geom ids. a and b of a pair are indices into this list.
   std::vector<Geom> geoms;
-  // By id, index into geoms; -1 where no pair has it.
+  // Geom id -> index into geoms; -1 if the geom is in no pair.
   std::vector<int> geom_of;
   // Geoms of body i: geoms[first_geom[i]] up to geoms[first_geom[i + 1]]; geom ids are grouped by body.
   std::vector<int> first_geom;
-  // By body, as it was set: position, then quaternion; NaN before.
+  // By body, as set: position, then quaternion; NaN before the first call.
   std::vector<std::array<double, 7>> body_pose;
   std::vector<Pair> pairs;
-  // Index into pairs for two geoms (a * geoms.size() + b, a < b), -1 where they are not checked.
+  // Index into pairs for two geoms (a * geoms.size() + b, a < b); -1 if the pair is not checked.
   std::vector<int> pair_of;
-  // Broad phase of all geoms but planes, whose boxes are infinite (FCL cannot hold those); pairs with a plane
-  // are always candidates. Candidates are evaluated in the order of pairs, whatever order the broad phase
-  // finds them in.
+  // Broad phase of all geoms except planes, whose infinite boxes FCL does not support. Pairs with a plane are
+  // always candidates. Candidates are evaluated in the order of `pairs`, independent of the order in which
+  // the broad phase finds them.
   fcl::DynamicAABBTreeCollisionManagerd broad_phase;
   std::vector<std::unique_ptr<BroadPhaseObject>> objects;
   std::vector<int> plane_pairs;
   std::vector<int> candidates;
   bool is_set_up = false;
-  // Pairs (a the robot's geom) of the clearance, and who finds the nearest of them.
+  // Pairs that count for the clearance (a is the robot's geom), and the search for the nearest one.
   std::vector<Pair> clearance_pairs;
   std::optional<NearestPair> nearest;
   std::vector<contact_t> contacts;
@@ -172,12 +172,12 @@ struct CollisionChecker::Impl {
   Geom MakeGeom(const mjModel& m, int id) const;
   void UpdateBounds(Geom* geom) const;
   void Place(int index, const Vector3d& position, const Matrix3d& rotation);
-  // Fills candidates: pairs whose bounding boxes overlap.
+  // Fills `candidates` with the pairs whose bounding boxes overlap.
   void FindCandidates();
-  // Where the two shapes of a pair are nearest to one another.
+  // Computes the nearest points of the two shapes of a pair.
   void FindPoints(const Pair& pair, Vector3d* on_a, Vector3d* on_b);
-  // Contact of a pair, or nothing; `true_distance` asks for the distance of separated shapes too (normal and
-  // point are then valid for closed forms only).
+  // Computes the contact of a pair; returns false if there is none. With `true_distance`, also computes the
+  // distance of separated shapes; their normal and point are valid only for closed forms.
   bool Evaluate(const Pair& pair, bool true_distance, Proximity* result);
 };
 
@@ -271,7 +271,7 @@ void CollisionChecker::Impl::Place(int index, const Vector3d& position, const Ma
   if (geom.shape.kind == Shape::Kind::kPlane) {
     nearest->Forget();
   } else {
-    // Norms: that of a difference of rotations is at most its Frobenius norm / sqrt(2).
+    // The operator norm of a difference of rotations is at most its Frobenius norm / sqrt(2).
     nearest->Moved(index, (position - geom.shape.position).norm() +
                               geom.radius * (rotation - geom.shape.rotation).norm() / std::numbers::sqrt2);
   }
@@ -300,7 +300,7 @@ void CollisionChecker::Impl::FindCandidates() {
                                     static_cast<BroadPhaseObject*>(second)->index);
     const int pair = self->pair_of[static_cast<size_t>(a) * self->geoms.size() + static_cast<size_t>(b)];
     if (pair >= 0) self->candidates.push_back(pair);
-    return false;  // go on
+    return false;  // continue
   });
   std::sort(candidates.begin(), candidates.end());
 }
@@ -316,7 +316,8 @@ bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Prox
         *result = *deep;
         return true;
       }
-      // Only the growth overlaps, or hardly more: FCL's rough estimate is good enough.
+      // Only the enlarged shapes overlap, or the true ones by hardly anything: FCL's rough estimate is
+      // sufficient.
       contact_result.clear();
       fcl::collide(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
                    contact_request, contact_result);
@@ -330,7 +331,8 @@ bool CollisionChecker::Impl::Evaluate(const Pair& pair, bool true_distance, Prox
     distance_result.clear();
     fcl::distance(first.fcl_shape.get(), first.fcl_pose, second.fcl_shape.get(), second.fcl_pose,
                   distance_request, distance_result);
-    // Not a contact, so FCL's "-1 or so" for overlapping shapes can only mean that they all but touch.
+    // The shapes are not in contact, so FCL's negative value for overlapping shapes can only mean that they
+    // almost touch.
     result->distance = 2 * kGrowth + std::max(0.0, distance_result.min_distance);
     return true;
   }
@@ -355,14 +357,14 @@ void CollisionChecker::Impl::FindPoints(const Pair& pair, Vector3d* on_a, Vector
   if (proximity.distance <= contact_t::TOUCH_DISTANCE_M) {
     *on_a = *on_b = proximity.point;
   } else if (pair.method == Method::kFcl) {
-    // Of the grown shapes.
+    // Nearest points of the enlarged shapes.
     const Vector3d first = distance_result.nearest_points[0], second = distance_result.nearest_points[1];
     const Vector3d growth = kGrowth * (second - first).normalized();
     *on_a = first - growth;
     *on_b = second + growth;
     if (pair.swapped) std::swap(*on_a, *on_b);
   } else {
-    // The point is midway.
+    // The point is midway between the surfaces.
     *on_a = proximity.point - 0.5 * proximity.distance * proximity.normal;
     *on_b = proximity.point + 0.5 * proximity.distance * proximity.normal;
   }

@@ -1,5 +1,5 @@
-// The robot's clearance over an episode: measured at every tick that has the smallest one so far, and often
-// enough to be watched. Pure.
+// The robot's clearance over an episode. It is measured at every tick with a new minimum, and at regular
+// intervals for display. Pure.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace evalbus::collision {
 
 class ClearanceWatch {
  public:
-  // Simulated time after which it is measured in any case, for those who look on.
+  // Simulated time after which the clearance is measured in any case, for observers.
   static constexpr int64_t kShownEveryUs = 100'000;
 
   // tick_us: simulated time between ticks.
@@ -24,15 +24,16 @@ class ClearanceWatch {
   // Begins an episode.
   void Start() { smallest_ = kInfinity; }
 
-  // Of a tick whose poses the checker has, and its contacts. Not empty where it is smaller than at all ticks
-  // before (but tick 0, which is no sample), where the robot touches the scene, and now and then.
+  // Clearance at a tick. The poses must be set in the checker; contacts: those of the tick. Not empty if it
+  // is smaller than at all earlier ticks (except tick 0, which is not a sample), if the robot touches the
+  // scene, and at regular intervals.
   std::optional<Clearance> At(int64_t tick, std::span<const contact_t> contacts) {
     std::optional<Clearance> clearance;
     for (const contact_t& contact : contacts) {
       const std::optional<Clearance> touch = checker_->AsClearance(contact);
       if (touch && (!clearance || touch->distance < clearance->distance)) clearance = touch;
     }
-    // Whatever else there is does not touch, so it is further away.
+    // Pairs without contact are further away than any contact.
     if (!clearance) {
       const bool is_shown = shown_every_ <= 1 || tick % shown_every_ == 0;
       clearance = checker_->FindClearance(is_shown ? kInfinity : smallest_);

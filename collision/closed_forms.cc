@@ -11,20 +11,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Half of the vector from one end of a capsule's or sphere's axis to the other.
+// Vector from the center of a capsule's or sphere's axis to its end.
 Vector3d HalfAxis(const Shape& shape) {
   if (shape.kind == Shape::Kind::kSphere) return Vector3d::Zero();
   return shape.size[1] * shape.rotation.col(2);
 }
 
-// Some unit vector perpendicular to u; the same for the same u.
+// A unit vector perpendicular to u; equal for equal u.
 Vector3d Perpendicular(const Vector3d& u) {
   return u.squaredNorm() > 0 ? u.unitOrthogonal() : Vector3d(Vector3d::UnitX());
 }
 
-// A box that holds the origin of its frame and a segment (center, half vector) that cuts it: the shortest way
-// out. The sum of a box and a segment is a zonotope, so one of its facet normals is the answer: the box axes,
-// and the box axes crossed with the segment. Returns the depth and, in `normal`, the way out for the segment.
+// Shortest translation that separates a box around the origin from a segment (center, half vector) that
+// intersects it. The Minkowski sum of box and segment is a zonotope, so the translation is along one of its
+// facet normals: the box axes, or a box axis crossed with the segment. Returns the depth and, in `normal`,
+// the direction in which the segment must move.
 double ShortestWayOut(const Vector3d& half_size, const Vector3d& center, const Vector3d& half,
                       Vector3d* normal) {
   double best = std::numeric_limits<double>::infinity();
@@ -77,7 +78,7 @@ Proximity CapsuleToCapsule(const Shape& a, const Shape& b) {
     t = clamp((s * u - offset).dot(v) / vv);
     s = clamp((t * v + offset).dot(u) / uu);
   } else if (uu > 0) {
-    // Parallel, or b is a point: the middle of what b covers of a.
+    // Parallel, or b is a point: use the middle of the range of a that b covers.
     const double center = offset.dot(u) / uu;
     const double reach = std::abs(uv) / uu;
     s = 0.5 * (clamp(center - reach) + clamp(center + reach));
@@ -105,12 +106,12 @@ Proximity CapsuleToCapsule(const Shape& a, const Shape& b) {
 Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
   const double radius = capsule.size[0];
   const Vector3d& h = box.size;
-  // In the frame of the box: the axis of the capsule is c + t d, t in [-1, 1].
+  // In the frame of the box, the axis of the capsule is c + t d, t in [-1, 1].
   const Vector3d c = box.rotation.transpose() * (capsule.position - box.position);
   const Vector3d d = box.rotation.transpose() * HalfAxis(capsule);
 
-  // Half the derivative of the squared distance along the axis: monotone, and linear between the places where
-  // the axis crosses a face's plane.
+  // Half the derivative of the squared distance along the axis. It is monotone, and linear between the points
+  // where the axis crosses the plane of a face.
   const auto slope = [&](double t) {
     double sum = 0;
     for (int i = 0; i < 3; ++i) {
@@ -132,7 +133,7 @@ Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
     }
   }
 
-  // Where the slope reaches a level: between the last knot below it and the first knot above.
+  // Parameter at which the slope reaches a level, between the last knot below it and the first knot above.
   const auto crossing = [&](double level) {
     int below = -1;
     int above = -1;
@@ -148,7 +149,7 @@ Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
     return knots[below] +
            (knots[above] - knots[below]) * (level - slopes[below]) / (slopes[above] - slopes[below]);
   };
-  // The nearest places form an interval: the slope is negative before it and positive after it. Take its
+  // The nearest points form an interval: the slope is negative before it and positive after it. Use its
   // middle.
   const double flat = kFlat * d.squaredNorm();
   const double t = d.isZero(0) ? 0 : 0.5 * (crossing(-flat) + crossing(flat));
@@ -166,7 +167,8 @@ Proximity CapsuleToBox(const Shape& capsule, const Shape& box) {
     result.distance = -ShortestWayOut(h, c, d, &out) - radius;
     normal = -out;
   }
-  // Deepest point of the axis; where it lies across the normal, the nearest or innermost one found above.
+  // Deepest point of the axis. If the axis is perpendicular to the normal, the nearest or innermost point
+  // found above.
   const double across = normal.dot(d);
   const Vector3d deepest = gap > 1e-12 || std::abs(across) < kFlat ? on_axis : Vector3d(c + Side(across) * d);
   const Vector3d point = deepest + (radius + 0.5 * result.distance) * normal;

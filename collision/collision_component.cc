@@ -32,7 +32,8 @@ CollisionComponent::CollisionComponent(Bus* bus) : Component(bus, "collision") {
 }
 
 void CollisionComponent::OnEpisodeBegin(const episode_begin_t& begin) {
-  // Both are repeated until we are ready: without MODEL, wait for the next.
+  // MODEL and EPISODE_BEGIN are repeated until all components are ready. Without MODEL, wait for the next
+  // EPISODE_BEGIN.
   if (!model_info_ || !EnterEpisode(begin)) return;
   CheckMessageVersion(*model_info_);
   if (!checker_ || loaded_.physics_sha256 != model_info_->physics_sha256 ||
@@ -50,7 +51,7 @@ void CollisionComponent::OnState(const state_t& state) {
   const int64_t tick = state.header.tick;
   if (!checker_ || tick <= status_.last_tick || !HasPoses(state, loaded_.num_bodies)) {
     ++status_.foreign_messages;
-    // The sim repeats a STATE whose PARTIAL it has not heard.
+    // The sim repeats a STATE if it has not received the PARTIAL.
     if (tick >= 0 && tick == status_.last_tick) bus().Publish(channels::kContacts, contacts_);
     return;
   }

@@ -1,5 +1,5 @@
-// The collision checker as a component: answers every STATE of its episode with CONTACTS. See
-// docs/messages.md for the protocol.
+// The collision checker as a component: answers every STATE of its episode with CONTACTS. docs/messages.md
+// describes the protocol.
 #pragma once
 
 #include <memory>
@@ -22,17 +22,17 @@ class CollisionComponent : public Component {
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnState(const state_t& state);
 
-  // Last MODEL, and the one that checker_ was made from.
+  // Last received MODEL, and the one of checker_.
   std::optional<model_info_t> model_info_;
   model_info_t loaded_{};
   std::unique_ptr<CollisionChecker> checker_;
-  // Of the episode.
+  // Clearance over the current episode.
   std::optional<ClearanceWatch> clearance_;
   contacts_t contacts_{};
 };
 
-// Checker of the physics model that MODEL names. Throws InputError when the file cannot be read, is not the
-// one that MODEL's SHA-256 stands for, or does not fit MODEL.
+// Creates the checker of the physics model that MODEL names. Throws InputError if the file cannot be read,
+// does not have MODEL's SHA-256, or does not fit MODEL.
 std::unique_ptr<CollisionChecker> LoadChecker(const model_info_t& info);
 
 }  // namespace evalbus::collision

@@ -1,5 +1,5 @@
-// The nearest of many pairs of things that move, without measuring pairs that cannot be it: each pair
-// remembers how near it was at least when it was looked at last, and how far its two things have moved since.
+// Finds the nearest of many pairs of moving things without measuring pairs that cannot be the nearest. Each
+// pair stores a lower bound of its distance at the last query, and how far its two things have moved since.
 // Pure.
 #pragma once
 
@@ -18,21 +18,21 @@ class NearestPair {
     double distance;  // m
   };
 
-  // Pairs of things, which are 0 to num_things - 1.
+  // pairs: pairs of things, which are numbered from 0 to num_things - 1.
   NearestPair(std::vector<std::pair<int, int>> pairs, int num_things)
       : pairs_(std::move(pairs)), travel_(num_things), bound_(pairs_.size(), -kInfinity) {
     queue_.reserve(pairs_.size());
   }
 
-  // No point of the thing has moved further (m) than this since the last call.
+  // distance: upper bound of the motion of any point of the thing since the last call, m.
   void Moved(int thing, double distance) { travel_[thing] += distance; }
-  // A thing has moved nobody knows how far.
+  // Discards all bounds. Call it if a thing has moved by an unknown distance.
   void Forget() { bound_.assign(bound_.size(), -kInfinity); }
 
-  // The nearest pair and its distance where that is less than `below`. What was asked before makes it faster
-  // and changes nothing else. gap(pair): a lower bound of a pair's distance where that is above 0, else 0;
-  // measure(pair): the distance, negative where the two overlap. Of equally near pairs that of the smallest
-  // gap, then the first.
+  // Returns the nearest pair and its distance if that is less than `below`. Earlier queries only affect the
+  // speed. gap(pair): positive lower bound of a pair's distance, or 0 if there is none. measure(pair): the
+  // distance, negative if the two overlap. Among equally near pairs, returns the one with the smallest gap,
+  // then the first.
   template <class Gap, class Measure>
   std::optional<Found> Find(double below, const Gap& gap, const Measure& measure) {
     queue_.clear();
@@ -58,15 +58,15 @@ class NearestPair {
   }
 
  private:
-  // For what measuring and adding up leave open, m: FCL stops at 1e-9, and a sum of 1e6 m is good to 1e-10.
+  // Tolerance for measuring and adding up, m: FCL stops at 1e-9, and a sum of 1e6 m is accurate to 1e-10.
   static constexpr double kTolerance = 1e-6;
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double Travel(int pair) const { return travel_[pairs_[pair].first] + travel_[pairs_[pair].second]; }
 
   std::vector<std::pair<int, int>> pairs_;
-  // Since the beginning, by thing.
+  // Total motion of each thing.
   std::vector<double> travel_;
-  // By pair: its distance is at least this less its travel.
+  // By pair: its distance is at least this minus its travel.
   std::vector<double> bound_;
   std::vector<std::pair<double, int>> queue_;
 };

@@ -6,7 +6,7 @@
 namespace evalbus::collision {
 namespace {
 
-// MuJoCo's own filters (mj_collision of version 2.2), apart from <pair>.
+// Applies MuJoCo's own filters (mj_collision of version 2.2), except <pair>.
 bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
   if (!(m.geom_contype[geom_a] & m.geom_conaffinity[geom_b]) &&
       !(m.geom_contype[geom_b] & m.geom_conaffinity[geom_a])) {
@@ -28,8 +28,8 @@ bool MujocoChecks(const mjModel& m, int geom_a, int geom_b) {
          m.exclude_signature + m.nexclude;
 }
 
-// Neighboring links of one robot. MuJoCo lets a link collide with its parent where the parent is fixed to
-// the world.
+// True for neighboring links of one robot. MuJoCo allows collisions between a link and its parent if the
+// parent is fixed to the world.
 bool AreNeighboringLinks(const mjModel& m, const model_info_t& info, int body_a, int body_b) {
   const int entity = info.body_entity[body_a];
   if (entity != info.body_entity[body_b] || info.entity_kind[entity] != model_info_t::ROBOT) return false;
@@ -38,7 +38,7 @@ bool AreNeighboringLinks(const mjModel& m, const model_info_t& info, int body_a,
   return weld_a == m.body_weldid[m.body_parentid[weld_b]] || weld_b == m.body_weldid[m.body_parentid[weld_a]];
 }
 
-// Which gripper's finger each body is part of; -1 = none. A finger is what is welded to a pad.
+// Gripper to whose finger each body belongs; -1 = none. A finger consists of the bodies welded to a pad.
 std::vector<int> GripperOfBody(const mjModel& m, const model_info_t& info) {
   std::vector<int> gripper(m.nbody, -1);
   for (int i = 0; i < info.num_grippers; ++i) {
@@ -74,7 +74,7 @@ std::vector<std::pair<int, int>> CheckedPairs(const mjModel& m, const model_info
   if (m.opt.collision != mjCOL_DYNAMIC) {
     for (int i = 0; i < m.npair; ++i) add(m.pair_geom1[i], m.pair_geom2[i]);
   }
-  // MuJoCo has no contact between two planes or two height fields.
+  // MuJoCo computes no contacts between planes and height fields.
   std::erase_if(pairs, [&](const auto& pair) {
     return m.geom_type[pair.first] <= mjGEOM_HFIELD && m.geom_type[pair.second] <= mjGEOM_HFIELD;
   });

@@ -1,4 +1,4 @@
-// Which geom pairs of a compiled model are checked for contact. Rules: checker.h.
+// Selects the geom pairs of a compiled model that are checked for contact. checker.h defines the rules.
 #pragma once
 
 #include <mujoco/mujoco.h>

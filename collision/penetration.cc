@@ -16,7 +16,7 @@ constexpr double kTolerance = 1e-6;
 constexpr int kMaxSearchSteps = 64;
 constexpr int kMaxExpansions = 256;
 
-// A point of the Minkowski difference a - b on its surface, and the points it comes from.
+// A point on the surface of the Minkowski difference a - b, and the points of the two shapes that give it.
 struct Vertex {
   Vector3d w;
   Vector3d on_a;
@@ -27,32 +27,33 @@ struct Vertex {
 struct Face {
   std::array<int, 3> v;
   Vector3d normal;
-  double distance;  // of its plane from the origin
+  double distance;  // distance of its plane from the origin
 };
 
 class Polytope {
  public:
-  // Four vertices around the origin. False when there are none. The shapes must outlive Expand().
+  // Finds four vertices that enclose the origin. Returns false if there are none. The shapes must outlive
+  // Expand().
   bool Enclose(const Shape& a, const Shape& b);
-  // Grows until the face nearest to the origin is part of the surface, or rounding ends it; then the least
-  // depth that was met.
+  // Expands the polytope until the face nearest to the origin is part of the surface. If rounding ends the
+  // search early, returns the smallest depth found.
   std::optional<Proximity> Expand();
 
  private:
   Vertex Farthest(const Vector3d& direction) const;
-  // False for a triangle without area.
+  // Returns false for a triangle without area.
   bool AddFace(int i, int j, int k);
-  // Replaces the faces that the vertex sees by triangles to it. False where what is left is no closed
-  // surface: which faces are seen is a matter of rounding where they are slivers or nearly in a plane.
+  // Replaces the faces visible from the vertex by triangles to it. Returns false if the result is not a
+  // closed surface: for slivers and nearly coplanar faces, visibility depends on rounding.
   bool Add(const Vertex& vertex);
-  // What a face says that is so far (depth) from the origin.
+  // Contact for a face at this depth.
   Proximity DepthAt(const Face& face, double depth) const;
 
   const Shape* a_ = nullptr;
   const Shape* b_ = nullptr;
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
-  // Of the faces that Add() takes away.
+  // Edges of the faces that Add() removes.
   std::vector<std::pair<int, int>> edges_;
 };
 
@@ -79,7 +80,7 @@ bool Polytope::Enclose(const Shape& a, const Shape& b) {
   b_ = &b;
   vertices_.clear();
   faces_.clear();
-  // Two points on opposite sides of the origin, then a triangle and a tetrahedron built toward it.
+  // Two points on opposite sides of the origin, then a triangle and a tetrahedron toward it.
   Vector3d direction = b.position - a.position;
   if (direction.isZero(0)) direction = Vector3d::UnitX();
   vertices_.push_back(Farthest(direction));
@@ -95,7 +96,7 @@ bool Polytope::Enclose(const Shape& a, const Shape& b) {
   vertices_.push_back(Farthest(direction));
 
   for (int step = 0; step < kMaxSearchSteps; ++step) {
-    // Look out through each face; where the origin is outside, move the opposite vertex there.
+    // Check each face: if the origin is outside, move the opposite vertex there.
     bool inside = true;
     for (int opposite = 0; opposite < 4 && inside; ++opposite) {
       const Vector3d& p = vertices_[(opposite + 1) % 4].w;
@@ -110,7 +111,7 @@ bool Polytope::Enclose(const Shape& a, const Shape& b) {
       vertices_[opposite] = next;
     }
     if (!inside) continue;
-    // Counter-clockwise from outside: vertex 3 must lie below the triangle 0 1 2.
+    // For counter-clockwise faces, vertex 3 must lie below the triangle 0 1 2.
     const Vector3d& p = vertices_[0].w;
     if ((vertices_[1].w - p).cross(vertices_[2].w - p).dot(vertices_[3].w - p) > 0) {
       std::swap(vertices_[1], vertices_[2]);
@@ -134,12 +135,12 @@ bool Polytope::Add(const Vertex& vertex) {
     const bool is_inner = std::find(edges_.begin(), edges_.end(), reverse) != edges_.end();
     if (!is_inner && !AddFace(from, to, added)) return false;
   }
-  // Euler's formula for triangles: no closed surface has more faces.
+  // Euler's formula for triangles: a closed surface has at most this many faces.
   return !faces_.empty() && faces_.size() <= 2 * vertices_.size() - 4;
 }
 
 Proximity Polytope::DepthAt(const Face& face, double depth) const {
-  // The origin's projection onto the face tells which points of the two shapes it stands for.
+  // The origin's projection onto the face determines the corresponding points of the two shapes.
   const Vertex& p = vertices_[face.v[0]];
   const Vertex& q = vertices_[face.v[1]];
   const Vertex& r = vertices_[face.v[2]];
@@ -153,7 +154,7 @@ Proximity Polytope::DepthAt(const Face& face, double depth) const {
 }
 
 std::optional<Proximity> Polytope::Expand() {
-  // Along the normal of every face that was looked at the shapes are this deep in each other, or less.
+  // The depth along the normal of any face examined is an upper bound of the penetration depth.
   Face best{};
   double best_depth = std::numeric_limits<double>::infinity();
   for (int step = 0; step <= kMaxExpansions; ++step) {
@@ -178,7 +179,7 @@ std::optional<Proximity> Polytope::Expand() {
 }  // namespace
 
 std::optional<Proximity> Penetration(const Shape& a, const Shape& b) {
-  // Kept for its storage.
+  // Static to reuse its storage.
   static thread_local Polytope polytope;
   if (!polytope.Enclose(a, b)) return std::nullopt;
   return polytope.Expand();

@@ -1,6 +1,6 @@
-// Penetration depth of two overlapping convex shapes. FCL's own is no use here: its contact query (libccd's
-// MPR) looks along the line of centers and is off by centimeters, and its exact one (EPA) aborts the process
-// on some inputs.
+// Penetration depth of two overlapping convex shapes. FCL's own functions cannot be used: its contact query
+// (libccd's MPR) searches along the line of centers and is wrong by centimeters, and its exact one (EPA)
+// aborts the process for some inputs.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 namespace evalbus::collision {
 
 // Expanding polytope algorithm (van den Bergen, "Proximity queries and penetration depth computation on 3D
-// game objects", 2001). Exact for polytopes; for curved shapes the depth is at most 1e-6 m too large, or some
-// um where rounding ends the search early (needles, parallel faces). Empty when the shapes do not overlap or
+// game objects", 2001). Exact for polytopes. For curved shapes the depth is at most 1e-6 m too large, or a
+// few um if rounding ends the search early (needles, parallel faces). Empty if the shapes do not overlap, or
 // only by rounding error. Neither shape may be a plane.
 std::optional<Proximity> Penetration(const Shape& a, const Shape& b);
 

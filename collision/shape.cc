@@ -67,7 +67,8 @@ Vector3d FarthestPoint(const Shape& shape, const Vector3d& u) {
         sum += corner;
         ++count;
       }
-      // Equally far to within the noise; exactly as far as the farthest.
+      // The center of all corners that are equally far within the noise, moved to the exact distance of the
+      // farthest.
       const Vector3d center = sum / count;
       return center + (farthest - center.dot(u)) * u;
     }

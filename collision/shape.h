@@ -1,4 +1,4 @@
-// A convex shape placed in the world, and what is said of two of them. Lengths in meters.
+// A convex shape placed in the world, and the distance of two of them. Lengths in m.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,7 +6,7 @@
 
 namespace evalbus::collision {
 
-// One shape in the world. The axis of capsules and cylinders is the local z axis.
+// The axis of capsules and cylinders is the local z axis.
 struct Shape {
   enum class Kind { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox, kMesh };
 
@@ -21,9 +21,9 @@ struct Shape {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
 };
 
-// Nearest or deepest place of a pair.
+// Nearest or deepest point of a pair.
 struct Proximity {
-  // Negative in penetration: how far the shapes must move along the normal to touch.
+  // Negative in penetration: the distance that the shapes must move along the normal until they only touch.
   double distance = 0;
   // Midway between the two surfaces, along the normal.
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
@@ -31,22 +31,22 @@ struct Proximity {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
 
-// Directions this close to perpendicular count as perpendicular where a point is chosen (never for
-// distances).
+// Directions this close to perpendicular count as perpendicular when a point is chosen, but never when a
+// distance is computed.
 inline constexpr double kFlat = 1e-9;
 
-// -1, 0 or 1.
+// Sign of the direction: -1, 0 or 1.
 inline double Side(double direction) { return direction > kFlat ? 1 : direction < -kFlat ? -1 : 0; }
 
 inline bool IsRound(const Shape& shape) {
   return shape.kind == Shape::Kind::kSphere || shape.kind == Shape::Kind::kCapsule;
 }
 
-// No point of the shape is further from its origin; infinite for a plane.
+// Largest distance of a point of the shape from its origin; infinite for a plane.
 double Radius(const Shape& shape);
 
-// Farthest point of the shape (not a plane) in direction `u`, a unit vector; point and direction in the local
-// frame. Where a whole face or edge is equally far, its center.
+// Farthest point of the shape (not a plane) in direction `u`, a unit vector. Point and direction are in the
+// local frame. If a whole face or edge is equally far, its center.
 Eigen::Vector3d FarthestPoint(const Shape& shape, const Eigen::Vector3d& u);
 
 }  // namespace evalbus::collision

@@ -8,8 +8,9 @@
 
 namespace evalbus::collision {
 
-// Finds the contacts of a state and sets every member of CONTACTS. The state must have the bodies of the
-// checker's model, with finite poses. `watch` is the episode's; call this once per tick, in order.
+// Finds the contacts of a state and sets every member of CONTACTS. The state must contain all bodies of the
+// checker's model, with finite poses. `watch` belongs to the episode; call this function once per tick, in
+// order.
 void FillContacts(const state_t& state, CollisionChecker* checker, ClearanceWatch* watch,
                   contacts_t* contacts);
 

@@ -16,7 +16,8 @@ struct VfsDeleter {
   }
 };
 
-// MuJoCo's message in one line, with our file and line in place of those of the composed document.
+// Converts MuJoCo's message to one line, and replaces the line of the composed document by file and line of
+// its source.
 std::string Translate(std::string message, const SceneComposer& composer) {
   std::string source;
   std::smatch match;

@@ -9,8 +9,8 @@
 
 namespace evalbus {
 
-// discard_visual: without what is only seen. Throws InputError, with the line of the model file that MuJoCo's
-// compiler means where that can be told; what MuJoCo warns of is appended to warnings.
+// Compiles the document. discard_visual: omits visual geoms. Appends MuJoCo's warnings to `warnings`. Throws
+// InputError for errors of MuJoCo's compiler, with file and line of the model file where they are known.
 ModelPtr CompileModel(const SceneComposer& composer, bool discard_visual, std::vector<std::string>* warnings);
 
 }  // namespace evalbus

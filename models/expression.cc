@@ -5,17 +5,17 @@
 namespace evalbus {
 namespace {
 
-// An expression is a map with one entry, {name: body}. What the body is decides its kind:
+// An expression is a map with one entry, {name: body}. The body determines its kind:
 //
-//   {touching: {a: pot, b: floor}}    a map of values       named arguments
-//   {height: 1.2}                     a value or a list     one argument without a name
-//   {lasts: {min_s: 1, when: {...}}}  values and `when`     named arguments and an operand
-//   {not: {touching: {...}}}          an expression         operand
-//   {all: [{...}, {...}]}             a list of these       operands
+//     {touching: {a: pot, b: floor}}    a map of values       named arguments
+//     {height: 1.2}                     a value or a list     one argument without a name
+//     {lasts: {min_s: 1, when: {...}}}  values and `when`     named arguments and an operand
+//     {not: {touching: {...}}}          an expression         operand
+//     {all: [{...}, {...}]}             a list of these       operands
 //
 constexpr char kOperandKey[] = "when";
 
-// An expression is told from a map of arguments by its one entry, which is a map or a list of maps.
+// An expression has exactly one entry, which is a map or a list of maps. Any other map contains arguments.
 bool IsExpression(const YamlValue& value) {
   if (!value.is_map()) return false;
   const std::vector<YamlValue> entries = value.Entries();

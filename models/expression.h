@@ -1,4 +1,4 @@
-// Conditions and quantities of a task as its YAML file writes them.
+// Conditions and quantities of a task, as written in its YAML file.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@
 
 namespace evalbus {
 
-// A named predicate or quantity, {holding: {gripper: left, object: pot}}, or one made of others, {all:
-// [...]}. What names and arguments there are is decided where expressions are compiled (metrics/task/).
+// A named predicate or quantity, {holding: {gripper: left, object: pot}}, or a combination of expressions,
+// {all: [...]}. Valid names and arguments are defined where expressions are compiled (metrics/task/).
 struct Expression {
-  // Empty: there is no expression.
+  // Empty: no expression.
   std::string name;
-  // What stands under the name: a map of arguments, each text or a list of texts, but the operand under
-  // `when`; a single such value; or what the operands were read from.
+  // Value under the name: a map of arguments, each a text or a list of texts, without the operand under
+  // `when`; a single text or list; or the value from which the operands were read.
   YamlValue arguments;
-  // Of all, any, not, latched, lasts.
+  // Operands of all, any, not, latched, lasts.
   std::vector<Expression> operands;
 
   SourceLocation location() const { return arguments.location(); }
@@ -29,7 +29,7 @@ struct NamedExpression {
   Expression expression;
 };
 
-// Throws InputError where the value is no expression.
+// Throws InputError if the value is not an expression.
 Expression ReadExpression(const YamlValue& value);
 
 // {name: expression, ...}, or a single expression without a name. Throws InputError.

@@ -1,4 +1,4 @@
-// Finding tasks, as task_description.h says.
+// Searches for tasks; see task_description.h.
 #include <algorithm>
 #include <cstdlib>
 
@@ -9,7 +9,8 @@
 namespace evalbus {
 namespace {
 
-// Where the path of a YAML file ends in `name`, with or without "/VARIATION" after it; npos: it names none.
+// Position after the YAML file's extension in `name`, which may continue with "/VARIATION"; npos if `name` is
+// not a path of a YAML file.
 size_t EndOfFile(const std::string& name) {
   for (const std::string extension : {".yaml", ".yml"}) {
     const size_t dot = name.rfind(extension);
@@ -84,7 +85,7 @@ std::vector<TaskDescription> AllTasks() {
 std::filesystem::path ModelsFolder() {
   namespace fs = std::filesystem;
   if (const char* folder = std::getenv("EVALBUS_MODELS"); folder && *folder) return folder;
-  // Beside an installed program, wherever that is; in the source tree of one that was built there.
+  // Either beside the installed program, or the source tree in which the program was built.
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path beside = (program.parent_path() / "../share/evalbus/models").lexically_normal();

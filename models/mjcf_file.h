@@ -1,4 +1,4 @@
-// Reading of MJCF files as text (tinyxml2), before MuJoCo compiles them.
+// Reads MJCF files as XML (tinyxml2), before MuJoCo compiles them.
 #pragma once
 
 #include <tinyxml2.h>
@@ -10,8 +10,8 @@
 
 namespace evalbus {
 
-// An MJCF file with its includes in place. Every element carries the attribute kSourceAttribute =
-// "file:line", because tinyxml2 loses line numbers when an element moves to another document.
+// An MJCF file with its includes expanded. Every element has the attribute kSourceAttribute = "file:line",
+// because tinyxml2 loses line numbers when an element moves to another document.
 struct MjcfFile {
   std::filesystem::path file;
   std::unique_ptr<tinyxml2::XMLDocument> document;
@@ -19,14 +19,15 @@ struct MjcfFile {
 };
 inline constexpr const char* kSourceAttribute = "evalbus_source";
 
-// Throws InputError: not readable, not XML, not MJCF, include missing or endless.
+// Throws InputError if a file cannot be read, is not XML or not MJCF, or if an include is missing or
+// recursive.
 MjcfFile ReadMjcf(const std::filesystem::path& file);
 
 // "file:line" of an element of an MjcfFile.
 std::string SourceOf(const tinyxml2::XMLElement* element);
 
-// Names of the elements <kind name="..."> below `section` ("worldbody", "actuator", "asset", ...); kind "*":
-// any.
+// Names of the elements <kind name="..."> below `section` ("worldbody", "actuator", "asset", ...). kind "*":
+// any element.
 std::set<std::string> NamesIn(const MjcfFile& mjcf, const std::string& section, const std::string& kind);
 
 }  // namespace evalbus

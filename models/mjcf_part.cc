@@ -15,7 +15,7 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-// Attributes that hold the name of an element or a class.
+// Attributes whose value is the name of an element or a class.
 const std::set<std::string>& NameAttributes() {
   static const std::set<std::string> names = {
       "name",    "class",   "childclass",    "mesh",      "material",  "texture",  "hfield", "joint",
@@ -25,7 +25,7 @@ const std::set<std::string>& NameAttributes() {
   return names;
 }
 
-// Does this attribute of this element name a body?
+// True if this attribute of this element names a body.
 bool NamesBody(const XMLElement* element, const std::string& attribute) {
   if (attribute == "body" || attribute == "body1" || attribute == "body2" || attribute == "target")
     return true;
@@ -44,7 +44,7 @@ Quaternion Multiply(const Quaternion& a, const Quaternion& b) {
           a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
 
-// Lower-case letters rotate about the moving axes, capitals about the fixed ones.
+// Lower-case letters rotate about the moving axes, upper-case letters about the fixed ones.
 Quaternion FromEuler(const std::vector<double>& angles, const std::string& sequence) {
   Quaternion result{1, 0, 0, 0};
   for (size_t i = 0; i < 3; ++i) {
@@ -111,7 +111,7 @@ XMLElement* Part::MainDefault() {
       continue;
     }
     for (XMLElement* child : Children(section)) {
-      // MuJoCo would not hand these on to the classes that are there already.
+      // MuJoCo would not pass these defaults on to classes that exist already.
       if (!Is(child, "default") && main->FirstChildElement("default")) {
         Fail(child, Tag(child) + " defaults must come before the default classes of " +
                         SourceOf(main->FirstChildElement("default")));
@@ -186,7 +186,7 @@ void Part::Prefix(const std::string& prefix, const std::string& world) {
       const bool is_world = value == "world" && NamesBody(element, name);
       element->SetAttribute(a->Name(), (is_world ? world : prefix + value).c_str());
     }
-    // Without a second body these bind to the world.
+    // Without a second body, these elements connect to the world.
     if ((Is(element, "connect") || Is(element, "weld")) && element->Attribute("body1") &&
         !element->Attribute("body2")) {
       Set(element, "body2", world);

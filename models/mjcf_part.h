@@ -1,5 +1,5 @@
-// One MJCF file made ready for a composed document: checked against the installed MuJoCo, with angles in
-// radians, absolute files and, if it is attached, names of its own.
+// Prepares one MJCF file for a composed document: checks it against the installed MuJoCo, converts angles to
+// radians, makes file paths absolute and, if it is attached, prefixes its names.
 #pragma once
 
 #include <tinyxml2.h>
@@ -16,57 +16,59 @@
 
 namespace evalbus::mjcf {
 
-// Compiler settings that MuJoCo has once for the whole document, with their defaults.
+// Compiler settings that MuJoCo has only once per document, with their defaults.
 const std::map<std::string, std::string>& GlobalSettings();
 
 // All functions throw InputError with file and line.
 class Part {
  public:
-  // Reads the file and its <compiler>. What is dropped is said in warnings, which must outlive this object.
+  // Reads the file and its <compiler>. Appends a line to `warnings` for everything that is dropped;
+  // `warnings` must outlive this object.
   Part(const std::filesystem::path& file, std::vector<std::string>* warnings);
 
   tinyxml2::XMLElement* root() { return mjcf_.root; }
 
-  // The value of a compiler attribute, or its default.
+  // Value of a compiler attribute, or `otherwise` if it is not set.
   std::string compiler(const std::string& attribute, const std::string& otherwise) const;
 
-  // Elements below <mujoco>; a file may have several of a name.
+  // Elements with this name directly below <mujoco>; a file may have several.
   std::vector<tinyxml2::XMLElement*> Sections(const char* name);
   void DeleteSections(const char* name);
-  // The <default> sections, merged into one with the class name "main".
+  // The <default> sections, merged into one of class "main".
   tinyxml2::XMLElement* MainDefault();
 
-  // Writes what MuJoCo 2.2 does not know of position servos (kv, inheritrange) in its own words, and gives
-  // those that are named another stiffness (N m / rad, N / m) in place of theirs, without a velocity gain;
-  // motors, which have none, become servos with it.
-  // Before CheckSchema().
+  // Rewrites attributes of position servos that MuJoCo 2.2 does not know (kv, inheritrange) in terms that it
+  // knows. Servos named in `stiffness` get that stiffness (N m / rad, N / m) and no velocity gain; motors
+  // named there become position servos. Must be called before CheckSchema().
   void WriteServos(const std::map<std::string, double>& stiffness);
   // Checks every element and attribute against the installed MuJoCo.
   void CheckSchema();
-  // Makes angles radians, files absolute and bodies' inertias what this file's compiler settings say.
+  // Converts angles to radians and file paths to absolute ones, and applies this file's compiler settings to
+  // the inertias of its bodies.
   void Normalize();
-  // Prefixes every name and reference; `world` is what the file's world body becomes.
+  // Prefixes every name and reference. `world`: new name of the file's world body.
   void Prefix(const std::string& prefix, const std::string& world);
 
  private:
   void ReadCompiler();
   void CheckElement(tinyxml2::XMLElement* element, const SchemaNode& parent, const std::string& parent_name);
   void CollectClasses(tinyxml2::XMLElement* definition);
-  // The default classes that a class takes values over from, the outermost first, itself last.
+  // Default classes from which a class inherits values, outermost first, the class itself last.
   std::vector<const tinyxml2::XMLElement*> ClassChain(const std::string& name) const;
-  // Makes the range of a motor's commands, torques, that of its force, and its commands angles.
+  // Converts a motor to a position servo: the limits of its command (torque) become limits of its force, and
+  // its command becomes an angle.
   void ServoOfMotor(tinyxml2::XMLElement* motor);
-  // Makes a multiple of its joint's range the range of the actuator's commands.
+  // Sets the actuator's command range to its joint's range, scaled by `factor`.
   void InheritRange(tinyxml2::XMLElement* actuator, double factor);
-  // An attribute's value as the element or its default class says.
+  // Value of an attribute at the element or, if missing there, in its default class.
   std::optional<std::string> Effective(const tinyxml2::XMLElement* element, const std::string& childclass,
                                        const char* attribute) const;
-  // Writes angles in radians at the joints themselves: in a default class it is not known yet whether a joint
-  // slides.
+  // Writes angles in radians at the joints themselves, because a default class does not show whether a joint
+  // slides or rotates.
   void ConvertJoints(tinyxml2::XMLElement* body, const std::string& childclass);
-  // Those of euler and axisangle.
+  // Converts euler and axisangle orientations.
   void ConvertOrientations();
-  // Makes the asset's files absolute; an asset without a name is called after its file.
+  // Makes the asset's file paths absolute. An asset without a name is named after its file.
   void ResolveFiles(tinyxml2::XMLElement* asset);
 
   MjcfFile mjcf_;
@@ -74,7 +76,7 @@ class Part {
   std::map<std::string, std::string> compiler_;
   tinyxml2::XMLElement* main_default_ = nullptr;
   std::map<std::string, tinyxml2::XMLElement*> classes_;
-  // What was dropped -> where first, how often.
+  // What was dropped -> source of its first occurrence, number of occurrences.
   std::map<std::string, std::pair<std::string, int>> dropped_;
 };
 

@@ -8,8 +8,8 @@
 namespace evalbus::mjcf {
 namespace {
 
-// MuJoCo prints its schema as an indented table: the element's name in steps of 3 columns, its attributes
-// from column 30 on.
+// MuJoCo prints its schema as an indented table: the element's name is indented by 3 columns per level, its
+// attributes start at column 30.
 SchemaNode ReadSchema() {
   std::vector<char> buffer(1 << 20);
   mj_printSchema(nullptr, buffer.data(), static_cast<int>(buffer.size()), 0, 0);

@@ -1,4 +1,4 @@
-// What the installed MuJoCo knows of MJCF: which elements there are, and which attributes each may have.
+// MJCF schema of the installed MuJoCo: its elements, and the attributes of each.
 #pragma once
 
 #include <map>
@@ -12,14 +12,14 @@ struct SchemaNode {
   std::map<std::string, SchemaNode> children;
 };
 
-// Of <mujoco>, as MuJoCo itself prints it.
+// Schema of <mujoco>, as printed by MuJoCo itself.
 const SchemaNode& Schema();
 
-// The schema of a child element; <body> and <default> contain themselves. Null: there is no such child.
+// Schema of a child element; <body> and <default> contain themselves. Null if there is no such child.
 const SchemaNode* ChildSchema(const SchemaNode& parent, const std::string& parent_name,
                               const std::string& name);
 
-// Attributes of newer versions without which the physics stays meaningful.
+// True for attributes of newer MuJoCo versions that can be omitted without making the physics meaningless.
 bool CanBeDropped(const std::string& element, const std::string& attribute);
 
 }  // namespace evalbus::mjcf

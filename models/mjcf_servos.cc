@@ -1,4 +1,4 @@
-// Position servos as newer MuJoCo versions write them: part of mjcf_part.h.
+// Part of mjcf_part.h: converts position servos of newer MuJoCo versions.
 #include <mujoco/mujoco.h>
 
 #include "base/angles.h"
@@ -10,21 +10,21 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-// Of <position>, and not known to MuJoCo 2.2.
+// Attributes of <position> that MuJoCo 2.2 does not know.
 constexpr const char* kLater[] = {"kv", "dampratio", "inheritrange"};
 
 // force = gain * command - stiffness * length - velocity_gain * velocity
 struct Servo {
   double gain = 1, stiffness = 0, velocity_gain = 0;
-  // Relative to critical damping, which only newer versions work out.
+  // Damping relative to critical damping, which only newer versions can compute.
   bool has_damping_ratio = false;
-  // The command's range, as a multiple of the joint's; 0: a range of its own.
+  // Command range as a multiple of the joint's range. 0: the actuator has its own range.
   double inherited_range = 0;
 };
 
 bool IsServo(const XMLElement* element) { return Is(element, "position") || Is(element, "general"); }
 
-// What this element, or these defaults, say anew.
+// Reads the attributes that this element or default class sets.
 void Read(const XMLElement* element, Servo* servo) {
   const auto numbers = [&](const char* attribute) {
     const char* text = element->Attribute(attribute);
@@ -46,7 +46,7 @@ void Read(const XMLElement* element, Servo* servo) {
   };
   number("kp", &servo->gain);
   servo->stiffness = servo->gain;
-  // The later of the two counts.
+  // An element's kv overrides the dampratio of its default class.
   if (number("kv", &servo->velocity_gain)) servo->has_damping_ratio = false;
   servo->has_damping_ratio |= element->Attribute("dampratio") != nullptr;
   number("inheritrange", &servo->inherited_range);
@@ -97,7 +97,7 @@ void Part::WriteServos(const std::map<std::string, double>& stiffness) {
       Set(actuator, "biasprm", Join(std::vector<double>{0, -servo.stiffness, 0 - servo.velocity_gain}));
     }
   }
-  // Where no servo is left that takes them over, they say nothing.
+  // The attributes have been applied to all servos, so they are removed from the default classes.
   for (const auto& [name, defaults] : classes_) {
     if (XMLElement* position = defaults->FirstChildElement("position")) {
       for (const char* attribute : kLater) position->DeleteAttribute(attribute);
@@ -111,7 +111,7 @@ void Part::ServoOfMotor(XMLElement* motor) {
   if (ratio.empty() || ratio[0] != 1) {
     Fail(motor, Tag(motor) + ": attribute 'gear': a motor with a gear is not made a position servo");
   }
-  // What it commanded was the torque; now that is what the servo may use.
+  // A motor's command is a torque; its limits become the limits of the servo's force.
   if (const auto torque = Effective(motor, "main", "ctrlrange"); torque && !motor->Attribute("forcerange")) {
     Set(motor, "forcelimited", "true");
     Set(motor, "forcerange", *torque);
@@ -135,7 +135,7 @@ void Part::InheritRange(XMLElement* actuator, double factor) {
   for (XMLElement* section : Sections("worldbody")) search(search, section, "main");
   if (!text) Fail(actuator, Tag(actuator) + ": attribute 'inheritrange': its joint has no range");
   const std::vector<double> range = ParseNumbers(actuator, "range", *text, 2);
-  // A command's range is in radians whatever the compiler's setting.
+  // A command range is always in radians, whatever the compiler's angle setting.
   const double unit = type == "hinge" && compiler("angle", "degree") == "degree" ? kDegree : 1;
   const double middle = unit * (range[0] + range[1]) / 2, half = unit * factor * (range[1] - range[0]) / 2;
   Set(actuator, "ctrlrange", Join(std::vector<double>{middle - half, middle + half}));

@@ -1,4 +1,4 @@
-// MJCF as XML elements: small helpers for the code that checks and composes it.
+// Helpers for MJCF as XML elements.
 #pragma once
 
 #include <tinyxml2.h>
@@ -8,10 +8,10 @@
 
 namespace evalbus::mjcf {
 
-// Throws InputError "file:line: message" with the place that the element comes from.
+// Throws InputError "file:line: message" with the element's source.
 [[noreturn]] void Fail(const tinyxml2::XMLElement* element, const std::string& message);
 
-// "<geom>"
+// The element's tag as shown in messages: "<geom>".
 std::string Tag(const tinyxml2::XMLElement* element);
 bool Is(const tinyxml2::XMLElement* element, const char* name);
 
@@ -19,20 +19,20 @@ std::string Get(const tinyxml2::XMLElement* element, const char* attribute,
                 const std::string& otherwise = "");
 void Set(tinyxml2::XMLElement* element, const char* attribute, const std::string& value);
 
-// A copy, so that children can be deleted or moved meanwhile.
+// Returns a copy, so that children can be deleted or moved during iteration.
 std::vector<tinyxml2::XMLElement*> Children(tinyxml2::XMLElement* element);
 
-// Calls visit(element) for the element and all below it, parents first.
+// Calls visit(element) for the element and all its descendants, parents first.
 template <typename Visit>
 void ForEach(tinyxml2::XMLElement* element, const Visit& visit) {
   visit(element);
   for (tinyxml2::XMLElement* child : Children(element)) ForEach(child, visit);
 }
 
-// Shortest text that reads back as the same number.
+// Shortest text that parses to the same number.
 std::string NumberText(double value);
 
-// Such texts, with spaces between them.
+// Numbers as such texts, separated by spaces.
 template <typename Numbers>
 std::string Join(const Numbers& numbers) {
   std::string text;
@@ -43,7 +43,7 @@ std::string Join(const Numbers& numbers) {
   return text;
 }
 
-// The numbers that the attribute's text holds; count 0: any number of them. Throws InputError.
+// Parses the numbers in an attribute's text. count 0: any number of them. Throws InputError.
 std::vector<double> ParseNumbers(const tinyxml2::XMLElement* element, const char* attribute,
                                  const std::string& text, size_t count);
 

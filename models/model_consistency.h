@@ -1,14 +1,14 @@
-// Whether MODEL, which may come from anybody, can be relied upon where its numbers are indices.
+// Checks that a MODEL of unknown origin can be used safely where its numbers are indices.
 #pragma once
 
 #include "evalbus/model_info_t.hpp"
 
 namespace evalbus {
 
-// Throws InputError if an index points beyond what the message counts, or a range of an arm's joint is none.
+// Throws InputError if an index is out of range or the range of an arm's joint is invalid.
 void CheckConsistency(const model_info_t& info);
 
-// Throws InputError if a joint has no place among so many coordinates of a STATE.
+// Throws InputError if a joint's index exceeds the number of coordinates of a STATE.
 void CheckCoordinates(const model_info_t& info, int num_coordinates);
 
 }  // namespace evalbus

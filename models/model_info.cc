@@ -13,7 +13,7 @@
 namespace evalbus {
 namespace {
 
-// What stands for the range of an arm's joint that has none.
+// Range, in each direction, of an arm's joint without limits.
 constexpr double kWholeTurn = 2 * std::numbers::pi;  // rad
 
 std::string NameOf(const mjModel& model, mjtObj type, int id) {
@@ -42,7 +42,8 @@ void FillBodies(const TaskDescription& task, const RobotDescription& robot, cons
   info->num_bodies = model.nbody;
   for (int i = 0; i < model.nbody; ++i) {
     info->body_name.push_back(NameOf(model, mjOBJ_BODY, i));
-    // What stands on the world belongs to the entity of its name; the rest to its parent's.
+    // A body on the world belongs to the entity of the same name; any other body belongs to the entity of its
+    // parent.
     const int parent = model.body_parentid[i];
     const auto entity = entity_of.find(info->body_name[i]);
     if (i == 0) {
@@ -84,7 +85,8 @@ void FillGeomsAndJoints(const mjModel& model, model_info_t* info) {
   }
 }
 
-// Geoms of objects of which only other bodies and geoms may be touched.
+// Lists the geoms of objects that must not be touched: if the task allows specific contacts with an object,
+// all its other geoms.
 void FillForbiddenContactGeoms(const TaskDescription& task, model_info_t* info) {
   for (const std::string& object : task.objects) {
     std::vector<std::string> allowed_contacts;
@@ -125,7 +127,7 @@ void FillForbiddenContactGeoms(const TaskDescription& task, model_info_t* info) 
   info->num_forbidden_contact_geoms = static_cast<int>(info->forbidden_contact_geom.size());
 }
 
-// The joint that a task starts, its range and what moves it fit the position.
+// Checks that the joint exists and that the start position fits its type and range.
 void CheckJoint(const mjModel& model, const std::string& name, bool is_angle, double position,
                 const SourceLocation& where, const model_info_t& info) {
   const auto fail = [&](const std::string& message) {
@@ -153,7 +155,7 @@ void CheckJoints(const TaskDescription& task, const mjModel& model, const model_
     for (const Randomization& randomization : variation.randomizations) {
       const auto* spawn = std::get_if<SpawnJoint>(&randomization);
       if (!spawn) continue;
-      // A variation's own parts are there in its own scene alone.
+      // Parts of a variation exist only in that variation's scene.
       const bool is_here = std::ranges::find(info.joint_name, spawn->joint) != info.joint_name.end();
       if (!is_here && !variation.parts.empty()) continue;
       for (const double position : {spawn->min, spawn->max})

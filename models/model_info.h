@@ -1,4 +1,4 @@
-// Describes a compiled scene as MODEL does: what the ids in messages stand for.
+// Describes a compiled scene as MODEL: the meaning of the ids in messages.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -10,9 +10,9 @@
 namespace evalbus {
 
 // model: the physics model composed of task and robot. Fills names, entities, arms, grippers, objects,
-// timestep, time limit, task and robot; the run's own fields (run_id, variation, files, hashes, clock,
-// substeps) are left for the sim. What has no name is called "<body>/geom<N>" or "<body>/joint<N>", N
-// counting within the body. Throws InputError where the model does not fit the robot.
+// timestep, time limit, task and robot. Leaves the fields of the run (run_id, variation, files, hashes,
+// clock, substeps) for the sim. Elements without a name are named "<body>/geom<N>" or "<body>/joint<N>",
+// where N counts within the body. Throws InputError if the model does not fit the robot.
 model_info_t DescribeModel(const TaskDescription& task, const RobotDescription& robot, const mjModel& model);
 
 }  // namespace evalbus

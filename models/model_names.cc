@@ -30,7 +30,7 @@ std::vector<std::string> Joined(std::initializer_list<const std::vector<std::str
   return all;
 }
 
-// `expected` is said where the name is no misspelling of a known one.
+// `expected` is reported if the name does not resemble any known one.
 [[noreturn]] void Refuse(const SourceLocation& where, const std::string& what, const std::string& name,
                          const std::vector<std::string>& known, const std::string& expected) {
   const std::string nearest = NearestName(name, known);

@@ -1,6 +1,6 @@
-// The names of a run's model: what those in a task description refer to, and what its geoms are called. An
-// operand is the name of an entity (an arm, an object, a fixture, "world"), else "<gripper>_gripper" for the
-// pads of a gripper, else the name of a body, else of a geom.
+// Resolves names in a task description to bodies, geoms, joints and grippers of a run's model. An operand is
+// the first that exists of: an entity (an arm, an object, a fixture, "world"), "<gripper>_gripper" for the
+// pads of a gripper, a body, a geom.
 #pragma once
 
 #include <string>
@@ -15,35 +15,36 @@ std::vector<std::string> ArmNames(const model_info_t& model);
 
 class ModelNames {
  public:
-  // Throws InputError where the message contradicts itself (an index out of range, another message version).
+  // Throws InputError if the message is inconsistent (an index out of range, another message version).
   // `model` must outlive this object.
   explicit ModelNames(const model_info_t& model);
 
   const model_info_t& model() const { return model_; }
 
-  // These take ids of geoms that the model has.
+  // The following three functions require a valid geom id.
 
-  // Its own name, or its body's where it has none.
+  // The geom's name, or its body's name if it has none.
   const std::string& GeomName(int geom) const;
   bool IsRobot(int geom) const;
-  // Of a manipulated object, and not one of its geoms that must not be touched.
+  // True for geoms of a manipulated object, except those that must not be touched.
   bool IsObject(int geom) const;
 
-  // These throw InputError at `where`, with the names there are.
+  // Functions with the parameter `where` throw an InputError that names this location and lists the valid
+  // names.
 
-  // By geom id: 1 for the geoms of the operand, all of an entity's or a body's.
+  // Mask by geom id: 1 for the geoms of the operand (all geoms of an entity or body).
   std::vector<uint8_t> Geoms(const std::string& operand, const SourceLocation& where) const;
-  // Body whose frame stands for the operand: an entity's first body. Not for geoms: their poses are not in
-  // STATE.
+  // Body whose frame represents the operand: the first body of an entity. Does not accept geoms, because
+  // their poses are not in STATE.
   int Body(const std::string& operand, const SourceLocation& where) const;
   // Index into the lists of joints.
   int Joint(const std::string& name, const SourceLocation& where) const;
-  // Index of a gripper; -1 where there is none of this name.
+  // Index of a gripper; -1 if there is none with this name.
   int FindGripper(const std::string& name) const;
   int Gripper(const std::string& name, const SourceLocation& where) const;
-  // By geom id: 1 for the gripper's pads.
+  // Mask by geom id: 1 for the gripper's pads.
   std::vector<uint8_t> Pads(int gripper) const;
-  // By geom id: 1 for the geoms of an object (index into model_info_t.object_name).
+  // Mask by geom id: 1 for the geoms of an object (index into model_info_t.object_name).
   std::vector<uint8_t> ObjectGeoms(int object) const;
 
  private:

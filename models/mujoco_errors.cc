@@ -11,7 +11,7 @@ namespace evalbus {
 namespace {
 
 std::mutex compile_mutex;
-// Where this thread's warnings go while it compiles, else null.
+// List of warnings while this thread compiles; otherwise null.
 thread_local std::vector<std::string>* compile_warnings = nullptr;
 
 std::mutex sink_mutex;
@@ -28,7 +28,7 @@ void OnWarning(const char* message) {
     compile_warnings->push_back(std::string("MuJoCo: ") + message);
     return;
   }
-  // A copy, for a sink may set another one.
+  // Copied, because a sink may set another sink.
   const MujocoWarningSink sink = [] {
     const std::lock_guard lock(sink_mutex);
     return warning_sink;
@@ -43,7 +43,7 @@ void OnWarning(const char* message) {
 }  // namespace
 
 void InstallMujocoHandlers() {
-  // Written once: MuJoCo reads them without a lock.
+  // Set only once, because MuJoCo reads the handlers without a lock.
   static std::once_flag once;
   std::call_once(once, [] {
     mju_user_error = OnError;

@@ -1,5 +1,5 @@
-// MuJoCo's own answers to trouble are to wait for a key and to write a file into the working folder. Here is
-// the one owner of the two global handlers that replace them.
+// Replaces MuJoCo's global error and warning handlers. By default, MuJoCo waits for a key on errors, and
+// writes a log file into the working folder. Only this file sets the handlers.
 #pragma once
 
 #include <functional>
@@ -9,18 +9,20 @@
 
 namespace evalbus {
 
-// From now on MuJoCo's errors are EnvironmentErrors and its warnings go to the sink. Once is enough for a
-// process, before the first function of MuJoCo that may fail.
+// Turns MuJoCo's errors into EnvironmentError and sends its warnings to the sink. Must be called before the
+// first MuJoCo function that can fail. Repeated calls have no effect.
 void InstallMujocoHandlers();
 
-// Takes MuJoCo's warnings, on whichever thread they arise. Empty: lines on stderr, as at first. What a sink
-// refers to must live until another is set and no function of MuJoCo runs that began before.
+// Receives MuJoCo's warnings, on the thread on which they occur. Empty (default): warnings are printed on
+// stderr. Objects that the sink references must live until another sink is set and all MuJoCo functions that
+// started before have returned.
 using MujocoWarningSink = std::function<void(const std::string&)>;
 void SetMujocoWarningSink(MujocoWarningSink sink);
 
-// Installs the handlers. While one of these exists, what happens on its thread is a compiler's: errors are
-// InputErrors and warnings are appended to a list. One at a time; others wait in the constructor. MuJoCo's
-// compiler sets handlers of its own meanwhile, so no other thread may run anything of MuJoCo then.
+// Installs the handlers. While a guard exists, errors on its thread throw InputError, as they come from a
+// user's model, and warnings are appended to a list. Only one guard exists at a time; other threads wait in
+// the constructor. MuJoCo's compiler temporarily sets its own handlers, so no other thread may call MuJoCo
+// during that time.
 class MujocoCompileGuard {
  public:
   explicit MujocoCompileGuard(std::vector<std::string>* warnings);

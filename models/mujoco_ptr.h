@@ -1,4 +1,4 @@
-// Owners of what MuJoCo allocates.
+// Smart pointers for MuJoCo's objects.
 #pragma once
 
 #include <mujoco/mujoco.h>

@@ -1,4 +1,4 @@
-// The compiled models of a run, as its processes share them: files, named with their hashes in MODEL.
+// Compiled models of a run, which its processes share as files. MODEL contains the files' names and hashes.
 #pragma once
 
 #include <filesystem>
@@ -8,20 +8,20 @@
 
 namespace evalbus {
 
-// Throws InputError if the run was made by an evalbus whose messages mean something else.
+// Throws InputError if the message version of the evalbus that made the run is incompatible with this one.
 void CheckMessageVersion(const model_info_t& info);
 
-// Throws InputError where the file cannot be read or has another SHA-256.
+// Throws InputError if the file cannot be read or its SHA-256 differs.
 ModelPtr LoadModel(const std::filesystem::path& file, const std::string& sha256);
 
-// Loads info.physics_file. Throws InputError if that is not the name of a run's model, cannot be read, is not
-// the one that MODEL's SHA-256 stands for or not the one that MODEL describes.
+// Loads info.physics_file. Throws InputError if it is not a model file of a run, cannot be read, does not
+// have MODEL's SHA-256, or is not the model that MODEL describes.
 ModelPtr LoadPhysicsModel(const model_info_t& info);
 // The same for info.visual_file.
 ModelPtr LoadVisualModel(const model_info_t& info);
 
-// Names the models in a run's folder, which may have been moved or copied since MODEL was said; a file that
-// is not there leaves what MODEL says.
+// Sets the paths in `info` to the model files in a run's folder, which may have been moved or copied since
+// MODEL was published. If a file is missing there, keeps the path of MODEL.
 void UseModelsIn(const std::filesystem::path& run, model_info_t* info);
 
 }  // namespace evalbus

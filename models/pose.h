@@ -1,4 +1,4 @@
-// Position and orientation of a frame in another.
+// Position and orientation of one frame relative to another.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 namespace evalbus {
 
 struct Pose {
-  // Origin, m.
+  // Position of the origin, m.
   std::array<double, 3> position{0, 0, 0};
   // Unit quaternion (w, x, y, z).
   std::array<double, 4> quaternion{1, 0, 0, 0};

@@ -6,10 +6,10 @@
 namespace evalbus {
 namespace {
 
-// Beyond it physics is of no use.
+// Outside this range, the physics would not be meaningful.
 constexpr NumberRange kFactor{.min = 1e-3, .max = 1e3};
 
-// What an entry of the list is read with.
+// Context for reading an entry of the list.
 struct Context {
   const std::vector<std::string>& parts;
   Randomized* into;

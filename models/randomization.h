@@ -1,4 +1,4 @@
-// What is random in a variation of a task, as the list `randomize` of its YAML file says.
+// Randomization of a task variation, from the list `randomize` of its YAML file.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace evalbus {
 
-// Uniform position in a box around `center`, not nearer than min_distance to any other free or placed part.
-// Height stays the part's own.
+// Uniform position in a box around `center`, at least min_distance from every other free or placed part. The
+// height is not changed.
 struct SpawnBox {
   std::string object;
   std::array<double, 2> center{};        // x, y, m
@@ -20,8 +20,8 @@ struct SpawnBox {
   double min_distance = 0;               // m
 };
 
-// Grid of floor(2 ex / s) by floor(2 ey / s) points of pitch s around `origin`; as many distinct points as
-// there are objects, plus a uniform jitter of +-j per axis.
+// Random points of a grid of floor(2 ex / s) by floor(2 ey / s) points with pitch s around `origin`. Every
+// object gets a different point, plus a uniform jitter of +-j per axis.
 struct SpawnPlane {
   std::vector<std::string> objects;
   std::array<double, 3> origin{};        // m
@@ -30,7 +30,7 @@ struct SpawnPlane {
   std::array<double, 3> jitter{};        // m
 };
 
-// Uniform rotation in +-bound about world z, on top of the part's base orientation.
+// Uniform rotation in +-bound about world z, added to the part's base orientation.
 struct SpawnYaw {
   std::string object;
   double bound = 0;  // rad
@@ -46,8 +46,8 @@ struct SpawnJoint {
 
 using Randomization = std::variant<SpawnBox, SpawnPlane, SpawnYaw, SpawnJoint>;
 
-// A number of free parts, uniform from min to max, uniform in a box around `center` and turned by any angle
-// about the vertical; the others are far away. Height stays the part's own.
+// A random number of free parts, uniform from min to max. They are placed uniformly in a box around `center`,
+// with a uniform rotation about the vertical; the others are moved far away. The height is not changed.
 struct Distractors {
   std::vector<std::string> objects;
   int min_count = 0, max_count = 0;
@@ -64,10 +64,10 @@ struct Span {
   double min = 0, max = 0;
 };
 
-// What an episode changes of the model itself (randomized_model.h). `of` are parts or bodies, each with all
-// that is attached to it; one draw is for all of them.
+// Changes of the model itself at each episode (randomized_model.h). `of` lists parts or bodies; each includes
+// everything attached to it. One draw applies to all of them.
 
-// Mass and inertia times a factor.
+// Multiplies mass and inertia by a factor.
 struct RandomMass {
   std::vector<NameInFile> of;
   Span factor;
@@ -84,13 +84,14 @@ struct RandomColor {
   std::array<double, 3> min{}, max{};
 };
 
-// Brightness times a factor.
+// Multiplies the brightness by a factor.
 struct RandomLight {
   NameInFile name;
   Span factor;
 };
 
-// Shifted by up to `shift` along each axis of the world and turned by up to `turn` about each of its own.
+// Shifts the camera by up to `shift` along each world axis, and rotates it by up to `turn` about each of its
+// own axes.
 struct RandomCamera {
   NameInFile name;
   std::array<double, 3> shift{};  // m
@@ -101,22 +102,22 @@ using PhysicsChange = std::variant<RandomMass, RandomFriction>;
 using AppearanceChange = std::variant<RandomColor, RandomLight, RandomCamera>;
 
 struct Randomized {
-  // Where things are: applied in order at each reset.
+  // Initial positions; applied in order at each reset.
   std::vector<Randomization> randomizations;
   std::vector<Distractors> distractors;
   std::vector<PhysicsChange> physics;
   std::vector<AppearanceChange> appearance;
 };
 
-// Reads the list; `parts` are the names of the scene's parts. Throws InputError.
+// Reads the list. `parts`: names of the scene's parts. Throws InputError.
 Randomized ReadRandomized(const YamlValue& value, const std::vector<std::string>& parts);
 
-// A name that must be one of `parts`, which `value` contains. Throws InputError.
+// Returns the name if it is one of `parts`. Otherwise throws InputError at `value`.
 std::string PartName(const std::string& name, const YamlValue& value, const std::vector<std::string>& parts);
 std::string PartName(const YamlValue& value, const std::vector<std::string>& parts);
 
-// A position of a joint under one of the keys STEM_deg, STEM_rad and STEM_m, and whether it is an angle.
-// Throws InputError.
+// Joint position under one of the keys STEM_deg, STEM_rad and STEM_m, and whether it is an angle. Throws
+// InputError.
 struct JointPosition {
   double position;
   bool is_angle;

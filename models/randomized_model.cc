@@ -19,13 +19,13 @@ int Find(const mjModel& model, mjtObj type, const NameInFile& name, const char* 
   return id;
 }
 
-// The named bodies with everything that is attached to them, by body id.
+// Mask by body id: the named bodies and everything attached to them.
 std::vector<bool> Bodies(const mjModel& model, const std::vector<NameInFile>& names) {
   std::vector<bool> chosen(static_cast<size_t>(model.nbody));
   for (const NameInFile& name : names) {
     chosen[static_cast<size_t>(Find(model, mjOBJ_BODY, name, "part or body"))] = true;
   }
-  // A body comes after what it is attached to.
+  // Parents precede their children.
   for (int body = 1; body < model.nbody; ++body) {
     if (chosen[static_cast<size_t>(model.body_parentid[body])] && model.body_parentid[body] != 0)
       chosen[static_cast<size_t>(body)] = true;
@@ -67,7 +67,7 @@ void Change(const RandomColor& color, Random* random, mjModel* model, Parameters
   const std::vector<bool> bodies = Bodies(*model, color.of);
   for (int geom = 0; geom < model->ngeom; ++geom) {
     if (!bodies[static_cast<size_t>(model->geom_bodyid[geom])]) continue;
-    // Materials are a part's own: names of parts are prefixes.
+    // Materials are not shared between parts, because their names have the part's prefix.
     const int material = model->geom_matid[geom];
     std::copy_n(rgb, 3, material >= 0 ? model->mat_rgba + 4 * material : model->geom_rgba + 4 * geom);
   }
@@ -96,7 +96,7 @@ void Change(const RandomCamera& camera, Random* random, mjModel* model, Paramete
     turn[i] = random->Uniform(-camera.turn, camera.turn);
     parameters->push_back({"camera_" + camera.name.text + kTurn[i], turn[i]});
   }
-  // About its own axes.
+  // Rotates about the camera's own axes.
   mju_quatIntegrate(model->cam_quat + 4 * id, turn, 1);
 }
 

@@ -1,7 +1,8 @@
-// What an episode's seed changes of a compiled model: masses and frictions, which count in physics, and
-// colors, lights and cameras, which are only seen. Where things are is the world's (sim/world.h).
+// Applies an episode's randomization to a compiled model: masses and frictions of the physics model; colors,
+// lights and cameras of the visual model. Initial positions are set by sim/world.h.
 //
-// Each kind has random numbers of its own, so that what is seen changes nothing of what happens.
+// Physics and appearance use separate random streams, so that changes of appearance do not affect the
+// physics.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -14,19 +15,20 @@
 
 namespace evalbus {
 
-// A randomized parameter of an episode; the name ends in its unit ("pot_x_m", "pot_yaw_rad",
+// A randomized parameter of an episode. Its name ends in the unit ("pot_x_m", "pot_yaw_rad",
 // "pot_mass_factor").
 struct Parameter {
   std::string name;
   double value = 0;
 };
 
-// Both take a model as it was compiled, and throw InputError at the line of a name that it does not have.
+// Both functions require a freshly compiled model. They throw InputError at the line of a name that the model
+// does not contain.
 
-// Masses and frictions of a physics model. The model's constants that depend on masses are worked out anew
-// where one has changed.
+// Changes masses and frictions of a physics model. If a mass changes, recomputes the model's constants that
+// depend on masses.
 std::vector<Parameter> RandomizePhysics(const Variation& variation, int64_t seed, mjModel* model);
-// Colors, lights and cameras of a visual model.
+// Changes colors, lights and cameras of a visual model.
 std::vector<Parameter> RandomizeAppearance(const Variation& variation, int64_t seed, mjModel* model);
 
 }  // namespace evalbus

@@ -23,7 +23,7 @@ std::filesystem::path FindModelFile(const YamlValue& value,
   value.Fail("file '" + value.Text() + "' not found in " + looked_in);
 }
 
-// The text of `value`, which must be one of `names`.
+// Returns the text of `value`, which must be one of `names`.
 std::string NameIn(const YamlValue& value, const std::set<std::string>& names, const std::string& what,
                    const std::filesystem::path& file) {
   const std::string name = value.Text();
@@ -53,7 +53,7 @@ std::vector<double> OptionalNumbers(const YamlMap& map, const std::string& key, 
   return value ? value->Numbers(size, range) : std::vector<double>();
 }
 
-// A key that ends in _m (slide joints) or _rad (hinges).
+// Value of a key that ends in _m (slide joints) or _rad (hinge joints).
 double TravelOf(const YamlMap& map, const std::string& stem) {
   const YamlValue* meters = map.Find(stem + "_m");
   const YamlValue* radians = map.Find(stem + "_rad");
@@ -70,7 +70,7 @@ void ReadStand(const YamlValue& value, const std::vector<std::filesystem::path>&
   if (const YamlValue* pose = map.Find("pose")) arm->stand_pose = ReadPose(*pose);
 }
 
-// The bodies of an arm and its hand, by their names after the arm's prefix.
+// Bodies of an arm and its hand, named without the arm's prefix.
 std::set<std::string> BodiesOf(const MjcfFile& arm_model, const GripperDescription& gripper) {
   std::set<std::string> names = NamesIn(arm_model, "worldbody", "body");
   if (gripper.model_file.empty()) return names;
@@ -93,7 +93,7 @@ std::vector<std::array<std::string, 2>> ReadExcludes(const YamlValue& value,
   return excludes;
 }
 
-// A name in the scene, which may have a prefix: "roboeval/head".
+// A name in the composed scene, which may have a prefix: "roboeval/head".
 std::string SceneName(const YamlValue& value) {
   const std::string name = value.Text();
   const auto is_good = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '/'; };
@@ -149,7 +149,7 @@ GripperDescription ReadGripper(const YamlValue& value, const ArmDescription& arm
   gripper.arm = arm.name;
   gripper.location = value.location();
 
-  // Model of its own, or part of the arm's.
+  // The gripper has its own model or is part of the arm's model.
   MjcfFile own_model;
   const MjcfFile* model = &arm_model;
   if (const YamlValue* file = map.Find("model")) {
@@ -231,7 +231,7 @@ RobotDescription LoadRobot(const std::filesystem::path& file,
     folders.push_back(std::filesystem::absolute(folder).lexically_normal());
   folders.push_back(ModelsFolder() / "robots");
 
-  // Of all arms, by their names in the scene.
+  // Bodies of all arms, named as in the scene.
   std::set<std::string> all_bodies;
   for (const YamlValue& entry : map["arms"].List()) {
     const YamlMap arm_map(entry,

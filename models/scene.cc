@@ -17,7 +17,7 @@
 namespace evalbus {
 namespace {
 
-// Pose of B in W from A in W and B in A.
+// Pose of B in W, from A in W and B in A.
 Pose Compose(const Pose& a, const Pose& b) {
   Pose result;
   double turned[3];
@@ -84,7 +84,7 @@ bool InertiasAgree(const mjModel& a, const mjModel& b) {
          std::memcmp(a.body_ipos, b.body_ipos, 3 * a.nbody * sizeof(mjtNum)) == 0;
 }
 
-// The two models must agree in everything that ids in messages and replayed states rely on.
+// The two models must agree in everything on which ids in messages and replayed states depend.
 void CheckAgreement(const mjModel& physics, const mjModel& visual) {
   const auto colliding = [](const mjModel& model) {
     int count = 0;
@@ -102,7 +102,7 @@ void CheckAgreement(const mjModel& physics, const mjModel& visual) {
 // Messages count simulated time in whole microseconds.
 void CheckTimestep(double timestep, const SceneComposer& composer) {
   const double us = std::round(timestep * 1e6);
-  // Both sides are the double that is nearest to the number of the file.
+  // Both sides are the double nearest to the number in the file.
   if (us >= 1 && us <= 1e6 && us / 1e6 == timestep) return;
   throw InputError(
       composer.OptionSource() +
@@ -133,7 +133,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
     composer.Attach(part.model_file, part.name + "/", part.pose, mount);
   }
 
-  // The first of a name counts, a variation's before the task's.
+  // If names repeat, the first camera takes precedence; a variation's cameras precede the task's.
   for (auto camera = task.cameras.rbegin(); camera != task.cameras.rend(); ++camera)
     composer.SetCamera(camera->name, PoseOf(*camera), camera->vertical_fov);
 
@@ -143,7 +143,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   try {
     scene.physics = CompileModel(composer, true, &scene.warnings);
   } catch (const InputError&) {
-    // Said below, unless it was that the mass is all in visual geoms.
+    // The second attempt below reports the error, unless it was that all mass is in visual geoms.
   }
   if (!scene.physics || !InertiasAgree(*scene.physics, *scene.visual)) {
     // MuJoCo drops visual geoms before it infers inertias from geoms.
@@ -154,7 +154,7 @@ Scene BuildScene(const TaskDescription& task, const RobotDescription& robot) {
   CheckTimestep(scene.physics->opt.timestep, composer);
   scene.xml = composer.ToXml();
   CheckAgreement(*scene.physics, *scene.visual);
-  // Two arms of one model say everything twice.
+  // Two arms with the same model produce every warning twice.
   std::vector<std::string> unique;
   for (const std::string& warning : scene.warnings) {
     if (std::find(unique.begin(), unique.end(), warning) == unique.end()) unique.push_back(warning);

@@ -1,4 +1,4 @@
-// Composes robot, props and scene and compiles them into the two models of a run.
+// Composes robot, props and scene, and compiles them into the two models of a run.
 #pragma once
 
 #include <filesystem>
@@ -14,28 +14,29 @@ namespace evalbus {
 
 // A scene ready to simulate.
 //
-// Bodies: every arm and every part is one body of the world, called as in its description ("left", "pot"),
-// with the bodies of its model file below it ("left/link0", "pot/pot"); a hand is the body "<arm>/hand" on
-// the arm. A free part's joint has the part's name, a placed part is a mocap body. That first body is the
-// part's own frame: its pose is the pose that the task gives. Other joints of a part start at the `ref` of
-// their file.
+// Bodies: every arm and every scene part is one body on the world, with the name of its description ("left",
+// "pot"). The bodies of its model file are below it ("left/link0", "pot/pot"). A hand is the body
+// "<arm>/hand" on the arm. The joint of a free part has the part's name; a placed part is a mocap body. The
+// top body is the part's own frame: its pose is the pose given in the task. Other joints of a part start at
+// the `ref` of their file.
 struct Scene {
   std::string xml;
   std::vector<std::string> warnings;
-  // Collision geoms only (compiler discardvisual): faster to step, the model that ids in messages refer to.
+  // Model with collision geoms only (compiler option discardvisual), which is faster to step. Ids in messages
+  // refer to it.
   ModelPtr physics;
-  // Everything, for rendering; same bodies and joints.
+  // Model with all geoms, for rendering. Has the same bodies and joints.
   ModelPtr visual;
-  // As DescribeModel() gives it: the run's own fields are left for the sim to fill.
+  // As returned by DescribeModel(). The sim fills in the fields of the run.
   model_info_t info{};
 };
 
-// Composes and compiles robot and task (as its variation has it). Throws InputError, also for what MuJoCo's
-// compiler says, with the line of the model file that it means where that can be told.
+// Composes and compiles robot and task (with its variation applied). Throws InputError, also for errors of
+// MuJoCo's compiler, with file and line of the model file where they are known.
 Scene BuildScene(const TaskDescription& task, const RobotDescription& robot);
 
-// The same, but for `xml` and `warnings`, from RUN/model/, where such a scene was compiled to. Throws
-// InputError for models that are not there or are not those that the SHA-256s stand for.
+// Loads the scene from RUN/model/, where its compiled models were stored. `xml` and `warnings` remain empty.
+// Throws InputError if a model is missing or does not have the expected SHA-256.
 Scene LoadScene(const TaskDescription& task, const RobotDescription& robot, const std::filesystem::path& run,
                 const std::string& physics_sha256, const std::string& visual_sha256);
 

@@ -34,7 +34,7 @@ XMLElement* Find(XMLElement* element, const char* kind, const std::string& name)
   return nullptr;
 }
 
-// Gives what has no class the file's main class.
+// Assigns the file's main class to elements without a class.
 void SetMainClass(XMLElement* element, const std::string& main_class) {
   const std::string section_name = element->Parent()->ToElement()->Name();
   const mjcf::SchemaNode* section = mjcf::ChildSchema(mjcf::Schema(), "mujoco", section_name);
@@ -49,7 +49,8 @@ bool IsFreeJoint(const XMLElement* element) {
   return Is(element, "freejoint") || (Is(element, "joint") && Get(element, "type") == "free");
 }
 
-// A file made to stand alone may bring a free joint of its own: taken out of one that is attached free.
+// A model made to be used alone may have a free joint of its own. Removes it if the model is attached with a
+// free joint; otherwise throws InputError.
 void RemoveFreeJoint(mjcf::Part* part, bool free) {
   std::vector<XMLElement*> joints;
   for (XMLElement* section : part->Sections("worldbody")) {
@@ -69,7 +70,7 @@ void RemoveFreeJoint(mjcf::Part* part, bool free) {
   joints[0]->Parent()->DeleteChild(joints[0]);
 }
 
-// ... or lights and a sky.
+// Removes lights and sky of an attached file.
 void RemoveSurroundings(mjcf::Part* part, std::vector<std::string>* warnings) {
   for (XMLElement* section : part->Sections("worldbody")) {
     for (XMLElement* child : Children(section)) {
@@ -95,18 +96,19 @@ struct SceneComposer::Impl {
   // The base file's value of each global compiler setting.
   std::map<std::string, std::string> settings;
 
-  // Reads an attached file and takes out of it what only the base file may say.
+  // Reads an attached file and removes everything that only the base file may define.
   mjcf::Part Load(const std::filesystem::path& file, bool free,
                   const std::map<std::string, double>& stiffness);
-  // Makes the part, which has its prefix, the body `name` of the document.
+  // Adds the part, whose names are prefixed, as the body `name` of the document.
   void Place(mjcf::Part* part, const std::string& name, const Pose& pose, Mount mount,
              const std::string& parent_body);
 
-  // The part's compiler settings must be the base file's where MuJoCo has them once for all.
+  // Checks that the part's settings equal the base file's where MuJoCo has them only once per document.
   void CheckSettings(mjcf::Part* part) const;
-  // Says which options of an attached file differ from the base file's, which may grow.
+  // Adds a warning for each option of an attached file that differs from the base file's. May add empty
+  // elements to `base`.
   void CompareOptions(XMLElement* base, XMLElement* option);
-  // Copies what the part has besides its bodies; what has no class gets `main_class`.
+  // Copies everything except bodies from the part. Elements without a class get `main_class`.
   void AddContent(mjcf::Part* part, const std::string& main_class);
   void CopySections(mjcf::Part* part, std::initializer_list<const char*> names);
 };
@@ -223,7 +225,7 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
   mjcf::Part part(base_file, &impl.warnings);
   Set(impl.root, "model", Get(part.root(), "model", "scene"));
   Set(impl.sections["compiler"], "angle", "radian");
-  // Also right for a file without autolimits: MuJoCo 2.2 then insists that limits are stated.
+  // Required for files without autolimits, too: otherwise MuJoCo 2.2 insists that limits are stated.
   Set(impl.sections["compiler"], "autolimits", "true");
   for (const auto& [name, value] : mjcf::GlobalSettings()) {
     impl.settings[name] = part.compiler(name, value);
@@ -239,7 +241,7 @@ SceneComposer::SceneComposer(const std::filesystem::path& base_file) : impl_(std
   }
   part.CheckSchema();
   part.Normalize();
-  // Not just "main": that is the root of all classes.
+  // A name other than "main", which is the root of all classes.
   const std::string main_class = "world/main";
   ForEach(part.root(), [&](XMLElement* element) {
     for (const char* attribute : {"class", "childclass"}) {
@@ -290,7 +292,7 @@ void SceneComposer::Exclude(const std::string& body, const std::string& other) {
 }
 
 void SceneComposer::SetInertials(const mjModel& model) {
-  // Body ids are in document order, the world first.
+  // Body ids are in document order, starting with the world.
   int id = -1;
   ForEach(impl_->sections["worldbody"], [&](XMLElement* element) {
     if (!Is(element, "body") && !Is(element, "worldbody")) return;

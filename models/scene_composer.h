@@ -1,4 +1,4 @@
-// Composes several MJCF files into one document. MuJoCo 2.2 has no attach of its own.
+// Composes several MJCF files into one document. MuJoCo 2.2 has no attach function of its own.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -13,55 +13,57 @@
 
 namespace evalbus {
 
-// How an attached file's body moves; all but kFixed only on the world.
+// How an attached file's body moves. Bodies other than kFixed can be attached only to the world.
 enum class Mount {
   kFixed,
   kFree,   // on a free joint with the name of the body
-  kMocap,  // placed through mjData.mocap_pos and mocap_quat; like a fixed body it never touches the world or
-           // other fixed and mocap bodies
+  kMocap,  // placed through mjData.mocap_pos and mocap_quat; like a fixed body, it never collides with the
+           // world or with other fixed and mocap bodies
 };
 
-// Each attached file becomes one body, named after its prefix ("pot" for "pot/"), that stands for the file's
-// world: it sits at the given pose and holds the file's bodies, geoms, sites and cameras. Every name in the
-// file, and every reference to one, gets the prefix ("pot/handle"). Defaults of one file never reach another.
+// Each attached file becomes one body, named after its prefix ("pot" for "pot/"). The body replaces the
+// file's world: it has the given pose, and contains the file's bodies, geoms, sites and cameras. Every name
+// in the file, and every reference to one, gets the prefix ("pot/handle"). Defaults of one file never affect
+// another.
 //
-// Each file keeps its own <compiler> settings: angles, Euler sequences and folders are converted; a setting
-// that MuJoCo has only once for everything and that differs from the base file's is an InputError. Of
-// <option>, <visual>, <statistic> and <size> only the base file's count, and keyframes and lights of attached
-// files are dropped. What MuJoCo 2.2 does not know is dropped with a line in warnings() where physics stays
-// meaningful, else it is an InputError. All errors name file and line.
+// Each file keeps its own <compiler> settings: angles, Euler sequences and folders are converted. A setting
+// that MuJoCo has only once per document and that differs from the base file's is an InputError. Only the
+// base file's <option>, <visual>, <statistic> and <size> are used; keyframes and lights of attached files are
+// dropped. Attributes that MuJoCo 2.2 does not know are dropped with a line in warnings() if the physics
+// stays meaningful; otherwise they are an InputError. All errors name file and line.
 class SceneComposer {
  public:
-  // base_file: options, floor, lights, cameras; its names stay as they are.
+  // base_file: options, floor, lights, cameras. Its names are not prefixed.
   explicit SceneComposer(const std::filesystem::path& base_file);
   ~SceneComposer();
 
-  // Attaches an MJCF file under a prefix that ends in "/", to the world or to a body attached before
-  // ("left/link7"). stiffness: of position servos, by their names in the file, in place of the file's, N m /
-  // rad or N / m; these servos lose their velocity gain.
+  // Attaches an MJCF file under a prefix that ends in "/", to the world or to a body that is already attached
+  // ("left/link7"). stiffness: replaces the stiffness of position servos, by their names in the file, N m /
+  // rad or N / m, and removes their velocity gain.
   void Attach(const std::filesystem::path& file, const std::string& prefix, const Pose& pose,
               Mount mount = Mount::kFixed, const std::string& parent_body = "",
               const std::map<std::string, double>& stiffness = {});
 
-  // A camera of the world or of a body, in place of the one there of this name; it looks along its -z axis, y
-  // is up in the image, the field of view is the vertical one. Full names, as for all below.
+  // Adds a camera to the world or a body, or replaces the camera with this name. It looks along its -z axis;
+  // y points up in the image; the field of view is vertical. Names are those in the composed document, as for
+  // all functions below.
   void SetCamera(const std::string& name, const Pose& pose, double fov_deg, const std::string& body = "");
 
-  // Replaces a joint's attribute ("damping", "armature").
+  // Replaces an attribute of a joint ("damping", "armature").
   void SetJointAttribute(const std::string& joint, const std::string& attribute, double value);
-  // Bodies that never touch one another.
+  // Disables contacts between two bodies.
   void Exclude(const std::string& body, const std::string& other);
 
-  // Gives every body without an <inertial> the inertia it has in `model`, which must be this document
+  // Sets the inertia of every body without an <inertial> to that in `model`, which must be this document,
   // compiled.
   void SetInertials(const mjModel& model);
 
-  // The composed document; discard_visual: with the compiler option that drops what is only seen. Equal calls
-  // give equal bytes.
+  // Returns the composed document. discard_visual: sets the compiler option that drops visual geoms. Equal
+  // calls return equal bytes.
   std::string ToXml(bool discard_visual = false) const;
   // "file:line" of the base file's <option>, or of the file if it has none.
   std::string OptionSource() const;
-  // "file:line" that a line of ToXml() came from, or empty.
+  // "file:line" of the source of a line of ToXml(); empty if unknown.
   std::string Locate(int line) const;
 
   const std::vector<std::string>& warnings() const;

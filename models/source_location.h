@@ -1,4 +1,4 @@
-// Where something was written, for error messages.
+// File and line of something that a user wrote, for error messages.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ struct SourceLocation {
   std::string ToString() const { return file + ":" + std::to_string(line); }
 };
 
-// What a user wrote may contain line breaks; a message is one line.
+// User text may contain line breaks; an error message is one line.
 inline std::string OneLine(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');

@@ -11,7 +11,8 @@
 namespace evalbus {
 namespace {
 
-// Beside the task's file, else where the shipped tasks have it: a copy of one of these works anywhere.
+// A file relative to the task's file, or else relative to the folder of the shipped tasks, so that a copy of
+// a shipped task works in any folder.
 std::filesystem::path FileIn(const YamlValue& value, const std::filesystem::path& folder, bool check_files) {
   const std::filesystem::path file = (folder / value.Text()).lexically_normal();
   if (!check_files || std::filesystem::is_regular_file(file)) return file;
@@ -71,7 +72,7 @@ MetricsOptions ReadMetrics(const YamlValue& value) {
   return options;
 }
 
-// Appends a list of parts.
+// Appends a list of scene parts.
 void ReadParts(const YamlValue& value, const std::filesystem::path& folder, bool check_files,
                std::vector<ScenePart>* parts) {
   for (const YamlValue& entry : value.List()) {
@@ -98,7 +99,7 @@ void ReadScene(const YamlValue& value, const std::filesystem::path& folder, bool
   if (const YamlValue* cameras = map.Find("cameras")) ReadCameras(*cameras, &task->cameras);
 }
 
-// A list of parts, each its name or {name, may_touch}.
+// Reads a list of parts; each entry is a name or {name, may_touch}.
 void ReadObjects(const YamlValue& value, TaskDescription* task) {
   const std::vector<std::string> parts = PartNamesOf(*task);
   for (const YamlValue& entry : value.List()) {
@@ -163,7 +164,7 @@ void ReadVariations(const YamlValue& value, const std::filesystem::path& folder,
     variation.name = entry.key();
     variation.location = entry.location();
     if (const YamlValue* alias = map.Find("alias")) variation.alias = alias->Name();
-    // The variation's own parts are the task's while its keys are read, for these name parts.
+    // The variation's own parts belong to the task while its keys are read, because these keys name parts.
     if (const YamlValue* own = map.Find("parts")) ReadParts(*own, folder, check_files, &task->parts);
     const std::vector<std::string> parts = PartNamesOf(*task);
     if (const YamlValue* randomize = map.Find("randomize")) {
@@ -215,7 +216,7 @@ void TaskDescription::Apply(const std::string& wanted) {
     const auto pose = chosen.poses.find(part.name);
     if (pose != chosen.poses.end()) part.pose = pose->second;
   }
-  // The first of a name counts.
+  // If names repeat, the first entry takes precedence.
   joints.insert(joints.begin(), chosen.joints.begin(), chosen.joints.end());
   cameras.insert(cameras.begin(), chosen.cameras.begin(), chosen.cameras.end());
   if (!chosen.instruction.empty()) instruction = chosen.instruction;
@@ -240,7 +241,7 @@ TaskDescription ParseTask(const std::string& text, const std::filesystem::path& 
                     {"instruction", "joints", "stages", "metrics", "failure", "target_distance", "pose_error",
                      "other_robots"});
   TaskDescription task;
-  // Of a message it may be empty, which has no absolute path.
+  // The path is empty for a task from a message; std::filesystem::absolute rejects an empty path.
   if (!file.empty()) task.file = std::filesystem::absolute(file).lexically_normal();
   task.text = text;
   const std::filesystem::path folder = task.file.parent_path();

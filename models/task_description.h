@@ -1,4 +1,4 @@
-// A task as its YAML file describes it: scene, randomization per variation, metrics, stages and verdict.
+// A task as described by its YAML file: scene, randomization per variation, metrics, stages and verdict.
 #pragma once
 
 #include <algorithm>
@@ -22,20 +22,20 @@ struct Stage {
   Expression when;
 };
 
-// A part of the scene: an MJCF file attached under the prefix "<name>/" at a pose in the world.
+// Scene part: an MJCF file attached under the prefix "<name>/" at a pose in the world.
 struct ScenePart {
   std::string name;
   std::filesystem::path model_file;
   Pose pose;
-  // Attached with a free joint.
+  // True if attached with a free joint.
   bool free = false;
-  // Not free, but some variation places it anew at each reset: attached as a mocap body.
+  // Not free, but a variation sets its pose at each reset: attached as a mocap body.
   bool placed = false;
-  // Where the task describes it.
+  // Location of the description in the task file.
   SourceLocation location;
 };
 
-// Where a joint, of a part or of the robot, is at the start, rad or m.
+// Start position of a joint of a part or of the robot, rad or m.
 struct JointStart {
   std::string joint;
   bool is_angle = false;
@@ -43,48 +43,49 @@ struct JointStart {
   SourceLocation location;
 };
 
-// A camera that stands in the world, with its up as near to the vertical as it can be.
+// A camera fixed in the world, oriented so that the vertical points up in the image.
 struct Camera {
   std::string name;
   std::array<double, 3> position{};  // m
   std::array<double, 3> look_at{};   // m
-  double vertical_fov = 0;           // degrees, as MuJoCo has it
+  double vertical_fov = 0;           // degrees, as in MuJoCo
 };
 
 struct Variation : Randomized {
   std::string name;  // "base", "position", "orientation", "position_and_orientation", ...
-  // Where the task describes it.
+  // Location of the description in the task file.
   SourceLocation location;
   // RoboEval's class name ("LiftPotPosition").
   std::string alias;
-  // What it has besides the task's own, and instead; see TaskDescription::Apply.
+  // Additions to and replacements of the task's own values; see TaskDescription::Apply.
   std::vector<ScenePart> parts;
   std::optional<Pose> robot_base;
   std::map<std::string, Pose> poses;  // of parts, by name
-  std::vector<JointStart> joints;     // before the task's
-  std::vector<Camera> cameras;        // likewise
+  std::vector<JointStart> joints;     // take precedence over the task's
+  std::vector<Camera> cameras;        // take precedence over the task's
   std::string instruction;            // empty: the task's
   std::vector<Stage> stages;          // empty: the task's
   Expression success, failure;        // name empty: the task's
 };
 
-// A body or geom of an object of which only some may be touched.
+// A body or geom of an object that may be touched, where the rest of the object may not.
 struct AllowedContact {
   std::string object;
   std::string name;
   SourceLocation location;
 };
 
-// What a task has instead of its own with another robot than its own.
+// Values that replace the task's own when it is used with a robot other than its own.
 struct OtherRobot {
   std::string name;
-  // Also for any robot with just these arms that has no entry of its name; empty: for none.
+  // Also applies to any robot with exactly these arms that has no entry of its own. Empty: applies to no
+  // other robot.
   std::vector<std::string> arms;
   std::vector<NamedExpression> target_distance;
 };
 
 struct MetricsOptions {
-  // What is switched off, as the member of TrackOption (lcmtypes/metric_catalog.h).
+  // Disabled groups of metrics, as the member of TrackOption (lcmtypes/metric_catalog.h).
   std::vector<int8_t metric_values_t::*> untracked;
   bool Tracks(int8_t metric_values_t::*member) const {
     return std::find(untracked.begin(), untracked.end(), member) == untracked.end();
@@ -96,46 +97,47 @@ struct MetricsOptions {
 struct TaskDescription {
   std::string name;   // "lift_pot"
   std::string title;  // one line for people
-  // What a policy that takes language is told; may be empty.
+  // Instruction for policies that take language; may be empty.
   std::string instruction;
   std::filesystem::path file;
-  // The file's whole text, as it travels in MODEL.
+  // The file's complete text, as published in MODEL.
   std::string text;
 
   std::filesystem::path robot_file;
   Pose robot_base;
   double time_limit = 0;  // s, simulated
-  // MJCF file with options, floor, lights and cameras that the parts are attached to.
+  // MJCF file with options, floor, lights and cameras, to which the parts are attached.
   std::filesystem::path scene_file;
   std::vector<ScenePart> parts;
   // Manipulated objects (names of parts), in the order of slip_count_per_object.
   std::vector<std::string> objects;
-  // Of an object that has any, the rest counts as fixture in collisions and clearance.
+  // Bodies and geoms of objects that may be touched. If an object has any, its other geoms count as fixture
+  // in collisions and clearance.
   std::vector<AllowedContact> allowed_contacts;
-  // Where they are not at the robot's home or where their file has them.
+  // Start positions of joints that differ from the robot's home or from the part's file.
   std::vector<JointStart> joints;
-  // Besides those of the scene, or instead.
+  // Cameras in addition to those of the scene; one with the same name replaces it.
   std::vector<Camera> cameras;
   std::vector<Variation> variations;
 
   MetricsOptions metrics;
   std::vector<Stage> stages;
   Expression success;
-  // Name empty: no failure condition besides the built-in ones.
+  // Name empty: only the built-in failure conditions apply.
   Expression failure;
   std::vector<NamedExpression> target_distance;
   std::vector<NamedExpression> pose_error;
   std::vector<OtherRobot> other_robots;
 
-  // Throws InputError that lists the variations there are.
+  // Throws InputError that lists the available variations.
   const Variation& variation(const std::string& name) const;
 
-  // Makes this the task as the variation has it: with its parts besides the task's own, and its robot base,
-  // poses, joints, cameras, instruction, stages and verdict in their place. For one variation of a task as it
-  // was read. Throws as variation() does.
+  // Applies a variation to this task: adds its parts, and replaces robot base, poses, joints, cameras,
+  // instruction, stages and verdict. Must be called at most once, on a task as it was read. Throws as
+  // variation() does.
   void Apply(const std::string& variation);
-  // The same for a robot by its name and those of its arms, in place of the task's own; one that the task
-  // does not speak of changes nothing.
+  // Applies the values for a robot, given by its name and those of its arms. No effect if the task has no
+  // entry for this robot.
   void ApplyRobot(const std::string& robot, const std::vector<std::string>& arms);
 };
 
@@ -144,25 +146,26 @@ struct TaskDescription {
 TaskDescription LoadTask(const std::filesystem::path& file);
 TaskDescription ParseTask(const std::string& text, const std::filesystem::path& file, bool check_files);
 
-// Finding tasks (find_task.cc).
+// Search for tasks (find_task.cc).
 
-// A task as one of its variations has it, found by "lift_pot", "lift_pot/position" or RoboEval's
-// "LiftPotPosition" among the YAML files of models/tasks, or by the path of a YAML file
-// ("my_task.yaml/position"). Throws InputError that lists the tasks there are.
+// A task and the selected variation. `name` is "lift_pot", "lift_pot/position" or RoboEval's
+// "LiftPotPosition" among the YAML files of models/tasks, or the path of a YAML file
+// ("my_task.yaml/position"). Throws InputError that lists the available tasks.
 struct TaskSelection {
   TaskDescription task;
   std::string variation;
 };
 TaskSelection FindTask(const std::string& name);
 
-// Whether FindTask() takes `name` for the path of a YAML file.
+// True if FindTask() treats `name` as the path of a YAML file.
 bool IsTaskFile(const std::string& name);
 
 // Every task of models/tasks as it was read, sorted by name.
 std::vector<TaskDescription> AllTasks();
 
-// Folder with robots/, props/ and tasks/: $EVALBUS_MODELS; else ../share/evalbus/models beside an installed
-// program, the source tree's, or /usr/share/evalbus/models.
+// Folder with robots/, props/ and tasks/: $EVALBUS_MODELS; otherwise the first that exists of
+// ../share/evalbus/models beside the installed program, that of the source tree, and
+// /usr/share/evalbus/models.
 std::filesystem::path ModelsFolder();
 std::filesystem::path TasksFolder();
 

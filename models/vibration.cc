@@ -7,12 +7,12 @@
 namespace evalbus {
 namespace {
 
-// The inertia that each actuator feels in a configuration, kg m^2 or kg.
+// Effective inertia that each actuator moves in a configuration, kg m^2 or kg.
 class FeltInertia {
  public:
   FeltInertia(const mjModel& model, mjData* data) : model_(model), data_(*data) {
-    // All of mj_fwdPosition that it takes: contacts of closed fingers, which nobody asks for, can be very
-    // many.
+    // Runs only the required steps of mj_fwdPosition: it does not compute contacts, of which closed fingers
+    // can have very many.
     mj_kinematics(&model, data);
     mj_comPos(&model, data);
     mj_tendon(&model, data);

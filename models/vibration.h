@@ -1,4 +1,4 @@
-// Actuators whose velocity gain is too high for the timestep.
+// Finds actuators whose velocity gain is too high for the timestep.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -11,9 +11,9 @@
 
 namespace evalbus {
 
-// A line for each actuator of the robot whose velocity gain turns the joint's velocity round at every step,
-// with the robot at home. Euler's method applies a velocity gain explicitly: with the gain b, the inertia m
-// that the actuator feels and the timestep h a step multiplies the velocity by 1 - h b / m.
+// Returns a line for each actuator of the robot whose velocity gain reverses the joint's velocity at every
+// step, with the robot at home. Euler's method applies a velocity gain explicitly: with the gain b, the
+// timestep h and the inertia m that the actuator moves, a step multiplies the velocity by 1 - h b / m.
 std::vector<std::string> FindVibration(const RobotDescription& robot, const model_info_t& info,
                                        const mjModel& model);
 

@@ -31,7 +31,7 @@ std::string Describe(NumberRange range) {
   return "a number";
 }
 
-// The whole of `text` as a T.
+// Parses all of `text` as a T.
 template <typename T>
 std::optional<T> Parse(const std::string& text) {
   T value{};
@@ -43,7 +43,8 @@ std::optional<T> Parse(const std::string& text) {
   return value;
 }
 
-// yaml-cpp reads other encodings, too, but messages carry the text as it is, and theirs ends with a NUL.
+// yaml-cpp also reads other encodings. They are rejected, because messages carry the text unchanged and end
+// it with a NUL.
 void CheckEncoding(const std::string& text, const std::string& file) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
     throw InputError(file + ":1: this is UTF-16; expected UTF-8 (iconv -f UTF-16 -t UTF-8)");
@@ -54,7 +55,7 @@ void CheckEncoding(const std::string& text, const std::string& file) {
   }
 }
 
-// Aliases can make a document endless or huge: `&a [*a]`; an escape can make a NUL: "a\0b".
+// Rejects documents that aliases make infinite or huge (`&a [*a]`), and NULs from escapes ("a\0b").
 void CheckNode(const YAML::Node& node, const std::string& file, int depth, int* count) {
   const auto fail = [&](const char* what) {
     throw InputError(file + ":" + std::to_string(std::max(node.Mark().line, 0) + 1) + ": " + what);
@@ -91,8 +92,7 @@ class DocumentCounter : public YAML::EventHandler {
   int count_ = 0;
 };
 
-// 2 for any number above 1: of ", 1" yaml-cpp makes documents without end, which is why LoadAll() will not
-// do.
+// Counts at most 2 documents: yaml-cpp produces infinitely many from ", 1", so LoadAll() cannot be used.
 int CountDocuments(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
@@ -216,7 +216,7 @@ std::vector<YamlValue> YamlValue::Entries() const {
       result.push_back(value);
     }
   }
-  // What the map itself says goes before what it takes over from an anchor.
+  // The map's own entries take precedence over those merged from an anchor.
   for (const YamlValue& value : merged) {
     if (!line_of.contains(value.key())) result.push_back(value);
   }
@@ -294,7 +294,8 @@ Pose ReadPose(const YamlValue& value) {
       x /= norm;
       unit += (unit.empty() ? "" : ", ") + Format(x);
     }
-    // Four written digits are enough; more is a typing error, or meant as MJCF takes it.
+    // Four digits are precise enough. A larger deviation is a typing error, or relies on MJCF's
+    // normalization.
     if (!(std::abs(norm - 1) <= 1e-3)) {
       quaternion->Fail("expected a unit quaternion, got norm " + Format(norm) +
                        (norm > 0 ? "; of norm 1 it is [" + unit + "]" : ""));

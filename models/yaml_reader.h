@@ -1,6 +1,6 @@
-// Checked reading of YAML. Whatever is wrong is an InputError of one line:
-//   lift_pot.yaml:12: key 'time_limit_s': expected a number > 0, got 'soon'
-// Unknown and duplicate keys are errors. Anchors and aliases work, and so does `<<: *anchor` in a map.
+// Strict reader for YAML. Every error is an InputError of one line:
+//     lift_pot.yaml:12: key 'time_limit_s': expected a number > 0, got 'soon'
+// Unknown and duplicate keys are errors. Anchors and aliases are supported, also `<<: *anchor` in a map.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -19,27 +19,27 @@
 
 namespace evalbus {
 
-// Values a number may have; finite in any case.
+// Allowed values of a number. It must be finite in any case.
 struct NumberRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  // min itself is not allowed.
+  // True: min itself is not allowed.
   bool open_min = false;
 };
 inline constexpr NumberRange kAnyNumber{};
 inline constexpr NumberRange kPositive{.min = 0, .open_min = true};
 inline constexpr NumberRange kNotNegative{.min = 0};
 
-// One value of a file, with the key it stands under. By default nothing, of no file.
+// A value of a file, with its key. A default-constructed value is null and has no file.
 class YamlValue {
  public:
   YamlValue() = default;
   YamlValue(const YAML::Node& node, std::string file, std::string key);
   YamlValue(const YamlValue&) = default;
-  // Takes the other value; YAML::Node's own assignment would write it into the document.
+  // Rebinds to the other value. YAML::Node's own assignment would modify the document.
   YamlValue& operator=(const YamlValue& other);
 
-  // Line 1 when the text is empty.
+  // Line 1 if the text is empty.
   SourceLocation location() const;
   const std::string& key() const { return key_; }
   bool is_scalar() const { return node_.IsScalar(); }
@@ -77,23 +77,23 @@ class YamlValue {
   YAML::Node node_;
   std::string file_;
   std::string key_;
-  // Line of the key in its map; -1: of the value.
+  // Line of the key in its map. -1: use the line of the value.
   int key_line_ = -1;
 };
 
-// A map whose keys are all known.
+// A map with a fixed set of allowed keys.
 class YamlMap {
  public:
   YamlMap(const YamlValue& value, const std::vector<const char*>& required,
           const std::vector<const char*>& optional = {});
 
-  // A required key. Of a map that ends with this expression, a copy.
+  // A required key. On a temporary map, returns a copy.
   const YamlValue& operator[](const std::string& key) const&;
   YamlValue operator[](const std::string& key) && { return std::as_const(*this)[key]; }
-  // An optional key; null when absent.
+  // An optional key; null if absent.
   const YamlValue* Find(const std::string& key) const&;
   const YamlValue* Find(const std::string& key) && = delete;
-  // An angle given as either <stem>_deg or <stem>_rad, in rad; both keys must be among the optional ones.
+  // An angle given as <stem>_deg or <stem>_rad, in rad. Both keys must be among the optional ones.
   std::optional<double> Angle(const std::string& stem, NumberRange range_deg = kAnyNumber) const;
   const YamlValue& value() const { return value_; }
 
@@ -102,7 +102,7 @@ class YamlMap {
   std::map<std::string, YamlValue> entries_;
 };
 
-// Reads a whole document. `file` only names it in messages.
+// Parses a whole document. `file` is only used in messages.
 YamlValue ParseYaml(const std::string& text, const std::string& file);
 
 // {position_m: [x, y, z], and at most one of quaternion_wxyz, yaw_deg, yaw_rad}.

@@ -1,4 +1,4 @@
-"""Builds in a temporary folder: `pip install ./python` leaves no file in the source tree, which may be read-only."""
+"""Builds in a temporary folder: `pip install ./python` writes nothing to the source tree, which may be read-only."""
 
 import atexit
 import pathlib

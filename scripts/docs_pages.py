@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Used by scripts/docs.
 
-  docs_pages.py gather   copies docs/, README.md and the project's pages into build/docs, where mkdocs reads them. Links to
-                         files that are no pages become plain text. Exits with 1 if a link leads to a missing file.
-  docs_pages.py check    exits with 1 if a link in build/site leads to a missing file or heading.
+  docs_pages.py gather   copies docs/, README.md and the project's pages to build/docs for mkdocs. Links to files that
+                         are not pages become plain text. Exits with 1 if the target of a link is missing.
+  docs_pages.py check    exits with 1 if a link in build/site points to a missing file or heading.
 """
 import html.parser
 import pathlib
@@ -15,7 +15,7 @@ import urllib.parse
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGES = ROOT / "build/docs"
 SITE = ROOT / "build/site"
-# Pages outside docs/, by their name in the site.
+# Pages outside of docs/, with their names in the site.
 PROJECT_PAGES = {"README.md": "index.md", "CHANGELOG.md": "CHANGELOG.md", "CONTRIBUTING.md": "CONTRIBUTING.md",
                  "SECURITY.md": "SECURITY.md"}
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
@@ -23,7 +23,7 @@ FENCE = re.compile(r"^(```|~~~).*?^\1", re.DOTALL | re.MULTILINE)
 
 
 def in_site(path):
-    """Name of a file of the repository in the site; None if it is not part of the site."""
+    """Returns the name in the site of a file in the repository; None if it is not part of the site."""
     name = path.relative_to(ROOT).as_posix()
     if name in PROJECT_PAGES:
         return PROJECT_PAGES[name]

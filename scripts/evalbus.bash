@@ -1,4 +1,4 @@
-# Completion of `evalbus` in bash: commands, options and tasks as the program itself lists them.
+# Bash completion for `evalbus`. Commands, options and tasks are queried from the program.
 _evalbus() {
   local word=${COMP_WORDS[COMP_CWORD]} command=${COMP_WORDS[1]} choices
   case $COMP_CWORD,$word in

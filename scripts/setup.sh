@@ -1,8 +1,8 @@
 # Sourced by ./run, ./test and scripts/check: installs missing Debian packages and configures the build. Sets `root`
 # (the source folder) and `build`; targets are built with `build_targets NAME...`.
 
-# Of Debian, whatever conda, pyenv or a module system have put in front: their compilers, CMake files and libraries are
-# not those that the packages below go with.
+# Uses Debian's tools only. Compilers, CMake files and libraries of conda, pyenv or a module system are incompatible
+# with the packages below.
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin
 unset CC CXX CPP LD CFLAGS CXXFLAGS CPPFLAGS LDFLAGS LD_LIBRARY_PATH LD_PRELOAD LIBRARY_PATH CPATH C_INCLUDE_PATH \
   CPLUS_INCLUDE_PATH PKG_CONFIG_PATH PKG_CONFIG_LIBDIR CMAKE_PREFIX_PATH CMAKE_TOOLCHAIN_FILE CMAKE_GENERATOR PYTHONPATH \
@@ -22,23 +22,23 @@ packages=(
   iproute2 python3-jsonschema python3-numpy python3-msgpack python3-websockets
 )
 
-# What tests look at pages and files with, and install the Python package with. Nothing else needs them:
+# Packages that only the tests need, to inspect pages and files and to install the Python package:
 # `install_missing "${test_packages[@]}"`.
 test_packages=(chromium python3-h5py python3-pip python3-setuptools python3-wheel slurm-wlm munge
   codespell mkdocs mkdocs-material)
 
 say() { printf '%s\n' "$*" >&2; }
 
-# took SECONDS_AT_START: "7 s", "3 min 20 s"; for people.
+# took SECONDS_AT_START: prints the elapsed time as "7 s" or "3 min 20 s".
 took() {
   local s=$((SECONDS - $1))
   [ $s -lt 60 ] && printf '%d s' $s || printf '%d min %d s' $((s / 60)) $((s % 60))
 }
 
-# install_missing PACKAGE...
+# install_missing PACKAGE...: installs the packages that are not installed yet.
 install_missing() {
   local missing
-  # dpkg-query fails for a package it has never heard of, which is one that is missing.
+  # dpkg-query fails for unknown packages; these count as missing.
   missing=$( (dpkg-query -W -f '${Package} ${db:Status-Abbrev}\n' "$@" 2>/dev/null || true) |
     awk -v all="$*" '$2 == "ii" { have[$1] = 1 }
       END { n = split(all, p, " "); for (i = 1; i <= n; i++) if (!(p[i] in have)) print p[i] }' | xargs)
@@ -54,7 +54,7 @@ install_missing() {
   say "installing with apt: $missing"
   local log began=$SECONDS
   log=$(mktemp)
-  # The package list is fetched only when it must be: on a new machine, or when it is out of date.
+  # The package list is updated only if the installation fails: on a new machine, or if the list is outdated.
   if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $missing \
       >"$log" 2>&1; then
     "${as_root[@]}" apt-get update -qq >>"$log" 2>&1 || true
@@ -78,7 +78,7 @@ build_targets() {
       tail -n 30 "$log" >&2
       exit 2
     fi
-    # The first build shows how far it is; later ones are short.
+    # Only the first build shows its progress; later builds are short.
     if [ -t 2 ]; then
       ninja -C "$build" "$@" >&2 || exit 2
     fi

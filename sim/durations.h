@@ -1,4 +1,4 @@
-// How times are distributed. Pure.
+// Distribution of durations. Pure.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Whether bytes are a whole JPEG file. Pure.
+// Checks that bytes are a complete JPEG file. Pure.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace evalbus::sim {
 
-// What is wrong with an image of a camera, in words; empty: it is a JPEG file of this size that decodes
-// without a warning. Decodes an eighth of the size, which takes about a millisecond for 640x480.
+// Describes what is wrong with an image of a camera. Empty: it is a JPEG file of this size that can be
+// decoded without a warning. Decodes at an eighth of the size, which takes about a millisecond for 640x480.
 std::string JpegFault(std::span<const uint8_t> jpeg, int width_px, int height_px);
 
 }  // namespace evalbus::sim

@@ -1,5 +1,5 @@
-// evalbus-sim: the simulated world of a run; with --source, as its first argument, somebody else's simulator
-// or robot in its place.
+// evalbus-sim: the simulated world of a run. With --source as its first argument, the adapter for an external
+// simulator or a robot.
 #include <string_view>
 
 #include "base/arguments.h"

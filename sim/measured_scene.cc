@@ -14,9 +14,9 @@
 namespace evalbus::sim {
 namespace {
 
-// A joint may be measured this far beyond its range, rad or m.
+// Tolerance beyond a joint's range, rad or m.
 constexpr double kBeyondRange = 0.05;
-// No robot's scene is larger, no joint without limits turns farther and none is faster: m or rad, and per s.
+// Plausibility limits for poses and joints without limits: m or rad, and m/s or rad/s.
 constexpr double kFarthest = 1000, kFastest = 1e6;
 
 bool Has(const std::vector<std::string>& names, const std::string& name) {
@@ -27,7 +27,7 @@ int JointId(const mjModel* model, const std::string& name) {
   return mj_name2id(model, mjOBJ_JOINT, name.c_str());
 }
 
-// What a pose can be set of: a free joint, or a mocap body.
+// True if the object's pose can be set: it has a free joint or is a mocap body.
 bool IsMovable(const mjModel* model, const std::string& object) {
   const int body = mj_name2id(model, mjOBJ_BODY, object.c_str());
   const bool is_free =
@@ -35,7 +35,7 @@ bool IsMovable(const mjModel* model, const std::string& object) {
   return is_free || model->body_mocapid[body] >= 0;
 }
 
-// Everything that its pose depends on is measured.
+// True if everything that determines the object's pose is measured.
 bool IsTracked(const PreparedScene& prepared, const Measured& measured, const std::string& object) {
   const model_info_t& info = prepared.info;
   bool tracked = Has(measured.objects, object) == IsMovable(prepared.scene.physics.get(), object);
@@ -162,7 +162,7 @@ void MeasuredScene::SetObjects(const Sample& a, const Sample& b, double share) {
     for (size_t i = 0; i < 3; ++i) {
       position[i] = from.position_m[i] + share * (to.position_m[i] - from.position_m[i]);
     }
-    // q and -q are one rotation: the shorter way.
+    // q and -q are the same rotation: interpolate along the shorter way.
     double dot = 0;
     for (size_t i = 0; i < 4; ++i) dot += from.quat_wxyz[i] * to.quat_wxyz[i];
     for (size_t i = 0; i < 4; ++i) {
@@ -181,7 +181,7 @@ state_t MeasuredScene::At(const Sample& a, const Sample& b, double share, const 
   mju_copy(d.mocap_pos, home_->mocap_pos, 3 * model_->nmocap);
   mju_copy(d.mocap_quat, home_->mocap_quat, 4 * model_->nmocap);
   const auto between = [share](double from, double to) { return from + share * (to - from); };
-  // From ticks: the header's times are rounded to a microsecond each.
+  // Computed from ticks, because the header's times are rounded to microseconds.
   const double elapsed =
       before ? static_cast<double>(header.tick - before->header.tick) * ControlPeriod(info) : 0;
   for (size_t k = 0; k < joints_.size(); ++k) {

@@ -1,7 +1,7 @@
-// What somebody else measured, as STATE: joint positions become poses of links and wrists by forward
-// kinematics, velocities are differences of positions where none were measured, and objects are where they
-// were tracked. The scene is a task's, nothing of it moves by itself. Knows neither bus nor clock; live
-// sources and files become states by it alone.
+// Converts the measurements of an external source to STATE. Poses of links and wrists are computed from joint
+// positions by forward kinematics. Velocities that were not measured are differences of positions. Objects
+// are at their tracked poses. The scene is that of a task; nothing in it moves by itself. Has no bus and no
+// clock. Live sources and files are both converted only here.
 #pragma once
 
 #include <optional>
@@ -15,23 +15,24 @@
 
 namespace evalbus::sim {
 
-// What is measured, by names of MODEL.
+// The measured quantities, by names of MODEL.
 struct Measured {
-  // All of each arm's; of fingers and of parts of objects those that there are.
+  // All joints of each arm; joints of fingers and of objects only if they are measured.
   std::vector<std::string> joints;
   bool has_velocity = false;
-  // Objects whose poses are known.
+  // Objects whose poses are measured.
   std::vector<std::string> objects;
 };
 
-// One moment of it.
+// The measurements at one time.
 struct Sample {
-  // Since the first one, s.
+  // Time since the first sample, s.
   double time_s = 0;
-  // In the order of Measured::joints: rad, of joints that slide m; rad/s, m/s, empty where positions alone
-  // were measured.
+  // In the order of Measured::joints: rad (m for slide joints); rad/s (m/s). velocity is empty if only
+  // positions were measured.
   std::vector<double> position, velocity;
-  // Of each gripper of MODEL, 0 closed to 1 open; nothing where the positions of its fingers say it.
+  // Opening of each gripper of MODEL, from 0 (closed) to 1 (open). Nothing if it follows from the positions
+  // of its fingers.
   std::vector<std::optional<double>> opening;
   // In the order of Measured::objects, world frame.
   std::vector<body_pose_t> object;
@@ -39,29 +40,30 @@ struct Sample {
 
 class MeasuredScene {
  public:
-  // A name that does not fit the scene, and what is wrong with it.
+  // A name that does not fit the scene, and an explanation.
   struct Fault {
     std::string name;
     std::string text;
   };
-  // Of what is measured, the first that is wrong.
+  // First quantity in `measured` that does not fit the scene.
   static std::optional<Fault> FindFault(const PreparedScene& prepared, const Measured& measured);
 
-  // Says in prepared's MODEL what is known of this scene and what is not. prepared outlives it. Throws
-  // InputError with FindFault's text.
+  // Marks in MODEL of `prepared` which quantities of this scene are known. prepared must outlive this object.
+  // Throws InputError with the text of FindFault.
   MeasuredScene(PreparedScene* prepared, Measured measured, const std::string& source);
 
-  // Nothing, or what a joint's position cannot be ("45 rad is beyond the range of left/joint2, -1.763
-  // to 1.763; are these degrees?").
+  // Explains why a joint cannot have this position ("45 rad is beyond the range of left/joint2, -1.763 to
+  // 1.763; are these degrees?"). Empty: it can.
   std::string PositionFault(size_t joint, double position) const;
-  // The same of a whole sample of finite numbers in right counts: positions and quaternions.
+  // The same for the positions and quaternions of a whole sample. Its numbers must be finite and their counts
+  // correct.
   std::string SampleFault(const Sample& sample) const;
 
-  // The named fingers of a gripper, as indices into Measured::joints; empty where it has none.
+  // Measured fingers of a gripper, as indices into Measured::joints. Empty if there are none.
   const std::vector<size_t>& FingersOf(size_t gripper) const { return fingers_[gripper]; }
 
-  // Between two samples, at a share of the way from one to the other. before: the last state before, of which
-  // velocities are differences; none at the first.
+  // State between samples a and b, at the fraction `share` of the time from a to b. before: the previous
+  // state, from which velocities are computed; null for the first one.
   state_t At(const Sample& a, const Sample& b, double share, const state_t* before, const header_t& header);
 
  private:
@@ -73,7 +75,7 @@ class MeasuredScene {
   Measured measured_;
   std::vector<int> joints_;                   // ids, in the order of Measured
   std::vector<std::vector<size_t>> fingers_;  // by gripper
-  // As nothing measured has moved it.
+  // The scene in its initial state, without measurements.
   DataPtr home_;
   DataPtr data_;
 };

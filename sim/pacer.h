@@ -1,4 +1,4 @@
-// Ticks by the wall clock, and how well they kept to it. Pure: times are the caller's.
+// Schedules ticks by the wall clock and measures their timing error. Pure: the caller supplies the times.
 #pragma once
 
 #include <chrono>
@@ -12,19 +12,19 @@ class Pacer {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  // Begins an episode whose tick 0 is published now. period: of a tick, wall-clock seconds.
+  // Begins an episode whose tick 0 is published now. period_s: wall-clock time per tick.
   void Start(Time now, double period_s);
 
-  // When the next tick is due.
+  // Due time of the next tick.
   Time due() const { return due_; }
-  // The tick that was due is out. One that is a whole period late moves all that follow, rather than a burst
-  // of ticks nobody can answer in time.
+  // Reports that the due tick was published. If it was late by a whole period or more, all following ticks
+  // are postponed, which avoids a burst of ticks that no policy can answer in time.
   void Published(Time now);
 
-  // Ticks that were a whole period late.
+  // Number of ticks that were late by a whole period or more.
   int64_t late_ticks() const { return late_ticks_; }
 
-  // Of each tick after tick 0, how long after its due time it went out.
+  // Delay of each tick after tick 0, from its due time to its publication.
   time_distribution_t Error() const { return error_.Distribution(); }
 
  private:

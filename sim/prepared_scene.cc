@@ -19,7 +19,7 @@
 namespace evalbus::sim {
 namespace {
 
-// MuJoCo does not say whether a disk took what it wrote: it writes to memory, and we to the disk.
+// MuJoCo does not report write errors. Therefore MuJoCo writes to memory, and evalbus writes to the disk.
 std::string CompiledModel(const mjModel* model) {
   const int memory = memfd_create("model", MFD_CLOEXEC);
   if (memory < 0) throw EnvironmentError(std::string("memfd_create: ") + std::strerror(errno));
@@ -27,7 +27,8 @@ std::string CompiledModel(const mjModel* model) {
   mj_saveModel(model, name.c_str(), nullptr, 0);
   std::string bytes(std::filesystem::file_size(name), '\0');
   const ssize_t size = pread(memory, bytes.data(), bytes.size(), 0);
-  // Where that took not all (ulimit -f), it takes no more. (mj_sizeModel says more than there is.)
+  // If the memory file could not take the whole model (ulimit -f), it cannot take one more byte either.
+  // (mj_sizeModel cannot be used: it returns more than the actual size.)
   const bool is_whole = size == static_cast<ssize_t>(bytes.size()) && pwrite(memory, "", 1, size) == 1;
   const int error = errno;
   close(memory);
@@ -36,7 +37,7 @@ std::string CompiledModel(const mjModel* model) {
   return bytes;
 }
 
-// Names that the models do not have are found before anything starts.
+// Throws InputError for names that the models do not contain, before any episode begins.
 void CheckDraws(const Variation& variation, const Scene& scene) {
   if (!variation.physics.empty()) {
     RandomizePhysics(variation, 0, ModelPtr(mj_copyModel(nullptr, scene.physics.get())).get());
@@ -57,7 +58,7 @@ PreparedScene Find(const SimOptions& options) {
   return prepared;
 }
 
-// MODEL, of what the scene says and what the run is.
+// Fills MODEL from the scene and the options of the run.
 void Describe(const SimOptions& options, PreparedScene* prepared) {
   model_info_t& info = prepared->info = prepared->scene.info;
   info.message_version = model_info_t::VERSION;

@@ -1,4 +1,5 @@
-// The scene of a run: composed and compiled once, and its models written for all of the run's processes.
+// The scene of a run: composed and compiled once. Its models are written to files for all processes of the
+// run.
 #pragma once
 
 #include "models/scene.h"
@@ -7,25 +8,25 @@
 namespace evalbus::sim {
 
 struct PreparedScene {
-  // As its variation has it.
+  // The task with its variation applied.
   TaskDescription task;
   std::string variation;
   RobotDescription robot;
   Scene scene;
-  // MODEL, whole; without names of files where none were written.
+  // Complete MODEL. The file names are empty if no files were written.
   model_info_t info{};
-  // The two models as files; empty where they were loaded from those.
+  // Contents of the two model files. Empty if the models were loaded from files.
   std::string physics_file, visual_file;
 };
 
-// Throws InputError for the task, the robot or their models.
+// Throws InputError for errors in the task, the robot or their models.
 PreparedScene ComposeScene(const SimOptions& options);
 
 // Writes RUN/model/. Throws EnvironmentError.
 void WriteModels(const PreparedScene& composed, const std::filesystem::path& run);
 
-// For a sim: composes the scene and writes its models, or loads those that the options name. Throws
-// InputError where these are not there or others, and EnvironmentError.
+// Prepares the scene for a sim: composes it and writes its models, or loads the models whose digests the
+// options contain. Throws InputError if these are missing or differ, and EnvironmentError.
 PreparedScene PrepareScene(const SimOptions& options);
 
 }  // namespace evalbus::sim

@@ -1,4 +1,5 @@
-// Who takes part in the episode, as their STATUS says: who is ready, who lags, who is there twice. Pure.
+// Tracks from STATUS messages which components of the episode are ready, lag behind, or are present twice.
+// Pure.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +14,23 @@ namespace evalbus::sim {
 
 class ReadinessTracker {
  public:
-  // Begins the episode that `start` commands: no component is ready for it yet. own_instance: of the sim
-  // itself.
+  // Begins the episode that `start` commands; no component is ready for it yet. own_instance: instance of the
+  // sim itself.
   void Begin(const command_t& start, int64_t own_instance);
 
-  // False if it was ignored: it is of another process than the known one of this name, or there are too many
-  // names.
+  // Handles a STATUS. Returns false if it was ignored, because another process is known under this name or
+  // there are too many names.
   bool Hear(const component_status_t& status);
 
-  // Names of the required components that are not ready for this episode, with commas; empty if all are.
+  // Names of the required components that are not ready for this episode, separated by commas. Empty if all
+  // are ready.
   std::string Missing() const;
-  // A component that announced a lag window and is that far behind the tick, or further; empty if none is.
+  // A component whose last tick is at least its lag window behind `tick`. Empty if there is none.
   std::string Lagging(int64_t tick) const;
-  // The last tick that a component has said it handled in this episode; -1 before the first.
+  // Last tick that the component has reported as handled in this episode; -1 before the first.
   int64_t LastTick(const std::string& component) const;
-  // A component that is ready for this episode in two processes, or in another process than the command
-  // requires; empty if there is none.
+  // A component that is ready for this episode in two processes, or in a process other than the one that the
+  // command requires. Empty if there is none.
   const std::string& twice() const { return twice_; }
 
  private:
@@ -44,7 +46,7 @@ class ReadinessTracker {
   int32_t episode_ = -1, attempt_ = -1;
   std::vector<std::string> required_;
   std::map<std::string, Member> members_;
-  // The process of each component: as required, else the first one that was ready for this episode.
+  // Process of each component: the required one, otherwise the first that was ready for this episode.
   std::map<std::string, int64_t> instances_;
   std::string twice_;
 };

@@ -1,4 +1,4 @@
-// How often a sim, or what stands in its place, says again what others may have missed.
+// Periods after which a sim, or the component in its place, repeats messages that others may have missed.
 #pragma once
 
 #include <chrono>
@@ -6,13 +6,14 @@
 
 namespace evalbus::sim {
 
-// EPISODE_BEGIN, until all are ready.
+// EPISODE_BEGIN, until all components are ready.
 inline constexpr auto kAnnouncePeriod = std::chrono::milliseconds(200);
-// MODEL is repeated while an episode runs, for those who begin to listen in its middle: by the wall clock
-// where policies are slow, by simulated time so that the log of a run that was faster than time has it, too.
+// MODEL is repeated during an episode for observers that start later. The wall-clock period serves runs with
+// slow policies. The simulated period ensures that the log of a run faster than real time contains MODEL,
+// too.
 inline constexpr auto kRepeatModel = std::chrono::seconds(1);
 inline constexpr int64_t kRepeatModelSimUs = 2'000'000;
-// What was lost is asked for by saying again what it answers.
+// A message whose answer does not arrive is repeated, in case either was lost.
 inline constexpr auto kRepeatUnheard = std::chrono::seconds(2);
 
 }  // namespace evalbus::sim

@@ -1,8 +1,9 @@
-// Which control ticks lie between somebody else's samples, and what is missing. The rule, of live sources and
-// of files alike: tick k is the moment k control periods after the first sample, and lies between two
-// neighbors, the last sample before it and the first one at or behind it. Where these are further apart than
-// three times the usual distance, or than three ticks, the ticks between them are missing. So are those on
-// the way to a sample before which one was refused, or, where there is none, the next ones. Pure.
+// Computes the control ticks between the samples of an external source, and which ticks are missing. The same
+// rule applies to live sources and files. Tick k is the time k control periods after the first sample. It
+// lies between two neighbors: the last sample before it and the first one at or after it. Ticks are missing
+//   - if their neighbors are further apart than both three ticks and three times the usual distance,
+//   - if a sample between their neighbors was refused; if no tick lies there, the next one is missing.
+// Pure.
 #pragma once
 
 #include <algorithm>
@@ -18,24 +19,25 @@ namespace evalbus::sim {
 
 class SampleTicks {
  public:
-  // tick_s, usual_s: control period, and time between two samples as it should be.
+  // tick_s: control period. usual_s: nominal time between two samples.
   SampleTicks(double tick_s, double usual_s)
       : tick_s_(tick_s), longest_s_(kGap * std::max(tick_s, usual_s)) {}
 
-  // after_refused: what was measured since the sample before is not known.
+  // after_refused: samples between the previous one and this one were refused.
   void Add(Sample sample, bool after_refused = false) {
     samples_.push_back({std::move(sample), after_refused});
   }
 
-  // A tick and its neighbors, which are one where it is the sample. They are good until the next call.
+  // A tick and its neighbors. Both are the same sample if that coincides with the tick. The pointers are
+  // valid until the next call.
   struct Tick {
     int64_t number;
     const Sample* before;
     const Sample* behind;
-    // How far it is from one to the other, 0 to 1.
+    // Position of the tick from `before` (0) to `behind` (1).
     double share;
   };
-  // The next one; nothing while the sample behind it is not there.
+  // Next tick; nothing until the sample after it has been added.
   std::optional<Tick> Next() {
     while (!samples_.empty()) {
       const Entry& behind = samples_.front();
@@ -56,7 +58,7 @@ class SampleTicks {
       const double apart = behind.sample.time_s - before_->time_s;
       if (apart > longest_s_ || is_broken()) {
         if (apart > longest_s_) ++gaps_;
-        // The sample itself may be on a tick; after a gap that one is there.
+        // The tick at this sample, if there is one, is not missing.
         const auto reached = static_cast<int64_t>(std::ceil((behind.sample.time_s - kOnSample) / tick_s_));
         next_ = std::max(next_ + 1, reached);
         Break();
@@ -67,9 +69,9 @@ class SampleTicks {
     return std::nullopt;
   }
 
-  // Places at which samples are too far apart.
+  // Number of gaps, where neighboring samples are too far apart.
   int gaps() const { return gaps_; }
-  // What was refused has not cost a tick yet.
+  // True if a refused sample has not yet caused a missing tick.
   bool is_broken() const { return broken_ || (!samples_.empty() && samples_.front().after_refused); }
 
  private:
@@ -78,8 +80,8 @@ class SampleTicks {
     bool after_refused;
   };
   static constexpr double kGap = 3;
-  // Within this time (s) a tick uses the sample itself, without interpolation: a source rounds the times of
-  // its samples to a microsecond.
+  // Tolerance in s: if a sample is this close to a tick, the tick uses it without interpolation. A source
+  // rounds the times of its samples to microseconds.
   static constexpr double kOnSample = 0.501e-6;
 
   double TimeOf(int64_t tick) const { return static_cast<double>(tick) * tick_s_; }
@@ -95,7 +97,7 @@ class SampleTicks {
 
   double tick_s_, longest_s_;
   std::deque<Entry> samples_;
-  // The last one before the next tick.
+  // The last sample before the next tick.
   std::optional<Sample> before_;
   bool broken_ = false;
   int64_t next_ = 0;

@@ -65,22 +65,22 @@ void SimComponent::OnCommand(const command_t& command) {
     return;
   }
   const bool is_same_episode = command.episode == status_.episode;
-  // Repeated commands are the sender's way to be heard; one start is enough.
+  // Senders repeat their commands in case one is lost; one start is enough.
   if (is_same_episode && command.attempt == status_.attempt && command.seed == begin_.seed) return;
-  // Attempts only go up: an earlier one is what an old log says.
+  // Attempt numbers only increase: an earlier one comes from an old log.
   if (command.kind != command_t::START_EPISODE || options_.episodes > 0 ||
       (is_same_episode && command.attempt < status_.attempt)) {
     ++status_.foreign_messages;
     return;
   }
-  // The launcher waits for one episode and repeats its command until that begins; what somebody else
-  // commanded, and nobody gets ready for, does not keep it from that.
+  // The launcher waits for one episode and repeats its command until the episode begins. A command from
+  // elsewhere, for which no component gets ready, is replaced by the launcher's next one.
   queue_ = {command};
   if (phase_ != Phase::kRunning) BeginNext();
 }
 
 void SimComponent::OnSummary(const header_t& header) {
-  // Episodes of our own (--episodes) follow one another; those on command come when the launcher says so.
+  // Episodes of --episodes follow one another; otherwise the launcher commands the next one.
   if (options_.episodes == 0 || phase_ != Phase::kIdle || header.episode != status_.episode) return;
   if (queue_.empty()) {
     done_ = true;
@@ -103,7 +103,8 @@ void SimComponent::OnOwnState(std::span<const uint8_t> data) {
   header_t header{};
   if (phase_ == Phase::kIdle || !DecodeHeader<state_t>(data, &header)) return;
   if (header.episode != status_.episode || header.attempt != status_.attempt) return;
-  // Who answered a tick that is to come does not answer it again. Two for one tick metrics notices.
+  // A foreign STATE of a later tick is a conflict, because components that answer it will not answer this
+  // sim's. Two different STATEs of one tick are detected by the metrics process.
   if (phase_ == Phase::kRunning && header.tick <= state_.header.tick) return;
   OnConflict("a STATE that is not this sim's: is a second sim on this bus, or a log being played?");
 }
@@ -116,7 +117,7 @@ void SimComponent::OnOwnEnd(const episode_end_t& end) {
 void SimComponent::OnConflict(const std::string& what) {
   ++status_.foreign_messages;
   if (conflict_.empty()) conflict_ = what;
-  // Said at once: until then others may take what they hear for ours.
+  // EPISODE_END is published at once: until then, other components may handle foreign messages as this sim's.
   if (phase_ == Phase::kWaiting) state_.header = begin_.header;
   End(end_reason::kAborted, conflict_);
 }
@@ -135,7 +136,7 @@ void SimComponent::BeginNext() {
   const Variation& variation = scene_.task.variation(scene_.variation);
   std::vector<Parameter> parameters = world_.Reset(command_.seed, variation);
   if (!variation.appearance.empty()) {
-    // Those who draw do it again, from the seed; here for the record.
+    // Renderers apply the same changes from the seed. Here they are only computed to record the parameters.
     const ModelPtr drawn(mj_copyModel(nullptr, scene_.scene.visual.get()));
     const std::vector<Parameter> seen = RandomizeAppearance(variation, command_.seed, drawn.get());
     parameters.insert(parameters.end(), seen.begin(), seen.end());
@@ -218,7 +219,8 @@ void SimComponent::OnAction(const action_t& action) {
     return OnConflict("two different actions for tick " + std::to_string(action.header.tick) +
                       ": is a second policy on this bus?");
   }
-  // Only the answer to this tick counts; in realtime an older one still is the latest word of a slow policy.
+  // In lockstep only the answer to the current tick is used. In realtime, an older one may be the latest
+  // action of a slow policy.
   if (answer == ConflictDetector::Answer::kRepeated || (action.header.tick < tick && !options_.realtime)) {
     ++status_.foreign_messages;
     return;
@@ -250,7 +252,7 @@ void SimComponent::OnPartial(const partial_metrics_t& partial) {
   if (partial.verdict == partial_metrics_t::SUCCESS && !success_us_) success_us_ = tick * world_.tick_us();
   if (options_.realtime) {
     if (answer == ConflictDetector::Answer::kNew) TimeAnswer(tick, &partial_latency_);
-    // The verdict may be about an earlier tick; it holds all the same.
+    // The verdict may belong to an earlier tick; it is still valid.
     if (partial.verdict == partial_metrics_t::FAILURE) return End(end_reason::kFailure);
     if (success_us_ && TimeIsUp()) EndInTime();
     return;
@@ -273,7 +275,7 @@ void SimComponent::Advance() {
   if (!tick_.verdict) return;
   if (*tick_.verdict == partial_metrics_t::FAILURE) return End(end_reason::kFailure);
   if (TimeIsUp()) return EndInTime();
-  // With a success at the time limit the episode goes on, and nobody has stepped ahead.
+  // If PARTIAL reports a success at the time limit, the episode continues, but StepAhead() has not run yet.
   if (tick_.has_action) StepAhead();
   if (tick_.end) {
     End(tick_.end->first, tick_.end->second);
@@ -300,7 +302,7 @@ void SimComponent::AdvanceRealtime(SteadyTime now) {
 }
 
 void SimComponent::End(std::string reason, std::string detail) {
-  // The verdict stands, whatever ends what comes after it.
+  // The verdict is final; the reason for ending only applies to the time after it.
   if (success_us_ && reason != end_reason::kSuccess && reason != end_reason::kAborted &&
       reason != end_reason::kServerError) {
     detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
@@ -337,7 +339,7 @@ void SimComponent::End(std::string reason, std::string detail) {
 void SimComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
-  // To the recorder or the launcher it may have been lost, or the score with which metrics answers.
+  // Repeated, because the recorder, the launcher or metrics may have missed it.
   if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unheard_end_.Due(now)) {
     log().Info("says EPISODE_END again, until the next episode begins");
     unheard_end_.Said(now);
@@ -349,7 +351,7 @@ void SimComponent::Poll(SteadyTime now) {
   } else {
     CheckAnswerTimeouts(now);
   }
-  // After a STATE said again, which it would push out of a small receive buffer.
+  // Published after a repeated STATE, because it would displace that in a small receive buffer.
   if (phase_ == Phase::kRunning &&
       (model_.Due(now) || state_.header.sim_time_us - model_published_sim_us_ >= kRepeatModelSimUs))
     PublishModel();
@@ -358,13 +360,13 @@ void SimComponent::Poll(SteadyTime now) {
 void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   const int64_t tick = state_.header.tick;
   const auto waited = tick_.wait.Look(now);
-  // Scores need contacts: whose lack it is, STATUS tells.
+  // PARTIAL requires CONTACTS. STATUS shows which of the two is missing.
   const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
                                                                         : std::pair("PARTIAL", "metrics");
   if (!(tick_.has_action && tick_.verdict) && unheard_state_.Due(now)) {
     const double waited_s = std::chrono::duration<double>(waited).count();
     if (tick_.verdict) {
-      log().Info("no ACTION from policy for {:.0f} s: says STATE again", waited_s);  // it may be thinking
+      log().Info("no ACTION from policy for {:.0f} s: says STATE again", waited_s);  // a slow policy
     } else {
       log().Warn("no {} from {} for {:.0f} s: says STATE again", lacking, from, waited_s);
     }

@@ -1,11 +1,13 @@
-// The sim as a component: runs episodes over the bus. See docs/messages.md for the protocol.
+// The sim as a component: runs episodes over the bus. docs/messages.md describes the protocol.
 //
-// lockstep: STATE(k+1) is published when ACTION(k) and PARTIAL(k) are there and no windowed consumer lags too
-// far. The physics of tick k+1 is computed as soon as ACTION(k) is there, beside collision checking and
-// metrics of tick k in their own processes; should PARTIAL(k) end the episode, that step is dropped and tick
-// k is the last. After a success the episode goes on for MODEL's after_success_us; nothing that ends it then
-// changes the verdict. realtime: the wall clock decides; a late action means that the last one is held and a
-// deadline miss counted.
+// Lockstep: STATE(k+1) is published when ACTION(k) and PARTIAL(k) have arrived and no component exceeds its
+// lag window. The physics of tick k+1 is computed as soon as ACTION(k) has arrived, in parallel with
+// collision checking and metrics of tick k in their own processes. If PARTIAL(k) ends the episode, that step
+// is dropped and tick k is the last. After a success, the episode continues for MODEL's after_success_us; the
+// reason for which it ends then does not change the verdict.
+//
+// Realtime: the wall clock decides. If an action is late, the last one is held and a deadline miss is
+// counted.
 #pragma once
 
 #include <deque>
@@ -29,7 +31,7 @@ namespace evalbus::sim {
 
 class SimComponent : public Component {
  public:
-  // Composes and compiles the scene, writes the models. Throws InputError.
+  // Composes and compiles the scene, and writes the models. Throws InputError.
   SimComponent(Bus* bus, const SimOptions& options);
   ~SimComponent() override;
 
@@ -40,20 +42,20 @@ class SimComponent : public Component {
  private:
   enum class Phase {
     kIdle,     // between episodes
-    kWaiting,  // EPISODE_BEGIN is out, not everybody is ready
-    kRunning,  // STATE is out
+    kWaiting,  // EPISODE_BEGIN was published; not all components are ready
+    kRunning,  // STATE was published
   };
-  // What has arrived of the tick whose STATE is out.
+  // Answers to the last published STATE.
   struct Tick {
     bool has_action = false;
-    // The physics of the next one was computed.
+    // The physics of the next tick was computed.
     bool stepped = false;
-    // Of the score, once it is there: as in partial_metrics_t.
+    // Verdict of the tick's PARTIAL, as in partial_metrics_t; nothing before it arrives.
     std::optional<int8_t> verdict;
-    // The episode must end after this tick's score: reason and detail.
+    // Set if the episode must end after this tick's score: reason and detail.
     std::optional<std::pair<std::string, std::string>> end;
     SteadyTime published{};
-    // For answers, since then.
+    // Waiting time for answers since the STATE was published.
     Wait wait{SteadyTime{}};
   };
 
@@ -62,29 +64,30 @@ class SimComponent : public Component {
   void OnAction(const action_t& action);
   void OnPartial(const partial_metrics_t& partial);
   void OnSummary(const header_t& header);
-  // Messages that only the sim publishes come back to it, as those of anybody else would come.
+  // The sim also receives the messages that only a sim publishes. Any that it did not publish itself reveal a
+  // second sim or a replayed log.
   void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
   void OnOwnState(std::span<const uint8_t> data);
   void OnOwnEnd(const episode_end_t& end);
-  // What this episode's result would be cannot be told any more: it ends as aborted.
+  // Ends the episode as aborted, because its result is no longer certain.
   void OnConflict(const std::string& what);
 
   void BeginNext();
   void AnnounceEpisode();
   void PublishModel();
   void StartIfReady();
-  // The physics of the next tick, unless there is to be none; once.
+  // Computes the physics of the next tick, at most once, unless the episode ends before it.
   void StepAhead();
-  // Publishes the next STATE or ends the episode, if what that needs is there.
+  // Publishes the next STATE or ends the episode, if all required answers have arrived.
   void Advance();
   void AdvanceRealtime(SteadyTime now);
   void TimeAnswer(int64_t tick, Durations* latency);
   void PublishState();
-  // Says again, and ends the episode, where an answer does not come.
+  // Repeats STATE if an answer is missing, and ends the episode after the timeout.
   void CheckAnswerTimeouts(SteadyTime now);
   void End(std::string reason, std::string detail = "");
-  // The time limit holds until the first success, and after_success_us from there.
+  // The time limit applies until the first success, then after_success_us from there.
   bool TimeIsUp() const {
     return state_.header.sim_time_us >=
            (success_us_ ? *success_us_ + scene_.info.after_success_us : scene_.info.time_limit_us);
@@ -110,10 +113,10 @@ class SimComponent : public Component {
 
   ReadinessTracker readiness_;
   ConflictDetector detector_;
-  // The first line about a conflict of this episode; empty without one.
+  // First line about a conflict in this episode; empty if there is none.
   std::string conflict_;
   Pacer pacer_;
-  // Realtime clock: when the STATE of each tick was published, and what its answers took.
+  // Realtime clock: publication time of each tick's STATE, and latencies of the answers.
   std::vector<SteadyTime> published_;
   Durations action_latency_, partial_latency_;
 

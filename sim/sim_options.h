@@ -1,4 +1,4 @@
-// What a sim is told: the part of a run's options that `evalbus run` and `evalbus-sim` share.
+// Sim options that `evalbus run` and `evalbus-sim` share.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@
 namespace evalbus::sim {
 
 struct SimOptions {
-  // As FindTask takes it.
+  // See FindTask.
   std::string task;
   std::string robot;
   std::vector<std::filesystem::path> model_path;
@@ -25,31 +25,31 @@ struct SimOptions {
   double rtf = 1;
   double policy_timeout_s = 60;
   double after_success_s = 0;
-  // As MODEL carries it.
+  // As in MODEL.
   std::string run_id = "run";
-  // In place of a sim, a source (`evalbus watch`): who is silent for so long has ended its episode; grippers
-  // whose fingers it does not measure, "left=open".
+  // Only for a source (`evalbus watch`). source_timeout_s: a source that is silent for this long has ended
+  // its episode. gripper: fixed openings of grippers whose fingers the source does not measure, "left=open".
   double source_timeout_s = 5;
   std::vector<std::string> gripper;
-  // Digests of OUT/model/, where a run's launcher has composed it for all of the run, and what it was warned
-  // of; empty: the scene is composed, and its models are written there.
+  // Digests of the models in OUT/model/, and warnings, if the launcher has composed the scene for all
+  // processes of the run. Empty: the sim composes the scene and writes its models there.
   std::string physics_sha256, visual_sha256;
   std::vector<std::string> scene_warnings;
 
-  // Not options of the command line: run folder; the models are written to OUT/model/.
+  // The following are not command-line options. out: run folder; the models are written to OUT/model/.
   std::filesystem::path out;
-  // Ticks are moments of a source or a file; nothing is simulated.
+  // True if ticks are times of a source or a file; nothing is simulated.
   bool is_source = false;
-  // Wall-clock time to wait in lockstep for a score.
+  // Maximum wall-clock time to wait for a score in lockstep.
   double metrics_timeout_s = 10;
-  // Not zero: run this many episodes without waiting for a COMMAND, then be done.
+  // If not zero, runs this many episodes without waiting for a COMMAND, then exits.
   int episodes = 0;
   int64_t seed = 0;
-  // Who must be ready before tick 0 of such an episode.
+  // Components that must be ready before tick 0 of these episodes.
   std::vector<std::string> required = {"collision", "metrics", "policy"};
 };
 
-// A timeout of months is as good as none, and still a duration that clocks can add.
+// Months: in effect no timeout, but still a duration that clocks can add without overflow.
 inline constexpr double kLongestTimeout = 1e7;  // s
 
 template <class Options, class F>
@@ -89,9 +89,9 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// Throws InputError. Replaces the rate that was asked for by the one that is possible: a whole number of
-// physics steps of this length per tick or, of a source, any whose tick is known to a microsecond. Where the
-// two differ, returns a line that says so, else an empty string.
+// Replaces the requested rate by the nearest possible one. For a sim, a tick is a whole number of physics
+// steps; for a source, a whole number of microseconds. If the two rates differ, returns a line that reports
+// it; otherwise an empty string. Throws InputError.
 inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options) {
   CheckRanges(*options);
   const double asked = options->control_hz;
@@ -106,7 +106,7 @@ inline std::string MakeControlRateReal(int64_t timestep_us, SimOptions* options)
                              static_cast<double>(timestep_us) / 1e3);
 }
 
-// Throws InputError.
+// Throws InputError if the options are invalid or contradict each other.
 inline void CheckSimOptions(const SimOptions& options) {
   CheckRanges(options);
   if (options.rtf != 1 && !options.realtime) throw InputError("--rtf: only with --realtime");

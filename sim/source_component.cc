@@ -22,22 +22,25 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// Metrics gives up a gap once a hundred later ticks are complete: so many are published into it unscored.
+// Metrics gives up waiting for a gap once a hundred later ticks are complete. This many are published after
+// it without waiting for scores.
 constexpr int64_t kGapWindowTicks = 120;
-// Metrics keeps no ticks further ahead: a longer leap ends the episode.
+// Metrics does not store ticks further ahead. A larger leap ends the episode.
 constexpr int64_t kMaxLeapTicks = 4000;
-// Of a source that is faster than its scoring, a hundred megabytes or so.
+// Maximum queue length, for a source that is faster than its scoring: about a hundred megabytes.
 constexpr size_t kMaxWaiting = 100'000;
 
-// Images are for people, so a few small ones are enough: the log of a minute with two cameras has some 60 MB.
+// Images are only for people, so a few small ones are sufficient: a minute with two cameras takes about 60 MB
+// in the log.
 constexpr size_t kMaxCameras = 8;
 constexpr int kMaxImageBytes = 512 << 10;
 constexpr int kMaxImagePixels = 2048;
 constexpr size_t kMaxWaitingImageBytes = size_t{64} << 20;
-// More images of a camera are left out: 10 a second, less what a source's clock is off.
+// Minimum time between images of a camera; images in between are dropped. 10 per second, with a margin for
+// the source's clock.
 constexpr int64_t kLeastBetweenImagesUs = 95'000;
 
-// "left=open,right=closed": how far open is a gripper that nobody measures.
+// Parses "left=open,right=closed": fixed openings of grippers that are not measured.
 std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>& texts,
                                                  const model_info_t& info) {
   std::vector<std::optional<double>> openings(info.gripper.size());
@@ -59,7 +62,7 @@ std::vector<std::optional<double>> FixedOpenings(const std::vector<std::string>&
   return openings;
 }
 
-// From a stamp to a later one; the greatest number where the difference is greater.
+// Difference of two stamps, limited to the largest representable number.
 int64_t MicrosecondsSince(int64_t before_us, int64_t stamp_us) {
   int64_t us = 0;
   return __builtin_sub_overflow(stamp_us, before_us, &us) ? std::numeric_limits<int64_t>::max() : us;
@@ -119,7 +122,7 @@ void SourceComponent::OnAnnouncement(const source_announcement_t& announcement) 
         "or is a second source on this bus?",
         Printable(announcement.source), source()));
   }
-  // It has not heard MODEL yet.
+  // The source may not have received MODEL yet.
   if (phase_ != Phase::kRunning) PublishModel();
 }
 
@@ -261,7 +264,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
   silence_ = Wait(steady_clock::now());
 
   const bool is_other = !newest_ || message.episode != newest_->number;
-  // A source that was started again begins to count again.
+  // A restarted source counts from 0 again.
   const bool is_again = !is_other && message.sample == 0 && newest_->sample > 0;
   if (is_again && !newest_->is_over) {
     Arrive({newest_episode_, std::nullopt, 0, "the source began the episode again", 0, true});
@@ -270,10 +273,10 @@ void SourceComponent::OnSample(const source_state_t& message) {
     newest_.emplace(Arriving{}).number = message.episode;
     ++newest_episode_;
   }
-  if (newest_->is_over || newest_episode_ <= finished_) return;  // it is scored; the rest does not matter
+  if (newest_->is_over || newest_episode_ <= finished_) return;  // already scored; the rest is ignored
   Arrived arrived{newest_episode_, Sample{}, message.sample, "", 0, message.is_last != 0};
   const int64_t expected = newest_->sample + 1;
-  // Its time 0 is not known then.
+  // Without the first sample, time 0 of the episode is unknown.
   const bool begins_late = expected == 0 && message.sample > 0;
   if (message.sample < expected) {
     arrived.fault = fmt::format("sample {} comes after sample {}: is a second source on this bus?",
@@ -298,7 +301,7 @@ void SourceComponent::OnSample(const source_state_t& message) {
     newest_->stamp_us = message.stamp_us;
   }
   if (!arrived.fault.empty()) {
-    // Units and order are wrong from the first sample on, and so is all that follows.
+    // A fault in the very first sample (units, order) also affects all later ones, so it ends the run.
     if (newest_episode_ == 0 && !newest_->first_stamp_us && !begins_late) {
       throw InputError(fmt::format("source '{}', sample {}: {}", source(), message.sample, arrived.fault));
     }
@@ -335,21 +338,22 @@ std::string SourceComponent::FaultOf(const image_t& image, std::string_view chan
 void SourceComponent::OnImage(std::string_view channel, std::span<const uint8_t> data) {
   const auto image = std::make_shared<image_t>();
   if (!Decode(data, image.get())) return bus().CountDecodeError();
-  // Before the episode's first sample its time is not known, and behind its end it shows nothing of it.
+  // Before the episode's first sample, the image's time is unknown. After its end, the image does not belong
+  // to it.
   if (!newest_ || newest_->is_over || !newest_->first_stamp_us || image->header.episode != newest_->number ||
       newest_episode_ <= finished_) {
     ++status_.foreign_messages;
     return;
   }
-  // Any number may come, so the difference wraps around.
+  // The stamp is arbitrary, so the subtraction uses wrapping arithmetic.
   const auto time_us = static_cast<int64_t>(static_cast<uint64_t>(image->header.sim_time_us) -
                                             static_cast<uint64_t>(*newest_->first_stamp_us));
   const double ahead_s =
       (static_cast<double>(image->header.sim_time_us) - static_cast<double>(newest_->stamp_us)) / 1e6;
   const auto last = newest_->image_us.find(image->view.camera);
   const int64_t between_us = last == newest_->image_us.end() ? kLeastBetweenImagesUs : time_us - last->second;
-  // Taken before the first sample, or one of more than are shown. Where too many samples wait, too, these are
-  // what counts.
+  // Drops images from before the first sample and images beyond the rate limit. If the queue is almost full,
+  // samples take precedence.
   if (time_us < 0 || (between_us > 0 && between_us < kLeastBetweenImagesUs) ||
       arrived_.size() + 1 >= kMaxWaiting) {
     return;
@@ -513,7 +517,7 @@ void SourceComponent::End(std::string reason, std::string detail, bool lacks_tic
   end_ = {};
   end_.header = running_ && running_->state ? running_->state->header : begin_.header;
   if (running_) {
-    // The verdict stands, whatever ends what comes after it.
+    // The verdict is final; the reason for ending only applies to the time after it.
     if (running_->success_us && reason != end_reason::kSuccess && !aborted) {
       detail = fmt::format("after the success: {}{}{}", reason, detail.empty() ? "" : ", ", detail);
       reason = end_reason::kSuccess;

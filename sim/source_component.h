@@ -1,7 +1,7 @@
-// The sim's place in a run of somebody else's simulator or robot (docs/watch.md): answers its
-// SOURCE_ANNOUNCEMENT with MODEL, makes STATE of its SOURCE_STATEs, and runs episodes over the bus as the sim
-// does (docs/messages.md). Nobody can hold a source back: its samples wait here, and STATE(k+1) is published
-// when PARTIAL(k) is there and no windowed consumer lags too far.
+// Replaces the sim in a run with an external simulator or a robot (docs/watch.md). Answers its
+// SOURCE_ANNOUNCEMENT with MODEL, converts its SOURCE_STATEs to STATE, and runs episodes over the bus as the
+// sim does (docs/messages.md). A source cannot be slowed down, so its samples are queued here. STATE(k+1) is
+// published when PARTIAL(k) has arrived and no component exceeds its lag window.
 #pragma once
 
 #include <deque>
@@ -25,7 +25,7 @@ namespace evalbus::sim {
 
 class SourceComponent : public Component {
  public:
-  // Composes and compiles the scene, writes the models. Throws InputError.
+  // Composes and compiles the scene, and writes the models. Throws InputError.
   SourceComponent(Bus* bus, SimOptions options);
 
   void Poll(SteadyTime now) override;
@@ -34,38 +34,38 @@ class SourceComponent : public Component {
  private:
   enum class Phase {
     kIdle,     // between episodes
-    kWaiting,  // EPISODE_BEGIN is out, not everybody is ready
+    kWaiting,  // EPISODE_BEGIN was published; not all components are ready
     kRunning,  // all are ready; the source's next episode is this one
   };
-  // A SOURCE_STATE or an image that waits, or what is left of one that was refused.
+  // A queued SOURCE_STATE or image, or a record of a refused one.
   struct Arrived {
-    // Of the source's episodes, in the order in which they came.
+    // Index among the source's episodes, in the order of arrival.
     int64_t episode;
-    // Nothing: refused, or an image.
+    // Nothing for an image and for a refused sample.
     std::optional<Sample> sample{};
-    // The source's number of it, and why it was refused.
+    // The source's sample number, and the reason for the refusal.
     int64_t number = 0;
     std::string fault{};
-    // Those before it that never came.
+    // Number of samples missing directly before this one.
     int64_t lost = 0;
     bool is_last = false;
-    // An image of the source's cameras; its header has the time since the episode's first sample. Without
-    // bytes: it was refused, and `fault` says why.
+    // An image of the source's cameras. Its header contains the time since the episode's first sample.
+    // Without bytes: the image was refused for the reason in `fault`.
     std::shared_ptr<image_t> image{};
   };
-  // The episode that goes on.
+  // The active episode.
   struct Running {
     Running(int64_t its_episode, double tick_s, double period_s)
         : episode(its_episode), ticks(tick_s, period_s) {}
     int64_t episode;  // as in Arrived
     SampleTicks ticks;
     bool after_refused = false;
-    // The source has ended it, or begun another one.
+    // The source has ended this episode, or begun another one.
     bool is_over = false;
-    // The last that was published, and scored.
+    // Last published state, and last scored tick.
     std::optional<state_t> state;
     int64_t scored_tick = -1;
-    // The first tick behind a gap: until it is scored, metrics waits for what does not come.
+    // First tick after a gap. Until it is scored, metrics waits for ticks that will not come.
     int64_t behind_gap = -1;
     // Simulated time of the first success.
     std::optional<int64_t> success_us;
@@ -74,17 +74,17 @@ class SourceComponent : public Component {
 
     bool is_in_gap() const { return scored_tick < behind_gap; }
     bool is_scored() const { return state && scored_tick >= state->header.tick; }
-    // What was wrong with its samples; empty where nothing was.
+    // Describes the faults of its samples; empty if there are none.
     std::string Faults() const;
   };
-  // Of the source's newest episode to come, what came of it.
+  // State of the source's newest episode, as received so far.
   struct Arriving {
     int32_t number = 0;
     int64_t sample = -1;
     std::optional<int64_t> first_stamp_us;
     int64_t stamp_us = 0;
     bool is_over = false;
-    // When the last image of each camera was taken, since the episode's first sample.
+    // Time of each camera's last image, since the episode's first sample.
     std::map<std::string, int64_t> image_us{};
   };
 
@@ -97,16 +97,16 @@ class SourceComponent : public Component {
   void OnOwnModel();
   void OnOwnBegin(const episode_begin_t& begin);
 
-  // Throws InputError for what does not fit the task.
+  // Throws InputError if the announcement does not fit the task.
   void Meet(const source_announcement_t& announcement);
   void BeginIfMet();
   void AnnounceEpisode();
   void PublishModel();
-  // Of a sample, in an episode that has begun; empty: the sample is good.
+  // Describes what is wrong with a sample of the newest episode, or an image. Empty: nothing.
   std::string FaultOf(const source_state_t& message, Sample* sample) const;
   std::string FaultOf(const image_t& image, std::string_view channel);
   void Arrive(Arrived arrived);
-  // Takes what has come, publishes what may be, ends what is over.
+  // Handles queued samples, publishes states that are ready, and ends the episode if it is complete.
   void Advance();
   void TakeArrived();
   void TakeImage(const Arrived& arrived);
@@ -115,7 +115,7 @@ class SourceComponent : public Component {
   bool TimeIsUp() const;
   void EndInTime();
   void CheckAnswerTimeouts(SteadyTime now);
-  // lacks_tick: one that should have come did not, which makes the episode incomplete.
+  // lacks_tick: an expected tick did not arrive, which makes the episode incomplete.
   void End(std::string reason, std::string detail = "", bool lacks_tick = false);
   std::string source() const { return prepared_.info.source; }
   int64_t TimeOf(int64_t tick) const { return TickUs(tick, tick_s_); }
@@ -123,9 +123,9 @@ class SourceComponent : public Component {
   SimOptions options_;
   PreparedScene prepared_;
   const double tick_s_;
-  // By gripper: how far it is open all the time, where nobody measures it.
+  // By gripper: fixed opening of a gripper that is not measured.
   std::vector<std::optional<double>> opening_;
-  // Of the source, once its SOURCE_ANNOUNCEMENT was heard.
+  // Known once the source's SOURCE_ANNOUNCEMENT has been received.
   std::unique_ptr<MeasuredScene> scene_;
   std::optional<source_announcement_t> source_announcement_;
   std::vector<uint8_t> source_announcement_bytes_;
@@ -138,17 +138,17 @@ class SourceComponent : public Component {
   episode_end_t end_{};
   ReadinessTracker readiness_;
 
-  // Of the source's episodes, counted from 0: the newest to come, and the last that is finished with.
+  // Indices of the source's episodes, counted from 0: the newest one received, and the last finished one.
   int64_t newest_episode_ = -1, finished_ = -1;
   std::optional<Arriving> newest_;
   std::deque<Arrived> arrived_;
-  // Of the images in it.
+  // Size of the images in arrived_.
   size_t waiting_image_bytes_ = 0;
-  // Names of the cameras that have published, at most kMaxCameras.
+  // Cameras that have published an image, at most kMaxCameras.
   std::set<std::string> cameras_;
-  // Samples were dropped, since there are too many.
+  // True if samples were dropped because the queue was full.
   bool overflowed_ = false;
-  // Since the source has said something; since the tick that is out waits for its score.
+  // Time since the source's last message; time that the last published tick has been waiting for its score.
   Wait silence_{SteadyTime{}}, unscored_{SteadyTime{}};
   std::optional<Running> running_;
   bool unknown_told_ = false;

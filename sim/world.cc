@@ -76,7 +76,7 @@ World::World(const mjModel* model, const model_info_t& info, const RobotDescript
     const int qpos = model->jnt_qposadr[Id(model, mjOBJ_JOINT, start.joint, "joint")];
     const auto has = [qpos](const Arm& arm) { return std::ranges::find(arm.qpos, qpos) != arm.qpos.end(); };
     const auto is_known = [qpos](const Start& known) { return known.qpos == qpos; };
-    // The first of a name counts.
+    // If names repeat, the first entry takes precedence.
     if (!std::ranges::any_of(arms_, has) && !std::ranges::any_of(starts_, is_known))
       starts_.push_back({qpos, start.position});
   }
@@ -174,7 +174,7 @@ bool World::Step() {
 
 bool World::IsStable() {
   for (int i = 0; i < mjNWARNING; ++i) {
-    // Any of them means that what follows is not the physics that was asked for.
+    // Any warning means that the simulation is no longer the requested physics.
     if (data_->warning[i].number == 0) continue;
     instability_ = mju_warningText(i, static_cast<size_t>(data_->warning[i].lastinfo));
     return false;

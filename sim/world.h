@@ -1,5 +1,5 @@
-// The simulated world: reset from a seed, take joint-position actions, step, report state. Knows neither bus
-// nor clock.
+// The simulated world: resets from a seed, applies joint-position actions, steps, reports its state. Has no
+// bus and no clock.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -21,33 +21,35 @@ namespace evalbus::sim {
 
 class World {
  public:
-  // model: the physics model that BuildScene made of task (as its variation has it) and robot; must outlive
-  // the world. substeps: physics steps per control tick. Throws InputError if the model lacks something that
-  // the descriptions name.
+  // model: physics model that BuildScene made of `task` (with its variation applied) and `robot`; must
+  // outlive the world. substeps: physics steps per control tick. Throws InputError if the model lacks a name
+  // in the descriptions.
   World(const mjModel* model, const model_info_t& info, const RobotDescription& robot,
         const TaskDescription& task, int substeps);
 
-  // Robot at home, parts at their poses, then the variation's randomizations in order and its distractors,
-  // drawn again as a whole until no movable part penetrates anything and min_distance is kept. Nothing of the
-  // episode before survives. Throws InputError if no such draw is found, or for a name that is not there.
+  // Moves the robot to its home and the parts to their poses, then applies the variation's randomizations, in
+  // order, and its distractors. They are drawn again together until no movable part penetrates anything and
+  // min_distance is satisfied. Nothing of the previous episode remains. Throws InputError if no such draw is
+  // found or a name does not exist.
   std::vector<Parameter> Reset(int64_t seed, const Variation& variation);
 
-  // What is sunk into what by more than 1 mm, in words ("block is 9.1 mm deep in counter"), of the robot and
-  // of what can move with anything, the deepest; empty where nothing is. Of the state that Reset() left.
+  // Describes the deepest penetration of more than 1 mm after Reset() ("block is 9.1 mm deep in counter").
+  // Checks the robot and all movable parts against everything. Empty if there is none.
   std::string Overlap() const;
 
-  // Takes joint targets and gripper commands, clipped to their limits. Returns an empty string, or what is
-  // wrong with the action (sizes, mode, NaN); then nothing is taken.
+  // Sets joint targets and gripper commands, clipped to their limits. Returns an empty string, or what is
+  // wrong with the action (sizes, mode, NaN), in which case nothing changes.
   std::string Apply(const action_t& action);
 
-  // One control tick. False if the physics became unstable: see instability(); only Reset may follow.
+  // Simulates one control tick. Returns false if the physics became unstable (see instability()); after that,
+  // only Reset() may be called.
   bool Step();
   const std::string& instability() const { return instability_; }
 
-  // Everything except header and deadline_misses. Reuses the storage of state.
+  // Fills everything except header and deadline_misses. Reuses the storage of `state`.
   void Fill(state_t* state) const;
 
-  // Control tick [us].
+  // Control tick, us.
   int64_t tick_us() const { return tick_us_; }
 
   const mjModel& model() const { return *model_; }
@@ -58,7 +60,7 @@ class World {
     std::vector<int> qpos, dof, actuator;
     std::vector<double> lower, upper, home;
     int wrist_site = -1;
-    // J, since Reset.
+    // Work since Reset(), J.
     double work = 0;
   };
   struct Gripper {
@@ -69,9 +71,9 @@ class World {
   struct Part {
     std::string name;
     int body = -1;
-    // Address of the free joint's coordinates; -1 without one.
+    // Address of the free joint's coordinates; -1 without a free joint.
     int qpos = -1;
-    // Index of the mocap body; -1 if it is none.
+    // Index of the mocap body; -1 if the part is not one.
     int mocap = -1;
     Pose pose;
     // Index of its entity in MODEL.
@@ -81,42 +83,43 @@ class World {
   };
 
   const Part& MovablePart(const std::string& name) const;
-  // Where a movable part's coordinates are, position and quaternion.
+  // Coordinates of a movable part: position and quaternion.
   double* Position(const Part& part) const;
   double* Quaternion(const Part& part) const;
-  // Robot and parts where they are when nothing is randomized.
+  // Sets robot and parts to their poses without randomization.
   void SetHome();
   void Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnYaw& yaw, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const SpawnJoint& joint, Random* random, std::vector<Parameter>* parameters);
   void Spawn(const Distractors& distractors, Random* random, std::vector<Parameter>* parameters);
-  // Turns a part from its own pose about the vertical.
+  // Rotates a part about the vertical, relative to its own pose.
   void Turn(const Part& part, double yaw, std::vector<Parameter>* parameters);
-  // Why the draw will not do: a part penetrates another entity, or two movable parts are nearer than a spawn
-  // box allows. Empty: it will.
+  // Explains why the draw must be repeated: a part penetrates another entity, or two movable parts are closer
+  // than a spawn box allows. Empty if the draw is valid.
   std::string Blocked(const Variation& variation);
   bool IsMovable(int entity) const;
-  // Of a body that nothing moves.
+  // True for geoms of a body that cannot move.
   bool IsStill(int geom) const;
-  // Whether a contact of two entities, neither the robot's, is one that a start must not have.
+  // True if a contact between two entities other than the robot is not allowed at the start.
   bool CountsForParts(const mjContact& contact, int a, int b) const;
-  // The deepest contact of two entities that counts, if it is deeper than 1 mm, in words; else empty.
-  // `counts` takes two entities.
+  // Describes the deepest contact of more than 1 mm between two entities for which `counts` returns true;
+  // empty if there is none. `counts` receives the contact and its two entities.
   std::string Deepest(const mjData& data,
                       const std::function<bool(const mjContact&, int, int)>& counts) const;
-  // Everything that follows from positions and velocities, and the compensation of gravity and Coriolis
-  // forces on the arms, as the Panda's own controller does it, and on what is parked.
+  // Computes everything that depends on positions and velocities. Also compensates gravity and Coriolis
+  // forces on the arms, as the Panda's own controller does, and on parked distractors.
   void Prepare();
-  // Of the physics step that was just made: its torques act along the motion with the velocities at its end.
+  // Adds the work of the last physics step: its torques times the motion with the velocities at its end.
   void AddWork();
   bool IsStable();
 
-  // As compiled, and as this episode has it: another one only where its variation changes masses or friction.
+  // Compiled model, and model of this episode. They differ only if the variation changes masses or friction.
   const mjModel* compiled_;
   ModelPtr changed_;
   const mjModel* model_;
-  // The same, but placed parts collide with each other, which MuJoCo leaves out for bodies that cannot move.
+  // Copy in which placed parts collide with each other; MuJoCo ignores contacts between bodies that cannot
+  // move.
   ModelPtr spawn_model_;
   const model_info_t info_;
   int substeps_;
@@ -125,13 +128,13 @@ class World {
   std::vector<Arm> arms_;
   std::vector<Gripper> grippers_;
   std::vector<Part> parts_;
-  // Of joints that start elsewhere than in their file, arms' apart.
+  // Start positions of joints, other than the arms', that differ from their model file.
   struct Start {
     int qpos;
     double position;
   };
   std::vector<Start> starts_;
-  // Degrees of freedom of distractors that are not in this episode: they float far away.
+  // Degrees of freedom of distractors that are not in this episode; they float far away.
   std::vector<int> parked_dofs_;
   int64_t action_clips_ = 0;
   int64_t unreachable_poses_ = 0;

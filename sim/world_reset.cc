@@ -1,4 +1,4 @@
-// How an episode begins: World::Reset() and what it draws.
+// Beginning of an episode: World::Reset() and its random draws.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 namespace evalbus::sim {
 namespace {
 
-// A spawned object may touch what it stands on, but not sink into anything.
+// A spawned object may touch its support, but must not penetrate anything.
 constexpr double kMaxSpawnPenetration = 1e-3;  // m
 constexpr int kMaxDraws = 1000;
-// Where distractors are that are not in an episode, m: out of reach, out of sight and not below the floor.
+// Position of distractors that are not in the episode, m: out of reach, out of sight and above the floor.
 constexpr std::array<double, 3> kParked = {100, 0, 10};
 constexpr double kParkedPitch = 5;
 
@@ -60,7 +60,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
     why = Blocked(variation);
     if (why.empty()) break;
   }
-  // Collision tests ran on the way; only positions may survive them.
+  // The collision checks above have changed mjData; only the positions may remain.
   const std::vector<double> qpos(data_->qpos, data_->qpos + model_->nq);
   const std::vector<double> mocap_pos(data_->mocap_pos, data_->mocap_pos + 3 * model_->nmocap);
   const std::vector<double> mocap_quat(data_->mocap_quat, data_->mocap_quat + 4 * model_->nmocap);
@@ -68,7 +68,7 @@ std::vector<Parameter> World::Reset(int64_t seed, const Variation& variation) {
   std::copy(qpos.begin(), qpos.end(), data_->qpos);
   std::copy(mocap_pos.begin(), mocap_pos.end(), data_->mocap_pos);
   std::copy(mocap_quat.begin(), mocap_quat.end(), data_->mocap_quat);
-  // Where arms start is where they are told to be.
+  // The arms' commands equal their start positions.
   for (const Arm& arm : arms_) {
     for (size_t j = 0; j < arm.qpos.size(); ++j) data_->ctrl[arm.actuator[j]] = data_->qpos[arm.qpos[j]];
   }
@@ -89,7 +89,7 @@ void World::Spawn(const SpawnBox& box, Random* random, std::vector<Parameter>* p
 }
 
 void World::Spawn(const SpawnPlane& plane, Random* random, std::vector<Parameter>* parameters) {
-  // 1e-9: an extent that is a whole number of pitches stays one.
+  // 1e-9: keeps floor() from losing a point if the extent is a whole number of pitches.
   const int nx = static_cast<int>(std::floor(2 * plane.half_extents[0] / plane.spacing + 1e-9));
   const int ny = static_cast<int>(std::floor(2 * plane.half_extents[1] / plane.spacing + 1e-9));
   std::vector<int> points(static_cast<size_t>(std::max(0, nx * ny)));
@@ -153,7 +153,7 @@ void World::Spawn(const Distractors& distractors, Random* random, std::vector<Pa
   for (const std::string& object : left) {
     const Part& part = MovablePart(object);
     std::copy(kParked.begin(), kParked.end(), Position(part));
-    // Each has a place of its own.
+    // Every distractor has its own position.
     Position(part)[1] += kParkedPitch * static_cast<double>(&part - parts_.data());
     for (int dof = 0; dof < model_->nv; ++dof) {
       if (model_->body_rootid[model_->dof_bodyid[dof]] == part.body) parked_dofs_.push_back(dof);
@@ -180,7 +180,8 @@ std::string World::Deepest(const mjData& data,
   }
   if (!deepest) return "";
   int a = entity(deepest->geom1), b = entity(deepest->geom2);
-  // What was put there: a free part rather than a placed one, that rather than the robot.
+  // The first entity of the message is the movable one: a free part, otherwise a placed part, otherwise the
+  // robot.
   const auto rank = [&](int which) {
     const auto part = std::ranges::find(parts_, which, &Part::entity);
     const bool is_part = part != parts_.end();
@@ -193,7 +194,8 @@ std::string World::Deepest(const mjData& data,
 }
 
 std::string World::Overlap() const {
-  // MuJoCo leaves out what cannot move; here everything collides that is not of one entity.
+  // MuJoCo ignores contacts between bodies that cannot move; here, all pairs of different entities are
+  // checked.
   const ModelPtr model(mj_copyModel(nullptr, model_));
   for (int body = 1; body < model->nbody; ++body) {
     if (model->body_weldid[body] == 0) model->body_weldid[body] = model->body_rootid[body];
@@ -205,7 +207,7 @@ std::string World::Overlap() const {
   };
   return Deepest(*data, [&](const mjContact& contact, int a, int b) {
     if (!is_robot(a) && !is_robot(b)) return CountsForParts(contact, a, b);
-    // What a robot stands on may reach below the floor.
+    // The robot's stand may reach below the floor.
     return (a != 0 || !IsStill(contact.geom2)) && (b != 0 || !IsStill(contact.geom1));
   });
 }
@@ -213,7 +215,7 @@ std::string World::Overlap() const {
 bool World::IsStill(int geom) const { return model_->body_weldid[model_->geom_bodyid[geom]] == 0; }
 
 bool World::CountsForParts(const mjContact& contact, int a, int b) const {
-  // A placed part may be sunk into a fixed one.
+  // A placed part may penetrate a fixed one.
   return IsStill(contact.geom1) && IsStill(contact.geom2) ? IsMovable(a) && IsMovable(b)
                                                           : IsMovable(a) || IsMovable(b);
 }

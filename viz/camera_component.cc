@@ -18,7 +18,7 @@
 namespace evalbus::viz {
 namespace {
 
-// Images of one tick that are kept to be said again.
+// Number of images of one tick that are cached for repeated requests.
 constexpr size_t kMaxViews = 32;
 
 }  // namespace
@@ -34,12 +34,12 @@ CameraComponent::CameraComponent(Bus* bus) : Component(bus, "cameras") {
 void CameraComponent::OnModel(const model_info_t& model) {
   if (!IsNewModel()) return;
   model_ = model;
-  model_is_new_ = true;  // for the next episode; this one goes on as it began
+  model_is_new_ = true;  // for the next episode; the current one keeps its model
 }
 
 void CameraComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   EnterEpisode(begin);
-  // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
+  // EPISODE_BEGIN is repeated. If MODEL arrives late, a later repetition prepares the episode.
   if (status_.state != component_status_t::IDLE || !model_) return;
   if (std::exchange(model_is_new_, false)) {
     renderer_ = std::make_unique<Renderer>(LoadVisualModel(*model_), kUsualViewSize);

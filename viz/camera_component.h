@@ -1,5 +1,5 @@
-// Images on request: answers each REQUEST_IMAGE with one IMAGE_<camera> for each of its views, lossless and
-// of exactly the STATE that it names. Nothing else is drawn.
+// Answers each REQUEST_IMAGE with one IMAGE_<camera> per requested view: lossless and of exactly the STATE
+// that the request names. No other images are drawn.
 //
 // A REQUEST_IMAGE received before its STATE is held until the STATE arrives. A repeated REQUEST_IMAGE of the
 // tick answered last returns the cached images. The last kKeptStates ticks can be requested; a REQUEST_IMAGE
@@ -25,11 +25,11 @@ class CameraComponent : public Component {
  public:
   static constexpr size_t kKeptStates = 64;
 
-  // Throws EnvironmentError if OSMesa is missing. A REQUEST_IMAGE of our episode that asks for what cannot be
-  // drawn (an unknown camera, a size beyond 2048 pixels, ...) is an InputError of Bus::Handle.
+  // Throws EnvironmentError if OSMesa is missing. If a REQUEST_IMAGE of this episode cannot be drawn (e.g.
+  // unknown camera, more than 2048 pixels per side), Bus::Handle throws InputError.
   explicit CameraComponent(Bus* bus);
 
-  // Images, since the start.
+  // Number of images drawn since the start.
   int64_t num_drawn() const { return num_drawn_; }
 
  private:
@@ -38,21 +38,21 @@ class CameraComponent : public Component {
   void OnState(const state_t& state);
   void OnImageRequest(const image_request_t& request);
   void Answer(const image_request_t& request);
-  // The cached image, or one drawn now; null for a tick that is no longer kept.
+  // Returns the cached image, or draws it; null if the tick is no longer kept.
   const image_t* Find(const header_t& header, const view_t& view);
   void Draw(const state_t& state, const view_t& view, image_t* image);
 
   std::optional<model_info_t> model_;
   bool model_is_new_ = false;
-  // Of the model's scene; empty before the first episode.
+  // Renderer of the model's scene; null before the first episode.
   std::unique_ptr<Renderer> renderer_;
-  // The newest ticks of this episode: that of tick k is at k modulo the size.
+  // The newest states of this episode as a ring buffer: tick k is at index k modulo the size.
   std::array<state_t, kKeptStates> states_{};
-  // Header of the state that the renderer shows; tick -1: none of this episode.
+  // Header of the STATE that the renderer shows; tick -1 if it shows none of this episode.
   header_t shown_{};
-  // Waits for its STATE.
+  // A request that waits for its STATE.
   std::optional<image_request_t> waiting_;
-  // Of one tick.
+  // Cached images of one tick.
   std::vector<image_t> drawn_;
   int64_t num_drawn_ = 0;
 };

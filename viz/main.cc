@@ -1,5 +1,5 @@
-// evalbus-viz: live images of a run or a replay; with --answer-image-requests, as its first argument, the
-// component "cameras" of a run, with the options that a launcher gives to all of them.
+// evalbus-viz: live images of a run or a replay. With --answer-image-requests as first argument, it is the
+// component "cameras" of a run and accepts the common component options from the launcher.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -42,8 +42,8 @@ int main(int argc, char** argv) {
     options.size = evalbus::viz::ParseFrameSize(size);
     evalbus::viz::CheckFrameSize(options.size);
     std::cerr << evalbus::viz::UseGlAndTell(gl);
-    // Drawing takes all the time there is; the run goes first. Before any thread begins, so that all inherit
-    // it.
+    // Drawing uses all available CPU time, so the run takes priority. This must be set before any thread
+    // starts, so that all threads inherit it.
     setpriority(PRIO_PROCESS, 0, 19);
     const evalbus::Attached attached = evalbus::Attach(address);
     options.policy = attached.policy;

@@ -28,7 +28,8 @@ void VizComponent::OnModel(const model_info_t& model) {
   try {
     Show(model);
   } catch (const InputError& error) {
-    // Anybody can say MODEL: one that cannot be shown does not end what is.
+    // Any process can publish MODEL. A MODEL that cannot be drawn must not end the display of the current
+    // run.
     if (!renderer_) throw;
     ++status_.foreign_messages;
     log().Warn("passes over a MODEL: {}", error.what());
@@ -59,8 +60,8 @@ void VizComponent::Show(const model_info_t& model) {
 }
 
 void VizComponent::OnEpisodeBegin(const episode_begin_t& begin) {
-  // It is repeated only before tick 0: what comes after that begins anew, such as the replay of a run just
-  // seen.
+  // EPISODE_BEGIN is repeated only before tick 0. After that it starts a new episode, e.g. in a replay of the
+  // same run.
   if (newest_tick_ >= 0) status_.attempt = -1;
   Enter(begin, begin.seed);
 }
@@ -89,7 +90,7 @@ void VizComponent::OnState(const state_t& state) {
     ++status_.foreign_messages;
     return;
   }
-  // Of an episode whose begin we have not heard: we came in its middle.
+  // No EPISODE_BEGIN was received for this episode: the process started during the episode.
   if (state.header.episode != status_.episode) {
     episode_begin_t begin{};
     begin.header = state.header;
@@ -113,7 +114,7 @@ void VizComponent::OnPartial(const partial_metrics_t& partial) {
 
 void VizComponent::OnEpisodeEnd(const episode_end_t& end) {
   if (end.header.episode != status_.episode || newest_tick_ < 0) return;
-  if (!text_.end_reason.empty()) return;  // said again, or known better
+  if (!text_.end_reason.empty()) return;  // a repetition, or the outcome is already known
   text_.end_reason = end.end_reason;
   undrawn_ = true;
 }
@@ -129,7 +130,7 @@ void VizComponent::OnSummary(const episode_summary_t& summary) {
 void VizComponent::Poll(SteadyTime now) {
   Component::Poll(now);
   if (now < next_poll()) return;
-  // What has come while the last frame was drawn: only the newest is shown.
+  // Handles all messages that arrived while the last frame was drawn, so that only the newest state is shown.
   while (bus().Handle()) {
   }
   if (undrawn_) Draw();

@@ -1,8 +1,8 @@
-// Live images: draws the newest STATE of a run or a replay as its cameras see it, with the scores of
-// PARTIAL, and publishes JPEG frames on EVALBUS_IMAGE_<camera>.
+// Live images: draws the newest STATE of a run or replay, with the scores of PARTIAL, and publishes JPEG
+// frames on EVALBUS_IMAGE_<camera>.
 //
-// It may begin to listen at any time: MODEL is repeated while an episode runs. Nobody waits for it: ticks
-// that come faster than it draws are passed over and counted in STATUS (skipped_ticks).
+// It may start at any time, because MODEL is repeated while an episode is running. No component waits for it:
+// ticks that arrive faster than it draws are skipped and counted in STATUS (skipped_ticks).
 #pragma once
 
 #include <memory>
@@ -27,16 +27,16 @@ namespace evalbus::viz {
 struct VizOptions {
   std::vector<std::string> cameras = {kDefaultCamera};
   FrameSize size;
-  // At most so many frames per second of wall time, from each camera.
+  // Maximum number of frames per second of wall time, per camera.
   double fps = 15;
-  // Whose run it is, written into the image; empty where that is not known.
+  // Policy name, written into the image; empty if unknown.
   std::string policy{};
 };
 
 class VizComponent : public Component {
  public:
-  // Throws InputError for options that cannot be, EnvironmentError if OSMesa is missing. A camera that the
-  // scene has not is an InputError of Bus::Handle when the first MODEL comes.
+  // Throws InputError for invalid options, EnvironmentError if OSMesa is missing. If the scene lacks a
+  // camera, Bus::Handle throws InputError when the first MODEL arrives.
   VizComponent(Bus* bus, const VizOptions& options);
 
   void Poll(SteadyTime now) override;
@@ -55,11 +55,11 @@ class VizComponent : public Component {
   void OnState(const state_t& state);
   void OnPartial(const partial_metrics_t& partial);
   void OnEpisodeEnd(const episode_end_t& end);
-  // The word that tables have for how the episode came out.
+  // Replaces the end reason by the outcome as shown in tables.
   void OnSummary(const episode_summary_t& summary);
-  // Enters the episode; seed: where it is known.
+  // Starts showing the episode; seed: if known.
   void Enter(const episode_begin_t& begin, std::optional<int64_t> seed);
-  // Writes into the images what MODEL says.
+  // Updates the overlay text from MODEL.
   void Describe();
   void Draw();
 
@@ -69,9 +69,9 @@ class VizComponent : public Component {
   JpegEncoder jpeg_;
 
   std::optional<model_info_t> model_;
-  // Of the episode, where its begin was heard.
+  // Seed of the episode, if its EPISODE_BEGIN was received.
   std::optional<int64_t> seed_;
-  // Of the model's scene; empty before MODEL.
+  // Renderer of the model's scene; null before MODEL.
   std::unique_ptr<Renderer> renderer_;
   std::vector<View> views_;
 
@@ -79,7 +79,7 @@ class VizComponent : public Component {
   state_t state_{};
   int64_t newest_tick_ = -1;  // of this episode
   bool undrawn_ = false;      // something has changed since the last frame
-  bool passing_ = false;      // the newest tick is in no frame
+  bool passing_ = false;      // the newest tick is not in any frame yet
   SteadyTime next_frame_{};
 };
 

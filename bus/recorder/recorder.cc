@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The sim runs at most this far ahead of the disk, and not so far that the kernel has no room for what waits:
-// a tick's messages of a large scene take half of this there.
+// Maximum lead of the sim over the disk, in ticks, and space per tick in the receive buffer. The lead is
+// smaller if the buffer has no room for it. A tick's messages of a large scene take half of kTickBytes.
 constexpr int64_t kMaxLagWindowTicks = 256;
 constexpr size_t kTickBytes = 32 << 10;
 
@@ -31,7 +31,7 @@ int64_t LagWindowTicks(std::optional<size_t> receive_buffer_bytes) {
 
 constexpr auto kRunSummaryWait = std::chrono::seconds(1);
 
-// Does something to a file or folder. Throws EnvironmentError.
+// Runs a file operation on `path`. Throws EnvironmentError if it fails.
 template <class F>
 void OnDisk(const fs::path& path, const F& f) {
   try {
@@ -73,9 +73,9 @@ bool Recorder::OnModel(std::span<const uint8_t> data, int64_t receive_time_us) {
 void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
   episode_begin_t begin{};
   Decode(data, &begin);
-  // An episode that begins before MODEL is not of our sim.
+  // If no MODEL came before, the episode is not of this run's sim.
   if (model_.empty()) return;
-  if (!HasEntered(begin) && closing_) CloseEpisode();  // RUN_SUMMARY of the episode before never came
+  if (!HasEntered(begin) && closing_) CloseEpisode();  // RUN_SUMMARY of the previous episode was not received
   if (!HasEntered(begin) && !MayBegin(begin)) return;
   const auto left = UnfinishedEpisodeFolder(run_, status_.episode);
   if (!EnterEpisode(begin)) return;
@@ -90,17 +90,17 @@ void Recorder::OnEpisodeBegin(std::span<const uint8_t> data) {
 bool Recorder::MayBegin(const episode_begin_t& begin) {
   const auto finished = EpisodeFolder(run_, begin.header.episode);
   if (!fs::exists(finished)) return true;
-  // An aborted attempt was closed like any other; its successor takes its place. Once the launcher has
-  // counted an episode, which is when it writes the summary, nothing does.
+  // An aborted attempt was closed like any other; the next attempt replaces it. A summary means that the
+  // launcher has counted the episode; then it is final.
   if (begin.header.attempt > 0 && !fs::exists(finished / kSummaryJson)) {
     OnDisk(finished, [&] { fs::remove_all(finished); });
     return true;
   }
-  // A launcher begins no episode that is there; who starts us by hand may.
+  // A launcher does not begin an episode that exists. A manually started recorder can receive one.
   if (status_.episode < 0 && bus().session() == 0) {
     throw InputError(finished.string() + " exists: this episode is recorded already; choose another --out");
   }
-  // Not of this run, which has gone past that episode: an old log is being played.
+  // Not an episode of this run, which has already passed it: an old log is being replayed.
   ++status_.foreign_messages;
   log().Warn("an EPISODE_BEGIN of episode {}, which is recorded already: is an old log being played?",
              begin.header.episode);
@@ -110,7 +110,7 @@ bool Recorder::MayBegin(const episode_begin_t& begin) {
 void Recorder::Open(const episode_begin_t& begin) {
   const auto folder = UnfinishedEpisodeFolder(run_, begin.header.episode);
   OnDisk(folder, [&] {
-    // What an earlier attempt left is not evidence of anything.
+    // Data of an earlier attempt are discarded.
     fs::remove_all(folder);
     fs::create_directories(folder);
   });
@@ -126,11 +126,11 @@ void Recorder::Open(const episode_begin_t& begin) {
 }
 
 void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, int64_t receive_time_us) {
-  // Images can be drawn again from the log, and observers do not change what a run leaves behind.
+  // Images can be rendered again from the log, and observers must not change the recorded data.
   const Recorded recorded = channels::RecordedOf(channel);
   if (recorded == Recorded::kNo) return;
   if (!channels::MatchesChannelType(channel, data, &decoded_)) return bus().CountDecodeError();
-  // Runs with equal seeds leave equal logs.
+  // Clears the session, so that runs with equal seeds leave equal logs.
   if (channels::CarriesSession(channel) && SessionOf(data) != 0) {
     without_session_.assign(data.begin(), data.end());
     SetSession(0, without_session_);
@@ -144,7 +144,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
     auto found = heard_.find(channel);
     if (found == heard_.end()) found = heard_.emplace(channel, Heard{}).first;
     heard = &found->second;
-    // Said again, because a slow machine or a lossy network let somebody wait: the log has it.
+    // A repeated message (slow machine or lossy network) is already in the log.
     if (!UpdateIfChanged(data, &heard->last)) return;
   }
   header_t header{};
@@ -173,7 +173,7 @@ void Recorder::Record(std::string_view channel, std::span<const uint8_t> data, i
 }
 
 int64_t Recorder::MissingTicks() const {
-  // An aborted episode is worth nothing.
+  // An aborted episode is not evaluated.
   if (end_->end_reason == end_reason::kAborted) return 0;
   const int64_t last = end_->header.tick;
   const auto missing = [&](const char* channel, int64_t end) {
@@ -181,17 +181,17 @@ int64_t Recorder::MissingTicks() const {
     return found == heard_.end() ? end : found->second.ticks.MissingBefore(end);
   };
   const int64_t states = missing(channels::kState.name, last + 1);
-  // In realtime nobody waits for answers: which were sent is not known.
+  // In realtime the sim does not wait for answers, so it is unknown which ones were sent.
   if (!simulated_time_) return states;
   const int64_t scores = std::max(
       {states, missing(channels::kContacts.name, last + 1), missing(channels::kPartial.name, last + 1)});
-  // Nobody acts on a source's states.
+  // No policy acts on a source's states.
   return is_watched_ ? scores : std::max(scores, missing(channels::kAction.name, last));
 }
 
 void Recorder::CloseEpisode() {
   const int64_t num_events = events_->num_events();
-  // Observers meanwhile read the plain one: the packed one is there when the episode is.
+  // Observers read the plain log until the rename; the packed log appears together with the finished episode.
   form_ == LogForm::kZstd ? events_->ClosePacked() : events_->Close();
   events_.reset();
   closing_.reset();

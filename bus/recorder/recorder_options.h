@@ -1,4 +1,4 @@
-// What a recorder is told: the part of a run's options that `evalbus run` and `evalbus-recorder` share.
+// Recorder options that `evalbus run` and `evalbus-recorder` share.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,10 @@
 namespace evalbus {
 
 struct RecorderOptions {
-  // As ParseLogForm takes it.
+  // See ParseLogForm.
   std::string log = "plain";
 
-  // Not kept: the run's folder.
+  // The run folder. Not stored in run.json.
   std::filesystem::path out;
 };
 

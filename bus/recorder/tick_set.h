@@ -1,4 +1,4 @@
-// Which ticks were heard, in whatever order. Pure.
+// Set of received ticks, in any order. Pure.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class TickSet {
     }
   }
 
-  // Of the ticks 0 to end - 1, how many are not in it.
+  // Number of ticks from 0 to end - 1 that are not in the set.
   int64_t MissingBefore(int64_t end) const {
     int64_t missing = end;
     for (const auto& [from, to] : ranges_) missing -= std::max<int64_t>(0, std::min(to, end) - from);
@@ -35,7 +35,7 @@ class TickSet {
   }
 
  private:
-  // Begin and end of what is without gaps.
+  // Contiguous ranges: begin, end (exclusive).
   std::map<int64_t, int64_t> ranges_;
 };
 

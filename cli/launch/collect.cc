@@ -23,11 +23,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Starts that are drawn for each that is wanted: as often a start may be replaced by a neighbor where it
-// fails.
+// Number of starts that are drawn per requested success: the maximum number of attempts per group of
+// neighbors.
 constexpr int kStartsEach = 8;
 
-// Where each of so many episodes of the run begins: what its variation draws.
+// Returns the start of each episode: the values that its variation draws.
 std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes) {
   const sim::PreparedScene prepared = sim::ComposeScene(options.sim);
   sim::World world(prepared.scene.physics.get(), prepared.info, prepared.robot, prepared.task,
@@ -40,13 +40,12 @@ std::vector<std::vector<double>> Starts(const RunOptions& options, int episodes)
     for (const Parameter& parameter : world.Reset(seeds.OfEpisode(episode), variation)) {
       start.push_back(parameter.value);
     }
-    // Distractors that are there or not make their number another one.
+    // All starts need the same number of values, which may differ if the scene has optional distractors.
     start.resize(starts[0].size());
   }
   return starts;
 }
 
-// Episodes of a run folder that succeeded.
 std::set<int> Successes(const fs::path& folder) {
   std::set<int> episodes;
   for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(folder).episodes) {
@@ -55,13 +54,13 @@ std::set<int> Successes(const fs::path& folder) {
   return episodes;
 }
 
-// Place of the kept start in its group, from 0; the group's size where none of it was kept.
+// Index of the kept start in its group; the group's size if there is none.
 size_t PlaceOfKept(const std::vector<int>& stratum, const std::set<int>& kept) {
   const auto found = std::ranges::find_if(stratum, [&](int episode) { return kept.contains(episode); });
   return static_cast<size_t>(found - stratum.begin());
 }
 
-// Throws InputError if the collection in the folder was made otherwise.
+// Throws InputError if the collection in the folder was made with other options.
 void CheckCollection(const RunOptions& options, int wanted) {
   const results::RecordedRun before = results::ReadRunInfo(options.out);
   if (before.planned != options.episodes) {
@@ -89,7 +88,7 @@ void Collect(RunOptions options) {
     is_complete = fs::exists(folder / kCollectJson);
   }
   for (int round = 0; round < kStartsEach && !is_complete; ++round) {
-    // Of each group that has no success yet, one start more.
+    // Adds one more start to each group without a success.
     std::vector<int> starts;
     int next = 0;
     for (const std::vector<int>& stratum : strata) {
@@ -118,7 +117,7 @@ void Collect(RunOptions options) {
   for (const std::vector<int>& stratum : strata) {
     tried += std::min(PlaceOfKept(stratum, kept) + 1, stratum.size());
   }
-  // No rate: starts that fail are tried near by again.
+  // Not a success rate, because failed starts are retried with neighboring starts.
   const std::string failures = results::FailuresText(results::WriteRunSummary(folder).statistics);
   std::vector<nlohmann::ordered_json> lines;
   for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(folder).episodes) {

@@ -1,13 +1,13 @@
-// Collects demonstrations: successes only, from starts that are spread evenly (cli/launch/strata.h). Runs of
-// `evalbus run` in one folder, whose failures are taken away at the end.
+// Collects demonstrations: successes only, from evenly spread starts (cli/launch/strata.h). Executes runs of
+// `evalbus run` in one folder and removes the failures at the end.
 #pragma once
 
 #include "cli/launch/run_options.h"
 
 namespace evalbus::launch {
 
-// options.episodes: how many are wanted. Says the yield, writes OUT/collect.json. Throws InputError,
-// EnvironmentError.
+// options.episodes: number of successes to collect. Prints the yield and writes OUT/collect.json. Throws
+// InputError, EnvironmentError.
 void Collect(RunOptions options);
 
 }  // namespace evalbus::launch

@@ -54,7 +54,7 @@ constexpr ComponentType kComponents[] = {
     {"sim", "evalbus-sim", kSource, !kRequired, 0, MakeSource},
 };
 
-// Whether a run has such a component at all.
+// True if the run has this component, whether or not it is started by the run.
 bool TakesPart(const ComponentType& type, const RunOptions& options) {
   if (type.name == "sim") return options.watch == (type.argument == kSource);
   if (options.watch && type.name == "policy") return false;

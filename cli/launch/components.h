@@ -1,4 +1,4 @@
-// The one table of the components that a run is made of.
+// The table of all components of a run.
 #pragma once
 
 #include <memory>
@@ -13,30 +13,32 @@
 namespace evalbus::launch {
 
 struct ComponentType {
-  // As in STATUS.
+  // Name in STATUS.
   std::string_view name;
-  // Its program and, where that can be several components, the argument that makes it this one.
+  // Program that contains the component, and the argument that selects the component if the program has
+  // several.
   std::string_view program;
   std::string_view argument;
-  // The episode waits until it is ready. (The sim is who waits.)
+  // True if an episode starts only when this component is ready. False for the sim, which does the waiting.
   bool is_required;
-  // With --realtime (base/realtime.h); 0 for who need not be in time. The sim goes before all.
+  // Real-time priority with --realtime (base/realtime.h); 0 for components without deadlines. The sim's is
+  // the highest.
   int realtime_priority;
-  // The component itself, for all in one process.
+  // Creates the component, for a run with all components in one process.
   std::unique_ptr<Component> (*make)(Bus* bus, const RunOptions& options);
 };
 
-// Of the sim, or of all in one process.
+// Priority of the sim, and of a process that contains all components.
 inline constexpr int kSimRealtimePriority = 20;
 
-// In the order in which they start.
+// All components, in the order in which they are started.
 std::span<const ComponentType> AllComponents();
 
-// Those that this run starts: without the policy where it is somebody else's process, with cameras where the
-// policy looks, with a source in place of sim and policy where it watches.
+// Components that this run starts: no policy if it is an external process, cameras only if the policy needs
+// images, a source instead of sim and policy for `evalbus watch`.
 std::vector<ComponentType> ComponentsOf(const RunOptions& options);
 
-// Names of those that its episodes wait for.
+// Names of the components that episodes wait for.
 std::vector<std::string> RequiredComponents(const RunOptions& options);
 
 }  // namespace evalbus::launch

@@ -30,7 +30,7 @@ std::optional<std::string> JobPool::Poll() {
       ended = exit->name;
     }
   }
-  // Starting many takes a while in which Ctrl-C is to be heard.
+  // Starting many jobs takes time, so Ctrl-C is checked in between.
   while (!waiting_.empty() && running_.size() < at_once_ && !stop_requested()) {
     Job job = std::move(waiting_.front());
     waiting_.pop_front();

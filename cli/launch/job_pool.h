@@ -1,4 +1,4 @@
-// Runs commands, so many at a time, each in a process with a log of its own.
+// Runs commands in parallel, up to a limit; each in a process with its own log.
 #pragma once
 
 #include <chrono>
@@ -20,20 +20,21 @@ struct Job {
   std::filesystem::path log_file;
 };
 
-// How often a pool is asked.
+// How often to call JobPool::Poll().
 constexpr auto kJobPoll = std::chrono::milliseconds(20);
 
 class JobPool {
  public:
-  // `on_restart` gets one line about a job that is started again. timeout: as in Processes.
+  // `on_restart` receives one line about each job that is restarted. timeout: see Processes.
   JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart,
           std::chrono::milliseconds timeout = std::chrono::seconds(60));
-  // Stops who runs: jobs have processes of their own, and take them with them in order.
+  // Stops the running jobs with SIGTERM, so that they can stop their own child processes.
   ~JobPool() { processes_.StopAll(); }
 
-  // Starts what may start. Returns the name of a job that has ended well since the last call, if any. One
-  // that was ended by a signal, or hangs, is started again, three times at most. Throws InputError or
-  // EnvironmentError, with its name and the last line of its log, for one that failed.
+  // Starts as many jobs as the limit allows. Returns the name of a job that has succeeded since the last
+  // call, if any. A job that was killed by a signal or hangs is restarted; a job is started at most three
+  // times. Throws InputError or EnvironmentError, with the job's name and the last line of its log, if a job
+  // failed.
   std::optional<std::string> Poll();
   bool done() const { return waiting_.empty() && running_.empty(); }
 

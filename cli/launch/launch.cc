@@ -17,16 +17,16 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kIdlePoll = std::chrono::milliseconds(20);
-// For what processes that are gone have said.
+// Time to receive the last messages of processes that have exited.
 constexpr auto kLastWords = std::chrono::milliseconds(20);
 
-// RUN/logs/sim.log, of a worker sim-0.log.
+// RUN/logs/sim.log, or sim-0.log for worker 0.
 std::filesystem::path LogOf(const RunOptions& options, const std::string& component) {
   return LogFile(options.out,
                  options.worker < 0 ? component : fmt::format("{}-{}", component, options.worker));
 }
 
-// What is executed for a component, and what a person may execute instead.
+// The command that starts a component; users may run it by hand instead.
 std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& options,
                                    const results::RunFolder& folder) {
   std::vector<std::string> command = {(Processes::BinaryFolder() / type.program).string()};
@@ -111,7 +111,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
       listener->Poll(now);
       poll_at = now + kIdlePoll;
       if (const auto exit = processes.Poll()) {
-        // Wrong input is wrong at the next try, too; the component's last line says what it is.
+        // Invalid input would fail again; the last line of the component's log describes it.
         if (exit->code == 1) exit->Throw();
         start_again(exit->description);
       } else if (const std::string silent = controller.Silent(now); !silent.empty()) {
@@ -127,7 +127,7 @@ void EvaluateProcesses(const RunOptions& options, const results::RunFolder& fold
     while (steady_clock::now() < deadline) bus.Handle(deadline);
     SayDropped(controller, listener);
   }
-  // Last, so that observers know that no process is missing.
+  // Stopped last, so that observers do not report a missing process.
   controller.Stop();
 }
 

@@ -1,6 +1,6 @@
-// Runs the episodes of a plan, with one process per component or all components in this process. Both give
-// equal bits. They return early, with what was finished, once a stop was requested (InstallStopSignals). They
-// throw InputError and EnvironmentError; finished episodes are in the folder all the same.
+// Run the episodes of a plan, with one process per component or with all components in this process. Both
+// give bit-identical results. They return early after a stop was requested (InstallStopSignals). They throw
+// InputError and EnvironmentError. Finished episodes are always in the folder.
 #pragma once
 
 #include "cli/launch/run_controller.h"

@@ -18,7 +18,7 @@ namespace {
 using viz::TerminalWidth;
 
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(100);
-// Until an episode has finished, nobody knows how long they are; a guess for the progress bar only.
+// Assumed duration before the first episode has finished; used only for the progress bar.
 constexpr double kTypicalEpisode = 10;  // s, simulated
 
 double SecondsBetween(SteadyTime from, SteadyTime to) {
@@ -38,7 +38,7 @@ std::string Row(const std::string& label, const std::string& value, const std::s
   return row.substr(0, row.find_last_not_of(' ') + 1);
 }
 
-// What the episode under way has come to.
+// Adds the scores of the current episode.
 void AddScores(const viz::RunWatch& watch, std::vector<std::string>* lines) {
   const metric_values_t& m = watch.scores()->metrics;
   const extended_metrics_t& e = watch.scores()->extended;
@@ -79,7 +79,7 @@ LiveView::LiveView(FILE* out, const LiveHeader& header, Clock clock)
 
 void LiveView::OnEpisodeBegin(const episode_begin_t& begin) {
   watch_.Hear(begin, clock_());
-  watch_.TakeEvents();  // a line per finished episode says it all
+  watch_.TakeEvents();  // the line of a finished episode contains the events' outcome
   is_running_ = true;
 }
 
@@ -109,13 +109,13 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
   std::string first =
       fmt::format("episode {} of {}  {} {:.0f} %", std::min(num_episodes_ + 1, header_.episodes),
                   header_.episodes, Bar(progress, bar_width), progress * 100);
-  // Since this process began, which knows no other times.
+  // Covers only this process, because earlier times are unknown.
   const double covered = progress - static_cast<double>(header_.there_before) / std::max(1, header_.episodes);
   if (covered > 0.02) {
     first += fmt::format("  {} left", results::FormatDuration(elapsed / covered * (1 - progress)));
   }
   std::vector<std::string> lines = {"", first};
-  // It goes over all episodes, so not where nothing is drawn.
+  // Computed only when drawing, because it iterates over all episodes.
   if (!summary_) summary_ = statistics_.Summary(false);
   if (summary_->judged > 0) {
     lines.push_back(fmt::format(
@@ -130,12 +130,12 @@ std::vector<std::string> LiveView::Lines(int width, SteadyTime now) {
 std::vector<std::string> LiveView::LinesThatFit(SteadyTime now) {
   const auto [columns, rows] = viz::TerminalSize(fileno(out_));
   std::vector<std::string> lines = Lines(columns, now);
-  // A terminal lower than the display would scroll at each redraw.
+  // A display taller than the terminal would scroll at each redraw.
   lines.resize(std::min<size_t>(lines.size(), static_cast<size_t>(std::max(2, rows - 1))));
   return lines;
 }
 
-// Everything in one write, each line over the one that was there: what does not change does not flicker.
+// Writes everything at once, each line over the previous one, to avoid flicker.
 void LiveView::Draw(const std::string& above, const std::vector<std::string>& live) {
   std::string text = drawn_lines_ > 0 ? fmt::format("\x1b[{}F", drawn_lines_) : "";
   const char* end_of_line = is_terminal_ ? "\x1b[K\n" : "\n";

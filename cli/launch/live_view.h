@@ -1,4 +1,5 @@
-// What `evalbus run` shows: a line per finished episode, and, on a terminal, the running one live below.
+// Terminal output of `evalbus run`: a line per finished episode and, on a terminal, the live state of the
+// current one.
 #pragma once
 
 #include <chrono>
@@ -19,8 +20,8 @@ struct LiveHeader {
   double control_hz = 0;
   int64_t seed = 0;
   int episodes = 0;
-  // Of them, how many were finished when the run was gone on with; told like the others, at once, or not at
-  // all.
+  // Number of episodes that had finished before the run was resumed. They are reported immediately, through
+  // OnEpisodeDone(), unless tells_those_before is false.
   int there_before = 0;
   bool tells_those_before = true;
 };
@@ -29,7 +30,7 @@ class LiveView : public RunListener {
  public:
   using Clock = std::function<SteadyTime()>;
 
-  // Draws live if `out` is a terminal, else prints plain lines only.
+  // Draws the live state if `out` is a terminal; otherwise prints plain lines only.
   LiveView(FILE* out, const LiveHeader& header, Clock clock = std::chrono::steady_clock::now);
   ~LiveView() override { Finish(); }
 
@@ -38,19 +39,19 @@ class LiveView : public RunListener {
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
   void OnRemark(const std::string& text) override { Print(text); }
 
-  // Redraws at most ten times a second of wall time.
+  // Redraws at most ten times per second of wall time.
   void Poll(SteadyTime now) override;
-  // Takes the live lines away.
+  // Erases the live lines.
   void Finish();
 
-  // The live lines for a terminal of this width; without color codes.
+  // Returns the live lines for a terminal of this width, without color codes.
   std::vector<std::string> Lines(int width, SteadyTime now);
 
  private:
   bool has_scores() const { return is_running_ && watch_.has_scores(); }
   double Progress() const;
   std::vector<std::string> LinesThatFit(SteadyTime now);
-  // Puts a line, if any, above the live lines, and these in place of those drawn before.
+  // Prints a line, if not empty, above the live lines, and replaces the previous live lines.
   void Draw(const std::string& above, const std::vector<std::string>& live);
   void Print(const std::string& line);
 
@@ -61,14 +62,14 @@ class LiveView : public RunListener {
   SteadyTime started_;
   SteadyTime drawn_{};
   int drawn_lines_ = 0;
-  // The episode under way, where it is ours and not a worker's.
+  // The current episode, if this process runs it; workers' episodes are not shown live.
   viz::RunWatch watch_;
   bool is_running_ = false;
   metrics::RunStatistics statistics_;
-  // Of them; empty until it is drawn again.
+  // Summary of statistics_; empty until the next redraw.
   std::optional<metrics::RunSummary> summary_;
   int num_episodes_ = 0;
-  // Simulated length of finished episodes, for the time left.
+  // Simulated duration of finished episodes, for the estimate of the remaining time.
   double simulated_s_ = 0;
 };
 

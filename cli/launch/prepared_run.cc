@@ -26,8 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What must be the same in a run that is gone on with, besides its fixed options: keys of run.json, and in
-// words what it is whose digest differs.
+// Keys of run.json, besides the fixed options, that must not change when a run is resumed. `words` describes
+// what a digest belongs to.
 struct Fact {
   const char* key;
   const char* words = nullptr;
@@ -46,21 +46,21 @@ constexpr std::array kFixedFacts = {
     Fact{"policy_contract", "another policy contract"},
 };
 
-// Whatever was named is what runs: the file, the robot, whole.
+// Makes all paths absolute, so that every process of the run uses the same files.
 TaskSelection Resolve(RunOptions* options) {
   TaskSelection selection = FindTask(options->sim.task);
   options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
   options->sim.robot =
       fs::absolute(options->sim.robot.empty() ? selection.task.robot_file : FindRobot(options->sim.robot));
   FollowRecording(options);
-  // A contract, too, may be told by a file that the processes find from anywhere.
+  // Contract files also get absolute paths, because processes may have other working directories.
   for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
     if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
   }
   return selection;
 }
 
-// By name of the library its SHA-256; null without any.
+// SHA-256 of each plugin by file name; null without plugins.
 nlohmann::ordered_json PluginsJson() {
   nlohmann::ordered_json plugins;
   for (const char* variable : {kPredicatePlugins, kPolicyPlugins}) {
@@ -70,7 +70,7 @@ nlohmann::ordered_json PluginsJson() {
   return plugins;
 }
 
-// What the run is made of, as the files are now.
+// Task, robot, models, software and contract, as their files are now.
 nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOptions& options) {
   nlohmann::ordered_json facts = SceneFacts(prepared);
   const auto contract = policy::FindContractOf(options.policy);
@@ -96,7 +96,7 @@ void CheckFacts(const fs::path& file, const nlohmann::ordered_json& before,
   }
 }
 
-// Throws InputError if the folder's run was made differently or has more episodes than are wanted.
+// Throws InputError if the folder's run was made differently or has more episodes than requested.
 void CheckResumable(const results::RecordedRun& before, const RunOptions& options,
                     const nlohmann::ordered_json& facts) {
   const fs::path file = before.folder / kRunJson;
@@ -136,7 +136,7 @@ RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
   return plan;
 }
 
-// Decides where the run's messages go and says so. What the user asked for is never replaced.
+// Chooses the run's bus and prints it. A bus that the user asked for is never replaced.
 void DecideBus(PreparedRun* run) {
   RunOptions& options = run->options;
   if (options.in_process) return;
@@ -207,7 +207,7 @@ PreparedRun PrepareRun(RunOptions options) {
       finished.push_back(episode.Json());
       numbers.insert(episode.episode);
     }
-    // From here on the folder is changed.
+    // The folder is changed only from here on.
     folder.DiscardAllBut(numbers);
     if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);
   }
@@ -225,7 +225,7 @@ PreparedRun PrepareWorker(RunOptions options) {
   for (const results::RecordedEpisode& episode : before.episodes) finished.insert(episode.episode);
   RunPlan plan = PlanOf(options, before.info, finished);
   plan.episodes = EpisodesOfWorker(plan.episodes, options.worker, workers);
-  // What this worker left where it was killed.
+  // Removes what this worker left when it was killed.
   for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
   PreparedRun run{std::move(options), {}, before.info, std::move(folder), std::move(plan), {}};
   DecideBus(&run);
@@ -233,7 +233,7 @@ PreparedRun PrepareWorker(RunOptions options) {
 }
 
 void Announce(PreparedRun* run) {
-  // Each worker has a bus of its own.
+  // Each worker chooses its own bus.
   if (run->options.workers == 1) DecideBus(run);
   if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
   if (run->scene) sim::WriteModels(*run->scene, run->folder.path());

@@ -1,4 +1,4 @@
-// A run before its first episode: checked, resolved, with its folder and run.json.
+// A run before its first episode: options checked and resolved, folder and run.json prepared.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -17,41 +17,44 @@ namespace evalbus::launch {
 struct PreparedRun {
   // Resolved: task, robot, run id, folder, models.
   RunOptions options;
-  // Composed for all who work for the run; nothing for a worker.
+  // The composed scene, which all processes of the run use; nullopt in a worker.
   std::optional<sim::PreparedScene> scene;
-  // What it is made of.
+  // Task, robot, models, software and policy contract, as keys of run.json.
   nlohmann::ordered_json facts;
   results::RunFolder folder;
   RunPlan plan;
-  // Lines of episodes.jsonl that were there before and stay, in order: invalid ones are run again.
+  // Lines of episodes.jsonl that are kept when resuming, in order; invalid episodes are run again.
   std::vector<nlohmann::ordered_json> finished;
-  // Its bus, from Announce() on, or of a worker; none where everything is in one process.
+  // The run's bus, set by Announce(), or earlier in a worker; none if everything is in one process.
   ReservedBus bus{};
 
-  // How many episodes there are to be.
+  // Total number of episodes, including finished ones.
   int num_wanted() const { return static_cast<int>(finished.size() + plan.episodes.size()); }
-  // run.json.
+  // Contents of run.json.
   nlohmann::ordered_json Json() const;
 };
 
-// Throws InputError: unknown names, cameras that are not there, a folder that is taken, or one of a run that
-// was made otherwise or that no reader takes; nothing in it has been changed then.
+// Throws InputError for unknown names, missing cameras, or a folder that is in use, is invalid, or contains a
+// run with other options. The folder is not changed in these cases.
 PreparedRun PrepareRun(RunOptions options);
 
-// The same for a worker of a run that another process has prepared, with its share of the episodes.
+// Prepares a worker's share of the episodes of a run that another process has prepared.
 PreparedRun PrepareWorker(RunOptions options);
 
-// Chooses the run's bus, says so, and writes the models and run.json. What summary.json says ends here.
+// Chooses the run's bus and prints it, and writes the models and run.json. Removes summary.json if episodes
+// are missing.
 void Announce(PreparedRun* run);
 
 // Keys of run.json that identify the task, robot, models and software of a run.
 nlohmann::ordered_json SceneFacts(const sim::PreparedScene& prepared);
 
-// Throws InputError that names the option that is another one than in a file of before, which holds options.
+// Throws InputError that names the option if a fixed option differs from its value in `file`, whose contents
+// are `before`.
 void CheckFixedOptions(const std::filesystem::path& file, const nlohmann::ordered_json& before,
                        const RunOptions& options);
 
-// "expert" of "expert", "replay" of "replay:runs/a", the name that was given; for names of folders.
+// Policy name for names of folders: "expert" for "expert", "replay" for "replay:runs/a", or policy_name if
+// given.
 std::string ShortPolicyName(const RunOptions& options);
 
 }  // namespace evalbus::launch

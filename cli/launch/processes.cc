@@ -23,12 +23,12 @@
 namespace evalbus::launch {
 namespace {
 
-// So that Ctrl-C ends a run within two.
+// Short enough for Ctrl-C to end a run within two seconds.
 constexpr std::chrono::seconds kStopping{1};
-// How often it is looked at what children do.
+// Interval at which the children's activity counters are read.
 constexpr std::chrono::milliseconds kBetweenLives{500};
 
-// The last line of a log that is not empty, looked for in its last few thousand bytes.
+// Returns the last nonempty line of a log, within its last few kilobytes.
 std::string LastLine(const std::filesystem::path& file) {
   constexpr std::streamoff kTail = 8192;
   std::ifstream stream(file, std::ios::ate);
@@ -40,8 +40,8 @@ std::string LastLine(const std::filesystem::path& file) {
   return last;
 }
 
-// What of it says why the process ended: of one that ended by itself its error line, else whatever it said
-// last but for what it always says.
+// Returns the part of a log's last line that explains why the process ended. If it exited by itself, only an
+// error line does; if it was killed, any line but routine ones.
 std::string LastWords(const std::string& name, const std::string& line, bool by_itself) {
   if (by_itself) return line.find("error: ") == std::string::npos ? "" : line;
   if (line == name + " ready" || line.find(" [info] ") != std::string::npos ||
@@ -53,8 +53,8 @@ std::string LastWords(const std::string& name, const std::string& line, bool by_
   return is_logged ? line.substr(level + 2) : line;
 }
 
-// Of a process's main thread: what it has run and how often it was scheduled; empty where the system does not
-// say.
+// Returns activity counters of a process's main thread: CPU time and context switches. Empty if the system
+// does not provide them.
 std::string Life(pid_t pid) {
   const std::filesystem::path thread =
       std::filesystem::path("/proc") / std::to_string(pid) / "task" / std::to_string(pid);
@@ -89,8 +89,8 @@ void Processes::Start(const std::string& name, const std::vector<std::string>& c
     // Only async-signal-safe calls until exec.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(127);       // the launcher died in between
-    close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // liblcm's socket, for one
-    setpgid(0, 0);  // Ctrl-C reaches the launcher alone, which then stops us in order
+    close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // for example liblcm's socket
+    setpgid(0, 0);  // Ctrl-C reaches only the launcher, which then stops the children in order
     dup2(input < 0 ? open("/dev/null", O_RDONLY) : input, STDIN_FILENO);
     dup2(log, STDOUT_FILENO);
     dup2(log, STDERR_FILENO);
@@ -112,7 +112,7 @@ Processes::Exit Processes::Describe(const Child& child, int status) const {
       child.name + (WIFSIGNALED(status) ? std::string(" was ended by signal ") + strsignal(WTERMSIG(status))
                                         : " exited with code " + std::to_string(exit.code));
   const std::string last = LastWords(child.name, LastLine(child.log_file), WIFEXITED(status));
-  // Whoever's log is on a full disk cannot say so there.
+  // If the disk is full, the log cannot contain the error.
   const std::string disk = last.empty() ? WhyNotWritable(child.log_file.parent_path()) : "";
   if (!last.empty()) exit.description += ": " + last;
   if (!disk.empty()) exit.description += "; " + disk;

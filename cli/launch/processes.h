@@ -1,5 +1,5 @@
-// Child processes of a run: started with their output in a log file, watched, stopped. None outlives its
-// launcher.
+// Child processes of a run: starts them with their output in a log file, monitors and stops them. No child
+// outlives its launcher.
 #pragma once
 
 #include <sys/types.h>
@@ -17,15 +17,15 @@ namespace evalbus::launch {
 
 class Processes {
  public:
-  // A child that does nothing at all for longer than `timeout` is ended: it was stopped, or waits for what
-  // does not come. (What is at work, or looks from time to time, does something.)
+  // A child that is not scheduled at all for longer than `timeout` is killed: it is stopped or deadlocked.
+  // Working and polling processes are scheduled regularly.
   explicit Processes(std::chrono::milliseconds timeout = std::chrono::seconds(60)) : timeout_(timeout) {}
   ~Processes() { KillAll(); }
   Processes(const Processes&) = delete;
   Processes& operator=(const Processes&) = delete;
 
-  // Starts a program; its stdout and stderr are appended to log_file. input: what it has as stdin; -1:
-  // nothing to read. Throws EnvironmentError.
+  // Starts a program; its stdout and stderr are appended to log_file. input: file descriptor for its stdin;
+  // -1: /dev/null. Throws EnvironmentError.
   void Start(const std::string& name, const std::vector<std::string>& command,
              const std::filesystem::path& log_file, int input = -1);
 
@@ -34,26 +34,26 @@ class Processes {
     pid_t pid = -1;
     // Exit code, or 128 + signal.
     int code = 0;
-    // "evalbus-sim exited with code 1: <last line of its log>"
+    // For example "evalbus-sim exited with code 1: <last line of its log>".
     std::string description;
-    // What it said was wrong, without who said it.
+    // The error message, without the program's name.
     std::string Error() const;
-    // As the error that it ended with: InputError for exit code 1, else EnvironmentError. `who`: in front of
-    // it.
+    // Throws InputError for exit code 1, otherwise EnvironmentError. `who`: prefix of the message.
     [[noreturn]] void Throw(const std::string& who = "") const;
   };
-  // A process that ended since the last call, if any; called at least every 100 ms while they are minded.
+  // Returns a process that has ended since the last call, if any. Must be called at least every 100 ms while
+  // children are monitored.
   std::optional<Exit> Poll();
 
-  // Changes the priority of the children and of theirs, where this process may: a higher one takes root's
-  // rights.
+  // Changes the nice value of the children and their descendants, as far as permitted: decreasing it requires
+  // root privileges.
   void SetNice(int nice);
-  // SIGTERM, then SIGKILL for who is still there after a second. Returns those that did not end with code
-  // 0.
+  // Sends SIGTERM, then SIGKILL to processes that are still running after a second. Returns those that did
+  // not exit with code 0.
   std::vector<Exit> StopAll();
   void KillAll();
 
-  // Folder of the running program, where its siblings are.
+  // Folder of the running program, which also contains the other evalbus programs.
   static std::filesystem::path BinaryFolder();
 
  private:
@@ -61,7 +61,7 @@ class Processes {
     std::string name;
     pid_t pid;
     std::filesystem::path log_file;
-    // What the system counts of what it does, and since when that has not changed.
+    // Activity counters of the process, and how long they have been unchanged.
     std::string life{};
     Wait idle{SteadyTime{}};
   };
@@ -69,7 +69,7 @@ class Processes {
   bool Hangs(Child* child, SteadyTime now) const;
 
   std::chrono::milliseconds timeout_;
-  // Looking at what they do takes time, and is worth it now and then.
+  // The counters are read only every kBetweenLives, because reading them takes time.
   SteadyTime looked_at_lives_{};
   std::vector<Child> children_;
 };

@@ -1,5 +1,5 @@
-// Progress of a long command: in place if standard output is a terminal, else a line on standard error every
-// ten seconds, so that pipes and logs have it, too.
+// Progress of a long command: a line redrawn in place if standard output is a terminal; otherwise a line on
+// standard error every ten seconds, so that pipes and logs contain it, too.
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,7 @@ class ProgressLine {
   // A command that takes less time prints nothing.
   static constexpr std::chrono::seconds kBetweenLines{10};
 
-  // "exporting 50 episodes: 24 %, 1:10 min left"
+  // Shows, for example, "exporting 50 episodes: 24 %, 1:10 min left".
   ProgressLine(size_t episodes, std::string verb);
   // For tests.
   ProgressLine(size_t episodes, std::string verb, std::FILE* out, bool is_in_place, Time now);
@@ -26,10 +26,10 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  // done: episodes, also parts of one. To be called often.
+  // done: number of episodes, including fractions. Must be called often.
   void Show(double done) { Show(done, std::chrono::steady_clock::now()); }
   void Show(double done, Time now);
-  // To be called before anything else is printed.
+  // Must be called before anything else is printed.
   void Clear();
 
  private:
@@ -38,7 +38,7 @@ class ProgressLine {
   std::FILE* out_;
   bool is_in_place_, is_shown_ = false;
   Time last_;
-  // From the first call on: what was done before took no time.
+  // Starts at the first call of Show(): what was done before is not included in the estimate.
   std::optional<VideoProgress> progress_;
 };
 

@@ -29,7 +29,7 @@ void ReaderThreads::Start() {
     try {
       std::thread([this, job] { Run(job); }).detach();
     } catch (const std::system_error&) {
-      // Too many threads on this machine: tried again in Poll().
+      // The system cannot start more threads; Poll() retries.
       running_.erase(job);
       return;
     }
@@ -44,7 +44,7 @@ void ReaderThreads::Run(std::list<Job>::iterator job) {
     const std::lock_guard lock(mutex_);
     is_late = std::exchange(job->is_told, true);
   }
-  // While the job still counts as running: Stop() waits until all is told.
+  // Called while the job still counts as running, because Stop() waits until all results are delivered.
   tell(is_late);
   const std::lock_guard lock(mutex_);
   num_stuck_ -= job->is_stuck;

@@ -1,5 +1,5 @@
-// Work that reads files, each piece on a thread of its own, so that a file system that does not answer holds
-// up nothing but the work that waits for it.
+// Runs jobs that read files, each on its own thread, so that a file system that does not respond blocks only
+// the jobs that read from it.
 #pragma once
 
 #include <chrono>
@@ -17,32 +17,33 @@ namespace evalbus::launch {
 class ReaderThreads {
  public:
   struct Limits {
-    // Pieces of work that run at the same time, and that wait to.
+    // Maximum number of jobs that run at the same time, and that wait.
     size_t at_once = 4, waiting = 64;
-    // Work that takes longer is given up. Its thread cannot be ended and stays until its file answers.
+    // A job that takes longer is abandoned. Its thread cannot be stopped, and remains until the file system
+    // responds.
     std::chrono::seconds timeout{30};
-    // While so many threads are stuck nothing is started, and what waits is given up, too.
+    // When this many threads are stuck, no job is started, and waiting jobs are abandoned.
     size_t stuck = 16;
   };
-  // Tells a result to whoever asked for it. is_late: give_up has been called, or is being called. Neither may
-  // throw.
+  // Delivers a job's result. is_late: GiveUp has been called or is being called. Neither function may throw.
   using Tell = std::function<void(bool is_late)>;
   using GiveUp = std::function<void()>;
 
   explicit ReaderThreads(const Limits& limits) : limits_(limits) {}
-  // Waits for all work that runs.
+  // Waits for all running jobs.
   ~ReaderThreads();
   ReaderThreads(const ReaderThreads&) = delete;
   ReaderThreads& operator=(const ReaderThreads&) = delete;
 
-  // work: runs on a thread, must not throw, and returns what is then called there. give_up: called in Poll().
-  // False if too much waits: nothing was added.
+  // work: runs on a thread, must not throw, and returns a function that is then called on that thread.
+  // give_up: called in Poll(). Returns false, without adding the job, if too many jobs are waiting.
   bool Add(std::function<Tell()> work, GiveUp give_up);
-  // Gives up what takes too long, and starts what may run in its place; called now and then.
+  // Abandons jobs that take too long, and starts waiting jobs. Must be called regularly.
   void Poll(SteadyTime now);
-  // For work that waits for a file: false once Stop() was called.
+  // Sleeps in a job that waits for a file; returns false after Stop() was called.
   bool Pause(std::chrono::milliseconds duration);
-  // Starts nothing any more. False if work still runs after `timeout`: what it refers to must stay.
+  // Prevents further jobs from starting, and waits for running ones. Returns false if some are still running
+  // after `timeout`: objects that they refer to must then not be destroyed.
   bool Stop(std::chrono::milliseconds timeout);
 
  private:
@@ -53,7 +54,7 @@ class ReaderThreads {
     bool is_told = false, is_stuck = false;
   };
 
-  // With the lock: starts what waits, as far as the limits and the system allow.
+  // Starts waiting jobs, within the limits and the system's resources. Requires the lock.
   void Start();
   void Run(std::list<Job>::iterator job);
 
@@ -62,7 +63,7 @@ class ReaderThreads {
   std::condition_variable changed_;
   bool stops_ = false;
   std::deque<Job> waiting_;
-  // Each with its thread.
+  // Each has a thread.
   std::list<Job> running_;
   size_t num_stuck_ = 0;
 };

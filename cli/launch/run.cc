@@ -31,7 +31,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// Where LCM's programs are that are told no other.
+// LCM's default URL.
 constexpr char kLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0";
 
 double SecondsSince(steady_clock::time_point start) {
@@ -51,7 +51,7 @@ LiveHeader HeaderOf(const PreparedRun& run) {
       options.round < 1};
 }
 
-// Runs the episodes that are missing, with videos made beside them.
+// Runs the missing episodes, and records videos in parallel.
 void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_recording) {
   for (const auto& episode : run.finished) video_recording->OnEpisodeDone(episode);
   if (run.plan.policy_is_external && !run.plan.is_by_hand) {
@@ -106,7 +106,7 @@ void RunOne(RunOptions options) {
   try {
     if (run.options.web) web.emplace();
     Announce(&run);
-    // In the network of the run, which Announce may have entered.
+    // Started in the run's network namespace, which Announce() may have entered.
     if (web) web->Start(run.folder.path(), run.folder.log_file("web"));
     view.emplace(stdout, HeaderOf(run));
     video_recording.emplace(run.folder, run.options.video, &*view);
@@ -166,7 +166,8 @@ void RunWorker(RunOptions options) {
 void Run(RunOptions options) {
   if (options.video == std::vector<std::string>{"none"}) options.video.clear();
   const std::vector<std::string> tasks = ExpandTasks(options.tasks);
-  // What the command line says goes before the environment, and who works for this run is told its bus.
+  // Command-line options take precedence over the environment. Processes of this run receive its bus as an
+  // option.
   if (options.url.empty() && !options.in_process && options.workers == 1 && tasks.size() == 1) {
     options.url = UrlOfEnvironment();
   }

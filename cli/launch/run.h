@@ -1,18 +1,18 @@
-// A whole `evalbus run`: from options to results, videos and the table at the end.
+// Implements `evalbus run`: from options to results, videos and the final table.
 #pragma once
 
 #include "cli/launch/run_options.h"
 
 namespace evalbus::launch {
 
-// Runs what options.tasks name: a run, or a suite of several. Throws InputError, EnvironmentError.
+// Runs the tasks in options.tasks: a single run, or a suite. Throws InputError, EnvironmentError.
 void Run(RunOptions options);
 
-// The same where somebody else moves the robot (`evalbus watch`): options.url is where its source is heard. A
-// stop by the user is an end like any other.
+// The same for `evalbus watch`, where an external system moves the robot. options.url: the bus of its source.
+// A stop by the user is a regular end.
 void Watch(RunOptions options);
 
-// A worker's part of a run that another process has prepared (options.worker): its episodes only.
+// Runs a worker's episodes of a run that another process has prepared (options.worker).
 void RunWorker(RunOptions options);
 
 }  // namespace evalbus::launch

@@ -23,12 +23,12 @@ namespace {
 constexpr auto kRepeatCommand = std::chrono::milliseconds(500);
 constexpr auto kRecorderTimeout = std::chrono::seconds(10);
 constexpr auto kSummaryTimeout = std::chrono::seconds(10);
-// STATUS comes at least every 400 ms from a component that lives.
+// Live components publish STATUS at least every 400 ms.
 constexpr auto kSilence = std::chrono::seconds(10);
-// Loading models and programs takes longer, on a machine that has much else to do.
+// Loading models and programs takes longer on a busy machine.
 constexpr auto kStartSilence = std::chrono::seconds(60);
 
-// What a robot's description says and its compiled model does not.
+// Compares properties that are in a robot's description but not in its compiled model.
 bool SameRobot(const model_info_t& a, const model_info_t& b) {
   const auto same = [](const auto& x, const auto& y) {
     return std::ranges::equal(x, y, [](const auto& m, const auto& n) { return Encode(m) == Encode(n); });
@@ -111,7 +111,7 @@ void RunController::OnBegin(const episode_begin_t& begin) {
       begin.seed != seed()) {
     return;
   }
-  // Before our sim has said anything, this may be an old log of the same seed.
+  // Before this run's sim has published MODEL, this may come from an old log with the same seed.
   if (!attempt_.own_model_heard) {
     attempt_.early_begin = begin;
     return;
@@ -139,7 +139,7 @@ void RunController::OnEnd(const episode_end_t& end) {
   bus().SetMaxBatchDelay({});
   attempt_.end = end;
   attempt_.ended.emplace(std::chrono::steady_clock::now());
-  // Metrics may not be able to say so, if it was led into another episode.
+  // The metrics process may be in another episode and unable to report it.
   if (const auto why = WhyWorthless(end.end_reason, end.detail)) return BeginAgain(*why);
   FinishIfRecorded();
 }
@@ -161,7 +161,7 @@ void RunController::OnSummary(const episode_summary_t& summary) {
   if (!attempt_.foreign_model.empty()) {
     return BeginAgain("a sim or a log of another run is on this bus: " + attempt_.foreign_model);
   }
-  // One of an old log may come first; ours then differs.
+  // The first summary may come from an old log; this run's summary then differs from it.
   if (conflicts_.Hear(channels::kEpisodeSummary, 0, bus().handled()) ==
       ConflictDetector::Answer::kConflicting) {
     return BeginAgain(conflicts_.conflict());
@@ -190,14 +190,14 @@ void RunController::OnStatus(const component_status_t& status) {
     dropped.foreign_messages = std::max(dropped.foreign_messages, status.foreign_messages);
   }
   if (done()) return;
-  // One that has just come has not heard what is to begin.
+  // A sim that has just started has not received the COMMAND yet.
   if (status.component == "sim" && !attempt_.begun() &&
       std::exchange(sim_, status.instance) != status.instance) {
     Command();
   }
   if (status.attempt != attempt_.number) return;
   if (status.last_finished_episode != episode_index()) {
-    // Sent after the log was closed: the sim had not ended the episode then.
+    // Published after the log was closed: the sim had not ended the episode at that time.
     if (status.component == "sim" && status.state == component_status_t::READY &&
         status.episode == episode_index() && attempt_.recorded && !attempt_.ended) {
       BeginAgain("its log was closed before its end: is an old log being played on this bus?");
@@ -209,7 +209,7 @@ void RunController::OnStatus(const component_status_t& status) {
     attempt_.ended.emplace(std::chrono::steady_clock::now());
   }
   if (status.component == "recorder") {
-    // The scores are right: so one that lacks ticks is better than none.
+    // The scores are not affected, so that on the last attempt a log with missing ticks is accepted.
     if (status.last_finished_missing_ticks > 0 && !plan_.realtime && !plan_.is_watched && has_another_try()) {
       const int64_t missing = status.last_finished_missing_ticks;
       return BeginAgain(fmt::format("the log lacks {}: lost on the way to it", Plural(missing, "tick")));
@@ -220,7 +220,7 @@ void RunController::OnStatus(const component_status_t& status) {
 }
 
 void RunController::OnLog(const log_t& line) {
-  // Our own lines are remarks already.
+  // This component's own lines have already been reported as remarks.
   if (line.level < log_t::WARN_LEVEL || line.component == status_.component) return;
   listener_->OnRemark(
       Printable(fmt::format("{:>9}  {}: {}", line.component, PlaceText(line.header), line.text)));
@@ -229,7 +229,7 @@ void RunController::OnLog(const log_t& line) {
 void RunController::FinishIfRecorded() {
   if (!attempt_.ended || !attempt_.summary || !attempt_.recorded || attempt_.has_failed_process) return;
   const episode_summary_t& summary = *attempt_.summary;
-  // Metrics copies both. Ours may not have come yet when all else is there.
+  // The metrics process copies tick and reason from EPISODE_END, which may not have been received yet.
   if (attempt_.end &&
       (!SameTick(attempt_.end->header, summary.header) || attempt_.end->end_reason != summary.end_reason)) {
     return BeginAgain("an EPISODE_SUMMARY of another end came: is an old log being played on this bus?");
@@ -274,7 +274,8 @@ void RunController::Poll(SteadyTime now) {
   const auto waited = attempt_.waiting->Look(now);
   CheckPolicyComes(waited);
   if (!attempt_.begun() && command_.Due(now)) Command();
-  // All live, but the sim or somebody it waits for is in an episode that somebody else began.
+  // All components are alive, but the sim or a component it waits for is in an episode that another process
+  // started.
   const double start_s =
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
   if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand &&
@@ -283,7 +284,7 @@ void RunController::Poll(SteadyTime now) {
         "not everybody was ready for it within {:g} s: does somebody else command on this bus?", start_s));
     return;
   }
-  // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that somebody else began.
+  // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that another process started.
   if (!attempt_.ended) return;
   if (!attempt_.summary && attempt_.ended->Look(now) > kSummaryTimeout) {
     BeginAgain("no EPISODE_SUMMARY from metrics within 10 s after the episode's end");
@@ -338,10 +339,10 @@ void RunController::Retry(const std::string& why) {
   folder_.DiscardEpisode(episode_index());
 }
 
-// Leaves the folder to the recorder, which may be about to close the log of the attempt that was aborted.
+// Does not touch the folder: the recorder may be about to close the log of the aborted attempt.
 void RunController::BeginAgain(const std::string& why) {
   if (!has_another_try()) {
-    // A component whose log is on a full disk cannot say so there.
+    // If the disk is full, a component's log cannot contain the error.
     const std::string disk = WhyNotWritable(folder_.path());
     throw EnvironmentError(fmt::format("episode {} failed {} times, the last time: {}{}{}", episode_index(),
                                        plan_.max_attempts, why, disk.empty() ? "" : "; ", disk));

@@ -1,6 +1,7 @@
-// Takes a run through its episodes: commands the sim, collects summaries, keeps the run folder, retries what
-// was aborted or spoilt by the policy's server, notices who fell silent. Speaks only over the bus, like any
-// other listener, so it works alike for processes and in one process.
+// Controls the episodes of a run: commands the sim, collects summaries, maintains the run folder, retries
+// episodes that were aborted or affected by a failure of the policy's server, and detects components that
+// stop publishing. Communicates only over the bus, so that it works identically with processes and in one
+// process.
 #pragma once
 
 #include <map>
@@ -19,7 +20,7 @@
 
 namespace evalbus::launch {
 
-// What every episode of a run is made of, by SHA-256.
+// SHA-256 hashes of the task and the models, which are the same for all episodes of a run.
 struct ModelHashes {
   std::string task_sha256, physics_sha256, visual_sha256;
 
@@ -30,39 +31,39 @@ struct RunPlan {
   std::string task;
   std::string variation;
   ModelHashes model_hashes;
-  // Which episodes to run, in this order.
+  // Episodes to run, in this order.
   std::vector<int> episodes;
   int64_t seed = 0;
   std::string seed_stream = kRunSeeds;
   SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
   std::vector<std::string> required;
-  // Tries per episode before the run gives up; before an episode is invalid, and the run goes on, where the
-  // last of them ended with server_error.
+  // Maximum number of attempts per episode. If all fail, the run is aborted. If the last one ended with
+  // server_error, the episode is marked invalid, and the run continues.
   int max_attempts = 3;
-  // Episodes then say how well they kept time.
+  // Results of episodes then include their pacing.
   bool realtime = false;
-  // The policy is somebody else's process, which comes and goes as it likes; waited for until it is ready, at
-  // most this long.
+  // The policy is an external process, which may start and stop at any time. The run waits for it for at most
+  // policy_timeout_s.
   bool policy_is_external = false;
   double policy_timeout_s = 60;
-  // Of a policy behind a server.
+  // Set for a policy behind a server.
   std::optional<results::CallSchedule> calls;
-  // Episodes are a source's, which moves the robot when it likes: any time may pass before one begins, and
-  // what the source did not send is missing in its log.
+  // Episodes come from a source that moves the robot on its own schedule: there is no time limit for the
+  // start of an episode, and data that the source did not send are missing in the log.
   bool is_watched = false;
-  // All of them are somebody else's, who may take as long as a person does; no pauses are judged.
+  // All components are started by hand, so that there are no time limits for them.
   bool is_by_hand = false;
 };
 
-// What the run wants shown; called from the controller's handlers.
+// Receives the events of a run to be displayed. Called from the controller's handlers.
 class RunListener {
  public:
   virtual ~RunListener() = default;
   virtual void OnEpisodeBegin(const episode_begin_t&) {}
   virtual void OnPartial(const partial_metrics_t&) {}
-  // The episode's line of episodes.jsonl.
+  // `episode`: the episode's line of episodes.jsonl.
   virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
-  // A line about what went wrong and was mended.
+  // A line about a problem that was recovered from.
   virtual void OnRemark(const std::string&) {}
   // Called every few hundredths of a second of wall time.
   virtual void Poll(SteadyTime) {}
@@ -75,45 +76,46 @@ class RunController : public Component {
   void Poll(SteadyTime now) override;
   bool done() const override { return next_ >= plan_.episodes.size(); }
 
-  // Who, of those that must take part, has not said STATUS for too long: ten seconds, or a minute after a
-  // start; empty while all is well.
+  // Returns a required component that has not published STATUS for too long: 10 s, or 60 s after a start.
+  // Empty if there is none.
   std::string Silent(SteadyTime now);
-  // The components were started: their silence counts from here, and episodes begin with these instances
-  // (component_status_t) alone. Components without one may be any process.
+  // Must be called when the components were started. Timeouts are measured from here, and episodes start only
+  // with these instances (component_status_t). Components without an entry may be any process.
   void ExpectStart(const std::map<std::string, int64_t>& instances = {});
 
-  // The episode in progress is lost with its components, which are gone by now; begin it again. Throws
+  // Must be called when components have ended: the current episode is lost and is run again. Throws
   // EnvironmentError after max_attempts.
   void Retry(const std::string& why);
 
-  // What the components have said that they dropped, as one line; empty if they dropped nothing.
+  // Describes in one line the messages that components reported as dropped; empty if there are none.
   std::string DroppedMessages() const;
 
  private:
-  // What was heard of one try of an episode. The next one begins with a new one of these.
+  // State of one attempt of an episode. Each attempt starts with a new object.
   struct Attempt {
     int number = 0;
-    // Our sim's MODEL was heard since the attempt began; what began before that.
+    // Set when the MODEL of this run's sim is received; an EPISODE_BEGIN received earlier is kept in
+    // early_begin.
     bool own_model_heard = false;
     std::optional<episode_begin_t> early_begin, begin;
     bool begun() const { return begin.has_value(); }
-    // Its first score came.
+    // The first score was received.
     bool started = false;
-    // Since we look.
+    // Time since the attempt was first polled.
     std::optional<Wait> waiting;
-    // A process of ours said that it failed: it is about to end, and how decides what comes next.
+    // A process of this run reported an error. It is about to exit, and its exit code decides how to proceed.
     bool has_failed_process = false;
-    // Of an external policy that said it failed.
+    // Error reported by an external policy.
     std::string policy_error;
-    // Since it was over, as the sim said or, where that was lost, as its STATUS showed.
+    // Time since the episode's end, as reported by EPISODE_END or, if that was lost, by the sim's STATUS.
     std::optional<Wait> ended;
     std::optional<episode_end_t> end;
     std::optional<episode_summary_t> summary;
     results::PolicyCalls calls;
-    // Since nothing but its log is missing.
+    // Time since only the log has been missing.
     std::optional<Wait> unrecorded;
     bool recorded = false;
-    // Physics model of another run that was heard; empty if there was none.
+    // Physics model of another run that was received; empty if there was none.
     std::string foreign_model;
   };
   struct Silence {
@@ -126,12 +128,12 @@ class RunController : public Component {
 
   int episode_index() const { return plan_.episodes[next_]; }
   bool has_another_try() const { return attempt_.number + 1 < plan_.max_attempts; }
-  // Why what ended like this is worth nothing and begun again; nothing where it is not.
+  // Returns why an attempt with this end does not count and must be repeated; nullopt if it counts.
   std::optional<std::string> WhyWorthless(const std::string& end_reason, const std::string& detail) const;
   int64_t seed() const;
   void Command();
   void OnModel(const model_info_t& model);
-  // A sim that was started again has read its files again. Throws InputError if they are others now.
+  // Checks the files of a restarted sim, which were read again. Throws InputError if they have changed.
   void CheckUnchanged(const model_info_t& model);
   void OnBegin(const episode_begin_t& begin);
   void OnPartial(const partial_metrics_t& partial);
@@ -151,11 +153,12 @@ class RunController : public Component {
   bool rare_calls_reported_ = false;
   const results::RunFolder& folder_;
   RunListener* listener_;
-  // The models of our sim are in the run's folder; another one may have answered the COMMAND.
+  // Path of the physics model in the run's folder. A MODEL with another path comes from the sim of another
+  // run, which may have answered the COMMAND.
   std::string own_model_;
-  // Instance of the last sim that said STATUS.
+  // Instance of the last sim that published STATUS.
   int64_t sim_ = 0;
-  // Our sim's first MODEL.
+  // First MODEL of this run's sim.
   std::optional<model_info_t> model_;
   // Index in plan_.episodes.
   size_t next_ = 0;
@@ -163,9 +166,9 @@ class RunController : public Component {
   Repeater command_;
   ConflictDetector conflicts_;
   BatchDelay batch_delay_;
-  // Of each component, since it last spoke, and for how long it may be so.
+  // By component: time since its last STATUS, and the timeout.
   std::map<std::string, Silence> silence_;
-  // By component: the highest counts it has said.
+  // By component: the highest counts that it has reported.
   std::map<std::string, Dropped> dropped_;
 };
 

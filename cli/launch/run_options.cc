@@ -28,7 +28,7 @@ std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std:
     if (row.help.empty() || !all.contains(row.key) || json.contains(row.key)) return;
     newer.push_back(fmt::format("{} {}", OptionName(row.key), ToText(all[row.key])));
   });
-  // Until there were others, all runs had these.
+  // The only stream before the option existed.
   all["seed_stream"] = kSharedSeeds;
   if (json.is_object()) all.update(json);
   ReadOptions(json.is_object() ? all : json, file, options);
@@ -39,7 +39,7 @@ void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* optio
   const std::optional<policy::Contract> contract = policy::FindContractOf(options->policy);
   if (!contract) return;
   if (!rate_is_given) options->sim.control_hz = contract->rate_hz;
-  // The policy has deadlines of its own; the sim's is for one that hangs.
+  // The policy enforces its own deadlines; the sim's timeout only detects a policy that hangs.
   const policy::Deadlines& deadlines = contract->deadlines;
   if (!timeout_is_given) {
     options->sim.policy_timeout_s = std::max(

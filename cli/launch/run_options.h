@@ -1,5 +1,4 @@
-// What a run is made with, as `evalbus run` takes it, run.json keeps it, and every process of the run starts
-// from it.
+// Options of a run: parsed by `evalbus run`, stored in run.json, and read by every process of the run.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +17,7 @@
 namespace evalbus::launch {
 
 struct RunOptions {
-  // sim.task is the one of this run.
+  // sim.task is the task of this run.
   sim::SimOptions sim;
   policy::PolicyOptions policy;
   RecorderOptions recorder;
@@ -36,19 +35,21 @@ struct RunOptions {
   bool in_process = false;
   bool by_hand = false;
   std::vector<std::string> video;
-  // Nobody is simulated: a source takes the place of sim and policy (`evalbus watch`).
+  // A source replaces sim and policy (`evalbus watch`).
   bool watch = false;
 
-  // Not kept: what to run (TASK[/VARIATION], TASK/all, all, RoboEval's names); where to, empty for
-  // runs/TASK-VARIATION-POLICY-DATE-TIME; whether to go on with the run that is there.
+  // The options below are not stored in run.json. tasks: what to run (TASK[/VARIATION], TASK/all, all,
+  // RoboEval's names). out: output folder; empty for runs/TASK-VARIATION-POLICY-DATE-TIME. resume: continue
+  // an existing run.
   std::vector<std::string> tasks;
   std::filesystem::path out;
   bool resume = false;
-  // Not negative: so many rounds of a collection came before, which sums up itself; only what is new is told.
+  // Number of previous rounds, in a round of a collection; -1 otherwise. The collection prints its own
+  // summary, so that a round reports only new episodes.
   int round = -1;
-  // Whether to show it on a page (`evalbus web`), which then stays.
+  // Serve a page (`evalbus web`) that remains after the run.
   bool web = false;
-  // Not negative: this process is that worker of the run.
+  // Index of this process if it is a worker of the run; -1 otherwise.
   int worker = -1;
 };
 
@@ -90,26 +91,26 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// What people call the policy.
+// Display name of the policy.
 inline const std::string& PolicyName(const RunOptions& options) {
   return options.policy_name.empty() ? options.policy.policy : options.policy_name;
 }
 
-// Takes the options of a run.json that may be older than some of them: those are as where nobody names them,
-// which is what every run was until there was such an option. Returns these, as on a command line. What was
-// run (task, policy, episodes, seed, rate) must be there. Throws InputError.
+// Reads the options of a run.json. Options that are missing because the file is older get their default
+// values; returns these options, in command-line syntax. Task, policy, episodes, seed and rate must be
+// present. Throws InputError.
 std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std::string& file,
                                           RunOptions* options);
 
-// What a policy's contract says and the user does not: control rate, how long the sim waits for an action,
-// the policy's name. Throws InputError.
+// Sets options from the policy's contract if the user did not set them: control rate, the sim's timeout for
+// an action, the policy's name. Throws InputError.
 void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options);
 
-// Takes the stream of seeds of the run whose actions the policy replays, so that the episodes begin as they
-// were recorded. Throws InputError.
+// If the policy replays a run, sets the seed stream of that run, so that the episodes start as recorded.
+// Throws InputError.
 void FollowRecording(RunOptions* options);
 
-// Throws InputError for what is wrong whatever the task is; num_tasks: how many there are.
+// Checks everything that does not depend on the task; num_tasks: number of tasks. Throws InputError.
 void CheckRunOptions(const RunOptions& options, size_t num_tasks);
 
 }  // namespace evalbus::launch

@@ -9,7 +9,7 @@ namespace {
 
 using Points = std::vector<std::vector<double>>;
 
-// By rank, equal values alike.
+// Converts values to ranks; equal values have equal ranks.
 Points Ranks(const Points& points) {
   Points ranks = points;
   if (points.empty()) return ranks;

@@ -1,15 +1,16 @@
-// Starts spread evenly: of many drawn ones, groups of neighbors that are equally likely. One start of each
-// group covers what a task draws more evenly than as many that are drawn one by one. Pure.
+// Stratified starts: divides many random starts into groups of neighbors with equal probability. One start
+// from each group covers the distribution more evenly than the same number of independent random starts.
+// Pure.
 #pragma once
 
 #include <vector>
 
 namespace evalbus::launch {
 
-// Cuts the points into so many groups, of equal size but for rounding: again and again in halves, each across
-// the dimension in which it is widest, measured in ranks over all points (so units do not matter, and each
-// group is equally likely). Points are equal in size. Returns each group's points as indices, in order.
-// Throws nothing for fewer points than groups: some are empty then.
+// Divides the points into groups of equal size, up to rounding. Splits recursively, each time along the
+// dimension with the largest extent, measured in ranks over all points, so that units do not matter. All
+// points must have the same number of dimensions. Returns the indices of each group's points, in ascending
+// order. If there are fewer points than groups, some groups are empty.
 std::vector<std::vector<int>> Strata(const std::vector<std::vector<double>>& points, int groups);
 
 }  // namespace evalbus::launch

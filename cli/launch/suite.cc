@@ -28,8 +28,8 @@
 namespace evalbus::launch {
 namespace {
 
-// Throws InputError if the suite was made differently or has runs that would not be in it any more. Further
-// ones may come in.
+// Throws InputError if the suite was made differently or has runs that are no longer requested. Adding runs
+// is allowed.
 void CheckResumable(const std::filesystem::path& folder, const RunOptions& options,
                     const std::vector<std::string>& tasks) {
   const std::filesystem::path file = folder / kSuiteJson;
@@ -71,7 +71,7 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
     const bool is_family = name.ends_with("/all");
     if (name != "all" && !is_family) {
       const TaskSelection selection = FindTask(name);
-      // A file is known by its path alone.
+      // A file is identified by its path.
       add(IsTaskFile(name) ? name : selection.task.name + "/" + selection.variation);
       continue;
     }
@@ -91,14 +91,14 @@ std::vector<std::string> ExpandTasks(const std::vector<std::string>& names) {
 
 Suite::Suite(RunOptions options, const std::vector<std::string>& tasks)
     : tasks_(tasks), folder_(OpenFolder(options)) {
-  // As each of its runs will have it.
+  // Resolved as in each of its runs.
   if (!options.sim.robot.empty()) options.sim.robot = std::filesystem::absolute(FindRobot(options.sim.robot));
   if (std::filesystem::exists(folder_.path() / kSuiteJson)) CheckResumable(folder_.path(), options, tasks);
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
   for (const std::string& task : tasks) runs.push_back(FolderOfTask(task));
   nlohmann::ordered_json json = {{"runs", runs}};
   json.update(OptionsJson(options));
-  // What it says ends here.
+  // The old summary is no longer valid.
   std::filesystem::remove(folder_.path() / kSummaryJson);
   folder_.WriteJson(kSuiteJson, json);
 }

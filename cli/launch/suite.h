@@ -1,4 +1,4 @@
-// A suite: runs of several tasks and variations, made together in one folder (docs/run_folder.md).
+// A suite: runs of several tasks and variations in one folder (docs/run_folder.md).
 #pragma once
 
 #include <filesystem>
@@ -12,17 +12,17 @@
 
 namespace evalbus::launch {
 
-// "all", "lift_pot/all", "lift_pot/position", RoboEval's names, files, in this order; each as TASK/VARIATION.
-// Throws InputError for a name that does not exist, or one that is there twice.
+// Expands "all", "lift_pot/all", "lift_pot/position", RoboEval's names and files, in this order, to
+// TASK/VARIATION. Throws InputError for unknown or duplicate names.
 std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
 
-// What a task's run is called in the folder of its suite.
+// Name of a task's run folder in its suite.
 std::string FolderOfTask(std::string task);
 
-// The runs of one policy on several tasks, in a folder: one job for each.
+// The runs of one policy on several tasks in a folder, with one job for each run.
 class Suite {
  public:
-  // Makes the folder and writes suite.json. Throws InputError, EnvironmentError.
+  // Creates the folder and writes suite.json. Throws InputError, EnvironmentError.
   Suite(RunOptions options, const std::vector<std::string>& tasks);
 
   const std::vector<std::string>& tasks() const { return tasks_; }
@@ -30,9 +30,9 @@ class Suite {
   std::filesystem::path run_folder(const std::string& task) const {
     return folder_.path() / FolderOfTask(task);
   }
-  // Named as the tasks.
+  // Jobs have the names of the tasks.
   std::vector<Job> Jobs() const;
-  // The job of this task has ended well.
+  // Must be called when the job of this task has succeeded; returns its results.
   const results::Tally& Ended(const std::string& task);
   const results::SuiteTally& tally() const { return tally_; }
   int num_done() const { return num_done_; }
@@ -45,7 +45,7 @@ class Suite {
   int num_done_ = 0;
 };
 
-// Runs each of the tasks, options.workers at the same time. Throws InputError, EnvironmentError.
+// Runs the tasks, options.workers at the same time. Throws InputError, EnvironmentError.
 void RunSuite(RunOptions options, const std::vector<std::string>& tasks);
 
 }  // namespace evalbus::launch

@@ -47,7 +47,7 @@ double OneOf(const YamlValue& value, const std::map<std::string, double>& units)
   value.Fail("expected " + expected + ", got '" + value.Text() + "'");
 }
 
-// The scene of all trajectories of a map.
+// The scene that all trajectories of a map share.
 class Kinematics {
  public:
   explicit Kinematics(const TrajectoryMap& map) : map_(map) {}
@@ -75,12 +75,12 @@ class Kinematics {
   episode_summary_t Score(const std::vector<sim::Sample>& samples, int episode, const fs::path& log);
 
  private:
-  // Every joint of the arms and every gripper is mapped; what is mapped is there.
+  // Throws InputError unless every joint and gripper is mapped and all mapped names exist.
   void CheckNames();
 
   TrajectoryMap map_;
   std::unique_ptr<sim::PreparedScene> prepared_;
-  // What the map maps, by name.
+  // Names of the mapped joints and objects.
   sim::Measured measured_;
   std::unique_ptr<sim::MeasuredScene> scene_;
   std::unique_ptr<collision::CollisionChecker> checker_;
@@ -323,7 +323,7 @@ void ScoreTrajectories(const fs::path& map_file, const fs::path& data, const fs:
   results::RunFolder folder = results::RunFolder::OfRun(out, "score", false);
   try {
     kinematics.Prepare(folder.path());
-    // All are read before anything is scored.
+    // All files are read before any is scored.
     std::vector<std::vector<sim::Sample>> all;
     for (const fs::path& file : files) all.push_back(kinematics.Read(file));
     const sim::PreparedScene& prepared = kinematics.prepared();

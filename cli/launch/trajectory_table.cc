@@ -39,7 +39,7 @@ class Csv : public TrajectoryTable {
  public:
   explicit Csv(const fs::path& file) : TrajectoryTable(file.string()) {
     const std::string text = ReadInput(file);
-    // Spreadsheets put a mark in front of a text in UTF-8.
+    // Spreadsheet programs write a byte order mark before UTF-8 text.
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     int line_number = 0;
     for (size_t begin = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0; begin < text.size();) {
@@ -93,7 +93,7 @@ class Csv : public TrajectoryTable {
   std::vector<int> lines_;
 };
 
-// "q[3]" -> q, 3.
+// Splits, for example, "q[3]" into q and 3.
 std::pair<std::string, std::optional<size_t>> SplitIndex(const std::string& name) {
   const size_t open = name.rfind('[');
   if (open == std::string::npos || !name.ends_with(']')) return {name, {}};

@@ -1,4 +1,4 @@
-// Columns of numbers from a file of somebody else's: CSV with a line of names, npz of NumPy (np.savez), HDF5.
+// Reads columns of numbers from external files: CSV with a header line, NumPy's npz (np.savez), HDF5.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +12,11 @@ namespace evalbus::launch {
 class TrajectoryTable {
  public:
   virtual ~TrajectoryTable() = default;
-  // A column by its name: of CSV as in its first line; of npz and HDF5 the array's name, "q[3]" for a column
-  // of one with two dimensions. Throws InputError that names the file and the column: there is none, another
-  // length than the others, NaN.
+  // Returns a column by its name: for CSV as in the header line; for npz and HDF5 the array's name, or "q[3]"
+  // for a column of a two-dimensional array. Throws InputError with file and column if the column does not
+  // exist, differs in length from the others, or contains NaN.
   std::vector<double> Column(const std::string& name);
-  // "FILE:12" or "FILE, row 12".
+  // For example "FILE:12" or "FILE, row 12".
   virtual std::string Place(size_t row) const;
 
  protected:
@@ -29,11 +29,11 @@ class TrajectoryTable {
   size_t rows_ = 0;
 };
 
-// By the file's ending. Throws InputError.
+// Opens a table by the file's extension. Throws InputError.
 std::unique_ptr<TrajectoryTable> OpenTable(const std::filesystem::path& file);
 
-// The arrays of an uncompressed zip file, of which npz is one; by name, their bytes in `bytes`. Throws
-// InputError that names the file.
+// Returns the entries of an uncompressed zip file, such as an npz file; their data refer to `bytes`. Throws
+// InputError with the file's name.
 struct ZipEntry {
   std::string name;
   std::span<const uint8_t> bytes;

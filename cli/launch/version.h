@@ -1,10 +1,10 @@
-// What made a result: filled in at build time (cmake/version.cmake).
+// Version and commit, set at build time (cmake/version.cmake).
 #pragma once
 
 namespace evalbus {
 
 extern const char* const kVersion;
-// Commit the program was built from, "unknown" outside a git checkout; dirty = with uncommitted changes.
+// Commit of the source, "unknown" outside a git checkout; dirty: with uncommitted changes.
 extern const char* const kGitCommit;
 extern const bool kGitDirty;
 

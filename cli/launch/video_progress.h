@@ -1,4 +1,4 @@
-// Progress of recording videos, for people.
+// Progress text for recording videos.
 #pragma once
 
 #include <chrono>
@@ -12,11 +12,11 @@ class VideoProgress {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  // total: how many episodes are to be recorded as video; done: how many are at this time, also parts of one.
+  // total: number of episodes to record. done: number recorded at time `now`, including fractions.
   VideoProgress(size_t total, double done, Time now, std::string verb = "recording video of")
       : total_(static_cast<double>(total)), first_(done), began_(now), verb_(std::move(verb)) {}
 
-  // "recording video of 3 episodes: 45 %, 12 s left".
+  // For example "recording video of 3 episodes: 45 %, 12 s left".
   std::string Text(double done, Time now) const;
 
  private:

@@ -49,7 +49,7 @@ VideoRecording::VideoRecording(const results::RunFolder& folder, std::vector<std
       next_(next),
       render_(std::move(render)),
       log_(folder.log_file("video")) {
-  log_.Next();  // of an earlier run in this folder
+  log_.Next();  // skips the lines of an earlier run in this folder
 }
 
 VideoRecording::~VideoRecording() {
@@ -88,7 +88,7 @@ size_t VideoRecording::Finish() {
   const auto done = [&] { return static_cast<double>(total) - Left(); };
   const VideoProgress progress(total, done(), steady_clock::now());
   steady_clock::time_point drawn{};
-  // Where nothing can be redrawn, a line for each episode.
+  // Without a terminal, prints a line for each episode.
   for (size_t shown = total + 1; rendering_ && !stop_requested();) {
     const auto now = steady_clock::now();
     if (is_terminal && now - drawn > kRedrawPeriod) {
@@ -100,7 +100,7 @@ size_t VideoRecording::Finish() {
     }
     std::fflush(stdout);
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    // Again and again: one that has just begun lowers its priority a little later.
+    // Repeated, because a process that has just started lowers its priority only later.
     processes_.SetNice(getpriority(PRIO_PROCESS, 0));
     Advance();
   }
@@ -109,7 +109,7 @@ size_t VideoRecording::Finish() {
   return Missing();
 }
 
-// Only what is that process's own: somebody may be recording the same episode.
+// Removes only files of that process: another process may be recording the same episode.
 void VideoRecording::RemoveUnfinished(pid_t video) const { folder_.RemoveHalfWrittenVideos(video); }
 
 void VideoRecording::Advance() {
@@ -120,18 +120,18 @@ void VideoRecording::Advance() {
       waiting_.push_front(episode);
     } else if (exit->code != 0) {
       if (failure_.empty()) failure_ = exit->Error();
-      // With 1 it is the episode's log that is wrong, and others may be good.
+      // Exit code 1 means that the episode's log is invalid; other logs may be valid.
       gave_up_ = exit->code != 1;
       if (gave_up_) waiting_.clear();
     }
   }
   if (rendering_ || waiting_.empty()) return;
   std::vector<std::string> command = render_(waiting_.front());
-  // With the processor time that the evaluation leaves.
+  // Uses only processor time that the evaluation leaves idle.
   if (is_beside_run_) command.insert(command.begin(), {"/usr/bin/nice", "-n", "19"});
   processes_.Start("video", command, folder_.log_file("video"));
   rendering_ = waiting_.front();
-  Left();  // what the video before said
+  Left();  // discards the progress of the previous video
   share_ = 0;
   waiting_.pop_front();
 }

@@ -1,5 +1,5 @@
-// Videos of a run's finished episodes, made beside it: one `evalbus render` at a time, at low priority while
-// the run evaluates. One that fails or is killed is tried once more.
+// Records videos of a run's finished episodes during the run: one `evalbus render` at a time, at low priority
+// while episodes are evaluated. A render process that fails or is killed is retried once.
 #pragma once
 
 #include <deque>
@@ -14,20 +14,20 @@
 
 namespace evalbus::launch {
 
-// How `evalbus render --report-progress` reports which share of its videos is done, 0 to 1.
+// Prefix of the lines by which `evalbus render --report-progress` reports the finished fraction, 0 to 1.
 inline constexpr char kVideoShare[] = "render [info] videos: ";
 
 class VideoRecording : public RunListener {
  public:
-  // The command that makes the videos of an episode.
+  // Returns the command that renders the videos of an episode.
   using Render = std::function<std::vector<std::string>(int episode)>;
 
-  // Passes everything on to `next`. Without cameras it does only that.
+  // Forwards all events to `next`. Without cameras, it does nothing else.
   VideoRecording(const results::RunFolder& folder, const std::vector<std::string>& cameras,
                  RunListener* next);
   VideoRecording(const results::RunFolder& folder, std::vector<std::string> cameras, RunListener* next,
                  Render render);
-  // A video that is not finished leaves no file.
+  // Stops rendering and removes unfinished videos.
   ~VideoRecording() override;
 
   void OnEpisodeBegin(const episode_begin_t& begin) override { next_->OnEpisodeBegin(begin); }
@@ -36,16 +36,16 @@ class VideoRecording : public RunListener {
   void OnRemark(const std::string& text) override { next_->OnRemark(text); }
   void Poll(SteadyTime now) override;
 
-  // Waits for the videos that are missing, or until a stop is requested, and shows how long. Returns how many
-  // episodes still lack theirs. Throws EnvironmentError if one could not be made; after that, further ones
-  // are only tried where it was its log that is wrong.
+  // Waits for the missing videos, or until a stop is requested, and shows the progress. Returns the number of
+  // episodes without videos. Throws EnvironmentError if a video could not be recorded. After a failure,
+  // further videos are recorded only if the cause was that episode's log.
   size_t Finish();
 
  private:
   void Advance();
   void RemoveUnfinished(pid_t video) const;
   size_t Missing() const { return waiting_.size() + rendering_.has_value(); }
-  // The same, less what is there of the video under way.
+  // Missing() less the finished fraction of the current episode's videos.
   double Left();
 
   const results::RunFolder& folder_;
@@ -55,11 +55,11 @@ class VideoRecording : public RunListener {
   std::deque<int> waiting_;
   std::optional<int> rendering_;
   std::set<int> tried_again_;
-  // The first.
+  // The first failure.
   std::string failure_;
   bool gave_up_ = false;
   bool is_beside_run_ = true;
-  // What `evalbus render` says, and how far it is by that.
+  // Log of `evalbus render`, and the fraction that it last reported.
   results::NewLines log_;
   double share_ = 0;
   Processes processes_;

@@ -28,16 +28,16 @@ using std::chrono::steady_clock;
 
 constexpr int kUsualPort = 8080;
 constexpr int kNice = 10;
-// How often it is looked for runs that have begun, and at folders; how long messages may wait.
+// Intervals for finding new runs and reading folders, and the maximum delay of messages.
 constexpr auto kDiscover = std::chrono::seconds(1);
 constexpr auto kLook = std::chrono::milliseconds(200);
 constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
-// Messages of one bus in a row.
+// Maximum number of messages handled from one bus before the next bus.
 constexpr int kInARow = 1000;
-// More than a receive buffer holds.
+// More messages than a receive buffer holds.
 constexpr int kMaxQueued = 100000;
 constexpr size_t kMaxRuns = 1000;
-// So that Ctrl-C ends the server within two.
+// Short enough for Ctrl-C to end the server within two seconds.
 constexpr std::chrono::seconds kStopping{1};
 
 std::string TimeOfDay() {
@@ -47,10 +47,10 @@ std::string TimeOfDay() {
   return fmt::format("{:%H:%M:%S}", local);
 }
 
-// A run of the page: on disk, on a bus, or both.
+// A run on the page: on disk, on a bus, or both.
 class ShownRun {
  public:
-  // folder: of a run, or a log that is played; may be empty.
+  // folder: of a run, or a log that is being played; may be empty.
   ShownRun(int number, fs::path folder, std::string suffix, viz::UpdateBroadcaster* broadcaster,
            WebJobs* jobs)
       : number_(number),
@@ -84,7 +84,8 @@ class ShownRun {
     asked_history_.reset();
     remark_.clear();
   }
-  // Its processes are gone. What was heard stays, and what they said last may still wait to be read.
+  // Must be called when the run's processes have ended. Handles the messages that are still queued; received
+  // data are kept.
   void Detach() {
     for (int i = 0; i < kMaxQueued && bus_->Handle(); ++i) {
     }
@@ -96,7 +97,7 @@ class ShownRun {
     remark_ = remark;
   }
 
-  // Handles what has come; false if there was nothing.
+  // Handles queued messages; returns false if there were none.
   bool Handle() {
     bool any = false;
     for (int i = 0; bus_ && i < kInARow && bus_->Handle(); ++i) any = true;
@@ -104,13 +105,13 @@ class ShownRun {
   }
   void WaitForMessage(SteadyTime until) { bus_->Handle(until); }
 
-  // What is new in the folder. False if there may be more at once.
+  // Reads new data from the folder. Returns false if more may be available.
   bool Look() {
     if (!follower_) return true;
     results::RunFollower::News news = follower_->Look();
     if (news.is_changed) Tell();
     const bool is_all = news.rows.size() < results::RunFollower::kLinesAtOnce;
-    // Of several workers' entries the first has the list.
+    // If a run has several workers, only the first worker's entry has the list.
     if (suffix_.empty() && news.is_changed)
       broadcaster_->SetEpisodes(number_, news.from, std::move(news.rows));
     return is_all;
@@ -125,7 +126,7 @@ class ShownRun {
     std::vector<viz::EpisodeRow> done = feed_->TakeDone();
     if (!follower_) {
       for (viz::EpisodeRow& row : done) {
-        row.has_track = false;  // nobody kept it
+        row.has_track = false;  // the log is not stored
         broadcaster_->SetEpisodes(number_, broadcaster_->num_episodes(number_), {std::move(row)});
       }
     }
@@ -174,7 +175,7 @@ class ShownRun {
       return;
     }
     asked_history_ = episode;
-    // A recording that is played is another thing than what its run once wrote.
+    // A replay may differ from the log in the run's folder.
     if (!follower_ || is_replay_) return feed_->SetHistory(*episode, {});
     jobs_->AskHistory(folder_, episode->episode, episode->tick - 1,
                       [this, episode](std::vector<viz::LiveFeed::Message> messages) {
@@ -202,7 +203,7 @@ class WebPage {
   WebPage(const WebOptions& options, viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
       : options_(options), broadcaster_(broadcaster), jobs_(jobs) {}
 
-  // Finds what is to be shown, and joins its networks, for which this process must have one thread.
+  // Finds the runs to show and joins their networks. This process must have only one thread.
   void Begin() {
     if (!options_.runs.empty() && !options_.url.empty()) {
       throw InputError("run folders and --url exclude each other");
@@ -219,7 +220,7 @@ class WebPage {
       folders_.push_back(run.folder);
       Attach(run, Add(run.folder, ""));
     } else {
-      // Several workers of a run are one run.
+      // Workers of the same run count as one run.
       const bool is_one = !live.empty() && std::ranges::all_of(live, [&](const LiveRun& run) {
         return !run.folder.empty() && run.folder == live[0].folder;
       });
@@ -244,7 +245,7 @@ class WebPage {
       if (now >= look_at) {
         bool is_all = true;
         for (const auto& run : runs_) is_all = run->Look() && is_all;
-        // A long list is read at once, with messages handled in between.
+        // A long list is read without delay, but messages are handled in between.
         look_at = is_all ? now + kLook : now;
       }
       jobs_->TakeAnswers();
@@ -274,7 +275,7 @@ class WebPage {
     }
   }
 
-  // Remembers a folder to be followed; throws if there is nothing to be shown of it.
+  // Adds a folder to follow; throws InputError if it contains nothing to show.
   void CheckFolder(const fs::path& folder, const std::vector<LiveRun>& live) {
     const bool is_known =
         fs::exists(folder / kRunJson) || fs::exists(folder / kSuiteJson) || !LiveRunsOf(live, folder).empty();
@@ -302,7 +303,7 @@ class WebPage {
     }
   }
 
-  // Folders of suites have runs; runs that go on have a bus, those of several workers several.
+  // Adds the runs of suites, and the buses of active runs; a run with several workers has several buses.
   void Discover(const std::vector<LiveRun>& live) {
     std::vector<fs::path> folders;
     for (const fs::path& folder : folders_) {
@@ -313,7 +314,7 @@ class WebPage {
       try {
         for (const std::string& name : results::RunsInSuite(folder)) folders.push_back(folder / name);
       } catch (const InputError&) {
-        // It is being written.
+        // suite.json is being written.
       }
     }
     for (const fs::path& folder : folders) {
@@ -325,7 +326,7 @@ class WebPage {
     for (const auto& run : runs_) {
       const bool is_there =
           std::ranges::any_of(live, [&](const LiveRun& other) { return run->is_on(other); });
-      // A bus that was named may be of another machine.
+      // A bus given by --url may belong to another machine, so it is kept.
       if (run->has_bus() && !is_there && !run->folder().empty()) run->Detach();
     }
   }
@@ -352,7 +353,7 @@ class WebPage {
   const WebOptions& options_;
   viz::UpdateBroadcaster* const broadcaster_;
   WebJobs* const jobs_;
-  // Of runs and suites; of a run without one, empty.
+  // Folders of runs and suites; empty for a run without a folder.
   std::vector<fs::path> folders_;
   std::vector<std::unique_ptr<ShownRun>> runs_;
 };
@@ -390,11 +391,11 @@ std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::opt
 }
 
 int Web(const WebOptions& options) {
-  // Whoever evaluates goes first.
+  // Evaluations take precedence over this process.
   if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
   const auto broadcaster = std::make_shared<viz::UpdateBroadcaster>();
   InstallStopSignals();
-  // Before the network of a run is joined, where no browser is.
+  // Listens before joining a run's network namespace, which browsers cannot reach.
   const std::unique_ptr<viz::WebServer> server =
       options.is_child ? std::make_unique<viz::WebServer>(dup(STDIN_FILENO), broadcaster)
                        : ListenForPages(options.listen, options.port, broadcaster);
@@ -412,8 +413,8 @@ int Web(const WebOptions& options) {
   } catch (const std::exception& error) {
     code = ReportError(error);
   }
-  // Jobs whose answers go to connections of the server may still be reading, from a disk that does not
-  // answer, say: then neither may be destroyed.
+  // Jobs whose answers go to connections of the server may still be reading, for example from a disk that
+  // does not respond. Neither object may be destroyed then.
   server->Stop();
   if (!jobs.Stop(kStopping)) {
     std::fflush(stdout);

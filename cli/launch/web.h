@@ -1,5 +1,5 @@
-// `evalbus web`: the runs of folders, and those that go on, on a page for browsers. Only listens to their
-// buses and only reads their folders: nobody waits for it. It is no process of high priority.
+// `evalbus web`: a web page that shows the runs of folders and active runs. It only reads folders and
+// receives bus messages, so that runs never wait for it. It lowers its own priority.
 #pragma once
 
 #include <cstdint>
@@ -14,27 +14,27 @@
 namespace evalbus::launch {
 
 struct WebOptions {
-  // Folders of runs or suites, or a log that is played; empty: the run or replay that goes on on this
+  // Folders of runs or suites, or a log that is being played; empty: the active run or replay on this
   // machine.
   std::vector<std::filesystem::path> runs;
-  // A bus instead, of a run whose folder is not known.
+  // Bus of a run without a known folder, instead of `runs`.
   std::string url;
-  // Address to listen at, for whoever knows the token. Empty: 127.0.0.1, for this machine, without a token.
+  // Address to listen on; clients need the token. Empty: 127.0.0.1, without a token.
   std::string listen;
-  // Without one: 8080, or one that is free.
+  // Default: 8080, or a free port if that is in use.
   std::optional<int> port;
-  // Started by a run or replay of `runs`, which may not have begun yet; listens on the socket that is its
+  // Started by a run or replay of `runs`, which may not have begun yet. The listening socket is passed as
   // stdin.
   bool is_child = false;
 };
 
 inline constexpr char kWebChildOption[] = "--on-stdin";
 
-// Listens at this address (empty: the loopback) and port, as WebOptions has them. Throws InputError.
+// Listens on this address (empty: loopback) and port, as in WebOptions. Throws InputError.
 std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
                                                std::shared_ptr<viz::UpdateBroadcaster> broadcaster);
 
-// Serves until SIGINT or SIGTERM; says the page's URL first. Returns the exit code. Throws InputError,
+// Prints the page's URL and serves until SIGINT or SIGTERM. Returns the exit code. Throws InputError,
 // EnvironmentError.
 int Web(const WebOptions& options);
 

@@ -1,4 +1,5 @@
-// `--web` of a run or a replay: `evalbus web` beside it, as a process of its own that nobody waits for.
+// The option `--web` of a run or a replay: starts `evalbus web` as a separate process, which never delays the
+// run.
 #pragma once
 
 #include <filesystem>
@@ -12,17 +13,16 @@ namespace evalbus::launch {
 
 class WebChild {
  public:
-  // Listens, so that the page's address is known, and says it; before the network of the run is entered.
-  // Throws InputError where this machine has no port left.
+  // Opens the port and prints the page's URL. Must be constructed before the process enters the run's
+  // network. Throws InputError if this machine has no free port.
   WebChild();
-  // Starts it, on what is written into this folder or, a log, played of it. It says what it has to say into
-  // log_file.
+  // Starts the page for the run folder or log `run`. The output of `evalbus web` goes to log_file.
   void Start(const std::filesystem::path& run, const std::filesystem::path& log_file);
-  // The page stays until the user has seen enough (Ctrl-C), or it ends by itself.
+  // Returns when the user presses Ctrl-C or the page's process ends.
   void Stay();
 
  private:
-  // Until it is started.
+  // Null after Start().
   std::unique_ptr<viz::WebServer> listener_;
   std::string url_;
   Processes processes_;

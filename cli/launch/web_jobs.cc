@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr std::chrono::milliseconds kHistoryPause{200};
 constexpr int kHistoryTries = 10;
 
-// The messages of an episode in its log so far, and the last tick of STATE.
+// Returns the messages in an episode's log so far, and the last tick of STATE.
 std::vector<viz::LiveFeed::Message> ReadHistory(const fs::path& log, int64_t* last_tick) {
   std::vector<viz::LiveFeed::Message> messages;
   EventLogReader reader(log);
@@ -128,7 +128,7 @@ viz::WebAnswer WebJobs::MakeEpisode(const Key& key) {
     }
   }
   try {
-    // A log whose models are gone still has its numbers.
+    // Scores can be read even if the models are missing.
     const auto track = [&](results::Scenes* scenes) {
       return results::TrackEpisode(log, {.run = key.run, .policy = policy, .scene = "", .bodies = {}},
                                    scenes);
@@ -190,9 +190,9 @@ void WebJobs::AskHistory(const fs::path& folder, int episode, int64_t tick,
             messages =
                 ReadHistory(fs::exists(unfinished) ? unfinished : EpisodeLog(folder, episode), &last_tick);
           } catch (const InputError&) {
-            // Not there (any more).
+            // The log does not exist yet, or no longer.
           }
-          // The recorder has some that it has not written yet.
+          // The recorder may not have written the latest messages yet.
           if (last_tick >= tick || !threads_.Pause(kHistoryPause)) break;
         }
         return [answer, moved = std::move(messages)] { answer(moved); };

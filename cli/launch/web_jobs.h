@@ -1,5 +1,5 @@
-// Work of the web server that reads files, on threads of its own: neither viewers of what goes on nor
-// requests for other files wait for it.
+// File reads of the web server, on separate threads, so that they delay neither live viewers nor requests for
+// other files.
 #pragma once
 
 #include <chrono>
@@ -21,25 +21,25 @@ namespace evalbus::launch {
 
 class WebJobs {
  public:
-  // Bytes of finished episodes that are kept.
+  // Maximum total size of cached episodes, in bytes.
   static constexpr size_t kMaxKept = size_t{64} << 20;
 
-  // False if some are still reading after `timeout`; then this object must stay.
+  // Returns false if jobs are still reading after `timeout`; this object must then not be destroyed.
   bool Stop(std::chrono::milliseconds timeout) { return threads_.Stop(timeout); }
 
-  // Where the episodes of a run of the page are. Of a run without a folder there are none.
+  // Sets the folder of a run of the page. A run without a folder has no recorded episodes.
   void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);
-  // The block of an episode that is over, from its log; made once for all who ask meanwhile.
+  // Reads the block of a finished episode from its log. Concurrent requests for an episode share one read.
   void AskEpisode(int run, int episode, viz::WebServer::Reply reply);
-  // A block of a scene by its id; null: unknown.
+  // Returns a block of a scene; null if the id is unknown.
   viz::SharedBytes Block(const std::string& id) const { return scenes_.FindBlock(id); }
 
-  // These are answered on the thread that calls TakeAnswers(). The scene of a MODEL; its error where there is
-  // none.
+  // The answers below are delivered on the thread that calls TakeAnswers(). AskScene() builds the scene of a
+  // MODEL; `error` is empty if that succeeded.
   void AskScene(std::shared_ptr<const model_info_t> model, const std::filesystem::path& folder,
                 std::function<void(viz::LiveFeed::Scene, const std::string& error)> answer);
-  // What the log of an episode under way, or just over, has so far, at the latest when its last STATE is of
-  // `tick` or later.
+  // Reads the log of a current or just finished episode. Retries for a limited time until the log contains
+  // the STATE of `tick`.
   void AskHistory(const std::filesystem::path& folder, int episode, int64_t tick,
                   std::function<void(std::vector<viz::LiveFeed::Message>)> answer);
   void TakeAnswers();
@@ -51,12 +51,12 @@ class WebJobs {
   };
   struct Kept {
     Key key;
-    // Of the log that it was made of.
+    // Modification time of the log that the block was made from.
     std::filesystem::file_time_type time;
     viz::SharedBytes block;
   };
-  // Work whose answer is called on the thread that calls TakeAnswers(); `given_up`: the answer where it takes
-  // too long.
+  // Runs `work` on a thread. The answer that it returns is called on the thread that calls TakeAnswers();
+  // `given_up` is called instead if the work takes too long.
   using Answer = std::function<void()>;
   void Add(std::function<Answer()> work, Answer given_up);
   void AnswerLater(Answer answer);
@@ -68,18 +68,18 @@ class WebJobs {
   std::mutex mutex_;
   std::vector<Answer> answers_;
   std::vector<std::pair<std::filesystem::path, std::string>> runs_;
-  // Episodes that are being read, and for whom.
+  // Episodes that are being read, and the requests that wait for them.
   struct Asked {
     std::vector<viz::WebServer::Reply> replies;
     bool is_stuck = false;
   };
   std::map<Key, Asked> asked_;
-  // The one used last in front.
+  // Cached episodes, the most recently used first.
   std::list<Kept> kept_;
   size_t kept_bytes_ = 0;
   results::Scenes scenes_;
 
-  // Last: its work uses all of the above.
+  // Declared last, because its jobs use all other members.
   ReaderThreads threads_{ReaderThreads::Limits{}};
 };
 

@@ -11,7 +11,7 @@
 namespace evalbus::launch {
 namespace {
 
-// In a worker's log, what is to be shown.
+// Prefix of remarks in a worker's log.
 constexpr std::string_view kRemark = "remark: ";
 
 }  // namespace
@@ -49,7 +49,7 @@ void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder
 
 void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& folder,
                   RunListener* listener) {
-  // What was there before is known.
+  // Skips the episodes and remarks that existed before.
   results::EpisodeLines lines(folder.path() / kEpisodesJsonl);
   lines.Next();
   std::vector<results::NewLines> logs;

@@ -1,4 +1,4 @@
-// Other processes of `evalbus run` that do parts of a run: a share of its episodes each, or a run of a suite.
+// Worker processes of a run (`evalbus run`): each runs a share of the episodes, or a run of a suite.
 #pragma once
 
 #include <filesystem>
@@ -10,27 +10,26 @@
 
 namespace evalbus::launch {
 
-// `evalbus run` with the options of a file; what is to differ is left to add.
+// Returns the command `evalbus run` with the options of a file; callers append the options that differ.
 std::vector<std::string> RunCommand(const std::filesystem::path& options_file);
 
-// A worker's part of `listener` below: what it remarks stands in its log, from where the launcher passes it
-// on.
+// Listener of a worker. Writes remarks to the worker's log, from which the launcher forwards them.
 class WorkerLog : public RunListener {
  public:
   void OnRemark(const std::string& text) override;
 };
 
-// Like EvaluateInProcess: runs plan.episodes with options.workers workers at the same time, each of which
-// takes every so manieth episode. A worker that dies goes on where it was. run.json must have been written.
+// Like EvaluateInProcess, but with options.workers workers at the same time, each of which runs every n-th
+// episode. A worker that dies is restarted and resumes. run.json must have been written.
 void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
                      RunListener* listener);
 
-// Runs jobs, so many at a time, that write episodes into the folder; tells the listener of these and of what
-// the jobs' logs remark.
+// Runs jobs that write episodes into the folder, at most `at_once` at a time. Forwards these episodes and the
+// remarks in the jobs' logs to the listener.
 void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& folder,
                   RunListener* listener);
 
-// Of these episodes the ones of one of so many workers, counted from 0.
+// Returns the episodes of worker `worker` (from 0) of `workers`.
 std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, int workers);
 
 }  // namespace evalbus::launch

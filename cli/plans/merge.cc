@@ -36,10 +36,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Keys of run.json that say where and how much of the run was done, and not what it is.
+// Keys of run.json that describe where and how much of the run was executed, not what the run is.
 constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process"};
 // Keys of run.json that a plan does not determine: digests and paths of the models, and where the run is
-// made.
+// executed.
 constexpr const char* kNotOfAPlan[] = {"only",           "run_id",        "url",           "workers",
                                        "in_process",     "video",         "task_path",     "control_hz",
                                        "physics_sha256", "visual_sha256", "scene_warnings"};
@@ -49,7 +49,7 @@ ordered_json WithoutPart(ordered_json info) {
   return info;
 }
 
-// Files of a folder, by links where both are on one disk.
+// Copies a folder recursively, with hard links if both folders are on one file system.
 void Link(const fs::path& from, const fs::path& to) {
   fs::create_directories(to);
   for (const auto& entry : fs::recursive_directory_iterator(from)) {
@@ -63,13 +63,13 @@ void Link(const fs::path& from, const fs::path& to) {
   }
 }
 
-// Whether a run was made with the planned file. Relative paths and names of our robots are compared by file
-// name only: the folder may differ between machines.
+// True if a run used the planned file. Relative paths and names of built-in robots are compared by file name
+// only, because the folder may differ between machines.
 bool IsSameFile(const fs::path& planned, const fs::path& made) {
   return planned.is_absolute() ? planned == made : planned.stem() == made.stem();
 }
 
-// `made`: FILE/VARIATION. Without a variation, the plan means the file's first one.
+// `made`: FILE/VARIATION. A plan without a variation means the file's first one.
 bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const fs::path& made) {
   if (!IsTaskFile(planned)) return run.task_name() == planned;
   const fs::path path(planned);
@@ -79,7 +79,7 @@ bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const
   return IsSameFile(path, made.parent_path());
 }
 
-// Throws InputError unless run.json is of this policy on this task, with the options that the plan has now.
+// Throws InputError unless run.json is of this policy on this task, with the plan's current options.
 void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
                    const std::string& task) {
   const std::string file = (run.folder / kRunJson).string();
@@ -94,9 +94,9 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
   const ordered_json is = OptionsJson(made), planned = OptionsJson(plan.OptionsOf(*policy));
   for (const auto& [key, value] : planned.items()) {
     if (std::ranges::find(kNotOfAPlan, key) != std::end(kNotOfAPlan) || is[key] == value) continue;
-    // A plan that stops when it is clear has run as many episodes as that took.
+    // A plan with `until` has run only as many episodes as its decision required.
     if (key == "episodes" && plan.until) continue;
-    // The task's own robot.
+    // An empty name is the task's own robot.
     if (key == "robot" && value == "") continue;
     const bool is_file = key == "robot" || ((key == "policy" || key == "contract") &&
                                             policy::IsContractFile(value.get<std::string>()));
@@ -105,7 +105,7 @@ void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std:
   }
 }
 
-// Throws InputError unless the rate is what the physics makes of the plan's.
+// Throws InputError unless the run's control rate is the plan's, rounded to whole physics steps.
 void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
                const model_info_t& model) {
   const auto policy = std::ranges::find(plan.policies, policy_name, &PlannedPolicy::name);
@@ -115,17 +115,17 @@ void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::str
                                ToText(run.info.at("control_hz")), planned, kPlanJson));
 }
 
-// Shards that were checked, by name.
+// Names of the shards that were checked, and progress.
 struct Checked {
   explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
 
   std::set<std::string> shards;
-  // Reading all logs of a large plan takes a while.
+  // Reading all logs of a large plan is slow enough to need a progress line.
   launch::ProgressLine line;
   size_t episodes = 0;
 };
 
-// Throws InputError unless the shard's folder holds each of its episodes, with its log, and no other.
+// Throws InputError unless the shard's folder holds exactly the shard's episodes, each with its log.
 void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
   const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.shard_folder(shard));
   CheckIsOfPlan(run, folder.plan(), shard.policy, shard.task);
@@ -151,7 +151,7 @@ void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
   }
 }
 
-// Throws InputError unless the merged run has each episode of the shard, with its log, as the part has it.
+// Throws InputError unless the merged run has each episode of the shard, with its log and the same result.
 void CheckIsMerged(const Shard& shard, const fs::path& part, const results::RecordedRun& merged) {
   std::map<int, std::string> lines;
   for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(part).episodes) {
@@ -171,7 +171,7 @@ void CheckIsMerged(const Shard& shard, const fs::path& part, const results::Reco
   }
 }
 
-// The shards' run folder, under a name that nobody looks for.
+// Writes the merged run folder `out`, under a temporary name that no reader looks for.
 void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, const fs::path& out) {
   std::map<int, fs::path> owner;
   std::string lines;
@@ -197,7 +197,7 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
       Link(EpisodeFolder(part, episode.episode), EpisodeFolder(out, episode.episode));
       lines += episode.text + "\n";
     }
-    // What the components noticed, by part.
+    // The logs of the components, by part.
     if (fs::exists(part / kLogsFolder)) Link(part / kLogsFolder, out / kLogsFolder / run.name);
   }
   Link(parts[0] / kModelFolder, out / kModelFolder);
@@ -209,7 +209,7 @@ void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, co
   results::WriteRunSummary(out);
 }
 
-// Writes everything to the disk of a folder.
+// Syncs the file system of a folder to disk.
 void SyncDisk(const fs::path& folder) {
   const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   const bool good = fd >= 0 && syncfs(fd) == 0;
@@ -218,8 +218,8 @@ void SyncDisk(const fs::path& folder) {
   if (!good) ThrowFileError("cannot write " + folder.string(), error);
 }
 
-// Makes `out` of the parts. It appears whole or not at all. When this returns, all is synced to disk, so that
-// the parts may be removed.
+// Merges the parts into `out`, which appears atomically. When this returns, everything is synced to disk, so
+// that the parts may be removed.
 void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
   const fs::path coming = out.parent_path() / fmt::format(".{}.{}", out.filename().string(), ThisProcess());
   std::error_code ignored;
@@ -252,7 +252,7 @@ std::vector<PlannedRun> RunsOf(const Plan& plan) {
   return runs;
 }
 
-// Checks parts that wait to be removed since their run is merged.
+// Checks parts that were not removed after their run was merged.
 void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   const results::RecordedRun merged = results::ReadRun(folder.run_folder(run.policy, run.task));
   CheckIsOfPlan(merged, folder.plan(), run.policy, run.task);
@@ -263,14 +263,14 @@ void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* ch
       CheckIsMerged(shard, part, merged);
       checked->shards.insert(shard.name());
     } catch (const std::exception&) {
-      // Another merge has removed it meanwhile.
+      // Another merge has removed it in the meantime.
       if (fs::exists(part)) throw;
     }
   }
 }
 
-// Checks what is to be merged or removed and adds the names of these shards to `checked`. Returns the shards
-// that are missing; what is there of an incomplete run is neither checked nor merged. Throws InputError.
+// Checks what is to be merged or removed and adds the names of these shards to `checked`. Returns the missing
+// shards; the shards of an incomplete run are neither checked nor merged. Throws InputError.
 std::vector<Shard> CheckRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
   std::vector<Shard> missing;
   std::ranges::copy_if(run.shards, std::back_inserter(missing),
@@ -283,14 +283,14 @@ std::vector<Shard> CheckRun(const PlanFolder& folder, const PlannedRun& run, Che
       return {};
     }
   } catch (const std::exception&) {
-    // Another merge was quicker and has removed the parts.
+    // Another merge finished first and has removed the parts.
     if (!folder.has_run(run.policy, run.task)) throw;
   }
   CheckMergedRun(folder, run, checked);
   return {};
 }
 
-// Removes a merged part. Other processes see it whole or not at all.
+// Removes a merged part atomically, as seen by other processes.
 void RemovePart(const PlanFolder& folder, const Shard& shard) {
   const fs::path part = folder.shard_folder(shard);
   const fs::path hidden = part.parent_path() / fmt::format(".{}.{}.merged", shard.name(), ThisProcess());
@@ -298,19 +298,19 @@ void RemovePart(const PlanFolder& folder, const Shard& shard) {
   if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
 }
 
-// Whether a file or folder was left by a process that has ended or, on another machine, has not touched it
-// for longer than any merge takes.
+// True if a file or folder was left behind by a process that has ended, or by a process of another machine
+// that has not modified it for kLongestMerge.
 bool IsLeft(const std::string& process, const fs::path& path) {
   constexpr auto kLongestMerge = std::chrono::hours(24);
   if (HasEnded(process)) return true;
-  // A process of another machine is judged by time stamps of the disk, whose clock may be some minutes off.
+  // Processes of other machines are judged by file time stamps; clocks may differ by some minutes.
   std::error_code gone;
   const auto changed = fs::last_write_time(path, gone);
   return !gone && fs::file_time_type::clock::now() - changed > kLongestMerge;
 }
 
-// Parses ".RUN.HOST-PID", a copy of a run that was not finished, into the run and the process. Names of runs
-// and hosts may contain dots, and one run's name may begin with another's.
+// Parses ".RUN.HOST-PID", an unfinished copy of a run, into the run and the process. Names of runs and hosts
+// may contain dots, and one run's name may be a prefix of another's.
 std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
                                                     const std::vector<PlannedRun>& runs,
                                                     const std::string& policy) {
@@ -325,7 +325,7 @@ std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
   return found;
 }
 
-// Removes what killed merges have left: copies of runs, half-written files.
+// Removes what killed merges left behind: unfinished copies of runs, partially written files.
 void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& runs) {
   std::vector<fs::path> left;
   const auto look = [&](const fs::path& path, const auto& is_left) {
@@ -342,8 +342,8 @@ void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& ru
   for (const PlannedPolicy& policy : folder.plan().policies) {
     look(folder.policy_folder(policy.name), [&](const fs::path& path) {
       const auto [run, process] = ParseCopy(path.filename(), runs, policy.name);
-      // A copy of a run that is merged by now is useless, even if another merge still writes it: that merge
-      // finds the run in place and ends well.
+      // A copy of a run that has been merged is useless, even if another merge is still writing it: that
+      // merge finds the run in place and succeeds.
       return run && (folder.has_run(run->policy, run->task) || IsLeft(process, path));
     });
   }
@@ -370,7 +370,7 @@ void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
 
 std::vector<Shard> MergePlan(const PlanFolder& folder) {
   const std::vector<PlannedRun> runs = RunsOf(folder.plan());
-  // All is checked before anything is changed.
+  // Everything is checked before anything is changed.
   Checked checked(runs.size() * static_cast<size_t>(folder.plan().options.episodes));
   std::vector<Shard> missing;
   std::vector<const PlannedRun*> to_merge;
@@ -387,7 +387,7 @@ std::vector<Shard> MergePlan(const PlanFolder& folder) {
     try {
       MergeWhole(parts, folder.run_folder(run->policy, run->task));
     } catch (const std::exception&) {
-      // Another merge was quicker, and may have taken the parts away.
+      // Another merge finished first, and may have removed the parts.
       if (!folder.has_run(run->policy, run->task)) throw;
     }
   }

@@ -1,4 +1,4 @@
-// Makes one run of several that hold parts of its episodes.
+// Merges runs that each hold some of a run's episodes into one run.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,15 @@
 
 namespace evalbus::plans {
 
-// Run folders with some of the episodes each (--only) become `out`, which is not there yet: what one run of
-// all of them would have written. Episodes' files are linked where that can be, so that they take no room
-// twice. Throws InputError where they are no parts of one run, or an episode is in two of them.
+// Merges run folders that each hold some of a run's episodes (--only) into the run folder `out`, which must
+// not exist. `out` equals what a single run of all episodes would have written. Episode files are hard-linked
+// where possible, so that they use no additional disk space. Throws InputError if the folders are not parts
+// of one run, or if an episode is in two of them.
 void MergeRuns(const std::vector<std::filesystem::path>& parts, const std::filesystem::path& out);
 
-// Merges what the shards of a plan have brought: each run whose shards are all there, then each suite whose
-// runs are; done twice, at the same time even, it is as done once. Returns the shards that are missing.
+// Merges the results of a plan's shards: each run whose shards are all there, then each suite whose runs are
+// all there. Idempotent, and safe to call from several processes at the same time. Returns the missing
+// shards.
 std::vector<Shard> MergePlan(const PlanFolder& folder);
 
 }  // namespace evalbus::plans

@@ -25,11 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A disk that is full may have room again.
+// Retry interval and time limit of a copy to a full disk, on which space may become available.
 constexpr auto kTryAgain = std::chrono::seconds(5);
 constexpr auto kGiveUp = std::chrono::minutes(10);
 
-// A run is known in its messages by its folder's name: the one that it will have.
+// Messages identify a run by its folder's name, so the temporary folder already has the final name.
 fs::path MadeIn(const Shard& shard, const fs::path& scratch) {
   return scratch / shard.name() / launch::FolderOfTask(shard.task);
 }
@@ -43,15 +43,15 @@ launch::Job JobOf(const Shard& shard, const fs::path& options, const fs::path& s
   return job;
 }
 
-// Clears the error of standard output: on a full disk a job waits until its results fit, and must not fail
-// because lines of its log were lost.
+// Clears the error state of standard output: on a full disk a job waits until its results fit, and must not
+// fail because lines of its log were lost.
 void Say(const std::string& text) {
   fmt::print("{}\n", Printable(text));
   std::fflush(stdout);
   std::clearerr(stdout);
 }
 
-// Puts it there as soon as the disk has room.
+// Copies the shard into the plan's folder; while the disk is full, retries every kTryAgain until kGiveUp.
 void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished) {
   const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
   for (bool is_said = false;; is_said = true) {
@@ -65,8 +65,8 @@ void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::
   }
 }
 
-// One shard after another, `at_once` at a time; each in a pool of its own, so that one that fails takes no
-// other with it.
+// Runs shards, `at_once` at a time. Each has a job pool of its own, so that a failed shard does not stop the
+// others.
 class Shards {
  public:
   Shards(const PlanFolder& folder, std::vector<Shard> shards, int at_once)
@@ -78,7 +78,7 @@ class Shards {
     }
   }
 
-  // False when there is nothing left to do.
+  // Returns false when all shards have finished.
   bool Poll() {
     while (running_.size() < at_once_ && !waiting_.empty()) Begin();
     for (auto running = running_.begin(); running != running_.end();) {
@@ -105,7 +105,7 @@ class Shards {
                             std::move(jobs), 1, [](const std::string& why) { Say("begun again: " + why); })});
   }
 
-  // True where the shard is over.
+  // Returns true when the shard has finished or failed.
   bool Advance(Running* running) {
     const Shard& shard = running->shard;
     const fs::path made = MadeIn(shard, scratch_.path());
@@ -122,7 +122,7 @@ class Shards {
       try {
         SayFailed(folder_, shard, error.what());
       } catch (const std::exception&) {
-        // The disk that refuses is what has failed.
+        // The disk to which the failure would be written is what failed.
       }
     }
     running->pool.reset();
@@ -134,7 +134,7 @@ class Shards {
   const PlanFolder& folder_;
   Scratch scratch_;
   std::map<std::string, fs::path> options_;  // by policy
-  std::vector<Shard> waiting_;               // the next one last
+  std::vector<Shard> waiting_;               // the last entry runs next
   size_t at_once_;
   std::vector<Running> running_;
   std::vector<std::string> failures_;

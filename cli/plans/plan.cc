@@ -23,20 +23,20 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr int kMaxEpisodes = 10'000'000;
-// What a plan says in keys of its own, or what is decided anew wherever a part of it runs.
+// Options that a plan sets by keys of its own, or that are decided anew wherever a part of it runs.
 constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "episodes",   "seed", "only",
                                        "workers", "url",      "by_hand",     "in_process", "video"};
 
 bool IsOption(const std::string& key) { return std::ranges::find(kNotOptions, key) == std::end(kNotOptions); }
 
-// A path in a plan is meant from the plan's folder.
+// Resolves a path relative to the plan's folder.
 std::string FromPlan(const std::string& name, const fs::path& plan) {
   if (!name.ends_with(".yaml") && !name.ends_with(".yml")) return name;
   const fs::path near = fs::absolute(plan).parent_path() / name;
   return fs::exists(near) ? near.lexically_normal().string() : name;
 }
 
-// The folder of its results has this name.
+// The name must be valid as a folder's name, because the policy's results are stored under it.
 void CheckPolicyName(const YamlValue& value, const std::string& name) {
   if (name.empty() || name.starts_with(".") || name.find('/') != std::string::npos ||
       Printable(name) != name || name.size() > 100) {
@@ -105,7 +105,7 @@ PlannedVideos ReadVideos(const YamlValue& value) {
   return videos;
 }
 
-// "decided(alpha 0.05, max 200)"
+// Parses, for example, "decided(alpha 0.05, max 200)".
 Until ReadUntil(const YamlValue& value, int least) {
   Until until;
   const std::string text = value.Text();
@@ -123,7 +123,7 @@ Until ReadUntil(const YamlValue& value, int least) {
   return until;
 }
 
-// The options by their names in run.json.
+// Reads the options, keyed by their names in run.json.
 void ReadRunOptions(const YamlValue& value, Plan* plan) {
   launch::RunOptions* const options = &plan->options;
   std::vector<std::string> known;
@@ -156,7 +156,7 @@ void ReadRunOptions(const YamlValue& value, Plan* plan) {
   }
 }
 
-// The one member of a JSON that is of this version of a plan.
+// Returns a member of plan.json; throws InputError if it is missing or has another type.
 template <class T>
 T Get(const nlohmann::json& json, const char* key, const std::string& file) {
   try {
@@ -178,7 +178,7 @@ bool IsPlanFile(const std::string& name) {
              return entry.key() == "policies";
            });
   } catch (const InputError&) {
-    // Who reads it as a task says what is wrong.
+    // The reader of task files reports the error.
     return false;
   }
 }
@@ -220,7 +220,7 @@ Plan ReadPlan(const fs::path& file) {
   if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
   if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
   if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
-  // No network of the machine is needed, and it is the fastest; the bytes are the same.
+  // In-process runs need no network and are the fastest; their results are identical bit by bit.
   plan.options.in_process = true;
   if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
   if (const YamlValue* value = map.Find("shard_episodes"))

@@ -1,5 +1,5 @@
-// A plan: which policies are evaluated on which tasks, what is recorded as video, and what is compared. A
-// YAML file; docs/plans.md describes it.
+// A plan: the policies to evaluate, the tasks, which episodes are recorded as video, and what is compared.
+// Plans are YAML files, described in docs/plans.md.
 #pragma once
 
 #include <filesystem>
@@ -13,63 +13,66 @@
 namespace evalbus::plans {
 
 struct PlannedPolicy {
-  // What results call it, and its folder.
+  // Name of the policy in the results, and of its folder.
   std::string name;
-  // As --policy and --contract take them.
+  // Values for --policy and --contract.
   std::string policy, contract;
 };
 
 struct PlannedVideos {
   enum class Which { kNone, kAll, kFailures, kFirst };
   Which which = Which::kNone;
-  // Of kFirst.
+  // Number of episodes of each run to record, for kFirst.
   int first = 0;
   std::vector<std::string> cameras;
 };
 
-// Compares each policy with the baseline while they run, and stops when it is clear.
+// Compares each policy with the baseline while they run, and stops as soon as the comparison is decided.
 struct Until {
   double alpha = 0.05;
-  // Episodes of each task after which it ends in any case.
+  // Maximum number of episodes per task.
   int max_episodes = 0;
 
-  // "decided(alpha 0.05, max 200)"
+  // For example "decided(alpha 0.05, max 200)".
   std::string Text() const;
 };
 
 struct Plan {
-  // The file's name without its ending, where it says none.
+  // Defaults to the file's name without its extension.
   std::string name;
   std::vector<PlannedPolicy> policies;
-  // TASK/VARIATION, expanded.
+  // Entries TASK/VARIATION, after expansion.
   std::vector<std::string> tasks;
-  // Of every run: episodes, seed, and what "options" says.
+  // Options of every run: episodes, seed, and the entries of "options".
   launch::RunOptions options;
-  // "options" names it: no contract's goes before it.
+  // Set if "options" contains the value; it then takes precedence over the policy's contract.
   bool rate_is_given = false, timeout_is_given = false;
   PlannedVideos videos;
-  // One of the policies' names; the first where the file names none.
+  // Name of one of the policies; defaults to the first.
   std::string baseline;
   std::optional<Until> until;
-  // A part of the plan is whole shards: so many episodes of one run.
+  // Number of consecutive episodes of one run that form a shard. Parts of a plan consist of whole shards.
   int shard_episodes = 20;
 
   int num_runs() const { return static_cast<int>(policies.size() * tasks.size()); }
-  // Of one policy on all tasks: `options` with the policy, and what its contract says. Throws InputError.
+  // Options for running one policy on all tasks: `options` with the policy and its contract's values. Throws
+  // InputError.
   launch::RunOptions OptionsOf(const PlannedPolicy& policy) const;
 };
 
-// True for the name of a plan's file: ends in .yaml or .yml, and has a key `policies` at its top.
+// True if `name` is a plan's file: an existing file that ends in .yaml or .yml and has a top-level key
+// `policies`.
 bool IsPlanFile(const std::string& name);
 
-// Throws InputError with file, line and key, also for unknown tasks, policies and contracts.
+// Reads a plan. Throws InputError with file, line and key, also for unknown tasks, policies and contracts.
 Plan ReadPlan(const std::filesystem::path& file);
 
-// The plan resolved, as a plan's folder keeps it, and back. Two plans with the same JSON mean the same.
+// Converts between a plan and plan.json, its resolved form in a plan's folder. Plans with equal JSON are
+// equivalent.
 nlohmann::ordered_json PlanJson(const Plan& plan);
 Plan PlanOfJson(const nlohmann::json& json, const std::string& file);
 
-// "all failures, from overview"; "none".
+// For example "all failures, from overview" or "none".
 std::string VideosText(const PlannedVideos& videos);
 
 }  // namespace evalbus::plans

@@ -28,7 +28,7 @@ fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string&
   return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
 }
 
-// What another machine is to see must be on the disk before its name is.
+// Contents are synced before the rename: other machines must not see a name without its contents.
 void Sync(const fs::path& path) {
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   const bool good = fd >= 0 && fsync(fd) == 0;
@@ -86,7 +86,7 @@ PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
       throw InputError("--out " + path_.string() + ": exists and is no plan's folder; it has no " +
                        kPlanJson);
     }
-    // Another part of the plan may begin at the same moment: it writes the same.
+    // Another part of the plan may start at the same moment; it writes the same contents.
     WriteWhole(file, ToText(json, 2) + "\n");
     return;
   }
@@ -118,7 +118,7 @@ bool PlanFolder::has(const Shard& shard) const {
 }
 
 void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
-  // Its twin was quicker, or is merged by now.
+  // The same shard was finished by another process, or has been merged.
   if (has(shard)) return;
   const fs::path coming = Hidden(*this, shard, ThisProcess() + ".coming");
   std::error_code ignored;
@@ -129,7 +129,7 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
     for (const auto& entry : fs::recursive_directory_iterator(coming)) Sync(entry.path());
   } catch (const fs::filesystem_error& error) {
     fs::remove_all(coming, ignored);
-    // A merge that had it from its twin has cleared up.
+    // The other process' copy has been merged, and the merge removed this one.
     if (has(shard)) return;
     ThrowFileError("cannot write " + coming.string(), error.code().value());
   } catch (...) {
@@ -139,7 +139,7 @@ void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
   if (rename(coming.c_str(), shard_folder(shard).c_str()) == 0) return;
   const int error = errno;
   fs::remove_all(coming, ignored);
-  // Its twin has been quicker.
+  // Another process has put the same shard first.
   if (!has(shard)) ThrowFileError("cannot write " + shard_folder(shard).string(), error);
 }
 
@@ -157,7 +157,7 @@ void AtWork::Tell() {
   const auto now = std::chrono::steady_clock::now();
   if (now - told_ < kTold) return;
   told_ = now;
-  // By the clock of the file's own machine.
+  // The current time by the clock of the file's own machine.
   utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
 }
 

@@ -1,14 +1,14 @@
-// The folder of a plan's results, on a disk that machines may share:
+// The folder of a plan's results, on a disk that several machines may share:
 //
 //   plan.json                       the plan, resolved
 //   POLICY/TASK-VARIATION/          run folders; POLICY/ is a suite
-//   parts/SHARD/                    run folders of a few episodes each, until they are merged
-//   parts/.SHARD.HOST-PID           who is at work on one, or is about to put it there
-//   parts/.SHARD.failed             why one could not be done
+//   parts/SHARD/                    run folders of single shards, until they are merged
+//   parts/.SHARD.HOST-PID           marks a shard that a process is running or copying here
+//   parts/.SHARD.failed             error of a shard that failed
 //   slurm/                          scripts and logs of the jobs
 //
-// Nobody holds a lock, and no file is written by two: what is there has come by a rename, whole. So a shard
-// that was run twice is there once.
+// The folder needs no locks: every file has a single writer and appears atomically by rename. A shard that
+// was run twice is therefore stored once.
 #pragma once
 
 #include <chrono>
@@ -23,33 +23,33 @@
 namespace evalbus::plans {
 
 inline constexpr char kPlanJson[] = "plan.json";
-// Where comparisons were decided (Plan::until).
+// Results of the sequential comparisons (Plan::until).
 inline constexpr char kStopsJson[] = "stops.json";
 inline constexpr char kPartsFolder[] = "parts";
 inline constexpr char kSlurmFolder[] = "slurm";
 
-// Some episodes of one run, from `first` to `last`.
+// Episodes `first` to `last` of one run.
 struct Shard {
   std::string policy, task;
   int first = 0, last = 0;
 
   int size() const { return last - first + 1; }
-  // "ckpt-1000+lift_pot-position+0000-0019"; its folder.
+  // For example "ckpt-1000+lift_pot-position+0000-0019"; also the name of its folder.
   std::string name() const;
 };
 
-// Of all runs, in the order of policies, tasks, episodes.
+// All shards of a plan, ordered by policy, task and episode.
 std::vector<Shard> ShardsOf(const Plan& plan);
-// Of these the ones of part `part` (from 1) of so many: every so manieth.
+// Shards of part `part` (from 1) of `parts`: every `parts`-th shard.
 std::vector<Shard> ShardsOfPart(const std::vector<Shard>& shards, int part, int parts);
 
 class PlanFolder {
  public:
-  // The folder `out`, or where that is empty a new one, runs/PLAN-DATE-TIME; makes it and writes plan.json,
-  // unless that is only to be talked of. Throws InputError if another plan is there, or what is no plan's
-  // folder.
+  // Opens the plan's folder `out`, or creates it and writes plan.json. If `out` is empty, the folder is
+  // runs/PLAN-DATE-TIME. If `make` is false, nothing is created. Throws InputError if the folder belongs to
+  // another plan or is not a plan's folder.
   PlanFolder(const Plan& plan, const std::filesystem::path& out, bool make = true);
-  // One that is there. Throws InputError.
+  // Opens an existing folder. Throws InputError.
   explicit PlanFolder(const std::filesystem::path& folder);
 
   const Plan& plan() const { return plan_; }
@@ -57,12 +57,12 @@ class PlanFolder {
   std::filesystem::path policy_folder(const std::string& policy) const { return path_ / policy; }
   std::filesystem::path run_folder(const std::string& policy, const std::string& task) const;
   std::filesystem::path shard_folder(const Shard& shard) const { return path_ / kPartsFolder / shard.name(); }
-  // Whether the shard's results are there, or its run is.
+  // True if the results of the shard, or of its merged run, are there.
   bool has(const Shard& shard) const;
   bool has_run(const std::string& policy, const std::string& task) const;
 
-  // Copies a finished shard's run folder here, unless it is there by now. Throws EnvironmentError where the
-  // disk refuses; nothing is left then.
+  // Copies a finished shard's run folder into this folder, unless it is already there. Throws
+  // EnvironmentError if writing fails; no partial copy remains then.
   void Put(const Shard& shard, const std::filesystem::path& finished) const;
 
  private:
@@ -70,8 +70,8 @@ class PlanFolder {
   std::filesystem::path path_;
 };
 
-// Says in a plan's folder that this process is at work on a shard, as long as it is there; another machine
-// sees by its age whether it still is.
+// Marks a shard in the plan's folder as being run by this process, for the lifetime of this object. Other
+// machines consider the process alive until the marker is older than kGone.
 class AtWork {
  public:
   static constexpr std::chrono::seconds kTold{10};
@@ -81,7 +81,7 @@ class AtWork {
   ~AtWork();
   AtWork(const AtWork&) = delete;
   AtWork& operator=(const AtWork&) = delete;
-  // To be called often.
+  // Updates the marker's time stamp, at most once per kTold. Must be called more often than that.
   void Tell();
 
  private:
@@ -89,11 +89,11 @@ class AtWork {
   std::chrono::steady_clock::time_point told_;
 };
 
-// Of a name in parts/ that begins with a dot: the shard, and what follows its name: "HOST-PID" (at work),
-// "HOST-PID.coming" or "failed". Both empty for other names.
+// Splits the name of a hidden file in parts/ into the shard's name and the suffix: "HOST-PID" (running),
+// "HOST-PID.coming" (being copied) or "failed". Both are empty for other names.
 std::pair<std::string, std::string> ParseHidden(const std::string& name);
 
-// Why a shard could not be done: said, and taken back when it could.
+// Records why a shard failed; an empty `why` removes the record.
 void SayFailed(const PlanFolder& folder, const Shard& shard, const std::string& why);
 
 }  // namespace evalbus::plans

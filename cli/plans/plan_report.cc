@@ -29,14 +29,14 @@ viz::PlanCell CellOf(const metrics::RunSummary& summary) {
   return {summary.successes, summary.judged, summary.wilson.lower, summary.wilson.upper, "", {}};
 }
 
-// A policy's report, into which some of its episodes are packed to be watched.
+// A policy's report page, which contains some of its episodes for playback.
 class ReportWithEpisodes {
  public:
   ReportWithEpisodes(const fs::path& folder, const fs::path& page) : url_(viz::Url(page)) {
     if (fs::exists(folder / page)) text_ = ReadInput(folder / page, "report");
   }
   const std::string& url() const { return url_; }
-  // Where the viewer shows it; empty where it is not packed.
+  // URL of the page's player for an episode; empty if the page does not contain the episode.
   std::string UrlOf(size_t run, int episode) const {
     if (text_.find(fmt::format("data-block=\"episode/{}/{}\"", run, episode)) == std::string::npos) return "";
     return fmt::format("{}#view:run={},episode={}", url_, run, episode);
@@ -46,7 +46,8 @@ class ReportWithEpisodes {
   std::string url_, text_;
 };
 
-// The first failure that can be watched, else the first episode; and by reason the first that failed for it.
+// Adds links to the first failure that can be played, else to the first episode, and to the first failure of
+// each failure reason.
 void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisodes& page, viz::PlanCell* cell,
                  std::map<std::string, std::string>* failed) {
   for (const bool success : {false, true}) {
@@ -114,7 +115,7 @@ void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
   report.title = plan.name;
   report.baseline = plan.baseline;
   std::map<std::string, viz::PlanRow> rows;
-  std::vector<std::string> order;  // of tasks, as the suites have them
+  std::vector<std::string> order;  // of tasks, in the order of the suites
   for (const RecordedRuns& suite : results.suites) {
     const ReportWithEpisodes page(folder.path(), fs::path(suite.name) / "report.html");
     report.policies.push_back(suite.name);

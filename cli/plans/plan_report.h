@@ -1,4 +1,4 @@
-// The results of a plan as pages: one over all, one for each comparison; all from the same numbers.
+// The results of a plan as pages: an overview, and a page for each comparison, all from the same numbers.
 #pragma once
 
 #include <string>
@@ -11,23 +11,23 @@
 namespace evalbus::plans {
 
 struct PlanResults {
-  // By policy, in the plan's order; named as the plan names them.
+  // By policy, in the plan's order and with the plan's names.
   std::vector<results::RecordedRuns> suites;
-  // Comparison of each other policy with the baseline. p values are adjusted for the policies, and hold at
-  // any look where the plan stops when decided.
+  // Comparison of each other policy with the baseline. p values are adjusted for the number of policies; with
+  // Plan::until, they are anytime-valid.
   std::vector<results::Comparison> comparisons;
-  // The plan's verdict of each comparison when it stopped (Stop::Text); none for a plan that does not stop.
+  // The decision of each comparison (Stop::Text); empty without Plan::until.
   std::vector<std::string> stops;
-  // Empty for a plan that stops when decided: its policies have been run in different numbers of episodes,
-  // which depend on their results.
+  // Empty with Plan::until: the policies then have different numbers of episodes, which depend on their
+  // results.
   std::vector<results::RankedRun> ranking;
 };
 
-// Throws InputError where a policy has no finished episode.
+// Throws InputError if a policy has no finished episode.
 PlanResults ReadPlanResults(const PlanFolder& folder);
 
-// Writes FOLDER/report.html and the page of each comparison, POLICY/against_BASELINE.html. The first links
-// the pages of policies (POLICY/report.html), whether they are there yet or not.
+// Writes FOLDER/report.html and the comparison pages POLICY/against_BASELINE.html. The former links to the
+// policies' reports (POLICY/report.html), even if these do not exist yet.
 void WritePlanPages(const PlanFolder& folder, const PlanResults& results);
 
 }  // namespace evalbus::plans

@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Runs jobs, so many at a time, and calls ended(name) for each that has ended well. False if it was stopped.
+// Runs jobs, `at_once` at a time, and calls ended(name) after each success. Returns false if stopped.
 template <class Ended>
 bool RunJobs(std::vector<launch::Job> jobs, int at_once, const std::string& what, const Ended& ended) {
   const size_t all = jobs.size();
@@ -59,7 +59,7 @@ bool RunJobs(std::vector<launch::Job> jobs, int at_once, const std::string& what
   return !stop_requested();
 }
 
-// The suites of these policies, each with so many episodes of each task.
+// Runs the suites of these policies, with `episodes` episodes of each task.
 void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, int episodes, int workers) {
   const Plan& plan = folder.plan();
   std::map<std::string, launch::Suite> suites;
@@ -97,7 +97,7 @@ void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, 
                                      fs::proximate(folder.path()).string()));
 }
 
-// num_comparisons: p is adjusted for so many, by Bonferroni.
+// num_comparisons: number of comparisons that p is adjusted for (Bonferroni).
 Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
           double num_comparisons) {
   const results::SuccessCounts counts =
@@ -115,7 +115,7 @@ Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& befor
   return stop;
 }
 
-// Episodes are added until each comparison is decided: the baseline's as long as anybody's goes on.
+// Adds episodes until each comparison is decided. The baseline runs as long as any policy does.
 std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
   const Plan& plan = folder.plan();
   std::map<std::string, Stop> stops;

@@ -1,4 +1,4 @@
-// A whole plan on this machine.
+// Runs a whole plan on this machine.
 #pragma once
 
 #include <string>
@@ -8,23 +8,27 @@
 
 namespace evalbus::plans {
 
-// Where a policy's comparison with the baseline ended before the plan's last episode, or did not.
+// State of a policy's sequential comparison with the baseline; is_decided if it ended before the last
+// episode.
 struct Stop {
   std::string policy;
-  // Of each task.
+  // Episodes per task.
   int episodes = 0;
-  // Pairs in which only the policy, and only the baseline, succeeded; the smallest p of all looks.
+  // Pairs in which only the policy, and only the baseline, succeeded. The p values are the smallest of all
+  // looks.
   int only_policy = 0, only_baseline = 0;
   double p = 1, p_adjusted = 1;
   bool is_decided = false;
-  // "after 40 episodes of each task: better than expert, ..."
+  // For example "after 40 episodes of each task: better than expert, ...".
   std::string Text(const std::string& baseline, const Until& until) const;
 };
 
-// Runs what is missing, so many runs at a time, videos and reports. Throws InputError, EnvironmentError.
+// Runs the missing episodes, at most `workers` runs at a time, then calls FinishPlan(). Throws InputError,
+// EnvironmentError.
 void RunPlan(const PlanFolder& folder, int workers);
 
-// What comes after all runs are there, also by a merge: videos, plan_summary.json, the tables on stdout.
+// Completes a plan whose runs are all there, for example after a merge: records the videos, writes the pages,
+// and prints the comparisons to stdout.
 void FinishPlan(const PlanFolder& folder, int workers);
 
 }  // namespace evalbus::plans

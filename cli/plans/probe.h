@@ -1,4 +1,4 @@
-// How long a plan will take and how much room, from an episode here and there.
+// Estimates the duration and disk usage of a plan from a few sample episodes.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,16 @@
 namespace evalbus::plans {
 
 struct Probe {
-  // Mean of the episodes tried; wall-clock time on one core of this machine.
+  // Means of the sampled episodes; wall-clock time on one core of this machine.
   double seconds_per_episode = 0;
   double bytes_per_episode = 0;
   int episodes = 0;
-  // Why some could not be tried, one line; empty where all could.
+  // One-line reason why some samples failed; empty if all succeeded.
   std::string problem;
 };
 
-// Runs the first episode of at most `most` runs of the plan, spread over policies and tasks, in a folder that
-// is gone afterwards.
+// Runs the first episode of at most `most` runs of the plan, spread evenly over policies and tasks, in a
+// temporary folder.
 Probe ProbePlan(const Plan& plan, int most);
 
 }  // namespace evalbus::plans

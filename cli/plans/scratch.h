@@ -1,4 +1,4 @@
-// A folder on this machine's own disk, gone with this object.
+// A temporary folder on this machine's local disk. The destructor removes it.
 #pragma once
 
 #include <stdlib.h>

@@ -20,15 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A task of an array is to take about so long.
+// Target duration of one task of the array, in seconds.
 constexpr double kTask_s = 600;
 constexpr int kProbes = 4;
-// Slurm's own limit of an array, where nobody has changed it.
+// Slurm's default limit on the size of a job array.
 constexpr int kMaxTasks = 1000;
 
 std::string Evalbus() { return (launch::Processes::BinaryFolder() / "evalbus").string(); }
 
-// What a command says; throws EnvironmentError with it where it fails.
+// Returns a command's output; throws EnvironmentError with the output if the command fails.
 std::string OutputOf(const std::vector<std::string>& command) {
   FILE* const pipe = popen((ShellWords(command) + " 2>&1").c_str(), "r");
   if (!pipe) throw EnvironmentError("no process can be started");
@@ -80,7 +80,7 @@ SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& opt
   std::string limits = where;
   if (!options.time.empty()) limits += "#SBATCH --time=" + options.time + "\n";
   const bool is_all = static_cast<int>(scripts.todo.size()) == parts;
-  // Open-mode: a task that is requeued says what it does behind what it said before.
+  // --open-mode=append: a requeued task appends to its log instead of truncating it.
   scripts.array = fmt::format(
       "#!/bin/sh\n"
       "#SBATCH --job-name=evalbus-{name}\n"

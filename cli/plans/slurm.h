@@ -1,5 +1,5 @@
-// A plan as jobs of a Slurm cluster: one job array, whose tasks are parts of the plan, and a job that merges.
-// Requeueing, limits and accounting are Slurm's.
+// Runs a plan as jobs of a Slurm cluster: a job array, whose tasks are parts of the plan, and a job that
+// merges the results. Requeueing, limits and accounting are left to Slurm.
 #pragma once
 
 #include <string>
@@ -11,25 +11,25 @@ namespace evalbus::plans {
 
 struct SlurmOptions {
   bool submit = false, dry_run = false;
-  // As sbatch takes them; empty: the cluster's own.
+  // Values for sbatch; empty: the cluster's defaults.
   std::string partition, time;
-  // So many tasks, with so many processors each; 0: such that each takes about ten minutes.
+  // Number of tasks, each with `cpus` processors. 0: chosen such that each task takes about ten minutes.
   int array_size = 0;
   int cpus = 1;
 };
 
 struct SlurmScripts {
-  // Parts of the plan that have something left to do, of `parts`.
+  // Parts of the plan with unfinished shards, out of `parts`.
   std::vector<int> todo;
   int parts = 0;
   std::string array, merge;
 };
 
-// `parts`: of the plan in all; a plan's folder keeps the number that it was submitted with.
+// `parts`: total number of parts of the plan.
 SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& options, int parts);
 
-// Writes the scripts into the plan's folder and submits them, or says them (dry_run). Throws InputError where
-// nothing is left to do, EnvironmentError with sbatch's words.
+// Writes the scripts into the plan's folder and submits them; with dry_run, prints them instead. Throws
+// InputError if all shards are finished, EnvironmentError with sbatch's output if sbatch fails.
 void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options);
 
 }  // namespace evalbus::plans

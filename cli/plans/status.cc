@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr std::chrono::minutes kRecent{10};
 
-// How long ago a file came or was told of; machines whose clocks differ by more than that are out of luck.
+// Time since a file appeared or was last touched. Assumes that the machines' clocks roughly agree.
 std::chrono::duration<double> Age(const fs::path& file) {
   std::error_code error;
   const auto then = fs::last_write_time(file, error);
@@ -47,7 +47,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
   std::map<std::string, int> sizes;
   double oldest = 0;
   int recent = 0;
-  std::map<fs::path, int> lines_left;  // of runs that go on in their own folder
+  std::map<fs::path, int> lines_left;  // of runs that are executed in their own folder
   for (const Shard& shard : ShardsOf(folder.plan())) {
     status.episodes += shard.size();
     sizes[shard.name()] = shard.size();
@@ -71,7 +71,7 @@ PlanStatus StatusOf(const PlanFolder& folder) {
       oldest = std::max(oldest, age);
     }
   }
-  // The first of them took as long as the others.
+  // The first of the recent shards took as long as the others.
   if (recent > 0 && oldest > 0) status.rate = recent / oldest;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, none)) {

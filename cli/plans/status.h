@@ -1,4 +1,4 @@
-// How far a plan is, from its folder alone: on any machine that sees it.
+// Progress of a plan, read from its folder alone, on any machine that can read the folder.
 #pragma once
 
 #include <map>
@@ -13,14 +13,14 @@ struct PlanStatus {
   struct Failed {
     std::string shard, why;
   };
-  // Of all episodes: those that are there, and those of shards that somebody is at work on.
+  // Counts of episodes: all, finished, and in shards that are being run.
   int episodes = 0, done = 0, running = 0;
   std::vector<Failed> failed;
-  // Who is at work, and on what.
+  // Entries "HOST-PID  SHARD" of the active processes.
   std::vector<std::string> at_work;
-  // By policy: episodes that are there.
+  // Number of finished episodes by policy.
   std::map<std::string, int> by_policy;
-  // Episodes per second of the last ten minutes, by when shards came; 0 where none did.
+  // Episodes per second over the last ten minutes, from the arrival times of shards; 0 if none arrived.
   double rate = 0;
 
   std::string Text() const;

@@ -14,15 +14,15 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// What is compared, what it is called, and how it was computed: none of it changes a value that is compared.
-// Every other key of run.json may, also one that is new.
+// Keys of run.json that do not change the compared values: what is compared, how it is named, and how it was
+// computed. All other keys may change them, including keys of newer versions.
 constexpr std::string_view kChangesNothing[] = {
     "run_id",     "task",       "variation",   "task_path", "task_sha256", "robot",          "model_path",
     "control_hz", "policy",     "policy_name", "seed",      "episodes",    "only",           "workers",
     "url",        "in_process", "by_hand",     "video",     "git_dirty",   "physics_sha256", "visual_sha256",
     "contract",   "log",        "seed_stream", "until"};
 
-// Members of two contracts that differ, at most so many in words.
+// Maximum number of differing contract members to list.
 constexpr size_t kMaxContractWords = 4;
 std::vector<std::string> ContractDifferences(const ordered_json& contract, const ordered_json& other) {
   const nlohmann::json a = nlohmann::json(contract).flatten(), b = nlohmann::json(other).flatten();
@@ -92,7 +92,7 @@ std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline)
     }
     if (key != "policy_contract") {
       add(fmt::format("{} {} against {}", key, ToText(value), ToText(*other)));
-    } else if (value.is_object() && other->is_object()) {  // else the policies' names say it
+    } else if (value.is_object() && other->is_object()) {  // otherwise the policies' names differ
       for (const std::string& words : ContractDifferences(value, *other)) add("contract: " + words);
     }
   }

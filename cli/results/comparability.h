@@ -1,4 +1,4 @@
-// Which runs can be compared, and what besides the policy may have made them differ.
+// Checks whether two runs can be compared, and what besides the policy differs between them.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace evalbus::results {
 
-// Throws InputError where values of the two runs mean different things: other control rate, task description
-// or physics model.
+// Throws InputError if values of the two runs have different meanings: different control rate, task
+// description or physics model.
 void CheckComparable(const RecordedRun& run, const RecordedRun& baseline);
 
-// How else they were made differently, of what may change values: "realtime true against false"; empty where
-// there is nothing.
+// Describes all other differences in configuration that may change values, for example "realtime true against
+// false"; empty if there are none.
 std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline);
 
 }  // namespace evalbus::results

@@ -37,7 +37,7 @@ BySeed CompleteBySeed(const RecordedRun& run) {
   return scored;
 }
 
-// The complete episodes of one of the two runs, and what decides whether it may be called better.
+// The complete episodes of one of the two runs, and the values that decide whether it may be called better.
 struct Side {
   explicit Side(BySeed compared, bool is_simulated_run)
       : episodes(std::move(compared)), is_simulated(is_simulated_run) {
@@ -60,7 +60,7 @@ struct Side {
         episode.result.values, name, [](const auto& named) -> const auto& { return named.first; });
     return found == episode.result.values.end() ? std::nullopt : std::optional(found->second);
   }
-  // Fewer successes, or as many and fewer stages.
+  // Fewer successes, or as many successes and fewer stages.
   bool GotLessFarThan(const Side& other) const {
     return std::pair(success_rate, progress) < std::pair(other.success_rate, other.progress);
   }
@@ -77,7 +77,7 @@ bool IsSimulated(const RecordedRun& run) {
   return !run.info.value("watch", false) && run.info.value("source", "sim") == "sim";
 }
 
-// Why a better value of this metric is no merit of `side`; null: it is one.
+// Returns why a better value of this metric must not be credited to `side`; null if it may be.
 const char* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
   if (side.GotNowhere()) return "succeeded in no episode and reached no stage";
   if (metric.risk && side.GotLessFarThan(other)) return "got less far, which leaves less to go wrong";
@@ -88,7 +88,7 @@ const char* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& o
   return nullptr;
 }
 
-// p and interval of a metric from its values.
+// Computes p and interval of a metric from its values.
 void TestPaired(std::span<const double> values, std::span<const double> baseline, MetricComparison* metric) {
   const std::vector<double> differences = metrics::PairedDifferences(values, baseline);
   metric->difference = metrics::Mean(differences);
@@ -114,7 +114,7 @@ void TestUnpaired(std::span<const double> values, std::span<const double> baseli
   }
 }
 
-// The main metrics that any of the episodes has.
+// The main metrics that at least one of the episodes has.
 std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baseline) {
   std::set<std::string> names;
   for (const auto* episodes : {&run, &baseline}) {
@@ -125,7 +125,7 @@ std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baselin
   return MainMetrics({names.begin(), names.end()});
 }
 
-// Collects the reasons why differences are no merit, one line for all metrics with the same reason.
+// Collects the reasons from WhyNoMerit(), one line for all metrics with the same reason.
 class MeritRemarks {
  public:
   void Add(const std::string& run, const char* why, const MetricNumber& number) {
@@ -179,7 +179,7 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
                             .baseline_may_be_better = !WhyNoMerit(*number.metric, baseline, run, paired),
                             .ratio = std::nullopt,
                             .ratio_95 = {}};
-    // Episodes that count as one sample are equal, so the first one stands for all in the test.
+    // Episodes that count as one sample are equal, so the test uses only the first one.
     std::span<const double> tested = values, baseline_tested = baseline_values;
     if (run.num_samples == 1 && (!paired || baseline.num_samples == 1)) tested = tested.first(1);
     if (baseline.num_samples == 1 && (!paired || run.num_samples == 1))
@@ -198,7 +198,6 @@ std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseli
   return metrics;
 }
 
-// Counts successes on both sides.
 SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired) {
   SuccessCounts counts;
   for (const auto& [seed, scored] : run.episodes) {
@@ -218,7 +217,7 @@ SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired)
   return counts;
 }
 
-// Reduces episodes, or pairs, that count as one sample to one.
+// Reduces episodes, or pairs, that count as one sample to a single one.
 SuccessCounts CountSamples(SuccessCounts counts, const Side& run, const Side& baseline, bool paired) {
   const auto one = [](int* successes, int* trials) {
     *trials = std::min(1, *trials);
@@ -249,13 +248,13 @@ std::vector<FlippedPair> FlippedPairs(const Side& run, const Side& baseline) {
   return flipped;
 }
 
-// "1 episode of b and 2 of a"
+// For example "1 episode of b and 2 of a".
 std::string Counted(const std::string& what, int count, const std::string& run, int baseline_count,
                     const std::string& baseline) {
   return fmt::format("{} of {} and {} of {}", Plural(count, what), run, baseline_count, baseline);
 }
 
-// Adds what a reader of the comparison has to know, a sentence each.
+// Adds notes on the comparison, one sentence each.
 void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
                 const std::string& baseline, std::vector<std::string>* remarks) {
   const std::string name = task.name();
@@ -427,7 +426,8 @@ Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool w
   return result;
 }
 
-// One or two sentences on what so many episodes can find, and how many it takes to find what was observed.
+// One or two sentences on which difference this number of episodes can detect, and how many are needed to
+// detect the observed one.
 std::string OutlookText(const SuccessComparison& success) {
   const SuccessCounts& counts = success.samples;
   const std::string what = success.paired
@@ -514,7 +514,7 @@ Judgment SuccessComparison::judgment() const {
 
 Judgment MetricComparison::judgment() const {
   if (!differs()) return Judgment::kNone;
-  // Without an interval all pairs differ by the same amount.
+  // Without an interval, all pairs differ by the same amount.
   const bool is_one_value = std::isnan(difference_95.lower);
   const bool is_up = is_one_value ? difference > 0 : difference_95.lower > 0;
   const bool is_down = is_one_value ? difference < 0 : difference_95.upper < 0;
@@ -545,8 +545,8 @@ void SuccessComparison::Test() {
     p = metrics::FisherTest(samples.successes, samples.trials, samples.baseline_successes,
                             samples.baseline_trials);
   }
-  // Where a task counts once in the test, the test may point the other way than the rates: then nothing is
-  // shown.
+  // If a task counts once in the test, the test's direction may be opposite to that of the rates. Such a
+  // difference is not significant.
   const double tested = samples.successes * static_cast<double>(samples.baseline_trials) -
                         samples.baseline_successes * static_cast<double>(samples.trials);
   if (tested * difference < 0) p = 1;
@@ -576,7 +576,7 @@ Outlook OutlookOf(const SuccessComparison& success) {
   }
   const double rate = static_cast<double>(success.successes) / success.trials,
                baseline_rate = static_cast<double>(success.baseline_successes) / success.baseline_trials;
-  // Differences are counted from the baseline's rate toward the side with more room.
+  // Differences are measured from the baseline's rate toward the side with more room.
   const bool is_up = baseline_rate <= 0.5;
   Outlook outlook;
   outlook.findable = metrics::FindableDifference(

@@ -1,5 +1,5 @@
-// Whether two runs, or two suites, really differ. Pure: from runs read back to a struct; text and JSON of it
-// are made apart. Differences are always the run's value less the baseline's.
+// Compares two runs or two suites statistically. Pure: converts runs that were read from disk into a struct;
+// text and JSON are generated elsewhere. A difference is always the run's value minus the baseline's.
 #pragma once
 
 #include <filesystem>
@@ -14,80 +14,83 @@
 
 namespace evalbus::results {
 
-// What a difference between a run and its baseline comes to. kDiffers: there is one, and nothing says which
-// side is the better one.
+// Result of comparing a run with its baseline. kDiffers: the values differ, but neither is known to be
+// better.
 enum class Judgment { kNone, kBetter, kWorse, kDiffers };
 
-// For people; empty for none.
+// Display text; empty for kNone.
 const char* Word(Judgment judgment);
 
 struct SuccessCounts {
   int successes = 0, trials = 0;
   int baseline_successes = 0, baseline_trials = 0;
-  // a: the run, b: the baseline; only where paired.
+  // a: the run, b: the baseline; set only if paired.
   metrics::PairCounts pairs;
 
   void Add(const SuccessCounts& other);
 };
 
-// The test that a p value of success comes from.
+// The test that p of the success rates comes from.
 enum class SuccessTest { kMcNemar, kFisher, kSequentialMcNemar };
 
-// Two success rates. Paired: both over the episodes that both have; exact McNemar test, Newcombe's interval
-// for pairs. Otherwise: Fisher's test, Newcombe's interval for independent samples.
+// Comparison of two success rates. Paired: both over the episodes that both sides have; exact McNemar test,
+// Newcombe's interval for pairs. Unpaired: Fisher's test, Newcombe's interval for independent samples.
 struct SuccessComparison : SuccessCounts {
   bool paired = false;
-  // What the test counts: the same numbers, except that a task counts once where all its episodes, or pairs,
-  // are one sample (metrics::NumSamples). Rates, and the difference, are over all.
+  // The counts that the test uses. They equal the counts of the base class, except that a task whose episodes
+  // (or pairs) are all one sample (metrics::NumSamples) counts once. Rates and the difference use all
+  // episodes.
   SuccessCounts samples;
   double difference = 0;
   metrics::Interval difference_95{};
   SuccessTest test = SuccessTest::kMcNemar;
   double p = 1;
-  // Adjusted: by Holm, over the runs that are compared with the same baseline, or over the tasks of a suite;
-  // of a plan that stops when decided by Bonferroni, over its policies.
+  // p adjusted by Holm, over the runs compared with the same baseline or over the tasks of a suite. For a
+  // plan with `until`, adjusted by Bonferroni, over its policies.
   double p_adjusted = 1;
-  // p_adjusted is small enough to call it a difference.
+  // True if p_adjusted is significant.
   bool is_shown = false;
-  // How many comparisons share the 5 %.
+  // Number of comparisons that p is adjusted for.
   int family = 1;
 
-  void Add(const SuccessComparison& other);  // of another task; then Test()
+  void Add(const SuccessComparison& other);  // adds another task; call Test() afterwards
   void Test();
-  // Sets p adjusted by Holm for so many comparisons.
+  // Sets p_adjusted, as adjusted by Holm for this number of comparisons.
   void SetAdjusted(double p_holm, size_t comparisons);
-  // Replaces the test by the sequential one of a plan that stops when decided.
+  // Replaces the test by the sequential test of a plan with `until`.
   void SetSequential(double sequential_p, double adjusted, bool is_decided);
   Judgment judgment() const;
 };
 
-// What episodes, or pairs, of this kind can find. For independent samples: episodes on each side.
+// Statistical power of a number of episodes or pairs. For independent samples: number of episodes per side.
 struct Outlook {
-  // Smallest true difference that the present number finds four times in five; nothing if it finds none.
+  // Smallest true difference that the present number detects with 80 % power; nullopt if it cannot detect
+  // any.
   std::optional<double> findable;
-  // Number that finds the observed difference four times in five, if that is the true one; nothing if there
-  // is no difference, or more than metrics::kMaxTrials are needed.
+  // Number that detects the observed difference with 80 % power, if that is the true difference; nullopt if
+  // the difference is 0 or more than metrics::kMaxTrials are needed.
   std::optional<int> needed;
 };
 Outlook OutlookOf(const SuccessComparison& success);
 
-// A metric over the complete episodes that have it; metrics of effort only over those that succeeded. Paired:
-// interval of the mean difference, Wilcoxon's signed-rank test. Otherwise: of the difference of means,
-// Mann-Whitney's test.
+// Comparison of a metric over the complete episodes that have it; effort metrics only over those that
+// succeeded. Paired: interval of the mean difference, Wilcoxon signed-rank test. Unpaired: interval of the
+// difference of means, Mann-Whitney test.
 struct MetricComparison {
   MetricNumber number;
-  // Values on each side; equal where paired.
+  // Number of values on each side; equal if paired.
   int count = 0, baseline_count = 0;
   double mean = 0, baseline_mean = 0;
   double difference = 0;
   metrics::Interval difference_95{};
-  // Nothing where no value differs from any other.
+  // nullopt if all values are equal.
   std::optional<double> p;
-  // By Holm, over the metrics with a p.
+  // p adjusted by Holm, over the metrics with a p.
   double p_holm = 1;
-  // Whether a difference in favor of the run, and of the baseline, is a merit (WhyNoMerit in comparison.cc).
+  // Whether a difference in favor of the run, or of the baseline, may be called better (see WhyNoMerit in
+  // comparison.cc).
   bool may_be_better = true, baseline_may_be_better = true;
-  // mean / baseline_mean of a metric of effort, on pairs that both succeeded.
+  // mean / baseline_mean of an effort metric, over pairs in which both succeeded.
   std::optional<double> ratio;
   metrics::Interval ratio_95{};
 
@@ -95,13 +98,13 @@ struct MetricComparison {
   Judgment judgment() const;
 };
 
-// A pair that one of the two succeeded in.
+// A pair of episodes in which exactly one side succeeded.
 struct FlippedPair {
   int64_t seed = 0;
   int episode = 0, baseline_episode = 0;
-  // Of the run; the baseline's is the other.
+  // True if the run succeeded, false if the baseline did.
   bool success = false;
-  // Why the other one did not succeed.
+  // Failure reason of the side that failed.
   std::string failure_reason;
 };
 
@@ -109,14 +112,14 @@ struct TaskComparison {
   std::string task, variation, baseline_variation;
   std::filesystem::path folder, baseline_folder;
   bool paired = false;
-  // Complete episodes without a partner, left out where paired.
+  // Number of complete episodes without a counterpart; ignored if paired.
   int unmatched = 0, baseline_unmatched = 0;
-  // By episode; none where not paired.
+  // Ordered by episode; empty if not paired.
   std::vector<FlippedPair> flipped;
   SuccessComparison success;
   std::vector<MetricComparison> metrics;
 
-  // "lift_pot/position"; of two variations "lift_pot/position against lift_pot/base".
+  // For example "lift_pot/position", or "lift_pot/position against lift_pot/base" for two variations.
   std::string name() const;
 };
 
@@ -126,32 +129,33 @@ struct ComparedRuns {
 
 struct Comparison {
   ComparedRuns run, baseline;
-  // Of one run the one task that it has.
+  // One entry for a comparison of single runs.
   std::vector<TaskComparison> tasks;
   // Over all tasks.
   SuccessComparison success;
-  // What is left out, a sentence each.
+  // What was excluded, one sentence each.
   std::vector<std::string> remarks;
 };
 
-// Episodes are pairs where task, variation and seed are the same. Throws InputError where values cannot be
-// compared: other control rate, task description or physics model, or no task in common.
+// Compares two runs or suites. Episodes are paired if task, variation and seed are equal. Throws InputError
+// if the values cannot be compared: different control rate, task description or physics model, or no common
+// task.
 Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline);
 // Compares success alone, over all tasks.
 SuccessComparison CompareSuccess(const RecordedRuns& run, const RecordedRuns& baseline);
-// Each against the baseline, with p values of success adjusted for all of them.
+// Compares each run with the baseline, with p of success adjusted for the number of runs.
 std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline);
 
-// "B succeeds more often than A: 43 of 50 against 31 of 50 on the same seeds, ..."; that two variations are
-// compared comes first.
+// For example "B succeeds more often than A: 43 of 50 against 31 of 50 on the same seeds, ...". If two
+// variations are compared, the text begins with that.
 std::string Conclusion(const Comparison& comparison);
 
-// Describes which episodes the means of a task's metrics are over, and which test p comes from.
+// Describes which episodes the means of a task's metrics cover, and which test p comes from.
 std::string WhatIsCounted(const TaskComparison& task);
 inline constexpr char kIntervalsAreSingle[] =
     "Intervals are not adjusted: each covers 95 % for its metric alone.";
 
-// "exact McNemar", as sentences and tables name it.
+// Display name of a test, for example "exact McNemar".
 const char* TestName(SuccessTest test);
 
 }  // namespace evalbus::results

@@ -1,4 +1,4 @@
-// Comparisons for programs.
+// Comparisons as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>

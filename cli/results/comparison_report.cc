@@ -78,7 +78,7 @@ viz::ReportTaskComparison Task(const TaskComparison& task, const PageLinks& link
   return report;
 }
 
-// The runs of the page, each once, whichever comparisons it is in.
+// The runs of the page. A run that is in several comparisons is added once.
 struct PackedRuns {
   explicit PackedRuns(const PageLinks& links) : pack(links) {}
 
@@ -89,7 +89,7 @@ struct PackedRuns {
     runs.push_back(std::make_unique<RecordedRun>(ReadRun(folder)));
     return pack.Add(*runs.back());
   }
-  // Pairs of episodes, the baseline's first.
+  // Adds pairs of episodes, the baseline's episode first.
   void AddPairs(const TaskComparison& task, std::vector<std::vector<ViewerPack::Wanted>>* flipped,
                 std::vector<std::vector<ViewerPack::Wanted>>* others) {
     const int baseline = Number(task.baseline_folder), run = Number(task.folder);
@@ -107,7 +107,7 @@ struct PackedRuns {
 
   ViewerPack pack;
   std::vector<std::filesystem::path> folders;
-  // Where they stay.
+  // Pointers keep the addresses of the runs stable.
   std::vector<std::unique_ptr<RecordedRun>> runs;
 };
 
@@ -140,7 +140,7 @@ ComparisonPage ComparisonReport(const std::vector<Comparison>& comparisons, cons
   for (const Comparison& comparison : comparisons) {
     for (const TaskComparison& task : comparison.tasks) packed.AddPairs(task, &flipped, &others);
   }
-  // Flips of all tasks before the rest.
+  // Flipped seeds of all tasks come before other pairs.
   flipped.insert(flipped.end(), others.begin(), others.end());
   packed.pack.Pack(flipped, html({}).size(), most);
   for (const std::string& remark : packed.pack.remarks()) reports.front().notes.push_back(remark);

@@ -1,4 +1,4 @@
-// Comparisons as a page: from the structs of comparison.h to those of viz/report.
+// Comparisons as an HTML page: converts the structs of comparison.h to those of viz/report.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,14 @@ namespace evalbus::results {
 
 struct ComparisonPage {
   std::string html;
-  // Which episodes are shown in 3D, a sentence; empty: none were asked for.
+  // Which episodes can be played in 3D, as a sentence; empty if none were requested.
   std::string note;
 };
 
-// The HTML page, to be written to this file, so that it links videos. `made_by`: version and commit. most:
-// bytes that it may have with pairs of episodes shown in 3D, flipped seeds first; 0: none are. Throws
-// InputError where the runs cannot be read any more, EnvironmentError without three.js.
+// Returns the HTML page. `file`: where the page will be written; links to videos are relative to it.
+// `made_by`: version and commit. `most`: maximum size of the page in bytes, including pairs of episodes for
+// 3D playback, flipped seeds first; 0: no 3D playback. Throws InputError if the runs can no longer be read,
+// EnvironmentError if three.js is missing.
 ComparisonPage ComparisonReport(const std::vector<Comparison>& comparisons, const std::filesystem::path& file,
                                 const std::string& made_by, size_t most);
 

@@ -33,7 +33,8 @@ std::string Row(int label_width, const std::string& label, const std::string& ba
   return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
 }
 
-// Decimals for all numbers of a row: those of the larger mean, but no more than the difference is known to.
+// Decimals for all numbers of a row: those of the larger mean, limited by the standard error of the
+// difference.
 int RowDecimals(const MetricComparison& metric) {
   const double scale = metric.number.scale();
   return Decimals(scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)),

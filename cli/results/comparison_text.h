@@ -1,4 +1,4 @@
-// A comparison for a terminal.
+// Comparisons as text for a terminal.
 #pragma once
 
 #include <string>
@@ -7,7 +7,8 @@
 
 namespace evalbus::results {
 
-// Verdict, tables, what is left out. With `ratios`, effort relative to the baseline.
+// Returns the conclusion, the tables and the remarks. With `ratios`, effort metrics are also shown relative
+// to the baseline.
 std::string ComparisonText(const Comparison& comparison, bool ratios);
 
 }  // namespace evalbus::results

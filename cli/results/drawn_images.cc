@@ -32,11 +32,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Little is gained by more.
+// Higher levels compress these images little better.
 constexpr int kDeflateLevel = 1;
 constexpr auto kLookedEvery = std::chrono::milliseconds(50);
 
-// The model of the run folder that the log is in, wherever the log says that it was.
+// Loads the model from the log's own run folder, which may have been moved since the log was recorded.
 ModelPtr ModelOf(model_info_t model, const fs::path& log) {
   const fs::path own = RunFolderOf(log) / kModelFolder / kVisualModel;
   if (fs::exists(own)) model.visual_file = own.string();
@@ -65,18 +65,18 @@ DrawnImages::DrawnImages(std::vector<fs::path> logs, ImageOptions options, fs::p
   }
 }
 
-// What draws one episode after another.
+// Renders one episode after another.
 class DrawnImages::Painter {
  public:
   explicit Painter(const ImageOptions& options) : options_(options) {}
 
-  // `goes_on` is asked after each state; where it says no, no file is written.
+  // `goes_on` is called after each state; if it returns false, no file is written.
   void Draw(const fs::path& log, const fs::path& file, const std::function<bool()>& goes_on);
 
  private:
   const ImageOptions& options_;
   std::unique_ptr<viz::Renderer> renderer_;
-  // Which model it draws.
+  // Hash of the model that renderer_ was created for.
   std::string model_sha256_;
 };
 
@@ -127,7 +127,7 @@ void DrawnImages::Draw(const std::function<void(double)>& progress) {
   if (missing.empty()) return;
   fs::create_directories(folder_);
 
-  // Processes, not threads: Mesa draws one image at a time in each.
+  // Uses processes instead of threads, because Mesa renders one image at a time per process.
   struct Shared {
     std::atomic<size_t> next, drawn;
     std::atomic<bool> is_over;
@@ -193,7 +193,7 @@ std::vector<std::string> DrawnImages::Of(size_t i) const {
 void DrawnImages::RemoveAll() const {
   std::error_code ignored;
   for (const fs::path& file : files_) fs::remove(file, ignored);
-  // Others' images stay.
+  // Fails if the folder still contains other images.
   fs::remove(folder_, ignored);
 }
 

@@ -1,5 +1,5 @@
-// Images of every state of episodes, drawn from their logs on all cores. Each episode's are kept in a
-// folder until they are no longer needed, so that who is stopped goes on.
+// Images of every state of recorded episodes, rendered from their logs on all cores. Finished episodes are
+// cached in a folder, so that an interrupted export can resume.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,16 @@ struct ImageOptions {
 
 class DrawnImages {
  public:
-  // folder: for what is drawn, made when needed.
+  // `folder`: the cache; created when needed.
   DrawnImages(std::vector<std::filesystem::path> logs, ImageOptions options, std::filesystem::path folder);
 
-  // Draws what the folder has not. `progress` gets the share that is there, from 0 to 1, now and then.
-  // Throws InputError for an unknown camera, before anything is drawn, and for a log; EnvironmentError where
-  // OpenGL, the disk or the user stops it.
+  // Renders the images that are not cached. `progress` receives the finished fraction, from 0 to 1. Throws
+  // InputError for an unknown camera, before anything is rendered, and for an unusable log. Throws
+  // EnvironmentError if OpenGL or the disk fails, or if the user stops it.
   void Draw(const std::function<void(double)>& progress);
 
-  // Of the i-th log, deflated (zlib) images of height x width x RGB: the cameras of tick 0, of tick 1, ...
+  // Returns the images of the i-th log as deflated (zlib) height x width x RGB, ordered by tick and then by
+  // camera.
   std::vector<std::string> Of(size_t i) const;
 
   void RemoveAll() const;
@@ -36,7 +37,7 @@ class DrawnImages {
   std::vector<std::filesystem::path> logs_;
   ImageOptions options_;
   std::filesystem::path folder_;
-  // Where each log's are. The name holds what they depend on: the log's content, the cameras, the size.
+  // Cache file of each log. The name contains a hash of the log's content, the cameras and the size.
   std::vector<std::filesystem::path> files_;
 };
 

@@ -1,4 +1,4 @@
-// The result of an episode, as its line of episodes.jsonl has it.
+// The result of an episode as a line of episodes.jsonl.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,8 +9,8 @@
 
 namespace evalbus::results {
 
-// One line of episodes.jsonl. begin: EPISODE_BEGIN of an episode that evalbus simulates; null where its start
-// is not known, and the line has no "parameters".
+// Returns one line of episodes.jsonl. `begin`: EPISODE_BEGIN of an episode that evalbus simulated. If null,
+// the start of the episode is unknown, and the line has no "parameters".
 nlohmann::ordered_json EpisodeJson(const std::string& task, const std::string& variation,
                                    const episode_summary_t& summary, const episode_begin_t* begin = nullptr);
 

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Numbers of the episodes that are finished: 0007.partial is not.
+// Numbers of the finished episodes; excludes folders such as 0007.partial.
 std::vector<int> FinishedEpisodes(const fs::path& run) {
   std::vector<int> episodes;
   for (const fs::path& episode : EpisodeFolders(run)) {

@@ -1,4 +1,4 @@
-// Where the logs of recorded episodes are.
+// Finds the logs of recorded episodes.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,13 @@
 
 namespace evalbus::results {
 
-// The log of an episode, or the logs of the finished episodes of a run or of the runs of a suite, in order;
-// with `episodes`, of these. `recording` is the folder of a suite, of a run or of an episode, or a log file,
-// of which `episodes` are not looked for. Throws InputError if there is none.
+// Returns the log of an episode, or the logs of the finished episodes of a run or a suite, in order.
+// `recording`: folder of a suite, a run or an episode, or a log file. If `episodes` is not empty, only these
+// are returned; it is ignored for a log file. Throws InputError if there is no log.
 std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
                                                const std::vector<int>& episodes = {});
 
-// What run.json says of the run that a log is of; nothing for a log that is in no run folder.
+// Returns the run.json of the run that a log belongs to; nullopt for a log outside of a run folder.
 std::optional<RecordedRun> RunOf(const std::filesystem::path& log);
 
 }  // namespace evalbus::results

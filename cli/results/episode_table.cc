@@ -16,13 +16,13 @@ std::string Quoted(const std::string& text) {
 }
 
 std::string Number(double value) {
-  // The shortest text that reads back as the same number; counts without a decimal point.
+  // The shortest text that parses to the same number; counts have no decimal point.
   const std::string text = nlohmann::json(value).dump();
   return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
 }
 
-// Columns of a run, so that tables of several runs can be put together; empty where run.json does not have
-// it.
+// Columns that are equal for all episodes of a run, so that tables of several runs can be concatenated. Empty
+// if run.json lacks the value.
 constexpr char kRunColumns[] = "run,policy,policy_name,task,variation,robot,control_hz,evalbus_version";
 
 std::string RunCells(const RecordedRun& run) {
@@ -46,7 +46,7 @@ std::string RunCells(const RecordedRun& run) {
 std::string EpisodeTable(const std::vector<RecordedRun>& runs) {
   std::vector<std::string> names;
   std::map<std::string_view, size_t> index;
-  // Of each episode in order, by their columns.
+  // Values of each episode, with the indices of their columns.
   std::vector<std::vector<std::pair<size_t, double>>> values;
   for (const RecordedRun& run : runs) {
     for (const RecordedEpisode& episode : run.episodes) {

@@ -1,4 +1,4 @@
-// Episodes as comma-separated values (RFC 4180, with plain line feeds).
+// Episodes as comma-separated values (RFC 4180, but lines end with LF).
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace evalbus::results {
 
-// A row for each finished episode, also those that are not complete: run, policy (as --policy took
-// it), policy_name (what results call it), task, variation, robot, control_hz, evalbus_version, episode,
+// Returns a row for each finished episode, including incomplete ones. Columns: run, policy (value of
+// --policy), policy_name (name in the results), task, variation, robot, control_hz, evalbus_version, episode,
 // seed, end_reason, failure_reason, complete (0 or 1), then every number of the results by its flattened
-// name, empty where the episode does not have it. Numbers keep all their digits.
+// name, empty if the episode does not have it. Numbers have full precision.
 std::string EpisodeTable(const std::vector<RecordedRun>& runs);
 
 }  // namespace evalbus::results

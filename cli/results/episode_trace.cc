@@ -9,7 +9,7 @@
 namespace evalbus::results {
 namespace {
 
-// Of a value in SI units: what a resting object trembles in simulation is less.
+// Threshold in SI units; larger than the simulated jitter of resting objects.
 constexpr double kChange = 1e-5;
 
 bool Changes(const viz::EpisodeTrack& track, size_t row) {
@@ -26,7 +26,7 @@ bool Changes(const viz::EpisodeTrack& track, size_t row) {
 viz::CurveFigure Figure(const viz::EpisodeTrack& track, const viz::Curve& curve) {
   viz::CurveFigure figure{.name = curve.label, .unit = curve.unit, .time = {}, .lines = {}, .events = {}};
   for (const std::string& part : curve.parts) figure.lines.push_back({part, {}});
-  // A single line is drawn through what it has; several share their times.
+  // A single line connects its own samples; several lines share their times.
   const bool is_single = figure.lines.size() == 1;
   for (int64_t tick = 0; tick < track.ticks(); ++tick) {
     if (!track.has_tick(tick)) continue;

@@ -1,4 +1,4 @@
-// A recorded episode tick by tick, as figures: every score so far, and what happened when.
+// A recorded episode tick by tick: curves of every score, and the events.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@
 namespace evalbus::results {
 
 struct EpisodeTrace {
-  // One for each metric, with a line for each of its parts (arms, distances); what never changes is left out.
-  // The figures that explain most come first.
+  // One figure for each metric, with a line for each of its parts (arms, distances). Constant metrics are
+  // omitted. The most informative figures come first.
   std::vector<viz::CurveFigure> figures;
-  // Stages reached, slips, touches of the scene and of the robot itself, the end; in order of time.
+  // Stages reached, slips, collisions with the scene, self-collisions, and the end, in order of time.
   std::vector<viz::EpisodeEvent> events;
 };
 

@@ -15,7 +15,7 @@ namespace evalbus::results {
 
 const viz::SceneBlocks& Scenes::Of(model_info_t model, const std::filesystem::path& run) {
   UseModelsIn(run, &model);
-  // Names and the description's variation stand in MODEL alone.
+  // Names and the variation are stored only in MODEL, not in the model files.
   const std::string key = model.visual_sha256 + model.physics_sha256 + model.robot + model.variation;
   Entry& entry = [&]() -> Entry& {
     const std::lock_guard lock(mutex_);
@@ -46,7 +46,7 @@ Scenes::Block Scenes::FindBlock(const std::string& id) const {
 
 namespace {
 
-// Images of a source's cameras.
+// Adds the images of a source's cameras.
 void HearImages(const std::filesystem::path& log, viz::EpisodeTrack* track) {
   EventLogReader reader(log);
   for (LogEvent event; reader.Next(&event);) {

@@ -1,4 +1,4 @@
-// Recorded episodes as a page or a report shows them: scored again from their logs as `evalbus rescore` does.
+// Recorded episodes for pages and reports: rescored from their logs, as `evalbus rescore` does.
 #pragma once
 
 #include <filesystem>
@@ -14,17 +14,17 @@
 
 namespace evalbus::results {
 
-// The scenes of runs, each built once. Thread-safe: what one thread builds, only those wait for that want it.
+// The scenes of runs, each built once. Thread-safe; a thread waits only for the scene that it needs.
 class Scenes {
  public:
   using Block = std::shared_ptr<const std::string>;
 
-  // Scene of a MODEL in the log of a run in this folder. Throws InputError where its model files are gone, or
-  // are not its own.
+  // Returns the scene of a MODEL in a log of the run in folder `run`. Throws InputError if its model files
+  // are missing or do not match their hashes.
   const viz::SceneBlocks& Of(model_info_t model, const std::filesystem::path& run);
-  // Every block of all of them, by id.
+  // Returns all blocks of all scenes, by id.
   std::map<std::string, Block> blocks() const;
-  // One of them; null: unknown.
+  // Returns a block; null if the id is unknown.
   Block FindBlock(const std::string& id) const;
 
  private:
@@ -38,12 +38,12 @@ class Scenes {
   std::map<std::string, Block> blocks_;
 };
 
-// The last episode of the log. With `scenes`, its poses too. Throws InputError: cannot be read, or holds no
-// episode.
+// Returns the last episode of the log, with poses if `scenes` is given. Throws InputError if the log cannot
+// be read or contains no episode.
 std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
                                                 viz::EpisodeTrack::About about, Scenes* scenes = nullptr);
 
-// The blocks "run" and "episodes" of a run on disk.
+// The blocks "run" and "episodes" of a recorded run.
 std::string RunBlock(const RecordedRun& run, int number);
 viz::EpisodeRow RowOf(const RecordedEpisode& episode, const RecordedRun& run);
 std::vector<viz::EpisodeRow> EpisodeRows(const RecordedRun& run);

@@ -11,7 +11,7 @@
 namespace evalbus::results {
 namespace {
 
-// An identifier of HDF5's library, given back by the function that its kind asks for.
+// Owns an identifier of the HDF5 library and closes it with the function for its kind.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -21,8 +21,8 @@ class Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   operator hid_t() const { return id_; }
-  // Must be called for everything that is written: the library keeps small data in a buffer until now.
-  // Returns false if the disk refuses the data.
+  // Must be called for everything that is written: the library buffers small data until it is closed. Returns
+  // false if writing fails.
   bool Close() { return close_(std::exchange(id_, -1)) >= 0; }
 
  private:
@@ -32,14 +32,14 @@ class Handle {
 
 std::vector<hsize_t> Extents(const std::vector<int64_t>& shape) { return {shape.begin(), shape.end()}; }
 
-// Groups on the way to a dataset are made.
+// Creates the missing groups of a dataset's path.
 hid_t WithGroups() {
   const hid_t list = H5Pcreate(H5P_LINK_CREATE);
   H5Pset_create_intermediate_group(list, 1);
   return list;
 }
 
-// How a dataset is kept: without the time at which it was made, so that equal data are equal bytes.
+// Dataset properties without a creation time, so that equal data give equal bytes.
 hid_t NewLayout() {
   const hid_t list = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_obj_track_times(list, false);
@@ -53,8 +53,8 @@ hid_t TextType() {
   return type;
 }
 
-// The system's reason for the last failure, "No space left on device"; empty if the failure was the library's
-// own. The library embeds the reason in a sentence.
+// The operating system's reason for the last failure, for example "No space left on device"; empty if the
+// library itself failed. The library embeds the reason in a sentence.
 std::string SystemsReason() {
   std::string reason;
   const auto look = [](unsigned, const H5E_error2_t* error, void* found) -> herr_t {
@@ -86,7 +86,7 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path)
   CheckInput(name);
   const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (file < 0) fail("no HDF5 file, or it is cut off");
-  // Datasets may refer to other files, which may be pipes: refused.
+  // Rejects external links: they may lead to other files, including pipes.
   const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   H5Pset_elink_cb(
       access, [](auto...) -> herr_t { return -1; }, nullptr);
@@ -189,7 +189,7 @@ void Hdf5File::WriteShifted(const std::string& path, const std::vector<int64_t>&
   const int dimensions = static_cast<int>(extents.size());
   const Handle space(H5Screate_simple(dimensions, extents.data(), nullptr), H5Sclose);
   const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
-  // "." is this file.
+  // "." refers to this file.
   const auto take = [&](hsize_t to, const std::string& source, hsize_t source_rows, hsize_t from) {
     std::vector<hsize_t> source_extents = extents, source_begin = begin;
     source_extents[0] = source_rows;

@@ -1,4 +1,4 @@
-// A file in HDF5's format, written from beginning to end; a thin cover of HDF5's C library.
+// Writes HDF5 files sequentially and reads datasets; a thin wrapper around HDF5's C library.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,9 @@
 
 namespace evalbus::results {
 
-// Reads a dataset of one or two dimensions of whole or floating numbers. Throws InputError, one line: no such
-// dataset, another kind or shape, more than 100 million numbers, a damaged file.
+// Reads a dataset with one or two dimensions of integers or floating-point numbers. Throws InputError if the
+// dataset does not exist, has another type or shape, or has more than 100 million numbers, or if the file is
+// damaged.
 struct Hdf5Numbers {
   std::vector<int64_t> shape;
   std::vector<double> numbers;
@@ -22,29 +23,29 @@ Hdf5Numbers ReadHdf5(const std::filesystem::path& file, const std::string& path)
 
 class Hdf5File {
  public:
-  // Creates the file under a temporary name beside it. Throws EnvironmentError, as do the other functions: a
-  // file that was finished holds all that was written.
+  // Creates the file under a temporary name in the same folder. Throws EnvironmentError, as do the other
+  // functions; a finished file therefore contains everything that was written.
   explicit Hdf5File(const std::filesystem::path& file);
-  // Takes the half-written file away, unless it was finished.
+  // Removes the partially written file, unless Finish() was called.
   ~Hdf5File();
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
 
-  // Paths like "data/demo_0/obs/joint_position"; groups on the way are made.
+  // Paths have the form "data/demo_0/obs/joint_position"; missing groups are created.
   void Write(const std::string& path, const std::vector<double>& numbers, const std::vector<int64_t>& shape);
   void Write(const std::string& path, const std::vector<std::string>& texts);
-  // A dataset of bytes whose rows, each of row_shape, are deflated (zlib) already.
+  // Writes a dataset of bytes from rows of shape row_shape that are already deflated (zlib).
   void WriteDeflated(const std::string& path, const std::vector<int64_t>& row_shape,
                      const std::vector<std::string_view>& rows);
-  // A view of this shape on other datasets of bytes: all rows of `rows` but its first, then the row of
-  // `last`. HDF5 calls it a virtual dataset.
+  // Writes a virtual dataset of this shape: a view of all rows of `rows` but the first, followed by the row
+  // of `last`.
   void WriteShifted(const std::string& path, const std::vector<int64_t>& shape, const std::string& rows,
                     const std::string& last);
   void SetAttribute(const std::string& path, const std::string& name, const std::string& text);
   void SetAttribute(const std::string& path, const std::string& name, int64_t number);
   void SetAttribute(const std::string& path, const std::string& name, const std::vector<double>& numbers);
 
-  // Closes it, syncs it and gives it its name.
+  // Closes and syncs the file, and renames it to its final name.
   void Finish();
 
  private:

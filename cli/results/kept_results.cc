@@ -31,14 +31,14 @@ std::string KeptResults::Difference(const fs::path& log, const RescoredEpisode& 
   if (found == lines_.end()) return std::string(kEpisodesJsonl) + " has no line of it";
   ordered_json line = found->second;
   lines_.erase(found);
-  // Only the run itself knew how well it kept time.
+  // Pacing cannot be recomputed from a log.
   line.erase("pacing");
   const model_info_t& model = *episode.model;
-  // Lines of older runs have no parameters.
+  // Lines of older versions have no parameters.
   const bool has_parameters = line.contains("parameters") && episode.begin;
   const ordered_json score =
       EpisodeJson(model.task, model.variation, episode.summary, has_parameters ? &*episode.begin : nullptr);
-  // As it would be read back: words that are no UTF-8 have become others.
+  // Parsed from its text, because text that is not valid UTF-8 changes when it is written.
   const auto differences = Differences(line, ordered_json::parse(ToText(score)));
   return differences.empty() ? "" : std::string(kEpisodesJsonl) + " differs: " + DifferencesText(differences);
 }

@@ -1,4 +1,4 @@
-// What episodes.jsonl says, to be held against the logs that it was made from.
+// The results in episodes.jsonl, for comparison with the logs that they were computed from.
 #pragma once
 
 #include <filesystem>
@@ -13,13 +13,13 @@ namespace evalbus::results {
 
 class KeptResults {
  public:
-  // Of a run or a suite; of a log alone there are none. Throws InputError for lines that no reader takes.
+  // Reads the results of a run or a suite; a single log has none. Throws InputError for invalid lines.
   explicit KeptResults(const std::filesystem::path& recording);
 
-  // How the line of this log's episode differs from its score, as people read it; empty where it does not, or
-  // where there are no lines at all. To be asked once of each log.
+  // Describes how the line of this log's episode differs from its score. Empty if they are equal or if there
+  // are no results at all. Must be called at most once per log.
   std::string Difference(const std::filesystem::path& log, const RescoredEpisode& episode);
-  // Logs of lines that have not been asked for: they are gone.
+  // Logs of lines for which Difference() was not called: these logs are missing.
   std::vector<std::filesystem::path> Missing() const;
 
  private:

@@ -21,10 +21,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Differences between a line of episodes.jsonl and a score, but for keys that only one of them has: those of
-// another version of evalbus, and of a realtime run its pacing.
+// Differences between a line of episodes.jsonl and a score. Ignores keys that only one of them has: keys of
+// another version of evalbus, and the pacing of a realtime run.
 std::vector<Difference> DifferentValues(const ordered_json& line, const ordered_json& score) {
-  // As the score would be read back: texts that are not UTF-8 change when they are written.
+  // Parsed from its text, because text that is not valid UTF-8 changes when it is written.
   std::vector<Difference> differences = Differences(line, ordered_json::parse(ToText(score)));
   std::erase_if(differences, [](const Difference& one) { return one.before == "-" || one.after == "-"; });
   return differences;
@@ -40,7 +40,7 @@ model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
   std::optional<episode_summary_t> summary;
   int64_t events = 0;
   for (LogEvent event; reader.Next(&event); ++events) {
-    // The recorder numbers them.
+    // The recorder numbers events from 0.
     if (event.number != events && reader.damaged_places() == 0) {
       fail(fmt::format("event {} is missing", events));
     }

@@ -6,10 +6,10 @@
 
 namespace evalbus::results {
 
-// Throws InputError, one line that names the log, unless the log of this episode is there, whole (no byte and
-// no event is missing), of this run's models, and holds the score that the episode's line in episodes.jsonl
-// states: then `evalbus rescore` finds in it all that it needs. Reads the whole log but scores nothing, so
-// that logs of an older evalbus and of tasks with plugins can be checked anywhere. Returns the log's MODEL.
+// Throws InputError, one line that names the log, unless the log of this episode exists, is complete (no byte
+// and no event is missing), contains this run's models, and contains the score of the episode's line in
+// episodes.jsonl. `evalbus rescore` can then use it. Reads the whole log but computes no scores, so that logs
+// of older versions and of tasks with plugins can be checked anywhere. Returns the log's MODEL.
 model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode);
 
 }  // namespace evalbus::results

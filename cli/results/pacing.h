@@ -1,4 +1,4 @@
-// How well a realtime run kept time: beside its scores and apart from them, since no two runs agree.
+// Pacing of realtime runs. Reported separately from the scores, because it differs between identical runs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@
 
 namespace evalbus::results {
 
-// What of a run's times is told as a distribution (time_distribution_t), and its name for people.
+// The times that are reported as a distribution (time_distribution_t): JSON key and display name.
 struct PacingTimes {
   const char* key;
   const char* name;
@@ -18,14 +18,14 @@ inline constexpr PacingTimes kPacingTimes[] = {{"error", "STATE behind the clock
                                                {"action_latency", "STATE to ACTION"},
                                                {"partial_latency", "STATE to score"}};
 
-// For the key "pacing" of an episode's line (docs/run_folder.md).
+// Value of the key "pacing" in an episode's line (docs/run_folder.md).
 nlohmann::ordered_json EpisodePacing(const episode_end_t& end, int64_t deadline_misses);
 
-// For the key "pacing" of summary.json: counts are sums, times are the largest of any episode.
-// null where an episode has none.
+// Value of the key "pacing" in summary.json: counts are sums, times are maxima over the episodes. Null if an
+// episode has no pacing.
 nlohmann::ordered_json RunPacing(const std::vector<nlohmann::ordered_json>& episodes);
 
-// What happened to its ticks, as a sentence; that and its times as some lines for people.
+// Summary of the ticks as a sentence; the same with the times as several lines.
 std::string PacingSentence(const nlohmann::ordered_json& run_pacing);
 std::string PacingText(const nlohmann::ordered_json& run_pacing);
 

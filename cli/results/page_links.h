@@ -1,4 +1,5 @@
-// What a page links: files of runs, relative to its own folder, so that all can be moved together.
+// Links of a page to files of runs. They are relative to the page's folder, so that everything can be moved
+// together.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +14,7 @@ class PageLinks {
  public:
   explicit PageLinks(const std::filesystem::path& page);
 
-  // Of an episode; empty where there are none.
+  // Links for an episode; empty if there are no such files.
   std::vector<viz::ReportLink> Videos(const std::filesystem::path& run, int episode) const;
   std::vector<viz::ReportLink> Log(const std::filesystem::path& run, int episode) const;
 

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// As a person reads a time: "8.2 ms", "1.3 s".
+// For example "8.2 ms" or "1.3 s".
 std::string TimeInWords(double seconds) {
   return seconds < 1 ? fmt::format("{:.3g} ms", seconds * 1e3) : fmt::format("{:.3g} s", seconds);
 }

@@ -1,5 +1,5 @@
-// How often a policy's server was called, how long it took, and what that cost: beside a run's scores and
-// apart from them, since no two runs agree.
+// How often a policy's server was called, how long it took, and the resulting delay. Reported separately from
+// the scores, because it differs between identical runs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,8 +11,8 @@
 
 namespace evalbus::results {
 
-// How often a contract has its server called: from tick settle_steps on, each time execute_steps commands of
-// the last answer were executed.
+// Schedule by which a contract calls its server: from tick settle_steps on, each time after execute_steps
+// actions of the last answer were executed.
 struct CallSchedule {
   int execute_steps = 1;
   int settle_steps = 0;
@@ -25,12 +25,11 @@ class PolicyCalls {
     calls_.push_back(
         {action.header.tick, action.header.tick + action.held_ticks, action.answered_s, action.server_s});
   }
-  // Removes the call about the tick at which a verdict or the time limit ended the episode. The policy is
-  // asked while that tick is scored, so whether the answer arrives before the end is chance, and it decides
-  // nothing.
+  // Removes the call for the tick at which a verdict or the time limit ended the episode. The policy is
+  // called while that tick is scored, so whether the answer arrives in time is random, and it has no effect.
   void RemoveUndecided(int64_t last_tick);
 
-  // num_ticks: of the episode, without the reset state.
+  // num_ticks: ticks of the episode, without the reset state.
   nlohmann::ordered_json Json(const CallSchedule& schedule, int64_t num_ticks) const;
 
  private:
@@ -43,13 +42,12 @@ class PolicyCalls {
   std::vector<Call> calls_;
 };
 
-// A line of warning where the policy of these episodes, each as of PolicyCalls::Json, was called less than
-// half as often as it should have been; else empty.
+// Returns a warning if the policy was called less than half as often as scheduled; otherwise empty.
+// `episodes`: values of PolicyCalls::Json().
 std::string RareCallsWarning(const std::vector<nlohmann::ordered_json>& episodes);
 
-// What a reader of the scores of a policy behind a server has to know, a sentence each: RareCallsWarning(),
-// what its contract says, what its thinking cost in simulated time, how long its server took. Empty for other
-// policies.
+// Notes on the scores of a policy behind a server, one sentence each: RareCallsWarning(), properties of its
+// contract, its delay in simulated time, its server's response time. Empty for other policies.
 std::vector<std::string> PolicyNotes(const RecordedRun& run);
 
 }  // namespace evalbus::results

@@ -63,7 +63,7 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   } else if (event.channel == channels::kEpisodeBegin) {
     episode_begin_t begin{};
     if (!decode(&begin)) return;
-    // It is repeated until everybody is ready.
+    // EPISODE_BEGIN is repeated until all components are ready.
     if (running_ && IsOurs(begin.header)) return;
     Finish(std::nullopt, log);
     Begin(begin);
@@ -78,7 +78,7 @@ void Rescorer::OnEvent(const LogEvent& event, RescoredLog* log) {
   } else if (event.channel == channels::kEpisodeSummary) {
     episode_summary_t recorded{};
     if (!decode(&recorded) || !running_ || !IsOurs(recorded.header)) return;
-    // What comes later, the metrics process did not wait for.
+    // The metrics process did not wait for messages after its EPISODE_SUMMARY.
     Finish(recorded, log);
   }
 }
@@ -131,7 +131,7 @@ void Rescorer::ScoreTicks() {
     episode_end_t end{};
     end.header = pair.state->header;
     if (scorer_->verdict() != partial_metrics_t::UNDECIDED) {
-      // A realtime episode runs on until the sim hears the verdict.
+      // A realtime episode continues until the sim receives the verdict.
       if (model_->clock == clock_name::kRealtime) continue;
       if (scorer_->verdict() == partial_metrics_t::SUCCESS && !IsAfterSuccess(end.header)) continue;
       end.end_reason = end_reason::Of(scorer_->verdict());
@@ -161,7 +161,8 @@ void Rescorer::Finish(const std::optional<episode_summary_t>& recorded, Rescored
   merger_.EndAt(end_->header.tick);
   merger_.GiveUp();
   ScoreTicks();
-  // What ended it besides verdict, time limit and abort would have ended it here, too; it says how.
+  // Ends other than verdict, time limit and abort (a policy error, say) would occur here, too; these set
+  // `detail`.
   const bool ended_by_itself = !end_->detail.empty() && end_->end_reason != end_reason::kAborted;
   if (own_end_) {
     end_ = own_end_;

@@ -1,4 +1,4 @@
-// Scores recorded episodes from their logs, offline: no bus, no clock, no threads.
+// Scores recorded episodes offline from their logs, without bus, clock or threads.
 #pragma once
 
 #include <cstdint>
@@ -26,34 +26,34 @@ namespace evalbus::results {
 
 struct RescoredEpisode {
   std::shared_ptr<const model_info_t> model;
-  // EPISODE_BEGIN; nothing where evalbus did not simulate the episode.
+  // EPISODE_BEGIN; nullopt if evalbus did not simulate the episode.
   std::optional<episode_begin_t> begin;
   // Score from the log's STATE and CONTACTS.
   episode_summary_t summary{};
-  // EPISODE_SUMMARY of the log, if it has one for this episode and attempt.
+  // EPISODE_SUMMARY of the log, if there is one for this episode and attempt.
   std::optional<episode_summary_t> recorded;
-  // False where EPISODE_END is not in the log: the end is then taken from the recorded score or, without one,
-  // is "aborted" at the last tick there is.
+  // False if the log has no EPISODE_END. The end is then taken from the recorded score or, without one, is
+  // "aborted" at the last tick.
   bool has_end = false;
 
-  bool equal() const;  // to what was recorded, by SameBits
+  bool equal() const;  // compares with the recorded score, by SameBits()
 };
 
 struct RescoredLog {
   std::vector<RescoredEpisode> episodes;
-  // What the log's reader skipped.
+  // Damage that the log's reader skipped.
   int64_t damaged_bytes = 0;
   int64_t damaged_places = 0;
-  // Messages that are whole events but do not decode.
+  // Number of intact events whose messages cannot be decoded.
   int64_t decode_errors = 0;
 };
 
 class Rescorer {
  public:
-  // Without a task, every episode is judged by the description in its log up to its recorded end, as the
-  // metrics process did. With one, a lockstep episode ends where the sim would have ended it: at this
-  // description's verdict, after_success_us later than its success, or at its time limit. Where the log ends
-  // before that, it is not complete ("unconfirmed" or "aborted").
+  // Without a task, every episode is scored by the description in its log up to its recorded end, as the
+  // metrics process did. With a task, a lockstep episode ends where the sim would have ended it: at this
+  // description's verdict, after_success_us after its success, or at its time limit. If the log ends before
+  // that, the episode is not complete ("unconfirmed" or "aborted").
   explicit Rescorer(std::optional<TaskDescription> task = std::nullopt) : task_(std::move(task)) {}
 
   // Called when an episode begins.
@@ -64,21 +64,21 @@ class Rescorer {
   using TickListener = std::function<void(const metrics::EpisodeScorer&, const state_t&, const contacts_t&)>;
   void OnTick(TickListener listener) { on_tick_ = std::move(listener); }
 
-  // Throws InputError, with the file's name, if it cannot be read or its messages are not ours. A log without
-  // MODEL or EPISODE_BEGIN has no episodes.
+  // Throws InputError, with the file's name, if the file cannot be read or its messages have other types. A
+  // log without MODEL or EPISODE_BEGIN has no episodes.
   RescoredLog Rescore(const std::filesystem::path& file);
 
  private:
   void OnEvent(const LogEvent& event, RescoredLog* log);
   void Begin(const episode_begin_t& begin);
-  // Of the episode and attempt under way.
+  // True for messages of the current episode and attempt.
   bool IsOurs(const header_t& header) const {
     return header.episode == begin_.header.episode && header.attempt == begin_.header.attempt;
   }
   template <class Message>
   void OnTickMessage(const LogEvent& event, Message* message, RescoredLog* log);
   void ScoreTicks();
-  // At this tick the first success is after_success_us ago.
+  // True if the first success is at least after_success_us before this tick.
   bool IsAfterSuccess(const header_t& header) const {
     return HasHeld(*model_, scorer_->verdict_time_us().value_or(0), header.sim_time_us);
   }
@@ -88,11 +88,12 @@ class Rescorer {
   std::optional<TaskDescription> task_;
   BeginListener on_begin_;
   TickListener on_tick_;
-  // MODEL as last heard; the episode under way goes on with the one that it began with.
+  // Latest MODEL; the current episode continues with the one that it began with.
   std::vector<uint8_t> model_bytes_;
   std::shared_ptr<const model_info_t> next_model_;
   std::shared_ptr<const model_info_t> model_;
-  // Kept from log to log, since all episodes of a run have the same model: that of these bytes.
+  // Reused from log to log, because all episodes of a run have the same model. scorer_bytes_ is that model,
+  // encoded.
   std::unique_ptr<metrics::EpisodeScorer> scorer_;
   std::vector<uint8_t> scorer_bytes_;
   metrics::TickMerger merger_;
@@ -100,34 +101,35 @@ class Rescorer {
   state_t state_{};
   contacts_t contacts_{};
 
-  // Channel of a message of ours that is of another type than ours; empty if there was none.
+  // Channel of a message whose type differs from this version's type; empty if there was none.
   std::string other_type_;
   bool running_ = false;
   episode_begin_t begin_{};
-  // Latest tick heard of.
+  // Header of the latest tick.
   header_t last_{};
-  // The end in the log, and the one that task_ brings.
+  // The end in the log, and the end that is determined with task_.
   std::optional<episode_end_t> end_;
   std::optional<episode_end_t> own_end_;
 };
 
-// A value that differs: its name as in episodes.jsonl ("metrics.slip_count") and both values as text, "-"
-// where absent.
+// A value that differs: its name as in episodes.jsonl (for example "metrics.slip_count") and both values as
+// text, "-" if absent.
 struct Difference {
   std::string name, before, after;
 };
 std::vector<Difference> Differences(const episode_summary_t& before, const episode_summary_t& after);
-// The same of two lines.
+// The same for two lines of episodes.jsonl.
 std::vector<Difference> Differences(const nlohmann::ordered_json& before,
                                     const nlohmann::ordered_json& after);
 
-// The first of them: "metrics.slip_count 0 -> 1, metrics.success 1 -> 0 and 3 more".
+// Describes the first differences, for example "metrics.slip_count 0 -> 1, metrics.success 1 -> 0 and 3
+// more".
 std::string DifferencesText(const std::vector<Difference>& differences);
 
-// Every field is equal, doubles by their bits.
+// True if all fields are equal, floating-point numbers bit by bit.
 bool SameBits(const episode_summary_t& a, const episode_summary_t& b);
 
-// For people: "equal to the recorded score", or what differs.
+// Returns "equal to the recorded score", or describes the differences.
 std::string DescribeDifference(const std::optional<episode_summary_t>& recorded,
                                const episode_summary_t& score);
 

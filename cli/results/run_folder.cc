@@ -26,10 +26,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A killed run's processes hold its lock until the last of them is gone, moments after it.
+// The processes of a killed run hold its lock until the last of them has ended, shortly after the run.
 constexpr auto kLockWait = std::chrono::milliseconds(500);
 
-// An open file to write to; its failures throw.
+// A file opened for writing; failures throw.
 class File {
  public:
   File(fs::path file, int flags)
@@ -42,14 +42,14 @@ class File {
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  // All of it or, where the disk is full, nothing.
+  // Appends the whole text or, if the disk is full, nothing.
   void AppendSynced(const std::string& text) {
     const off_t before = lseek(fd_, 0, SEEK_END);
     for (size_t done = 0; done < text.size();) {
       const ssize_t n = write(fd_, text.data() + done, text.size() - done);
       if (n < 0 && errno != EINTR) {
         const int error = errno;
-        // Where this fails, too, who appends next cuts the line off.
+        // If this fails, too, the next append removes the incomplete line.
         [[maybe_unused]] const int cut = ftruncate(fd_, before);
         errno = error;
         Check(false);
@@ -58,9 +58,9 @@ class File {
     }
     Check(fsync(fd_) == 0);
   }
-  // Until this object goes, or its process dies.
+  // The lock is held until this object is destroyed or the process ends.
   void Lock() { Check(flock(fd_, LOCK_EX) == 0); }
-  // Removes what is behind the last end of a line.
+  // Removes everything after the last end of a line.
   void CutUnfinishedLine() {
     off_t end = lseek(fd_, 0, SEEK_END);
     const off_t size = end;
@@ -85,7 +85,7 @@ bool IsTemporary(const std::string& name, const std::string& file) {
   return temporary && temporary->file == file;
 }
 
-// True if a run that was to be here has not got as far as its mark.
+// True if the folder contains only what a run creates before its `mark`.
 bool HoldsNothing(const fs::path& folder, const std::string& mark) {
   return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
     return (entry.path().filename() == kLogsFolder && entry.is_directory() && fs::is_empty(entry)) ||
@@ -99,8 +99,8 @@ bool IsHalfWritten(const std::string& name) {
       [&](const char* file) { return IsTemporary(name, file); });
 }
 
-// Removes files of a folder by their names. A killed worker's processes may be about to follow it: files can
-// go while we look.
+// Removes files of a folder by their names. Processes of a killed worker may still be ending, so files can
+// disappear during the iteration.
 void RemoveFiles(const fs::path& folder, const std::function<bool(const std::string& name)>& is_one) {
   std::error_code gone;
   for (auto entry = fs::directory_iterator(folder, gone); entry != fs::directory_iterator();
@@ -113,7 +113,7 @@ void RemoveFilesOfEpisodes(const fs::path& run, const std::function<bool(const s
   for (const fs::path& episode : EpisodeFolders(run)) RemoveFiles(episode, is_one);
 }
 
-// Creates a folder and those above it that are missing, and adds to `made` what was.
+// Creates a folder and its missing parents, and adds the created ones to `made`.
 void Make(const fs::path& folder, std::vector<fs::path>* made) {
   std::vector<fs::path> missing;
   for (fs::path path = folder; !fs::exists(path); path = path.parent_path()) missing.push_back(path);
@@ -123,7 +123,7 @@ void Make(const fs::path& folder, std::vector<fs::path>* made) {
   made->insert(made->end(), missing.rbegin(), missing.rend());
 }
 
-// runs/NAME-DATE-TIME, which nobody else has, however many begin in this second.
+// Creates runs/NAME-DATE-TIME, with a suffix if several runs start in the same second.
 fs::path MakeNew(const std::string& name, std::vector<fs::path>* made) {
   char stamp[32];
   const std::time_t now = std::time(nullptr);
@@ -133,7 +133,7 @@ fs::path MakeNew(const std::string& name, std::vector<fs::path>* made) {
   for (int i = 2;; ++i) {
     Make(wish.parent_path(), made);
     if (mkdir(folder.c_str(), 0777) == 0) break;
-    // A run that failed may just have taken runs/ away.
+    // A run that failed may just have removed runs/.
     if (errno != EEXIST && errno != ENOENT) ThrowFileError("cannot create " + folder.string(), errno);
     folder = wish.string() + "-" + std::to_string(i);
   }
@@ -261,7 +261,8 @@ void RunFolder::AddEpisode(int episode, const nlohmann::ordered_json& result) co
   fs::create_directories(path_ / folder);
   WriteJson((folder / kSummaryJson).string(), result);
   File lines(path_ / kEpisodesJsonl, O_RDWR | O_APPEND);
-  // Another worker may be at it; one that was killed or found the disk full has left a part of a line.
+  // Another worker may be appending; a worker that was killed or found the disk full may have left an
+  // incomplete line.
   lines.Lock();
   lines.CutUnfinishedLine();
   lines.AppendSynced(ToText(result) + "\n");

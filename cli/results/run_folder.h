@@ -1,5 +1,5 @@
-// The folder of a run, as docs/run_folder.md describes it. A file that is there is whole: results are
-// appended and synced line by line, everything else is written under another name and renamed.
+// The folder of a run, as described in docs/run_folder.md. Files are never partially written: results are
+// appended and synced line by line, all other files are written under a temporary name and renamed.
 #pragma once
 
 #include <sys/types.h>
@@ -16,12 +16,11 @@
 
 namespace evalbus::results {
 
-// Reads the lines of a file that may still grow.
+// Reads the lines of a file that may still be growing.
 class NewLines {
  public:
   explicit NewLines(std::filesystem::path file) : file_(std::move(file)) {}
-  // Those that were finished since the last call. A last line without its end is being written and left for
-  // later.
+  // Returns the lines completed since the last call. An incomplete last line is left for a later call.
   std::vector<std::string> Next();
   const std::filesystem::path& file() const { return file_; }
 
@@ -30,11 +29,11 @@ class NewLines {
   std::streamoff position_ = 0;
 };
 
-// The same of an episodes.jsonl.
+// Reads the lines of an episodes.jsonl that may still be growing.
 class EpisodeLines {
  public:
   explicit EpisodeLines(std::filesystem::path file) : lines_(std::move(file)) {}
-  // Throws InputError that names file and line.
+  // Throws InputError with file and line.
   std::vector<nlohmann::ordered_json> Next();
 
  private:
@@ -44,58 +43,59 @@ class EpisodeLines {
 
 class RunFolder {
  public:
-  // The folder `out`, or where that is empty a new one, runs/NAME-DATE-TIME. Creates it; with `resume` one
-  // that exists is opened again, as it is. Throws InputError if it exists and is neither empty nor to be
-  // resumed, if another `evalbus run` works in it, or if it cannot be made.
+  // Creates the folder `out`, or runs/NAME-DATE-TIME if `out` is empty. With `resume`, an existing folder is
+  // opened unchanged. Throws InputError if the folder is not empty and `resume` is false, if another `evalbus
+  // run` uses it, or if it cannot be created.
   static RunFolder OfRun(const std::filesystem::path& out, const std::string& name, bool resume) {
     return RunFolder(out, name, resume, kRunJson);
   }
-  // The folder of a suite, likewise.
+  // The same for the folder of a suite.
   static RunFolder OfSuite(const std::filesystem::path& out, const std::string& name, bool resume) {
     return RunFolder(out, name, resume, kSuiteJson);
   }
-  // The same folder for a worker of the run that opened it.
+  // Opens the folder in a worker of the run that created it.
   static RunFolder OfWorker(const std::filesystem::path& folder);
   RunFolder(RunFolder&& other) noexcept
       : path_(std::move(other.path_)), made_(std::move(other.made_)), lock_(std::exchange(other.lock_, -1)) {}
   ~RunFolder();
 
   const std::filesystem::path& path() const { return path_; }
-  // For people: relative where it is below the current folder.
+  // Path for display: relative if it is below the current folder.
   std::filesystem::path shown() const;
   std::filesystem::path log_file(const std::string& component) const { return LogFile(path_, component); }
 
-  // The functions below throw EnvironmentError where the disk refuses. What they remove are files and folders
-  // of ours; what else somebody has put into the folder stays.
+  // The functions below throw EnvironmentError if writing fails. They remove only files and folders that
+  // evalbus created.
 
   void WriteJson(const std::string& name, const nlohmann::ordered_json& json) const;
   // Writes episodes/0007/policy_calls.json.
   void AddPolicyCalls(int episode, const nlohmann::ordered_json& calls) const;
   // Writes episodes/0007/summary.json and then appends the line to episodes.jsonl.
   void AddEpisode(int episode, const nlohmann::ordered_json& result) const;
-  // Writes episodes.jsonl anew, in this order: several workers finish episodes in another one.
+  // Rewrites episodes.jsonl in this order; workers finish episodes in a different order.
   void WriteEpisodes(const std::vector<nlohmann::ordered_json>& results) const;
-  // Removes what an unfinished attempt of an episode left.
+  // Removes the files of an unfinished attempt of an episode.
   void DiscardEpisode(int episode) const;
-  // Removes what an interrupted run left half-done: all episodes but these, and what is half-written.
+  // Removes the leftovers of an interrupted run: all episodes but these, and partially written files.
   void DiscardAllBut(const std::set<int>& finished) const;
-  // Removes what processes that are gone left half-written; somebody may still be recording.
+  // Removes partially written files of processes that have ended. Videos are kept, because one may still be
+  // being recorded.
   void RemoveHalfWritten() const;
-  // Videos likewise, all or those of one process.
+  // Removes partially written videos: all, or only those of process `by`.
   void RemoveHalfWrittenVideos(std::optional<pid_t> by = std::nullopt) const;
-  // Takes the run away, unless an episode was finished: what has none is not a run.
+  // Removes the run's files, unless an episode has finished.
   void Remove() const;
 
  private:
   RunFolder() = default;
-  // `mark`: the file by which a folder of this kind is known.
+  // `mark`: the file that identifies a folder of this kind.
   RunFolder(const std::filesystem::path& out, const std::string& name, bool resume, const std::string& mark);
 
   std::filesystem::path path_;
-  // Folders that were made for it, the deepest last.
+  // Folders that were created for it, the deepest last.
   std::vector<std::filesystem::path> made_;
-  // Held while the folder is ours. Our child processes inherit it: it goes with the last of them, however
-  // that ends, so that nobody goes on with a run whose recorder still writes.
+  // Lock on the folder. Child processes inherit it, so that it is released when the last of them ends: a run
+  // cannot be resumed while its old recorder is still writing.
   int lock_ = -1;
 };
 

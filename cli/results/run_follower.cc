@@ -31,7 +31,7 @@ bool RunFollower::ReadLines() {
   const bool is_another = inode_ != 0 && inode_ != status.st_ino;
   inode_ = status.st_ino;
   if (is_another) {
-    // At its end a run writes its lines anew, in order; --resume those that stay.
+    // At its end, a run rewrites its lines in order; --resume rewrites the lines that it keeps.
     NewLines lines(File());
     std::vector<std::string> all = lines.Next();
     const bool begins_alike = all.size() >= hashes_.size() &&
@@ -81,7 +81,7 @@ RunFollower::News RunFollower::Look() {
     }
     error_.clear();
   } catch (const InputError& error) {
-    // What is behind that line is not read; said once.
+    // Lines after the invalid one are not read. The error is reported once.
     news.is_changed |= error_ != error.what();
     error_ = error.what();
   }

@@ -1,4 +1,4 @@
-// A run on disk that may still grow: its list of episodes and its rates, read a little at a time.
+// Follows a run on disk that may still be growing: its list of episodes and its rates, read incrementally.
 #pragma once
 
 #include <cstdint>
@@ -16,33 +16,33 @@ namespace evalbus::results {
 
 class RunFollower {
  public:
-  // The folder, or what is in it, need not be there yet.
+  // The folder and its files need not exist yet.
   explicit RunFollower(std::filesystem::path folder);
 
-  // Rows of the list from `from` on, in the order of episodes.jsonl; is_changed also where rates or facts of
-  // the run have changed.
+  // Rows of the list from index `from` on, in the order of episodes.jsonl. is_changed is also set if rates or
+  // facts of the run have changed.
   struct News {
     bool is_changed = false;
     size_t from = 0;
     std::vector<viz::EpisodeRow> rows{};
   };
-  // Reads what is new, at most kLinesAtOnce lines: the rest at the next call.
+  // Reads at most kLinesAtOnce new lines; the next call continues.
   static constexpr size_t kLinesAtOnce = 200;
   News Look();
 
   const std::filesystem::path& folder() const { return folder_; }
-  // Null until run.json is there.
+  // Null until run.json exists.
   const RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
-  // Brought up to date by Look().
+  // Updated by Look().
   const viz::RunNumbers& numbers() const { return numbers_; }
-  // summary.json is there: nobody works on it.
+  // True if summary.json exists: no process works on the run.
   bool is_over() const { return numbers_.is_over; }
-  // What is wrong with its files, one line; empty: nothing.
+  // One-line description of what is wrong with the files; empty if nothing is.
   const std::string& error() const { return error_; }
 
  private:
   std::filesystem::path File() const { return folder_ / kEpisodesJsonl; }
-  // False where episodes.jsonl is another file than it was, which does not begin as that did.
+  // Returns false if episodes.jsonl was replaced by a file that does not start with the lines read so far.
   bool ReadLines();
   void StartAgain();
   void Count();
@@ -52,7 +52,7 @@ class RunFollower {
   std::filesystem::file_time_type info_time_{};
   NewLines lines_;
   uint64_t inode_ = 0;
-  // Lines that were read and not yet looked at; of all that were, what they hash to.
+  // Lines that were read but not yet processed, and the hashes of all lines read so far.
   std::vector<std::string> waiting_;
   size_t next_waiting_ = 0;
   std::vector<size_t> hashes_;

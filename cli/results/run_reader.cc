@@ -26,7 +26,7 @@ using nlohmann::ordered_json;
   throw InputError(where + ": " + what);
 }
 
-// A member of a type, whole where it is an object; `expected` names it in the error.
+// Returns a member of the given type, objects by reference. `expected` describes the type in the error.
 template <class T>
 std::conditional_t<std::is_same_v<T, ordered_json>, const ordered_json&, T> Get(const ordered_json& json,
                                                                                 const char* key,
@@ -47,7 +47,7 @@ std::conditional_t<std::is_same_v<T, ordered_json>, const ordered_json&, T> Get(
   }
 }
 
-// What a realtime run says of an episode; null where it was lost.
+// Checks the pacing of a realtime episode; null if its EPISODE_END was lost.
 void CheckPacing(const ordered_json& json, const std::string& where) {
   const auto pacing = json.find("pacing");
   if (pacing == json.end() || pacing->is_null()) return;
@@ -75,7 +75,7 @@ void ReadEpisodes(RecordedRun* run) {
       json = ParseJson<ordered_json>(text, file.string(), line);
     } catch (const InputError&) {
       if (!stream.eof()) throw;
-      // A run that was killed, or whose disk was full, while it wrote this.
+      // The run was killed, or its disk was full, while this line was being written.
       run->cut_line = line;
       break;
     }
@@ -100,7 +100,7 @@ std::vector<int> UnfinishedEpisodes(const fs::path& folder) {
   return unfinished;
 }
 
-// "3", "3 and 7", "3, 7 and 9", "3, 7, 9 and 12 more".
+// For example "3", "3 and 7", "3, 7 and 9", or "3, 7, 9 and 12 more".
 std::string List(const std::vector<int>& numbers) {
   constexpr size_t kShown = 8;
   std::string text;
@@ -147,7 +147,7 @@ RecordedEpisode ReadEpisode(const ordered_json& json, const std::string& where, 
   }
   const ordered_json& metrics = Get<ordered_json>(json, "metrics", "an object", where);
   Get<ordered_json>(json, "extended", "an object", where);
-  // Lines of older versions have none.
+  // Lines of older versions have no parameters.
   if (json.contains("parameters")) {
     for (const auto& [name, value] : Get<ordered_json>(json, "parameters", "an object", where).items()) {
       if (!value.is_number())
@@ -244,7 +244,7 @@ std::vector<std::string> RecordedRun::Remarks() const {
         fmt::format("line {} of {} is cut off and left out: the run was stopped while it was written",
                     cut_line, kEpisodesJsonl));
   }
-  // Written by evalbus collect.
+  // The file is written by `evalbus collect`.
   if (std::filesystem::exists(folder / kCollectJson)) {
     remarks.emplace_back(
         "collected demonstrations: only successes were kept, so its rates say nothing of the policy");
@@ -271,7 +271,7 @@ RecordedRun ReadRunInfo(const fs::path& folder) {
   run.task = Get<std::string>(run.info, "task", "a name", file.string());
   run.variation = Get<std::string>(run.info, "variation", "a name", file.string());
   run.policy = Get<std::string>(run.info, "policy", "a name", file.string());
-  // Runs of older versions have none.
+  // Runs of older versions have no policy_name.
   if (run.info.contains("policy_name")) {
     const auto name = Get<std::string>(run.info, "policy_name", "a name", file.string());
     if (!name.empty()) run.policy = name;

@@ -1,5 +1,5 @@
-// Reads the folders of runs and suites back (docs/run_folder.md). Strict: a line that does not belong is an
-// error that names file and line, never left out silently.
+// Reads the folders of runs and suites (docs/run_folder.md). Strict: an invalid line is an error with file
+// and line, and is never skipped.
 #pragma once
 
 #include <cstdint>
@@ -21,90 +21,90 @@ struct RecordedEpisode {
   int64_t seed = 0;
   std::string end_reason;
   std::string failure_reason;
-  // False where ticks are missing, samples were refused or it is invalid: left out of every rate.
+  // False if ticks are missing, samples were rejected, or the episode is invalid. Such episodes are excluded
+  // from all rates.
   bool complete = false;
-  // The policy's server failed, which says nothing of the policy: --resume runs it again.
+  // True if the policy's server failed; no conclusion about the policy can be drawn. --resume runs the
+  // episode again.
   bool invalid() const { return end_reason == end_reason::kServerError; }
-  // False where the source did not know what success or failure asks for: it has no success, and is in no
-  // rate.
+  // False if the source did not provide what the success or failure condition needs. The episode then has no
+  // success and is excluded from all rates.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
   bool success = false;
   double completion_time = 0;  // s
-  // Why it came out so, in a sentence.
+  // Explains the result in one sentence.
   std::string explanation;
-  // What statistics are made of.
+  // Input of the statistics.
   metrics::EpisodeResult result;
-  // The whole line, as it stands there: of many episodes a tenth of the memory.
+  // The unparsed line; uses a tenth of the memory of the parsed JSON.
   std::string text;
   nlohmann::ordered_json Json() const { return nlohmann::ordered_json::parse(text); }
-  // Its number in episodes.jsonl, from 1.
+  // Line number in episodes.jsonl, from 1.
   int line = 0;
 
-  // Numbers of "metrics" and, below "extended.", of "extended", by their flattened names
-  // ("cartesian_path_length.left"), in the line's order.
+  // Numbers of "metrics" and of "extended" by their flattened names, for example
+  // "cartesian_path_length.left", in the line's order. Those of "extended" have the prefix "extended.".
   metrics::NamedNumbers Values() const;
 };
 
 struct RecordedRun {
   std::filesystem::path folder;
-  // The folder's own name, as it can be shown; of a run in a suite, SUITE/RUN.
+  // The folder's name, made printable; SUITE/RUN for a run in a suite.
   std::string name;
-  // run.json, and what everybody asks it for.
+  // run.json, and the values of it that are used most.
   nlohmann::ordered_json info;
   std::string task;
   std::string variation;
-  // Its name, as it was given, or what --policy said.
+  // policy_name or, if that is empty, the value of --policy.
   std::string policy;
   int64_t seed = 0;
   // kRunSeeds, kCollectSeeds or kSharedSeeds (base/random.h).
   std::string seed_stream;
   SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
-  // Episodes asked for.
+  // Requested number of episodes.
   int planned = 0;
-  // Finished ones, by number; also those that are not complete.
+  // Finished episodes by number, including incomplete ones.
   std::vector<RecordedEpisode> episodes;
-  // Numbers of those begun and not finished (episodes/0007.partial).
+  // Numbers of unfinished episodes (episodes/0007.partial).
   std::vector<int> unfinished;
-  // The last line of episodes.jsonl, from 1, where it was cut off and is therefore left out; 0 where it was
-  // not.
+  // Line number of a truncated last line of episodes.jsonl, which is ignored; 0 if there is none.
   int cut_line = 0;
 
-  // As model_info_t.clock has it.
+  // Value of model_info_t.clock.
   const char* clock() const;
-  // "lift_pot/position".
+  // For example "lift_pot/position".
   std::string task_name() const { return task + "/" + variation; }
-  std::vector<int> incomplete() const;  // but for invalid ones
+  std::vector<int> incomplete() const;  // without invalid ones
   std::vector<int> invalid() const;
   metrics::RunStatistics Statistics() const;
-  // What a reader of its rates has to know, one sentence each: stopped early, invalid, incomplete and equal
-  // episodes.
+  // Notes on the rates, one sentence each: stopped early; invalid, incomplete and equal episodes.
   std::vector<std::string> Remarks() const;
 };
 
-// A suite: several runs made together; or one run alone.
+// A suite, which consists of several runs, or a single run.
 struct RecordedRuns {
   std::filesystem::path folder;
   std::string name;
   bool is_suite = false;
   std::vector<RecordedRun> runs;
-  // Runs that suite.json names and that have no finished episode.
+  // Runs listed in suite.json that have no finished episode.
   std::vector<std::string> missing;
 };
 
-// These throw InputError, one line: no such folder, no run folder, no finished episode; a line that is not
+// Both throw InputError, one line: no such folder, not a run folder, no finished episode; a line that is not
 // JSON, lacks a key, repeats an episode, or belongs to another task, variation or seed.
 RecordedRun ReadRun(const std::filesystem::path& folder);
 RecordedRuns ReadRuns(const std::filesystem::path& folder);
-// Of a folder with run.json; there may be no finished episode yet.
+// Reads a folder with run.json; the run may have no finished episode yet.
 RecordedRun ReadRunAsFarAsItGot(const std::filesystem::path& folder);
-// A line of episodes.jsonl of this run, which `where` names; without its text.
+// Parses a line of this run's episodes.jsonl; `where`: its place for errors. The result's `text` is not set.
 RecordedEpisode ReadEpisode(const nlohmann::ordered_json& json, const std::string& where,
                             const RecordedRun& run);
-// What run.json alone says.
+// Reads only run.json.
 RecordedRun ReadRunInfo(const std::filesystem::path& folder);
-// The seed_stream of a run.json; kSharedSeeds for an older one, which has none.
+// Returns the seed_stream of a run.json; kSharedSeeds if it is missing, as in older versions.
 std::string SeedStreamOf(const nlohmann::ordered_json& info, const std::string& file);
-// The folders in that of a suite, as suite.json names them.
+// Returns the names of the run folders listed in a suite's suite.json.
 std::vector<std::string> RunsInSuite(const std::filesystem::path& folder);
 
 }  // namespace evalbus::results

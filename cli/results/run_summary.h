@@ -1,4 +1,4 @@
-// summary.json of finished runs and suites, from what their folders hold.
+// Writes summary.json of finished runs and suites from their folders.
 #pragma once
 
 #include <filesystem>
@@ -15,29 +15,29 @@ namespace evalbus::results {
 
 struct RunSummary {
   metrics::RunSummary statistics;
-  // As in summary.json; null where no episode has one.
+  // Value for summary.json; null if no episode has pacing.
   nlohmann::ordered_json pacing;
   std::vector<std::string> policy_notes;
 };
 
-// Writes RUN/summary.json, and episodes.jsonl in the order of episodes. Throws InputError for what no reader
-// takes.
+// Writes RUN/summary.json, and sorts episodes.jsonl by episode. Throws InputError if the folder's contents
+// are invalid.
 RunSummary WriteRunSummary(const std::filesystem::path& folder);
 
-// What the runs of a suite come to.
+// Sums up the runs of a suite.
 class SuiteTally {
  public:
-  // `name`: what its task was asked for by.
+  // `name`: the task's name as given by the user.
   void Add(const std::string& name, const RecordedRun& run);
 
   const Tally& of_task(const std::string& name) const { return by_task_.at(name); }
   const std::map<std::string, Tally>& families() const { return families_; }
   const Tally& all() const { return all_; }
-  // Mean of the tasks' success rates, each task with the same weight; NaN without a complete episode.
+  // Unweighted mean of the tasks' success rates; NaN without a complete episode.
   double mean_over_tasks() const;
-  // The mean as a line of the table; empty for one task.
+  // The mean as a line of the table; empty for a single task.
   std::string MeanLine(size_t width) const;
-  // A suite's summary.json, with the tasks in this order.
+  // Contents of a suite's summary.json, with the tasks in this order.
   nlohmann::ordered_json Json(const std::vector<std::string>& names) const;
 
  private:

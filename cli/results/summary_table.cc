@@ -15,10 +15,10 @@
 namespace evalbus::results {
 namespace {
 
-// One line per finished episode: columns from the left as far as the terminal is wide.
+// Columns of the line for a finished episode; those that do not fit into the terminal are omitted.
 struct Column {
   const char* title;
-  // In characters; negative: text to the left.
+  // In characters; negative: left-aligned.
   int width;
 };
 constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -14}, Column{"time", 7},
@@ -35,7 +35,7 @@ std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, in
   return line.substr(0, line.find_last_not_of(' ') + 1);
 }
 
-// A number of the dictionary with so many decimals and its unit; "-" where it is not tracked.
+// Formats a value with the given number of decimals and its unit; "-" if the value is missing.
 std::string Value(const nlohmann::ordered_json& values, const char* key, int decimals = 0,
                   const std::string& unit = "", double scale = 1) {
   const auto found = values.find(key);
@@ -43,7 +43,7 @@ std::string Value(const nlohmann::ordered_json& values, const char* key, int dec
   return Fixed(found->get<double>() * scale, decimals) + (unit.empty() ? "" : " ") + unit;
 }
 
-// A statistic of a metric, as one column; the interval is wider than the others.
+// A column for a statistic of a metric. Columns for intervals are wider.
 struct Statistic {
   const char* title;
   int width;

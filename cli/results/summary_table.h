@@ -8,25 +8,25 @@
 
 namespace evalbus::results {
 
-// "1:05 min", "12 s"; for people.
+// For example "1:05 min" or "12 s".
 std::string FormatDuration(double seconds);
 
-// "72 to 100 %"; with a decimal where it is narrower than two points.
+// For example "72 to 100 %"; with one decimal if narrower than two percentage points.
 std::string PercentText(const metrics::Interval& interval);
 
-// A line per finished episode, from its line of episodes.jsonl, and the titles above: columns from the left
-// as far as the width goes.
+// The column titles, and a line for a finished episode from its line of episodes.jsonl. Columns that do not
+// fit into `width` are omitted from the right.
 std::string EpisodeHeader(int width);
 std::string EpisodeLine(const nlohmann::ordered_json& episode, int width);
 
-// What to do about so many episodes of this folder that are invalid, a line; empty where there are none.
+// Returns advice on invalid episodes in this folder, as a line; empty if there are none.
 std::string InvalidText(int invalid, const std::string& folder);
 
-// How many failed for what: "2 grasp_slip, 1 dropped".
+// Counts of the failure reasons, for example "2 grasp_slip, 1 dropped".
 std::string FailuresText(const metrics::RunSummary& summary);
 
-// The table at the end: rate with its interval, then the main metrics, with units. As many columns as the
-// width has room for.
+// The final table: success rate with its interval, then the main metrics with units. Columns that do not fit
+// into `width` are omitted.
 std::string SummaryTable(const metrics::RunSummary& summary, int width);
 
 }  // namespace evalbus::results

@@ -1,4 +1,4 @@
-// What one or several runs of a suite come to, as a row of its table and as JSON.
+// Sums up one or several runs of a suite, as a row of its table and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,13 +11,13 @@ namespace evalbus::results {
 
 class Tally {
  public:
-  // The same bits in whatever order runs finish.
+  // The sum is bit-identical for any order of the runs.
   void Add(const RecordedRun& run);
 
-  // As in a suite's summary.json (docs/run_folder.md).
+  // JSON for a suite's summary.json (docs/run_folder.md).
   nlohmann::ordered_json Json() const;
   metrics::RunSummary Summary() const { return statistics_.Summary(false); }
-  // width: of the name, in characters. The title has the words of what the names are.
+  // width: number of characters of the name column. `what`: its title.
   static std::string Title(const std::string& what, size_t width);
   std::string Line(const std::string& name, size_t width) const;
 

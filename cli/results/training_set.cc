@@ -26,7 +26,7 @@ struct Limits {
   std::vector<double> lower, upper;
 };
 
-// Of an action: joints of all arms, then grippers.
+// Limits of an action: joints of all arms, then grippers.
 Limits ActionLimits(const model_info_t& model) {
   Limits limits;
   for (const arm_info_t& arm : model.arm) {
@@ -48,7 +48,7 @@ void Append(const double* numbers, size_t count, std::vector<double>* to) {
   to->insert(to->end(), numbers, numbers + count);
 }
 
-// What an observation of a state holds, by name, in one order.
+// The observation of a state: arrays by name, in a fixed order.
 std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_info_t& model,
                                                                  const state_t& state) {
   std::vector<std::pair<std::string, std::vector<double>>> result;
@@ -79,18 +79,18 @@ std::vector<std::pair<std::string, std::vector<double>>> Observe(const model_inf
   return result;
 }
 
-// "lift_pot/position with bimanual_panda"
+// For example "lift_pot/position with bimanual_panda".
 std::string NameOf(const model_info_t& model) {
   return model.task + "/" + model.variation + " with " + model.robot;
 }
 
-// RoboEval's class of the task; empty where it has none.
+// RoboEval's class name of the task; empty if it has none.
 std::string RoboEvalName(const model_info_t& model) {
   const TaskDescription task = ParseTask(model.task_yaml, model.task_file, false);
   return task.variation(model.variation).alias;
 }
 
-// Where the coordinates and the velocities of the robot's joints are, fingers too, in the order of MODEL.
+// Indices of the robot's joints, including fingers, in qpos and qvel, in the order of MODEL.
 struct RobotIndices {
   std::vector<size_t> qpos, qvel;
 };
@@ -107,7 +107,7 @@ RobotIndices IndicesOfRobot(const model_info_t& model) {
     }
     const auto last =
         j + 1 < model.joint_name.size() ? static_cast<size_t>(model.joint_qpos_index[j + 1]) : first + 1;
-    // A free joint has 7 coordinates and 6 velocities, a ball 4 and 3.
+    // A free joint has 7 coordinates and 6 velocities; a ball joint has 4 and 3.
     dof += last - first == 1 ? 1 : last - first - 1;
   }
   return indices;
@@ -138,7 +138,7 @@ void WriteDemo(const EpisodeSteps& episode, const std::string& path, Hdf5File* f
   file->SetAttribute(path, "action_min", limits.lower);
   file->SetAttribute(path, "action_max", limits.upper);
 
-  // A robot, or a simulator of others, has no coordinates of MuJoCo's.
+  // A real robot or an external simulator has no MuJoCo coordinates.
   if (episode.model.has_physics) {
     std::vector<double> states;
     for (int64_t i = 0; i < steps; ++i) {
@@ -191,7 +191,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
     } else if (event.channel == channels::kState) {
       state_t state{};
       if (!Decode(event.data, &state)) continue;
-      // It is repeated where nobody answers.
+      // STATE is repeated until it is answered.
       if (!episode.states.empty() && state.header.tick <= episode.states.back().header.tick) continue;
       episode.states.push_back(std::move(state));
     } else if (event.channel == channels::kAction) {
@@ -211,7 +211,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
   for (size_t i = 0; i < episode.states.size(); ++i) {
     if (episode.states[i].header.tick != static_cast<int64_t>(i)) fail(fmt::format("tick {} is missing", i));
     if (i + 1 == episode.states.size()) break;
-    // In real time the last action is held where none came.
+    // In real time, the last action is held if none arrives for a tick.
     while (at + 1 < actions.size() && actions[at + 1].header.tick <= static_cast<int64_t>(i)) ++at;
     if (actions.empty() || actions[at].header.tick > static_cast<int64_t>(i)) {
       fail(fmt::format("no action of tick {}: what was not commanded cannot be learnt", i));
@@ -230,7 +230,7 @@ EpisodeSteps ReadSteps(const fs::path& log) {
 
 void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, const ImageOptions& images,
                     const std::function<void(double)>& progress) {
-  // What is wrong is found before anything is drawn or written.
+  // All logs are checked before anything is rendered or written.
   std::string task;
   for (const fs::path& log : logs) {
     const std::string name = NameOf(ReadSteps(log).model);
@@ -255,7 +255,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
       for (size_t k = 0; k < images.cameras.size(); ++k) {
         std::vector<std::string_view> rows;
         for (size_t at = k; at < deflated.size(); at += images.cameras.size()) rows.push_back(deflated[at]);
-        // A "/" would make a group.
+        // A "/" in a name would create a group.
         std::string name = images.cameras[k] + "_image";
         std::ranges::replace(name, '/', '_');
         const std::string now = path + "/obs/" + name, last = path + "/last_obs/" + name;
@@ -294,7 +294,7 @@ void WriteRobomimic(const std::vector<fs::path>& logs, const fs::path& file, con
 
 std::vector<fs::path> WriteSafetensors(const std::vector<fs::path>& logs, const fs::path& folder,
                                        const std::function<void(double)>& progress) {
-  // A log that is wrong is found before anything is written.
+  // All logs are checked before anything is written.
   for (const fs::path& log : logs) ReadSteps(log);
   std::vector<fs::path> files;
   for (size_t i = 0; i < logs.size(); ++i) {

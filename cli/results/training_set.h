@@ -1,5 +1,5 @@
-// Training sets from the logs of runs: robomimic's HDF5, RoboEval's safetensors. What is in them:
-// docs/data.md.
+// Exports training sets from the logs of runs: HDF5 for robomimic, safetensors for RoboEval. docs/data.md
+// describes their contents.
 #pragma once
 
 #include <filesystem>
@@ -17,8 +17,8 @@
 
 namespace evalbus::results {
 
-// An episode of a log as learners want it: the action of step i was commanded on the state of tick i and led
-// to that of tick i + 1.
+// An episode of a log as training steps: action i was commanded at the state of tick i and led to the state
+// of tick i + 1.
 struct EpisodeSteps {
   std::filesystem::path log;
   model_info_t model{};
@@ -30,14 +30,15 @@ struct EpisodeSteps {
   bool success() const { return summary && summary->complete && summary->metrics.success; }
 };
 
-// Throws InputError, one line that names the log: damaged, no or several episodes, no actions, ticks missing.
+// Throws InputError, one line that names the log: damaged; no or several episodes; no actions; missing ticks.
 EpisodeSteps ReadSteps(const std::filesystem::path& log);
 
-// `progress`: share of all steps, from 0 to 1. Both throw InputError and EnvironmentError and leave nothing
-// half-written. Episodes in this order are demo_0, demo_1, ...
+// `progress` receives the finished fraction of all steps, from 0 to 1. Both functions throw InputError and
+// EnvironmentError, and leave no partially written files. The episodes become demo_0, demo_1, ... in the
+// given order.
 void WriteRobomimic(const std::vector<std::filesystem::path>& logs, const std::filesystem::path& file,
                     const ImageOptions& images, const std::function<void(double)>& progress);
-// Of two arms with seven joints only. A file for each episode; returns their paths.
+// Supports only two arms with seven joints each. Writes one file per episode and returns their paths.
 std::vector<std::filesystem::path> WriteSafetensors(const std::vector<std::filesystem::path>& logs,
                                                     const std::filesystem::path& folder,
                                                     const std::function<void(double)>& progress);

@@ -11,9 +11,9 @@
 namespace evalbus::results {
 namespace {
 
-// Of the images of a source's cameras in an episode of a page.
+// Maximum size of the camera images of an episode on a page.
 constexpr size_t kImageBytes = size_t{1} << 20;
-// Of a block's element, beside its name and its text.
+// Size of a block's HTML element, without its name and text.
 constexpr size_t kElement = 80;
 
 using Block = std::pair<std::string, std::string>;
@@ -45,7 +45,7 @@ void ViewerPack::Pack(const std::vector<std::vector<Wanted>>& wanted, size_t pag
   size_t size = page + libraries_.three.size() + libraries_.orbit_controls.size();
   for (const viz::PageFile& file : viz::PageFiles()) size += std::string_view(file.text).size() + kElement;
   for (int run = 0; run < static_cast<int>(runs_.size()); ++run) {
-    // Which episodes are packed changes little of it.
+    // The selection of packed episodes hardly changes this size.
     size += 2 * kElement + viz::Packed(ListBlock(run)).size() * 11 / 10 + 100;
     size += viz::Packed(RunBlock(*runs_[static_cast<size_t>(run)], run)).size();
   }

@@ -1,4 +1,4 @@
-// Chooses how many episodes go into a page that may not be larger than so much, and packs them.
+// Selects and packs the episodes that fit into a page of limited size.
 #pragma once
 
 #include <cstddef>
@@ -16,29 +16,29 @@
 
 namespace evalbus::results {
 
-// Of a page with a viewer, unless another is asked for.
+// Default maximum size of a page with a 3D viewer.
 inline constexpr double kPageMegabytes = 8;
 
 class ViewerPack {
  public:
-  // links: of the page. Throws EnvironmentError without three.js.
+  // links: links of the page. Throws EnvironmentError if three.js is missing.
   explicit ViewerPack(const PageLinks& links);
 
-  // Returns its number on the page.
+  // Returns the run's number on the page.
   int Add(const RecordedRun& run);
 
-  // Episode of a run, in the order in which they are wanted. Those packed together, one after the other,
-  // stand together or not at all.
+  // An episode of a run.
   struct Wanted {
     int run, episode;
   };
-  // Packs what there is room for: stops at the first that there is none for. page: bytes of everything else
-  // there, without the viewer; most: of the whole. Logs that cannot be read are remarks.
+  // Packs groups of episodes in the given order until one does not fit; a group is packed completely or not
+  // at all. page: bytes of the rest of the page, without the viewer. most: maximum bytes of the page. A log
+  // that cannot be read adds a remark.
   void Pack(const std::vector<std::vector<Wanted>>& wanted, size_t page, size_t most);
 
-  // Null where nothing is packed: an empty viewer would only make the page larger.
+  // Returns nullopt if no episode is packed: an empty viewer would only enlarge the page.
   std::optional<viz::PackedViewer> Viewer() const;
-  // What is packed, a sentence.
+  // States which episodes are packed, in one sentence.
   std::string Note() const;
   const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -56,7 +56,7 @@ class ViewerPack {
   size_t episodes_ = 0;
 };
 
-// Of a run's episodes: failures first, then those that succeeded, but for `first`, which come before all.
+// Orders a run's episodes: those of `first`, then failures, then successes.
 std::vector<int> FailuresFirst(const RecordedRun& run, const std::vector<int>& first);
 
 }  // namespace evalbus::results

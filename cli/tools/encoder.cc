@@ -23,14 +23,14 @@ using Kind = viz::TrackEvent::Kind;
 
 constexpr int64_t kNsPerUs = 1000;
 constexpr char kWorld[] = "world";
-// In the order of TrackEvent::Kind.
+// Indexed by TrackEvent::Kind.
 constexpr const char* kKinds[] = {"stage", "slip", "grasp", "release", "collision", "self_collision", "end"};
-// Of foxglove.Log, in the order of log_t's.
+// Levels of foxglove.Log, indexed by log_t.level.
 constexpr int kLevels[] = {1, 2, 3, 4};
 constexpr double kMarkDiameter_m = 0.008, kNormalLength_m = 0.05;
 
 Json VectorJson(const double* v) { return {{"x", v[0]}, {"y", v[1]}, {"z", v[2]}}; }
-// From (w, x, y, z).
+// Converts from (w, x, y, z).
 Json QuaternionJson(const double* q) { return {{"x", q[1]}, {"y", q[2]}, {"z", q[3]}, {"w", q[0]}}; }
 
 template <size_t N>
@@ -38,14 +38,14 @@ bool AreNumbers(const double (&values)[N]) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
 
-// The shortest turn of +x onto a unit vector, as (w, x, y, z).
+// The shortest rotation of the x axis onto a unit vector, as (w, x, y, z).
 std::array<double, 4> TurnOntoX(const double* to) {
   if (to[0] < -1 + 1e-9) return {0, 0, 0, 1};
   const double w = 1 + to[0], norm = std::sqrt(w * w + to[1] * to[1] + to[2] * to[2]);
   return {w / norm, 0, -to[2] / norm, to[1] / norm};
 }
 
-// "m" -> "_m"; nothing for counts and fractions.
+// For example "_m" for "m"; empty for counts and fractions.
 std::string UnitSuffix(std::string_view unit) {
   constexpr std::pair<std::string_view, std::string_view> kSuffixes[] = {
       {"m", "_m"},         {"rad", "_rad"},   {"s", "_s"},
@@ -56,7 +56,7 @@ std::string UnitSuffix(std::string_view unit) {
   return "";
 }
 
-// {"a": {"b": value}} for "a.b".
+// Sets {"a": {"b": value}} for the path "a.b".
 void Put(const std::string& path, double value, Json* json) {
   size_t begin = 0;
   for (size_t dot; (dot = path.find('.', begin)) != path.npos; begin = dot + 1) {
@@ -66,7 +66,7 @@ void Put(const std::string& path, double value, Json* json) {
   (*json)[path.substr(begin)] = value;
 }
 
-// As in the line of episodes.jsonl.
+// Values by their names in episodes.jsonl.
 metrics::NamedNumbers Values(const partial_metrics_t& partial) {
   metrics::NamedNumbers values = metrics::FlattenedValues(metrics::ResultJson(partial.metrics));
   const metrics::NamedNumbers extended =
@@ -84,7 +84,7 @@ Json TimeJson(int64_t time_ns) {
 
 std::string NameWithUnit(const std::string& name) {
   const MetricNumber number = FindMetric(name);
-  // Our own end in their unit already.
+  // Names of extended metrics already end in their units.
   if (!number.metric || number.metric->is_extended()) return name;
   const size_t end = number.of.empty() ? name.size() : name.size() - number.of.size() - 1;
   return name.substr(0, end) + UnitSuffix(number.metric->unit) + name.substr(end);
@@ -128,7 +128,7 @@ void Encoder::Hear(const model_info_t& model) {
 
 void Encoder::Hear(const episode_begin_t& begin) {
   if (!IsPlausible(begin.header) || !model_) return;
-  if (begin_ && IsOurs(begin.header) && begin_->seed == begin.seed) return;  // said again
+  if (begin_ && IsOurs(begin.header) && begin_->seed == begin.seed) return;  // a repeated message
   begin_ = begin;
   track_.reset();
   Enter(begin.header);
@@ -151,7 +151,7 @@ void Encoder::Enter(const header_t& header) {
   const auto entities =
       scene_ ? scene_(*model_, has_begin ? std::optional(begin_->seed) : std::nullopt) : nullptr;
   if (!entities) return;
-  // What another episode's model has left goes.
+  // Removes the entities of the previous episode's model.
   const Json deletions = Json::array({{{"timestamp", TimeJson(0)}, {"type", 1}, {"id", ""}}});
   emit_({kScene, 0,
          std::make_shared<const std::string>("{\"deletions\":" + ToText(deletions) +
@@ -171,7 +171,7 @@ void Encoder::Hear(const state_t& state) {
     return;
   }
   const int64_t time = state.header.sim_time_us * kNsPerUs;
-  if (time <= time_ns_) return;  // said again
+  if (time <= time_ns_) return;  // a repeated message
   time_ns_ = time;
   const Json stamp = TimeJson(time);
   track_->Hear(state);
@@ -360,7 +360,7 @@ void Encoder::SayEpisode(const episode_summary_t* summary) {
 }
 
 void Encoder::SayEvents() {
-  // The summary knows some of them better; those that were said stay said.
+  // The summary knows some events more precisely, but published events cannot be changed.
   const bool only_end = track_->summary() != nullptr;
   for (const viz::TrackEvent& event : track_->Events()) {
     if ((event.kind == Kind::kEnd) != only_end) continue;
@@ -381,7 +381,7 @@ void Encoder::SayEvents() {
 
 void Encoder::Hear(const log_t& line) {
   const int level = std::clamp<int>(line.level, 0, std::size(kLevels) - 1);
-  // A component that is behind, or between two episodes, has no better time than now.
+  // If a component lags behind, or is between two episodes, the current time is the best estimate.
   const int64_t time =
       IsOurs(line.header) && line.header.tick >= 0 ? line.header.sim_time_us * kNsPerUs : time_ns_;
   SayLog(std::max<int64_t>(time, 0), kLevels[level], line.component, line.text);

@@ -1,8 +1,8 @@
-// What other people's tools are shown of an episode: messages in JSON, shaped as Foxglove's schemas where
-// there is one, each topic with its JSON schema. The same for an MCAP file, a live Foxglove server and
-// PlotJuggler.
+// Converts the messages of an episode for external tools: JSON that follows Foxglove's schemas where one
+// exists, with a JSON schema for each topic. Shared by MCAP files, the live Foxglove server and PlotJuggler.
 //
-// Times are simulated, from the episode's begin. Frames are named as MODEL's bodies, poses are in "world".
+// Times are simulated times since the start of the episode. Frames are named after MODEL's bodies; poses are
+// in the frame "world".
 #pragma once
 
 #include <cstdint>
@@ -35,53 +35,53 @@ struct Topic {
   std::string schema_name;
   // JSON Schema.
   std::string schema;
-  // Said once an episode: who comes later is told it again.
+  // True if the topic is published once or twice per episode, not for every tick.
   bool is_kept = false;
 };
 
 struct Message {
-  // Place in topics().
+  // Index in topics().
   size_t topic = 0;
   int64_t time_ns = 0;
   std::shared_ptr<const std::string> json;
 };
 
-// Topics that every run has, in this order; "/metrics" follows when the first scores say which there are.
+// Topics of every run, in this order. "/metrics" is added when the first scores show which metrics exist.
 enum TopicId : size_t {
   kTransforms,     // "/tf"
-  kScene,          // "/scene": the visual model, once an episode
-  kContactMarks,   // "/contact_marks": a ball and an arrow for each contact
+  kScene,          // "/scene": the visual model, once per episode
+  kContactMarks,   // "/contact_marks": a sphere and an arrow for each contact
   kJoints,         // "/joint_states": measured
   kJointCommands,  // "/joint_commands"
   kRobot,          // "/robot": wrists, grippers, counters
   kContacts,       // "/contacts"
   kEvents,         // "/events": stages, slips, grasps, collisions, the end
-  kLog,            // "/log": what components said, and the events
-  kEpisode,        // "/episode": which it is; said again with its result
+  kLog,            // "/log": log messages of the components, and the events
+  kEpisode,        // "/episode": its parameters; published again with its result
   kFixedTopics,
 };
 
-// A time as Foxglove's schemas have it: {"sec", "nsec"}.
+// A time in the form of Foxglove's schemas: {"sec", "nsec"}.
 nlohmann::ordered_json TimeJson(int64_t time_ns);
 
 class Encoder {
  public:
   using Emit = std::function<void(const Message&)>;
-  // JSON of the entities of a SceneUpdate for a MODEL and, where it is known, a seed (tools/scene.h); null:
-  // nothing is drawn.
+  // Returns the JSON entities of a SceneUpdate for a MODEL and, if known, a seed (tools/scene.h); null: no
+  // scene is shown.
   using SceneOf =
       std::function<std::shared_ptr<const std::string>(const model_info_t&, std::optional<int64_t> seed)>;
 
   Encoder(Emit emit, SceneOf scene);
 
-  // Any message of a run, as it came. Those of no episode that MODEL describes, or that do not fit it, say
-  // nothing; what does not decode is counted.
+  // Processes any encoded message of a run. Messages that do not belong to MODEL or to the current episode
+  // are ignored; undecodable messages are counted.
   void Hear(std::string_view channel, std::span<const uint8_t> data);
 
-  // Grows; what is there stays. A later topic of the same name takes the place of the earlier one.
+  // Only grows. A topic replaces earlier topics with the same name.
   const std::vector<Topic>& topics() const { return topics_; }
   int64_t undecodable() const { return undecodable_; }
-  // Of the latest STATE; -1 before.
+  // Simulated time of the latest STATE, ns; -1 before the first.
   int64_t time_ns() const { return time_ns_; }
 
  private:
@@ -110,14 +110,14 @@ class Encoder {
   std::vector<uint8_t> model_bytes_;
   std::shared_ptr<const model_info_t> model_;
   std::optional<episode_begin_t> begin_;
-  // The episode under way; null: none.
+  // The current episode; null if there is none.
   std::unique_ptr<viz::EpisodeTrack> track_;
   std::set<std::tuple<int, int64_t, std::string>> said_events_;
   int64_t time_ns_ = -1;
   int64_t undecodable_ = 0;
 };
 
-// A metric's name with its unit, as the keys of "/metrics" have it: "cartesian_path_length.left" ->
+// Appends a metric's unit to its name, as in the keys of "/metrics": "cartesian_path_length.left" becomes
 // "cartesian_path_length_m.left".
 std::string NameWithUnit(const std::string& name);
 

@@ -1,6 +1,6 @@
-// What a Foxglove viewer and its server say to each other (subprotocol foxglove.sdk.v1, and what is the same
-// in foxglove.websocket.v1), and a clock for playing what is on disk. Pure: bytes in, facts out, whatever the
-// bytes are.
+// Messages between a Foxglove viewer and its server (subprotocol foxglove.sdk.v1, and the parts that are the
+// same in foxglove.websocket.v1), and a clock for playback. Pure: parses and serializes bytes; arbitrary
+// input is safe.
 #pragma once
 
 #include <chrono>
@@ -15,37 +15,38 @@
 
 namespace evalbus::tools {
 
-// The first of those a client offers that we speak; empty: none. offered: header Sec-WebSocket-Protocol.
+// Returns the first supported subprotocol that a client offers; empty if there is none. offered: value of the
+// header Sec-WebSocket-Protocol.
 std::string ChooseSubprotocol(std::string_view offered);
-// The older one has no player, and its clients break off at a message about one.
+// The older subprotocol has no playback, and its clients disconnect if they receive a playback message.
 inline bool KnowsPlayback(std::string_view subprotocol) { return subprotocol == "foxglove.sdk.v1"; }
 
-// Text messages of a client. What is not for us (a client's own channels, parameters) is empty.
+// A client's text message. Unsupported requests (client channels, parameters) give an empty struct.
 struct ClientText {
-  // Of a subscription: the client's number for it, and the channel.
+  // Pairs of the client's subscription id and the channel id.
   std::vector<std::pair<uint32_t, uint32_t>> subscribe;
   std::vector<uint32_t> unsubscribe;
 };
-// Nothing: not a message of this protocol.
+// Returns nullopt if the text is not a message of this protocol.
 std::optional<ClientText> ParseClientText(std::string_view text);
 
 struct PlaybackControl {
   bool play = false;
-  // Above 0.
+  // Greater than 0; 1 is real time.
   float speed = 1;
   std::optional<uint64_t> seek_ns;
   std::string request_id;
 };
-// A binary message of a client; nothing: not one of these.
+// Parses a client's binary playback request; nullopt if the message is anything else.
 std::optional<PlaybackControl> ParsePlaybackControl(std::string_view bytes);
 
-// What a server says, as text...
+// Messages of the server, as text...
 std::string ServerInfoText(const std::string& name, const std::string& session,
                            std::optional<int64_t> playback_end_ns);
 std::string AdvertiseText(const std::vector<Topic>& topics, size_t from);
 std::string UnadvertiseText(const std::vector<size_t>& channels);
 std::string WarningText(const std::string& id, const std::string& message);
-// ... and in binary.
+// ... and as binary.
 std::string MessageBytes(uint32_t subscription, int64_t time_ns, std::string_view json);
 std::string TimeBytes(int64_t time_ns);
 
@@ -59,7 +60,7 @@ struct PlaybackState {
 };
 std::string PlaybackStateBytes(const PlaybackState& state);
 
-// Where a player is: from 0 to end_ns.
+// Playback position, from 0 to end_ns.
 class Playback {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -67,7 +68,8 @@ class Playback {
 
   explicit Playback(int64_t end_ns) : end_ns_(end_ns) {}
 
-  // The state that answers it. A seek behind the end goes to the end; playing on from there begins anew.
+  // Returns the state that answers `control`. A seek beyond the end goes to the end; playing from there
+  // starts at the beginning.
   PlaybackState Control(const PlaybackControl& control, Time now);
   PlaybackState State(Time now) const;
 
@@ -75,7 +77,7 @@ class Playback {
   int64_t end_ns_;
   bool is_playing_ = false;
   float speed_ = 1;
-  // Where it was when.
+  // Position from_ns_ at the time since_.
   int64_t from_ns_ = 0;
   Time since_{};
 };

@@ -40,7 +40,7 @@ std::string_view View(beast::string_view text) { return {text.data(), text.size(
 
 }  // namespace
 
-// All but the constructor on the server's thread, or before it starts.
+// Everything but the constructor runs on the server's thread, or before it starts.
 struct FoxgloveServer::Core {
   class Viewer;
   class Handshake;
@@ -48,19 +48,19 @@ struct FoxgloveServer::Core {
   explicit Core(Options the_options) : options(std::move(the_options)) {}
 
   void Listen();
-  // Why this request is not let in; empty: it is.
+  // Returns why this request is rejected; empty if it is accepted.
   std::string Refusal(const http::request<http::empty_body>& request);
 
   const Options options;
   bool is_loopback = true;
   std::vector<Topic> topics;
-  // Channels whose name a later one has taken.
+  // Channels that were replaced by a later topic of the same name.
   std::set<size_t> gone;
   std::map<size_t, Message> kept{};
   std::optional<PlaybackState> playback;
   std::set<Viewer*> viewers;
   std::atomic<int> num_viewers = 0;
-  // Below what connections use: they go with it.
+  // Declared after the members that connections use, so that it is destroyed before them.
   viz::Listener listener;
 };
 
@@ -98,7 +98,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     control_.push_back({true, PlaybackStateBytes(state)});
     Write();
   }
-  // Only the newest is of interest.
+  // Only the latest time is sent.
   void TellTime(int64_t time_ns) {
     time_ = time_ns;
     Write();
@@ -188,7 +188,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
     for (const uint32_t id : client->unsubscribe) subscriptions_.erase(id);
     for (const auto& [id, channel] : client->subscribe) {
       if (channel >= core_->topics.size() || core_->gone.contains(channel)) continue;
-      if (subscriptions_.size() > core_->topics.size()) return false;  // one each is all that helps
+      if (subscriptions_.size() > core_->topics.size()) return false;  // more than one per topic
       subscriptions_[id] = channel;
       const auto last = core_->kept.find(channel);
       if (last != core_->kept.end()) Enqueue(id, last->second);
@@ -197,7 +197,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
   }
 
   bool HearBinary(std::string_view bytes) {
-    // Other kinds of message are of capabilities that we do not have.
+    // Other message types belong to capabilities that this server does not offer.
     if (bytes.empty()) return false;
     if (bytes[0] != '\x03') return true;
     const auto control = ParsePlaybackControl(bytes);
@@ -212,7 +212,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
                         [self = shared_from_this()](error_code) { self->Drop(); });
   }
 
-  // Ends a write that is still waiting, too.
+  // Also aborts a pending write.
   void Drop() {
     is_closing_ = true;
     beast::get_lowest_layer(stream_).close();
@@ -231,7 +231,7 @@ class FoxgloveServer::Core::Viewer : public std::enable_shared_from_this<Viewer>
   bool has_playback_ = false, is_writing_ = false, is_closing_ = false;
 };
 
-// A connection until it is a viewer, or refused.
+// A connection until it becomes a viewer or is rejected.
 class FoxgloveServer::Core::Handshake : public std::enable_shared_from_this<Handshake> {
  public:
   Handshake(Core* core, tcp::socket socket) : core_(core), stream_(std::move(socket)) {

@@ -1,9 +1,9 @@
-// A WebSocket server for Foxglove: https://docs.foxglove.dev/docs/connecting-to-data/live-data. One thread of
-// its own; nobody waits for it, and no viewer for another: who reads slowly loses the oldest messages, and is
-// told so.
+// A WebSocket server for Foxglove: https://docs.foxglove.dev/docs/connecting-to-data/live-data. It has its
+// own thread, so it never delays its caller, and viewers do not delay each other: slow viewers lose the
+// oldest messages and receive a warning.
 //
-// Who may ask: on a loopback address whoever says a loopback name as Host. A browser's page only from
-// Foxglove's own web application, from this server's own origin, or from an origin that was named.
+// Access: on a loopback address, the request's Host must be a loopback name. Requests from web pages are
+// accepted only from Foxglove's own web application, from this server's own origin, or from Options::origins.
 #pragma once
 
 #include <functional>
@@ -19,44 +19,44 @@ namespace evalbus::tools {
 
 class FoxgloveServer {
  public:
-  // Of messages that wait for one viewer.
+  // Limits on the messages queued for one viewer.
   static constexpr size_t kQueueBytes = size_t{32} << 20, kQueueMessages = 2000;
   static constexpr int kViewers = 50;
 
   struct Options {
     std::string host = "127.0.0.1";
-    // 0: one that is free.
+    // 0: any free port.
     uint16_t port = 8765;
     std::vector<std::string> origins;
-    // Shown by the viewer.
+    // Displayed by the viewer.
     std::string name = "evalbus";
     std::string session;
-    // Of what is on disk: viewers get a player's buttons.
+    // Length of a recording that is played; viewers then show playback controls.
     std::optional<int64_t> playback_end_ns;
-    // A viewer pressed one; on the server's thread.
+    // Called on the server's thread when a viewer uses its playback controls.
     std::function<void(const PlaybackControl&)> on_control = {};
-    // A sentence about who was not let in; on the server's thread.
+    // Called on the server's thread with a one-sentence reason when a client is rejected.
     std::function<void(const std::string&)> on_refused = {};
   };
 
-  // Listens, in the network that this process is in now, and starts no thread yet. Throws InputError where
-  // the address is none of this machine or its port is taken.
+  // Opens the port in the current network namespace; does not start the thread. Throws InputError if the
+  // address is not one of this machine or the port is in use.
   explicit FoxgloveServer(const Options& options);
   ~FoxgloveServer();
   FoxgloveServer(const FoxgloveServer&) = delete;
   FoxgloveServer& operator=(const FoxgloveServer&) = delete;
 
-  // Serves, until it is destroyed. What was sent before is not lost.
+  // Starts serving, until this object is destroyed. Messages sent before are kept.
   void Start();
 
   uint16_t port() const;
   int viewers() const;
 
-  // Those of an encoder, which only grow.
+  // Sets the topics of an encoder; the list only grows.
   void SetTopics(const std::vector<Topic>& topics);
-  // The last one of each topic is kept for who subscribes later.
+  // The last message of each topic is kept and sent to later subscribers.
   void Send(const Message& message);
-  // Drops what is kept: another episode, or another time.
+  // Discards the kept messages, for another episode or after a seek.
   void Forget();
   void SendTime(int64_t time_ns);
   void SendPlayback(const PlaybackState& state);

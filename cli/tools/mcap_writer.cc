@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 constexpr char kCompression[] = "zstd";
-// Fast, and within some percent of the best.
+// Fast, and the files are only a few percent larger than at the highest levels.
 constexpr int kLevel = 3;
 
 enum class Op : uint8_t {
@@ -30,7 +30,7 @@ enum class Op : uint8_t {
   kDataEnd = 0x0F,
 };
 
-// Fields of a record, little endian.
+// Serializes the fields of a record, little-endian.
 class Fields {
  public:
   template <class T>
@@ -150,7 +150,7 @@ void McapWriter::CloseChunk() {
 
 std::string McapWriter::Finish() {
   CloseChunk();
-  // A CRC of 0: there is none; each chunk has its own.
+  // A data section CRC of 0 means that there is none; each chunk has its own.
   file_ += Record(Op::kDataEnd, Fields().U32(0));
 
   const size_t summary = file_.size();
@@ -191,7 +191,7 @@ std::string McapWriter::Finish() {
 
   const size_t summary_offset = file_.size();
   file_ += offsets;
-  // The CRC covers the footer, too, up to itself.
+  // The CRC also covers the footer up to the CRC field.
   Fields footer;
   footer.U64(summary).U64(summary_offset);
   const std::string head = Fields().Int<uint8_t>(static_cast<uint8_t>(Op::kFooter)).U64(20).bytes();

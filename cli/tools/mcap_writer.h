@@ -1,5 +1,5 @@
-// MCAP files (https://mcap.dev/spec): chunks compressed by zstd, an index of every message, statistics, CRCs.
-// Messages are JSON with a JSON schema. Pure: bytes are built in memory.
+// Writes MCAP files (https://mcap.dev/spec): chunks compressed with zstd, message indexes, statistics, CRCs.
+// Messages are JSON with a JSON schema. Pure: the file is built in memory.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +13,17 @@ namespace evalbus::tools {
 
 class McapWriter {
  public:
-  // A chunk is closed when it has so many bytes.
+  // A chunk is closed when it reaches this size.
   static constexpr size_t kChunkBytes = size_t{1} << 20;
 
-  // library: who writes, for people.
+  // library: name and version of the writing program.
   explicit McapWriter(const std::string& library);
 
-  // Returns the channel's id, from 0. Schemas of the same name and text are written once.
+  // Returns the channel's id, starting at 0. Schemas with the same name and text are written once.
   uint16_t AddChannel(const std::string& topic, const std::string& schema_name, const std::string& schema);
   void Add(uint16_t channel, int64_t time_ns, std::string_view json);
 
-  // The whole file; nothing can be added afterwards.
+  // Returns the complete file. No other method must be called afterwards.
   std::string Finish();
 
  private:
@@ -35,11 +35,11 @@ class McapWriter {
   void CloseChunk();
 
   std::string file_;
-  // Records of the chunk being filled, and of each channel the times and places of its messages there.
+  // Records of the current chunk, and for each channel the times and offsets of its messages in the chunk.
   std::string records_;
   std::map<uint16_t, std::vector<std::pair<uint64_t, uint64_t>>> index_;
   std::vector<Chunk> chunks_;
-  // Records, for the summary.
+  // Records that are repeated in the summary section.
   std::vector<std::string> schemas_, channels_;
   std::map<std::pair<std::string, std::string>, uint16_t> schema_ids_;
   std::map<uint16_t, uint64_t> counts_;

@@ -37,7 +37,7 @@ std::vector<std::string> Datagrams(const std::string& topic, double time_s, cons
   std::string text = begin;
   for (const auto& [path, value] : numbers) {
     const std::string entry = "," + ToText(Json(path)) + ":" + value.dump();
-    if (begin.size() + entry.size() + 1 > kDatagramBytes) continue;  // a name of absurd length
+    if (begin.size() + entry.size() + 1 > kDatagramBytes) continue;  // too long for any datagram
     if (text.size() + entry.size() + 1 > kDatagramBytes) {
       datagrams.push_back(text + "}");
       text = begin;

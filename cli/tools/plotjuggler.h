@@ -1,4 +1,4 @@
-// Numbers of a topic as PlotJuggler's UDP server takes them: one JSON object a datagram.
+// Converts the numbers of a topic for PlotJuggler's UDP server: one JSON object per datagram.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace evalbus::tools {
 
-// A datagram no network cuts.
+// Small enough for any network to transmit without fragmentation.
 inline constexpr size_t kDatagramBytes = 1400;
 
-// {"timestamp": time_s, "/metrics/cartesian_path_length_m/left": 0.31, ...}; what does not fit into one goes
-// into further ones of the same time. An array's objects are called by their "name"; texts and other arrays
-// are left out. None for a topic without a number.
+// Returns datagrams such as {"timestamp": time_s, "/metrics/cartesian_path_length_m/left": 0.31, ...}.
+// Numbers that do not fit into one datagram are sent in further ones with the same time stamp. Objects in an
+// array are keyed by their "name"; strings and other arrays are omitted. Empty for a topic without numbers.
 std::vector<std::string> Datagrams(const std::string& topic, double time_s, const std::string& json);
 
 }  // namespace evalbus::tools

@@ -31,7 +31,7 @@ std::shared_ptr<const std::string> SceneSource::Of(const model_info_t& model, st
                                                    const fs::path& run) {
   remark_.clear();
   try {
-    // RUN/model/visual.mjb
+    // The model's path is RUN/model/visual.mjb.
     const viz::SceneBlocks& scene =
         scenes_.Of(model, run.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run);
     const nlohmann::ordered_json appearance = seed ? scene.Appearance(*seed) : nullptr;
@@ -52,7 +52,7 @@ EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
   std::string remark;
   Encoder encoder(
       [&](const Message& message) {
-        // Another one begins.
+        // Another episode starts.
         if (message.topic == kEpisode && message.time_ns == 0) episode.messages.clear();
         episode.messages.push_back(message);
       },

@@ -1,4 +1,4 @@
-// A recorded episode as tools are shown it: its log, encoded.
+// Encodes a recorded episode for external tools.
 #pragma once
 
 #include <filesystem>
@@ -12,19 +12,20 @@
 
 namespace evalbus::tools {
 
-// Encoder::SceneOf for MODELs of a run in this folder; empty: where they say. A model that is gone or not its
-// own draws nothing, and the remark states the reason. Episodes that look alike share one text, since making
-// it takes as long as all other messages of a short episode.
+// Implements Encoder::SceneOf for MODELs of a run in the folder `run`; if that is empty, for the paths in
+// MODEL. If a model file is missing or does not match its hash, there is no scene, and remark() states the
+// reason. Episodes with the same appearance share one text, because generating it takes as long as all other
+// messages of a short episode.
 class SceneSource {
  public:
   std::shared_ptr<const std::string> Of(const model_info_t& model, std::optional<int64_t> seed,
                                         const std::filesystem::path& run);
-  // Of the last call; empty: its model is there.
+  // Reason why the last call of Of() returned no scene; empty if it did.
   const std::string& remark() const { return remark_; }
 
  private:
   results::Scenes scenes_;
-  // What was made last, and of what.
+  // The latest text, and the key that it was generated for.
   std::string made_of_;
   std::shared_ptr<const std::string> entities_;
   std::string remark_;
@@ -32,22 +33,22 @@ class SceneSource {
 
 struct EncodedEpisode {
   std::vector<Topic> topics;
-  // By time; of equal times in the log's order.
+  // Ordered by time; messages with equal times are in the log's order.
   std::vector<Message> messages;
-  // What a reader has to know, a sentence each: damage in the log, no scene.
+  // Notes on the recording, one sentence each: damage in the log, missing scene.
   std::vector<std::string> remarks;
 };
 
-// The last episode of a log, its last attempt. `scenes` may be that of other logs, too. Throws InputError:
-// cannot be read, or holds no episode.
+// Encodes the last attempt of a log's last episode. `scenes` may be shared by several logs. Throws InputError
+// if the log cannot be read or contains no episode.
 EncodedEpisode EncodeEpisode(const std::filesystem::path& log, SceneSource* scenes);
 
-// Its images as a camera sees them, 10 a second of simulated time: foxglove.CompressedImage (JPEG) on
-// "/camera/NAME". size as of `evalbus render`. Throws InputError, EnvironmentError.
+// Adds camera images at 10 Hz of simulated time: foxglove.CompressedImage (JPEG) on "/camera/NAME". `size`
+// has the format of the option of `evalbus render`. Throws InputError, EnvironmentError.
 void AddImages(const std::filesystem::path& log, const std::vector<std::string>& cameras,
                const std::string& size, EncodedEpisode* episode);
 
-// An MCAP file of it.
+// Returns the episode as an MCAP file.
 std::string McapFile(const EncodedEpisode& episode);
 
 }  // namespace evalbus::tools

@@ -24,7 +24,7 @@ Json PoseJson(const Json& position, const Json& quat) {
           {"orientation", {{"x", quat[1]}, {"y", quat[2]}, {"z", quat[3]}, {"w", quat[0]}}}};
 }
 
-// A point on the z axis of a geom, in its body's frame. quat: (w, x, y, z).
+// A point at height z on a geom's z axis, in the body's frame. quat: (w, x, y, z).
 Json Along(const Json& position, const Json& quat, double z) {
   const double w = quat[0], x = quat[1], y = quat[2], k = quat[3];
   return {position[0].get<double>() + z * 2 * (x * k + w * y),
@@ -62,7 +62,7 @@ void AddGeom(const Json& geom, const Json& color, const viz::SceneBlocks& scene,
     (*entity)["triangles"].push_back(std::move(triangles));
     return;
   }
-  // Half of it each way, as MuJoCo has them.
+  // MuJoCo's sizes are half sizes.
   const std::array<double, 3> half = geom["size_m"];
   const Json box = VectorJson(2 * half[0], 2 * half[1], 2 * half[2]);
   const auto add_cylinder = [&] {
@@ -86,7 +86,7 @@ void AddGeom(const Json& geom, const Json& color, const viz::SceneBlocks& scene,
     }
   } else if (shape == "plane") {
     const auto size = [](double side) { return side > 0 ? 2 * side : kEndless_m; };
-    // Its upper side is the plane.
+    // The plane is the upper side of a thin box.
     const Json at =
         PoseJson(Along(geom["position_m"], geom["quat_wxyz"], -kPlaneThickness_m / 2), geom["quat_wxyz"]);
     add("cubes", at, VectorJson(size(half[0]), size(half[1]), kPlaneThickness_m));

@@ -1,5 +1,5 @@
-// JSON schemas of the topics: those named foxglove.* have the members that Foxglove's schema of this name
-// asks for (https://docs.foxglove.dev/docs/visualization/message-schemas), as far as we fill them.
+// JSON schemas of the topics. Schemas named foxglove.* contain the members of Foxglove's schema of that name
+// (https://docs.foxglove.dev/docs/visualization/message-schemas) that evalbus publishes.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ std::string RobotSchema();
 std::string ContactsSchema();
 std::string EventSchema();
 std::string EpisodeSchema();
-// Of numbers at these paths ("cartesian_path_length_m.left"), each with what people call it.
+// Schema of numbers at these paths ("cartesian_path_length_m.left"), each with its display name.
 std::string MetricsSchema(const std::vector<std::pair<std::string, std::string>>& paths);
 
 }  // namespace evalbus::tools

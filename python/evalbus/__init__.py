@@ -1,11 +1,11 @@
-"""Serve a policy to evalbus, and read what evalbus recorded.
+"""Serves policies to evalbus, and reads its runs and logs.
 
-    evalbus.serve(act)          makes a function a policy server (openpi's websocket wire)
-    evalbus.read_run(folder)    a run's options, episodes and scores
-    evalbus.read_log(file)      an episode's messages as numpy arrays
-    evalbus.events(file)        the same, one message after the other
+    evalbus.serve(act)          serves a function as a policy (openpi's websocket protocol)
+    evalbus.read_run(folder)    reads options, episodes and scores of a run
+    evalbus.read_log(file)      reads the messages of an episode as numpy arrays
+    evalbus.events(file)        iterates over the messages of an episode
 
-docs/python.md has examples.
+See docs/python.md for examples.
 """
 
 from evalbus.log import Log, events, read_log
@@ -13,7 +13,7 @@ from evalbus.run import read_run
 
 
 def __getattr__(name):
-    # Who only reads runs needs neither websockets nor msgpack.
+    # Imported on first use: reading runs requires neither websockets nor msgpack.
     if name == "serve":
         from evalbus.server import serve
 

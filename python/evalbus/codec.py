@@ -1,23 +1,23 @@
-"""msgpack with numpy arrays, as openpi's policy servers and clients write them.
+"""msgpack with numpy arrays, in the format of openpi's policy servers and clients.
 
-An array is a map {b"__ndarray__": true, b"data": its bytes in C order, b"dtype": numpy's dtype.str, b"shape": its
-sizes}, a numpy scalar {b"__npgeneric__": true, b"data": number, b"dtype": ...}. Keys may come as text, too.
-Nothing here can run code: there is no pickle, and arrays of objects are refused in both directions.
+An array is a map {b"__ndarray__": true, b"data": bytes in C order, b"dtype": dtype.str, b"shape": sizes}.
+A numpy scalar is a map {b"__npgeneric__": true, b"data": number, b"dtype": dtype.str}. Keys may also be text.
+Decoding cannot execute code: pickle is not used, and object arrays are rejected in both directions.
 """
 
 import msgpack
 import numpy as np
 
-# Booleans, integers, floating-point numbers, and text of a fixed length.
+# numpy kinds: booleans, integers, floating-point numbers, fixed-length bytes and text.
 _KINDS = "biufSU"
 
 
 class CodecError(ValueError):
-    """Bytes that are no message of this wire, or a value that has no form in it."""
+    """The bytes are not a valid message, or the value cannot be encoded."""
 
 
 def pack(value):
-    """Bytes of dictionaries, lists, texts, numbers, None and numpy arrays. Raises CodecError."""
+    """Encodes dictionaries, lists, texts, numbers, None and numpy arrays. Raises CodecError."""
     try:
         return msgpack.packb(value, default=_to_map)
     except (TypeError, OverflowError) as error:
@@ -25,7 +25,7 @@ def pack(value):
 
 
 def unpack(data):
-    """The value; arrays are copies that may be written to. Raises CodecError."""
+    """Decodes a value; arrays are writable copies. Raises CodecError."""
     try:
         return msgpack.unpackb(data, object_hook=_from_map)
     except CodecError:

@@ -1,6 +1,6 @@
-"""LCM's event logs, as evalbus records one for each episode (episodes/0007/events.lcmlog).
+"""Reader for LCM event logs; evalbus records one per episode (episodes/0007/events.lcmlog).
 
-Those of `evalbus run --log zstd` (events.lcmlog.zst) are unpacked by the program zstd.
+Compressed logs of `evalbus run --log zstd` (events.lcmlog.zst) require the program zstd.
 """
 
 import contextlib
@@ -14,7 +14,7 @@ import numpy as np
 from evalbus import messages
 
 _MAGIC = b"\xed\xa1\xda\x01"
-# Magic, number of the event, time in microseconds, bytes of the channel's name, bytes of the message.
+# _HEADER: magic number, event number, time in microseconds, size of the channel name, size of the message.
 _PACKED_MAGIC = b"\x28\xb5\x2f\xfd"
 _MAX_UNPACKED_BYTES = 1 << 30
 _HEADER = struct.Struct(">4sqqII")
@@ -23,25 +23,25 @@ _MAX_MESSAGE_BYTES = 64 << 20
 
 
 class Log(dict):
-    """Channel -> columns: each member of the channel's messages, over all of them in the order of the log.
+    """Maps channels to columns: one column per member of the channel's messages, in the order of the log.
 
-    log["EVALBUS_STATE"]["qpos_mixed"] is an array (T, nq), ["header"]["tick"] one (T,),
-    ["arm"]["joint_position_rad"] one (T, arms, joints), ["time_us"] (T,) when each was recorded. Where sizes
-    differ from message to message, as in ["EVALBUS_CONTACTS"]["contact"]["position_m"], and for texts, it is
-    a list with an entry for each message.
+    For T messages, log["EVALBUS_STATE"]["qpos_mixed"] is an array (T, nq), ["header"]["tick"] is (T,), and
+    ["arm"]["joint_position_rad"] is (T, arms, joints). ["time_us"] is (T,): the time at which each message was
+    recorded. A column is a list with one entry per message if it contains text or if sizes differ between
+    messages, as in ["EVALBUS_CONTACTS"]["contact"]["position_m"].
     """
 
     def __init__(self):
         super().__init__()
-        # Bytes that belong to no whole event, and in how many places.
+        # Number of bytes that are not part of a complete event, and number of such gaps.
         self.damaged_bytes = 0
         self.damaged_places = 0
-        # Channel -> how many events on it are no message of this version of evalbus.
+        # Channel -> number of its events that are not messages of this evalbus version.
         self.not_decoded = {}
 
 
 def read_log(file):
-    """The messages of a log as numpy arrays: see Log. What is damaged is left out, counted and warned of."""
+    """Reads the messages of a log as numpy arrays (see Log). Damaged parts are skipped, counted and warned about."""
     log = Log()
     times, found, names = {}, {}, {}
     for time_us, channel, name, message in _messages(file, log):
@@ -60,7 +60,7 @@ def read_log(file):
 def events(file):
     """Yields (time in microseconds, channel, message) for each message of a log; a message is a dictionary.
 
-    Raises OSError for a file that cannot be read, and warns of damage at the end as read_log does.
+    Raises OSError if the file cannot be read. At the end, it warns about damaged parts as read_log does.
     """
     for time_us, channel, _, message in _messages(file, Log()):
         yield time_us, channel, message
@@ -104,7 +104,7 @@ def _events(file, log):
 
 @contextlib.contextmanager
 def _bytes(file):
-    """Those of a log, packed or not."""
+    """Content of a log, decompressed if necessary."""
     with open(file, "rb") as stream:
         start = stream.read(len(_PACKED_MAGIC))
         if not start:
@@ -134,13 +134,13 @@ def _unpacked(file):
 
 
 def _find(data, at):
-    """Where the next magic number is, or the end."""
+    """Position of the next magic number, or the end."""
     found = data.find(_MAGIC, at)
     return found if found >= 0 else len(data)
 
 
 def _claimed_size(data, at):
-    """Bytes of the event that begins here, by its own lengths; 0 where none can begin."""
+    """Size of the event that starts here according to its header; 0 if there is no valid header."""
     if len(data) - at < _HEADER.size:
         return 0
     magic, _, _, channel_size, data_size = _HEADER.unpack_from(data, at)
@@ -155,7 +155,7 @@ def _is_boundary(data, at):
 
 
 def _event_size(data, at):
-    """The same, 0 also where these lengths are damaged: then they reach over events that are whole."""
+    """The same, but 0 also if the sizes are damaged, which is the case if they span other complete events."""
     size = _claimed_size(data, at)
     if not size or _is_boundary(data, at + size):
         return size
@@ -168,7 +168,7 @@ def _event_size(data, at):
 
 
 def _columns(type_, values, depth):
-    """values: messages in `depth` lists within one another, the outermost one the log's."""
+    """values: messages in `depth` nested lists, of which the outermost has one entry per logged message."""
     columns = {}
     for member in type_.members:
         inner = _pick(values, member.name, depth)

@@ -1,7 +1,7 @@
-"""evalbus' messages: LCM's binary format, by the definitions in lcmtypes/*.lcm.
+"""Encodes and decodes evalbus' messages in LCM's binary format, according to the definitions in lcmtypes/*.lcm.
 
 A message is a dictionary of its members: numbers, texts, numpy arrays (arrays of numbers), lists (arrays of
-texts) and dictionaries or lists of them (other messages). No generated code and no other module is needed.
+texts), and dictionaries or lists of them (nested messages). Neither generated code nor the lcm module is needed.
 """
 
 import dataclasses
@@ -14,7 +14,7 @@ import struct
 import numpy as np
 
 _DTYPES = {
-    # As they are on the wire.
+    # Types as encoded: big-endian.
     "int8_t": ">i1",
     "int16_t": ">i2",
     "int32_t": ">i4",
@@ -27,14 +27,14 @@ _DTYPES = {
 
 
 class MessageError(ValueError):
-    """Bytes that are no message, or a dictionary that is not of its type."""
+    """The bytes are not a valid message, or a dictionary does not match its message type."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Member:
     name: str
     type: str
-    # Sizes of an array: numbers, or the name of the member before that says it.
+    # Sizes of an array: each is a number, or the name of a preceding member that contains the size.
     dimensions: tuple
 
 
@@ -43,22 +43,22 @@ class Type:
     name: str
     members: tuple
     constants: dict
-    # By which LCM knows messages of this type.
+    # Hash by which LCM identifies the type.
     fingerprint: int
 
 
 def types():
-    """Name -> Type of all messages ("state_t")."""
+    """Maps names ("state_t") to the Type of all messages."""
     return _types()[0]
 
 
 def dtype(name):
-    """numpy's, of one of LCM's numbers ("int32_t")."""
+    """numpy dtype of an LCM number type ("int32_t")."""
     return np.dtype(bool) if name == "boolean" else np.dtype(_DTYPES[name]).newbyteorder("=")
 
 
 def decode(data):
-    """(name of its type, message) of the bytes of one. Raises MessageError."""
+    """Decodes a message; returns (name of its type, message). Raises MessageError."""
     if len(data) < 8:
         raise MessageError(f"{len(data)} bytes are no message")
     fingerprint = int.from_bytes(data[:8], "big")
@@ -73,9 +73,9 @@ def decode(data):
 
 
 def encode(name, message):
-    """The bytes of a message of the type of this name ("action_t").
+    """Encodes a message of the named type ("action_t").
 
-    Members that are missing are zero, empty or as many as an array has elements. Raises MessageError.
+    Missing members become zero or empty; a missing size member is set to the size of its array. Raises MessageError.
     """
     if name not in types():
         raise MessageError(f"there is no message {name}")
@@ -172,7 +172,7 @@ def _encode(name, shape, value, parts, where):
 
 @functools.lru_cache(maxsize=None)
 def _least_bytes(name):
-    """What a value takes at least: of strings the length and the NUL."""
+    """Minimum encoded size of a value in bytes. A string has at least its length and a NUL."""
     if name == "string":
         return 5
     if name in _DTYPES:
@@ -200,7 +200,7 @@ _TOKEN = re.compile(r"//[^\n]*|/\*.*?\*/|([A-Za-z_][\w.]*|[-+]?[\d.][\w.+-]*|\S)
 
 
 def _parse(file):
-    """(name, (members, constants)) of a file's struct, in what of LCM's language lcmtypes/ uses."""
+    """Parses a file; returns (name, (members, constants)) of its struct. Supports only the syntax used in lcmtypes/."""
     tokens = [match[1] for match in _TOKEN.finditer(file.read_text()) if match[1]]
     at = 0
 
@@ -242,8 +242,8 @@ def _parse(file):
     return name, (tuple(members), constants)
 
 
-# LCM's fingerprint (lcmgen): a hash of a struct's member names, built-in types and dimensions, to which those
-# of the structs in it are added.
+# LCM's fingerprint, as computed by lcm-gen: a hash of a struct's member names, built-in types and dimensions, plus
+# the fingerprints of nested structs.
 
 
 def _signed(value):

@@ -1,4 +1,4 @@
-"""The folder of a run (docs/run_folder.md)."""
+"""Reader for run folders (docs/run_folder.md)."""
 
 import json
 import pathlib
@@ -7,17 +7,18 @@ import numpy as np
 
 
 def read_run(folder):
-    """A finished or interrupted run:
+    """Reads a finished, interrupted or active run. Returns a dictionary:
 
-    ["run"]       its options: what is in run.json
-    ["summary"]   rates and statistics: what is in summary.json; None while the run goes on
-    ["episodes"]  a dictionary for each finished episode, in order: the lines of episodes.jsonl
-    ["scores"]    name -> array with a value for each of these episodes; nan where one has none. Names of
-                  nested values are joined by dots, as in `evalbus export`: "extended.min_clearance_m",
-                  "parameters.pot_x_m" (what was drawn for the start)
-    ["logs"]      episode -> file of its log, for read_log
+    ["run"]       options: the content of run.json
+    ["summary"]   rates and statistics: the content of summary.json; None while the run is active
+    ["episodes"]  one dictionary per finished episode, in order: the lines of episodes.jsonl
+    ["scores"]    name -> array with one value per finished episode; nan if unavailable. Names of nested values
+                  are joined by dots, as in `evalbus export`: "extended.min_clearance_m",
+                  "parameters.pot_x_m" (a randomized initial condition)
+    ["logs"]      episode -> path of its log, for read_log
 
-    Rates are over episodes whose "complete" is true. Raises ValueError with file and line for what is no run.
+    Rates include only episodes whose "complete" is true. Raises ValueError, with file and line, if the folder is not
+    a valid run.
     """
     folder = pathlib.Path(folder)
     if (folder / "suite.json").exists():
@@ -65,7 +66,7 @@ def _episodes(file):
             index = episode["episode"]
         except (ValueError, TypeError, KeyError) as error:
             if number == len(lines):
-                break  # Cut off: the run was killed while it wrote this.
+                break  # The last line is truncated: the run was killed while writing it.
             raise ValueError(f"{file}:{number}: no line of an episode: {error}") from None
         if index in episodes:
             raise ValueError(f"{file}:{number}: episode {index} again")

@@ -1,10 +1,10 @@
-"""Makes a function a policy server: openpi's websocket wire.
+"""Serves a function as a policy over openpi's websocket protocol.
 
-The server's first frame is a map, its metadata. Then each binary request, an observation, has one binary
-reply, a map with "actions". When the policy raises, the reply is its traceback as text and the connection is
-closed with code 1011.
-GET /healthz says OK. Frames are not compressed and have at most 256 MiB. Pages in browsers are refused: any site that
-is open on this machine could otherwise read the metadata and drive the policy.
+The first frame from the server is a map with its metadata. After that, each binary request contains an observation
+and receives one binary reply, a map with "actions". If the policy raises an exception, the reply is the traceback as
+text, and the connection is closed with code 1011.
+GET /healthz returns OK. Frames are uncompressed and at most 256 MiB. Requests from web pages are rejected; otherwise
+any site open in a browser on this machine could read the metadata and call the policy.
 """
 
 import asyncio
@@ -20,7 +20,7 @@ import websockets
 from evalbus import codec
 
 try:
-    # Since websockets 13; the older interface is gone from later ones.
+    # websockets 13 and later; newer versions no longer contain the legacy API.
     from websockets.asyncio.server import serve as _serve
 
     def _health(connection, request):
@@ -32,36 +32,35 @@ except ImportError:
     def _health(path, _):
         return (http.HTTPStatus.OK, [("Content-Type", "text/plain")], b"OK\n") if path == "/healthz" else None
 
-    # A coroutine in that interface.
+    # The legacy API requires a coroutine.
     _answer_health = _health
 
     async def _health(path, headers):
         return _answer_health(path, headers)
 
 
-# How long a connection waits for its turn: less than a client waits for the metadata.
+# How long a connection waits for the previous one to close; must be shorter than the client's timeout for the metadata.
 _RELEASE_S = 5
 _BUSY = (
     "this policy has reset(), so it remembers its episode and serves one connection at a time, and another one is "
     "open: use one worker, or pass the policy's class to evalbus.serve()"
 )
-# The largest request, which is held in memory as a whole.
+# Maximum size of a request, which is held in memory as a whole.
 _MAX_BYTES = 256 << 20
 
 
 def serve(act, port=8000, host="127.0.0.1", metadata={}):
     """Serves a policy until the program is interrupted.
 
-    act(observation) is called with a dictionary of numpy arrays and texts and returns an action chunk: an
-    array (H, D) of H steps of D numbers, or (D,), which is a chunk of one step, or a dictionary with such an
-    array as "actions".
-    act.reset(), if it exists, is called at the beginning of each connection. evalbus opens one for each episode.
-    Calls come one at a time, from one thread that is not the caller's. Connections share one policy. A policy with
-    reset() remembers its episode and serves one connection at a time; to serve several episodes at the same time,
-    pass its class, of which each connection then has its own object.
-    port 0: any free one; the port is in the line that is printed. A client on another machine needs
-    host="0.0.0.0".
-    metadata: what clients are told of the policy; evalbus compares it with its contract.
+    act: called as act(observation) with a dictionary of numpy arrays and texts. It returns an action chunk: an array
+    (H, D) of H steps of D numbers, an array (D,) for a single step, or a dictionary with such an array as "actions".
+    act.reset(), if it exists, is called at the start of each connection. evalbus opens one connection per episode.
+    All calls are made sequentially in one worker thread, not in the thread that called serve(). All connections share
+    the policy. A policy with reset() is stateful and serves one connection at a time. To serve several episodes
+    concurrently, pass its class; each connection then creates its own instance.
+    port: 0 selects any free port, which is printed.
+    host: use "0.0.0.0" to accept clients on other machines.
+    metadata: sent to each client; evalbus compares it with its contract.
     """
     hello = codec.pack(dict(metadata))
     try:
@@ -71,10 +70,10 @@ def serve(act, port=8000, host="127.0.0.1", metadata={}):
 
 
 async def _run(act, hello, host, port):
-    # Held by the connection that a policy with a memory serves.
+    # For a stateful policy: held by the connection that is being served.
     turn = asyncio.Lock() if hasattr(act, "reset") and not isinstance(act, type) else None
 
-    # The event loop stays free for pings and other connections while the policy computes.
+    # The policy runs in a worker thread, so that the event loop can serve pings and other connections.
     with concurrent.futures.ThreadPoolExecutor(max_workers=1) as worker:
 
         async def handle(connection):
@@ -97,7 +96,7 @@ async def _run(act, hello, host, port):
             port,
             compression=None,
             max_size=_MAX_BYTES,
-            # A browser names the origin of the page with every WebSocket; clients of policies name none.
+            # Only requests without Origin are accepted. Browsers always send it; policy clients do not.
             origins=[None],
             process_request=_health,
         ) as server:
@@ -107,7 +106,7 @@ async def _run(act, hello, host, port):
 
 
 async def _taken(turn):
-    # The connection of the episode before may still be closing.
+    # The connection of the previous episode may still be closing.
     try:
         await asyncio.wait_for(turn.acquire(), _RELEASE_S)
         return True

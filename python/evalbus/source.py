@@ -1,6 +1,6 @@
-"""Publishes what another simulator or a robot measures, for `evalbus watch`: joints, poses of objects, camera images.
+"""Publishes the measurements of a robot or an external simulator for `evalbus watch`: joints, object poses, images.
 
-Needs no LCM: it sends and receives LCM's datagrams itself. docs/watch.md says who publishes what when.
+Needs no LCM: it sends and receives LCM datagrams itself. The protocol is described in docs/watch.md.
 """
 
 import itertools
@@ -15,16 +15,16 @@ import numpy as np
 from evalbus import messages
 
 _USUAL_URL = "udpm://239.255.76.67:7667?ttl=0"
-# Of a message's bytes, in one datagram; longer messages come in parts.
+# Maximum number of message bytes per datagram; longer messages are fragmented.
 _PART = 60_000
 
 
 class Source:
-    """One robot, or one scene of a simulator.
+    """A robot, or a scene of an external simulator.
 
-    name: what people call it. joints: names, as the task has them ("left/joint1"), in the order in which positions are
-    published; objects: names of tracked objects. period_s: time between two samples. url: the bus of `evalbus watch`;
-    the one of EVALBUS_URL by default, else LCM's usual one.
+    name: shown to users. joints: joint names of the task ("left/joint1"), in the order in which positions are
+    published. objects: names of tracked objects. period_s: time between two samples. url: the bus of `evalbus watch`;
+    by default EVALBUS_URL, or LCM's default bus if it is not set.
     """
 
     def __init__(self, name, joints, period_s, objects=(), has_velocity=False, url=None):
@@ -52,7 +52,7 @@ class Source:
         """Publishes SOURCE_ANNOUNCEMENT until `evalbus watch` answers with MODEL."""
         self._in.settimeout(0.5)
         published, packet = 0, b""
-        while b"EVALBUS_MODEL\0" not in packet[:64]:  # long messages come in parts; the first names the channel
+        while b"EVALBUS_MODEL\0" not in packet[:64]:  # the first fragment has the channel name
             if time.monotonic() - published > 0.5:
                 published = time.monotonic()
                 self._publish("EVALBUS_SOURCE_ANNOUNCEMENT", "source_announcement_t", self.announcement)
@@ -66,9 +66,9 @@ class Source:
         self._sample = 0
 
     def publish(self, stamp_s, positions, objects=(), velocities=(), is_last=False):
-        """A sample: joint positions (rad, m), and (position, quaternion wxyz) of each object in the world frame.
+        """Publishes a sample: joint positions (rad, m), and (position in m, quaternion wxyz) of each object, world frame.
 
-        stamp_s: when it was measured, on any clock that does not go back. is_last: the episode ends with it.
+        stamp_s: time of the measurement on any monotonic clock. is_last: the episode ends with this sample.
         """
         sample = {
             "episode": self._episode,
@@ -83,9 +83,10 @@ class Source:
         self._publish("EVALBUS_SOURCE_STATE", "source_state_t", sample)
 
     def image(self, stamp_s, camera, jpeg):
-        """An image of a camera ("front", "left/wrist"): bytes of a JPEG file, taken at stamp_s on the clock of publish().
+        """Publishes an image of a camera ("front", "left/wrist").
 
-        `evalbus watch` takes at most ten a second of each camera, of at most 512 KiB and 2048 pixels each way.
+        jpeg: content of a JPEG file. stamp_s: time of the image on the clock of publish(). `evalbus watch` accepts at
+        most ten images per second and camera, with at most 512 KiB and 2048 pixels per side.
         """
         width, height = jpeg_size(jpeg)
         image = {
@@ -96,7 +97,7 @@ class Source:
         self._publish("EVALBUS_SOURCE_IMAGE_" + camera.replace("/", "_"), "image_t", image)
 
     def _publish(self, channel, type_, message):
-        """As LCM's senders do: a short message in one datagram, a long one in parts."""
+        """Sends a message in LCM's UDP format: a short one in one datagram, a long one in fragments."""
         data = messages.encode(type_, message)
         name, sequence = channel.encode() + b"\0", next(self._sequence) & 0xFFFFFFFF
         if len(name) + len(data) <= _PART:
@@ -112,11 +113,11 @@ class Source:
 
 
 def jpeg_size(jpeg):
-    """(width, height) of a JPEG file's bytes. Raises ValueError where it is none."""
+    """Returns (width, height) of a JPEG file's content. Raises ValueError if it is not a JPEG file."""
     at = 2
     while jpeg[:2] == b"\xff\xd8" and len(jpeg) >= at + 9 and jpeg[at] == 0xFF:
         marker, (size,) = jpeg[at + 1], struct.unpack_from(">H", jpeg, at + 2)
-        # Start of a frame, of any kind but those that only define tables.
+        # SOFn marker (start of frame); C4, C8 and CC have other meanings.
         if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
             height, width = struct.unpack_from(">HH", jpeg, at + 5)
             return width, height

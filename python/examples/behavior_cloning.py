@@ -1,12 +1,12 @@
-"""Behavior cloning: a small network learns from a training set of evalbus, and is served. docs/tutorial_training.md.
+"""Behavior cloning: trains a small network on a training set of evalbus, and serves it. See docs/tutorial_training.md.
 
     python3 python/examples/behavior_cloning.py train demos.hdf5 --steps 100,3000 --out policy
     python3 python/examples/behavior_cloning.py serve policy/3000.pt
 
 Needs PyTorch and h5py: apt-get install python3-torch python3-h5py, or pip install torch h5py.
 
-Observation: "state", 19 numbers: the 14 joint positions of the two arms (rad, left arm first), the two grippers'
-openings (1 open, 0 closed), the pot's position in the world (m).
+Observation: "state", 19 numbers: the 14 joint positions of the two arms (rad, left arm first), the openings of the two
+grippers (1 open, 0 closed), the position of the pot in the world frame (m).
 Actions: 10 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed).
 """
 
@@ -20,7 +20,7 @@ CHUNK, WIDTH = 10, 128
 
 
 def demonstrations(file):
-    """(states (N, 19), chunks (N, CHUNK, 16)) of the successful episodes of a training set, one for each step."""
+    """Returns (states (N, 19), chunks (N, CHUNK, 16)) for the N steps of all successful episodes of a training set."""
     import h5py
 
     states, chunks = [], []
@@ -29,7 +29,7 @@ def demonstrations(file):
             demo = data["data"][name.decode()]
             obs, actions = demo["obs"], demo["actions_raw"][:]
             states.append(np.hstack([obs["joint_position"], obs["gripper_opening"], obs["pot_pose"][:, :3]]))
-            # Behind the last action it stays where it is.
+            # Action chunks at the end of an episode are padded with its last action.
             ahead = np.arange(len(actions))[:, None] + np.arange(CHUNK)
             chunks.append(actions[np.minimum(ahead, len(actions) - 1)])
     return np.concatenate(states), np.concatenate(chunks)
@@ -38,7 +38,7 @@ def demonstrations(file):
 class Network(torch.nn.Module):
     def __init__(self):
         super().__init__()
-        # Of what it learns from; saved with its weights.
+        # Mean and standard deviation of the training data; saved with the weights.
         for name, shape in {"state": (19,), "chunk": (CHUNK, 16)}.items():
             self.register_buffer(f"{name}_mean", torch.zeros(shape))
             self.register_buffer(f"{name}_spread", torch.ones(shape))
@@ -51,7 +51,7 @@ class Network(torch.nn.Module):
         )
 
     def forward(self, states):
-        """Chunks in units of their spread, as the loss compares them."""
+        """Returns normalized action chunks, as used in the loss."""
         return self.layers((states - self.state_mean) / self.state_spread).reshape(-1, CHUNK, 16)
 
     def chunk(self, states):
@@ -59,8 +59,8 @@ class Network(torch.nn.Module):
 
 
 def train(file, checkpoints, out, seed=0):
-    """Writes OUT/STEPS.pt after each of these numbers of steps."""
-    # So small a network is fastest on one core.
+    """Trains and writes a checkpoint OUT/STEPS.pt after each number of steps in `checkpoints`."""
+    # A network of this size trains fastest on one core.
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     states, chunks = (torch.from_numpy(values).float() for values in demonstrations(file))

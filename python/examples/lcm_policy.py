@@ -1,10 +1,10 @@
-"""A policy on the bus itself: keeps the robot at home.
+"""A policy that uses the LCM bus directly; it holds the robot at its home position.
 
-    pip install lcm            (Debian has no package of it)
+    pip install lcm            (not available as a Debian package)
     evalbus run lift_pot --policy lcm --url 'udpm://239.255.76.67:7667?ttl=0' &
     python3 python/examples/lcm_policy.py 'udpm://239.255.76.67:7667?ttl=0'
 
-Who says what when: docs/connecting_a_policy.md and docs/messages.md. Members of messages: lcmtypes/.
+The protocol is described in docs/connecting_a_policy.md and docs/messages.md, the message types in lcmtypes/.
 """
 
 import random
@@ -31,13 +31,13 @@ class Policy:
             ("EVALBUS_EPISODE_BEGIN", self.on_begin),
             ("EVALBUS_STATE", self.on_state),
         ):
-            # 0: no message is dropped, however late it is handled.
+            # 0: unlimited queue, so that no message is dropped.
             self.bus.subscribe(
                 channel, lambda _, data, heard=heard: heard(messages.decode(data)[1])
             ).set_queue_capacity(0)
 
     def act(self, state):
-        """(joint targets of all arms, rad; a number for each gripper, 0 open, 1 closed)."""
+        """Returns (joint targets of all arms in rad, one number per gripper from 0 = open to 1 = closed)."""
         return np.concatenate([arm["joint_home_rad"] for arm in self.model["arm"]]), [0] * len(
             self.model["gripper"]
         )
@@ -71,7 +71,7 @@ class Policy:
         self.bus.publish("EVALBUS_STATUS", messages.encode("component_status_t", self.status))
 
     def run(self):
-        # Beside the loop, so that it is heard at least once a second also while act() takes its time.
+        # STATUS is published by a separate thread, so that it is sent at least once a second even if act() is slow.
         stopped = threading.Event()
 
         def repeat():

@@ -1,17 +1,17 @@
-"""A policy of LeRobot (https://github.com/huggingface/lerobot) behind a server: ACT.
+"""Serves an ACT policy of LeRobot (https://github.com/huggingface/lerobot).
 
     pip install lerobot
     python3 python/examples/lerobot_policy.py [CHECKPOINT]
     evalbus run lift_pot --policy python/examples/lerobot_policy.yaml
 
-CHECKPOINT: folder of a trained ACT policy, with what normalizes for it, as `lerobot-train` writes it. Without one its
+CHECKPOINT: folder of a trained ACT policy with its normalization data, as written by `lerobot-train`. Without it, the
 weights are random.
 
 Observation: the keys of the data set that to_lerobot.py writes: "observation.state", 16 numbers: the 14 joint
-positions of the two arms (rad, left arm first), then the two grippers' openings (1 open, 0 closed);
-"observation.images.head" and others, (height, width, 3), uint8, RGB, as they were in training.
-Actions: 20 steps of 16 numbers (a checkpoint: as many as in training): 14 joint targets (rad), then the two
-grippers.
+positions of the two arms (rad, left arm first), then the openings of the two grippers (1 open, 0 closed);
+"observation.images.head" and others, (height, width, 3), uint8, RGB, in the same size as in training.
+Actions: 20 steps (with a checkpoint: as many as in training) of 16 numbers: 14 joint targets (rad), then the two
+grippers (0 open, 1 closed).
 """
 
 import sys
@@ -43,8 +43,8 @@ class Policy:
         else:
             torch.manual_seed(0)
             self.policy = ACTPolicy(ACTConfig(**RANDOM))
-        # LeRobot's policies neither normalize nor unnormalize themselves: without these a trained one acts at
-        # random.
+        # LeRobot's policies do not normalize inputs or unnormalize outputs themselves. Without these processors, the
+        # actions of a trained policy would be meaningless.
         self.before, self.after = make_pre_post_processors(self.policy.config, checkpoint)
 
     def reset(self):

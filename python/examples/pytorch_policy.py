@@ -1,16 +1,16 @@
-"""A small network that has learnt from the expert's runs, behind a server.
+"""Trains a small network on runs of the expert and serves it.
 
     evalbus run lift_pot --control-hz 20 --episodes 1 --out runs/expert
     python3 python/examples/pytorch_policy.py runs/expert
     evalbus run lift_pot --policy python/examples/pytorch_policy.yaml
 
-Needs PyTorch: apt-get install python3-torch, or pip install torch. Learns for some seconds, then serves.
+Needs PyTorch: apt-get install python3-torch, or pip install torch. Training takes a few seconds.
 
-Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the two
-grippers' openings (1 open, 0 closed).
-Actions: 20 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed); execute 10
-or so of them.
-It does not see the pot, so it can only know the way of a task in which nothing is randomized.
+Observation: "state", 16 numbers: the 14 joint positions of the two arms (rad, left arm first), then the openings of
+the two grippers (1 open, 0 closed).
+Actions: 20 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed). About 10 of the
+steps should be executed.
+The observation does not contain the pot's pose, so the policy can only solve tasks without randomization.
 """
 
 import sys
@@ -23,7 +23,7 @@ STEPS = 20
 
 
 def demonstrations(runs):
-    """(states (N, 16), chunks (N, STEPS, 16)) of the successful episodes of runs, one for each tick."""
+    """Returns (states (N, 16), chunks (N, STEPS, 16)) for the N ticks of all successful episodes of the runs."""
     states, chunks = [], []
     for folder in runs:
         run = evalbus.read_run(folder)
@@ -35,7 +35,7 @@ def demonstrations(runs):
             joints = state["arm"]["joint_position_rad"]
             seen = np.hstack([joints.reshape(len(joints), -1), state["gripper"]["opening"]])
             done = np.hstack([action["joint_position_rad"], action["gripper_closing"]])
-            # The last state may have no action. After the last action it stays where it is.
+            # The last state may have no action. Action chunks at the end are padded with the last action.
             ticks = np.arange(len(done))[:, None] + np.arange(STEPS)
             chunks.append(done[np.minimum(ticks, len(done) - 1)])
             states.append(seen[: len(done)])
@@ -56,7 +56,7 @@ class Network(torch.nn.Module):
         )
 
     def forward(self, states):
-        """In units of the spread, as the loss compares them."""
+        """Returns normalized action chunks, as used in the loss."""
         return self.layers((states - self.center) / self.scale).reshape(-1, *self.chunk_center.shape)
 
     def chunk(self, states):
@@ -64,7 +64,7 @@ class Network(torch.nn.Module):
 
 
 def train(states, chunks, steps=1000, seed=0):
-    # So small a network is fastest on one core.
+    # A network of this size trains fastest on one core.
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     states, chunks = (torch.from_numpy(values).float() for values in (states, chunks))
@@ -74,7 +74,7 @@ def train(states, chunks, steps=1000, seed=0):
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 3e-3, total_steps=steps)
     for step in range(steps):
         rows = torch.randint(len(states), (64,))
-        # States beside the demonstrated ones, so that it finds back to the way.
+        # Noise on the states teaches the network to return to the demonstrated trajectory.
         beside = states[rows] + 0.05 * network.scale * torch.randn(len(rows), states.shape[1])
         loss = (network(beside) - wanted[rows]).abs().mean()
         optimizer.zero_grad()

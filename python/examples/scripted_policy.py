@@ -1,10 +1,9 @@
-"""A scripted policy behind a server: both arms go home, grippers open.
+"""Serves a scripted policy: both arms move to their home position and the grippers open.
 
     python3 python/examples/scripted_policy.py
     evalbus run lift_pot --policy plain
 
-Observation: "state", the 14 joint positions of the two Panda arms (rad, left arm first), then more or
-nothing.
+Observation: "state", the 14 joint positions of the two Panda arms (rad, left arm first); further numbers are ignored.
 Actions: 10 steps of 16 numbers: 14 joint targets (rad), then the two grippers (0 open, 1 closed).
 """
 

@@ -1,13 +1,13 @@
-"""A run of evalbus as a LeRobot dataset, by LeRobot's own writer (pip install lerobot h5py).
+"""Converts a run of evalbus to a LeRobot dataset with LeRobot's own writer (pip install lerobot h5py).
 
     evalbus run lift_pot/position --control-hz 20 --policy expert --episodes 20 --out RUN
     evalbus export RUN --hdf5 set.hdf5 --successes --camera roboeval/head,roboeval/left_wrist,roboeval/right_wrist
     python3 python/examples/to_lerobot.py set.hdf5 --repo-id me/lift_pot --out DATASET
 
-LeRobot 0.4 writes its format v3.0, 0.3 its v2.1. `observation.state` and `action` have the joints of all arms (rad),
-then all grippers (state: 1 open; action: 1 closed). For two Pandas, names and order are those of the public conversion
-of RoboEval, 16 numbers each: left_joint1..7, right_joint1..7, left_gripper, right_gripper; for one, arm_joint1..7 and
-arm_gripper. Images: `observation.images.head`, ...; task: "INSTRUCTION; VARIATION".
+LeRobot 0.4 writes dataset format v3.0, LeRobot 0.3 writes v2.1. `observation.state` and `action` contain the joints of
+all arms (rad), then all grippers (state: 1 open; action: 1 closed). For two Pandas, names and order match the public
+LeRobot conversion of RoboEval, 16 numbers each: left_joint1..7, right_joint1..7, left_gripper, right_gripper; for one
+Panda they are arm_joint1..7 and arm_gripper. Images: `observation.images.head`, ...; task: "INSTRUCTION; VARIATION".
 """
 import argparse
 import inspect
@@ -51,7 +51,7 @@ def main():
             use_videos=True,
         )
         task = f"{kwargs['instruction'] or about['env_name']}; {kwargs['variation']}"
-        # Before 0.4 the task is an argument, since then a part of the frame.
+        # Before LeRobot 0.4, the task is an argument; since then it is a part of the frame.
         is_argument = "task" in inspect.signature(dataset.add_frame).parameters
         for name in demos:
             demo = file["data"][name]
@@ -62,7 +62,7 @@ def main():
                 frame |= {name: demo["obs"][key][step] for key, name in images.items()}
                 dataset.add_frame(frame, task=task) if is_argument else dataset.add_frame({**frame, "task": task})
             dataset.save_episode()
-        # Only those that put many episodes into a file have it.
+        # Exists only in versions that write several episodes into one file.
         if hasattr(dataset, "finalize"):
             dataset.finalize()
 

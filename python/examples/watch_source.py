@@ -1,12 +1,12 @@
-"""A source for `evalbus watch`, without LCM: the joints of recorded episodes, as a robot of its own would publish them.
+"""A source for `evalbus watch`, without LCM: publishes the joints of recorded episodes in the same way as a robot.
 
     evalbus watch lift_pot/position --episodes 2 &
     PYTHONPATH=python python3 python/examples/watch_source.py RUN/episodes/000[01]/events.lcmlog [--objects]
         [--images CAMERA=FOLDER]
 
---objects: poses of the objects, too. --images: the JPEG files of a folder in the order of their names, ten a second, as
-images of a camera of this name. For a robot, replace `measured()`, and call `source.image()` with what its cameras see.
-Who publishes what when: docs/watch.md. EVALBUS_URL names another bus.
+--objects: also publishes the poses of the objects. --images: publishes the JPEG files of a folder, sorted by name, as
+images of this camera, ten per second. For a robot, replace `measured()` and pass its camera images to `source.image()`.
+The protocol is described in docs/watch.md. Set EVALBUS_URL to use a different bus.
 """
 
 import argparse
@@ -20,7 +20,7 @@ IMAGES_PER_S = 10
 
 
 def measured(file, with_objects):
-    """(names of joints, of objects, s between samples, [(positions, [(position, quaternion)])])."""
+    """Returns (joint names, object names, sample period in s, [(positions, [(position, quaternion)])])."""
     state = read_log(file)["EVALBUS_STATE"]
     model = next(message for _, channel, message in events(file) if channel == "EVALBUS_MODEL")
     names = [j for j in model["joint_name"] if j.split("/")[0] in [arm["name"] for arm in model["arm"]]]

@@ -15,8 +15,9 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr char kEllipsis[] = "…";
 
-// Loaded by file, not by name: a font that is missing is an error and not another font. Loaded once and kept,
-// since Cairo keeps references to what it has drawn with.
+// The fonts are loaded from their files, not by name, so that a missing font is an error instead of being
+// replaced by another font. They are loaded once and never freed because Cairo keeps references to the fonts
+// that it has used.
 struct Fonts {
   Fonts() {
     FT_Library library = nullptr;
@@ -159,7 +160,7 @@ std::vector<std::string> Canvas::Wrapped(const std::string& text, Font font, dou
       lines.push_back(Fitted(left, font, size, room));
       break;
     }
-    // As many words as there is room for; a word that is too long is cut.
+    // Takes as many words as fit; a word that is too long by itself is cut.
     size_t end = std::string::npos;
     for (size_t space = left.find(' '); space != std::string::npos; space = left.find(' ', space + 1)) {
       if (TextWidth(left.substr(0, space), font, size) > room) break;

@@ -1,4 +1,4 @@
-// A frame as a surface to draw on, by Cairo, with the one font of our images.
+// A 2D drawing surface over a Frame, implemented with Cairo. All text uses one font family.
 #pragma once
 
 #include <span>
@@ -34,14 +34,15 @@ void LoadFonts();
 
 class Canvas {
  public:
-  // Everything is in units of `scale` pixels. Throws EnvironmentError if the font is missing.
+  // All coordinates and lengths are in units of `scale` pixels. Throws EnvironmentError if the font is
+  // missing.
   Canvas(Frame* frame, double scale);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
 
   void Fill(const Box& box, const Color& color);
-  // With round corners.
+  // Fills a box with rounded corners.
   void Panel(const Box& box, double radius, const Color& color);
   void Outline(const Box& box, double line, const Color& color);
   void Disc(const Point& center, double radius, const Color& color);
@@ -50,18 +51,19 @@ class Canvas {
   void Polygon(std::span<const Point> points, const Color& color);
 
   double TextWidth(const std::string& text, Font font, double size);
-  // x, y: left end of the base line.
+  // x, y: left end of the baseline.
   void Text(double x, double y, const std::string& text, Font font, double size, const Color& color);
-  // The same, to the left of x.
+  // The same, but right-aligned: the text ends at x.
   void TextBefore(double x, double y, const std::string& text, Font font, double size, const Color& color);
 
-  // Cut, with an ellipsis, to what is not wider.
+  // Returns the text, cut with an ellipsis if it is wider than `room`.
   std::string Fitted(const std::string& text, Font font, double size, double room);
-  // In lines that are not wider; what has no room in so many lines is cut with an ellipsis.
+  // Breaks the text into lines no wider than `room`. If it needs more than max_lines, the last line is cut
+  // with an ellipsis.
   std::vector<std::string> Wrapped(const std::string& text, Font font, double size, double room,
                                    size_t max_lines);
 
-  // Nothing is drawn outside until Unclip.
+  // Restricts drawing to the box until Unclip is called.
   void Clip(const Box& box);
   void Unclip();
 

@@ -15,13 +15,13 @@ struct FrameSize {
   bool operator==(const FrameSize&) const = default;
 };
 
-// From "640x480". Throws InputError.
+// Parses a size such as "640x480". Throws InputError.
 FrameSize ParseFrameSize(const std::string& text);
-// Throws InputError for an odd or absurd size.
+// Throws InputError unless width and height are even and within 2 to 4096 pixels.
 void CheckFrameSize(FrameSize size);
 
-// Rows from the top, pixels from the left, 4 bytes each: blue, green, red, unused. (Cairo's RGB24 on a
-// little-endian machine and ffmpeg's bgr0, so that no pixel is converted twice.)
+// Pixels row by row from the top, left to right, 4 bytes per pixel: blue, green, red, unused. This is Cairo's
+// RGB24 on a little-endian machine and ffmpeg's bgr0, so that no pixel format conversion is needed.
 struct Frame {
   explicit Frame(FrameSize s) : size(s), bgrx(size_t(s.width) * size_t(s.height) * 4) {}
 

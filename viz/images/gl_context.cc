@@ -29,16 +29,17 @@ void Load(void* library, const char* file, const char* name, Function** function
   if (!*function) throw EnvironmentError(fmt::format("{} has no {}", file, name));
 }
 
-// Before Mesa is loaded. Its threads that fill triangles free what others still read: llvmpipe (Mesa 22.3)
-// looks without a lock at which textures are in use, and a process died of it once in 28,000 images.
-// Without them who draws an image fills its triangles, too, which takes no longer.
+// Disables the rasterizer threads of llvmpipe; must be called before Mesa is loaded. In Mesa 22.3 these
+// threads have a use-after-free: llvmpipe checks without a lock which textures are in use, which crashed one
+// process in 28,000 images. Without them the calling thread rasterizes, which takes no longer.
 void NoMesaThreads() { setenv("LP_NUM_THREADS", "0", 1); }
 
-// Loaded once and never unloaded. MuJoCo finds OpenGL's functions through the same library.
+// Loaded once and never unloaded. MuJoCo looks up the OpenGL functions in the same library.
 struct OsMesa {
   OsMesa() {
     NoMesaThreads();
-    // Nor one that writes compiled shaders to the user's home: videos fork.
+    // Disables the shader cache as well: its writer thread would not survive the fork of the video renderer,
+    // and it writes to the user's home directory.
     setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
     void* library = dlopen("libOSMesa.so.8", RTLD_NOW | RTLD_GLOBAL);
     if (!library) {
@@ -59,7 +60,7 @@ struct OsMesa {
 
 struct Egl {
   Egl() {
-    NoMesaThreads();  // where it draws in software
+    NoMesaThreads();  // in case EGL falls back to software rendering
     void* library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_GLOBAL);
     if (!library) {
       throw EnvironmentError("--gl egl needs EGL: install it with 'apt-get install libegl1' (" +
@@ -75,7 +76,8 @@ struct Egl {
     Open();
   }
 
-  // The first device that works, in the order of the drivers; a machine without devices draws in software.
+  // Opens the first device that works, in the order in which EGL lists them. On a machine without devices EGL
+  // draws in software.
   void Open() {
     const auto devices = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(function("eglQueryDevicesEXT"));
     const auto get_display =
@@ -144,8 +146,8 @@ bool IsSoftware(const std::string& renderer) {
   return false;
 }
 
-// Whether there is a graphics processor that EGL draws OpenGL with. Asked of a child: MuJoCo would take an
-// EGL that is loaded for the one to draw with, and it cannot be unloaded again.
+// Returns whether EGL can draw OpenGL on a graphics processor. The check runs in a child process: once EGL is
+// loaded, MuJoCo would use it for drawing, and it cannot be unloaded.
 bool HasGraphicsProcessor() {
   std::error_code none;
   if (!std::filesystem::exists("/dev/dri/renderD128", none) &&
@@ -163,7 +165,7 @@ bool HasGraphicsProcessor() {
     }
     _exit(code);
   }
-  // A driver that hangs is none.
+  // A driver that does not respond within 10 s counts as missing.
   int status = 1;
   for (int waited_ms = 0; waitpid(child, &status, WNOHANG) == 0; waited_ms += 10) {
     if (waited_ms > 10000) kill(child, SIGKILL);
@@ -213,7 +215,7 @@ GlContext::GlContext() {
   if (g_kind == GlKind::kUndecided) UseGl(kOsMesaName);
   if (IsEgl()) {
     const Egl& egl = TheEgl();
-    egl.bind_api(EGL_OPENGL_API);  // of this thread
+    egl.bind_api(EGL_OPENGL_API);  // applies to this thread
     context_ = egl.create(egl.display, egl.config, EGL_NO_CONTEXT, nullptr);
     if (!context_) throw EnvironmentError("EGL cannot create an OpenGL context");
   } else {

@@ -1,36 +1,38 @@
-// OpenGL without a screen: in software (OSMesa), or on a graphics processor (EGL). Both are loaded when they
-// are first needed, so that programs start without them.
+// OpenGL contexts without a screen: in software (OSMesa) or on a graphics processor (EGL). The libraries are
+// loaded on first use, so that programs start without them.
 //
-// A process draws with one of the two: MuJoCo finds OpenGL's functions through whichever library is loaded.
-// In software equal models and states give equal bits on every machine with the same Mesa and vector
-// instructions; a graphics processor rounds in its own way. What a policy saw is therefore drawn with OSMesa
-// unless the user says otherwise, and run.json keeps what was said.
+// A process uses only one of the two, because MuJoCo looks up the OpenGL functions in whichever library is
+// loaded. Software rendering of equal models and states gives identical bits on all machines with the same
+// Mesa version and vector instructions; results of graphics processors vary. Images for policies are
+// therefore drawn with OSMesa unless the user selects EGL; run.json records the selection.
 #pragma once
 
 #include <string>
 
 namespace evalbus::viz {
 
-// "osmesa", "egl" or "auto": EGL where this machine has a graphics processor that it works with, else OSMesa.
-// Throws InputError for another word, EnvironmentError where what was asked for is missing, and where this
-// process draws with the other one already. Without a call it is OSMesa.
+// Selects the library: "osmesa", "egl" or "auto" (EGL if it works with a graphics processor of this machine,
+// else OSMesa). Without a call, OSMesa is used. Throws InputError for any other name. Throws EnvironmentError
+// if the selected library is missing or this process already draws with the other one.
 void UseGl(const std::string& name);
-// "osmesa" or "egl": what `name` comes to on this machine. Loads nothing into this process.
+// Returns "osmesa" or "egl": what `name` resolves to on this machine. Loads no library into this process.
 std::string ResolveGl(const std::string& name);
-// Whether contexts are memory alone, which a fork copies: OSMesa's.
+// Returns whether contexts consist of process memory only, so that a fork copies them: true for OSMesa.
 bool IsGlInMemory();
-// What this process draws with: "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as UseGl.
+// Returns a description of the renderer in use, e.g. "osmesa (llvmpipe (LLVM 15.0.6, 256 bits))". Throws as
+// UseGl.
 std::string GlInUse();
-// Of commands that draw.
+// Help text of the --gl option of drawing commands.
 inline constexpr char kGlHelp[] =
     "what draws: osmesa, in software, with equal bytes everywhere; egl, where there is a GPU on it; auto: "
     "egl if\n"
     "there is a GPU that it works with, else osmesa";
-// UseGl, and where it is not the usual one a line for people that says which it is, and why. Throws as UseGl.
+// Calls UseGl. If the result is not the default library, returns a line for the user with the library and the
+// reason. Throws as UseGl.
 std::string UseGlAndTell(const std::string& name);
 
-// One context. It is current in the thread that made it or last called MakeCurrent. All throw
-// EnvironmentError.
+// An OpenGL context. It is current in the thread that constructed it or last called MakeCurrent. All members
+// throw EnvironmentError.
 class GlContext {
  public:
   GlContext();
@@ -42,12 +44,12 @@ class GlContext {
 
  private:
   void* context_ = nullptr;
-  // OSMesa insists on a buffer of its own; everything is drawn into others.
+  // OSMesa requires a default buffer; all drawing goes to framebuffer objects instead.
   static constexpr int kUnused = 16;
   unsigned char unused_[kUnused * kUnused * 4];
 };
 
-// A function of OpenGL's. A context is current.
+// Returns the address of an OpenGL function. A context must be current.
 void* GlFunction(const char* name);
 
 }  // namespace evalbus::viz

@@ -1,4 +1,4 @@
-// The functions of OpenGL 2.1 that we call ourselves, of the library that draws (gl_context.h).
+// The OpenGL 2.1 functions that evalbus calls directly, looked up in the library in use (gl_context.h).
 // GL_GLEXT_PROTOTYPES is defined for the whole library.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace evalbus::viz {
 
-// Throws EnvironmentError where this OpenGL has no such function. A context is current.
+// Throws EnvironmentError if this OpenGL lacks the function. A context must be current.
 template <class Function>
 Function* FindGl(const char* name) {
   auto* const function = reinterpret_cast<Function*>(GlFunction(name));

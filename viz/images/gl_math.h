@@ -1,4 +1,4 @@
-// Vectors and matrices as OpenGL has them.
+// Vectors and matrices in OpenGL's conventions.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ inline Vec Unit(Vec a) {
   return {a.x / length, a.y / length, a.z / length};
 }
 
-// By columns.
+// 4x4 matrix in column-major order.
 using Matrix = std::array<float, 16>;
 
 inline Matrix operator*(const Matrix& a, const Matrix& b) {
@@ -36,14 +36,14 @@ inline Matrix operator*(const Matrix& a, const Matrix& b) {
   return product;
 }
 
-// From the world to an eye here: x to the right, y up, z toward the viewer.
+// World-to-eye transform for an eye at `eye`: x to the right, y up, z toward the viewer.
 inline Matrix LookAlong(Vec eye, Vec forward, Vec up) {
   const Vec f = Unit(forward), s = Unit(Cross(f, up)), u = Unit(Cross(s, f));
   return {s.x, u.x, -f.x, 0, s.y,          u.y,          -f.y,        0,
           s.z, u.z, -f.z, 0, -Dot(s, eye), -Dot(u, eye), Dot(f, eye), 1};
 }
 
-// Of one that turns and moves, and does no more.
+// Inverse of a rigid transform (rotation and translation only).
 inline Matrix Inverse(const Matrix& m) {
   Matrix inverse{};
   for (size_t i = 0; i < 3; ++i) {
@@ -54,12 +54,13 @@ inline Matrix Inverse(const Matrix& m) {
   return inverse;
 }
 
-// A point, by a matrix without perspective.
+// Transforms a point by an affine matrix (no perspective).
 inline Vec Place(const Matrix& m, Vec v) {
   return {m[0] * v.x + m[4] * v.y + m[8] * v.z + m[12], m[1] * v.x + m[5] * v.y + m[9] * v.z + m[13],
           m[2] * v.x + m[6] * v.y + m[10] * v.z + m[14]};
 }
-// A direction, by the turn of such a matrix; and back.
+// Turn rotates a direction by the upper-left 3x3 block of a rigid transform; TurnBack applies the inverse
+// rotation.
 inline Vec Turn(const Matrix& m, Vec v) {
   return {m[0] * v.x + m[4] * v.y + m[8] * v.z, m[1] * v.x + m[5] * v.y + m[9] * v.z,
           m[2] * v.x + m[6] * v.y + m[10] * v.z};

@@ -1,4 +1,4 @@
-// Frames as JPEG, by libjpeg-turbo.
+// JPEG encoder for frames (libjpeg-turbo).
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@ namespace evalbus::viz {
 
 class JpegEncoder {
  public:
-  // Throws EnvironmentError if the library refuses; so does Encode.
+  // Both the constructor and Encode throw EnvironmentError if the library fails.
   JpegEncoder();
 
-  // A file of its own: JFIF, 4:2:0, good enough to read the overlay.
+  // Returns a complete JFIF file (4:2:0 subsampling). The quality is high enough to read the overlay.
   std::vector<uint8_t> Encode(const Frame& frame);
 
  private:

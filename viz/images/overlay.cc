@@ -12,11 +12,12 @@
 namespace evalbus::viz {
 namespace {
 
-// Sizes in pixels of an image 480 pixels high.
+// Sizes in pixels for an image 480 pixels high.
 constexpr double kMargin = 12, kPadding = 9, kRadius = 5, kBold = 13.5, kSmall = 11.5, kLine = 17, kDot = 4.2;
 
 constexpr Color kPanel{0.07, 0.08, 0.10, 0.66}, kText{0.97, 0.97, 0.97}, kDim{0.74, 0.76, 0.79};
-// Blue and vermilion of Okabe and Ito's palette, which color-blind people tell apart; a word says it, too.
+// Blue and vermilion of the Okabe-Ito palette, distinguishable for color-blind viewers. The outcome is also
+// written as a word.
 constexpr Color kGood{0, 0.447, 0.698, 0.94}, kBad{0.835, 0.369, 0, 0.94}, kReached{0.337, 0.706, 0.914};
 
 std::string EndLabel(const std::string& end_reason) {
@@ -25,7 +26,7 @@ std::string EndLabel(const std::string& end_reason) {
   return text;
 }
 
-// A ring, or a filled disc.
+// Draws a filled disc or a ring.
 void Dot(Canvas* canvas, double x, double y, bool filled, const Color& color) {
   filled ? canvas->Disc({x, y}, kDot, color) : canvas->Ring({x, y}, kDot - 0.7, 1.4, color);
 }
@@ -58,7 +59,7 @@ Overlay::Overlay(FrameSize size) : scale_(std::max(0.5, size.height / 480.0)) { 
 void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   Canvas canvas(frame, scale_);
 
-  // Top left: what this is.
+  // Top left: title, subtitle, policy and robot.
   const double title_width = std::max({canvas.TextWidth(text.title, Font::kBold, kBold),
                                        canvas.TextWidth(text.subtitle, Font::kNormal, kSmall),
                                        canvas.TextWidth(text.maker, Font::kNormal, kSmall)});
@@ -68,7 +69,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
   canvas.Text(kMargin + kPadding, kMargin + 34, text.subtitle, Font::kNormal, kSmall, kDim);
   canvas.Text(kMargin + kPadding, kMargin + 50, text.maker, Font::kNormal, kSmall, kDim);
 
-  // Top right: when, and in the end how it ended.
+  // Top right: the time, and the outcome once the episode has ended.
   const std::string time = fmt::format("{:.2f} s", text.time_s);
   const std::string verdict = EndLabel(text.end_reason);
   const double time_width = std::max(58.0, canvas.TextWidth(time, Font::kBold, kBold));
@@ -84,7 +85,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
     canvas.Text(right - width + kPadding, kMargin + 18, verdict, Font::kBold, kBold, kText);
   }
 
-  // Bottom left: stages.
+  // Bottom left: the stages.
   if (!text.stages.empty()) {
     double width = 0;
     for (const OverlayText::Stage& stage : text.stages) {
@@ -102,7 +103,7 @@ void Overlay::Draw(const OverlayText& text, Frame* frame) const {
     }
   }
 
-  // Bottom right: what went wrong on the way.
+  // Bottom right: counts of slips and similar events.
   if (!text.counts.empty()) {
     std::vector<std::string> lines;
     double width = 0;

@@ -1,4 +1,4 @@
-// What is written into the image: task, policy and robot, time, stages, counts, and how the episode ended.
+// Text overlay of an image: task, policy and robot, time, stages, counts, and the outcome of the episode.
 #pragma once
 
 #include <cstdint>
@@ -21,22 +21,22 @@ struct OverlayText {
     bool reached = false;
   };
   std::vector<Stage> stages;
-  // What went wrong on the way, as far as the run counts it: "slips" and how many.
+  // Label and count of undesired events, e.g. "slips" and 2, as far as the run counts them.
   std::vector<std::pair<std::string, int64_t>> counts;
-  // How it came out (end_reason::Outcome), or what ended it where that is not known; empty while the episode
-  // runs.
+  // Outcome (end_reason::Outcome), or the end reason if the outcome is unknown; empty while the episode is
+  // running.
   std::string end_reason;
 };
 
 std::string EpisodeSubtitle(int32_t episode);
-// "expert on bimanual_panda"; without the policy where it is not known.
+// Returns "expert on bimanual_panda", or only the robot if the policy is unknown.
 std::string MakerText(const std::string& policy, const std::string& robot);
-// Stages and counts of these scores.
+// Sets the stages and counts of `text` from these metrics.
 void AddScores(const metric_values_t& metrics, OverlayText* text);
 
 class Overlay {
  public:
-  // Sizes follow the frame's height. Throws EnvironmentError if the font is missing.
+  // Sizes scale with the frame's height. Throws EnvironmentError if the font is missing.
   explicit Overlay(FrameSize size);
 
   void Draw(const OverlayText& text, Frame* frame) const;

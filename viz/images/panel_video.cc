@@ -19,7 +19,7 @@ double TimeOf(size_t frame) { return static_cast<double>(frame) / kVideoRate; }
 
 FrameSize SizeOf(const Box& box) { return {static_cast<int>(box.width), static_cast<int>(box.height)}; }
 
-// What a camera sees, drawn into a box of a frame.
+// Draws camera images into boxes of a frame.
 class Shots {
  public:
   void Draw(Renderer* renderer, int camera, const Box& box, Frame* frame) {
@@ -57,7 +57,7 @@ Renderer* RendererOf(const VideoEpisode& episode, VideoScenes* scenes) {
   return scenes->Of(episode.model, episode.log, episode.seed);
 }
 
-// What is drawn into.
+// A frame and the objects that draw into it.
 struct Sheet {
   Sheet(FrameSize size, double scale) : frame(size), panels(&frame, scale) {}
   Frame frame;
@@ -73,7 +73,7 @@ size_t LongestOf(const std::vector<VideoEpisode>& episodes) {
 
 std::string ClockText(double time_s) { return fmt::format("{:.2f} s", time_s); }
 
-// So many frames, and the end.
+// Writes `longest` frames, then the end frame kPanelHold times.
 void WriteJoint(size_t longest, const JointVideoOptions& options, const std::filesystem::path& file,
                 ParallelFrameRenderer* frame_renderer, const ParallelFrameRenderer::Begin& begin) {
   VideoWriter video(file, options.size, kVideoRate);
@@ -188,7 +188,7 @@ void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
                    const std::filesystem::path& file) {
   CheckPanelSize(options.size);
   const PairLayout layout = LayOutPair(options.size);
-  // The same axes on both sides.
+  // Both sides use the same axis ranges.
   double to_s = 0;
   for (const VideoEpisode& episode : episodes) to_s = std::max(to_s, episode.facts.duration_s);
   const auto highest = [&](const std::string& label) {
@@ -262,7 +262,7 @@ void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOp
           succeeded += EndOf(episode.facts) == VideoEnd::kSuccess;
           failed += EndOf(episode.facts) == VideoEnd::kFailure;
         }
-        // Once more when it is over; then it stays.
+        // A finished episode is drawn once more, with its end; after that, its cell does not change.
         if (is_done[i]) continue;
         is_done[i] = is_over;
         const size_t state = std::min(n, episode.states.size() - 1);

@@ -1,6 +1,6 @@
-// Videos with panels: one episode with everything that is known of it; two of them side by side; many in a
-// grid. As everywhere, frame n shows simulated time n / 30 s; what is over holds its last image, and the
-// end is held for kPanelHold frames.
+// Videos with panels: one episode with all its scores and events, two episodes side by side, or many in a
+// grid. Frame n shows simulated time n / 30 s. An episode that has ended keeps showing its last image; after
+// the last episode has ended, the final image is held for kPanelHold frames.
 #pragma once
 
 #include <cstdint>
@@ -20,33 +20,34 @@ namespace evalbus::viz {
 
 inline constexpr int kPanelHold = 60;
 
-// An episode, of which only what is shown is kept.
+// The parts of a recorded episode that a video shows.
 struct VideoEpisode {
   std::filesystem::path log;
   model_info_t model;
   std::optional<int64_t> seed;
-  // One for each frame.
+  // One state per frame.
   std::vector<state_t> states;
   VideoFacts facts;
-  // In a grid or beside another: whose it is.
+  // Label in a grid or pair, e.g. the policy.
   std::string name;
 };
 
-// Throws InputError for a MODEL that contradicts itself.
+// Throws InputError if MODEL is inconsistent.
 VideoEpisode ToVideoEpisode(const RecordedEpisode& episode, const std::string& policy,
                             const std::filesystem::path& log);
-// Those of a log: of these numbers, or all. Throws InputError as MakeLogVideos does.
+// Returns the episodes of a log with these numbers; all if `episodes` is empty. Throws InputError as
+// MakeLogVideos does.
 std::vector<VideoEpisode> ReadVideoEpisodes(const std::filesystem::path& log,
                                             const std::vector<int>& episodes, const std::string& policy);
 
-// The cameras of a full video where none are named: overview, then the head's and the wrists'.
+// Returns the default cameras of a full video: overview, head, wrists.
 std::vector<std::string> FullCameras(const mjModel& model);
 
 using VideoProgress = std::function<void(double share)>;
 
-// The first camera is the main one; the video is as large as the frame_renderer's frames. Throws InputError
-// (too many or unknown cameras, size, file), EnvironmentError; so do the others. No file is left
-// half-written.
+// The first camera is the main one. The video has the size of the frame_renderer's frames. This and the
+// following functions throw InputError (too many or unknown cameras, invalid size or file name) and
+// EnvironmentError. They never leave an incomplete file.
 void MakeFullVideo(const VideoEpisode& episode, const std::vector<std::string>& cameras,
                    ParallelFrameRenderer* frame_renderer, const std::filesystem::path& file,
                    const VideoProgress& progress);
@@ -55,14 +56,14 @@ struct JointVideoOptions {
   std::string title, subtitle;
   std::string camera = kDefaultCamera;
   FrameSize size{1280, 720};
-  // Of a grid.
+  // Only used by MakeGridVideo.
   GridShape shape;
   VideoProgress progress;
 };
-// Two.
+// Requires exactly two episodes.
 void MakePairVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOptions& options,
                    const std::filesystem::path& file);
-// As many as the grid has cells, or fewer.
+// Requires at most as many episodes as the grid has cells.
 void MakeGridVideo(const std::vector<VideoEpisode>& episodes, const JointVideoOptions& options,
                    const std::filesystem::path& file);
 

@@ -19,29 +19,30 @@
 namespace evalbus::viz {
 namespace {
 
-// ffmpeg encodes no faster than so many draw.
+// With more processes, encoding by ffmpeg becomes the bottleneck.
 constexpr size_t kMaxProcesses = 8;
-// Frames that a process may have drawn and nobody has taken, so that none waits while another draws one that
-// takes longer.
+// Number of frames that a process may draw ahead, so that a slow frame in one process does not stall the
+// others.
 constexpr size_t kAhead = 4;
-// Between looks at whether a process still lives.
+// Interval between checks of whether a process is still alive, ns.
 constexpr int64_t kLookNs = 100000000;
 
 void CheckStop() {
   if (stop_requested()) throw EnvironmentError("stopped; no video is half-written");
 }
 
-// Draws some of a video's frames in a process that has everything that this one had when it was made.
+// A child process that draws every `step`-th frame of a video. It inherits a copy of everything that this
+// process has created.
 class Drawer {
  public:
-  // Draws frames first, first + step, ...; all are together as large as those of `like`.
+  // Draws frames first, first + step, ... The frames of one step have the sizes of those in `like`.
   Drawer(size_t first, size_t step, size_t num_frames, const ParallelFrameRenderer::DrawFrames& draw,
          const std::vector<Frame>& like)
       : bytes_(BytesOf(like)), memory_(sizeof(Shared) + kAhead * bytes_), shared_(Init(memory_.get())) {
     work_.emplace("a process that draws", [&] { Work(first, step, num_frames, draw); });
   }
 
-  // The next.
+  // Waits for the next frames and copies them to `frames`.
   void Take(std::vector<Frame>* frames);
 
  private:
@@ -65,7 +66,7 @@ class Drawer {
   }
   void Work(size_t first, size_t step, size_t num_frames,
             const ParallelFrameRenderer::DrawFrames& draw) const;
-  // Whether a frame came to be drawn before it was time to look around.
+  // Waits for a frame, at most until the next check of the process; returns whether a frame was drawn.
   bool WaitForFrame() const;
 
   const size_t bytes_;
@@ -79,7 +80,8 @@ void Drawer::Work(size_t first, size_t step, size_t num_frames,
                   const ParallelFrameRenderer::DrawFrames& draw) const {
   size_t drawn = 0;
   for (size_t n = first; n < num_frames; n += step) {
-    // Whoever is asked to stop ends this process.
+    // Retries after an interrupting signal. If the program is asked to stop, the parent process kills this
+    // one.
     while (sem_wait(&shared_->room) != 0) {
     }
     const std::vector<Frame> frames = draw(n);

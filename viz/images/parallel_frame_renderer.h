@@ -1,8 +1,9 @@
-// Draws the frames of videos in several processes and hands them over in their order: a video is the same
-// whatever their number.
+// Draws the frames of videos in several processes and delivers them in order. The resulting video does not
+// depend on the number of processes.
 //
-// Processes, not threads: Mesa draws one image at a time in each process. They are forked when this process
-// has drawn the first frame, so that the scene, OpenGL's context and its compiled shaders are made once.
+// Processes are used instead of threads because Mesa draws only one image at a time per process. They are
+// forked after this process has drawn the first frame, so that the scene, the OpenGL context and its compiled
+// shaders are created only once.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +20,16 @@
 
 namespace evalbus::viz {
 
-// A renderer for each scene. Where a task draws colors, lights or cameras, each episode has its own.
+// Holds one renderer per scene. If a task randomizes colors, lights or cameras, the renderer is set to the
+// appearance of the requested episode.
 class VideoScenes {
  public:
   explicit VideoScenes(FrameSize largest) : largest_(largest) {}
 
-  // Of an episode in a log, with its seed if that is known. Throws InputError as VisualModel and
-  // Renderer::SetAppearance.
+  // Returns the renderer for an episode of a log; seed: the episode's seed if known. Throws InputError as
+  // VisualModel and Renderer::SetAppearance.
   Renderer* Of(const model_info_t& model, const std::filesystem::path& log, std::optional<int64_t> seed);
-  // Those that were not asked for since the last call.
+  // Frees the renderers that have not been requested since the last call.
   void FreeUnused();
 
  private:
@@ -37,26 +39,27 @@ class VideoScenes {
     std::optional<int64_t> seed;
   };
   FrameSize largest_;
-  // By the visual model's SHA-256, the variation and the task.
+  // Key: SHA-256 of the visual model, variation and task.
   std::map<std::string, Scene> scenes_;
 };
 
-// Made, used and freed in one thread.
+// Must be constructed, used and destroyed in the same thread.
 class ParallelFrameRenderer {
  public:
-  // Frame n, of each video that is made at once; as many and as large for each n.
+  // Returns frame n of each video that is being made. The number and sizes of the frames must be the same for
+  // all n.
   using DrawFrames = std::function<std::vector<Frame>(size_t n)>;
-  // Called once for each video.
+  // Called once per video.
   using Begin = std::function<DrawFrames(VideoScenes*)>;
 
-  // Images are drawn no larger than this. processes: as many as there are cores, but not more than 8,
-  // unless said; one where a graphics processor draws.
+  // largest: maximum size of the images. processes: 0 selects the number of cores, at most 8, or a single
+  // process if a graphics processor draws.
   explicit ParallelFrameRenderer(FrameSize largest, size_t processes = 0);
 
   FrameSize largest() const { return largest_; }
-  // Calls take for frames 0 to num_frames - 1, in this process, while later ones are drawn. Throws what
-  // drawing throws (InputError, EnvironmentError, else std::runtime_error), and EnvironmentError where a
-  // process dies or this one is asked to stop.
+  // Calls `take` in this process for frames 0 to num_frames - 1 in order while later frames are being drawn.
+  // Throws the exceptions of the drawing function (InputError, EnvironmentError, anything else as
+  // std::runtime_error), and EnvironmentError if a process dies or this process is asked to stop.
   void Render(size_t num_frames, const Begin& begin,
               const std::function<void(size_t n, const std::vector<Frame>&)>& take);
 

@@ -10,7 +10,7 @@ namespace evalbus::viz {
 
 void WritePng(const Frame& frame, const std::filesystem::path& file) {
   const int stride = 4 * frame.size.width;
-  // Cairo only reads.
+  // The const_cast is safe: Cairo only reads the pixels.
   const std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface(
       cairo_image_surface_create_for_data(const_cast<uint8_t*>(frame.bgrx.data()), CAIRO_FORMAT_RGB24,
                                           frame.size.width, frame.size.height, stride),

@@ -1,4 +1,4 @@
-// Frames as PNG files, by Cairo.
+// PNG encoder for frames (Cairo).
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Where a camera sees a point of the world.
+// Projection of points in the world frame into camera images.
 #pragma once
 
 #include <cmath>
@@ -10,15 +10,16 @@
 
 namespace evalbus::viz {
 
-// A camera as MuJoCo has it: it looks along its own -z, x to the right, y upwards.
+// A camera in MuJoCo's convention: it looks along its -z axis; x points right, y up.
 struct CameraPose {
   double position_m[3];
-  double rotation[9];  // world from camera, row by row
+  double rotation[9];  // world from camera, row-major
   double fovy_deg;
 };
 
-// In pixels from the upper left corner of an image of this size, also outside of it; nothing where the point
-// is not in front of the camera. Pinhole: half the height is tan(fovy / 2) at distance 1.
+// Returns pixel coordinates from the upper left corner of an image of this size; they may lie outside of it.
+// Returns nothing if the point is not in front of the camera. Pinhole model: half the image height
+// corresponds to tan(fovy / 2) at distance 1.
 inline std::optional<Point> Project(const CameraPose& camera, FrameSize size, const double point_m[3]) {
   const double d[3] = {point_m[0] - camera.position_m[0], point_m[1] - camera.position_m[1],
                        point_m[2] - camera.position_m[2]};

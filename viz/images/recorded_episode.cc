@@ -18,10 +18,12 @@
 namespace evalbus::viz {
 namespace {
 
-// A STATE further ahead of the one before is damaged: the video would hold an image for hours.
+// A STATE with a larger time gap to its predecessor counts as damaged; otherwise the video would hold one
+// image for hours.
 constexpr int64_t kLongestGap_us = 60'000'000;
 
-// EPISODE_BEGIN is repeated until everybody is ready.
+// Returns whether `begin` starts a different episode. EPISODE_BEGIN is repeated until all components are
+// ready.
 bool IsAnother(const episode_begin_t& begin, const RecordedEpisode& episode) {
   if (episode.end) return true;
   if (!episode.begin) return !episode.states.empty();
@@ -30,7 +32,7 @@ bool IsAnother(const episode_begin_t& begin, const RecordedEpisode& episode) {
          begin.seed != episode.begin->seed;
 }
 
-// Of a realtime run, messages of one channel may have arrived out of order.
+// In a realtime run, messages of one channel may have been recorded out of order.
 template <class Message>
 void SortByTick(std::vector<Message>* messages) {
   std::ranges::stable_sort(*messages, {}, [](const Message& m) { return m.header.tick; });
@@ -69,7 +71,7 @@ bool EpisodeReader::Next(RecordedEpisode* episode, const std::function<bool(int)
       add(&episode->contacts);
     } else if (event_.channel == channels::kModel) {
       if (model_info_t model{}; Decode(event_.data, &model)) model_ = std::move(model);
-      // Later ones are the same again, or of the run that comes next.
+      // A later MODEL is a repetition or belongs to the next run.
       if (!episode->model || episode->states.empty()) episode->model = model_;
     } else if (event_.channel == channels::kEpisodeEnd) {
       if (!Decode(event_.data, &episode->end.emplace())) episode->end.reset();
@@ -88,7 +90,7 @@ void EpisodeReader::AddState(RecordedEpisode* episode) {
                                                    : &episode->states[0].header;
   if (ours && (state_.header.episode != ours->episode || state_.header.attempt != ours->attempt)) return;
   const int64_t last = episode->states.empty() ? -1 : episode->states.back().header.sim_time_us;
-  // Only forwards: a repeated tick says nothing new.
+  // Ignores states that do not advance in time: a repeated tick adds no information.
   if (state_.header.sim_time_us > last && state_.header.sim_time_us <= last + kLongestGap_us) {
     episode->states.push_back(state_);
   }

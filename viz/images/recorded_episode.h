@@ -1,4 +1,4 @@
-// What videos need of the episodes of a log.
+// Reads the episodes of a log for videos.
 #pragma once
 
 #include <filesystem>
@@ -19,11 +19,11 @@
 
 namespace evalbus::viz {
 
-// Of a log that was cut or damaged, the beginning may be missing.
+// If a log is truncated or damaged, the beginning of an episode may be missing.
 struct RecordedEpisode {
   std::optional<model_info_t> model;
   std::optional<episode_begin_t> begin;
-  // In order of time.
+  // Sorted by time.
   std::vector<state_t> states;
   std::vector<partial_metrics_t> partials;
   std::vector<contacts_t> contacts;
@@ -31,18 +31,19 @@ struct RecordedEpisode {
   std::optional<episode_summary_t> summary;
 
   int number() const { return states.empty() ? begin->header.episode : states[0].header.episode; }
-  // How it came out, in the tables' word, once it is scored; until then what ended it; empty without an end.
+  // Returns the outcome as shown in tables if the episode has been scored, else the reason why it ended;
+  // empty if the end is missing.
   std::string outcome() const;
 };
 
-// The episodes of a log, one after the other.
+// Reads the episodes of a log one after the other.
 class EpisodeReader {
  public:
   // Throws InputError if the log cannot be read.
   explicit EpisodeReader(const std::filesystem::path& log) : reader_(log) {}
 
-  // False where there is none any more. Of an episode that is not wanted no states, scores and contacts are
-  // kept.
+  // Returns false at the end of the log. For an episode that is not wanted, states, scores and contacts are
+  // discarded.
   bool Next(
       RecordedEpisode* episode, const std::function<bool(int)>& is_wanted = [](int) { return true; });
 
@@ -59,16 +60,16 @@ class EpisodeReader {
   std::optional<episode_begin_t> next_begin_;
 };
 
-// The numbers of the episodes that can be recorded as video, in the log's order. Warns of damage on standard
-// error. Throws InputError for a log without MODEL or STATE.
+// Returns the numbers of the episodes from which a video can be made, in the log's order. Prints warnings
+// about damage to standard error. Throws InputError for a log without MODEL or STATE.
 std::vector<int> EpisodesOf(const std::filesystem::path& log);
 
-// Throws InputError, with those there are, for one that is wanted and is none of the log's.
+// Throws InputError, with the available numbers, if a wanted episode is not in the log.
 void CheckEpisodes(const std::filesystem::path& log, const std::vector<int>& numbers,
                    const std::vector<int>& wanted);
 
-// The model of the run folder that the log is in, wherever the log says that it was; for a log alone, that.
-// Throws InputError.
+// Loads the visual model from the run folder that contains the log, even if the folder has been moved since.
+// For a log outside of a run folder, loads the file that MODEL names. Throws InputError.
 ModelPtr VisualModel(model_info_t info, const std::filesystem::path& log);
 
 }  // namespace evalbus::viz

@@ -21,15 +21,16 @@ namespace evalbus::viz {
 namespace {
 
 constexpr int kMaxGeoms = 10000;
-// A block of 2 x 2 pixels is made of 3 x 3 drawn ones, each weighted by the area that it shares with the
-// pixel. In software that is both quicker than OpenGL's multisampling and better to look at: the edges of
-// shadows and textures become smooth, too.
+// Supersampling: each block of 2 x 2 output pixels is computed from 3 x 3 drawn pixels, weighted by
+// overlapping area. In software this is faster than OpenGL's multisampling and also smooths the edges of
+// shadows and textures.
 constexpr int kDrawn = 3, kShown = 2;
-// Of all that stay, as they were drawn: 16 bytes each. A video of 1280x720 with three insets has 3 million.
+// Limit on the total number of drawn pixels in cached images (16 bytes each). A video of 1280x720 with three
+// insets needs 3 million.
 constexpr size_t kMaxPixelsKept = 8000000;
 
-// One row of pixels from the drawn row that it covers wholly and the one that it covers half. kRed: where red
-// stands in a pixel of so many bytes, green being in the middle.
+// Computes one row of pixels from the drawn row that it covers fully and the one that it covers half. kRed:
+// index of red in a pixel of kPixelBytes bytes; green is always in the middle.
 template <size_t kPixelBytes, size_t kRed>
 void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* pixel) {
   for (size_t i = 0; i < width; i += 2, whole += 12, half += 12, pixel += 2 * kPixelBytes) {
@@ -45,8 +46,8 @@ void Shrink(const uint8_t* whole, const uint8_t* half, size_t width, uint8_t* pi
   }
 }
 
-// Rows from the top of what was drawn kDrawn : kShown as large: those that show the drawn rows from `bottom`
-// to before `top`. OpenGL's rows go upwards.
+// Downscales by kDrawn : kShown and writes rows from the top. Only rows that depend on the drawn rows
+// [bottom, top) are updated. OpenGL stores rows from the bottom up.
 template <size_t kPixelBytes, size_t kRed>
 void ShrinkRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom, size_t top,
                 std::vector<uint8_t>* pixels) {
@@ -63,7 +64,7 @@ void ShrinkRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom
   }
 }
 
-// The same for what was drawn twice as large, which any size can be.
+// The same for images that are drawn at twice their size, which works for any output size.
 template <size_t kPixelBytes, size_t kRed>
 void HalveRows(const std::vector<uint8_t>& drawn, FrameSize size, size_t bottom, size_t top,
                std::vector<uint8_t>* pixels) {
@@ -99,7 +100,7 @@ int FindCamera(const mjModel& model, const std::string& name) {
                    Suggestion(name, names, "; this scene has " + (list.empty() ? "none" : list)));
 }
 
-// A shot as it was last drawn, and as it was then shown.
+// The cached image of a shot: the drawn pixels and the downscaled result.
 struct Kept {
   Kept(const GlFunctions& gl, const Shot& of, size_t bytes, FrameSize drawn_size)
       : shot(of),
@@ -124,7 +125,7 @@ struct Renderer::Gl {
     try {
       mjv_makeScene(&model, &scene, kMaxGeoms);
       {
-        // It looks for OpenGL's functions each time, and keeps them where all threads find them.
+        // mjr_makeContext looks up the OpenGL functions on every call and stores them in global variables.
         static std::mutex one_at_a_time;
         const std::lock_guard lock(one_at_a_time);
         mjr_makeContext(&model, &context, mjFONTSCALE_50);
@@ -146,7 +147,7 @@ struct Renderer::Gl {
   Gl(const Gl&) = delete;
   Gl& operator=(const Gl&) = delete;
 
-  // Of this shot, or new.
+  // Returns the cache entry of this shot, creating it if necessary.
   Kept& KeptOf(const Shot& shot, size_t pixel_bytes, FrameSize drawn_size) {
     const auto found = std::ranges::find_if(
         kept, [&](const Kept& k) { return k.shot == shot && k.pixel_bytes == pixel_bytes; });
@@ -178,9 +179,9 @@ struct Renderer::Gl {
   std::unique_ptr<ScenePainter> painter;
   decltype(glReadPixels)* read_pixels;
   FrameSize buffer;
-  // Used last first.
+  // Most recently used first.
   std::list<Kept> kept;
-  // Of what the painter does not know, as drawn and as shown.
+  // Buffers for scenes that ScenePainter does not support: drawn and downscaled pixels.
   std::vector<uint8_t> rgba, pixels;
 };
 
@@ -224,7 +225,7 @@ void Renderer::SetState(const state_t& state) {
     mju_copy4(data_->mocap_quat + 4 * mocap, state.body[i].quat_wxyz);
   }
   mj_kinematics(model_.get(), data_.get());
-  mj_comPos(model_.get(), data_.get());  // lights and cameras that follow a subtree
+  mj_comPos(model_.get(), data_.get());  // needed for lights and cameras that track a subtree
   mj_camlight(model_.get(), data_.get());
 }
 
@@ -250,7 +251,7 @@ void Renderer::Prepare(FrameSize buffer) {
 void Renderer::UpdateScene(const Shot& shot, bool is_depth) {
   gl_->camera.fixedcamid = shot.camera;
   gl_->scene.flags[mjRND_SHADOW] = shot.shadows && !is_depth;
-  // Nothing but shapes: the sky would be as near as it is drawn.
+  // Draws only geoms: the sky would appear at the distance at which it is drawn.
   gl_->scene.flags[mjRND_SEGMENT] = is_depth;
   double& fovy = model_->cam_fovy[shot.camera];
   const double own_fovy = fovy;

@@ -1,8 +1,7 @@
-// Draws a model off screen as its cameras see it, in software (OSMesa) or with EGL: gl_context.h. Needs no
-// display.
+// Renders a model's cameras off screen, in software (OSMesa) or with EGL (gl_context.h). Needs no display.
 //
-// A renderer is one thread's at a time; several may draw in threads of their own. What is drawn depends on
-// the model, the state and the shot alone.
+// A renderer may be used by one thread at a time; several renderers may draw concurrently in different
+// threads. The image depends only on the model, the state and the shot.
 #pragma once
 
 #include <memory>
@@ -18,18 +17,18 @@
 
 namespace evalbus::viz {
 
-// Which camera images and videos are made with unless another is named. Every scene has it.
+// Default camera of images and videos. Every scene has it.
 inline constexpr char kDefaultCamera[] = "overview";
 
-// Throws InputError, with the names there are, for a camera that the model has not.
+// Throws InputError, with the available names, if the model has no such camera.
 int FindCamera(const mjModel& model, const std::string& name);
 
-// An image as a policy asks for it.
+// An image as requested by a policy.
 struct Shot {
   int camera;
-  // 1 to 2048 pixels each way, odd ones, too.
+  // 1 to 2048 pixels per side; odd sizes are allowed.
   FrameSize size;
-  // Vertical field of view; 0: the camera's own.
+  // Vertical field of view, degrees; 0: the camera's own.
   double fovy_deg = 0;
   bool shadows = true;
 
@@ -38,8 +37,8 @@ struct Shot {
 
 class Renderer {
  public:
-  // model: with visual geoms; light and shadows are those of its <visual>. Throws InputError for an odd or
-  // absurd size, EnvironmentError if OpenGL is missing or refuses.
+  // model: must have visual geoms; light and shadow settings are taken from its <visual>. Throws InputError
+  // for an odd or out-of-range size, EnvironmentError if OpenGL is missing or fails.
   Renderer(ModelPtr model, FrameSize size);
   ~Renderer();
   Renderer(const Renderer&) = delete;
@@ -48,37 +47,39 @@ class Renderer {
   const mjModel& model() const { return *model_; }
   FrameSize size() const { return size_; }
 
-  // From now on colors, lights and cameras are those of the episode with this seed of MODEL's variation;
-  // without a seed, those of the model. Throws InputError for a task description that cannot be read.
+  // Sets colors, lights and cameras to those of the episode with this seed, as drawn by the task variation in
+  // MODEL; without a seed, to those of the model. Throws InputError if the task description cannot be parsed.
   void SetAppearance(const model_info_t& info, std::optional<int64_t> seed);
-  // What Render shows from now on. Bodies that physics does not move (mocap) are where the STATE's body poses
-  // say, all others where its coordinates put them. Throws InputError if it is not this model's.
+  // Sets the state that is rendered. Mocap bodies are placed at the body poses of STATE, all others by its
+  // joint coordinates. Throws InputError if the state does not match the model.
   void SetState(const state_t& state);
   void Render(int camera, Frame* frame);
-  // Where it is at that STATE.
+  // Returns the pose of the camera in the current state.
   CameraPose PoseOf(int camera) const;
-  // Rows from the top; red, green and blue of each pixel, a byte each. The first image that is larger than
-  // any before takes longer. Equal to what Render shows where size, field of view and shadows are.
+  // Writes rows from the top with one byte each for red, green and blue. An image larger than all previous
+  // ones takes longer because buffers are enlarged. Gives the same pixels as Render if size, field of view
+  // and shadows are equal.
   void RenderRgb(const Shot& shot, std::vector<uint8_t>* rgb);
-  // Rows from the top: distance of what is seen in the middle of each pixel from the camera's plane, m. Where
-  // there is nothing it is that of MuJoCo's far plane, zfar * extent of the model, as in MuJoCo's own
-  // renderer for Python.
+  // Writes rows from the top: the distance along the optical axis from the camera plane to the surface at the
+  // center of each pixel, m. Where no surface is visible, the value is the distance of MuJoCo's far plane
+  // (zfar * extent of the model), as in MuJoCo's Python renderer.
   void RenderDepth(const Shot& shot, std::vector<float>* depth_m);
 
  private:
   struct Gl;
 
-  // OpenGL is there, with room for an image of this size where MuJoCo draws.
+  // Creates the OpenGL context if necessary and enlarges MuJoCo's buffer to at least this size.
   void Prepare(FrameSize buffer);
   void UpdateScene(const Shot& shot, bool is_depth);
-  // Into the lower left corner of MuJoCo's buffer, of this size.
+  // Draws into the lower left corner of MuJoCo's buffer at this size.
   void DrawByMujoco(const Shot& shot, FrameSize size, bool is_depth);
-  // Rows from the top, so many bytes a pixel, of which red is this one. Valid until the next image.
+  // Returns rows from the top with kPixelBytes bytes per pixel; kRed: index of red. Valid until the next
+  // image.
   template <size_t kPixelBytes, size_t kRed>
   const std::vector<uint8_t>& Draw(const Shot& shot);
 
   ModelPtr model_;
-  // As it was, where an episode has changed it.
+  // The original model, if the appearance of an episode has been applied to model_.
   ModelPtr unchanged_;
   FrameSize size_;
   DataPtr data_;

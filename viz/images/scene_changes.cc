@@ -10,11 +10,12 @@
 namespace evalbus::viz {
 namespace {
 
-// Around what has changed: rounding, and that an edge colors the pixel beside it.
+// Margin around changed regions: covers rounding and the antialiased pixel next to an edge.
 constexpr float kMarginPixels = 2;
-// A point looks between four places of the map, and MuJoCo keeps one at each edge empty.
+// Shadow lookups interpolate between four texels, and MuJoCo keeps one texel at each border empty.
 constexpr float kMarginPlaces = 3;
-// Light that falls along a face: where a shadow ends there is not worth finding.
+// Below this slope, light is almost parallel to a face; computing the exact end of a shadow is then not
+// worthwhile.
 constexpr float kGrazing = 0.05f;
 
 struct Range {
@@ -48,7 +49,7 @@ Rectangle Common(const Rectangle& a, const Rectangle& b) { return {Common(a.x, b
 constexpr float kEverywhere = 1e9f;
 constexpr Rectangle kWhole{{-kEverywhere, kEverywhere}, {-kEverywhere, kEverywhere}};
 
-// Pixels; everywhere for what reaches behind the eye.
+// Bounding rectangle in pixels; unbounded if a point is behind the eye.
 Rectangle InPixels(const EyeView& eye, std::span<const Vec> points) {
   Rectangle seen;
   const Matrix& m = eye.clip_from_world;
@@ -62,7 +63,7 @@ Rectangle InPixels(const EyeView& eye, std::span<const Vec> points) {
   return seen;
 }
 
-// As the light sees it, m; it looks along -z.
+// Bounds in the light's frame, m; the light looks along -z.
 struct Lit {
   Rectangle at;
   Range z;
@@ -95,13 +96,13 @@ bool AreSame(const T* a, const T* b, size_t count) {
   return count == 0 || !std::memcmp(a, b, count * sizeof(T));
 }
 
-// A flat piece of a surface, with its corners in turn.
+// A planar surface patch with its corners in order.
 struct Face {
   std::array<Vec, 4> corners;
   Vec normal;
 };
 
-// Of a plane the one above, of a box all six; of others none.
+// Returns the upper face of a plane, all six faces of a box, and none for other shapes.
 std::vector<Face> FacesOf(const mjvGeom& geom, const GeomBoxes::Corners& corners) {
   std::vector<Face> faces;
   if (geom.type != mjGEOM_PLANE && geom.type != mjGEOM_BOX) return faces;
@@ -120,13 +121,13 @@ std::vector<Face> FacesOf(const mjvGeom& geom, const GeomBoxes::Corners& corners
 
 bool CastsShadow(const mjvGeom& geom) { return geom.category != mjCAT_DECOR; }
 
-// What stands before other things and has not changed: an opaque box.
+// An occluder that has not changed: an opaque box.
 class Screen {
  public:
   explicit Screen(const mjvGeom& geom) : geom_(&geom) {}
 
   const mjvGeom* geom() const { return geom_; }
-  // In it, or so near to it that not all of it need be drawn.
+  // Returns whether `place` is inside the box or so close to it that part of the box may be clipped.
   bool IsAbout(Vec place) const {
     const Vec d = place - Of(geom_->pos);
     for (size_t i = 0; i < 3; ++i) {
@@ -134,11 +135,12 @@ class Screen {
     }
     return true;
   }
-  // Whether it hides all that is between these points from a place: what a box hides is convex.
+  // Returns whether the box occludes the convex hull of these points as seen from `place`. Testing the points
+  // suffices because the region occluded by a box is convex.
   bool HidesFromPlace(std::span<const Vec> points, Vec place) const {
     return std::ranges::all_of(points, [&](Vec p) { return IsMet(p, place - p); });
   }
-  // The same from a light that shines from the plane through `place`.
+  // The same for a directional light that shines from the plane through `place`.
   bool HidesFromLight(std::span<const Vec> points, Vec place, Vec direction) const {
     return std::ranges::all_of(points,
                                [&](Vec p) { return IsMet(p, Dot(place - p, direction) * direction); });
@@ -146,11 +148,11 @@ class Screen {
 
  private:
   static constexpr float kNear = 0.1f;
-  // What touches a box is not hidden by it.
+  // Shrinks the box, so that geoms touching it do not count as hidden.
   static constexpr float kSkin = 0.001f;
 
   Vec Axis(size_t i) const { return {geom_->mat[i], geom_->mat[3 + i], geom_->mat[6 + i]}; }
-  // On the way from a point to the end of `way`: between the box's three pairs of planes.
+  // Returns whether the segment from `point` along `way` intersects the box (slab test).
   bool IsMet(Vec point, Vec way) const {
     const Vec d = point - Of(geom_->pos);
     float first = 0, last = 1;
@@ -170,7 +172,8 @@ class Screen {
   const mjvGeom* geom_;
 };
 
-// Where shadows fall that have changed, worked out in columns of light: squares of the map.
+// Finds where changed shadows fall. The shadow map is divided into a grid of square columns along the light
+// direction.
 class Shadows {
  public:
   Shadows(const LightView& light, const EyeView& eye)
@@ -184,7 +187,7 @@ class Shadows {
     nearest_.fill(-std::numeric_limits<float>::infinity());
   }
 
-  // Its shadow has changed, or was there and is no more.
+  // Adds a geom whose shadow has changed or has disappeared.
   void AddChanged(const GeomBoxes::Corners& corners) {
     const Lit lit = LitBy(light_, corners);
     const auto [left, right] = Columns(lit.at.x);
@@ -196,7 +199,7 @@ class Shadows {
       }
     }
   }
-  // It is what it was.
+  // Adds a geom that has not changed.
   void AddUnchanged(const mjvGeom& geom, const GeomBoxes::Corners& corners) {
     if (geom.type == mjGEOM_BOX && geom.rgba[3] >= 0.995f && CastsShadow(geom)) {
       const Screen screen(geom);
@@ -210,7 +213,7 @@ class Shadows {
       receivers_.push_back({&geom, LitBy(light_, face.corners), InPixels(eye_, face.corners), face, slope});
     }
   }
-  // Adds where they are seen, in pixels.
+  // Extends `seen` by the pixels in which changed shadows are visible.
   void AddTo(Rectangle* seen) const {
     for (size_t i = 0; i < nearest_.size(); ++i) {
       if (std::isinf(nearest_[i])) continue;
@@ -231,13 +234,14 @@ class Shadows {
   static constexpr size_t kColumns = 32;
   using Points = std::array<Vec, 8>;
 
-  // A face that the light falls on, or a shape without faces.
+  // A lit face, or a whole geom without planar faces.
   struct Receiver {
     const mjvGeom* geom;
     Lit lit;
     Rectangle seen;
     Face face;
-    // Of the light against the face: -1 where it falls straight on it; 0: a shape.
+    // Dot product of light direction and face normal: -1 for perpendicular incidence; 0 for a geom without
+    // faces.
     float slope;
   };
 
@@ -252,7 +256,7 @@ class Shadows {
     const float low = -light_.clip + static_cast<float>(i) * ColumnWidth();
     return {low - margin_, low + ColumnWidth() + margin_};
   }
-  // Where the column meets it; the room is for the points.
+  // Returns the corners of the face's intersection with the column; `room` provides the storage.
   std::span<const Vec> OnFace(const Receiver& receiver, const Rectangle& column, Points* room) const {
     const Face& face = receiver.face;
     if (receiver.slope > -kGrazing) return face.corners;
@@ -272,7 +276,7 @@ class Shadows {
     }
     return *room;
   }
-  // Something that has not changed keeps the light from it, or hides it from the eye.
+  // Returns whether an unchanged box hides these points from the light or from the eye.
   bool IsHidden(const Receiver& receiver, std::span<const Vec> points) const {
     return std::ranges::any_of(screens_, [&](const Screen& screen) {
       return screen.geom() != receiver.geom &&
@@ -286,7 +290,7 @@ class Shadows {
   const Matrix world_from_light_;
   const Vec direction_, lamp_;
   const float margin_;
-  // Of each column: the z of what casts the shadow, at most.
+  // Maximum z of the shadow casters, per column.
   std::array<float, kColumns * kColumns> nearest_;
   std::vector<Receiver> receivers_;
   std::vector<Screen> screens_;
@@ -339,7 +343,7 @@ std::optional<GeomBoxes::Corners> GeomBoxes::Of(const mjvGeom& geom) const {
     case mjGEOM_BOX:
       break;
     case mjGEOM_MESH: {
-      // A mesh, or the convex hull of one.
+      // A mesh (even dataid) or its convex hull (odd dataid).
       const auto mesh = static_cast<size_t>(geom.dataid / 2);
       if (geom.dataid < 0 || mesh >= lowest_and_highest_.size()) return std::nullopt;
       low = lowest_and_highest_[mesh][0];

@@ -1,5 +1,6 @@
-// What can differ between two images by the same camera: where something has moved or looks otherwise, and
-// where its shadow was and is. Rather too much than too little. No OpenGL.
+// Finds the regions in which two images of the same camera can differ: where a geom has moved or changed its
+// appearance, and where its shadow was and is. The result is conservative: it may be too large but never too
+// small. Uses no OpenGL.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -12,7 +13,7 @@
 
 namespace evalbus::viz {
 
-// Of an image or of a map of shadows, in pixels from the lower left corner; right and top are outside.
+// A rectangle of an image or shadow map, in pixels from the lower left corner; right and top are exclusive.
 struct Part {
   int left = 0, bottom = 0, right = 0, top = 0;
 
@@ -22,12 +23,13 @@ struct Part {
   bool operator==(const Part&) const = default;
 };
 
-// What a scene was when it was drawn.
+// A copy of a scene at the time when it was drawn.
 class DrawnScene {
  public:
   explicit DrawnScene(const mjvScene& scene);
 
-  // Whether geoms alone have changed since: as many of them, one camera, equal lights and settings.
+  // Returns whether only geoms can have changed since: same number of geoms, same camera, lights and
+  // settings.
   bool IsComparable(const mjvScene& now) const;
   bool HasAsManyGeoms(const mjvScene& now) const;
   const std::vector<mjvGeom>& geoms() const { return geoms_; }
@@ -39,40 +41,42 @@ class DrawnScene {
   std::array<mjtByte, mjNRNDFLAG> flags_;
 };
 
-// Corners of boxes around shapes.
+// Computes oriented bounding boxes of geoms.
 class GeomBoxes {
  public:
   using Corners = std::array<Vec, 8>;
 
   explicit GeomBoxes(const mjModel& model);
 
-  // In the world; bit i of a corner's number says which end of the shape's axis i it is at. Nothing for a
-  // shape without known bounds.
+  // Returns the corners in the world frame; bit i of a corner's index selects the upper end along the geom's
+  // axis i. Returns nothing for a geom without known bounds.
   std::optional<Corners> Of(const mjvGeom& geom) const;
 
  private:
-  // Of the meshes, about their own axes.
+  // Bounds of each mesh in its own frame.
   std::vector<std::array<Vec, 2>> lowest_and_highest_;
 };
 
-// An image's camera.
+// The camera of an image.
 struct EyeView {
   Vec place;
   Matrix clip_from_world;
   int width, height;
 };
 
-// The light with a shadow and its square map: `clip` to each side of its middle, m.
+// The light that casts shadows, with its square shadow map, which extends `clip` meters to each side of its
+// center.
 struct LightView {
   Matrix light_from_world;
   float clip;
   int size;
 };
 
-// comparable with `before`. light: of both; nothing: no shadows.
+// Returns the part of the image that may have changed. before.IsComparable(now) must be true. light: the same
+// in both scenes; nothing if there are no shadows.
 Part ChangedPart(const DrawnScene& before, const mjvScene& now, const GeomBoxes& boxes, const EyeView& eye,
                  const std::optional<LightView>& light);
-// The same of the map of shadows.
+// Returns the part of the shadow map that may have changed.
 Part ChangedShadows(const DrawnScene& before, const mjvScene& now, const GeomBoxes& boxes,
                     const LightView& light);
 

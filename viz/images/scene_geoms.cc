@@ -3,8 +3,8 @@
 namespace evalbus::viz {
 namespace {
 
-// The lists of MuJoCo's built-in shapes, from mjrContext::baseBuiltin on. MuJoCo does not publish this order;
-// a test compares each shape with mjr_render's.
+// Display lists of MuJoCo's built-in shapes, counted from mjrContext::baseBuiltin. MuJoCo does not document
+// this order; a test compares each shape with the output of mjr_render.
 enum Shape { kSphere, kSphereTop, kSphereBottom, kCylinder, kOpenCylinder, kHaze, kBox, kCone, kNumShapes };
 
 }  // namespace
@@ -34,7 +34,7 @@ void SceneGeoms::Draw(const mjvGeom& geom) const {
       const float radius = 0.5f * (size[0] + size[1]);
       gl_.Scalef(size[0], size[1], size[2]);
       gl_.CallList(context_.baseBuiltin + kOpenCylinder);
-      // The caps' centers are one radius above and below the origin of their lists.
+      // In these lists, the cap centers are one radius above and below the origin.
       gl_.Scalef(1, 1, radius / size[2]);
       gl_.Translatef(0, 0, (size[2] - radius) / radius);
       gl_.CallList(context_.baseBuiltin + kSphereTop);

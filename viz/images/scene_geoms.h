@@ -1,4 +1,4 @@
-// The triangles of a scene's geoms and of its sky: MuJoCo's own lists of them, in mjrContext.
+// Draws the triangles of a scene's geoms and sky from MuJoCo's display lists in mjrContext.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -12,11 +12,11 @@ class SceneGeoms {
  public:
   SceneGeoms(const GlFunctions& gl, const mjrContext& context) : gl_(gl), context_(context) {}
 
-  // Whether this MuJoCo has the lists that we know.
+  // Returns whether this MuJoCo version has the expected display lists.
   static bool Knows(const mjrContext& context);
-  // Where it stands, if the current matrix is the world's.
+  // Draws the geom at its pose. The current modelview matrix must be the one of the world frame.
   void Draw(const mjvGeom& geom) const;
-  // A cylinder around a place.
+  // Draws a cylinder around a place.
   void DrawSky(Vec place, float distance) const;
 
  private:

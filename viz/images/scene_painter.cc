@@ -15,7 +15,7 @@ namespace {
 
 bool IsStatic(const mjvGeom& geom) { return geom.category == mjCAT_STATIC; }
 
-// Of the light whose shadow is drawn; -1: none.
+// Returns the index of the light whose shadow is drawn; -1 if there is none.
 int ShadowLight(const mjvScene& scene, const mjrContext& context) {
   if (!scene.flags[mjRND_SHADOW] || !context.shadowFBO) return -1;
   for (int i = 0; i < scene.nlight; ++i) {
@@ -127,7 +127,8 @@ void ScenePainter::PlaceTexture(const SceneShaders::Program& program, const mjvG
   float scale[2] = {geom.texrepeat[0], geom.texrepeat[1]};
   for (int i = 0; i < 2; ++i) {
     if (geom.size[i] <= 0) continue;
-    // Planes and meshes have their size already; a texture that repeats by the meter follows the size.
+    // The display lists of planes and meshes already have the geom's size. A texture with `texuniform`
+    // repeats per meter and therefore scales with the size.
     if (geom.dataid >= 0) scale[i] /= geom.size[i];
     if (uniform) scale[i] *= geom.size[i];
   }
@@ -149,7 +150,7 @@ void ScenePainter::Paint(const mjvGeom& geom, bool with_shadow) {
     gl_.BindTexture(is_cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D, context_.texture[geom.texid]);
     if (texture != Texture::kExplicit) PlaceTexture(program, geom, is_cube);
   }
-  // A plane is seen through from behind.
+  // A plane seen from behind is drawn translucent.
   const float color[4] = {geom.rgba[0], geom.rgba[1], geom.rgba[2], geom.rgba[3] * (is_behind ? 0.3f : 1)};
   gl_.Color4fv(color);
   const float material[3] = {geom.emission, geom.specular, 128 * geom.shininess};
@@ -167,7 +168,7 @@ void ScenePainter::PaintOpaque(const mjvScene& scene, bool with_shadow,
   }
 }
 
-// As MuJoCo: from the front and from the back, so that what is behind is seen through what is in front.
+// As in MuJoCo, back faces are drawn before front faces, so that a far side is visible through the near side.
 void ScenePainter::PaintTransparent(const mjvScene& scene) {
   std::vector<std::pair<float, const mjvGeom*>> by_distance;
   for (int i = 0; i < scene.ngeom; ++i) {
@@ -190,7 +191,7 @@ void ScenePainter::PaintTransparent(const mjvScene& scene) {
 void ScenePainter::PaintSky(float far) {
   const SceneShaders::Program& program = shaders_.Use(Texture::kSky, false);
   gl_.BindTexture(GL_TEXTURE_CUBE_MAP, context_.texture[sky_]);
-  // Never drawn smaller than it is; looking for how much smaller would take half of the time.
+  // The sky texture is never minified; selecting a mipmap level would take half of the time.
   gl_.TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   const float s[4] = {1, 0, 0, 0}, t[4] = {0, 0, 1, 0}, r[4] = {0, -1, 0, 0};
   gl_.Uniform4fv(program.plane_s, 1, s);
@@ -242,7 +243,7 @@ Part ScenePainter::Paint(const mjvScene& scene, KeptImage* image) {
     image->shows_.emplace(scene);
     return part;
   }
-  // Nothing of it is what it shows, should OpenGL throw.
+  // Marks the image as invalid until it is complete, in case an OpenGL call throws.
   image->shows_.reset();
 
   gl_.Disable(GL_BLEND);
@@ -261,7 +262,7 @@ Part ScenePainter::Paint(const mjvScene& scene, KeptImage* image) {
   shaders_.Release();
   if (light) PaintShadows(scene, *light);
 
-  // Of the part's edges, as far away as the near plane.
+  // View frustum of the changed part, at the near plane.
   const auto across = [&](int column) {
     return middle + half * (2 * static_cast<float>(column) / static_cast<float>(width) - 1);
   };
@@ -289,7 +290,7 @@ Part ScenePainter::Paint(const mjvScene& scene, KeptImage* image) {
   gl_.ReadPixels(part.left, part.bottom, part.width(), part.height(), GL_RGBA, GL_UNSIGNED_BYTE,
                  &image->rgba[first]);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
-  // MuJoCo draws into its own.
+  // Restores the framebuffer into which MuJoCo draws.
   gl_.BindFramebuffer(GL_FRAMEBUFFER, context_.offFBO);
   image->shows_.emplace(scene);
   return part;
@@ -300,8 +301,8 @@ void ScenePainter::PaintPart(const mjvScene& scene, bool with_shadow, float far)
   gl_.ActiveTexture(GL_TEXTURE1);
   gl_.BindTexture(GL_TEXTURE_2D, context_.shadowTex);
   gl_.ActiveTexture(GL_TEXTURE0);
-  // What moves stands in front of most of the rest, planes behind everything: what is hidden then is not
-  // colored first.
+  // Draws moving geoms first and planes last: moving geoms are mostly in front, planes behind everything.
+  // Hidden surfaces are then rejected by the depth test instead of being shaded.
   const auto is_plane = [](const mjvGeom& geom) { return geom.type == mjGEOM_PLANE; };
   PaintOpaque(scene, with_shadow, [](const mjvGeom& geom) { return !IsStatic(geom); });
   PaintOpaque(scene, with_shadow, [&](const mjvGeom& geom) { return IsStatic(geom) && !is_plane(geom); });

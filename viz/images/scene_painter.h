@@ -1,9 +1,8 @@
-// Draws what mjr_render draws, in fewer passes: where MuJoCo draws everything three times (lights without a
-// shadow, the shadow map, the light with a shadow), this draws the shadow map once per state, whatever the
-// number of cameras, and everything else once; and of a map or an image that was drawn before, only the part
-// that can have changed since, which gives the same bytes. Uses MuJoCo's own triangles, textures and buffers,
-// the lighting of OpenGL's fixed functions and, in the same order of passes, what MuJoCo 2.2.2 does with
-// them.
+// Draws the same image as mjr_render in fewer passes. MuJoCo draws everything three times: lights without a
+// shadow, the shadow map, the light with a shadow. ScenePainter draws the shadow map once per state for all
+// cameras, and everything else once. If a shadow map or image has been drawn before, only the part that can
+// have changed is redrawn, which gives identical bytes. It uses MuJoCo's triangles, textures and buffers, the
+// lighting of OpenGL's fixed-function pipeline, and the pass order of MuJoCo 2.2.2.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -22,18 +21,18 @@
 
 namespace evalbus::viz {
 
-// An image that stays where it was drawn, so that the next one of this camera needs to be drawn only where
-// it differs. Made, used and freed where the painter's OpenGL context is current.
+// An image that is kept in its framebuffer, so that for the next image of the same camera only the changed
+// part must be drawn. Must be constructed, used and destroyed while the painter's OpenGL context is current.
 class KeptImage {
  public:
-  // gl: the painter's. Throws EnvironmentError where OpenGL has no such buffer.
+  // gl: the painter's functions. Throws EnvironmentError if OpenGL does not support such a buffer.
   KeptImage(const GlFunctions& gl, int width, int height);
   ~KeptImage();
   KeptImage(const KeptImage&) = delete;
   KeptImage& operator=(const KeptImage&) = delete;
 
   const int width, height;
-  // Rows from the bottom, four bytes a pixel.
+  // Rows from the bottom, four bytes per pixel.
   std::vector<uint8_t> rgba;
 
  private:
@@ -48,21 +47,21 @@ class KeptImage {
 
 class ScenePainter {
  public:
-  // context: made by mjr_makeContext in the OpenGL context that is current, here and in every call. Throws
-  // EnvironmentError where that OpenGL is too old.
+  // context: created by mjr_makeContext. The OpenGL context must be current here and in every call. Throws
+  // EnvironmentError if its OpenGL version is too old.
   ScenePainter(const mjrContext& context, const mjModel& model);
 
   const GlFunctions& gl() const { return gl_; }
-  // Whether Paint knows everything that is in this scene; what it does not know (mirrors, fog, spot lights,
-  // skins, two lights with shadows) is for mjr_render.
+  // Returns whether Paint supports everything in this scene. A scene with mirrors, fog, spot lights, skins or
+  // two lights with shadows must be drawn by mjr_render.
   static bool Knows(const mjvScene& scene, const mjrContext& context);
-  // Brings the image up to date; returns what of it is new.
+  // Updates the image; returns the part that was redrawn.
   Part Paint(const mjvScene& scene, KeptImage* image);
-  // Something else has drawn into MuJoCo's map of shadows.
+  // Must be called after other code has drawn into MuJoCo's shadow map.
   void ForgetShadows() { map_shows_.reset(); }
 
  private:
-  // The map of shadows is that of this scene from now on.
+  // Updates the shadow map to this scene.
   void PaintShadows(const mjvScene& scene, const LightView& light);
   void PaintPart(const mjvScene& scene, bool with_shadow, float far);
   SceneLights LightsOf(const mjvScene& scene, int shadow_light, Vec forward, const Matrix& eye_from_world);
@@ -72,10 +71,10 @@ class ScenePainter {
   void PaintSky(float far);
   void Paint(const mjvGeom& geom, bool with_shadow);
   void PlaceTexture(const SceneShaders::Program& program, const mjvGeom& geom, bool is_cube);
-  // A plane that is seen from behind.
+  // Returns whether the geom is a plane that is seen from behind.
   bool IsBehind(const mjvGeom& geom) const;
   bool IsOpaque(const mjvGeom& geom) const { return geom.rgba[3] >= 0.995f && !IsBehind(geom); }
-  // Whether nothing of it can be in the image.
+  // Returns whether the geom is certainly outside of the view frustum.
   bool IsOutside(const mjvGeom& geom) const;
 
   const GlFunctions gl_;
@@ -83,15 +82,15 @@ class ScenePainter {
   const GeomBoxes boxes_;
   SceneGeoms geoms_{gl_, context_};
   SceneShaders shaders_{gl_};
-  // The sky's texture; -1: none.
+  // Index of the sky's texture; -1 if there is none.
   int sky_ = -1;
   Matrix shadow_from_world_{};
-  // What the map of shadows is of.
+  // The scene that the shadow map was drawn from.
   std::optional<DrawnScene> map_shows_;
 
-  // Of the image that is being drawn.
+  // Eye position of the current image.
   Vec eye_{};
-  // Outwards, of the four edges of what is drawn.
+  // Outward normals of the four side planes of the view frustum of the drawn part.
   std::array<Vec, 4> sides_{};
 };
 

@@ -8,8 +8,9 @@
 namespace evalbus::viz {
 namespace {
 
-// The lights of OpenGL's fixed functions, at each vertex: those without a shadow in `plain`, that with one in
-// `shaded`. LIGHTS, SHADOWS and one of the textures are defined in front.
+// Per-vertex lighting of OpenGL's fixed-function pipeline: `plain` is the sum over the lights without a
+// shadow, `shaded` the contribution of the light with one. LIGHTS, SHADOWS and one of the texture macros are
+// prepended as #defines.
 constexpr char kVertexShader[] = R"(
 uniform vec3 light_direction[LIGHTS + 1], light_ambient[LIGHTS + 1], light_diffuse[LIGHTS + 1],
     light_specular[LIGHTS + 1];

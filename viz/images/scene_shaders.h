@@ -1,5 +1,5 @@
-// The programs that light and color a scene: OpenGL's fixed functions in one pass, with the shadow of one
-// light looked up on the way.
+// Shader programs that reproduce the lighting and texturing of OpenGL's fixed-function pipeline in one pass,
+// including the shadow of one light.
 #pragma once
 
 #include <map>
@@ -11,13 +11,13 @@
 
 namespace evalbus::viz {
 
-// What a vertex is colored by; each makes its own program.
+// Source of a vertex's color and texture coordinates; each has its own program.
 enum class Texture { kNone, kFlat, kExplicit, kCube, kSky };
 
-// All directional; a light's direction is toward it, as seen from the eye.
+// All lights are directional; `direction` points toward the light, in the eye frame.
 struct SceneLights {
   std::vector<Vec> direction, ambient, diffuse, specular;
-  // From the eye's place of a point to its place in the map, each coordinate from 0 to 1.
+  // Transforms points from the eye frame to shadow map coordinates, each from 0 to 1.
   Matrix shadow_from_eye{};
 };
 
@@ -25,7 +25,8 @@ class SceneShaders {
  public:
   struct Program {
     GLuint id;
-    // What the fixed functions call planes for texture coordinates; emission, specular and shininess.
+    // plane_s, plane_t, plane_r: texture coordinate generation planes. material: emission, specular,
+    // shininess.
     GLint plane_s, plane_t, plane_r, material;
     GLint light_direction, light_ambient, light_diffuse, light_specular, shadow_from_eye;
     bool knows_lights = false;
@@ -36,12 +37,13 @@ class SceneShaders {
   SceneShaders(const SceneShaders&) = delete;
   SceneShaders& operator=(const SceneShaders&) = delete;
 
-  // Of what is drawn from now on.
+  // Sets the lights for subsequent drawing.
   void SetLights(SceneLights lights);
-  // The program is in use from now on. with_shadow: the last light has one, in the map of texture unit 1;
-  // without, it is a light as the others. Throws EnvironmentError if OpenGL refuses it.
+  // Activates the program. with_shadow: the last light casts a shadow, read from the shadow map in texture
+  // unit 1; otherwise it is treated as a light without a shadow. Throws EnvironmentError if OpenGL fails to
+  // compile or link it.
   const Program& Use(Texture texture, bool with_shadow);
-  // None of them is.
+  // Deactivates the current program.
   void Release();
 
  private:

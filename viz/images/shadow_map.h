@@ -1,4 +1,4 @@
-// The map of what a light reaches: depths from it, drawn into MuJoCo's own map as MuJoCo does.
+// The shadow map: depths as seen from a light, drawn into MuJoCo's map in the same way as MuJoCo.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -10,14 +10,14 @@
 
 namespace evalbus::viz {
 
-// light: directional.
+// light: must be directional.
 LightView LightViewOf(const mjrContext& context, const mjvLight& light);
 
-// From the world to a place in the map, each coordinate from 0 to 1.
+// Returns the transform from the world frame to shadow map coordinates, each from 0 to 1.
 Matrix ShadowFromWorld(const LightView& light, const mjvScene& scene);
 
-// Only this part of the map, which is not empty; the rest stays. Leaves OpenGL's matrices, viewport, scissors
-// and framebuffer as they come; colors are drawn again afterwards, and backs culled.
+// Draws only `part` of the map, which must not be empty; the rest is unchanged. Does not restore OpenGL's
+// matrices, viewport, scissor box and framebuffer. On return, color writes and back-face culling are enabled.
 void DrawShadowMap(const GlFunctions& gl, const SceneGeoms& geoms, const mjrContext& context,
                    const mjvScene& scene, const LightView& light, const Part& part);
 

@@ -20,13 +20,13 @@ namespace {
 
 constexpr int64_t kSecond = 1000000;  // us
 
-// What a frame shows.
+// What one frame shows.
 struct Shown {
   const state_t* state;
   OverlayText text;
 };
 
-// Frame by frame; the one at the end is shown kVideoHold times.
+// Returns one entry per frame. The last entry, with the end of the episode, is shown kVideoHold times.
 std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string& policy) {
   OverlayText text;
   text.title = episode.model->task + "/" + episode.model->variation;
@@ -54,7 +54,7 @@ std::vector<Shown> WhatIsShown(const RecordedEpisode& episode, const std::string
   return shown;
 }
 
-// What each camera sees, into a file of its own; progress: of this episode.
+// Writes one file per camera; progress: of this episode.
 void MakePlainVideo(const RecordedEpisode& episode, const VideoOptions& options,
                     const std::filesystem::path& log, const std::vector<std::string>& cameras,
                     ParallelFrameRenderer* frame_renderer, const std::vector<std::filesystem::path>& files,
@@ -117,7 +117,7 @@ void CheckCameras(const mjModel& model, const std::vector<std::string>& cameras)
 std::vector<size_t> VideoSchedule(const std::vector<int64_t>& sim_time_us) {
   std::vector<size_t> shown;
   size_t i = 0;
-  // In whole numbers, so that no frame is off by one: n / 30 s against microseconds.
+  // Integer arithmetic avoids off-by-one frames when n / 30 s is compared with microseconds.
   for (int64_t n = 0; !sim_time_us.empty() && n * kSecond <= sim_time_us.back() * kVideoRate; ++n) {
     while (i + 1 < sim_time_us.size() && sim_time_us[i + 1] * kVideoRate <= n * kSecond) ++i;
     shown.push_back(i);

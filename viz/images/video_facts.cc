@@ -19,9 +19,9 @@ namespace evalbus::viz {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// What is over at once is shown for so long, s.
+// How long instantaneous events stay marked in the image, s.
 constexpr double kCollisionShown = 0.5, kSlipShown = 1.0;
-// Those that grow with time, and tell of how far, how hard and how smooth.
+// Metrics that accumulate over an episode: distance, effort and smoothness.
 constexpr const char* kCurves[] = {"cartesian_path_length", "extended.mechanical_work_J", "cartesian_jerk"};
 
 std::string WithUnit(const MetricInfo& metric, double value) {
@@ -35,7 +35,7 @@ void AddCurves(const RecordedEpisode& episode, VideoFacts* facts) {
     facts->time_s.push_back(Seconds(partial.header.sim_time_us));
     const std::vector<ScoreRow> rows = ScoreRows(partial.metrics, partial.extended);
     for (const char* name : kCurves) {
-      // Of jerk the root mean square, which comes first.
+      // Jerk has two rows; the first one is the root mean square.
       const auto row = std::ranges::find(rows, name, [](const ScoreRow& r) { return r.metric->name; });
       if (row == rows.end()) continue;
       auto curve = std::ranges::find(facts->curves, row->label, &VideoCurve::label);
@@ -100,13 +100,13 @@ PlaceMark At(VideoMark::Kind kind, const double position_m[3]) {
   return {kind, {position_m[0], position_m[1], position_m[2]}};
 }
 
-// Goes through the contacts of an episode in order of time.
+// Steps through the contacts of an episode in order of time.
 class Touches {
  public:
   Touches(const RecordedEpisode& episode, bool counts_collisions)
       : episode_(episode), names_(*episode.model), counts_collisions_(counts_collisions) {}
 
-  // What is to be marked at this time. Times: ascending.
+  // Returns the marks to show at this time. Must be called with ascending times.
   std::vector<PlaceMark> Until(int64_t time_us) {
     while (next_ < episode_.contacts.size() && episode_.contacts[next_].header.sim_time_us <= time_us) {
       Add(episode_.contacts[next_++]);
@@ -158,7 +158,7 @@ class Touches {
       }
     }
     if (!episode_.summary) return;
-    // Where the object was held last.
+    // A slip is marked where the object was last held.
     for (const object_event_t& slip : episode_.summary->explanation.slip) {
       if (slip.tick != contacts.header.tick) continue;
       const auto& objects = episode_.model->object_name;
@@ -173,13 +173,13 @@ class Touches {
   const ModelNames names_;
   const bool counts_collisions_;
   size_t next_ = 0;
-  std::vector<std::pair<int, Place>> wanted_;            // by entity, at the last tick
-  std::map<int, Place> held_;                            // by entity
-  std::map<std::pair<int, int>, Collision> collisions_;  // by geoms
+  std::vector<std::pair<int, Place>> wanted_;            // by entity; last tick only
+  std::map<int, Place> held_;                            // key: entity
+  std::map<std::pair<int, int>, Collision> collisions_;  // key: pair of geoms
   std::map<std::pair<std::string, int64_t>, Place> slipped_;
 };
 
-// Why it came out so: what decided, and the words of what ended it.
+// Explains the outcome: the deciding condition and the end reason in words.
 std::string Reason(const RecordedEpisode& episode) {
   std::string text;
   const auto add = [&text](const std::string& part) {

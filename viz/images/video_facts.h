@@ -1,4 +1,4 @@
-// What the videos with panels say of an episode, taken from its log. Pure.
+// Content of the panels of an episode's video, computed from its log. Pure.
 #pragma once
 
 #include <cstddef>
@@ -12,29 +12,29 @@
 
 namespace evalbus::viz {
 
-// How a score grew: one line for each arm, or a single one.
+// A metric over time: one line per arm, or a single line.
 struct VideoCurve {
   std::string label;
-  std::string unit;  // of the values; may be empty
+  std::string unit;  // unit of the values; may be empty
   std::vector<std::string> of;
-  // [line][sample], NaN where there is none.
+  // [line][sample]; NaN if unavailable.
   std::vector<std::vector<double>> value;
-  // Of all values.
+  // Range of all values.
   double lowest = 0, highest = 0;
 };
 
-// On the time line.
+// A mark on the timeline.
 struct VideoMark {
   enum class Kind { kStage, kGrasp, kSlip, kCollision };
   Kind kind = Kind::kStage;
   double time_s = 0;
-  // A grasp lasts; others have no duration.
+  // Only grasps have a duration.
   double duration_s = 0;
 };
 
-// In the image, at a point of the world.
+// A mark in the image at a point in the world frame.
 struct PlaceMark {
-  // kGrasp: a contact that is wanted, of the robot with an object.
+  // kGrasp: a desired contact between robot and object.
   VideoMark::Kind kind = VideoMark::Kind::kGrasp;
   double position_m[3] = {};
 };
@@ -45,27 +45,26 @@ struct VideoFacts {
   int episode = 0;
   // Time of the last STATE.
   double duration_s = 0;
-  // As the episode left them, by which each moment is known.
+  // Stages at the end of the episode, with the times at which they were reached.
   std::vector<StageRow> stages;
-  // Of the samples of all curves.
+  // Sample times of all curves, s.
   std::vector<double> time_s;
   std::vector<VideoCurve> curves;
-  // In order of time.
+  // Sorted by time.
   std::vector<VideoMark> marks;
   bool counts_slips = false, counts_collisions = false;
-  // By frame of the schedule.
+  // Indexed by frame of the schedule.
   std::vector<std::vector<PlaceMark>> places;
-  // Empty for a log without the episode's end.
+  // Empty if the log lacks the episode's end.
   std::string outcome;
   bool success = false;
-  // Why, for people; may be empty.
+  // Explanation of the outcome; may be empty.
   std::string reason;
-  // The main numbers, with unit.
+  // Name and value with unit of the main metrics.
   std::vector<std::pair<std::string, std::string>> numbers;
 };
 
-// schedule: which STATE each frame shows (VideoSchedule). Throws InputError for a MODEL that contradicts
-// itself.
+// schedule: which STATE each frame shows (VideoSchedule). Throws InputError if MODEL is inconsistent.
 VideoFacts FactsOf(const RecordedEpisode& episode, const std::vector<size_t>& schedule,
                    const std::string& policy);
 

@@ -11,7 +11,7 @@
 namespace evalbus::viz {
 namespace {
 
-// In units.
+// Lengths in layout units (VideoScale pixels).
 constexpr double kHeader = 40, kTimeLine = 46, kPanels = 140, kMargin = 14, kGap = 3;
 constexpr double kSmallestScale = 0.8;
 constexpr int kSmallestWidth = 640, kSmallestHeight = 360;
@@ -43,7 +43,7 @@ FullLayout LayOutFull(FrameSize size, int num_insets, int num_curves) {
   layout.time_line = {margin, height - kTimeLine * s, width - 2 * margin, kTimeLine * s};
   const double panels = layout.time_line.y - kPanels * s;
   const double top = layout.header.bottom(), bottom = Even(panels);
-  // The more images the narrower, so that they keep their shape.
+  // The more insets there are, the narrower is their column, so that they keep their aspect ratio.
   const double share = num_insets == 0 ? 0 : num_insets == 1 ? 0.36 : num_insets == 2 ? 0.30 : 0.24;
   const double column = Even(width * (1 - share));
   layout.main = EvenBox(0, top, num_insets > 0 ? column - gap : width, bottom);
@@ -55,7 +55,7 @@ FullLayout LayOutFull(FrameSize size, int num_insets, int num_curves) {
   const Box row{margin, bottom + 10 * s, width - 2 * margin, kPanels * s - 14 * s};
   layout.stages = {row.x, row.y, stages, row.height};
   const double left = layout.stages.right() + 2 * margin, room = row.right() - left;
-  // None is narrower than its words.
+  // Shows only as many curves as fit without cutting their labels.
   const int shown = std::clamp(static_cast<int>((room + 2 * margin) / (210 * s + 2 * margin)), 0, num_curves);
   for (int i = 0; i < shown; ++i) {
     const double each = (room + 2 * margin) / shown;

@@ -1,4 +1,4 @@
-// Where the parts of a video's image are. Pure; boxes are in pixels of the image.
+// Layout of videos with panels. Pure; boxes are in pixels of the image.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace evalbus::viz {
 
-// How many pixels a unit of text and margins is: 1 at 1280x720, and never so few that text cannot be read.
+// Pixels per layout unit: 1 at 1280x720, with a lower limit that keeps text readable.
 double VideoScale(FrameSize size);
-// Throws InputError for an image that is too small for panels and text.
+// Throws InputError if the image is too small for panels and text.
 void CheckPanelSize(FrameSize size);
 
-// A large image, smaller ones in a column, and what happens below. Images have even pixels.
+// A main image, insets in a column, and panels below. Images have even sizes.
 struct FullLayout {
   double scale = 1;
   Box header, main;
@@ -41,9 +41,9 @@ PairLayout LayOutPair(FrameSize size);
 struct GridLayout {
   double scale = 1;
   Box header;
-  // Row by row; each has an image within a frame.
+  // Row by row; each cell contains a frame and an image.
   std::vector<Box> cells;
-  // Of the image within its cell.
+  // Width of the frame between a cell's edge and its image, pixels.
   double frame = 0;
 };
 GridLayout LayOutGrid(FrameSize size, int columns, int rows);
@@ -51,9 +51,9 @@ GridLayout LayOutGrid(FrameSize size, int columns, int rows);
 struct GridShape {
   int columns = 0, rows = 0;
 };
-// From "4x3". Throws InputError.
+// Parses a shape such as "4x3". Throws InputError.
 GridShape ParseGridShape(const std::string& text);
-// So many columns and rows as show all episodes, up to kMaxCells.
+// Returns a nearly square grid that holds all episodes, at most kMaxCells.
 GridShape ShapeFor(int num_episodes);
 inline constexpr int kMaxCells = 36;
 

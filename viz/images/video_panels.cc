@@ -16,11 +16,11 @@ using Kind = VideoMark::Kind;
 
 constexpr Color kPage{0.984, 0.984, 0.98}, kText{0.12, 0.14, 0.16}, kDim{0.40, 0.43, 0.47},
     kRule{0.82, 0.84, 0.86}, kWhite{1, 1, 1};
-// Of Okabe and Ito.
+// The Okabe-Ito palette.
 constexpr Color kBlue{0, 0.447, 0.698}, kVermilion{0.835, 0.369, 0}, kSky{0.337, 0.706, 0.914},
     kOrange{0.902, 0.624, 0}, kPurple{0.8, 0.475, 0.655}, kGreen{0, 0.62, 0.451};
 constexpr Color kLines[] = {kBlue, kOrange, kGreen, kPurple};
-// Text, in units.
+// Font sizes in layout units.
 constexpr double kBold = 17, kNormal = 14.5, kSmall = 13;
 
 Color Faded(Color color, double share) {
@@ -95,7 +95,7 @@ void VideoPanels::Stages(const Box& box, const VideoFacts& facts, double time_s)
   canvas_.Text(box.x, y, fmt::format("Stages {} of {}", num_reached, facts.stages.size()), Font::kBold,
                kSmall * s_, kText);
   const size_t rows = std::max<size_t>(1, static_cast<size_t>((box.bottom() - y) / line));
-  // Of many those around the first one that is missing.
+  // If there are too many stages, shows those around the first one that is not reached.
   size_t first = 0;
   if (facts.stages.size() > rows) {
     const auto missing = std::ranges::find_if_not(facts.stages, is_reached) - facts.stages.begin();
@@ -125,7 +125,7 @@ void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurv
                         double to_s, double highest) {
   const auto now = std::ranges::upper_bound(facts.time_s, time_s) - facts.time_s.begin();
   const size_t num = static_cast<size_t>(now);
-  // The name and its unit, then the values of now in the colors of their lines.
+  // The label with its unit, then the current values in the colors of their lines.
   const std::string label = curve.label + (curve.unit.empty() ? "" : ", " + curve.unit);
   canvas_.Text(box.x, box.y + 14 * s_, canvas_.Fitted(label, Font::kBold, kSmall * s_, box.width),
                Font::kBold, kSmall * s_, kText);
@@ -144,7 +144,7 @@ void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurv
       x += 17 * s_;
     }
     canvas_.Text(x, y, words, Font::kNormal, kSmall * s_, kText);
-    // In place, whatever the digits: half the room each.
+    // Each value has a fixed column, so that it does not move as digits change.
     x = box.x + (box.width / static_cast<double>(curve.value.size())) * static_cast<double>(line + 1);
   }
   const Box plot{box.x, box.y + 42 * s_, box.width, box.height - 44 * s_};
@@ -169,7 +169,7 @@ void VideoPanels::Curve(const Box& box, const VideoFacts& facts, const VideoCurv
 }
 
 void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_s, double to_s) {
-  // What the marks mean, and how many there are so far.
+  // Legend of the marks, with the counts so far.
   struct Entry {
     Kind kind;
     const char* words;
@@ -196,7 +196,7 @@ void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_
       Mark(entry.kind, {x + 6 * s_, text_y - 4.5 * s_}, 5.5 * s_);
     }
     canvas_.Text(x + 18 * s_, text_y, words, Font::kNormal, kSmall * s_, count > 0 ? kText : kDim);
-    // In place, whatever the digits.
+    // Fixed positions that do not depend on the number of digits.
     x += width + 44 * s_ + (count < 10 ? 0 : -8 * s_ * (std::floor(std::log10(count))));
   }
   const std::string end = TimeText(to_s);
@@ -210,7 +210,7 @@ void VideoPanels::TimeLine(const Box& box, const VideoFacts& facts, double time_
     const double left = at(mark.time_s), right = at(std::min(time_s, mark.time_s + mark.duration_s));
     canvas_.Panel({left, y - 3.5 * s_, std::max(7 * s_, right - left), 7 * s_}, 3.5 * s_, kSky);
   }
-  // What went wrong over what went well.
+  // Failures are drawn over successes.
   for (const Kind kind : {Kind::kStage, Kind::kCollision, Kind::kSlip}) {
     for (const VideoMark& mark : facts.marks) {
       if (mark.kind == kind && mark.time_s <= time_s) Mark(kind, {at(mark.time_s), y}, 7 * s_);
@@ -277,7 +277,7 @@ void VideoPanels::Verdict(const Point& center, double radius, VideoEnd end) {
 
 void VideoPanels::Places(const Box& box, const std::vector<Place>& places, bool with_words) {
   canvas_.Clip(box);
-  // Marks of one kind that would lie over one another are one.
+  // Overlapping marks of one kind are merged.
   std::vector<Place> drawn;
   const double radius = 9 * s_;
   for (const Kind kind : {Kind::kGrasp, Kind::kCollision, Kind::kSlip}) {
@@ -299,7 +299,7 @@ void VideoPanels::Places(const Box& box, const std::vector<Place>& places, bool 
     if (!with_words || place.kind == Kind::kGrasp) continue;
     const std::string word = place.kind == Kind::kSlip ? "slip" : "collision";
     const double width = canvas_.TextWidth(word, Font::kBold, kSmall * s_) + 10 * s_;
-    // On the side where there is room.
+    // Places the label on the side with enough room.
     double x = place.point.x + radius + 6 * s_;
     if (x + width > box.right()) x = place.point.x - radius - 6 * s_ - width;
     const Box label{x, place.point.y - 9 * s_, width, 18 * s_};
@@ -327,7 +327,8 @@ void VideoPanels::EndCard(const Box& box, const VideoFacts& facts) {
   const double padding = 20 * s_, line = 21 * s_;
   const double width = std::min(box.width - 24 * s_, 620 * s_), inner = width - 2 * padding;
   const double head = 30 * s_;
-  // What there is room for: the verdict always, then the reason, then the numbers in two columns.
+  // Content by priority: the verdict is always shown, then the reason, then numbers in two columns, as far as
+  // they fit.
   const double most = box.height - 16 * s_;
   double height = 2 * padding + head - 6 * s_;
   const size_t lines_left = most > height + 6 * s_ ? static_cast<size_t>((most - height - 6 * s_) / line) : 0;

@@ -1,5 +1,5 @@
-// The panels of a video, each drawn into its box, in pixels: stages, curves, time line, marks, end card.
-// Colors are Okabe and Ito's; what a color says, a shape or a word says, too.
+// The panels of a video, each drawn into a box in pixels: stages, curves, timeline, marks, end card. Uses the
+// Okabe-Ito palette; everything shown by color is also shown by a shape or a word.
 #pragma once
 
 #include <optional>
@@ -11,45 +11,45 @@
 
 namespace evalbus::viz {
 
-// How an episode came out, where its end is reached.
+// Outcome of an episode; kNone before its end.
 enum class VideoEnd { kNone, kSuccess, kFailure };
 VideoEnd EndOf(const VideoFacts& facts);
 
 class VideoPanels {
  public:
-  // scale: pixels to a unit of text and lines.
+  // scale: pixels per unit of text and lines.
   VideoPanels(Frame* frame, double scale) : canvas_(frame, 1), s_(scale) {}
 
-  // Nothing but the background: everywhere, or here.
+  // Page clears the whole frame to the background color, Blank a box of it.
   void Page();
   void Blank(const Box& box);
-  // Bold on the left, then quieter; on the right the time.
+  // Title in bold and subtitle on the left; `right` (the time) at the right edge.
   void Header(const Box& box, const std::string& title, const std::string& subtitle,
               const std::string& right);
-  // A name, and at the end the outcome behind its mark.
+  // Shows the name and, once the episode has ended, the outcome with its mark.
   void Title(const Box& box, const VideoFacts& facts, const std::string& name, bool is_over);
   void Stages(const Box& box, const VideoFacts& facts, double time_s);
-  // curve: of these facts. to_s, highest: ends of the axes.
+  // curve: must be an element of facts.curves. to_s, highest: upper ends of the axes.
   void Curve(const Box& box, const VideoFacts& facts, const VideoCurve& curve, double time_s, double to_s,
              double highest);
   void TimeLine(const Box& box, const VideoFacts& facts, double time_s, double to_s);
-  // Points in pixels of the box, whose own outline they must not leave.
+  // Draws marks at points in pixels relative to the box; points outside of it are skipped.
   struct Place {
     VideoMark::Kind kind;
     Point point;
   };
   void Places(const Box& box, const std::vector<Place>& places, bool with_words);
   void Caption(const Box& box, const std::string& text);
-  // Over the image in this box: verdict, reason, and where there is room, numbers.
+  // Draws over the image in this box: verdict, reason and, if there is room, numbers.
   void EndCard(const Box& box, const VideoFacts& facts);
-  // The frame and the words of a cell.
+  // Draws the frame and text of a grid cell.
   void Cell(const Box& box, double frame, const std::string& name, const VideoFacts& facts, bool is_over);
 
  private:
   void Mark(VideoMark::Kind kind, const Point& center, double radius);
   void Check(const Point& center, double radius, const Color& color);
   void Cross(const Point& center, double radius, const Color& color);
-  // Check or cross on a disc.
+  // Draws a check mark or a cross on a disc.
   void Verdict(const Point& center, double radius, VideoEnd end);
 
   Canvas canvas_;

@@ -26,12 +26,13 @@
 namespace evalbus::viz {
 namespace {
 
-// While ffmpeg is waited for, milliseconds: for room, for its end.
+// Poll intervals while waiting for ffmpeg, ms: for room in the socket; for its exit.
 constexpr int kLook = 100, kShortLook = 2;
-// Of GIF and WebP, which have no differences between images to speak of, frames per second.
+// Frames per second of GIF and WebP, whose files would otherwise become very large because they hardly
+// compress between frames.
 constexpr int kLoopRate = 10;
 
-// One thread and no versions or dates inside: equal frames, equal bytes.
+// A single thread and no version or date metadata: equal frames give equal bytes.
 std::vector<std::string> Command(FrameSize size, int frames_per_second, const std::string& ending) {
   std::vector<std::string> command = {"ffmpeg",
                                       "-nostdin",
@@ -52,8 +53,8 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     command.insert(command.end(), words);
   };
   if (ending == ".gif") {
-    // 256 colors chosen for this video. Ordered dither stays where nothing moves, which keeps the file
-    // small.
+    // A palette of 256 colors computed for this video. Ordered dithering does not change where nothing moves,
+    // which keeps the file small.
     add({"-vf",
          fmt::format("fps={},split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=bayer:"
                      "bayer_scale=5:diff_mode=rectangle",
@@ -63,8 +64,8 @@ std::vector<std::string> Command(FrameSize size, int frames_per_second, const st
     add({"-vf", fmt::format("fps={}", kLoopRate), "-pix_fmt", "yuv420p", "-c:v", "libwebp_anim", "-quality",
          "60", "-loop", "0", "-f", "webp"});
   } else {
-    // A fragment a second: a video that is cut plays up to the last whole one. Colors are BT.709, and say
-    // so.
+    // One fragment per second: a truncated video plays up to its last complete fragment. Colors are BT.709
+    // and tagged as such.
     add({"-vf",
          "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+bitexact",
          "-pix_fmt",
@@ -111,8 +112,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
         fmt::format("video of {}x{}: H.264 needs an even width and height", size.width, size.height));
   }
   const std::vector<std::string> command = Command(size, frames_per_second, ending);
-  // A socket, not a pipe: writing to an ffmpeg that has gone is then an error and not a signal. The video and
-  // its complaints go to memory, which never fills up like a pipe that nobody reads.
+  // A socket is used instead of a pipe: if ffmpeg has exited, writing fails with an error instead of raising
+  // a signal. Output and error messages go to memory files, which cannot block ffmpeg as a full pipe would.
   int sockets[2];
   video_ = memfd_create("video", MFD_CLOEXEC);
   complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
@@ -127,12 +128,13 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, FrameSize size, int 
   posix_spawn_file_actions_adddup2(&actions, sockets[1], STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, video_, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_, STDERR_FILENO);
-  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // liblcm's socket, for one
+  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);  // e.g. liblcm's socket
   std::vector<char*> argv;
   for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   const std::string program = FindProgram("ffmpeg").string();
-  // What is in front of the system's libraries for somebody else is not for it.
+  // Removes LD_LIBRARY_PATH: libraries that the user prepends for other programs may be incompatible with
+  // ffmpeg.
   std::vector<char*> environment;
   for (char** variable = environ; *variable; ++variable) {
     if (!std::string_view(*variable).starts_with("LD_LIBRARY_PATH=")) environment.push_back(*variable);
@@ -213,7 +215,7 @@ int VideoWriter::End(std::string* message) {
     poll(nullptr, 0, kShortLook);
   }
   ffmpeg_ = -1;
-  // Its first line names the trouble; the others follow from it.
+  // The first line names the cause; the others are consequences.
   char text[512];
   const ssize_t n = pread(complaints_, text, sizeof text, 0);
   *message = std::string(text, static_cast<size_t>(std::max<ssize_t>(n, 0)));

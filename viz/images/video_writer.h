@@ -1,6 +1,6 @@
-// Encodes frames into a video by the ffmpeg program, of the kind that the file's name ends in: H.264 in a
-// fragmented MP4; GIF or WebP, which repeat themselves, at 10 frames a second. Equal frames give equal bytes
-// (of one version of ffmpeg).
+// Encodes frames into a video with the ffmpeg program. The file extension selects the format: H.264 in
+// fragmented MP4, or looping GIF or WebP at 10 frames per second. Equal frames give equal bytes for the same
+// ffmpeg version.
 #pragma once
 
 #include <sys/types.h>
@@ -14,27 +14,27 @@
 
 namespace evalbus::viz {
 
-// ".mp4", ".gif", ".webp"; throws InputError for others.
+// Throws InputError unless the ending is ".mp4", ".gif" or ".webp".
 void CheckVideoEnding(const std::string& ending);
 
 class VideoWriter {
  public:
-  // The file is made by Close, whole. Throws InputError for an odd size and an unknown ending,
-  // EnvironmentError if ffmpeg is missing, fails, or does nothing for longer than `timeout`; so do the
-  // others.
+  // The file is created atomically by Close. Throws InputError for an odd size or an unknown ending. All
+  // members throw EnvironmentError if ffmpeg is missing, fails, or makes no progress for longer than
+  // `timeout`.
   VideoWriter(const std::filesystem::path& file, FrameSize size, int frames_per_second,
               std::chrono::milliseconds timeout = std::chrono::seconds(60));
-  // Without Close: the video is thrown away.
+  // Discards the video if Close has not been called.
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
   void Write(const Frame& frame);
-  // Waits for ffmpeg and writes the video.
+  // Waits for ffmpeg and writes the file.
   void Close();
 
  private:
-  // Ends ffmpeg; its exit code and what it said.
+  // Ends ffmpeg; returns its exit code and its error message.
   int End(std::string* message);
   void CheckTimeout(Wait* waiting) const;
   void CloseFiles();
@@ -44,7 +44,8 @@ class VideoWriter {
   FrameSize size_;
   std::chrono::milliseconds timeout_;
   pid_t ffmpeg_ = -1;
-  // Frames go in, the video and complaints come out.
+  // frames_: socket for input frames. video_, complaints_: memory files with ffmpeg's output and error
+  // messages.
   int frames_ = -1, video_ = -1, complaints_ = -1;
 };
 

@@ -1,4 +1,4 @@
-// Images as a policy asks for them: a view_t drawn into an image_t.
+// Images as requested by a policy: draws a view_t into an image_t.
 #pragma once
 
 #include "evalbus/image_t.hpp"
@@ -6,14 +6,15 @@
 
 namespace evalbus::viz {
 
-// Of a renderer's buffer before anybody has asked: most policies look at no more.
+// Initial size of a renderer's buffer, before the first request. Most policies request no larger images.
 inline constexpr FrameSize kUsualViewSize{256, 256};
 
-// Throws InputError for what cannot be drawn: an unknown camera, an absurd size or field of view, an encoding
-// that loses something.
+// Throws InputError if the view cannot be drawn: unknown camera, size or field of view out of range, lossy
+// encoding.
 void CheckView(const view_t& view, const mjModel& model);
 
-// What the renderer shows now, of the STATE with this header. `view` is a good one.
+// Draws the renderer's current state into `image`; header: of the STATE that is shown. CheckView(view) must
+// have succeeded.
 void DrawView(const view_t& view, const header_t& header, Renderer* renderer, image_t* image);
 
 }  // namespace evalbus::viz

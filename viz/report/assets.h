@@ -1,4 +1,4 @@
-// Style and script of a report: report.css and report.js, turned into text by CMake.
+// Style and script of a report: report.css and report.js, embedded as text by CMake.
 #pragma once
 
 namespace evalbus::viz {

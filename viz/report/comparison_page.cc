@@ -21,7 +21,8 @@ std::string P(double p) {
   return !std::isfinite(p) ? "-" : p < 0.001 ? std::string("< 0.001") : fmt::format("{:.3f}", p);
 }
 
-// The largest deviation from zero of all intervals, so that rows of one unit share a scale.
+// Returns the largest absolute value of an interval's ends. The maximum over rows of one unit is their common
+// scale.
 double Bound(const ReportDifference& row) { return std::max(std::abs(row.lower), std::abs(row.upper)); }
 
 void Row(const ReportDifference& row, double bound, bool shares, Markup* html) {
@@ -76,7 +77,7 @@ void Table(const ReportComparison& comparison, const std::string& what, const st
   });
 }
 
-// A side of a flipped pair: its episode, how it ended, its videos.
+// One run's cell for a flipped pair: episode, outcome, videos.
 void FlipCell(int episode, const std::string& end, const std::vector<ReportLink>& videos, Markup* html) {
   const bool success = end.empty();
   html->Element("td", {{"class", "files"}}, [&] {

@@ -8,7 +8,7 @@
 namespace evalbus::viz {
 namespace {
 
-// What is seen at once; the rest opens on demand.
+// Number of figures that are initially visible; the rest can be expanded.
 constexpr size_t kCurvesShown = 6;
 
 void Event(const EpisodeEvent& event, bool video, Markup* html) {
@@ -54,7 +54,7 @@ void CurveCard(const CurveFigure& figure, Markup* html) {
   });
 }
 
-// `episode` is null where the run has no such episode.
+// `episode` is null if the run has no such episode.
 void EpisodeCurves(const RunSection& section, const ReportCurves& curves, const ReportEpisode* episode) {
   Markup* html = section.html;
   html->Element(section.subheading, {},

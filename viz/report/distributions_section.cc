@@ -15,10 +15,10 @@
 namespace evalbus::viz {
 namespace {
 
-// What is seen at once; the rest opens on demand.
+// Number of figures that are initially visible; the rest can be expanded.
 constexpr size_t kHistogramsShown = 8;
 
-// No stages, no parts by arm where there is a number for both.
+// Excludes stages, and per-arm values if there is an overall value.
 bool HasFigure(const MetricNumber& number, const ReportRun& run) {
   if (!number.metric) return true;
   const std::string name(number.metric->name);
@@ -45,12 +45,12 @@ bool HasFigure(const MetricNumber& number, const ReportRun& run) {
   }
 }
 
-// A metric over the complete episodes that have it, in its shown unit.
+// A metric over the complete episodes that have it, in its display unit.
 struct Distribution {
   const ReportMetric& metric;
   MetricNumber number;
   HistogramFigure figure;
-  // In SI units.
+  // Range of the values in SI units.
   double low = std::numeric_limits<double>::infinity(), high = -low;
 
   bool empty() const { return figure.succeeded.empty() && figure.failed.empty(); }
@@ -108,7 +108,7 @@ void Constants(const std::vector<Distribution>& constant, Markup* html) {
   });
 }
 
-// The numbers of summary.json by their names there, and in their units.
+// Statistics from summary.json with their original names and units.
 void StatisticsRow(const ReportMetric& metric, const std::vector<std::string>& columns, Markup* html) {
   const MetricInfo* info = FindMetric(metric.name).metric;
   const bool has_unit = info && info->unit != "count" && info->unit != "1";
@@ -130,7 +130,7 @@ void StatisticsRow(const ReportMetric& metric, const std::vector<std::string>& c
 }
 
 void StatisticsTable(const RunSection& section) {
-  // The columns that any metric has, in order.
+  // Columns that at least one metric has, in order.
   std::vector<std::string> columns;
   for (const ReportMetric& metric : section.run.metrics) {
     for (const ReportStatistic& statistic : metric.statistics) {

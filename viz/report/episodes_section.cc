@@ -17,7 +17,7 @@ const char* OutcomeSign(const ReportEpisode& episode) {
   return !episode.complete ? "–" : episode.success ? "✓" : "✗";
 }
 
-// Successes explain themselves; over time, below, they say more.
+// Successes need no reason; for them, the section with curves over time is more informative.
 bool NeedsReason(const ReportEpisode& episode) {
   return !(episode.success && episode.complete) &&
          !(episode.failure_reason.empty() && episode.explanation.empty());
@@ -37,7 +37,7 @@ void Titles(bool explained, Markup* html) {
 void ReasonCell(const ReportEpisode& episode, Markup* html) {
   html->Element("td", {{"class", "why"}}, [&] {
     if (!NeedsReason(episode)) return;
-    // The sentence may begin with the reason.
+    // The sentence may start with the reason, which is then not repeated.
     const std::string& reason = episode.failure_reason;
     const bool begins = episode.explanation.starts_with(reason);
     if (!reason.empty()) html->Element("b", {}, reason);
@@ -97,7 +97,7 @@ void EpisodeRow(const RunSection& section, const ReportEpisode& episode, bool ex
   });
 }
 
-// report.css hides the others while it is checked. Not there where it would change nothing.
+// Checkbox that hides successful episodes by means of report.css. It is omitted if it would change nothing.
 void OnlyFailures(const RunSection& section) {
   const std::vector<ReportEpisode>& episodes = section.run.episode;
   const auto failures =

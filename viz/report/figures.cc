@@ -28,7 +28,7 @@ std::string WithUnit(const std::string& number, const std::string& unit) {
   return unit.empty() ? number : number + " " + unit;
 }
 
-// The number of a mark, with as many decimals as the step between marks has.
+// Label of a tick, with as many decimals as the tick step.
 std::string TickLabel(double value, double step) {
   if (std::abs(value) >= 1e6 || step < 1e-4) return Number(value);
   const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
@@ -43,13 +43,13 @@ void Label(double x, double y, const std::string& anchor, const std::string& tex
   html->Element("text", {{"x", Px(x)}, {"y", Px(y)}, {"text-anchor", anchor}}, text);
 }
 
-// Of a text, estimated from its number of characters, in pixels.
+// Half of a text's width in pixels, estimated from its number of characters.
 double HalfWidth(const std::string& text) {
   return 3.2 * static_cast<double>(
                    std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-// The scale below a figure; labels at the ends are kept inside of it.
+// Draws the axis below a figure; the outermost labels are kept inside of the figure.
 void DrawScale(const Axis& axis, const Ticks& ticks, double y, const std::string& unit, Markup* html) {
   constexpr double kOverhang = 8;
   double previous_right = -kOverhang;
@@ -63,7 +63,7 @@ void DrawScale(const Axis& axis, const Ticks& ticks, double y, const std::string
       return std::min(x + HalfWidth(label), axis.pixel_to + kOverhang);
     };
     const auto left_of = [&](const std::string& label) { return right_of(label) - 2 * HalfWidth(label); };
-    // The unit stands where it has room; the title has it anyway.
+    // The unit is added only if there is room; the title contains it anyway.
     const std::string with_unit = text + " " + unit;
     if (last && !unit.empty() && left_of(with_unit) > previous_right + 4) text = with_unit;
     const double left = left_of(text), right = right_of(text);
@@ -87,7 +87,8 @@ const char* ClassOf(Kind kind) {
   return "event end";
 }
 
-// Told apart by shape as well as by color: triangle, diamond, cross, square; 4 pixels around the center.
+// Path of an event mark: triangle, diamond, cross or square, 4 pixels around the center. The marks differ in
+// shape as well as in color.
 std::string MarkPath(Kind kind, double x, double y) {
   const auto at = [&](double dx, double dy) { return Px(x + dx) + " " + Px(y + dy); };
   switch (kind) {
@@ -206,8 +207,8 @@ void DrawCurves(const CurveFigure& figure, Markup* html) {
       high = std::max(high, value);
     }
   }
-  // Zero is shown where it is near, a hair below it is not worth a step of the scale, and a constant line has
-  // room around it.
+  // Extends the range to zero if zero is near, ignores values slightly below zero, and adds a margin around
+  // constant lines.
   if (low > 0 && low < 0.5 * high) low = 0;
   if (low < 0 && low > -0.02 * high) low = 0;
   if (!IsRange(low, high)) {
@@ -296,7 +297,7 @@ void DrawBar(double share, const std::string& css_class, Markup* html) {
 
 void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
                     Markup* html) {
-  // 2 % of room on each side.
+  // Leaves a margin of 2 % on each side.
   const auto x = [](double value) { return CssPercent(0.5 + 0.48 * std::clamp(value, -1.0, 1.0)); };
   html->Element("svg", {{"class", "share"}, {"aria-hidden", "true"}}, [&] {
     html->Empty("line", {{"class", "axis"}, {"x1", "50%"}, {"x2", "50%"}, {"y1", "0"}, {"y2", "18"}});

@@ -1,5 +1,6 @@
-// The figures of a report as inline SVG. Colors, fonts and line widths are those of report.css, so that one
-// figure serves light and dark, screen and paper. What the eye sees in a figure, its <title>s say in words.
+// The figures of a report as inline SVG. Colors, fonts and line widths are defined in report.css, so that one
+// figure works in light and dark mode, on screen and on paper. <title> elements describe each figure in
+// words.
 #pragma once
 
 #include <span>
@@ -10,25 +11,25 @@
 
 namespace evalbus::viz {
 
-// Distribution of a metric over episodes: stacked bars, and above them the 5th to 95th percentile with the
-// median.
+// Distribution of a metric over episodes: stacked bars with the 5th to 95th percentile and the median above
+// them.
 struct HistogramFigure {
   std::string name;
   std::string unit;  // empty: a count or share
-  // Values of the episodes that succeeded and of those that did not. Not all equal.
+  // Values of successful and of failed episodes. They must not all be equal.
   std::vector<double> succeeded, failed;
   double p5 = 0, median = 0, p95 = 0;
 };
 void DrawHistogram(const HistogramFigure& figure, Markup* html);
 
-// A moment of an episode.
+// An event at one point in time of an episode.
 struct EpisodeEvent {
   enum class Kind { kStage, kSlip, kCollision, kEnd };
   Kind kind = Kind::kEnd;
   double time = 0;   // s since the episode began
   std::string text;  // what happened
 };
-// The mark of a kind of event, as SVG to stand in text.
+// Draws the mark of an event kind as SVG for use within text.
 void DrawEventMark(EpisodeEvent::Kind kind, Markup* html);
 
 // Values over the time of an episode.
@@ -38,24 +39,24 @@ struct CurveFigure {
   std::vector<double> time;  // s, ascending
   struct Line {
     std::string name;           // "left"; may be empty for a single one
-    std::vector<double> value;  // one per time; NaN where there is none
+    std::vector<double> value;  // one value per time; NaN if unavailable
   };
   std::vector<Line> lines;
   std::vector<EpisodeEvent> events;
 };
-// At least one value has to be finite.
+// At least one value must be finite.
 void DrawCurves(const CurveFigure& figure, Markup* html);
 
-// A share with its interval on a scale from 0 to 100 %; with marks of the scale where `scale` is true.
+// Draws a share with its interval on a scale from 0 to 100 %. scale: whether tick marks are drawn.
 void DrawShare(double share, double lower, double upper, bool scale, Markup* html);
-// A share alone.
+// Draws a share without interval.
 void DrawBar(double share, const std::string& css_class, Markup* html);
 
-// A difference with its interval, in -1 to 1, around a line at 0.
+// Draws a difference with its interval around a line at 0. All values are within -1 to 1.
 void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
                     Markup* html);
 
-// Maps [from, to] of values to pixels.
+// Maps values in [from, to] to pixels.
 struct Axis {
   double from, to;
   double pixel_from, pixel_to;
@@ -64,8 +65,8 @@ struct Axis {
   }
 };
 
-// "M1 2L3 4.5": the points in pixels with one decimal; a new M after values that are not finite. Points that
-// lie within a quarter of a pixel of the line through those that stay are left out.
+// Returns an SVG path such as "M1 2L3 4.5" in pixels with one decimal. After values that are not finite, a
+// new subpath starts. The path is simplified: points within a quarter of a pixel of it are omitted.
 std::string PathOf(std::span<const double> x, std::span<const double> y, const Axis& x_axis,
                    const Axis& y_axis);
 

@@ -1,4 +1,4 @@
-// Figures of which not all are seen at once.
+// Figures of which only some are initially visible.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,8 @@
 
 namespace evalbus::viz {
 
-// The first `shown` of them at once, in an element of this class, the others on demand, called `what`.
+// Shows the first `shown` figures in an element of class css_class. The others are in an expandable element
+// with the label `what`.
 void Folded(const std::vector<std::function<void()>>& figures, size_t shown, const std::string& what,
             const char* css_class, Markup* html);
 

@@ -14,7 +14,7 @@ void Markup::Open(const char* name, Attributes attributes) {
 }
 
 void Markup::Close() {
-  // HTML takes <td/> for an element that stays open; text, even none, makes it <td></td>.
+  // An HTML parser treats <td/> as an open tag. Pushing a text, even an empty one, produces <td></td>.
   printer_.PushText("");
   printer_.CloseElement(true);
 }
@@ -33,7 +33,7 @@ void Markup::Empty(const char* name, Attributes attributes) {
 void Markup::Text(const std::string& text) { printer_.PushText(Printable(text).c_str()); }
 
 void Markup::Verbatim(const std::string& code) {
-  // XML reads a CDATA section, HTML two comments around the code.
+  // An XML parser reads a CDATA section, an HTML parser two comments around the code.
   printer_.PushText("/*");
   printer_.PushText(("*/\n" + code + "/*").c_str(), true);
   printer_.PushText("*/");

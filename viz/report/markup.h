@@ -1,6 +1,6 @@
-// Writes HTML with inline SVG that is well-formed XML at the same time. Every text and every attribute is
-// escaped, and of characters that XML has no place for (base/text.h, Printable) made one it has, so that
-// nothing in a file of a run can become markup or spoil it.
+// Writes HTML with inline SVG that is also well-formed XML. All texts and attributes are escaped, and
+// characters that XML does not allow are replaced (Printable in base/text.h). No content of a run's files can
+// therefore become markup or make the page invalid.
 #pragma once
 
 #include <tinyxml2.h>
@@ -15,15 +15,15 @@ namespace evalbus::viz {
 
 class Markup {
  public:
-  // Names and values.
+  // Pairs of name and value.
   using Attributes = std::initializer_list<std::pair<const char*, std::string>>;
 
   Markup() : printer_(nullptr, true) {}
 
-  // Element names have to be literals.
+  // Element names must be literals; they are not copied.
   void Open(const char* name, Attributes attributes = {});
   void Close();
-  // An element with what `content` writes.
+  // Writes an element whose content is written by `content`.
   template <std::invocable Content>
   void Element(const char* name, Attributes attributes, Content content) {
     Open(name, attributes);
@@ -31,10 +31,11 @@ class Markup {
     Close();
   }
   void Element(const char* name, Attributes attributes, const std::string& text);
-  // An element that never has content: <meta/>, or one of SVG.
+  // Writes an element without content, e.g. <meta/> or an SVG shape.
   void Empty(const char* name, Attributes attributes);
   void Text(const std::string& text);
-  // The text of <script> and <style>, as it is: our own, never a run's.
+  // Writes the content of <script> or <style> without escaping. Must only be used for evalbus' own code,
+  // never for data of a run.
   void Verbatim(const std::string& code);
   void Doctype() { printer_.PushUnknown("DOCTYPE html"); }
 
@@ -44,8 +45,8 @@ class Markup {
   tinyxml2::XMLPrinter printer_;
 };
 
-// A path as a URL relative to the folder of the page: every byte that is no letter, digit, - . _ ~ or / is
-// written as %XX.
+// Returns a path as a URL relative to the page's folder. Every byte other than letters, digits and - . _ ~ /
+// is percent-encoded.
 std::string Url(const std::filesystem::path& relative);
 
 }  // namespace evalbus::viz

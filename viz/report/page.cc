@@ -12,7 +12,7 @@ namespace evalbus::viz {
 
 namespace {
 
-// Blocks are no scripts that a browser knows, which leaves them alone.
+// Blocks have a type that browsers do not execute.
 void WriteScripts(const PackedViewer& viewer, Markup* html) {
   for (const auto& [name, packed] : viewer.blocks) {
     html->Element("script", {{"type", "application/x-evalbus"}, {"data-block", name}}, packed);
@@ -46,7 +46,7 @@ std::string Page(const std::string& title, const std::string& made_by,
     html.Element("head", {}, [&] {
       html.Empty("meta", {{"charset", "utf-8"}});
       html.Empty("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}});
-      // Without one, browsers ask the server for /favicon.ico.
+      // Without this, browsers request /favicon.ico.
       html.Empty("link", {{"rel", "icon"}, {"href", "data:,"}});
       html.Element("title", {}, title);
       html.Element("style", {}, [&] { html.Verbatim(kReportCss); });

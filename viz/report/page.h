@@ -1,4 +1,4 @@
-// What all pages have in common: frame, style and script, and how numbers are written.
+// Common parts of all pages: frame, style, script and number formats.
 #pragma once
 
 #include <functional>
@@ -15,25 +15,24 @@ struct ReportLink {
   std::string url;  // relative to the page; see Url()
 };
 
-// Links one after the other.
+// Writes the links one after the other.
 void Links(const std::vector<ReportLink>& links, Markup* html);
 
-// A whole page with the title as its heading. `made_by`: version and commit. viewer: null for none; it is
-// where the content calls WriteViewer().
+// Returns a whole page with the title as heading. made_by: version and commit. viewer: null if the page has
+// no viewer; otherwise `content` must call WriteViewer().
 std::string Page(const std::string& title, const std::string& made_by,
                  const std::function<void(Markup*)>& content, const PackedViewer* viewer = nullptr);
 
-// The section of the episodes that can be looked at in 3D.
+// Writes the section with the 3D episode viewer.
 void WriteViewer(const PackedViewer& viewer, Markup* html);
 
-// "95 %"; "-" for what is not finite.
+// Returns "95 %" for 0.95; "-" if the share is not finite.
 std::string Percent(double share);
 
-// A number with all its digits for programs (<data value>) and as `text` for people; "-" for what is not
-// finite.
+// Writes a number as <data>: the value with all digits, and `text` as shown; "-" if the value is not finite.
 void Data(double value, const std::string& text, Markup* html);
 void Data(double value, Markup* html);
-// The same as a cell of a table.
+// The same as a table cell.
 void NumberCell(double value, const std::string& text, Markup* html);
 void NumberCell(double value, Markup* html);
 

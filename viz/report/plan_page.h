@@ -1,5 +1,5 @@
-// The results of a plan as one HTML page: policies by tasks, what they differ in, why they fail. Pure; equal
-// input, equal bytes.
+// The results of a plan as one HTML page: success rates by task and policy, differences, failure reasons.
+// Pure: equal input gives equal bytes.
 #pragma once
 
 #include <map>
@@ -12,34 +12,34 @@
 namespace evalbus::viz {
 
 struct PlanCell {
-  // complete: with a verdict.
+  // complete: number of episodes that were scored.
   int successes = 0, complete = 0;
-  // Of the success rate, in shares.
+  // Confidence interval of the success rate, as shares from 0 to 1.
   double lower = 0, upper = 0;
-  std::string url;  // of its run's report; may be empty
-  // An episode of it in 3D, a failure where there is one; may be none.
+  std::string url;  // report of the run; may be empty
+  // Links to episodes in the 3D viewer, preferably a failure; may be empty.
   std::vector<ReportLink> episodes;
 };
 
 struct PlanRow {
   std::string name;
-  std::vector<PlanCell> cells;  // by policy
+  std::vector<PlanCell> cells;  // one per policy
 };
 
 struct PlanVerdict {
   std::string policy;
   std::string text;
-  // Adjusted, as verdict_note says.
+  // Adjusted p-value; verdict_note names the method.
   double p = 1;
-  // "better", "worse", "differs"; empty: nothing is shown.
+  // "better", "worse" or "differs"; empty: no significant difference.
   std::string judgment;
-  std::string url;  // of the comparison's page
+  std::string url;  // comparison page
 };
 
 struct PlanRank {
   std::string policy;
   int successes = 0, episodes = 0;
-  // Two that share one are not shown to differ.
+  // Policies that share a letter do not differ significantly.
   std::string letters;
 };
 
@@ -48,20 +48,20 @@ struct PlanReport {
   std::vector<std::string> policies;
   std::string baseline;
   std::vector<PlanRow> tasks;
-  // Over all tasks; not where there is one.
+  // Totals over all tasks; empty if there is only one task.
   PlanRow all;
-  // By policy, of all tasks: mean of their rates.
+  // Mean over all tasks of the success rates, per policy.
   std::vector<double> means;
   std::vector<PlanVerdict> verdicts;
   std::string verdict_note;
-  // Most successful first; empty: none.
+  // Most successful first; empty if there is no ranking.
   std::vector<PlanRank> ranking;
   std::string ranking_note;
-  // By policy: reasons with how many episodes failed for them.
+  // Per policy: failure reasons with the number of episodes.
   std::vector<std::vector<std::pair<std::string, int>>> failure_reasons;
-  // By policy: of a reason the address of an episode in 3D that failed for it; not of every one.
+  // Per policy: failure reason -> URL of an example episode in the 3D viewer. Some reasons have none.
   std::vector<std::map<std::string, std::string>> failed_episodes;
-  std::vector<ReportLink> reports;  // of each policy
+  std::vector<ReportLink> reports;  // one per policy
   std::vector<std::string> remarks;
 };
 

@@ -1,5 +1,6 @@
-// Tables sort by the column whose title is clicked, once more turns it round, and say where they scroll; a click on
-// an event's time shows that moment in the video. No character here that XML or HTML would read as markup.
+// Sorts tables by the clicked column; a second click reverses the order. Marks tables that can be scrolled. A
+// click on an event's time seeks the video to it. This file must not contain characters that XML or HTML
+// would interpret as markup.
 "use strict";
 
 function valueOf(cell) {
@@ -9,7 +10,7 @@ function valueOf(cell) {
   return Number.isNaN(number) ? text : number;
 }
 
-// Numbers come before texts.
+// Sorts numbers before texts.
 function compare(a, b) {
   if (typeof a === typeof b) return typeof a === "number" ? a - b : a.localeCompare(b);
   return typeof a === "number" ? -1 : 1;
@@ -41,7 +42,7 @@ for (const button of document.querySelectorAll("[data-seek]")) {
   });
 }
 
-// A table that is wider than its place says so, for on a telephone nobody sees that it scrolls.
+// Marks a table that is wider than its container, because phones show no scroll bars.
 function markWide() {
   for (const place of document.querySelectorAll(".scroll")) {
     place.classList.toggle("wide", place.scrollWidth > place.clientWidth);
@@ -51,7 +52,7 @@ markWide();
 addEventListener("resize", markWide);
 for (const details of document.querySelectorAll("details")) details.addEventListener("toggle", markWide);
 
-// Paper has no clicks.
+// Expands all details for printing.
 addEventListener("beforeprint", () => {
   for (const details of document.querySelectorAll("details")) details.open = true;
 });

@@ -1,4 +1,4 @@
-// Numbers of a report's run, found by name; NaN or null where there are none.
+// Looks up numbers of a run's report by name; NaN or null if missing.
 #pragma once
 
 #include <initializer_list>
@@ -9,17 +9,18 @@
 namespace evalbus::viz {
 
 double ValueOf(const ReportEpisode& episode, const std::string& metric);
-// The first of these metrics that the episode has; one- and two-armed robots have different names.
+// Returns the first of these metrics that the episode has. Robots with one arm and with two arms have
+// different metric names.
 double FirstOf(const ReportEpisode& episode, std::initializer_list<const char*> metrics);
 
 const ReportMetric* FindIn(const ReportRun& run, const std::string& metric);
 double Statistic(const ReportMetric* metric, const std::string& name);
 
 double SuccessRate(const ReportRun& run);
-// The one that is drawn; of a run without any, from 0 to 1.
+// The interval that figures show; 0 to 1 if the run has none.
 ReportInterval FirstInterval(const ReportRun& run);
 
-// What became of an episode, as CSS class: "good", "bad" or "incomplete".
+// Returns the CSS class of an episode's outcome: "good", "bad" or "incomplete".
 const char* Outcome(const ReportEpisode& episode);
 
 }  // namespace evalbus::viz

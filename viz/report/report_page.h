@@ -1,5 +1,5 @@
-// The report of a run, or of several, as one HTML page that opens without a network. Pure: from the structs
-// below to text; equal input, equal bytes.
+// The report of one or several runs as one HTML page that works offline. Pure: converts the structs below to
+// text; equal input gives equal bytes.
 #pragma once
 
 #include <cstdint>
@@ -22,14 +22,13 @@ struct ReportEpisode {
   std::string explanation;     // a sentence; may be empty
   bool complete = true;
   bool success = false;
-  // Metrics by their names in summary.json, which outlive this.
+  // Metrics by their names in summary.json. The names must outlive this object.
   std::vector<std::pair<std::string_view, double>> values;
   std::vector<ReportLink> videos;
   std::vector<ReportLink> logs;
 };
 
-// A number that describes the distribution of a metric, by its name in summary.json; two numbers are an
-// interval.
+// A statistic of a metric's distribution, by its name in summary.json; two values are an interval.
 struct ReportStatistic {
   std::string name;
   std::vector<double> value;
@@ -48,12 +47,13 @@ struct ReportInterval {
 struct ReportStage {
   std::string index;
   std::string name;  // may be empty
-  // Complete episodes that reached it, and the median time at which they did, s; NaN where none did.
+  // Number of complete episodes that reached the stage, and the median time at which they did, s; NaN if none
+  // did.
   int reached = 0;
   double median_time = 0;
 };
 
-// How times are distributed, s.
+// Percentiles of a time, s.
 struct ReportTimes {
   std::string name;
   double p50, p99, p999, max;
@@ -61,10 +61,10 @@ struct ReportTimes {
 
 using ReportCounts = std::vector<std::pair<std::string, int64_t>>;
 
-// What happened in one episode, tick by tick.
+// Curves and events of one episode.
 struct ReportCurves {
   int episode = 0;
-  std::string why;  // it was chosen: "first failure"
+  std::string why;  // reason for the selection: "first failure"
   std::vector<CurveFigure> figures;
   std::vector<EpisodeEvent> events;
 };
@@ -74,39 +74,39 @@ struct ReportRun {
   std::string task;
   std::string variation;
   std::string policy;
-  // Episodes that are finished, those that are complete, and successes among the complete ones.
+  // Numbers of finished episodes, of complete ones, and of successes among the complete ones.
   int episodes = 0, complete = 0, successes = 0;
-  // Complete ones of which nobody can say whether they succeeded: in no rate.
+  // Complete episodes whose success could not be determined; not included in the success rate.
   int not_judged = 0;
-  // 95 %; the first one is the one that is drawn and quoted.
+  // 95 % intervals; the first one is shown in figures and text.
   std::vector<ReportInterval> intervals;
-  // What a reader has to know before the numbers, a sentence each.
+  // Caveats that are shown above the numbers, one sentence each.
   std::vector<std::string> remarks;
-  // How its policy was run, likewise.
+  // How the policy was run, one sentence each.
   std::vector<std::string> notes;
   std::vector<ReportStage> stages;
-  // Of the complete episodes without success, the most frequent first.
+  // Among complete episodes without success, most frequent first.
   ReportCounts failure_reasons;
-  // New collisions by geom, over all complete episodes.
+  // Number of new collisions per geom, over all complete episodes.
   ReportCounts collisions;
   std::vector<ReportMetric> metrics;
-  // Of a run in real time: a sentence about its ticks, and its times in its worst episode.
+  // Only for realtime runs: a sentence about the timing of ticks, and the times of the worst episode.
   std::string pacing;
   std::vector<ReportTimes> times;
   std::vector<ReportEpisode> episode;
-  // How videos are made, where there are none; a sentence.
+  // If there are no videos: a sentence that explains how to record them.
   std::string video_hint;
   std::vector<ReportCurves> curves;
-  // How the run was made: options, versions, hashes.
+  // Configuration of the run: options, versions, hashes.
   std::vector<std::pair<std::string, std::string>> made;
 };
 
 struct Report {
   std::string title;
-  // At least one; with several, a table of them comes first.
+  // At least one. If there are several, the page starts with a table of them.
   std::vector<ReportRun> runs;
   std::vector<std::string> remarks;
-  // Nothing: none.
+  // Nothing if the page has no 3D viewer.
   std::optional<PackedViewer> viewer = {};
   // Version and commit of the program that wrote the page.
   std::string made_by;

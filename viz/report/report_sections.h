@@ -11,20 +11,20 @@ namespace evalbus::viz {
 // A run, and where and how its sections are written.
 struct RunSection {
   const ReportRun& run;
-  // Makes anchors unique on a page with several runs.
+  // Prefix that makes anchors unique on a page with several runs.
   std::string id;
-  // Elements of headings, and of those one level below.
+  // Element names of headings and of subheadings.
   const char* heading;
   const char* subheading;
   Markup* html;
 };
 
-// Of an episode's row in the table.
+// Anchor of an episode's row in the table.
 inline std::string EpisodeId(const RunSection& section, const ReportEpisode& episode) {
   return section.id + "episode-" + std::to_string(episode.episode);
 }
 
-// Rate, failures and what is left out in sentences; the main numbers; a square for each episode.
+// Success rate, failures and exclusions as sentences; the main numbers; one square per episode.
 void WriteSummary(const RunSection& section);
 // Stages, failure reasons, collisions.
 void WriteStages(const RunSection& section);
@@ -32,9 +32,9 @@ void WriteStages(const RunSection& section);
 void WriteDistributions(const RunSection& section);
 // The table of episodes.
 void WriteEpisodes(const RunSection& section);
-// The episodes that were chosen, tick by tick.
+// Curves and events of selected episodes.
 void WriteCurves(const RunSection& section);
-// How the run was made.
+// Configuration of the run.
 void WriteMade(const RunSection& section);
 
 }  // namespace evalbus::viz

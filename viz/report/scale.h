@@ -1,4 +1,4 @@
-// Numbers for figures: where an axis has its marks, which bins a histogram has, how a value is written.
+// Ticks of axes, bins of histograms and number formats for figures.
 #pragma once
 
 #include <span>
@@ -7,8 +7,8 @@
 
 namespace evalbus::viz {
 
-// Whether numbers from low to high differ by more than rounding; if not, they are one value, and there is no
-// axis.
+// Returns whether low and high differ by more than rounding. If not, all values count as equal and no axis
+// can be drawn.
 bool IsRange(double low, double high);
 
 struct Ticks {
@@ -18,21 +18,22 @@ struct Ticks {
   double step;
 };
 
-// The multiples within [lower, upper] of the smallest step that gives at most `most` (>= 2) of them. Takes
-// a range (IsRange), both ends finite.
+// Returns the multiples within [lower, upper] of the smallest step that gives at most `most` (>= 2) of them.
+// Both ends must be finite and IsRange(lower, upper) must be true.
 Ticks TicksWithin(double lower, double upper, int most);
-// The same, with one more multiple at each end where that is needed to enclose the range: edges of bins, or
-// an axis that ends on a mark.
+// The same, with one more multiple at each end if necessary to enclose the range; for bin edges, or for an
+// axis that ends on a tick.
 Ticks TicksAround(double lower, double upper, int most);
 
-// Edges of the bins of a histogram of finite values that make a range: round numbers that enclose them;
-// around the integers (-0.5, 0.5, 1.5 ...) where the values are integers of a small range.
+// Returns bin edges for a histogram: round numbers that enclose the values. If the values are integers of a
+// small range, the bins are centered on integers (-0.5, 0.5, 1.5 ...). The values must be finite and
+// IsRange(minimum, maximum) must be true.
 std::vector<double> BinEdges(std::span<const double> values);
-// Bin k holds the values with edges[k] <= value < edges[k + 1], the last one also its upper edge.
+// Bin k counts the values with edges[k] <= value < edges[k + 1]; the last bin includes its upper edge.
 std::vector<int> CountInBins(std::span<const double> values, std::span<const double> edges);
 
-// Significant digits without trailing zeros ("0.1418", "5.7"); below 1e7 at least all of the integer part
-// ("12346"); "-" for what is not finite.
+// Formats with `digits` significant digits, without trailing zeros ("0.1418", "5.7"). Below 1e7, the integer
+// part is always complete ("12346"). Returns "-" if the value is not finite.
 std::string Number(double value, int digits = 4);
 
 }  // namespace evalbus::viz

@@ -12,7 +12,7 @@
 namespace evalbus::viz {
 namespace {
 
-// "19 of 20 episodes succeeded: 95 % (95 % interval 76 to 99 %, Wilson)."
+// Returns e.g. "19 of 20 episodes succeeded: 95 % (95 % interval 76 to 99 %, Wilson)."
 std::string RateSentence(const ReportRun& run) {
   if (run.complete == 0) return "No episode is complete, so there is no success rate.";
   const int judged = run.complete - run.not_judged;
@@ -104,7 +104,8 @@ void Tiles(const RunSection& section) {
   });
 }
 
-// One square per episode, in order, that leads to its row of the table; who does not see or point reads that.
+// Writes one square per episode, in order, as a link to its table row. The strip is hidden from assistive
+// technology, which uses the table instead.
 void Strip(const RunSection& section) {
   const ReportRun& run = section.run;
   Markup* html = section.html;

@@ -1,4 +1,4 @@
-// Lines of text for a terminal, with what each piece of them means.
+// Lines of text for a terminal; each span of a line has a style.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace evalbus::viz {
 
-// Meaning of a piece of text. Colors only repeat what symbols and words say.
+// Meaning of a span of text. Colors only repeat what is also shown by symbols or words.
 enum class Style { kPlain, kStrong, kQuiet, kGood, kBad };
 
 struct Span {
@@ -15,20 +15,21 @@ struct Span {
 };
 using Line = std::vector<Span>;
 
-// A line of a screen and how soon it may go where there is less room: the highest rank goes first.
+// A line of a screen with its rank. If the screen is too small, the lines of the highest rank are dropped
+// first.
 struct RankedLine {
   int rank;
   Line line;
 };
 
-// Length in characters and text of a line.
+// Width in characters, and text without styles.
 int LineWidth(const Line& line);
 std::string LineText(const Line& line);
 
-// Text of exactly this width, cut where it is longer.
+// Returns the text padded or cut to exactly this width.
 std::string Fit(const std::string& text, int width);
 
-// Cuts a line that is wider.
+// Cuts the line to at most this width.
 void Shorten(int width, Line* line);
 
 }  // namespace evalbus::viz

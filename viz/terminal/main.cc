@@ -1,4 +1,4 @@
-// evalbus-monitor: `evalbus monitor` as a program of its own.
+// evalbus-monitor: `evalbus monitor` as a separate program.
 #include <CLI/CLI.hpp>
 #include <iostream>
 

@@ -8,17 +8,17 @@
 namespace evalbus::viz {
 namespace {
 
-// At 80 columns a table for two arms and one with the longest label of the catalog stand side by side.
+// Column widths. At 80 columns, a table for two arms fits beside one with the longest label of the catalog.
 constexpr int kArmLabel = 16, kMaxArmLabel = 24, kLabel = 25, kMaxLabel = 30;
 constexpr int kUnit = 7, kLabelUnit = 6, kGap = 2;
 
-// Metrics that have a place of their own on the screen.
+// Metrics that the screen shows outside of this table.
 bool IsElsewhere(const MetricInfo& metric) {
   return metric.counter || metric.name == "completion_time" || metric.name == "subtask_progress" ||
          metric.name.starts_with("extended.min_clearance_");
 }
 
-// Something that should not be: a count above 0 of what is better low, a margin below 0.
+// Returns whether the row shows an undesired event: a count above 0 that should be low, or a negative margin.
 bool IsAlarming(const ScoreRow& row) {
   const MetricInfo& metric = *row.metric;
   return (metric.kind == MetricKind::kCount && metric.better == Better::kLower && metric.main > 0 &&
@@ -26,7 +26,7 @@ bool IsAlarming(const ScoreRow& row) {
          (metric.kind == MetricKind::kNumber && metric.better == Better::kHigher && row.whole < 0);
 }
 
-// How soon a row may go: what the task is about and the main metrics stay longest.
+// Returns the rank of a row. Task-specific and main metrics have the lowest ranks and are dropped last.
 int RankOf(const ScoreRow& row) {
   constexpr int kHowFarAndClean = 10;  // main metrics up to the joint path
   const MetricInfo& metric = *row.metric;
@@ -35,7 +35,7 @@ int RankOf(const ScoreRow& row) {
   return metric.main == 0 ? 9 : metric.main <= kHowFarAndClean ? 4 : 5;
 }
 
-// One number of the table's second part.
+// An entry in the second half of the table.
 struct Scalar {
   int rank;
   std::string label, value, unit;
@@ -67,7 +67,7 @@ class Table {
       lines.insert(lines.end(), left_.begin(), left_.end());
       return lines;
     }
-    // Equally long; what does not fit beside the metrics by arm goes below them.
+    // Balances the two halves; scalars that do not fit beside the per-arm metrics go below them.
     const int label = std::min(kMaxLabel, width_ - left_width_ - kGap - value_ - kLabelUnit);
     const size_t height = std::max(left_.size(), (left_.size() + scalars_.size() + 1) / 2);
     for (size_t i = height; i < scalars_.size(); ++i) {
@@ -78,7 +78,7 @@ class Table {
       row.line.push_back(
           {std::string(static_cast<size_t>(std::max(0, left_width_ + kGap - LineWidth(row.line))), ' ')});
       if (i < scalars_.size()) {
-        // A line is worth what its better half is.
+        // A line takes the lower rank of its two halves.
         const RankedLine right = ScalarLine(scalars_[i], label);
         row.rank = std::min(row.rank, right.rank);
         row.line.insert(row.line.end(), right.line.begin(), right.line.end());
@@ -89,7 +89,7 @@ class Table {
   }
 
  private:
-  // All arms together: only where that is a metric of its own.
+  // The column for all arms together is shown only if there are two arms.
   bool has_whole() const { return arms_.size() == 2; }
   std::string Shown(const MetricInfo& metric, double value) const {
     return are_current_ ? ShownValue(metric, value) : "-";
@@ -122,7 +122,7 @@ class Table {
       scalars_.push_back(
           {RankOf(row), row.label, Shown(metric, row.whole), unit, are_current_ && IsAlarming(row)});
     }
-    // Grippers that are not called like arms.
+    // Per-gripper values whose names do not match the arms.
     for (size_t k = 0; k < row.each.size(); ++k) {
       const std::string of = row.of[k].empty() ? "" : ", " + Printable(row.of[k]);
       scalars_.push_back({RankOf(row), row.label + of, Shown(metric, row.each[k]), unit});

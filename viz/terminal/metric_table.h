@@ -1,5 +1,5 @@
-// The scores of an episode as a table for a terminal: metrics by arm, and beside them, or above where there
-// is no room, those that are one number.
+// Formats the scores of an episode as a table for a terminal: metrics per arm, with scalar metrics beside
+// them or, if the terminal is too narrow, above them.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace evalbus::viz {
 
-// Without `are_current` the scores are of an attempt before: every number is "-" in its place.
+// are_current: false if the scores are from a previous attempt; each number is then shown as "-".
 std::vector<RankedLine> MetricTable(const partial_metrics_t& scores, bool are_current, int width);
 
 }  // namespace evalbus::viz

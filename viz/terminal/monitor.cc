@@ -19,14 +19,14 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// Often enough to feel live, seldom enough to read.
+// A compromise between fast updates and legibility.
 constexpr auto kRedrawPeriod = std::chrono::milliseconds(200);
 constexpr auto kLinePeriod = std::chrono::seconds(1);
-// Every component speaks every 0.4 s; when all are silent for so long they are gone. As long after a run has
-// said that it is over, the next run of a suite would have begun.
+// Components publish STATUS every 0.4 s; if all are silent for this long, the run has ended. After the end of
+// a run has been reported, the next run of a suite would start within the same time.
 constexpr std::chrono::duration<double> kOver{5};
 
-// A line for someone who reads a pipe or a file; dropped rather than waited for when nobody reads.
+// Prints a line for a reader of a pipe or file. If the pipe is full, the line is dropped instead of blocking.
 bool PrintLine(const std::string& text) {
   pollfd fd{STDOUT_FILENO, POLLOUT, 0};
   if (poll(&fd, 1, 0) == 0) return true;
@@ -91,7 +91,7 @@ int Monitor(const Address& address) {
         break;
       }
     }
-    // All that is there, then wait.
+    // Waits for a message, then handles all pending ones.
     const auto until = std::min(next, now + std::chrono::milliseconds(50));
     if (!bus.Handle(until)) continue;
     while (steady_clock::now() < next && !stop_requested() && bus.Handle()) {

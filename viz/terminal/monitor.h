@@ -1,12 +1,12 @@
-// evalbus monitor: watches a run or a replay. Only listens: nothing is published, so nobody can wait for it.
+// evalbus monitor: displays a run or replay. It publishes nothing, so it cannot delay the run.
 #pragma once
 
 #include "bus/attach.h"
 
 namespace evalbus::viz {
 
-// A screen where stdout is a terminal, else lines; until q, SIGINT or SIGTERM, lines also until the run is
-// over. Returns the exit code. Throws InputError, EnvironmentError.
+// Shows a screen if stdout is a terminal, else prints lines. Returns the exit code after q, SIGINT or
+// SIGTERM; when printing lines, also when the run has ended. Throws InputError, EnvironmentError.
 int Monitor(const Address& address);
 
 }  // namespace evalbus::viz

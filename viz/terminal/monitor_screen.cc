@@ -113,7 +113,7 @@ void AddContacts(const RunWatch& watch, int width, std::vector<RankedLine>* scre
     std::sort(deepest.begin(), deepest.end(),
               [](const contact_t* a, const contact_t* b) { return a->distance_m < b->distance_m; });
     if (!deepest.empty()) line.push_back({"deepest ", Style::kQuiet});
-    // As many as there is room for.
+    // As many as fit.
     for (size_t i = 0; i < deepest.size(); ++i) {
       const std::string text = fmt::format(
           "{}{} – {} {}", i == 0 ? "" : ",  ", watch.GeomName(deepest[i]->geom_a),
@@ -154,7 +154,7 @@ void AddCounters(const RunWatch& watch, int width, std::vector<RankedLine>* scre
     line.push_back({fmt::format("{} {}  ", shown, metric.label),
                     watch.has_scores() && count > 0 ? Style::kBad : Style::kQuiet});
   }
-  // What there is none of makes room for the others.
+  // If the line is too wide, removes the counts that are zero.
   for (size_t k = line.size(); k-- > 1 && LineWidth(line) > width;) {
     if (line[k].style == Style::kQuiet) line.erase(line.begin() + static_cast<std::ptrdiff_t>(k));
   }
@@ -164,7 +164,7 @@ void AddCounters(const RunWatch& watch, int width, std::vector<RankedLine>* scre
 void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<RankedLine>* screen) {
   Line line = Heading("episodes");
   line.push_back({DoneText(watch.run() ? *watch.run() : run_summary_t{}, watch.planned_episodes())});
-  // How the last ones ended, the newest first, as many as there is room for.
+  // Outcomes of the last episodes, newest first, as many as fit.
   for (auto episode = watch.done().rbegin(); !spacious && episode != watch.done().rend(); ++episode) {
     const std::string before = episode == watch.done().rbegin() ? "  last " : ", ";
     const std::string reason = Printable(end_reason::Outcome(episode->failure_reason));
@@ -189,7 +189,7 @@ void AddEpisodes(const RunWatch& watch, int width, bool spacious, std::vector<Ra
   }
 }
 
-// How soon the sim was answered in the last episode.
+// Latencies from STATE to ACTION and to PARTIAL in the last realtime episode.
 void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
   const episode_end_t* end = watch.pacing();
   if (!end) return;
@@ -204,7 +204,7 @@ void AddPacing(const RunWatch& watch, std::vector<RankedLine>* screen) {
   add("", "score", end->partial_latency);
 }
 
-// A line for each component.
+// One line per component.
 void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   screen->push_back({7,
                      {{fmt::format("{:<12}{:<9}{:>6}{:>6}{:>7}{:>13}{:>9}{:>9}", "component", "state", "tick",
@@ -229,10 +229,10 @@ void AddComponents(const RunWatch& watch, SteadyTime now, std::vector<RankedLine
   }
 }
 
-// All is well in one line; who is not has one of its own.
+// One line for all healthy components; a component with a problem has its own line.
 void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<RankedLine>* screen) {
   Line line = Heading("components");
-  line.push_back({"", Style::kQuiet});  // the largest lag, below
+  line.push_back({"", Style::kQuiet});  // placeholder for the largest lag, filled in below
   int64_t lag = 0;
   for (const auto& [name, health] : watch.health()) {
     const component_status_t& status = health.status;
@@ -260,7 +260,7 @@ void AddComponentsInBrief(const RunWatch& watch, SteadyTime now, std::vector<Ran
 
 void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   Line line = Heading("per second");
-  // In the order of an episode's tick, then the rest.
+  // Channels in the order in which they are published within a tick, then all others.
   std::vector<std::string> names = {channels::kState.name,   channels::kContacts.name, channels::kAction.name,
                                     channels::kPartial.name, channels::kStatus.name,   channels::kModel.name};
   for (const auto& [name, channel] : watch.channels()) {
@@ -277,7 +277,7 @@ void AddRates(const RunWatch& watch, std::vector<RankedLine>* screen) {
   screen->push_back({7, line});
 }
 
-// What the components' logs say: the last lines where there is room, else the last warning.
+// Log lines of the components: the last few if there is room, else only the last warning.
 void AddLog(const RunWatch& watch, bool spacious, std::vector<RankedLine>* screen) {
   constexpr size_t kShown = 5;
   const auto add = [&](const log_t& line, int rank) {
@@ -296,7 +296,7 @@ void AddLog(const RunWatch& watch, bool spacious, std::vector<RankedLine>* scree
   if (warning != watch.log().rend()) add(*warning, 6);
 }
 
-// spacious: one line for each component, episode and so on.
+// spacious: one line each per component, per episode etc.
 std::vector<RankedLine> Screen(const RunWatch& watch, const std::string& url, int width, bool spacious,
                                SteadyTime now) {
   constexpr int kBlank = 8;
@@ -345,7 +345,7 @@ std::vector<Line> MonitorScreen(const RunWatch& watch, const std::string& url, i
   std::vector<RankedLine> screen = Screen(watch, url, width, true, now);
   if (screen.size() > static_cast<size_t>(height)) screen = Screen(watch, url, width, false, now);
   while (screen.size() > static_cast<size_t>(height)) {
-    // The last one of the highest rank.
+    // Removes the last line of the highest rank.
     const auto by_rank = [](const RankedLine& a, const RankedLine& b) { return a.rank < b.rank; };
     screen.erase(std::prev(std::max_element(screen.rbegin(), screen.rend(), by_rank).base()));
   }

@@ -1,4 +1,4 @@
-// How a monitor shows what a RunWatch knows: a screen of a terminal, or lines for what is no terminal.
+// Formats the state of a RunWatch as a terminal screen or as lines of text.
 #pragma once
 
 #include <string>
@@ -9,12 +9,13 @@
 
 namespace evalbus::viz {
 
-// The screen: at most height lines, none wider than width. What matters least is left out where there is less
-// room. `watch` is of now (RunWatch::Update); url: what to show as the place we listen at.
+// Returns at most `height` lines of at most `width` characters. If there is less room, the least important
+// lines are dropped. `watch` must be up to date (RunWatch::Update). url: displayed as the bus that is
+// observed.
 std::vector<Line> MonitorScreen(const RunWatch& watch, const std::string& url, int width, int height,
                                 SteadyTime now);
 
-// The episode so far in one line; empty while none runs.
+// Returns a one-line summary of the current episode; empty if none is running.
 std::string ProgressLine(const RunWatch& watch);
 
 }  // namespace evalbus::viz

@@ -15,22 +15,22 @@ namespace {
 
 constexpr char kEnter[] = "\x1b[?1049h\x1b[?25l\x1b[2J";
 constexpr char kLeave[] = "\x1b[0m\x1b[?25h\x1b[?1049l";
-// Signals that end a program before it can clean up. SIGINT and SIGTERM are for the program's own loop.
+// Signals that end a program without cleanup. SIGINT and SIGTERM are handled by the program's main loop.
 constexpr int kFatal[] = {SIGHUP, SIGQUIT, SIGILL, SIGABRT, SIGBUS, SIGFPE, SIGSEGV};
 
-// For signal handlers; only what they may call is called.
+// Used in signal handlers; calls only async-signal-safe functions.
 int g_fd = -1;
 termios g_before{};
 
 void Write(const char* text, size_t size) {
   if (write(g_fd, text, size) < 0) {
-    // Nothing can be done about a terminal that is gone.
+    // Ignored: if the terminal is gone, no recovery is possible.
   }
 }
 
 void Enter() {
   termios raw = g_before;
-  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // ISIG stays: Ctrl-C and Ctrl-Z are signals
+  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // ISIG stays set: Ctrl-C and Ctrl-Z raise signals
   raw.c_cc[VMIN] = 0;
   raw.c_cc[VTIME] = 0;
   tcsetattr(g_fd, TCSANOW, &raw);
@@ -51,7 +51,7 @@ void Handle(int signal, void (*handler)(int), int flags) {
 
 void OnFatal(int signal) {
   Leave();
-  raise(signal);  // SA_RESETHAND: the default ends the program
+  raise(signal);  // SA_RESETHAND restored the default action, which ends the program
 }
 
 void OnSuspend(int signal) {
@@ -62,14 +62,14 @@ void OnSuspend(int signal) {
   sigaddset(&mask, signal);
   Handle(signal, SIG_DFL, 0);
   raise(signal);
-  sigprocmask(SIG_UNBLOCK, &mask, nullptr);  // stops here, until SIGCONT
+  sigprocmask(SIG_UNBLOCK, &mask, nullptr);  // the process stops here until SIGCONT
   Handle(signal, OnSuspend, 0);
   Enter();
   errno = error;
 }
 
 const char* Code(Style style) {
-  // Blue and orange of the palette of Okabe and Ito, which color-blind people tell apart.
+  // Blue and orange of the Okabe-Ito palette, distinguishable for color-blind users.
   switch (style) {
     case Style::kStrong:
       return "\x1b[1m";
@@ -98,7 +98,7 @@ int TerminalWidth(std::FILE* out) {
 }
 
 Terminal::Terminal(int fd, bool colors) : colors_(colors) {
-  // Opened anew, so that "do not block" is our own setting and not that of the shell.
+  // The terminal is opened again, so that O_NONBLOCK does not change the shell's file description.
   const char* name = ttyname(fd);
   g_fd = name == nullptr ? -1 : open(name, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (g_fd < 0) g_fd = dup(fd);
@@ -119,8 +119,8 @@ std::pair<int, int> Terminal::size() const { return TerminalSize(g_fd); }
 
 void Terminal::Draw(const std::vector<Line>& lines) {
   const auto [columns, rows] = size();
-  // Over what is there, so that nothing flickers. What follows a full line or the last row is not cleared:
-  // the cursor would still be on its last character.
+  // Overwrites the previous frame, which avoids flicker. After a full line or in the last row nothing is
+  // cleared, because the cursor is still on the last character.
   std::string frame = "\x1b[H";
   for (size_t i = 0; i < lines.size(); ++i) {
     if (i > 0) frame += "\r\n";

@@ -1,5 +1,5 @@
-// The terminal as a canvas: alternate screen, no cursor, keys without Enter; put back as it was however the
-// program ends. Writes never block: a frame that the terminal does not take is dropped.
+// Full-screen terminal output: alternate screen, hidden cursor, key input without Enter. The terminal is
+// restored however the program ends. Writes never block: a frame that the terminal cannot accept is dropped.
 #pragma once
 
 #include <termios.h>
@@ -12,24 +12,24 @@
 
 namespace evalbus::viz {
 
-// Columns and rows of the terminal that fd is; 80 and 24 where it does not say.
+// Returns columns and rows of the terminal fd; 80 and 24 if unknown.
 std::pair<int, int> TerminalSize(int fd);
 
-// Columns of the terminal that a stream goes to; without limit where it is none.
+// Returns the columns of the terminal that a stream writes to; unlimited if it is not a terminal.
 int TerminalWidth(std::FILE* out);
 
 class Terminal {
  public:
-  // fd: a terminal. At most one at a time: signals are handled.
+  // fd: must be a terminal. Only one instance may exist at a time, because it installs signal handlers.
   Terminal(int fd, bool colors);
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  // Columns and rows now.
+  // Current columns and rows.
   std::pair<int, int> size() const;
   void Draw(const std::vector<Line>& lines);
-  // The next key pressed; 0 if none.
+  // Returns the next pressed key; 0 if there is none.
   char ReadKey();
 
  private:

@@ -1,4 +1,4 @@
-// A block of the viewer's data: a head in JSON and arrays, as docs/viewer_data.md has them.
+// A block of the viewer's data: a JSON head followed by binary arrays (docs/viewer_data.md).
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace evalbus::viz {
 
-// As an array's "type" in the head.
+// Name of T as an array's "type" in the head.
 template <class T>
 constexpr const char* TypeName() {
   if constexpr (std::is_same_v<T, uint8_t>) return "u8";
@@ -23,7 +23,7 @@ constexpr const char* TypeName() {
   if constexpr (std::is_same_v<T, float>) return "f32";
 }
 
-// NaN is no value.
+// JSON has no NaN or infinity; they become null.
 inline nlohmann::ordered_json NumberOrNull(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
@@ -32,17 +32,17 @@ class BlockWriter {
  public:
   explicit BlockWriter(const std::string& kind) { head_["block"] = kind; }
 
-  // Everything but "block" and "arrays".
+  // All members except "block" and "arrays".
   nlohmann::ordered_json& head() { return head_; }
 
-  // Row-major; the shape's product is the number of values. Returns the array's description, for scale and
-  // origin.
+  // Adds a row-major array; the number of values must be the product of the shape. Returns the array's
+  // description, to which scale and origin can be added.
   template <class T>
   nlohmann::ordered_json& Add(const std::string& name, const std::vector<size_t>& shape,
                               const std::vector<T>& values) {
     return Add(name, TypeName<T>(), shape, values.data(), values.size() * sizeof(T));
   }
-  // As differences along the last axis, which wrap around like the type's own numbers.
+  // Stores the array as differences along the last axis, with wrap-around in type T.
   template <class T>
   nlohmann::ordered_json& AddDeltas(const std::string& name, const std::vector<size_t>& shape,
                                     std::vector<T> values) {
@@ -59,7 +59,8 @@ class BlockWriter {
     return array;
   }
 
-  // Words in the head may be of others, any bytes: they are made printable (base/text.h).
+  // Returns the block. Strings in the head may be arbitrary bytes from external sources; they are made
+  // printable (base/text.h).
   std::string Bytes() const;
 
  private:
@@ -71,18 +72,19 @@ class BlockWriter {
   std::string data_;
 };
 
-// Reads one, as the page does.
+// Parses a block in the same way as the page.
 class BlockReader {
  public:
-  // Throws InputError: no block.
+  // Throws InputError if the bytes are not a valid block.
   explicit BlockReader(const std::string& bytes);
 
   const nlohmann::ordered_json& head() const { return head_; }
   bool Has(const std::string& array) const { return head_["arrays"].contains(array); }
   std::vector<size_t> Shape(const std::string& array) const;
-  // Real values: differences added up, with scale and origin. Throws InputError where there is no such array.
+  // Returns the decoded values: differences summed, scale and origin applied. Throws InputError if there is
+  // no such array.
   std::vector<double> Values(const std::string& array) const;
-  // An array's bytes as they are.
+  // Returns an array's bytes without decoding.
   std::string Raw(const std::string& array) const;
 
  private:

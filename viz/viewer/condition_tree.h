@@ -1,5 +1,5 @@
-// How the conditions of EVALBUS_CRITERIA, which are a flat list, hang together: as the task's description has
-// them.
+// Restores the tree structure of the conditions in EVALBUS_CRITERIA, which is a flat list, from the task
+// description.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,9 +8,10 @@
 
 namespace evalbus::viz {
 
-// The places in the list, beginning with `first`, under what joins them: 0, {"all": [0, {"any": [1, 2]}]}.
-// Under "latched" and "lasts" the last place is the condition itself, of what stands before it. A `not` has
-// gone into what it negates. Null where the expression has another number of conditions than `count`.
+// Returns indices into the list, starting with `first`, grouped by operators, e.g. 0 or {"all": [0, {"any":
+// [1, 2]}]}. In "latched" and "lasts", the last index is the timed condition itself; those before it are its
+// operands. A `not` is pushed down to its operands. Returns null if the number of conditions in the
+// expression is not `count`.
 nlohmann::ordered_json ConditionTree(const Expression& expression, size_t first, size_t count);
 
 }  // namespace evalbus::viz

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// What is looked at first; then everything else in the order of episodes.jsonl.
+// The most important curves; all others follow in the order of episodes.jsonl.
 constexpr std::string_view kFirst[] = {"target_distance", "object_pose_error",     "gripper_opening",
                                        "clearance_m",     "cartesian_path_length", "rms_cartesian_jerk"};
 
@@ -132,7 +132,7 @@ void CurveTable::AddRoboEval(const MetricInfo& metric, const metric_values_t& v,
 void CurveTable::AddExtended(const extended_metrics_t& e, std::vector<Entry>* entries) const {
   const size_t begin = entries->size();
   for (size_t k = 0; k < e.name.size(); ++k) {
-    // "mechanical_work_J.left"
+    // Splits names such as "mechanical_work_J.left".
     const size_t dot = std::min(e.name[k].find('.'), e.name[k].size());
     const std::string whole = "extended." + e.name[k].substr(0, dot);
     auto entry = std::find_if(entries->begin() + static_cast<std::ptrdiff_t>(begin), entries->end(),

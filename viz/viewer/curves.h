@@ -1,5 +1,5 @@
-// The scores of an episode as curves: which there are, what they are called, and their values at a tick. Made
-// of messages alone, so that the live page and a report show the same.
+// The scores of an episode as curves: their names, labels and values per tick. They are computed from
+// messages only, so that the live page and a report show the same.
 #pragma once
 
 #include <functional>
@@ -15,43 +15,44 @@
 namespace evalbus::viz {
 
 struct Curve {
-  std::string name;  // as in summary.json, without the part; "gripper_opening", "clearance_m"
+  std::string name;  // as in summary.json, without the part name; also "gripper_opening", "clearance_m"
   std::string label;
-  std::string unit;  // shown
+  std::string unit;  // display unit
   Better better = Better::kNeither;
-  // Shown value = SI value * scale.
+  // Displayed value = SI value * scale.
   double scale = 1;
-  // One row for each; a single one may be "".
+  // Name of each row; may be "" if there is a single row.
   std::vector<std::string> parts;
   size_t first_row = 0;
-  // Has values at some ticks only, with nothing between them.
+  // Has values only at some ticks; they must not be interpolated.
   bool is_sparse = false;
 };
 
 class CurveTable {
  public:
   CurveTable() = default;
-  // `partial` says which arms, distances and metrics there are: of a run each has the same.
+  // `partial` determines the available arms, distances and metrics, which are the same in all messages of a
+  // run.
   CurveTable(const model_info_t& model, const partial_metrics_t& partial);
 
-  // Those that explain most come first. Sums and means over arms say nothing that the arms' own do not;
-  // stages are events.
+  // Most important first. Sums and means over arms are omitted because the per-arm curves contain the same
+  // information. Stages are events instead.
   const std::vector<Curve>& curves() const { return curves_; }
   size_t rows() const { return rows_.size(); }
 
-  // A tick as far as it is known.
+  // The data of one tick that has been received so far.
   struct Tick {
     const partial_metrics_t* partial = nullptr;
-    // Of each gripper, 0 to 1; and, m, NaN where CONTACTS has none.
+    // opening: per gripper, 0 to 1. clearance: m, NaN if CONTACTS has none.
     std::span<const double> opening;
     double clearance = std::numeric_limits<double>::quiet_NaN();
   };
-  // In SI units, for all rows; NaN where there is no value.
+  // Writes the values of all rows in SI units; NaN if unavailable.
   void Values(const Tick& tick, std::vector<double>* values) const;
 
  private:
   using Row = std::function<double(const Tick&)>;
-  // A curve of one or several rows, before they are put in order.
+  // A curve with its row functions, before sorting.
   struct Entry {
     Curve curve;
     std::vector<Row> rows;

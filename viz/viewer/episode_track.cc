@@ -21,7 +21,7 @@ using Kind = TrackEvent::Kind;
 constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
 constexpr double kUnit = 32767;
 constexpr int64_t kSameTouch_us = 100'000;
-// Where no scores come, or some are lost: ticks so far behind the newest STATE are given without.
+// If scores are missing or were lost, ticks this far behind the newest STATE are output without scores.
 constexpr int64_t kMaxUnscoredTicks = 50;
 
 // In the order of TrackEvent::Kind.
@@ -35,8 +35,6 @@ int16_t Fraction(double value) {
 bool IsFinite(std::span<const double> values) {
   return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
 }
-
-// NaN has no place in JSON.
 
 const char* BetterWord(Better better) { return better == Better::kHigher ? "higher" : "lower"; }
 
@@ -84,7 +82,7 @@ void EpisodeTrack::Hear(const state_t& state) {
   if (state.num_bodies != model_->num_bodies || state.num_grippers != model_->num_grippers) return;
   const bool is_finite = std::ranges::all_of(about_.bodies, [&](int body) {
     const body_pose_t& pose = state.body[static_cast<size_t>(body)];
-    // Further away than a whole number of steps can say is as good as nowhere.
+    // Positions beyond the range of the fixed-point format count as invalid.
     return IsFinite(pose.position_m) && IsFinite(pose.quat_wxyz) &&
            std::ranges::all_of(pose.position_m, [](double x) { return std::abs(x) < 4e4; });
   });
@@ -176,7 +174,8 @@ void EpisodeTrack::Hear(const partial_metrics_t& partial) {
   partial_ = partial;
 }
 
-// Who let go of what, only the summary knows; until then slips and grasps are seen by their counts.
+// Only the summary names the gripper of each release. Until it arrives, slips and grasps are detected by
+// changes of their counts.
 void EpisodeTrack::WatchScores(const partial_metrics_t& before, const partial_metrics_t& now) {
   const metric_values_t &a = before.metrics, &b = now.metrics;
   for (size_t k = 0; k < std::min(a.slip_count_per_object.size(), b.slip_count_per_object.size()); ++k) {
@@ -257,7 +256,7 @@ void EpisodeTrack::Hear(const image_t& image) {
 int64_t EpisodeTrack::ticks() const {
   const auto all = static_cast<int64_t>(ticks_.size());
   if (is_over()) return all;
-  // CRITERIA of a tick comes before the PARTIAL of the next one.
+  // CRITERIA of a tick arrives before PARTIAL of the next tick.
   const int64_t scored = partial_ ? std::min(partial_->header.tick, all) : 0;
   return std::max<int64_t>({scored, all - kMaxUnscoredTicks, 0});
 }
@@ -356,7 +355,7 @@ Json EpisodeTrack::CriteriaTrees() const {
     return {{"success", ConditionTree(task.success, 0, successes)},
             {"failure", ConditionTree(task.failure, successes, criteria_->failure.size())}};
   } catch (const InputError&) {
-    return nullptr;  // as a list they are true all the same
+    return nullptr;  // conditions are then shown as a flat list
   }
 }
 
@@ -367,7 +366,7 @@ void EpisodeTrack::AddHead(Json* head_in) const {
   head["attempt"] = episode_.attempt;
 }
 
-// What "ticks" repeats.
+// Members that are also part of the "ticks" block.
 void EpisodeTrack::AddChanging(Json* head_in) const {
   Json& head = *head_in;
   head["ticks"] = ticks();
@@ -416,7 +415,8 @@ void EpisodeTrack::AddArrays(int64_t from, BlockWriter* block) const {
   const int64_t to = ticks();
   const auto n = static_cast<size_t>(std::max<int64_t>(0, to - from));
   const size_t bodies = about_.bodies.size();
-  // What is shown of each tick: it, or where it never came the one before, or where there is none the first.
+  // The state that is shown at each tick: its own or, if it is missing, the previous one or, if there is
+  // none, the first one.
   std::vector<const Tick*> shown(n, nullptr);
   std::vector<uint32_t> missing;
   const Tick* last = nullptr;

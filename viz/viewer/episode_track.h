@@ -1,6 +1,6 @@
-// One attempt of one episode, as far as it is known from its messages: poses, scores, contacts, conditions
-// tick by tick, and what happened. Pure. Gives the blocks "episode" and "ticks" of docs/viewer_data.md, and
-// reports their curves and events.
+// One attempt of one episode, collected from its messages: poses, scores, contacts and conditions per tick,
+// and events. Pure. Produces the blocks "episode" and "ticks" of docs/viewer_data.md, and the curves and
+// events of reports.
 #pragma once
 
 #include <array>
@@ -28,12 +28,12 @@
 
 namespace evalbus::viz {
 
-// Something that happened; what it is about is empty where that is not known (yet).
+// An event. Gripper and object are empty if they are not known (yet).
 struct TrackEvent {
   enum class Kind { kStage, kSlip, kGrasp, kRelease, kCollision, kSelfCollision, kEnd };
   Kind kind = Kind::kEnd;
   int64_t tick = 0;
-  double time = 0;  // s since the episode began
+  double time = 0;  // s since the start of the episode
   std::string text;
   std::string gripper, object;
   double duration = 0;  // s
@@ -41,28 +41,28 @@ struct TrackEvent {
 
 class EpisodeTrack {
  public:
-  // What no message of the episode says.
+  // Data that is not in the episode's messages.
   struct About {
     int run = 0;
     std::string policy = {};
-    // As of SceneBlocks; empty: the page draws nothing.
+    // Id and moving bodies of the SceneBlocks; empty: the page shows no 3D image.
     std::string scene = {};
     std::vector<int> bodies = {};
-    // Images of a source's cameras beyond so many bytes: every second one is left out, and so on.
+    // Limit on the size of camera images. If it is exceeded, every second image is dropped, repeatedly.
     size_t image_bytes = kMaxImageBytes;
   };
   static constexpr size_t kMaxImageBytes = size_t{8} << 20;
 
-  // Positions are sent in steps of so much, m, which makes half of it the largest error.
+  // Step of transmitted positions, m; the maximum error is half of it.
   static constexpr double kPositionStep = 2e-5;
-  // Ticks beyond so many are not kept; the block says that it is cut.
+  // Further ticks are dropped; the block is then marked as cut (is_cut).
   static constexpr int64_t kMaxTicks = 200'000;
 
-  // Throws InputError where MODEL contradicts itself.
+  // Throws InputError if MODEL is inconsistent.
   EpisodeTrack(std::shared_ptr<const model_info_t> model, const header_t& episode, About about);
 
-  // Messages of another episode or attempt are not taken, nor is a tick said again, one that does not fit
-  // MODEL, or has a number that is none. appearance: SceneBlocks::Appearance() of this seed.
+  // Processes a message. Ignored are: messages of another episode or attempt, repeated ticks, messages that
+  // do not match MODEL or contain non-finite numbers. appearance: SceneBlocks::Appearance() for this seed.
   void Hear(const episode_begin_t& begin, nlohmann::ordered_json appearance = nullptr);
   void Hear(const state_t& state);
   void Hear(const contacts_t& contacts);
@@ -70,7 +70,7 @@ class EpisodeTrack {
   void Hear(const criteria_t& criteria);
   void Hear(const episode_end_t& end);
   void Hear(const episode_summary_t& summary);
-  // An image of a source's camera, as the sim passes it on.
+  // An image of a source's camera, forwarded by the sim.
   void Hear(const image_t& image);
 
   const model_info_t& model() const { return *model_; }
@@ -78,27 +78,28 @@ class EpisodeTrack {
   bool IsOurs(const header_t& header) const {
     return header.episode == episode_.episode && header.attempt == episode_.attempt;
   }
-  // STATE of this tick has come.
+  // Returns whether the STATE of this tick has been received.
   bool has_tick(int64_t tick) const { return Find(tick) && Find(tick)->has_state; }
-  // Null before.
+  // Null until EPISODE_SUMMARY has been received.
   const episode_summary_t* summary() const { return summary_ ? &*summary_ : nullptr; }
   bool is_over() const { return end_.has_value() || summary_.has_value(); }
 
-  // How many ticks can be given: those of which all has been heard that will be.
+  // Number of ticks that can be output: those for which no further messages are expected.
   int64_t ticks() const;
-  // Changes when what "ticks" rests on does: then the whole episode has to be given anew.
+  // Changes when data changes on which "ticks" blocks depend; the whole episode must then be output again.
   int layout() const { return layout_; }
 
   std::string EpisodeBlock() const;
-  // The ticks from this one on, up to ticks().
+  // Returns the ticks from `from` to ticks() - 1.
   std::string TicksBlock(int64_t from) const;
 
   const CurveTable& curves() const { return curves_; }
-  // In SI units, NaN where there is none.
+  // In SI units; NaN if unavailable.
   double Value(size_t row, int64_t tick) const;
-  // s
+  // Time of the tick, s.
   double Time(int64_t tick) const;
-  // In order of time, the end last. A touch that comes back within 0.1 s is the same one.
+  // Sorted by time; the end of the episode is last. Contacts of the same pair within 0.1 s are merged into
+  // one event.
   std::vector<TrackEvent> Events() const;
 
  private:
@@ -110,7 +111,7 @@ class EpisodeTrack {
   };
   struct Tick {
     bool has_state = false, has_contacts = false;
-    // Of bodies_: steps of kPositionStep, and / 32767.
+    // Per body in bodies_: position in units of kPositionStep, quaternion in units of 1 / 32767.
     std::vector<std::array<int32_t, 3>> position;
     std::vector<std::array<int16_t, 4>> quat;
     std::vector<double> opening;
@@ -118,15 +119,15 @@ class EpisodeTrack {
     std::array<float, 6> clearance_points{};
     std::array<int16_t, 2> clearance_geoms{};
     std::vector<Contact> contacts;
-    // By row of curves_.
+    // Indexed by row of curves_.
     std::vector<double> values;
   };
   struct Image {
     size_t camera;
-    // How manieth of its camera.
+    // Index among the images of its camera.
     int64_t number;
     int64_t tick;
-    // ticks() when it came: blocks of ticks from there on have it.
+    // ticks() on arrival; the image is part of "ticks" blocks from this tick on.
     int64_t known_ticks;
     std::vector<uint8_t> jpeg;
   };
@@ -136,7 +137,7 @@ class EpisodeTrack {
     std::vector<uint8_t> holds;
   };
 
-  // Null: it is not kept.
+  // Returns null if the tick is not kept.
   Tick* At(const header_t& header);
   const Tick* Find(int64_t tick) const;
   void Fill(Tick* tick, const partial_metrics_t* partial);
@@ -156,29 +157,29 @@ class EpisodeTrack {
   About about_;
   std::optional<episode_begin_t> begin_;
   nlohmann::ordered_json appearance_;
-  // Null where nothing of a tick has come.
+  // Null for ticks without any message.
   std::vector<std::unique_ptr<Tick>> ticks_;
   bool is_cut_ = false;
   int layout_ = 0;
   CurveTable curves_;
-  // The one of the latest tick.
+  // The message with the latest tick.
   std::optional<partial_metrics_t> partial_;
-  // The first that came, and all by tick.
+  // The first message received, and all of them by tick.
   std::optional<criteria_t> criteria_;
   nlohmann::ordered_json criteria_joined_;
   std::vector<CriteriaAt> criteria_at_;
   std::optional<episode_end_t> end_;
   std::optional<episode_summary_t> summary_;
-  // Of the source: names, and how many images of each have come.
+  // Cameras of the source: names, and the number of images received from each.
   std::vector<std::string> cameras_;
   std::vector<int64_t> num_images_;
   std::vector<Image> images_;
   size_t image_bytes_ = 0;
-  // Of each camera every so many are kept.
+  // Every n-th image of each camera is kept.
   int64_t image_stride_ = 1;
 
   std::vector<TrackEvent> scores_events_, touches_;
-  std::map<std::pair<int, int>, int64_t> last_touch_us_;  // by geoms
+  std::map<std::pair<int, int>, int64_t> last_touch_us_;  // key: pair of geoms
   int64_t last_contacts_ = -1;
 };
 

@@ -1,4 +1,4 @@
-// Blocks in a page: each as the base64 of its deflated bytes.
+// Blocks embedded in a page: each is deflated and base64-encoded.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace evalbus::viz {
 
-// zlib's, whose header says so.
+// Compresses in zlib format (deflate with zlib header).
 std::string Deflated(const std::string& bytes);
 std::string Packed(const std::string& block);
 
-// A viewer in a page that opens from disk.
+// Data of a viewer in a page that can be opened from disk.
 struct PackedViewer {
-  // Names as docs/viewer_data.md has them, and Packed() blocks.
+  // Names (docs/viewer_data.md) and Packed() blocks.
   std::vector<std::pair<std::string, std::string>> blocks;
   ThreeJs libraries;
-  // Which episodes it has, a sentence.
+  // A sentence about the episodes that it contains.
   std::string note;
 };
 

@@ -9,7 +9,7 @@
 namespace evalbus::viz {
 namespace {
 
-// Where Debian's libjs-three has them.
+// Folder in which Debian's libjs-three installs three.js.
 constexpr char kFolder[] = "/usr/share/javascript/three/";
 
 std::string Read(const std::string& name) {

@@ -1,5 +1,5 @@
-// The page's own files, turned into text by CMake, and those of Debian's libjs-three, which are read where
-// they are installed.
+// The page's own files, embedded as text by CMake, and the files of Debian's libjs-three, which are read from
+// the installed package.
 #pragma once
 
 #include <span>
@@ -11,15 +11,15 @@ struct PageFile {
   const char* name;  // "scene.js"
   const char* text;
 };
-// Scripts in the order in which they are loaded, each behind three.js and OrbitControls.js; then viewer.css.
+// Scripts in load order (three.js and OrbitControls.js must be loaded before them), then viewer.css.
 std::span<const PageFile> PageFiles();
-// That of viewer.css; empty where there is none.
+// Content of viewer.css; empty if it is missing.
 std::string PageStyle();
 
 struct ThreeJs {
   std::string three, orbit_controls;
 };
-// Throws EnvironmentError, with what to install, where they are missing.
+// Throws EnvironmentError, with the package to install, if the files are missing.
 ThreeJs ReadThreeJs();
 
 }  // namespace evalbus::viz

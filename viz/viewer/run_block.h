@@ -1,5 +1,4 @@
-// What a page knows of runs beside their episodes' ticks: the blocks "run", "episodes" and "log" of
-// docs/viewer_data.md.
+// Data of runs for the page, apart from ticks: the blocks "run", "episodes" and "log" of docs/viewer_data.md.
 #pragma once
 
 #include <cstdint>
@@ -13,35 +12,35 @@
 
 namespace evalbus::viz {
 
-// Which run, in words that its messages do not say.
+// Description of a run that is not part of its messages.
 struct RunLabel {
   int run = 0;
   std::string name;
   std::string policy;
-  // It goes on, or may; false of one that is read from disk.
+  // The run is or may be active; false if it is read from disk.
   bool is_live = false;
-  // A sentence each.
+  // One sentence each.
   std::vector<std::string> remarks;
 };
 
-// Of a run as its folder has it.
+// State of a run according to its folder.
 struct RunNumbers {
   std::string task, variation, clock;
   int planned = 0, done = 0, complete = 0, successes = 0;
-  // 95 %, in shares; of a run that is over Wilson's, else that which holds at every look.
+  // 95 % interval of the success rate, as shares from 0 to 1: Wilson for a finished run, else anytime-valid.
   double lower = 0, upper = 1;
   bool is_over = true;
   std::vector<std::pair<std::string, int64_t>> failure_reasons;
 };
 
-// now: as for RunWatch, which is brought up to it before. counted: what the run's folder says of its
-// episodes, where it has one; it goes before RUN_SUMMARY, which may be of a part of them.
+// watch.Update(now) must have been called. counted: episode counts from the run folder, if available. They
+// take precedence over RUN_SUMMARY, which may cover only some of the episodes.
 std::string RunBlock(const RunWatch& watch, const RunLabel& label, SteadyTime now,
                      const RunNumbers* counted = nullptr);
-// Of a run that is not listened to.
+// For a run without messages, e.g. one read from disk.
 std::string RunBlock(const RunNumbers& numbers, const RunLabel& label);
 
-// A line of the list of episodes.
+// An entry in the list of episodes.
 struct EpisodeRow {
   int episode = 0;
   int64_t seed = 0;
@@ -50,16 +49,16 @@ struct EpisodeRow {
   bool success = false, complete = true;
   double time = 0;  // s
   std::string text;
-  // Its ticks can be shown.
+  // Whether its ticks can be shown.
   bool has_track = true;
-  // URL of a video, relative to the page; empty: none.
+  // URL of a video, relative to the page; empty if there is none.
   std::string video;
 };
 EpisodeRow RowOf(const episode_summary_t& summary, const std::string& task, const std::string& variation);
-// from: place of the first in the run's list.
+// from: index of the first row in the run's list.
 std::string EpisodesBlock(int run, size_t from, const std::vector<EpisodeRow>& rows);
 
-// A line, and when it came, as people read it ("14:03:07").
+// A log line with its time of arrival as displayed ("14:03:07").
 struct LogLine {
   log_t line;
   std::string time;

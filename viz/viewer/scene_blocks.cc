@@ -21,13 +21,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// MuJoCo shows groups 0 to 2 unless it is told otherwise.
+// MuJoCo shows geom groups 0 to 2 by default.
 constexpr int kShownGroups = 3;
 
 template <class T>
 Json List(const T* values, int count) {
   Json list = Json::array();
-  // A float's digits, not those of the double nearest to it.
+  // Writes the shortest decimal number that gives the same float, not the digits of the converted double.
   for (int i = 0; i < count; ++i) {
     if constexpr (std::is_same_v<T, float>) {
       list.push_back(std::stod(fmt::format("{}", values[i])));
@@ -67,7 +67,7 @@ const char* ShapeName(int type) {
   }
 }
 
-// Corners of triangles, those that agree in everything that is sent kept once.
+// Collects triangle corners; corners that are identical after quantization are stored once.
 class MeshBuilder {
  public:
   MeshBuilder(const float* vertex, size_t count) {
@@ -135,7 +135,7 @@ class MeshBuilder {
   bool has_normals_ = false, has_uv_ = false;
 };
 
-// As it is drawn.
+// The mesh as rendered.
 std::string VisualMesh(const mjModel& m, int mesh) {
   const float* vertex = m.mesh_vert + 3 * m.mesh_vertadr[mesh];
   const float* normal = m.mesh_normal + 3 * m.mesh_vertadr[mesh];
@@ -149,8 +149,9 @@ std::string VisualMesh(const mjModel& m, int mesh) {
   return builder.Bytes();
 }
 
-// Its convex hull, which is what collides; without normals, its faces are flat. The graph: numvert, numface,
-// vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3 numface], face_globalid[3 numface].
+// The convex hull of the mesh, which is used for collisions. It has no normals; its faces are flat. Layout of
+// mesh_graph: numvert, numface, vert_edgeadr[numvert], vert_globalid[numvert], edge_localid[numvert + 3
+// numface], face_globalid[3 numface].
 std::string HullMesh(const mjModel& m, int mesh) {
   if (m.mesh_graphadr[mesh] < 0) return VisualMesh(m, mesh);
   const int* graph = m.mesh_graph + m.mesh_graphadr[mesh];
@@ -196,7 +197,7 @@ std::string Texture(const mjModel& m, int texture) {
   return block.Bytes();
 }
 
-// The mean colors of the upper and of the lower face of the sky, the third and the fourth of its six.
+// Mean colors of the upper and lower face of the skybox (the third and fourth of its six faces).
 Json Sky(const mjModel& m) {
   for (int texture = 0; texture < m.ntex; ++texture) {
     if (m.tex_type[texture] != mjTEXTURE_SKYBOX) continue;
@@ -251,7 +252,7 @@ Json Camera(const mjModel& m, int id) {
           {"fovy_deg", m.cam_fovy[id]}};
 }
 
-// MuJoCo's way: a geom's own color counts where it is not the default one, or there is no material.
+// As in MuJoCo, a geom's own color is used if it is not the default or if the geom has no material.
 bool HasOwnColor(const mjModel& m, int geom) {
   const float* rgba = m.geom_rgba + 4 * geom;
   return m.geom_matid[geom] < 0 || rgba[0] != 0.5F || rgba[1] != 0.5F || rgba[2] != 0.5F || rgba[3] != 1;
@@ -281,7 +282,7 @@ bool IsFixed(const mjModel& m, int body) {
   return true;
 }
 
-// The entries that differ, as [index, {key: value}].
+// Returns the entries that differ, as [index, {key: value}].
 Json Differences(const Json& before, const Json& after) {
   Json differences = Json::array();
   for (size_t i = 0; i < before.size(); ++i) {
@@ -423,7 +424,7 @@ Json SceneBlocks::Appearance(int64_t seed) const {
   };
   appearance["materials"] = differences(a.nmat, Material);
   appearance["cameras"] = differences(a.ncam, Camera);
-  // Both by their places in the scene's lists.
+  // Lights and cameras are identified by their indices in the scene's lists.
   int place = 0;
   for (int light = 0; light < a.nlight; ++light) {
     if (!a.light_active[light]) continue;

@@ -1,5 +1,6 @@
-// The scene of a run as a page draws it: its visual model with meshes and textures, and the collision geoms
-// of MODEL. Each block is known by its SHA-256, so that what scenes have in common is sent and stored once.
+// The scene of a run for the page: the visual model with meshes and textures, and the collision geoms of
+// MODEL. Each block is identified by its SHA-256, so that blocks shared by several scenes are sent and stored
+// once.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +16,20 @@ namespace evalbus::viz {
 
 class SceneBlocks {
  public:
-  // Models as LoadVisualModel() and LoadPhysicsModel() give them for this MODEL. Throws InputError where they
-  // are of another one.
+  // The models must be the results of LoadVisualModel() and LoadPhysicsModel() for this MODEL. Throws
+  // InputError if they belong to another one.
   SceneBlocks(const model_info_t& info, ModelPtr visual, const mjModel& physics);
-  // Loads them. Throws InputError.
+  // Loads the models. Throws InputError.
   explicit SceneBlocks(const model_info_t& info);
 
-  // Of the scene's own block.
+  // Id of the scene's own block.
   const std::string& id() const { return id_; }
-  // All that it needs, itself too, by id.
+  // All blocks of the scene by id, including its own.
   const std::map<std::string, std::string>& blocks() const { return blocks_; }
-  // Bodies that are not fixed to the world for good, ascending.
+  // Ids of the bodies that are not fixed to the world, ascending.
   const std::vector<int>& moving_bodies() const { return moving_; }
-  // What the seed changes of materials, geoms, lights and cameras, as the episode's block has it.
+  // Returns the changes of materials, geoms, lights and cameras for this seed, in the format of the "episode"
+  // block.
   nlohmann::ordered_json Appearance(int64_t seed) const;
 
  private:

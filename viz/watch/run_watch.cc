@@ -18,7 +18,8 @@ namespace evalbus::viz {
 namespace {
 
 constexpr size_t kKeptEpisodes = 20, kKeptLines = 20;
-// Channels and components beyond these many are not kept; whoever invents names cannot fill the memory.
+// Limit on the number of channels and components, so that a publisher of invented names cannot exhaust the
+// memory.
 constexpr size_t kMaxNames = 100;
 
 double Seconds(SteadyTime::duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -71,7 +72,7 @@ void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
     if (decode(&begin)) Hear(begin, now);
   } else if (channel == channels::kEpisodeEnd) {
     episode_end_t end{};
-    // It is repeated until the next episode begins; once there is a score, that says more.
+    // EPISODE_END is repeated until the next episode begins; a score, if there is one, is more specific.
     const bool is_scored = summed_up_ && summed_up_->first == episode_;
     if (!decode(&end) || end.header.episode != episode_) return;
     if (!is_scored) end_reason_ = Printable(end.end_reason);
@@ -91,7 +92,7 @@ void RunWatch::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
 void RunWatch::Hear(const episode_begin_t& begin, SteadyTime now) {
   RollWindow(now);
   heard_at_ = now;
-  // Repeated, but only before the first STATE; after it the same episode begins anew (a replay).
+  // EPISODE_BEGIN is repeated before the first STATE. After it, the same episode starts again (a replay).
   if (begin.header.episode == episode_ && begin.header.attempt == attempt_ && !simulated_us_) return;
   EnterEpisode(begin.header.episode, begin.header.attempt);
   events_.push_back(fmt::format("episode {} begins, seed {}{}", episode_, begin.seed,
@@ -119,14 +120,14 @@ void RunWatch::EnterEpisode(int32_t episode, int32_t attempt) {
   clearance_.reset();
 }
 
-// Only the header: STATE is long and nothing else of it is shown.
+// Decodes only the header: STATE is large and nothing else of it is shown.
 void RunWatch::OnState(std::span<const uint8_t> data) {
   header_t header{};
   if (!DecodeHeader<state_t>(data, &header) || !IsPlausible(header)) {
     ++undecodable_;
     return;
   }
-  // Of an episode whose begin we have not heard: we came in its middle.
+  // No EPISODE_BEGIN was received for this episode: the process started during the episode.
   if (header.episode != episode_) EnterEpisode(header.episode, header.attempt);
   Simulated(header);
   state_ = header;
@@ -139,7 +140,7 @@ void RunWatch::Simulated(const header_t& header) {
 }
 
 void RunWatch::OnModel(std::span<const uint8_t> data) {
-  // Repeated, and the largest of all messages.
+  // MODEL is repeated and is the largest message.
   if (std::equal(data.begin(), data.end(), model_bytes_.begin(), model_bytes_.end())) return;
   model_info_t model{};
   if (!Decode(data, &model)) {
@@ -151,7 +152,7 @@ void RunWatch::OnModel(std::span<const uint8_t> data) {
   model_.reset();
   other_version_.clear();
   if (model.message_version != model_info_t::VERSION) {
-    // Nothing of it is shown as if we knew what it means.
+    // The content of another message version is not interpreted.
     other_version_ = fmt::format("made by message version {}, this evalbus reads {}", model.message_version,
                                  int{model_info_t::VERSION});
     events_.push_back("MODEL " + other_version_);
@@ -178,12 +179,12 @@ void RunWatch::OnStatus(const component_status_t& status, SteadyTime now) {
   health.silent = false;
   health.status = status;
   health.heard = now;
-  // Now: what it says is of now, and so is the STATE heard last.
+  // Computed on arrival: both the status and the last STATE are current at this time.
   health.lag = state_ && end_reason_.empty() && status.episode == episode_ && status.last_tick >= 0
                    ? std::max<int64_t>(0, state_->tick - status.last_tick)
                    : -1;
   if (status.component == "sim") {
-    // Says where we are when we come while the policy thinks.
+    // Identifies the current episode if this process started while the policy computes its next action.
     if (episode_ < 0 && status.episode >= 0) EnterEpisode(status.episode, status.attempt);
     if (status.episode == episode_) attempt_ = status.attempt;
   }
@@ -191,7 +192,7 @@ void RunWatch::OnStatus(const component_status_t& status, SteadyTime now) {
 
 void RunWatch::OnEpisodeDone(const episode_summary_t& summary) {
   const std::pair<int32_t, int32_t> key(summary.header.episode, summary.header.attempt);
-  if (summed_up_ == key) return;  // said again
+  if (summed_up_ == key) return;  // repetition
   summed_up_ = key;
   const std::string outcome = Printable(end_reason::Outcome(summary.failure_reason));
   if (summary.header.episode == episode_ && !end_reason_.empty()) end_reason_ = outcome;
@@ -205,7 +206,7 @@ void RunWatch::OnEpisodeDone(const episode_summary_t& summary) {
 }
 
 void RunWatch::OnRun(const run_summary_t& run) {
-  // Repeated once a second; news only when it counts more.
+  // RUN_SUMMARY is repeated once a second; only a changed count is an event.
   const bool news = run.num_episodes > 0 && (!run_ || run.num_episodes != run_->num_episodes);
   run_ = run;
   if (news) events_.push_back(DoneText(run, planned_episodes_));
@@ -249,7 +250,8 @@ void RunWatch::Update(SteadyTime now) {
 }
 
 bool RunWatch::is_over() const {
-  // Who leads says so last; by hand, the sim leads.
+  // The component that leads the run stops last: `run` or `replay`, or the sim if components were started by
+  // hand.
   bool found = false;
   for (const char* leader : {"run", "replay", "sim"}) {
     const auto health = health_.find(leader);
@@ -274,7 +276,7 @@ std::string RunWatch::Phase() const {
   if (episode_ < 0) return "";
   if (state_) return "running";
   const auto sim = health_.find("sim");
-  // In the middle of an episode whose STATE we have not heard yet.
+  // An episode is in progress, but its STATE has not been received yet.
   const bool mid_episode = sim != health_.end() && sim->second.status.state == component_status_t::READY &&
                            sim->second.status.episode == episode_ && sim->second.status.attempt == attempt_;
   return mid_episode ? "waiting for the next tick" : "waiting for components";

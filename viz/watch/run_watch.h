@@ -1,5 +1,5 @@
-// What a listener knows of a run from its messages: where it is, the scores so far, how the last episodes
-// ended, who is well. Pure: no bus, no screen, no clock of its own; a terminal or a page draws it.
+// Tracks the state of a run from its messages: progress, current scores, outcomes of the last episodes,
+// health of the components. Pure: no bus, screen or clock of its own; a terminal or a page displays it.
 #pragma once
 
 #include <cstdint>
@@ -25,89 +25,93 @@
 
 namespace evalbus::viz {
 
-// "idle", "ready", "running", "failed" or "stopped".
+// Returns "idle", "ready", "running", "failed" or "stopped".
 const char* StateWord(const component_status_t& status);
 
 class RunWatch {
  public:
-  // A component that says nothing for longer counts as silent (they all speak every 0.4 s).
+  // A component without messages for longer than this counts as silent (each publishes STATUS every 0.4 s).
   static constexpr std::chrono::seconds kSilent{2};
 
   struct Traffic {
-    int64_t count = 0;  // since the window of rates began
+    int64_t count = 0;  // since the start of the rate window
     double rate = 0;    // 1/s
   };
   struct Health {
     component_status_t status{};
     SteadyTime heard{};
-    // Ticks behind the sim when this was said; -1 where that cannot be told.
+    // Ticks behind the sim when this status was published; -1 if unknown.
     int64_t lag = -1;
     bool silent = false;
     bool is_bad() const { return silent || status.state == component_status_t::FAILED; }
   };
 
-  // planned_episodes: 0 = not known.
+  // planned_episodes: 0 if unknown.
   explicit RunWatch(int planned_episodes = 0) : planned_episodes_(planned_episodes) {}
   RunWatch(const RunWatch&) = delete;
   RunWatch& operator=(const RunWatch&) = delete;
 
-  // Any message of the run as it came, in the order of arrival. What does not decode is counted.
+  // Processes a received message of the run. Must be called in order of arrival. Undecodable messages are
+  // counted.
   void Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now);
-  // The same for messages that somebody has decoded; they count in no rate of messages.
+  // The same for messages that are already decoded; they are not counted in the message rates.
   void Hear(const episode_begin_t& begin, SteadyTime now);
   void Hear(const partial_metrics_t& partial, SteadyTime now);
 
-  // Brings rates, speed and silence up to now; before they are read.
+  // Updates rates, speed and silence to `now`; must be called before they are read.
   void Update(SteadyTime now);
 
-  // What happened since the last call, a sentence each.
+  // Returns the events since the last call, one sentence each.
   std::vector<std::string> TakeEvents() { return std::exchange(events_, {}); }
 
   int planned_episodes() const { return planned_episodes_; }
-  // Empty: before the first call of anything; before the first message.
+  // started: time of the first call of Hear or Update. heard_at: time of the last message. Both are empty
+  // before.
   const std::optional<SteadyTime>& started() const { return started_; }
   const std::optional<SteadyTime>& heard_at() const { return heard_at_; }
-  // The run or replay has said so itself; who is silent then is not missed.
+  // Returns whether the leading component has reported the end of the run or replay. Components that are
+  // silent after that are not a fault.
   bool is_over() const;
-  // Seconds since the last message; since the first call of anything if there was none.
+  // Seconds since the last message, or since the first call if there was none.
   double SilentFor(SteadyTime now) const;
 
   const model_info_t* model() const { return model_ ? &*model_ : nullptr; }
-  // Where MODEL is of an evalbus whose messages mean something else: which one.
+  // The message version of MODEL if it is incompatible with this evalbus, else empty.
   const std::string& other_version() const { return other_version_; }
-  // "left/pad"; "geom 12" as long as MODEL has not come.
+  // Returns a name such as "left/pad"; "geom 12" before MODEL has been received.
   std::string GeomName(int32_t geom) const;
 
-  // -1: none yet.
+  // -1 before the first episode.
   int32_t episode() const { return episode_; }
   int32_t attempt() const { return attempt_; }
-  // Of the latest STATE of this episode.
+  // Header of the latest STATE of this episode.
   const header_t* state() const { return state_ ? &*state_ : nullptr; }
-  // Empty while the episode goes on; then why it ended, and once it is scored how it came out.
+  // Empty while the episode is running; then its end reason, and once it has been scored its outcome.
   const std::string& end_reason() const { return end_reason_; }
-  // "running", "waiting for components", how it ended; empty without an episode.
+  // Returns "running", "waiting for components", or the outcome; empty without an episode.
   std::string Phase() const;
-  // The last scores, and whether they are of this attempt; if not, they only keep their place.
+  // The latest scores, and whether they belong to this attempt. Old scores are kept only so that their layout
+  // stays in place.
   const partial_metrics_t* scores() const { return partial_ ? &*partial_ : nullptr; }
   bool has_scores() const { return partial_ && partial_->header.episode == episode_ && !partial_is_old_; }
-  // Of this episode: the last, and the last with a clearance, which not every tick has.
+  // The latest CONTACTS of this episode, and the latest one with a clearance, which not every tick has.
   const contacts_t* contacts() const { return contacts_ ? &*contacts_ : nullptr; }
   const contacts_t* clearance() const { return clearance_ ? &*clearance_ : nullptr; }
-  // Simulated seconds per second over the last second, all episodes together.
+  // Simulated seconds per second of wall time over the last second, across episodes.
   double speed() const { return speed_; }
   bool has_rates() const { return has_rates_; }
 
-  // The last episodes that ended, the newest last.
+  // The last finished episodes, newest last.
   const std::deque<episode_summary_t>& done() const { return done_; }
-  // The last one that ended in real time; null before and in lockstep.
+  // EPISODE_END of the last realtime episode; null before the first one and in lockstep.
   const episode_end_t* pacing() const { return pacing_ ? &*pacing_ : nullptr; }
   const run_summary_t* run() const { return run_ ? &*run_ : nullptr; }
 
   const std::map<std::string, Health>& health() const { return health_; }
   const std::map<std::string, Traffic, std::less<>>& channels() const { return channels_; }
-  // What the components' logs said last, the newest last.
+  // The last log lines of the components, newest last.
   const std::deque<log_t>& log() const { return log_; }
-  // Messages that did not decode.
+  // Number of messages that could not be decoded.
   int64_t undecodable() const { return undecodable_; }
 
  private:
@@ -129,7 +133,7 @@ class RunWatch {
   std::optional<ModelNames> names_;  // of model_
   std::string other_version_;
   int32_t episode_ = -1, attempt_ = 0;
-  // Episode and attempt of the last EPISODE_SUMMARY since one began.
+  // Episode and attempt of the last EPISODE_SUMMARY since an episode began.
   std::optional<std::pair<int32_t, int32_t>> summed_up_;
   std::optional<header_t> state_;
   std::string end_reason_;
@@ -144,7 +148,7 @@ class RunWatch {
   std::map<std::string, Traffic, std::less<>> channels_;
   std::deque<log_t> log_;
   SteadyTime window_began_{};
-  // Latest simulated time heard of in this episode, and how much has passed in the window, microseconds.
+  // Latest simulated time received in this episode, and the simulated time elapsed in the rate window, us.
   std::optional<int64_t> simulated_us_;
   int64_t window_simulated_us_ = 0;
   double speed_ = 0;

@@ -1,5 +1,4 @@
-// Scores as people read them: one row for each metric, with the catalog's words, and sentences made of
-// them.
+// Scores for display: one row per metric with label and unit from the catalog, and text built from them.
 #pragma once
 
 #include <limits>
@@ -17,46 +16,48 @@ struct ScoreRow {
   const MetricInfo* metric = nullptr;
   MetricPart part = MetricPart::kItself;
   std::string label;  // "wrist jerk, rms", "left_gripper_to_pot"
-  // In SI units. By arm or gripper, whose names `of` has; both are empty for a metric that is one number.
+  // Values in SI units per arm or gripper, named in `of`; both are empty for a scalar metric.
   std::vector<std::string> of;
   std::vector<double> each;
-  // The one number, or that of all arms together; NaN where there is none.
+  // The scalar value, or the value of all arms together; NaN if unavailable.
   double whole = std::numeric_limits<double>::quiet_NaN();
 
-  // The whole; of a single arm its own.
+  // The overall value; with a single arm, that arm's value.
   double value() const { return each.size() == 1 ? each[0] : whole; }
 };
 
-// What the run tracks, in the order of the catalog; success and stages are no numbers and have no row.
+// Returns the tracked metrics in the order of the catalog. Success and stages are not numbers and have no
+// row.
 std::vector<ScoreRow> ScoreRows(const metric_values_t& values, const extended_metrics_t& extended);
 
-// Those of it that one looks at first.
+// Returns the most important of these rows.
 std::vector<ScoreRow> FirstRows(const metric_values_t& values, const extended_metrics_t& extended);
 
 struct StageRow {
   std::string name;
   bool reached = false;
-  // Simulated time at which it was first reached, s; -1: not yet.
+  // Simulated time at which it was first reached, s; -1 if not reached.
   double time = -1;
 };
 std::vector<StageRow> StageRows(const metric_values_t& values, const extended_metrics_t& extended);
-// What stands before a stage's name.
+// Symbol in front of a stage's name.
 inline const char* StageMark(bool reached) { return reached ? "●" : "○"; }
 
-// "1/4": how many stages are reached.
+// Returns the number of reached stages as "1/4".
 std::string StageCount(const metric_values_t& values);
 
-// "stages 1/2  slips 0  wrist path 1.250 m ...": the first rows in one line.
+// Returns the most important rows in one line: "stages 1/2  slips 0  wrist path 1.250 m ...".
 std::string ScoreLine(const metric_values_t& values, const extended_metrics_t& extended);
 
-// "50 % (anytime CI 9 to 91)": a success rate with its confidence sequence at 95 %, all in shares.
+// Returns "50 % (anytime CI 9 to 91)": a success rate with its 95 % confidence sequence. Arguments are shares
+// from 0 to 1.
 std::string AnytimeRateText(double rate, double lower, double upper);
 
-// "2 of 10 done, success 50 % (anytime CI 9 to 91)"; of all of them with the interval for a run that is over,
-// of a part of the run "2 of 10 counted here". planned: 0 = not known.
+// Returns "2 of 10 done, success 50 % (anytime CI 9 to 91)". After the last episode, the Wilson interval is
+// shown instead. For a plan shard, the text is "2 of 10 counted here". planned: 0 if unknown.
 std::string DoneText(const run_summary_t& run, int planned);
 
-// "1.00": simulated seconds per second.
+// Returns the simulated seconds per second as "1.00".
 std::string SpeedText(double speed);
 
 }  // namespace evalbus::viz

@@ -15,7 +15,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-// What the kernel keeps for who does not read.
+// Size of the kernel's send buffer per connection, bytes.
 constexpr int kSendBuffer = 256 << 10;
 
 }  // namespace
@@ -47,7 +47,7 @@ void Listener::Accept() {
   acceptor_.async_accept([this](error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
     if (error) {
-      // Out of file descriptors, say: later some will be free.
+      // E.g. no free file descriptors; retried later.
       pause_.expires_after(std::chrono::milliseconds(100));
       pause_.async_wait([this](error_code stopped) {
         if (!stopped) Accept();
@@ -70,7 +70,7 @@ void Listener::Start(std::function<void(tcp::socket)> take) {
       try {
         context_.run();
       } catch (const std::exception& error) {
-        // Of one connection, which is gone with it; out of memory, say.
+        // The error concerns one connection (e.g. out of memory), which has been closed.
         fmt::print(stderr, "warning: {}\n", error.what());
       }
     }

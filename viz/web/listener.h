@@ -1,4 +1,4 @@
-// The outer half of a server of TCP: takes connections and works on them, in a thread of its own.
+// Accepts TCP connections and runs their handlers in a thread of its own.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -20,19 +20,20 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
-  // Port 0: any that is free. host: as the user named it. Throws InputError where it cannot be.
+  // Port 0 selects any free port. host: as given by the user, for error messages. Throws InputError if it
+  // cannot listen there.
   void Listen(const tcp::endpoint& endpoint, const std::string& host);
-  // A socket that listens already. Throws InputError.
+  // Uses a socket that is already listening. Throws InputError.
   void Adopt(int descriptor);
   uint16_t port() const { return port_; }
   int descriptor() { return acceptor_.native_handle(); }
 
-  // From now on each connection is taken on the thread.
+  // Starts the thread, which calls `take` for each new connection.
   void Start(std::function<void(tcp::socket)> take);
-  // No handler runs any more.
+  // After Stop returns, no handler is running.
   void Stop();
 
-  // What connections work with.
+  // The I/O context for connections.
   boost::asio::io_context& context() { return context_; }
 
  private:

@@ -10,7 +10,7 @@ namespace {
 
 bool IsSame(const header_t& a, const header_t& b) { return a.episode == b.episode && a.attempt == b.attempt; }
 
-// Decodes for a track, which takes what is its own.
+// Decodes the message if it is on this channel.
 template <class Message>
 bool DecodeFor(const Channel<Message>& channel, std::string_view name, std::span<const uint8_t> data,
                Message* message) {
@@ -65,11 +65,12 @@ void LiveFeed::Hear(std::string_view channel, std::span<const uint8_t> data, Ste
   BeginTrack();
 }
 
-// A sim says BEGIN before the first STATE. Without it we came in the middle.
+// The sim publishes EPISODE_BEGIN before the first STATE. If it was not received, this process started during
+// the episode.
 bool LiveFeed::Enters(std::string_view channel, std::span<const uint8_t> data, header_t* header) const {
   if (channel == channels::kEpisodeBegin) {
     if (!DecodeHeader<episode_begin_t>(data, header)) return false;
-    // It is repeated; after the end, the same episode begins anew (a replay).
+    // EPISODE_BEGIN is repeated. After the end, the same episode starts again (a replay).
     return !episode_ || !IsSame(*header, *episode_) || (track_ && track_->is_over());
   }
   return channel == channels::kState && DecodeHeader<state_t>(data, header) && IsPlausible(*header) &&
@@ -77,7 +78,7 @@ bool LiveFeed::Enters(std::string_view channel, std::span<const uint8_t> data, h
 }
 
 void LiveFeed::SetScene(const std::shared_ptr<const model_info_t>& model, Scene scene) {
-  if (model != wanted_) return;  // there is another one by now
+  if (model != wanted_) return;  // a newer MODEL has replaced it
   scene_ = std::move(scene);
   wanted_.reset();
   BeginTrack();
@@ -101,7 +102,7 @@ void LiveFeed::BeginTrack() {
         model_, *episode_,
         EpisodeTrack::About{.run = run_, .policy = policy_, .scene = scene_.id, .bodies = scene_.bodies});
   } catch (const InputError&) {
-    // RunWatch has said what is wrong with this MODEL.
+    // RunWatch has already reported the error in this MODEL.
     episode_.reset();
     return;
   }
@@ -144,14 +145,14 @@ void LiveFeed::Publish(UpdateBroadcaster* broadcaster, const RunLabel& label, co
 
 void LiveFeed::PublishEpisode(UpdateBroadcaster* broadcaster, SteadyTime now) {
   if (!broadcaster->is_watched(run_)) {
-    // Nobody is told of these ticks: who comes is given all of them at once, and nothing of before.
+    // Without viewers, ticks are not published. A new viewer receives the whole episode so far.
     finished_.reset();
     is_given_ = false;
     if (std::exchange(is_published_, false)) broadcaster->ForgetEpisode(run_);
     return;
   }
   if (finished_) {
-    // How it ended is told before the next one begins.
+    // The end of the previous episode is published before the next one starts.
     if (now - episode_given_ < kEpisodePeriod) return;
     episode_given_ = now;
     broadcaster->SetEpisode(run_, finished_->EpisodeBlock(), /*is_new=*/true);
@@ -165,7 +166,8 @@ void LiveFeed::PublishEpisode(UpdateBroadcaster* broadcaster, SteadyTime now) {
   if (is_new && !may_be_whole) return;
   if (may_be_whole && (is_new || broadcaster->needs_episode(run_))) {
     episode_given_ = now;
-    // Ticks that some viewers lack come with it for all, or not at all.
+    // The episode block contains all ticks so far. Viewers that already have the episode receive the newest
+    // ones as a `ticks` block, which must be added first.
     if (!is_new && track_->ticks() > given_ticks_)
       broadcaster->AddTicks(run_, track_->TicksBlock(given_ticks_));
     broadcaster->SetEpisode(run_, track_->EpisodeBlock(), is_new);

@@ -1,6 +1,7 @@
-// A run that goes on, as viewers are shown it: what viz/watch knows of it, and the episode under way from its
-// first tick. Pure: hears messages, gives blocks to a broadcaster. What it needs to know and no message says
-// (the scene; what was before we came) others find for it; meanwhile the episode's messages wait here.
+// Data of an active run for viewers: the state tracked by RunWatch and the current episode from its first
+// tick. Pure: takes messages and passes blocks to a broadcaster. The caller provides what the messages do not
+// contain (the scene, and the ticks before this process started); until then, the episode's messages are
+// queued.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +29,7 @@ class LiveFeed {
   struct Scene {
     std::string id;
     std::vector<int> bodies;
-    // By the episode's seed; as SceneBlocks::Appearance().
+    // As SceneBlocks::Appearance(), for the episode's seed.
     std::function<nlohmann::ordered_json(int64_t)> appearance;
   };
   struct Message {
@@ -36,7 +37,7 @@ class LiveFeed {
     std::vector<uint8_t> data;
   };
 
-  // Channels that it wants, as Bus::SubscribeRaw takes them.
+  // Channels to subscribe to, in the syntax of Bus::SubscribeRaw.
   static constexpr std::string_view kChannels[] = {
       "EVALBUS_MODEL",           "EVALBUS_EPISODE_BEGIN", "EVALBUS_STATE",  "EVALBUS_CONTACTS",
       "EVALBUS_PARTIAL",         "EVALBUS_CRITERIA",      "EVALBUS_STATUS", "EVALBUS_EPISODE_END",
@@ -47,35 +48,37 @@ class LiveFeed {
   }
   static constexpr auto kRunPeriod = std::chrono::milliseconds(200);
   static constexpr auto kTicksPeriod = std::chrono::milliseconds(33);
-  // Between two whole episodes, which are long, where a run is much faster than the robot.
+  // Minimum interval between whole episode blocks, which are large, in case the simulation is much faster
+  // than real time.
   static constexpr auto kEpisodePeriod = std::chrono::milliseconds(200);
-  // Messages that wait for the scene; what is more is lost, and shown as missing.
+  // Maximum size of the messages that are queued until the scene is known, bytes. Further messages are
+  // dropped and shown as missing.
   static constexpr size_t kMaxWaiting = size_t{64} << 20;
 
-  // run: its number on the broadcaster. planned_episodes: 0 = not known.
+  // run: its index in the broadcaster. planned_episodes: 0 if unknown.
   LiveFeed(int run, std::string policy, int planned_episodes)
       : run_(run), policy_(std::move(policy)), watch_(planned_episodes) {}
 
-  // time: of the day, for log lines.
+  // time: time of day, for log lines.
   void Hear(std::string_view channel, std::span<const uint8_t> data, SteadyTime now, const std::string& time);
 
-  // A MODEL whose scene is not known yet; null: none. It is asked for until it is told.
+  // A MODEL whose scene has not been set yet; null if there is none. It is returned until SetScene is called.
   const std::shared_ptr<const model_info_t>& model_without_scene() const { return wanted_; }
-  // Without a scene: there is none, only numbers are shown.
+  // A default-constructed scene means that none is available: only numbers are shown.
   void SetScene(const std::shared_ptr<const model_info_t>& model, Scene scene);
 
-  // An episode in whose middle we came, to be told what was before.
+  // The current episode, if this process started during it and SetHistory has not been called yet.
   std::optional<header_t> episode_without_begin() const;
-  // Its messages as its log has them so far; none: nobody knows.
+  // messages: the episode's messages recorded in its log so far; empty if unavailable.
   void SetHistory(const header_t& episode, const std::vector<Message>& messages);
 
   const RunWatch& watch() const { return watch_; }
   const EpisodeTrack* track() const { return track_.get(); }
-  // Episodes that came to an end since the last call.
+  // Returns the episodes that ended since the last call.
   std::vector<EpisodeRow> TakeDone() { return std::exchange(done_, {}); }
 
-  // Gives what is new to the broadcaster; to be called about every kTicksPeriod. counted: what the run's
-  // folder says, where it has one.
+  // Passes updates to the broadcaster; should be called about every kTicksPeriod. counted: episode counts
+  // from the run folder, if available.
   void Publish(UpdateBroadcaster* broadcaster, const RunLabel& label, const RunNumbers* counted,
                SteadyTime now);
 
@@ -91,15 +94,16 @@ class LiveFeed {
   std::vector<uint8_t> model_bytes_;
   std::shared_ptr<const model_info_t> model_, wanted_;
   Scene scene_;
-  // Episode and attempt that is shown, or will be once its track can be made.
+  // Header (episode and attempt) of the episode that is shown, or will be shown once its track has been
+  // created.
   std::optional<header_t> episode_;
   bool begin_was_heard_ = false, history_is_known_ = false;
   std::vector<Message> waiting_;
   size_t waiting_bytes_ = 0;
   std::unique_ptr<EpisodeTrack> track_;
-  // The one before, where the broadcaster does not have its end yet.
+  // The previous episode, if its end has not been passed to the broadcaster yet.
   std::unique_ptr<EpisodeTrack> finished_;
-  // The broadcaster has an episode of this run at all; what it has of track_.
+  // Whether the broadcaster has an episode of this run at all, and whether it has track_.
   bool is_published_ = false, is_given_ = false;
   int given_layout_ = 0;
   int64_t given_ticks_ = 0;

@@ -1,4 +1,4 @@
-// The files of the page as answers: our own, which are compiled in, and those of three.js.
+// HTTP responses with the files of the page: those of evalbus, which are compiled in, and those of three.js.
 #pragma once
 
 #include <string>
@@ -7,10 +7,11 @@
 
 namespace evalbus::viz {
 
-// index.html
+// Content of index.html.
 extern const char* const kPageHtml;
 
-// A file by its name ("index.html"); 404 for any other, 500 with the fix where libjs-three is not installed.
+// Returns the file with this name, e.g. "index.html"; 404 if there is none, 500 with instructions if
+// libjs-three is not installed.
 WebAnswer AnswerFile(const std::string& name);
 
 }  // namespace evalbus::viz

@@ -31,7 +31,7 @@ bool IsId(std::string_view name) {
          std::ranges::all_of(name, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-// Takes a prefix away; false if it is not there.
+// Removes the prefix; returns false if the text does not start with it.
 bool RemovePrefix(std::string_view* text, std::string_view prefix) {
   if (!text->starts_with(prefix)) return false;
   text->remove_prefix(prefix.size());
@@ -89,7 +89,7 @@ bool IsLoopbackHost(std::string_view host) {
 }
 
 bool IsOwnOrigin(std::string_view origin, std::string_view host) {
-  if (origin.empty()) return true;  // not from a page: browsers send it with every WebSocket
+  if (origin.empty()) return true;  // not sent by a page: browsers add Origin to each WebSocket request
   return !host.empty() && RemovePrefix(&origin, "http://") && origin == host;
 }
 

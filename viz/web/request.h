@@ -1,4 +1,4 @@
-// What a browser asks the web server for, and whether it may. Pure: text in, facts out; whatever the text is.
+// Parses and authorizes requests of browsers to the web server. Pure; accepts arbitrary text.
 #pragma once
 
 #include <optional>
@@ -7,31 +7,32 @@
 
 namespace evalbus::viz {
 
-// What a target names.
+// The resource that a request target names.
 struct WebTarget {
   enum class Kind { kNone, kPage, kPageFile, kBlock, kEpisode, kLive };
   Kind kind = Kind::kNone;
-  // Of a file of the page ("scene.js"), or the id of a block: 64 hexadecimal digits.
+  // kPageFile: name of the file ("scene.js"). kBlock: id of the block, 64 hexadecimal digits.
   std::string name{};
-  // Of kEpisode.
+  // Only for kEpisode.
   int run = -1, episode = -1;
 };
 
-// The target of a request line: "/", "/page/NAME", "/block/ID", "/episode/RUN/EPISODE", "/live"; where there
-// is a token, behind "/TOKEN". A query is ignored. Anything else is kNone: there are no folders and no "..".
+// Parses the target of a request line: "/", "/page/NAME", "/block/ID", "/episode/RUN/EPISODE", "/live";
+// preceded by "/TOKEN" if there is a token. A query is ignored. Anything else is kNone: there are no folders
+// and no "..".
 WebTarget ParseTarget(std::string_view target, std::string_view token);
 
-// The same text; takes as long wherever they differ.
+// Compares texts in a time that does not depend on where they differ.
 bool SameText(std::string_view a, std::string_view b);
 
-// True for a Host header that names this machine by its loopback, at any port (of a tunnel, say). A page that
-// some name server brought here under a name of its own (DNS rebinding) says that name.
+// Returns whether a Host header names the loopback interface of this machine, at any port (e.g. of a tunnel).
+// A request sent by DNS rebinding carries the attacker's host name instead.
 bool IsLoopbackHost(std::string_view host);
 
-// True if a page from `origin` (a header; empty: none was sent) is one that the server at `host` has sent.
+// Returns whether a page with this Origin header (empty: none was sent) was served by the server at `host`.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
-// {"watch": RUN}, all that a page ever says; nothing for any other text.
+// Parses {"watch": RUN}, the only message that a page sends; returns nothing for any other text.
 std::optional<int> ParseWatch(std::string_view message);
 
 }  // namespace evalbus::viz

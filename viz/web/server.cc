@@ -39,7 +39,7 @@ using std::chrono::steady_clock;
 constexpr uint32_t kMaxHeader = 8192;
 constexpr size_t kMaxMessage = 256;
 
-// 128 bits.
+// Generates a token of 128 random bits.
 std::string DrawToken() {
   std::array<uint8_t, 16> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
@@ -50,7 +50,7 @@ std::string DrawToken() {
   return token;
 }
 
-// So many at once, then so many a second.
+// Token bucket: allows a burst of `at_once`, then per_s per second.
 class Allowance {
  public:
   Allowance(int at_once, int per_s) : most_(at_once), per_s_(per_s), left_(at_once) {}
@@ -79,7 +79,7 @@ WebAnswer WebAnswer::Text(int status, const std::string& text) {
   return answer;
 }
 
-// All but the constructor and port() on the server's thread, or before it starts.
+// All members except the constructor and port() must be used on the server's thread or before it starts.
 struct WebServer::Core {
   class Connection;
   class ViewerSession;
@@ -100,15 +100,16 @@ struct WebServer::Core {
   bool is_ipv6 = false, is_any = false;
   Handler handler;
   int connections = 0;
-  // Connections that wait for their client, the one longest without progress in front.
+  // Connections that wait for their client; the one that has made no progress for longest is in front.
   std::list<Connection*> waiting;
   std::set<ViewerSession*> viewers;
   std::atomic<bool> wake_is_posted{false};
-  // Below what connections use: they go with it.
+  // Declared last, so that the listener and its connections are destroyed before the members that they use.
   Listener listener;
 };
 
-// A viewer: one block is being written at any time, and what comes next is decided when it has been taken.
+// A WebSocket connection. Only one block is in transmission at any time; the next one is selected when it has
+// been sent.
 class WebServer::Core::ViewerSession : public std::enable_shared_from_this<ViewerSession> {
  public:
   ViewerSession(Core* core, beast::tcp_stream stream)
@@ -159,7 +160,7 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
       self->buffer_.consume(self->buffer_.size());
       if (!run || !self->allowance_.Take()) return self->Close();
       self->core_->broadcaster->Watch(&self->viewer_,
-                                      *run);  // of a run that is not there, nothing can be watched
+                                      *run);  // unknown runs are ignored
       self->Write();
       self->Read();
     });
@@ -171,7 +172,7 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
                         [self = shared_from_this()](error_code) { self->Drop(); });
   }
 
-  // Ends a write that is still waiting, too.
+  // Also cancels a pending write.
   void Drop() {
     is_closing_ = true;
     beast::get_lowest_layer(stream_).close();
@@ -185,7 +186,7 @@ class WebServer::Core::ViewerSession : public std::enable_shared_from_this<Viewe
   bool entered_ = false, is_writing_ = false, is_closing_ = false;
 };
 
-// A connection that asks by HTTP, one request after the other.
+// An HTTP connection, which handles one request at a time.
 class WebServer::Core::Connection : public std::enable_shared_from_this<Connection> {
  public:
   Connection(Core* core, tcp::socket socket)
@@ -220,14 +221,14 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     });
   }
 
-  // Ends it where it waits for its client.
+  // Closes a connection that waits for its client.
   void Drop() {
     EndWait();
     stream_.close();
   }
 
  private:
-  // From now on the client has so long.
+  // Starts the timeout of the client.
   void BeginWait(std::chrono::seconds timeout) {
     EndWait();
     stream_.expires_after(timeout);
@@ -252,7 +253,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
       return Send(WebAnswer::Text(404, "there is nothing of this name"));
     if (target.kind == WebTarget::Kind::kLive) return BecomeViewer();
     host_ = std::string(host);
-    stream_.expires_never();  // it may take a while to be made
+    stream_.expires_never();  // generating the response may take longer
     core_->handler(target, [self = shared_from_this()](WebAnswer answer) {
       asio::post(self->core_->listener.context(),
                  [self, moved = std::move(answer)]() mutable { self->Send(std::move(moved)); });
@@ -262,7 +263,8 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
   void BecomeViewer() {
     const auto& request = parser_->get();
     if (!websocket::is_upgrade(request)) return Refuse(426, "a WebSocket is here");
-    // Without one it is no browser, which only a program on this machine, or who knows the token, can be.
+    // A request without Origin does not come from a browser. It can only come from a program on this machine
+    // or from a client that has the token.
     if (request.count(http::field::origin) > 1 ||
         !IsOwnOrigin(View(request[http::field::origin]), View(request[http::field::host]))) {
       return Refuse(403, "not from a page of others");
@@ -298,7 +300,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     Write();
   }
 
-  // What is left of the answer, as far as the client takes it.
+  // Writes the rest of the response as fast as the client reads it.
   void Write() {
     BeginWait(core_->limits.timeout);
     stream_.async_write_some(left_, [self = shared_from_this()](error_code error, size_t written) {
@@ -315,8 +317,8 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
     });
   }
 
-  // Some browsers do not take a WebSocket of the same origin for 'self'. Only a Host of plain characters gets
-  // into the header.
+  // Some browsers do not include same-origin WebSockets in 'self'. The Host is copied into the header only if
+  // it consists of safe characters.
   std::string SocketSource() const {
     const auto is_plain = [](char c) {
       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
@@ -338,7 +340,7 @@ class WebServer::Core::Connection : public std::enable_shared_from_this<Connecti
   std::string head_, host_;
   WebAnswer answer_;
   std::array<asio::const_buffer, 2> left_;
-  // Place in the core's list.
+  // Position in the core's list.
   std::optional<std::list<Connection*>::iterator> waiting_;
   bool is_first_ = true, keep_alive_ = false, is_head_ = false, became_viewer_ = false;
 };
@@ -359,7 +361,7 @@ void WebServer::Core::Listen() {
 
 void WebServer::Core::Take(tcp::socket socket) {
   if (connections >= limits.connections) {
-    // Viewers, and those whose answers are being made, stay.
+    // Viewers and connections whose responses are being generated are not dropped.
     if (waiting.empty()) return;
     waiting.front()->Drop();
   }

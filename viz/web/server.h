@@ -1,11 +1,11 @@
-// The web server of `evalbus web`: HTTP for the page, its blocks and finished episodes, and a WebSocket on
-// which each viewer is told what the broadcaster has for it. One thread of its own; nobody waits for it, and
-// no viewer for another.
+// The web server of `evalbus web`: HTTP for the page, its blocks and finished episodes, and a WebSocket that
+// sends each viewer the broadcaster's updates. It runs in its own thread; no other part of the program waits
+// for it, and a slow viewer does not delay others.
 //
-// Who may ask. Without an address of the user's choice, at 127.0.0.1: every program of this machine that
-// sends a loopback name as Host, so that no other site's page reaches it by DNS rebinding; a WebSocket only
-// from a page of this server (Origin). At an address of the user's choice: whoever knows the token, which is
-// the first part of the path.
+// Access. By default the server listens on 127.0.0.1 only. Every program on this machine may send requests
+// with a loopback name as Host; this check prevents DNS rebinding by other sites. A WebSocket must come from
+// a page of this server (Origin). If the user chooses an address, clients need the token, which is the first
+// part of the path.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,7 @@ struct WebAnswer {
   int status = 200;
   std::string type = "text/plain; charset=utf-8";
   SharedBytes body{};
-  // What it is stands in its name: browsers keep it for good.
+  // The URL identifies the content; browsers may cache it permanently.
   bool is_forever = false;
 
   static WebAnswer Text(int status, const std::string& text);
@@ -34,34 +34,36 @@ class WebServer {
   struct Limits {
     int connections = 512;
     int viewers = 200;
-    // Of one connection, from then on so many a second.
+    // Per connection: size of the initial burst, then the rate per second.
     int requests = 1000, requests_per_s = 200;
     int messages = 20, messages_per_s = 5;
-    // For the first request of a connection to arrive. While all connections are used, the one that has made
-    // no progress for longest is dropped for a new one.
+    // Timeout for the first request of a connection. If all connections are in use, a new one replaces the
+    // one that has made no progress for longest.
     std::chrono::seconds first_request{5};
-    // For later ones, and without progress while a client takes an answer.
+    // Timeout for later requests, and for a client that does not read its response.
     std::chrono::seconds timeout{30};
-    // A viewer that neither says nor takes anything, not even the server's pings.
+    // Timeout for a viewer that neither sends nor reads, including the server's pings.
     std::chrono::seconds viewer_timeout{60};
   };
   struct Address {
-    // Empty: 127.0.0.1 alone, without a token.
+    // Empty: only 127.0.0.1, without a token.
     std::string host{};
-    // 0: one that is free.
+    // 0: any free port.
     uint16_t port = 0;
   };
 
   using Reply = std::function<void(WebAnswer)>;
-  // Answers a target of kind page, file, block or episode; on the server's thread, which it must not hold up:
-  // it may call `reply` later and from any thread. Who keeps replies goes before the server does.
+  // Answers a target of kind page, file, block or episode. Called on the server's thread, so it must not
+  // block; it may call `reply` later and from any thread. All copies of `reply` must be destroyed before the
+  // server.
   using Handler = std::function<void(const WebTarget& target, Reply reply)>;
 
-  // Listens, in the network that this process is in now, and starts no thread yet. Throws InputError where
-  // the address is none of this machine or its port is taken.
+  // Listens in the current network namespace; does not start a thread yet. Throws InputError if the address
+  // does not belong to this machine or its port is in use.
   WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster, const Limits& limits);
   WebServer(const Address& address, std::shared_ptr<UpdateBroadcaster> broadcaster);
-  // On a socket that listens on the loopback already, inherited from who started this process: descriptor().
+  // Uses a socket that already listens on the loopback interface, inherited from the parent process (see
+  // descriptor()).
   WebServer(int descriptor, std::shared_ptr<UpdateBroadcaster> broadcaster);
   ~WebServer();
   WebServer(const WebServer&) = delete;
@@ -69,15 +71,15 @@ class WebServer {
 
   uint16_t port() const;
   int descriptor() const;
-  // Empty without an address of the user's choice.
+  // Empty unless the user chose an address.
   const std::string& token() const;
-  // "http://127.0.0.1:8080/", for people.
+  // URL to show to the user: "http://127.0.0.1:8080/".
   std::string url() const;
 
-  // Serves, until it is stopped or destroyed.
+  // Starts serving until Stop or destruction.
   void Start(Handler handler);
   void Stop();
-  // The broadcaster has news.
+  // Must be called when the broadcaster has updates.
   void Wake();
 
  private:

@@ -34,7 +34,7 @@ void UpdateBroadcaster::SetEpisodes(int run, size_t from, std::vector<EpisodeRow
   const std::lock_guard lock(mutex_);
   Run& to = At(run);
   from = std::min(from, to.episodes.size());
-  if (from < to.episodes.size()) ++to.list_version;  // what viewers have is not true any more
+  if (from < to.episodes.size()) ++to.list_version;  // part of the list that viewers have is outdated
   to.episodes.resize(from);
   std::ranges::move(episodes, std::back_inserter(to.episodes));
   to.list_block = nullptr;
@@ -137,7 +137,7 @@ SharedBytes UpdateBroadcaster::Next(Viewer* viewer) {
     viewer->seen_[i].run = runs_[i]->version;
     return runs_[i]->block;
   }
-  // What moves goes before long lists: of these one block at a time between them.
+  // Ticks take priority over long lists; between ticks, one block of a list is sent at a time.
   const size_t watched = static_cast<size_t>(viewer->watched_);
   if (watched < runs_.size()) {
     if (SharedBytes block = NextOfEpisode(runs_[watched].get(), viewer)) return block;

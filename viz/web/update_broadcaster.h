@@ -1,6 +1,7 @@
-// What there is to tell viewers of the runs that a page shows, and what each of them lacks. A viewer is only
-// a place in it: who reads slowly is not queued for, but told what stands now when it reads again. Knows
-// blocks as bytes (docs/viewer_data.md). Thread-safe: who follows the runs writes, the server's thread reads.
+// Holds the current state of all runs on the page and determines what each viewer lacks. Per viewer only its
+// position is stored. Slow viewers are not queued for; they receive the current state at their next read.
+// Blocks are opaque bytes (docs/viewer_data.md). Thread-safe: the thread that follows the runs writes, the
+// server's thread reads.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +19,14 @@ using SharedBytes = std::shared_ptr<const std::string>;
 
 class UpdateBroadcaster {
  public:
-  // Ticks that are kept for who is behind: a viewer that is further behind is given the whole episode.
+  // Number and size of tick blocks that are kept for slow viewers. A viewer that is further behind receives
+  // the whole episode.
   static constexpr size_t kKeptTicks = 60;
   static constexpr size_t kKeptTickBytes = size_t{4} << 20;
-  // Episodes of a list in one block, and lines of a log that are kept for who comes.
+  // Episodes per block of a list; log lines that are kept for new viewers.
   static constexpr size_t kListBlock = 1000, kKeptLines = 200;
 
-  // Where a viewer is.
+  // The position of a viewer.
   class Viewer {
    public:
     int watched() const { return watched_; }
@@ -38,38 +40,39 @@ class UpdateBroadcaster {
     };
     std::vector<Seen> seen_;
     int watched_ = 0;
-    // Number of the next ticks to be sent of the run that it watches; nothing before a whole episode.
+    // Index of the next tick block of the watched run; not used before a whole episode has been sent.
     bool has_episode_ = false;
     uint64_t next_ticks_ = 0;
     bool waits_for_episode_ = false;
   };
 
-  // Runs are counted from 0; one that is named is there from then on.
+  // Runs are numbered from 0; using a new number creates the run.
 
-  // A `run` block, in place of the one before.
+  // Replaces the run's `run` block.
   void SetRun(int run, std::string block);
-  // The list of a run's episodes: those from `from` on become these.
+  // Replaces the episodes from index `from` on.
   void SetEpisodes(int run, size_t from, std::vector<EpisodeRow> episodes);
   size_t num_episodes(int run) const;
-  // Lines of logs, behind those there are.
+  // Appends log lines.
   void AddLines(int run, const std::vector<LogLine>& lines);
-  // An `episode` block of the episode under way, with all there was up to now; is_new: of another one than
-  // before.
+  // Sets the `episode` block of the current episode, which contains all ticks so far; is_new: it belongs to a
+  // different episode than the previous block.
   void SetEpisode(int run, std::string block, bool is_new);
-  // A `ticks` block behind it.
+  // Appends a `ticks` block to the current episode.
   void AddTicks(int run, std::string block);
-  // There is no episode under way any more that could be shown.
+  // Removes the current episode, if there is none to show.
   void ForgetEpisode(int run);
 
-  // Somebody watches this run; somebody needs an `episode` block of it that is not there.
+  // is_watched: at least one viewer watches this run. needs_episode: at least one of them needs an `episode`
+  // block that has not been set.
   bool is_watched(int run) const;
   bool needs_episode(int run) const;
 
   void Enter(Viewer* viewer);
   void Leave(Viewer* viewer);
-  // False for a run that is not there.
+  // Returns false if there is no such run.
   bool Watch(Viewer* viewer, int run);
-  // The next block for a viewer, which then counts as sent; null if it has all.
+  // Returns the next block for a viewer, which then counts as sent; null if there is none.
   SharedBytes Next(Viewer* viewer);
   int num_viewers() const;
 
@@ -78,19 +81,19 @@ class UpdateBroadcaster {
     SharedBytes block;
     uint64_t version = 0;
     std::vector<EpisodeRow> episodes;
-    // Of the list: a viewer with another one is sent all of it again.
+    // A viewer with an older version of the list receives the whole list again.
     uint64_t list_version = 1;
-    // The last block of the list that was made, for the next viewer at the same place.
+    // The most recent block of the list, cached for other viewers at the same position.
     SharedBytes list_block;
     size_t list_from = 0, list_to = 0;
     std::deque<LogLine> lines;
     uint64_t lines_begin = 0;
-    // Blocks of ticks number first_ticks and on.
+    // Tick blocks; the first one has the index first_ticks.
     std::deque<SharedBytes> ticks;
     size_t tick_bytes = 0;
     uint64_t first_ticks = 0;
-    // The number of ticks that the episode under way begins with; the block of it and which ticks follow
-    // that.
+    // Index of the first tick block of the current episode; its `episode` block; index of the first tick
+    // block after that block.
     uint64_t episode_begin = 0;
     SharedBytes episode;
     uint64_t episode_next = 0;

@@ -1,8 +1,8 @@
-// A block of docs/viewer_data.md: a head in JSON and arrays.
+// Parses a block of docs/viewer_data.md: a JSON head followed by binary arrays.
 "use strict";
 
 Evalbus.Block = class {
-  // Throws Error where the bytes are no block.
+  // Throws Error if the bytes are not a valid block.
   constructor(buffer) {
     if (buffer.byteLength < 4) throw new Error("a block of less than four bytes");
     const length = new DataView(buffer).getUint32(0, true);
@@ -21,7 +21,7 @@ Evalbus.Block = class {
     return this.head.arrays[name].shape;
   }
 
-  // As they were sent, without scale and origin; differences are added up.
+  // Returns the array without applying scale and origin; differences are summed.
   raw(name) {
     const { type, shape, offset, delta } = this.head.arrays[name];
     const Type = Evalbus.Block.TYPES[type];
@@ -39,7 +39,7 @@ Evalbus.Block = class {
     return sums;
   }
 
-  // Real values; scale and origin may be one number or one for each place of the last axis.
+  // Returns decoded values. Scale and origin are single numbers or one number per element of the last axis.
   values(name) {
     const { shape, scale = 1, origin = 0 } = this.head.arrays[name];
     const raw = this.raw(name);

@@ -1,4 +1,4 @@
-// How an episode stands: its verdict and the reason, its stages, its conditions against their thresholds, what happened.
+// Panel with the state of an episode: outcome and reason, stages, conditions with their thresholds, events.
 "use strict";
 
 Evalbus.Conditions = class {
@@ -19,7 +19,7 @@ Evalbus.Conditions = class {
       this.eventsPlace);
   }
 
-  // isHeard: the run of the first goes on.
+  // tracks: the episode and, if compared, a second one. isHeard: the run of the first is active.
   show(tracks, isHeard) {
     this.tracks = tracks;
     const [track, other] = tracks;
@@ -81,7 +81,7 @@ Evalbus.Conditions = class {
         ? e("span", { class: "ev-target" }, ` ${Evalbus.words(criterion.unit)}`) : null;
       const fill = e("i", {}), bar = hasNumber ? e("span", { class: "ev-bar" }, fill) : null;
       const holds = e("span", { class: "ev-holds" });
-      // In the words of the task: "height of pot at least 1.096 m".
+      // The condition as text: "height of pot at least 1.096 m".
       const node = e("div", { class: criterion.failure ? "ev-criterion ev-is-failure" : "ev-criterion" },
         e("i", { class: "ev-dot", "aria-hidden": "true" }),
         e("span", { class: "ev-name" }, Evalbus.spaced(criterion.text_first || criterion.predicate)),
@@ -94,14 +94,15 @@ Evalbus.Conditions = class {
     this.criteriaTitle.hidden = this.criteria.hidden = criteria.length === 0;
   }
 
-  // Conditions of a success or a failure, as the task joins them: tree is a place among the rows or {all | any: [trees]}.
+  // Rows of the success or failure conditions, grouped as in the task: tree is an index into the rows or {all
+  // | any: [trees]}.
   group(outcome, tree, places) {
     if (!places.length) return [];
     const e = Evalbus.element;
     const rows = (one) => {
       if (typeof one === "number") return [this.criteriaRows[one].node];
       const [[joined, trees]] = Object.entries(one);
-      // What is latched or lasts stands behind that which is.
+      // For "latched" and "lasts": the operands, then the condition itself.
       if (joined !== "all" && joined !== "any") return [e("div", { class: "ev-joined" }, ...trees.flatMap(rows))];
       return [e("div", { class: "ev-joined" }, e("p", { class: "ev-group" }, joined === "all" ? "all of" : "any of"), ...trees.flatMap(rows))];
     };
@@ -119,7 +120,7 @@ Evalbus.Conditions = class {
     this.eventsLayout = layout;
     Evalbus.setText(this.eventsTitle, `Events (${events.length})`);
     this.eventsPlace.hidden = events.length === 0;
-    // Thousands of touches are no reading.
+    // A list of thousands of contacts would not be readable.
     const shown = events.slice(0, 400);
     this.events.replaceChildren(...shown.map((event) => Evalbus.element("li", {},
       Evalbus.element("button", { type: "button", onclick: () => this.onSeek(event.tick) },
@@ -159,7 +160,7 @@ Evalbus.Conditions = class {
     }
   }
 
-  // How much of the way from the first value to the threshold is done.
+  // Share of the distance from the first value to the threshold that has been covered, 0 to 1.
   partOf(values, value, threshold, holds) {
     if (holds) return 1;
     if (!values || Number.isNaN(value) || threshold === null || threshold === undefined) return 0;

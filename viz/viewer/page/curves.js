@@ -1,4 +1,4 @@
-// Every metric with its value and its curve so far: a card each, the same time axis as the time line.
+// One card per metric with its current value and its curve; all share the axis of the timeline.
 "use strict";
 
 Evalbus.Curves = class {
@@ -7,7 +7,7 @@ Evalbus.Curves = class {
     this.grid = Evalbus.element("div", { class: "ev-curves" });
     place.append(this.grid);
     this.cards = [];
-    // Cards that nobody sees are not drawn.
+    // Cards outside of the viewport are not drawn.
     this.seen = new IntersectionObserver((entries) => {
       for (const entry of entries) {
         const card = this.cards.find((one) => one.node === entry.target);
@@ -60,7 +60,7 @@ Evalbus.Curves = class {
       const card = { name: curve.name, curve, node, canvas, cursor, parts, otherParts, plot, isSeen: false,
         isLarge: enlarged.has(curve.name) };
       node.classList.toggle("ev-large", card.isLarge);
-      // Three names and more need the room.
+      // Three or more names need a wide card.
       node.classList.toggle("ev-wide", parts.length > 2);
       this.seen.observe(node);
       return card;
@@ -95,9 +95,9 @@ Evalbus.Curves = class {
     look(this.tracks[0], card.parts);
     if (this.tracks[1]) look(this.tracks[1], card.otherParts);
     if (low > high) return null;
-    // What is never negative begins at zero.
+    // Starts the axis at zero if no value is negative.
     if (low >= 0 && low < 0.6 * high) low = 0;
-    // What hardly changes is a straight line, not its rounding errors enlarged.
+    // An almost constant curve is drawn as a straight line instead of enlarging rounding errors.
     const size = Math.max(Math.abs(low), Math.abs(high));
     if (size < Evalbus.Curves.NOTHING) return { low: 0, high: this.isWhole(card) ? 1 : Evalbus.Curves.NOTHING };
     if (high - low < 1e-3 * size) {
@@ -126,7 +126,7 @@ Evalbus.Curves = class {
         card.right = width;
         return;
       }
-      // A zero alone is no scale: then closer ones.
+      // If the only tick would be zero, uses closer ticks.
       const few = Evalbus.ticksOf(range.low, range.high, card.isLarge ? 4 : 1.6);
       const marks = few.length > 1 ? few : Evalbus.ticksOf(range.low, range.high, 2.5);
       const texts = marks.map((mark) => Evalbus.number(Number(mark.toPrecision(6))));
@@ -162,7 +162,7 @@ Evalbus.Curves = class {
     this.moveCard(card);
   }
 
-  // At most two points for each pixel, the lowest and the highest, so that no peak is lost.
+  // Draws at most two points per pixel, the minimum and the maximum, so that peaks remain visible.
   line(context, track, part, x, y, card) {
     const values = track.rows[part.row].data;
     const pixels = Math.max(50, card.right - card.left);
@@ -196,7 +196,7 @@ Evalbus.Curves = class {
     context.lineWidth = 1;
   }
 
-  // ticks: of A, and of B.
+  // ticks: of A and of B.
   move(ticks) {
     this.ticks = ticks;
     if (!this.tracks) return;
@@ -220,7 +220,7 @@ Evalbus.Curves = class {
     Evalbus.setText(part.value, card.isWhole ? Evalbus.number(value) : Evalbus.numberAmong(value, card.most));
   }
 
-  // Counts have no decimals.
+  // Whether all values are integers, which are shown without decimals.
   isWhole(card) {
     return card.parts.every(({ row }) => {
       const { data } = this.tracks[0].rows[row];
@@ -235,7 +235,7 @@ Evalbus.Curves = class {
     return card.curve.sparse ? track.lastValueAt(part.row, tick) : track.valueAt(part.row, tick);
   }
 
-  // {name: [values]} at the ticks shown, for tests.
+  // Returns {name: [values]} at the current ticks, for tests.
   values() {
     const tick = Math.floor(this.ticks[0] + 1e-6);
     return Object.fromEntries(this.cards.map((card) =>
@@ -243,5 +243,5 @@ Evalbus.Curves = class {
   }
 };
 
-// In any unit of ours (m, rad, s, mm): what stays below it is zero.
+// Values below this count as zero, in any of the units used (m, rad, s, mm).
 Evalbus.Curves.NOTHING = 1e-3;

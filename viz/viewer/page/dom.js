@@ -1,10 +1,10 @@
-// Elements, words and numbers of the page. Names come from files and messages of others: they are set as text, never
-// as markup.
+// Helpers for elements, texts and numbers. Names come from external files and messages: they must be set as
+// text, never as markup.
 "use strict";
 
 const Evalbus = {};
 
-// element("button", {class: "ev-icon", title: "Play", onclick: f}, child, "text", ...)
+// Creates an element: element("button", {class: "ev-icon", title: "Play", onclick: f}, child, "text", ...)
 Evalbus.element = (tag, properties, ...children) => {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(properties || {})) {
@@ -16,7 +16,7 @@ Evalbus.element = (tag, properties, ...children) => {
   return made;
 };
 
-// Drawn by lines of 1.6 px in a square of 16.
+// Creates an icon: lines 1.6 px wide on a 16 x 16 grid.
 Evalbus.icon = (paths, isFilled) => {
   const space = "http://www.w3.org/2000/svg";
   const svg = document.createElementNS(space, "svg");
@@ -29,22 +29,24 @@ Evalbus.icon = (paths, isFilled) => {
   return svg;
 };
 
-// Writes only what has changed: a text set anew costs a layout.
+// Sets the text only if it has changed, because setting it triggers a layout.
 Evalbus.setText = (node, text) => {
   if (node.textContent !== text) node.textContent = text;
 };
 
-// What others wrote, fit for one line: control characters and those that turn the line's direction become spaces.
+// Makes an external text safe for one line: replaces control characters and characters that change the text
+// direction by spaces.
 Evalbus.words = (text) => String(text === null || text === undefined ? "" : text)
   .replace(/[\u0000-\u001f\u007f-\u009f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ufeff]+/g, " ").trim();
 
-// "left_gripper_holds_pot" as people read it.
+// Replaces underscores: "left_gripper_holds_pot" becomes "left gripper holds pot".
 Evalbus.spaced = (name) => Evalbus.words(name).replace(/_/g, " ");
 
-// Why an episode came out so: the words of what ended it, say a policy's error, as they are; then what decided.
+// Text that explains the outcome: the detail of the end reason (e.g. a policy's error), then the deciding
+// condition.
 Evalbus.reasonOf = (head) => [Evalbus.words(head.end_detail), Evalbus.spaced(head.explanation)].filter(Boolean).join("; ");
 
-// Four digits that count; a place that grows does not jump.
+// Formats a number with four significant digits. The number of characters changes as little as possible.
 Evalbus.number = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
@@ -56,7 +58,8 @@ Evalbus.number = (value) => {
   return minus(value.toFixed(decimals));
 };
 
-// One of many that reach up to `most`: all with as many decimals, so that none jumps.
+// Formats a number with the number of decimals that is suitable for values up to `most`, so that the width
+// stays constant.
 Evalbus.numberAmong = (value, most) => {
   if (!Number.isFinite(value) || !(most > 0) || most >= 1e7 || most < 1e-4) return Evalbus.number(value);
   const decimals = most >= 1000 ? 0 : most >= 100 ? 1 : most >= 10 ? 2 : most >= 0.01 ? 3 : 5;
@@ -68,7 +71,7 @@ Evalbus.seconds = (value) => (value === null || !Number.isFinite(value) ? "–" 
 
 Evalbus.percent = (share) => (share === null || share === undefined ? "–" : `${(100 * share).toFixed(0)} %`);
 
-// Steps of 1, 2 or 5 times a power of ten, about `count` of them from low to high.
+// Returns about `count` ticks from low to high with a step of 1, 2 or 5 times a power of ten.
 Evalbus.ticksOf = (low, high, count) => {
   const span = high - low;
   if (!(span > 0)) return [low];
@@ -80,7 +83,8 @@ Evalbus.ticksOf = (low, high, count) => {
   return ticks;
 };
 
-// A canvas of as many pixels as its place has, drawn by `draw(context, width, height)` in CSS pixels.
+// Resizes the canvas to its place in device pixels and calls `draw(context, width, height)`, which uses CSS
+// pixels.
 Evalbus.drawOn = (canvas, draw) => {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   if (!width || !height) return;
@@ -94,7 +98,7 @@ Evalbus.drawOn = (canvas, draw) => {
   draw(context, width, height);
 };
 
-// The palette of viewer.css as it is now, light or dark.
+// Returns the current colors of viewer.css, which depend on light or dark mode.
 Evalbus.paletteOf = (node) => {
   const style = getComputedStyle(node);
   const palette = {};

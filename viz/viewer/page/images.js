@@ -1,4 +1,4 @@
-// Images of a source's own cameras, beside the image of the scene: at each time the last one by then.
+// Images of a source's cameras beside the 3D image. Each camera shows its latest image at the current time.
 "use strict";
 
 Evalbus.Images = class {

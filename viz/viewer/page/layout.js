@@ -1,4 +1,4 @@
-// The parts of the page and where they stand; nothing here knows of runs or episodes.
+// Creates the elements of the page. This file does not depend on runs or episodes.
 "use strict";
 
 Evalbus.ICONS = {

@@ -1,5 +1,5 @@
-// What is drawn into a scene beside its bodies: contacts, the way of the wrists, the shortest line to what must not be
-// touched.
+// Marks in the 3D scene: contacts, wrist trajectories, and the line of minimum clearance to geoms that must
+// not be touched.
 "use strict";
 
 Evalbus.Marks = class {
@@ -14,7 +14,8 @@ Evalbus.Marks = class {
       return one;
     };
 
-    // A pin for each contact: its head where it is, its shaft along the normal, longer where it is deeper.
+    // One pin per contact: its head is at the contact point; its shaft is along the normal and longer for
+    // deeper contacts.
     const limit = Evalbus.Marks.MOST_CONTACTS;
     const colors = { wanted: palette.c2, collision: palette.c1, other: palette.c5 };
     this.pins = {};
@@ -63,7 +64,8 @@ Evalbus.Marks = class {
     this.size = new THREE.Vector3();
   }
 
-  // {slot, offset}: where in `bodies` the body of a wrist is, and where on it.
+  // Returns {slot, offset}: index of the wrist's body in `bodies`, and the position of the wrist on this
+  // body.
   wristOf(arm, k) {
     const wrist = (this.world.head.wrists || []).find((one) => one.arm === arm);
     const body = wrist ? wrist.body : (this.track.head.wrist_body || [])[k];
@@ -103,7 +105,7 @@ Evalbus.Marks = class {
       this.point.fromArray(track.contactPosition.data, 3 * c);
       this.along.fromArray(track.contactNormal.data, 3 * c).normalize();
       this.turn.setFromUnitVectors(up, this.along);
-      // 2 cm, and 1 cm more for each 0.5 mm of depth.
+      // 2 cm, plus 1 cm per 0.5 mm of penetration depth.
       const length = 0.02 + Math.min(0.08, 20 * Math.max(0, track.contactDepth.data[c]));
       this.pins[kind].head.setMatrixAt(k, this.matrix.compose(this.point, this.turn, this.size.set(1, 1, 1)));
       this.pins[kind].shaft.setMatrixAt(k, this.matrix.compose(this.point, this.turn, this.size.set(1, length, 1)));
@@ -123,7 +125,7 @@ Evalbus.Marks = class {
       if (!trail.line.visible) continue;
       if (trail.filled < this.track.ticks || trail.version !== this.track.version) {
         trail.version = this.track.version;
-        // The last point may have stood for one that came later.
+        // Recomputes the last point, because its tick may have been missing when it was computed.
         const from = Math.max(0, trail.filled - 1);
         const before = trail.points.data;
         trail.points.fit(3 * this.track.ticks);
@@ -144,7 +146,7 @@ Evalbus.Marks = class {
 
   updateClearance(tick) {
     const points = this.track.clearance.data, at = 6 * tick;
-    // Logs of before the two points were sent have zeros there.
+    // Logs recorded before these points were part of the messages contain zeros.
     const isKnown = at + 6 <= points.length && !Number.isNaN(points[at])
       && points.subarray(at, at + 6).some((one) => one !== 0);
     this.clearance.visible = this.shows.clearance && isKnown && this.track.clearance.data.length > 0;
@@ -154,7 +156,7 @@ Evalbus.Marks = class {
     ends.needsUpdate = true;
   }
 
-  // Middle of the clearance line, null where there is none now.
+  // Midpoint of the clearance line; null if none is shown.
   clearanceMiddle() {
     if (!this.clearance.visible) return null;
     const p = this.clearance.geometry.attributes.position.array;

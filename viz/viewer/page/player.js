@@ -1,4 +1,4 @@
-// Where in an episode one looks: a time in ticks that plays, stands, or follows what comes.
+// The current time within an episode, in ticks. It is paused, playing, or following a live episode.
 "use strict";
 
 Evalbus.Player = class {
@@ -9,7 +9,7 @@ Evalbus.Player = class {
     this.rate = 1;
     this.isPlaying = false;
     this.isFollowing = false;
-    // At the end, for how long.
+    // How long the end has been shown.
     this.rested_s = 0;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   }
@@ -52,19 +52,19 @@ Evalbus.Player = class {
     this.rate = 1;
   }
 
-  // Goes on by so many seconds of the wall clock; whether that moved anything. What plays does not jump over what a
-  // slow frame or a hidden page has missed; what is followed does, or it would never arrive.
+  // Advances by seconds of wall time; returns whether the time has changed. Playback does not skip the time
+  // lost by a slow frame or a hidden page. Following does, because it could not catch up otherwise.
   advance(elapsed_s) {
     const before = this.tick;
     if (this.isFollowing) {
-      // What comes in bursts is shown smoothly, a tenth of a second behind.
+      // Smooths ticks that arrive in bursts, with a delay of about 0.1 s.
       const part = this.isCalm ? 1 : 1 - Math.exp(-elapsed_s / 0.12);
       this.tick = this.last - this.tick < 0.02 ? this.last : this.tick + (this.last - this.tick) * part;
     } else if (this.isPlaying) {
       this.tick = Math.min(this.last, this.tick + Math.min(0.25, elapsed_s) * this.rate / this.tickSeconds);
       if (this.tick >= this.last) this.isPlaying = false;
     }
-    // From when its end was shown.
+    // Counts from the frame in which the end was shown.
     this.rested_s = before >= this.last ? this.rested_s + elapsed_s : 0;
     return this.tick !== before;
   }

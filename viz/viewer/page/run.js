@@ -1,7 +1,8 @@
-// A run and its episodes: how often it succeeds, why it fails, who is well, what the components say.
+// Panel with a run and its episodes: success rate, failure reasons, health of the components, log.
 "use strict";
 
-// Rows of one height, of which only those in sight exist: a run may have a hundred thousand.
+// List with rows of equal height. Only the visible rows exist in the DOM, because a run may have 100,000
+// episodes.
 Evalbus.EpisodeList = class {
   constructor(place, actions) {
     const e = Evalbus.element;
@@ -36,7 +37,7 @@ Evalbus.EpisodeList = class {
     this.apply();
   }
 
-  // current, other: keys of the episodes shown; live: number of the one under way, or null.
+  // current, other: keys of the episodes shown; live: number of the episode in progress, or null.
   show(rows, current, other, live) {
     this.current = current;
     this.other = other;
@@ -156,7 +157,7 @@ Evalbus.RunPanel = class {
       this.pacing, this.healthTitle, this.health, this.logTitle, this.log);
   }
 
-  // runs: all, run: the one to show, as {info, episodes, lines}.
+  // runs: all runs; run: the one to show, as {info, episodes, lines}.
   show(runs, run, current, other) {
     const info = run.info;
     this.showRuns(runs, info.run);
@@ -236,7 +237,7 @@ Evalbus.RunPanel = class {
     this.healthTitle.hidden = this.health.hidden = components.length === 0;
     this.health.replaceChildren(...components.map((component) => {
       const silent = component.silent_s ? `silent for ${component.silent_s.toFixed(0)} s` : "";
-      // One tick is the normal way of things.
+      // A lag of one tick is normal.
       const lag = component.lag_ticks > 1 ? `${component.lag_ticks} ticks behind` : "";
       const state = [Evalbus.words(component.state), lag, silent].filter(Boolean).join(", ");
       return Evalbus.element("div", { class: component.is_bad ? "ev-component ev-bad" : "ev-component",

@@ -1,15 +1,15 @@
-// The image: a canvas with one or two episodes in it, its cameras, and when it is drawn anew: only where something
-// has changed.
+// The 3D image: a canvas that shows one or two episodes, and its cameras. It is redrawn only if something has
+// changed.
 "use strict";
 
 Evalbus.SceneView = class {
-  // Throws Error where the browser has no WebGL.
+  // Throws Error if the browser does not support WebGL.
   constructor(place, assets, palette) {
     this.place = place;
     this.assets = assets;
     this.palette = palette;
     this.canvas = Evalbus.element("canvas", { class: "ev-canvas", tabindex: "-1", "aria-label": "the scene in 3D" });
-    // A browser without WebGL says so by null; three.js would write errors into the console.
+    // Requests the context here, because three.js would log errors to the console if WebGL is missing.
     const options = { antialias: true, alpha: false, powerPreference: "high-performance", stencil: false };
     const context = this.canvas.getContext("webgl2", options) || this.canvas.getContext("webgl", options);
     if (!context) throw new Error("this browser has no WebGL");
@@ -17,7 +17,7 @@ Evalbus.SceneView = class {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.autoClear = false;
-    // Black until something is drawn on it.
+    // Hidden until the first image, because an empty canvas is black.
     this.canvas.style.visibility = "hidden";
     place.prepend(this.canvas);
     this.label = Evalbus.element("div", { class: "ev-clearance", hidden: "" });
@@ -34,11 +34,11 @@ Evalbus.SceneView = class {
     this.controls.screenSpacePanning = true;
     this.controls.addEventListener("change", () => { this.isDirty = true; });
     this.controls.addEventListener("start", () => this.setFree());
-    this.cameraName = null;  // null: free
+    this.cameraName = null;  // null: free camera
     this.fovy = 40;
     this.onCamera = () => {};
     this.onSlow = () => {};
-    this.views = [];  // {world, marks, scene} of A and, where compared, B
+    this.views = [];  // {world, marks, scene} of A and, if compared, of B
     this.isBeside = false;
     this.layers = { contacts: true, trails: true, collision: false, clearance: false, shadows: true, highlight: true };
     this.isDirty = true;
@@ -46,7 +46,7 @@ Evalbus.SceneView = class {
     this.scratch = new THREE.Vector3();
     this.watcher = new ResizeObserver(() => {
       this.resize();
-      // A canvas of a new size is black: drawn before anybody sees it.
+      // Resizing clears the canvas to black, so it is redrawn before the browser paints it.
       this.draw();
     });
     this.watcher.observe(place);
@@ -63,14 +63,15 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // In a page that scrolls, the wheel is the page's until one has pressed into the image.
+  // In a page that scrolls, the wheel zooms only after a click into the image.
   zoomOnFocus() {
     this.controls.enableZoom = false;
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
   }
 
-  // tracks: one, or two to compare. Resolves when they are drawn; a later call overtakes an earlier one.
+  // tracks: one, or two to compare. Resolves to true when they are shown, to false if a later call has
+  // replaced this one.
   async show(tracks, isBeside) {
     const turn = this.turn = (this.turn || 0) + 1;
     const scenes = await Promise.all(tracks.map((track) => this.assets.scene(track.head.scene)));
@@ -87,7 +88,7 @@ Evalbus.SceneView = class {
         scene.add(this.skyOf(world.head.sky));
         const headlight = world.head.headlight;
         if (headlight) {
-          // Shines from the camera; its place follows in draw().
+          // A light at the camera; draw() updates its position.
           scene.headlight = new THREE.DirectionalLight(new THREE.Color(...headlight.diffuse), 1);
           scene.add(scene.headlight, scene.headlight.target);
         }
@@ -107,7 +108,8 @@ Evalbus.SceneView = class {
     return true;
   }
 
-  // The same episode once more, with what was not known before. False: it looks otherwise, show() it.
+  // Replaces the data of a shown episode by more complete data of the same episode. Returns false if its
+  // appearance differs; show() must then be called.
   exchange(before, track) {
     const looks = (one) => JSON.stringify([one.head.scene, one.head.bodies, one.head.arms, one.head.appearance]);
     if (looks(before) !== looks(track)) return false;
@@ -151,7 +153,7 @@ Evalbus.SceneView = class {
     return view && view.world.cameras.find((camera) => camera.name === name);
   }
 
-  // Where the videos are taken from, but free.
+  // Moves the free camera to the pose of the video camera "overview".
   home() {
     const view = this.views[0];
     if (!view) return;
@@ -182,7 +184,7 @@ Evalbus.SceneView = class {
     this.resize();
   }
 
-  // From where it is now, round what is in its middle.
+  // Switches to the free camera at the current pose; it orbits around the point at the center of the image.
   setFree() {
     if (this.cameraName === null && this.isFreed) return;
     const way = this.camera.getWorldDirection(new THREE.Vector3());
@@ -230,7 +232,7 @@ Evalbus.SceneView = class {
     this.width = width;
     this.height = height;
     const aspect = (this.isBeside ? width / 2 : width) / height;
-    // A tall window sees as much from side to side as a video of 4 to 3.
+    // In a tall window, the horizontal field of view is at least that of a 4:3 video.
     const half = Math.tan(this.fovy * Math.PI / 360) * Math.max(1, 4 / 3 / aspect);
     this.camera.fov = 360 / Math.PI * Math.atan(half);
     this.camera.aspect = aspect;
@@ -238,7 +240,7 @@ Evalbus.SceneView = class {
     this.isDirty = true;
   }
 
-  // ticks: of A, and of B. lit: the object of the current stage, of each.
+  // ticks: of A and of B. lit: index of the current stage's object, for each.
   update(ticks, lit) {
     const color = this.litColor || (this.litColor = new THREE.Color());
     color.set(this.palette.c4).multiplyScalar(0.16);
@@ -250,7 +252,7 @@ Evalbus.SceneView = class {
     this.isDirty = true;
   }
 
-  // Called for each frame of the screen; draws if there is something new.
+  // Called for each animation frame; draws if something has changed.
   draw() {
     if (this.isGone || this.isLost || !this.views.length) return false;
     if (this.cameraName === null) {
@@ -293,8 +295,8 @@ Evalbus.SceneView = class {
       `translate(${((middle.x + 1) / 2 * width + 8).toFixed(1)}px, ${((1 - middle.y) / 2 * this.height).toFixed(1)}px)`;
   }
 
-  // Told how long a frame took in which something was drawn. A machine that draws in software gets fewer pixels and at
-  // last no shadows, rather than few frames.
+  // Adapts the quality to the time that the last drawn frame took. On machines that render in software, the
+  // resolution is reduced first and shadows are switched off last, to keep the frame rate.
   adapt(took_ms) {
     this.slow = took_ms > 70 ? this.slow + Math.min(3, took_ms / 70) : Math.max(0, this.slow - 1);
     if (this.slow < 8) return;

@@ -1,8 +1,9 @@
-// Geometry of a scene's parts: MuJoCo's shapes, meshes of blocks, and several of them made into one.
+// Geometries of a scene: MuJoCo's primitive shapes, meshes from blocks, and merged geometries.
 "use strict";
 
 Evalbus.shapes = {
-  // MuJoCo's half sizes; capsules and cylinders stand along z. `far`: how wide a plane without end is drawn.
+  // size: MuJoCo's half sizes. Capsules and cylinders are aligned with z. far: size at which an infinite
+  // plane is drawn.
   primitive(shape, size, far) {
     const [x, y, z] = size;
     const upright = (geometry) => geometry.rotateX(Math.PI / 2);
@@ -36,7 +37,7 @@ Evalbus.shapes = {
       geometry.setAttribute("normal", new THREE.BufferAttribute(block.values("normals"), 3));
       return geometry;
     }
-    // Its faces are flat.
+    // Without normals in the block, faces are flat-shaded.
     const flat = geometry.toNonIndexed();
     flat.computeVertexNormals();
     return flat;
@@ -48,8 +49,8 @@ Evalbus.shapes = {
       new THREE.Vector3(1, 1, 1));
   },
 
-  // One geometry of many {geometry, matrix, repeat}; repeat: how often an image goes into a meter, for those that are
-  // painted from above as MuJoCo does where a mesh has no coordinates of its own.
+  // Merges many {geometry, matrix, repeat} into one geometry. repeat: texture repetitions per meter; a mesh
+  // without texture coordinates is mapped from above, as in MuJoCo.
   merge(parts) {
     let vertices = 0, corners = 0;
     for (const { geometry } of parts) {

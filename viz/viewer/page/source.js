@@ -1,8 +1,8 @@
-// Where blocks come from: a server (LiveSource) or the page itself (PackedSource). Both tell `listener` what they hear,
-// as {run, episodes, log, track, ticks, connection}, and give blocks and episodes on demand.
+// Sources of blocks: a server (LiveSource) or the page itself (PackedSource). Both notify `listener` with
+// {run, episodes, log, track, ticks, connection} and load blocks and episodes on demand.
 "use strict";
 
-// Of things by key, each made once; a failure is not kept.
+// Cache of asynchronously created values by key. Failures are not cached.
 Evalbus.Once = class {
   constructor(make) {
     this.make = make;
@@ -23,10 +23,10 @@ Evalbus.LiveSource = class {
   constructor(listener) {
     this.listener = listener;
     this.isLive = true;
-    this.tracks = new Map();  // of episodes under way, by run
+    this.tracks = new Map();  // tracks of the episodes in progress, by run
     this.pause_ms = 500;
     this.blocks = new Evalbus.Once((id) => this.fetchBlock(`block/${encodeURIComponent(id)}`));
-    // Relative, for what lies before the page's own name may be the token that lets one in.
+    // Relative, because the path of the page may contain the access token.
     this.address = (path) => new URL(path, location.href);
   }
 
@@ -67,7 +67,7 @@ Evalbus.LiveSource = class {
     }
     if (block.kind === "ticks") {
       const track = this.tracks.get(run);
-      // Without the ticks between, the server gives the whole episode again.
+      // If append() fails because ticks are missing, the server sends the whole episode again.
       if (track && track.isOf(block) && track.append(block)) this.listener.ticks(track);
     }
   }
@@ -95,7 +95,7 @@ Evalbus.LiveSource = class {
     return new Evalbus.Track(await this.fetchBlock(`episode/${run}/${episode}`));
   }
 
-  // Whether episode(run, episode) can be had at all.
+  // Returns whether episode(run, episode) is available at all.
   has() {
     return true;
   }

@@ -1,7 +1,7 @@
-// One time line under everything: stages, what each gripper holds, what happened; a press anywhere goes there.
+// The timeline below the image: stages, objects held by each gripper, events. A click seeks to its time.
 "use strict";
 
-// Until where the time axis of an episode goes: its end, or while it runs a length that grows in steps.
+// End of an episode's time axis: its duration or, while it is running, a length that grows in steps.
 Evalbus.axisEnd = (track) => {
   if (track.head.is_over) return Math.max(track.last * track.tickSeconds, track.tickSeconds);
   const now = track.last * track.tickSeconds;
@@ -11,7 +11,7 @@ Evalbus.axisEnd = (track) => {
 };
 
 Evalbus.Timeline = class {
-  // onSeek(tick): while one drags, too.
+  // onSeek(tick): also called while dragging.
   constructor(place, onSeek) {
     this.onSeek = onSeek;
     this.canvas = Evalbus.element("canvas", { class: "ev-lanes" });
@@ -37,7 +37,7 @@ Evalbus.Timeline = class {
     new ResizeObserver(() => this.redraw()).observe(this.slider);
   }
 
-  // tracks: A, and B where compared.
+  // tracks: A and, if compared, B.
   show(tracks, palette) {
     this.tracks = tracks;
     this.palette = palette;
@@ -51,7 +51,7 @@ Evalbus.Timeline = class {
       });
       this.lanes.push({ kind: "events", track, label: `${which}events` });
     });
-    // As wide as the names of the lanes, but for one that is a sentence.
+    // Width of the longest label; the getter `left` limits it.
     const context = this.canvas.getContext("2d");
     context.font = `11px ${palette.font}`;
     this.labels = Math.ceil(Math.max(...this.lanes.map((lane) => context.measureText(lane.label).width)));
@@ -76,7 +76,7 @@ Evalbus.Timeline = class {
     this.onSeek(Math.round(Math.max(0, this.timeAt(event)) / this.tracks[0].tickSeconds));
   }
 
-  // What stands under the pointer.
+  // Shows a tooltip for the marks under the pointer.
   point(event) {
     if (!this.tracks) return;
     const box = this.slider.getBoundingClientRect();
@@ -163,7 +163,7 @@ Evalbus.Timeline = class {
     });
   }
 
-  // How far it is open as an area, what it holds as a bar.
+  // Draws the gripper opening as an area and the held object as a bar.
   gripper(context, { track, gripper, index }, top, lane) {
     const { LANE } = Evalbus.Timeline;
     const color = this.palette.parts[index % this.palette.parts.length];
@@ -221,7 +221,7 @@ Evalbus.Timeline = class {
 Evalbus.Timeline.LANE = 24;
 Evalbus.Timeline.AXIS = 20;
 
-// Each kind has a shape of its own, so that none needs its color.
+// Each kind has its own shape, so that marks can be distinguished without color.
 Evalbus.eventMarks = {
   grasp(context, x, y, palette) {
     Evalbus.polygon(context, [[x - 5, y - 4], [x + 5, y - 4], [x, y + 5]], palette.c2, true);
@@ -257,7 +257,7 @@ Evalbus.eventMarks = {
   },
 };
 
-// As much of a text as fits.
+// Returns as much of the text as fits, with an ellipsis.
 Evalbus.shortened = (context, text, width) => {
   if (context.measureText(text).width <= width) return text;
   let length = text.length;

@@ -1,13 +1,13 @@
-// An episode as far as it is known, tick by tick: made of a block "episode", goes on with blocks "ticks".
+// The data of an episode by tick: created from an "episode" block and extended by "ticks" blocks.
 "use strict";
 
-// Numbers that come to an end only when the episode does.
+// A typed array that grows while the episode is running.
 Evalbus.Growing = class {
   constructor(Type) {
     this.data = new Type(256);
   }
 
-  // Room for so many; what is there stays.
+  // Ensures the capacity; existing values are kept.
   fit(count) {
     if (count <= this.data.length) return;
     const larger = new this.data.constructor(Math.max(count, 2 * this.data.length));
@@ -22,20 +22,20 @@ Evalbus.Track = class {
     this.ticks = 0;
     const rowsOf = (name) => (block.has(name) ? block.shape(name)[0] : 0);
     const rows = (name, Type) => Array.from({ length: rowsOf(name) }, () => new Evalbus.Growing(Type));
-    // By tick, then by body: a frame reads one stretch of memory.
+    // Ordered by tick, then by body, so that the data of one frame is contiguous in memory.
     this.position = new Evalbus.Growing(Float32Array);
     this.quat = new Evalbus.Growing(Float32Array);
     this.rows = rows("curves", Float32Array);
     this.criteria = rows("criteria", Float32Array);
     this.holds = rows("criteria_hold", Uint8Array);
-    this.clearance = new Evalbus.Growing(Float32Array);  // 6 a tick
+    this.clearance = new Evalbus.Growing(Float32Array);  // 6 numbers per tick
     this.contactFrom = new Evalbus.Growing(Uint32Array);
-    this.contactGeoms = new Evalbus.Growing(Uint16Array);  // 2 a contact, and so on
+    this.contactGeoms = new Evalbus.Growing(Uint16Array);  // 2 numbers per contact
     this.contactPosition = new Evalbus.Growing(Float32Array);
     this.contactNormal = new Evalbus.Growing(Float32Array);
     this.contactDepth = new Evalbus.Growing(Float32Array);
     this.missing = new Set();
-    this.images = [];  // by camera: ticks, which go up, and the JPEG of each
+    this.images = [];  // by camera: ascending ticks, and one JPEG per tick
     this.version = 0;
     this.take(block, 0);
   }
@@ -51,7 +51,7 @@ Evalbus.Track = class {
     return block.head.run === this.run && block.head.episode === this.episode && block.head.attempt === this.attempt;
   }
 
-  // False where ticks between are not known: the whole episode is to come again.
+  // Returns false if ticks are missing in between; the whole episode must then be sent again.
   append(block) {
     if (block.head.from > this.ticks) return false;
     for (const [name, value] of Object.entries(block.head)) {
@@ -83,7 +83,7 @@ Evalbus.Track = class {
     ++this.version;
   }
 
-  // One that came between two blocks may be in both.
+  // An image that arrived between two blocks may be contained in both.
   takeImages(block) {
     const cameras = block.raw("image_camera"), ticks = block.raw("image_tick"), from = block.raw("image_from");
     const jpeg = block.raw("image_jpeg");
@@ -93,7 +93,7 @@ Evalbus.Track = class {
       images.ticks.push(ticks[k]);
       images.jpegs.push(jpeg.slice(from[k], from[k + 1]));
     });
-    // Of a long episode every second one, and so on.
+    // If a long episode exceeds the limit, every second image is dropped, repeatedly.
     const bytes = () => this.images.flatMap((one) => one.jpegs).reduce((sum, one) => sum + one.length, 0);
     while (bytes() > 64e6 && this.images.some((one) => one.ticks.length > 2)) {
       for (const images of this.images) {
@@ -103,7 +103,7 @@ Evalbus.Track = class {
     }
   }
 
-  // The last one of a camera by this tick; null before the first.
+  // Returns the latest image of a camera at this tick; null before the first one.
   imageAt(camera, tick) {
     const images = this.images[camera];
     if (!images) return null;
@@ -148,7 +148,7 @@ Evalbus.Track = class {
     this.transpose(block.values("contact_depth_m"), this.contactDepth, base, contacts, 1);
   }
 
-  // Pose of the body in this slot of `bodies` at a time between two ticks.
+  // Interpolates the pose of a body between two ticks. slot: index in `bodies`.
   poseAt(slot, tick, position, quaternion) {
     const bodies = this.head.bodies.length;
     const before = Math.max(0, Math.min(Math.floor(tick), this.last)), after = Math.min(before + 1, this.last);
@@ -174,7 +174,7 @@ Evalbus.Track = class {
     return growing && tick >= 0 && tick < this.ticks ? growing.data[tick] : NaN;
   }
 
-  // The newest value that is one, for curves that not every tick has.
+  // Returns the latest value that is not NaN, for curves that do not have a value at each tick.
   lastValueAt(row, tick) {
     const growing = this.rows[row];
     for (let k = Math.min(tick, this.last); growing && k >= 0; --k) {
@@ -187,7 +187,7 @@ Evalbus.Track = class {
     return this.head.curves.find((curve) => curve.name === name);
   }
 
-  // "success", "failure", "incomplete" or, while it goes on, "running".
+  // Returns "success", "failure", "incomplete" or, while the episode is running or not scored yet, "running".
   outcome() {
     if (!this.head.is_over) return "running";
     if (this.head.complete === false) return "incomplete";

@@ -1,4 +1,4 @@
-// The viewer: what is shown of which run, at what time; the rest of the page is told by it.
+// The viewer: selects the run, episode and time that are shown, and updates the other parts of the page.
 "use strict";
 
 Evalbus.Viewer = class {
@@ -12,12 +12,12 @@ Evalbus.Viewer = class {
     this.player = new Evalbus.Player();
     this.runs = new Map();
     this.shownRun = null;
-    this.tracks = [];  // A, and B
+    this.tracks = [];  // A and, if compared, B
     this.isBeside = false;
-    this.recent = new Map();  // tracks of episodes that are over, the newest last
+    this.recent = new Map();  // tracks of finished episodes, newest last
     this.problem = "";
-    this.isOpening = null;  // the episode that is being fetched
-    this.missed = null;  // what open() could not get while the server was gone
+    this.isOpening = null;  // number of the episode that is being loaded
+    this.missed = null;  // arguments of an open() that failed while the connection was lost
     this.connectionState = "connecting";
     const seek = (tick) => this.seek(tick);
     this.timeline = new Evalbus.Timeline(this.parts.lanes, seek);
@@ -41,7 +41,7 @@ Evalbus.Viewer = class {
     this.wanted = this.readHash();
     this.player.isFollowing = !this.isPacked && !this.wanted;
     this.player.isPlaying = this.player.isFollowing;
-    // Images are made only while one sees them: a page of many may not hold on to the graphics card.
+    // Renders only while the viewer is visible: several viewers on a page must not all hold GPU resources.
     new IntersectionObserver((entries) => this.setSeen(entries[entries.length - 1].isIntersecting)).observe(this.parts.view);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.palette = Evalbus.paletteOf(place);
@@ -95,7 +95,7 @@ Evalbus.Viewer = class {
     }
   }
 
-  // ---- what is heard
+  // ---- updates from the source
 
   runOf(number) {
     if (!this.runs.has(number)) this.runs.set(number, { info: { run: number }, episodes: [], lines: [], track: null });
@@ -104,7 +104,7 @@ Evalbus.Viewer = class {
 
   hearRun(head) {
     const run = this.runOf(head.run);
-    // Another one has taken its place: a server was started anew.
+    // A restarted server uses the number for a different run.
     if (run.info.name !== undefined && run.info.name !== head.name) Object.assign(run, { episodes: [], lines: [], track: null });
     const isOtherwiseHeard = run.info.is_live !== head.is_live;
     run.info = head;
@@ -135,7 +135,7 @@ Evalbus.Viewer = class {
     if (before && before.head.is_over) this.keep(before);
     const shown = this.tracks[0];
     if (shown && shown.key === track.key && shown.attempt === track.attempt) {
-      // The same once more, with what was not known before.
+      // The same attempt again, with more complete data.
       this.tracks[0] = track;
       this.player.setLength(track.ticks, track.tickSeconds);
       this.showTracks();
@@ -165,7 +165,7 @@ Evalbus.Viewer = class {
     if (this.tracks.length === 0) this.showEmpty();
   }
 
-  // A new episode has begun while one follows. The one before stays until its end has been seen.
+  // While following, switches to a new episode after the end of the previous one has been shown.
   followNewest() {
     if (!this.player.isFollowing) return;
     const run = this.runs.get(this.shownRun);
@@ -179,7 +179,7 @@ Evalbus.Viewer = class {
     this.player.rested_s = 0;
   }
 
-  // ---- what is shown
+  // ---- selection of what is shown
 
   keep(track) {
     this.recent.delete(track.key);
@@ -197,7 +197,7 @@ Evalbus.Viewer = class {
     return track;
   }
 
-  // Shows an episode from its beginning (or a time in s) and plays it, if not told otherwise.
+  // Shows an episode from its start or from time_s (seconds), and plays it unless isPlaying is false.
   async open(run, episode, time_s, isPlaying = true) {
     const turn = this.turn = (this.turn || 0) + 1;
     this.wanted = this.missed = null;
@@ -214,7 +214,7 @@ Evalbus.Viewer = class {
       if (isPlaying && !this.player.isCalm) this.player.play();
     } catch (error) {
       if (turn !== this.turn) return;
-      // Once more when the server is there again.
+      // Retried when the connection is restored.
       if (this.connectionState === "lost") this.missed = [run, episode, time_s, isPlaying];
       this.complain(new Error(`episode ${episode} cannot be shown: ${error.message}`));
     } finally {
@@ -223,7 +223,7 @@ Evalbus.Viewer = class {
     this.showAll();
   }
 
-  // Beside what is shown; null: nothing.
+  // Shows a second episode for comparison; null ends the comparison.
   async compare(run, episode, isBeside) {
     if (run === null) {
       this.setTracks(this.tracks.slice(0, 1));
@@ -233,7 +233,7 @@ Evalbus.Viewer = class {
     const turn = this.turn;
     try {
       const track = await this.trackOf(run, episode);
-      // Meanwhile another one was opened.
+      // Another episode has been opened in the meantime.
       if (turn !== this.turn || !this.tracks.length) return;
       if (isBeside !== undefined) this.isBeside = isBeside;
       this.player.isFollowing = false;
@@ -244,7 +244,7 @@ Evalbus.Viewer = class {
     this.showAll();
   }
 
-  // The episode of the same seed in the next run, null without.
+  // Returns the episode with the same seed in another run; null if there is none.
   twin() {
     const track = this.tracks[0];
     if (!track || this.runs.size < 2) return null;
@@ -287,7 +287,8 @@ Evalbus.Viewer = class {
     this.showAll();
   }
 
-  // What a link asks for; without one, in a report the first failure, and of a run that is over its first episode.
+  // Opens the episode that the URL selects. Without a selection: in a report the first failure, for a
+  // finished run its first episode.
   openFirst() {
     if (this.tracks.length || this.isOpening !== null) return;
     if (this.wanted) {
@@ -335,7 +336,8 @@ Evalbus.Viewer = class {
     return other ? [own, Math.min(tick * track.tickSeconds / other.tickSeconds, other.last)] : [own];
   }
 
-  // The object that the first stage not yet reached is about: the only one, or the one that its name names.
+  // Returns the index of the object that the first unreached stage is about: the only object, or the one that
+  // the stage's name contains; -1 if there is none.
   litObject(track, tick) {
     const objects = track.head.objects || [];
     const stage = (track.head.stages || []).find((one) => one.tick === null || one.tick > tick);
@@ -344,7 +346,7 @@ Evalbus.Viewer = class {
     return objects.findIndex((name) => `_${stage.name}_`.includes(`_${name}_`));
   }
 
-  // ---- the image
+  // ---- 3D image
 
   setSeen(isSeen) {
     this.isSeen = isSeen;
@@ -410,7 +412,7 @@ Evalbus.Viewer = class {
     this.parts.camera.value = this.scene.cameraName || "";
   }
 
-  // ---- telling the parts
+  // ---- update of the panels
 
   showAll() {
     this.showHead();
@@ -442,7 +444,7 @@ Evalbus.Viewer = class {
   showRun() {
     const run = this.runs.get(this.shownRun);
     if (!run || this.isRunDue) return;
-    // However often it is told, a frame shows it once.
+    // Updates at most once per animation frame.
     this.isRunDue = true;
     requestAnimationFrame(() => {
       this.isRunDue = false;
@@ -490,7 +492,7 @@ Evalbus.Viewer = class {
     if (run) this.conditions.show(this.tracks, run.info.is_live !== false);
   }
 
-  // The time has changed: what depends on it, and nothing else.
+  // Updates the parts that depend on the current time.
   moved() {
     if (!this.tracks.length) return;
     const ticks = this.ticksShown();
@@ -530,7 +532,7 @@ Evalbus.Viewer = class {
     if (this.hasDrawn && this.scene) this.scene.adapt(now - this.last);
     this.last = now;
     const hasMoved = this.player.advance(elapsed_s);
-    // Numbers of what comes: ten times a second is as fast as one reads.
+    // Live numbers are updated at most ten times per second.
     if (this.areNumbersOld && now - (this.shownAt || 0) > 100) {
       this.shownAt = now;
       this.showTracks();
@@ -543,7 +545,7 @@ Evalbus.Viewer = class {
     requestAnimationFrame((next) => this.frame(next));
   }
 
-  // ---- what one does
+  // ---- user actions
 
   seek(tick) {
     this.player.pause();
@@ -560,7 +562,7 @@ Evalbus.Viewer = class {
     this.writeHash();
   }
 
-  // What follows a run that is over has come to its end, too.
+  // Following has ended if the run has finished and the end of its last episode has been shown.
   isPlaying() {
     const run = this.tracks.length && this.runs.get(this.tracks[0].run);
     const isDone = run && run.info.is_over && this.tracks[0].head.is_over && this.player.tick >= this.player.last;
@@ -616,7 +618,7 @@ Evalbus.Viewer = class {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const at = event.target;
     if (at instanceof HTMLInputElement && at.type !== "checkbox" || at instanceof HTMLSelectElement || this.parts.keys.open) return;
-    // Space and Enter belong to the button that has the focus.
+    // Space and Enter activate the focused control.
     if ((event.key === " " || event.key === "Enter") && at instanceof Element && at.closest("button, summary, input, a")) return;
     const actions = {
       " ": () => this.togglePlay(), ArrowLeft: () => this.step(event.shiftKey ? -10 : -1),
@@ -630,14 +632,14 @@ Evalbus.Viewer = class {
     actions[event.key]();
   }
 
-  // ---- the address: #view:run=0,episode=3,t=1.24,other=1/3
+  // ---- URL fragment: #view:run=0,episode=3,t=1.24,other=1/3
 
   readHash() {
     let hash = location.hash;
     try {
       hash = decodeURIComponent(hash);
     } catch (error) {
-      // A lone % is nothing that we write.
+      // Ignores fragments that are not validly percent-encoded; the viewer does not write such fragments.
     }
     const match = /^#view:(.*)$/.exec(hash);
     if (!match) return null;
@@ -664,13 +666,13 @@ Evalbus.Viewer = class {
     history.replaceState(null, "", `#view:run=${track.run},episode=${track.episode},t=${time}${more}`);
   }
 
-  // ---- for tests: what stands on the page
+  // ---- access for tests
 
   get tick() {
     return this.player.shown;
   }
 
-  // World pose of a body, as drawn: {position_m, quat_wxyz}; of A, or of B.
+  // World pose of a body as drawn: {position_m, quat_wxyz}; which: 0 for A, 1 for B.
   pose(name, which = 0) {
     const world = this.scene.views[which].world;
     const index = world.head.bodies.findIndex((body) => body.name === name);
@@ -698,7 +700,7 @@ for (const place of document.querySelectorAll("[data-from]")) {
   if (place.dataset.from !== "page") {
     begin();
   } else {
-    // A report begins it when one comes near.
+    // In a report, the viewer starts when it comes near the visible part of the page.
     const watch = new IntersectionObserver((entries) => {
       if (entries.some((entry) => entry.isIntersecting)) start();
     }, { rootMargin: "300px" });

@@ -1,7 +1,8 @@
-// The bodies of one episode as a scene graph: what stands still in a few meshes, a group for each body that moves.
+// The bodies of one episode as a scene graph: static bodies are merged into a few meshes; each moving body is
+// a group.
 "use strict";
 
-// Geometry and images of blocks, kept over episodes: the robots of a run are always the same.
+// Cache of geometries and textures for all episodes, because the robots of a run do not change.
 Evalbus.Assets = class {
   constructor(source) {
     this.source = source;
@@ -23,7 +24,7 @@ Evalbus.Assets = class {
     });
   }
 
-  // {head, meshes, textures} of a scene, everything there.
+  // Returns {head, meshes, textures} of a scene when everything has been loaded.
   async scene(id) {
     const head = (await this.source.block(id)).head;
     const load = async (once, ids) => {
@@ -39,7 +40,7 @@ Evalbus.Assets = class {
 };
 
 Evalbus.World = class {
-  // look: null, or the color in which all that moves is drawn as a ghost.
+  // look: null, or the color in which moving bodies are drawn as a ghost.
   constructor(scene, track, look) {
     this.head = scene.head;
     this.track = track;
@@ -86,7 +87,7 @@ Evalbus.World = class {
     return entity && entity.object !== undefined && entity.object !== null ? entity.object : -1;
   }
 
-  // Geoms of one body and one material, or of all bodies that stand still, make one mesh.
+  // Merges geoms of the same body, or of all static bodies, into one mesh per material.
   build(geoms, materialOf) {
     const groups = new Map();
     for (const geom of geoms) {
@@ -118,8 +119,8 @@ Evalbus.World = class {
     return meshes;
   }
 
-  // OpenGL's shading of old, which MuJoCo draws with: the brightest point of a shine is light times material, for any
-  // shininess. three.js' grows with it.
+  // Matches MuJoCo's OpenGL shading, in which the maximum of a specular highlight is light times material for
+  // any shininess. In three.js it grows with the shininess.
   materialOf(geom) {
     if (this.look) return { key: "ghost", make: () => this.ghostMaterial() };
     const own = geom.material === undefined || geom.material === null ? null : this.materials[geom.material];
@@ -142,7 +143,7 @@ Evalbus.World = class {
     return { key, make, repeat: texture ? (one) => this.repeatOf(own, one) : null };
   }
 
-  // An image is laid over a shape of two half sizes once; `uniform`: over so many meters.
+  // Texture repetitions: per shape (given by two half sizes) or, if `uniform`, per meter.
   repeatOf(material, geom) {
     const [x, y] = geom.size_m || [1, 1];
     return material.repeat.map((times, k) => 0.5 * times / (material.uniform ? 1 : (k === 0 ? x : y) || 1));
@@ -192,7 +193,7 @@ Evalbus.World = class {
     let made;
     if (light.directional) {
       made = new THREE.DirectionalLight(color, 1);
-      // Shadows fall where the action is.
+      // Centers the shadow camera on the scene.
       const middle = new THREE.Vector3(...(this.head.center_m || [0, 0, 0]));
       made.target.position.copy(middle);
       made.position.copy(middle).addScaledVector(direction, -3 * reach);
@@ -224,7 +225,7 @@ Evalbus.World = class {
     });
   }
 
-  // Lit: the object that the current stage is about, -1 for none.
+  // Highlights the object of the current stage; -1 for none.
   light(object, color) {
     for (const entry of this.objectMaterials) {
       entry.material.emissive.copy(entry.emissive);
@@ -232,7 +233,7 @@ Evalbus.World = class {
     }
   }
 
-  // World pose of a place in a body's frame.
+  // World pose of a pose in a body's frame.
   placeOf(body, position, quat, into) {
     const still = this.head.bodies[body];
     const group = this.bodies[body];
