@@ -24,7 +24,8 @@ class PolicyPool {
  public:
   static constexpr std::chrono::milliseconds kGather{10};
 
-  // batch_size: maximum number of observations per request. gather: minimum time to wait for other clients.
+  // batch_size: maximum number of observations per request. gather: the pool waits up to this time for other
+  // clients, or up to the duration of the last request if that is longer.
   PolicyPool(ClientOptions server, int batch_size, std::chrono::milliseconds gather = kGather);
   // Does not wait for the server's answer; pending clients receive none.
   ~PolicyPool();
