@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
         evalbus::AddOptionsFile(app, [&](const std::string& file) {
           is_part = evalbus::metrics::IsPartOfRun(std::filesystem::path(file).parent_path());
         });
-        // Said for those who look for the replay.
+        // Nothing reads the value: the option marks this process as part of a replay for tools that list
+        // processes.
         app->add_option(evalbus::kReplayOption, replayed)->group("");
       },
       [&](evalbus::Bus* bus) { return std::make_unique<evalbus::metrics::MetricsComponent>(bus, is_part); });

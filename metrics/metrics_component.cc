@@ -9,12 +9,12 @@
 namespace evalbus::metrics {
 namespace {
 
-// RUN_SUMMARY is repeated for those who begin to listen in the middle of a run.
+// RUN_SUMMARY is repeated for observers that subscribe in the middle of a run.
 constexpr auto kRepeatSummary = std::chrono::seconds(1);
 
-// In lockstep the sim ends an episode on its verdict and on nothing else where there is one, unless the
-// policy's server fails after a success. Empty if it did, else what that verdict was: the sim went by another
-// score than ours.
+// Returns the verdict of `summary` if it contradicts the sim's end reason, else "". In lockstep, if there is
+// a verdict, the sim ends the episode on it and for no other reason, unless the policy's server fails after a
+// success. A contradiction means that the sim followed the score of another metrics process.
 std::string Conflict(const std::string& end_reason, const episode_summary_t& summary) {
   if (end_reason == end_reason::kAborted || end_reason == end_reason::kServerError ||
       summary.extended.missing_ticks + summary.extended.refused_samples > 0) {
@@ -49,7 +49,7 @@ void MetricsComponent::OnEpisodeBegin(const episode_begin_t& begin) {
     summary_.reset();
     last_ticks_.reset();
   }
-  // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
+  // EPISODE_BEGIN is repeated, so an episode whose MODEL arrives late is prepared at a later repetition.
   if (status_.state == component_status_t::IDLE) Prepare();
 }
 
@@ -83,7 +83,7 @@ void MetricsComponent::OnTickMessage(const Channel<Message>& channel, const Mess
   if (running_ && merger_.IsNear(tick)) {
     const ConflictDetector::Answer answer = conflicts_.Hear(channel, tick, bus().handled());
     if (answer == ConflictDetector::Answer::kNew && merger_.Add(message)) return ScoreTicks();
-    // The sim repeats a STATE whose PARTIAL it has not heard.
+    // The sim repeats a STATE until it has received the PARTIAL for it.
     if (answer == ConflictDetector::Answer::kConflicting) log().Warn("{}", conflicts_.conflict());
     if (answer == ConflictDetector::Answer::kRepeated && tick == partial_.header.tick) {
       bus().Publish(channels::kPartial, partial_);
@@ -102,7 +102,7 @@ void MetricsComponent::ScoreTicks() {
     status_.missing_ticks = missing_before_ + missing_here_;
     Progress(header);
     bus().Publish(channels::kPartial, partial_);
-    // Nobody waits for it.
+    // No component waits for CRITERIA, so it is published less often than PARTIAL.
     if (criteria_pace_.IsDue(header, partial_.verdict)) PublishCriteria();
   }
   if (running_ && merger_.finished()) FinishEpisode();
@@ -124,7 +124,7 @@ void MetricsComponent::OnEpisodeEnd(const episode_end_t& end) {
   }
   if (!running_ || last_ticks_) {
     ++status_.foreign_messages;
-    // The sim repeats it, lest it or the score was lost.
+    // The sim repeats EPISODE_END until it has received the score.
     if (summary_) {
       log().Info("EPISODE_END came again: says the score again");
       bus().Publish(channels::kEpisodeSummary, *summary_);
@@ -155,7 +155,7 @@ void MetricsComponent::FinishEpisode() {
   status_.missing_ticks = missing_before_ + missing_here_;
   status_.last_finished_episode = end_.header.episode;
 
-  // Which of two messages was the sim's, nobody can tell.
+  // It is unknown which of the two conflicting messages came from the sim.
   if (!conflicts_.conflict().empty()) {
     end_.end_reason = end_reason::kAborted;
     end_.detail = conflicts_.conflict();

@@ -1,6 +1,7 @@
-// The metrics process: listens to MODEL, EPISODE_BEGIN, STATE, CONTACTS and EPISODE_END; publishes PARTIAL
-// for each tick whose STATE and CONTACTS it has, CRITERIA now and then, EPISODE_SUMMARY after each episode,
-// then RUN_SUMMARY over the episodes so far; RUN_SUMMARY again once a second.
+// The metrics component. It subscribes to MODEL, EPISODE_BEGIN, STATE, CONTACTS and EPISODE_END. It publishes
+// PARTIAL for each tick whose STATE and CONTACTS it has, CRITERIA at a lower rate (see CriteriaPace),
+// EPISODE_SUMMARY after each episode, and then RUN_SUMMARY over the episodes so far. RUN_SUMMARY is repeated
+// once a second.
 #pragma once
 
 #include <memory>
@@ -25,7 +26,7 @@ class MetricsComponent : public Component {
   // Wall-clock time after EPISODE_END for which ticks may still arrive.
   static constexpr std::chrono::milliseconds kMaxWait{1000};
 
-  // is_part: the run has episodes that this component will not hear of.
+  // is_part: the run has episodes whose messages this component will not receive.
   explicit MetricsComponent(Bus* bus, bool is_part = false);
 
   void Poll(SteadyTime now) override;
@@ -36,17 +37,17 @@ class MetricsComponent : public Component {
   void OnEpisodeEnd(const episode_end_t& end);
   template <class Message>
   void OnTickMessage(const Channel<Message>& channel, const Message& message);
-  // Begins the episode entered once its model is there.
+  // Starts scoring the current episode as soon as its model has been received.
   void Prepare();
   void ScoreTicks();
   void PublishCriteria();
   void FinishEpisode();
   void PublishRunSummary();
 
-  // The last MODEL.
+  // The last MODEL received.
   std::optional<model_info_t> model_;
   bool model_is_new_ = false;
-  // Of the model that scorer_ is for.
+  // Whether the model that scorer_ was made for runs in lockstep.
   bool is_lockstep_ = false;
 
   std::unique_ptr<EpisodeScorer> scorer_;
@@ -57,13 +58,13 @@ class MetricsComponent : public Component {
   partial_metrics_t partial_{};
   CriteriaPace criteria_pace_;
   criteria_t criteria_{};
-  // Between Prepare() and FinishEpisode().
+  // True between Prepare() and FinishEpisode().
   bool running_ = false;
-  // From FinishEpisode() until the next episode begins.
+  // Set from FinishEpisode() until the next episode begins.
   std::optional<episode_summary_t> summary_;
-  // Since EPISODE_END, while ticks before it are missing.
+  // Time since EPISODE_END; set while ticks before it are missing.
   std::optional<Wait> last_ticks_;
-  // Missing ticks of the episodes before this one.
+  // Missing ticks of the earlier episodes.
   int64_t missing_before_ = 0;
   int64_t missing_here_ = 0;
   const bool is_part_;

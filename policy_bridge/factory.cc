@@ -20,11 +20,12 @@ namespace {
 
 struct Row {
   std::string name;
-  // ":WHAT", "[:WHAT]" where it may be left out, or nothing.
+  // ":WHAT", "[:WHAT]" if it is optional, or empty.
   std::string argument;
   // One line.
   std::string help;
-  // Throws InputError for a wrong argument; it is empty where the row takes none or none was given.
+  // Throws InputError for an invalid argument. `argument` is empty if the policy takes none or none was
+  // given.
   std::function<PolicyMaker(const std::string& argument)> open;
 
   std::string usage() const { return name + argument; }
@@ -77,7 +78,7 @@ PolicyMaker MakeFlawed(const std::string& flaw_name) {
   };
 }
 
-// The one table of policies. To add one: a class, and a row here.
+// The only table of policies. To add a policy, write a class and add a row here.
 std::vector<Row>& Policies() {
   static std::vector<Row> rows = {
       {"expert", "[:TASK]", "scripted, one for each task; TASK: that of another task, for a copy of it",

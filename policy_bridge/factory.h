@@ -1,4 +1,4 @@
-// Policies by name.
+// Creates policies by name.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -12,25 +12,26 @@
 
 namespace evalbus::policy {
 
-// Makes a policy for the model of a run. Throws InputError, that says which tasks the policy is for, where it
-// is not for this one.
+// Creates a policy for the model of a run. Throws InputError, with the tasks that the policy supports, if the
+// run's task is not among them.
 using PolicyMaker = std::function<std::unique_ptr<Policy>(const mjModel& model, const model_info_t& info)>;
 
-// name: NAME or NAME:ARGUMENT, as PolicyHelp() lists them. Throws InputError that lists the names, or says
-// what is wrong with the argument.
+// name: NAME or NAME:ARGUMENT, as listed by PolicyHelp(). Throws InputError with the valid names, or with the
+// reason why the argument is invalid.
 PolicyMaker FindPolicy(const std::string& name);
 
-// Both at once.
+// FindPolicy() and the call of its result.
 std::unique_ptr<Policy> MakePolicy(const std::string& name, const mjModel& model, const model_info_t& info);
 
-// The name of a policy that is a process of the user's on the bus.
+// Name of a policy that runs as an external process on the bus.
 inline constexpr char kExternalPolicy[] = "lcm";
 
-// Adds one, before any is looked for (docs/extending.md). help: one line. Throws InputError: the name has
-// other characters than letters, digits, _ and -, is taken, or means another policy.
+// Registers a policy; must be called before any FindPolicy() (docs/extending.md). help: one line. Throws
+// InputError if the name contains characters other than letters, digits, _ and -, is taken, or would select
+// another policy.
 void RegisterPolicy(const std::string& name, const std::string& help, const PolicyMaker& make);
 
-// The policies there are, a line for each, for --help.
+// List of the available policies, one line each, for --help.
 std::string PolicyHelp();
 
 }  // namespace evalbus::policy

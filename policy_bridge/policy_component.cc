@@ -16,7 +16,7 @@
 namespace evalbus::policy {
 namespace {
 
-// Empties an action and keeps the memory of its lists, so that no tick allocates.
+// Clears an action but keeps the capacity of its lists, so that ticks do not allocate.
 void Clear(action_t* action) {
   action_t empty{};
   empty.joint_position_rad.swap(action->joint_position_rad);
@@ -26,7 +26,7 @@ void Clear(action_t* action) {
   *action = std::move(empty);
 }
 
-// Throws unless a policy's action says as many numbers as it has; its encoder would read past their end.
+// Throws if a count in the action differs from the size of its list: the encoder would read past the end.
 void CheckSizes(const action_t& action) {
   const auto check = [](const char* count, int32_t set, const char* values, size_t size) {
     if (std::cmp_equal(set, size)) return;
@@ -49,14 +49,14 @@ PolicyComponent::PolicyComponent(Bus* bus, const PolicyOptions& options)
 void PolicyComponent::OnModel(const model_info_t& model) {
   if (!IsNewModel()) return;
   model_ = model;
-  model_is_new_ = true;  // for the next episode; this one goes on as it began
+  model_is_new_ = true;  // for the next episode; the current one keeps its model
 }
 
 void PolicyComponent::OnEpisodeBegin(const episode_begin_t& begin) {
   if (EnterEpisode(begin)) {
     is_starting_ = is_thinking_ = false;
   }
-  // EPISODE_BEGIN is repeated, so an episode whose MODEL comes late is prepared then.
+  // EPISODE_BEGIN is repeated, so an episode whose MODEL arrives late is prepared at a later repetition.
   if (status_.state != component_status_t::IDLE || !model_ || is_starting_) return;
   if (std::exchange(model_is_new_, false)) {
     policy_ = make_policy_(*LoadPhysicsModel(*model_), *model_);
@@ -83,13 +83,13 @@ void PolicyComponent::OnState(const state_t& state) {
   if (!IsOurs(state.header) || status_.state != component_status_t::READY) return;
   if (state.header.tick <= status_.last_tick) {
     ++status_.foreign_messages;
-    // The sim repeats a STATE whose ACTION it has not heard; a policy acts once for each.
+    // The sim repeats a STATE until it has received the ACTION for it; the policy acts once per state.
     if (state.header.tick >= 0 && state.header.tick == status_.last_tick) {
       bus().Publish(channels::kAction, action_);
     }
     return;
   }
-  // Of a state that is being thought about already.
+  // The policy is already thinking about this state.
   if (is_thinking_ && state.header.tick <= state_.header.tick) return;
   is_thinking_ = false;
   if (Act(state)) return;
@@ -102,7 +102,7 @@ bool PolicyComponent::Act(const state_t& state) {
     const bool is_done = policy_->Think(state);
     const auto now = std::chrono::steady_clock::now();
     const image_request_t* request = policy_->image_request();
-    // A new request is published at once; the period is for one that may have been lost.
+    // A new request is published at once. The repetition period is for requests that may have been lost.
     if (request && (!SameTick(request->header, observed_) || image_request_.Due(now))) {
       observed_ = request->header;
       if (!std::exchange(hears_images_, true)) {

@@ -1,7 +1,7 @@
-// A policy as a component: says READY once it has MODEL and EPISODE_BEGIN and the policy is ready, then
-// answers each STATE with an ACTION, after it has asked for the images that the policy wants to see
-// (REQUEST_IMAGE). What a policy throws while it acts travels in the action and ends the episode with
-// policy_error or server_error.
+// Runs a policy as a component. It publishes READY once it has received MODEL and EPISODE_BEGIN and the
+// policy is ready. It then answers each STATE with an ACTION, after requesting the images that the policy
+// needs (REQUEST_IMAGE). An exception that the policy throws while it acts is reported in the action and ends
+// the episode with policy_error or server_error.
 #pragma once
 
 #include <cstdint>
@@ -33,9 +33,9 @@ class PolicyComponent : public Component {
   void OnEpisodeBegin(const episode_begin_t& begin);
   void OnState(const state_t& state);
   void OnImage(std::span<const uint8_t> data);
-  // EPISODE_BEGIN is answered once the policy is ready, a state once it has thought.
+  // Publishes READY if the policy is ready.
   void StartIfReady();
-  // False while the policy thinks about the state.
+  // Publishes the ACTION for this state. Returns false while the policy is still thinking about it.
   bool Act(const state_t& state);
   void SetError(const std::string& error, bool is_server_error);
   void ThinkOn();
@@ -44,11 +44,11 @@ class PolicyComponent : public Component {
   PolicyMaker make_policy_;
   std::optional<model_info_t> model_;
   bool model_is_new_ = false;
-  // Made for model_ when the next episode begins.
+  // Created for model_ when the next episode begins.
   std::unique_ptr<Policy> policy_;
-  // Of the episode entered: EPISODE_BEGIN was heard, and the policy is not ready.
+  // EPISODE_BEGIN of the current episode has been received, but the policy is not ready.
   bool is_starting_ = false;
-  // What the policy thinks about, if it does.
+  // Whether the policy is thinking, and about which state.
   bool is_thinking_ = false;
   state_t state_{};
   // Header of the last REQUEST_IMAGE published, and when to repeat it.

@@ -41,7 +41,7 @@ std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clien
 PolicyMaker FindPolicy(const PolicyOptions& options) {
   const Latency latency = ParseLatency(options.latency);
   if (const std::optional<Contract> contract = FindContractOf(options)) {
-    MakePolicyClient(ClientOptionsOf(*contract));  // throws for an address that is none
+    MakePolicyClient(ClientOptionsOf(*contract));  // throws if the address is invalid
     return [contract = *contract, latency](const mjModel& model, const model_info_t& info) {
       return std::make_unique<RemotePolicy>(contract, latency, model, info);
     };

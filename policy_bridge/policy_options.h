@@ -1,4 +1,4 @@
-// What a policy process is told: the part of a run's options that `evalbus run` and `evalbus-policy` share.
+// Options of a policy process, shared by `evalbus run` and `evalbus-policy`.
 #pragma once
 
 #include <memory>
@@ -14,11 +14,11 @@
 namespace evalbus::policy {
 
 struct PolicyOptions {
-  // As FindPolicy takes it; a contract, by file or name; or the address of a server.
+  // A policy as accepted by FindPolicy; a contract, by file or name; or the address of a server.
   std::string policy = "expert";
-  // Of the server at such an address: as FindContract takes it.
+  // Contract for the server if `policy` is an address, as accepted by FindContract.
   std::string contract{};
-  // As ParseLatency takes it.
+  // As accepted by ParseLatency.
   std::string latency = "none";
 };
 
@@ -48,15 +48,16 @@ void ForEachOption(Options& options, const F& f) {
       options, f);
 }
 
-// The contract that these options mean, with the address of its server; nothing where the policy is none
-// behind a server. Throws InputError.
+// The contract selected by these options, with the address of its server; nothing if the policy is not behind
+// a server. Throws InputError.
 std::optional<Contract> FindContractOf(const PolicyOptions& options);
 
-// What asks the policy's server for all processes that this one starts from now on; nothing where the policy
-// is none of batches, or such a pool is there already. num_clients: how many play at the same time.
+// Creates the pool that queries the policy's server for all processes that this one starts from now on. Null
+// if the policy does not support batches, or if a pool exists already. num_clients: number of processes that
+// query the server at the same time.
 std::unique_ptr<PolicyPool> OpenPool(const PolicyOptions& options, int num_clients);
 
-// What plays. Throws InputError, as FindPolicy and FindContractOf do.
+// Creates the policy selected by these options. Throws InputError as FindPolicy and FindContractOf do.
 PolicyMaker FindPolicy(const PolicyOptions& options);
 
 }  // namespace evalbus::policy

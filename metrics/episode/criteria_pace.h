@@ -1,5 +1,5 @@
-// When CRITERIA is said: after an episode's first tick, the tick of the verdict, and others at least 50 ms of
-// simulated time apart; whoever says it adds the last tick.
+// Decides when CRITERIA is published: after an episode's first tick, at the tick of the verdict, and
+// otherwise at least 50 ms of simulated time apart. The publisher adds the last tick.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ class CriteriaPace {
     said_.reset();
     verdict_ = 0;
   }
-  // Ticks in order; verdict as in partial_metrics_t.
+  // Must be called in tick order; verdict as in partial_metrics_t.
   bool IsDue(const header_t& header, int8_t verdict) {
     const bool is_due =
         !said_ || verdict != verdict_ || header.sim_time_us >= said_->sim_time_us + kPeriod_us;
@@ -23,7 +23,7 @@ class CriteriaPace {
     verdict_ = verdict;
     return is_due;
   }
-  // It was said after this tick.
+  // Whether CRITERIA was published for this tick.
   bool IsSaid(const header_t& header) const { return said_ && said_->tick == header.tick; }
 
  private:

@@ -1,4 +1,4 @@
-// What happened to the manipulated objects of an episode, as far as failure reasons ask for it. Pure.
+// History of the manipulated objects in an episode, as needed by the failure reasons. Pure.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,10 @@ namespace evalbus::metrics {
 
 class EpisodeHistory {
  public:
-  // An object that is this much lower (m) than when a gripper last held it fell.
+  // An object fell if it is this much lower (m) than when a gripper last held it.
   static constexpr double kFall = 0.02;
-  // A gripper that holds nothing closed on nothing when its opening fell by this much of its travel.
+  // A gripper that holds nothing has closed on nothing if its opening decreased by this fraction of its
+  // travel.
   static constexpr double kClosing = 0.1;
 
   EpisodeHistory(size_t objects, size_t grippers)
@@ -26,8 +27,8 @@ class EpisodeHistory {
     touching_since_ = -1;
   }
 
-  // A tick, ticks in order, the reset state included. `holding` is [object * grippers + gripper], `height`
-  // (m) that of each object's origin.
+  // Adds a tick, in tick order, the reset state included. `holding` is indexed [object * grippers + gripper];
+  // `height` (m) is the height of each object's origin.
   void Add(int64_t tick, std::span<const double> opening, std::span<const uint8_t> holding,
            std::span<const double> height, bool touches_scene) {
     const size_t grippers = missed_.size();
@@ -55,20 +56,21 @@ class EpisodeHistory {
     }
   }
 
-  // -1: never.
+  // Last tick at which the gripper held the object; -1: never.
   int64_t LastHeldTick(size_t object, size_t gripper) const {
     return last_held_tick_[object * missed_.size() + gripper];
   }
   bool WasHeld(size_t object) const { return objects_[object].was_held; }
   bool IsHeld(size_t object) const { return objects_[object].is_held; }
-  // Let go of, or lost, and since then gone down.
+  // Whether the object was held, is no longer held, and has fallen by at least kFall since.
   bool Fell(size_t object) const {
     const Object& o = objects_[object];
     return o.was_held && !o.is_held && o.last_held_height - o.height >= kFall;
   }
-  // Closed since it last held anything (or ever), and holds nothing.
+  // Whether the gripper has closed since it last held anything (or since the episode began) and holds
+  // nothing.
   bool ClosedOnNothing(size_t gripper) const { return missed_[gripper]; }
-  // First tick of the robot's present contact with the scene, -1 where there is none.
+  // First tick of the robot's current contact with the scene; -1 if there is none.
   int64_t touching_since() const { return touching_since_; }
 
  private:

@@ -50,7 +50,7 @@ MetricsConfig MakeConfig(const ModelNames& names, const TaskDescription& task,
   return config;
 }
 
-// By finger, that is by body with pads, then geom.
+// Returns pad geoms by finger (a body with pads), then by geom id.
 std::vector<std::vector<uint8_t>> Fingers(const model_info_t& model, const gripper_info_t& gripper) {
   std::map<int, std::vector<uint8_t>> fingers;
   for (int geom : gripper.pad_geom) {
@@ -165,8 +165,7 @@ void EpisodeScorer::Tick(const state_t& state, const contacts_t& contacts) {
 }
 
 void EpisodeScorer::WatchSuccess(const state_t& state, const contacts_t& contacts) {
-  // A realtime episode may have more ticks than were asked for. A source's times are rounded to a microsecond
-  // each.
+  // Realtime episodes may have ticks after that time. 1: a source rounds each time to a microsecond.
   if (state.header.sim_time_us - 1 > decided_->sim_time_us + model_.after_success_us) return;
   evaluator_.Evaluate({state, KnownContacts(contacts)}, state.header.tick);
   holds_ = evaluator_.success_holds();
@@ -203,7 +202,7 @@ void EpisodeScorer::Score(const state_t& state, const contacts_t& contacts) {
                 .clearance = {}};
   if (contacts.has_clearance) sample.clearance = contacts.clearance_m;
 
-  // Tick 0, or the first one that arrived, is what slips are compared with; it is no sample.
+  // Tick 0, or the first tick that arrived, is the reference for slips and does not count as a sample.
   if (!started_) {
     started_ = true;
     metrics_.Start(opening_, holding_);

@@ -1,5 +1,5 @@
 // Scores the episodes of a run from STATE and CONTACTS: rollout metrics and task evaluation for one model.
-// Pure; what the metrics process does per tick, and what rescoring a log does.
+// Pure. Used at every tick by the metrics component, and for rescoring logs.
 #pragma once
 
 #include <cstdint>
@@ -25,51 +25,52 @@
 
 namespace evalbus::metrics {
 
-// The values of an episode are those of its ticks up to its first success or failure: what comes later,
-// because the sim goes on for MODEL's after_success_us or has not heard yet, changes none of them. Of the
-// ticks later than a first success it is only told how long success held.
+// The values of an episode are those of its ticks up to the first success or failure. Later ticks occur
+// because the sim continues for MODEL's after_success_us, or because it has not yet received the verdict.
+// They change no value; after a success they only determine how long success held.
 class EpisodeScorer {
  public:
-  // Throws InputError where the task does not fit the model.
+  // Throws InputError if the task does not fit the model.
   EpisodeScorer(const model_info_t& model, const TaskDescription& task);
   EpisodeScorer(const EpisodeScorer&) = delete;
   EpisodeScorer& operator=(const EpisodeScorer&) = delete;
 
   void Start();
 
-  // The next tick, ticks in order; missing ones are counted from the gap. The first tick is the reset state.
-  // Contents that are not finite or do not fit the model are refused and counted.
+  // Adds the next tick, in tick order; missing ticks are counted from the gap. The first tick is the reset
+  // state. Ticks with non-finite numbers, or that do not fit the model, are refused and counted.
   void Tick(const state_t& state, const contacts_t& contacts);
 
-  // The ticks between the last one and this one (the last of the episode) are missing too.
+  // Counts the ticks between the last one added and last_tick, the episode's last, as missing.
   void EndAt(int64_t last_tick);
 
-  // The score after the last tick.
+  // Score after the last tick added.
   void Partial(partial_metrics_t* partial) const;
-  // How every condition of the verdict stands after the last tick (TaskEvaluator::Criteria).
+  // State of every condition of the verdict after the last tick (TaskEvaluator::Criteria).
   void Criteria(criteria_t* criteria) const;
-  // The final score; header and what else comes from the sim is copied from its messages. Not complete where
-  // ticks are missing, samples were refused, the policy's server failed, or the episode was cut short:
-  // aborted, or ended on a verdict that these ticks do not give.
+  // Final score; its header and the members set by the sim are copied from the sim's messages. The episode is
+  // incomplete if ticks are missing, samples were refused, the policy's server failed, or the episode was cut
+  // short: aborted, or ended on a verdict that these ticks do not confirm.
   episode_summary_t Summary(const episode_begin_t& begin, const episode_end_t& end) const;
 
-  // As in partial_metrics_t.
+  // Verdict as in partial_metrics_t.
   int8_t verdict() const;
-  // Simulated time of its tick, microseconds; nothing without one.
+  // Simulated time of the verdict's tick, microseconds; nothing without a verdict.
   std::optional<int64_t> verdict_time_us() const;
   int64_t missing_ticks() const { return missing_ticks_; }
   int64_t refused_samples() const { return unfit_ticks_ + metrics_.refused_samples(); }
 
  private:
   bool Fits(const state_t& state) const;
-  // Those of a tick but for the geoms of objects whose poses are not known.
+  // The contacts of a tick without those of objects whose poses are unknown.
   std::span<const contact_t> KnownContacts(const contacts_t& contacts);
-  // Sets holding_ and pinched_.
+  // Sets holding_ and pinched_ from the contacts.
   void FindHolds(std::span<const contact_t> contacts);
-  // A tick up to the verdict, and one later than it.
+  // Score() handles a tick up to the verdict, WatchSuccess() a later one.
   void Score(const state_t& state, const contacts_t& contacts);
   void WatchSuccess(const state_t& state, const contacts_t& contacts);
-  // Fills in every member; with what is too dear to be evaluated at every tick where the episode is over.
+  // Fills in every member. is_over: the episode has ended; also computes the values that are too expensive to
+  // compute at every tick.
   void FillExtended(bool is_over, extended_metrics_t* extended) const;
 
   model_info_t model_;
@@ -82,9 +83,9 @@ class EpisodeScorer {
   FirstCollision first_collision_;
   std::vector<int> stage_index_;
   std::vector<contact_t> known_contacts_;
-  // What STATE must have at least, for the joints of MODEL.
+  // Minimum number of joint coordinates in STATE, as required by the joints of MODEL.
   int num_coordinates_ = 0;
-  std::vector<std::vector<std::vector<uint8_t>>> fingers_;  // by gripper, finger, geom: its pads
+  std::vector<std::vector<std::vector<uint8_t>>> fingers_;  // pads by gripper, finger, geom
   std::vector<std::vector<uint8_t>> objects_;               // by object, then geom
   std::vector<int> object_body_;
 
@@ -97,12 +98,12 @@ class EpisodeScorer {
   int64_t unreachable_poses_ = 0;
   int64_t singular_poses_ = 0;
   int64_t deadline_misses_ = 0;
-  // Of the tick with the verdict.
+  // Header of the tick at which the verdict was reached.
   std::optional<header_t> decided_;
-  // Ticks later than that at which success held, and whether it does at the last of them.
+  // Number of ticks after the verdict at which success held, and whether it holds at the last of them.
   int64_t held_ticks_ = 0;
   bool holds_ = false;
-  // Storage of the sample, kept.
+  // Storage of the current sample, reused.
   std::vector<ArmSample> arms_;
   std::vector<double> opening_;
   std::vector<uint8_t> holding_;

@@ -13,10 +13,10 @@
 namespace evalbus::metrics {
 namespace {
 
-// More slips are summed up in words; the data have them all.
+// If there are more slips, the text only counts them; the data list all.
 constexpr size_t kSlipsInText = 2;
 
-// Geoms without a name of their own share their body's.
+// Collisions by geom name; geoms without a name share the name of their body.
 std::map<std::string, int64_t> CollisionsByName(const ModelNames& names, const RolloutMetrics& metrics) {
   std::map<std::string, int64_t> collisions;
   for (const auto& [geom, count] : metrics.env_collisions().counts()) {
@@ -46,7 +46,7 @@ std::string Text(const explanation_t& e, const std::string& reason, double time,
   if (reason == end_reason::kNotJudged) {
     text += " (what success or failure asks for is not known: poses of objects are missing)";
   }
-  // Of an `any`, several operands may wait for the same.
+  // Several operands of an `any` may wait for the same condition.
   std::set<std::string> said;
   for (const condition_t& condition : e.condition) {
     if (!said.insert(condition.text).second) continue;

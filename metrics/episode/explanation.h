@@ -1,4 +1,4 @@
-// How an episode ended, in data and in words.
+// Explains how an episode ended, as data and as text.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace evalbus::metrics {
 
-// The first contact of the robot with the scene; tick 0: none.
+// First contact of the robot with the scene; tick 0: none.
 struct FirstCollision {
   int64_t tick = 0;
   SceneContact contact{};
 };
 
-// `reason` is FailureReason(outcome). The text of the result is one sentence: reason, time, what decided,
-// last stage, first collision, slips.
+// `reason` is FailureReason(outcome). The text of the result is one sentence: reason, time, deciding
+// conditions, last stage, first collision, slips.
 explanation_t Explain(const EpisodeOutcome& outcome, const std::string& reason, const RolloutMetrics& metrics,
                       const FirstCollision& collision, const std::vector<GraspInterval>& grasps);
 

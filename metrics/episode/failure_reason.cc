@@ -11,12 +11,12 @@ namespace {
 // A robot that touches the scene for this long (s) up to the end is stuck.
 constexpr double kStuck = 1;
 
-// An operand that stands for an entity or a part of it.
+// Whether the operand names the entity or a part of it.
 bool IsPartOf(const std::string& operand, const std::string& entity) {
   return operand == entity || operand.starts_with(entity + "/");
 }
 
-// Index of the object that an operand belongs to, -1 where it is none.
+// Index of the object that an operand belongs to; -1 if it belongs to none.
 int ObjectOf(const std::string& operand, const model_info_t& model) {
   for (int k = 0; k < model.num_objects; ++k) {
     if (IsPartOf(operand, model.object_name[k])) return k;
@@ -32,7 +32,8 @@ bool IsOfRobot(const std::string& operand, const model_info_t& model) {
                      [&](const gripper_info_t& gripper) { return operand == gripper.name + "_gripper"; });
 }
 
-// An object of the condition that a gripper has held, if there is one.
+// Whether the condition is about an object that a gripper has held. still_held: it may still be held;
+// otherwise it must have been released.
 bool IsAboutAHeldObject(const condition_t& condition, const EpisodeOutcome& outcome, bool still_held) {
   for (const std::string* operand : {&condition.subject, &condition.other}) {
     const int object = ObjectOf(*operand, outcome.names.model());
@@ -64,7 +65,8 @@ bool Dropped(const EpisodeOutcome& outcome) {
   return false;
 }
 
-// Lost, and since then held neither by this gripper nor, unless this one is asked for, by another.
+// Whether an object slipped from a gripper and that gripper has not held it since. If another gripper holds
+// it now, it counts only if the task requires the gripper that lost it.
 bool Slipped(const EpisodeOutcome& outcome) {
   return std::any_of(outcome.slips.begin(), outcome.slips.end(), [&](const Slip& slip) {
     if (outcome.history.LastHeldTick(slip.object, slip.gripper) >= slip.tick) return false;
@@ -83,13 +85,14 @@ bool Stuck(const EpisodeOutcome& outcome) {
   return since >= 0 && TickTime(outcome.last_tick - since, dt) >= kStuck;
 }
 
-// A gripper that is asked to hold an object, and has never held it, closed on nothing.
+// Whether a gripper that should hold an object has closed on nothing and has never held it.
 bool Missed(const EpisodeOutcome& outcome) {
   return std::any_of(outcome.unmet.begin(), outcome.unmet.end(), [&](const condition_t& condition) {
     if (condition.kind != condition_t::HOLDING || condition.holds) return false;
     const int object = ObjectOf(condition.subject, outcome.names.model());
     if (object < 0) return false;
-    // Of "any" and "first" one would do; of "other" one that has not held it yet.
+    // For "any" and "first", one gripper that has held the object is enough; for "other", look for one that
+    // has not.
     if ((condition.other == "any" || condition.other == "first") && outcome.history.WasHeld(object))
       return false;
     for (int k = 0; k < outcome.names.model().num_grippers; ++k) {

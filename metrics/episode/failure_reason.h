@@ -1,4 +1,5 @@
-// Why an episode did not succeed, as one word of a fixed list. The rules are those of docs/metrics.md.
+// Classifies why an episode did not succeed, as one identifier of a fixed list. docs/metrics.md lists the
+// rules.
 #pragma once
 
 #include <cstdint>
@@ -13,28 +14,28 @@
 
 namespace evalbus::metrics {
 
-// The sim ended the episode on a verdict that the ticks at hand do not give.
+// The sim ended the episode on a verdict that the available ticks do not confirm.
 inline constexpr char kUnconfirmed[] = "unconfirmed";
 
-// How an episode ended, and what is known of it.
+// Outcome of an episode and the data from which the failure reason is derived.
 struct EpisodeOutcome {
   const ModelNames& names;
   const EpisodeHistory& history;
   const std::vector<Slip>& slips;
   Verdict verdict = Verdict::kUndecided;
-  // False where what success or failure asks for is not known.
+  // False if the source does not provide what success or failure depends on.
   bool can_succeed = true;
   bool out_of_bounds = false;
-  // As in episode_end_t, and the last tick with a sample.
+  // End reason as in episode_end_t, and the last tick with a sample.
   std::string end_reason;
   int64_t last_tick = 0;
-  // What decided: see explanation_t.
+  // Deciding conditions; see explanation_t.
   std::vector<condition_t> conditions;
-  // Why each stage that was not reached is not, and why it is no success.
+  // For each stage that was not reached, and for success: the conditions that are not met.
   std::vector<condition_t> unmet;
 };
 
-// Empty on success; of an invalid episode server_error, whatever the verdict was.
+// Returns an empty string on success, and server_error for an invalid episode, whatever its verdict.
 std::string FailureReason(const EpisodeOutcome& outcome);
 
 }  // namespace evalbus::metrics

@@ -8,9 +8,9 @@
 namespace evalbus::metrics {
 
 enum class MetricAvailability::Need {
-  kPhysics,                // what only a physics engine knows (model_info_t.has_physics)
+  kPhysics,                // quantities that only a physics engine provides (model_info_t.has_physics)
   kObjects,                // the poses of all manipulated objects
-  kForbiddenContactGeoms,  // those of objects with parts that must not be touched, which count as scene
+  kForbiddenContactGeoms,  // poses of objects with parts that must not be touched, which count as scene
   kStages,                 // every stage of the task can be judged
   kVerdict,                // success and failure can be judged
 };
@@ -20,7 +20,8 @@ struct MetricAvailability::Row {
   Need need;
 };
 
-// What is not here needs joint positions alone. Velocities that are differences of positions are no lack.
+// Metrics that are not listed need joint positions only. Velocities computed as differences of positions are
+// sufficient.
 const MetricAvailability::Row MetricAvailability::kNeeds[] = {
     {"subtask_progress", Need::kStages},
     {"slip_count", Need::kObjects},

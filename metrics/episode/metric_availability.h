@@ -1,5 +1,6 @@
-// Which values a run can have that was not simulated by us: what its source does not know is absent, not zero
-// (docs/metrics.md, "What a source must know"). One table says what each metric needs. Pure.
+// Determines which values are available for a run from an external source. Metrics whose inputs the source
+// does not provide are omitted, not reported as zero (docs/metrics.md, "What a source must know"). A single
+// table lists what each metric needs. Pure.
 #pragma once
 
 #include "evalbus/extended_metrics_t.hpp"

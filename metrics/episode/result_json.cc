@@ -24,7 +24,7 @@ ordered_json ByArm(const metric_values_t& v, const std::vector<double>& values) 
   return values.size() == 1 ? ordered_json(values[0]) : ByName(v.arm_name, values);
 }
 
-// Whether the dictionary has it; the kind says the rest.
+// Whether the dictionary contains the metric; depends on its kind.
 bool IsThere(const MetricInfo& metric, const metric_values_t& v) {
   switch (metric.kind) {
     case MetricKind::kByStage:
@@ -35,7 +35,7 @@ bool IsThere(const MetricInfo& metric, const metric_values_t& v) {
     case MetricKind::kByName:
       return !(v.*metric.names).empty();
     default:
-      // RoboEval's two slip counts are always there.
+      // RoboEval's two slip counts are always present.
       return IsTracked(metric, v) || metric.track->member == &metric_values_t::tracks_slippage;
   }
 }

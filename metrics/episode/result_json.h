@@ -1,5 +1,5 @@
-// Metric values as JSON with the names, nesting and value types of RoboEval's result dictionary, as
-// lcmtypes/metric_catalog.h has them.
+// Metric values as JSON with the names, nesting and value types of RoboEval's result dictionary, as listed in
+// lcmtypes/metric_catalog.h.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,21 +13,21 @@
 
 namespace evalbus::metrics {
 
-// Keys of what is not tracked or has no sample are absent. Values by arm are {"left": , "right": } for two
-// arms, plain numbers for one.
+// Metrics that are not tracked, or have no sample, have no key. Values by arm are {"left": , "right": } for
+// two arms, and plain numbers for one.
 nlohmann::ordered_json ResultJson(const metric_values_t& values);
 
-// Our own metrics; for the key "extended" beside the dictionary above. null where there is no value. `values`
-// gives the names of stages.
+// The metrics defined by evalbus; value of the key "extended" beside the dictionary above. null for a value
+// that does not exist. `values` provides the names of the stages.
 nlohmann::ordered_json ExtendedJson(const extended_metrics_t& extended, const metric_values_t& values);
 
-// For the key "explanation" (docs/run_folder.md).
+// Value of the key "explanation" (docs/run_folder.md).
 nlohmann::ordered_json ExplanationJson(const explanation_t& explanation);
 
-// For the key "parameters" of an episode that evalbus simulates: what was drawn for its start.
+// Value of the key "parameters" of an episode that evalbus simulates: its randomized start parameters.
 nlohmann::ordered_json ParametersJson(const episode_begin_t& begin);
 
-// The numbers that statistics are made of: the same as of the line of episodes.jsonl.
+// Numbers for the statistics: the same as those read from the episode's line in episodes.jsonl.
 EpisodeResult ResultOf(const episode_begin_t& begin, const episode_summary_t& summary);
 
 }  // namespace evalbus::metrics

@@ -1,6 +1,6 @@
-// All metrics of one episode, fed tick by tick and readable at any tick. Pure: no bus, no clock, no file.
-// Definitions: docs/metrics.md. Each formula is an accumulator in a header of its own, RoboEval's in
-// roboeval/, ours in extended/ (see extended_metric.h).
+// All metrics of one episode, updated tick by tick and readable at any tick. Pure: no bus, no clock, no file.
+// Definitions: docs/metrics.md. Each formula is an accumulator in a header of its own: RoboEval's in
+// roboeval/, those defined by evalbus in extended/ (see extended_metric.h).
 #pragma once
 
 #include <cstdint>
@@ -27,19 +27,19 @@ namespace evalbus::metrics {
 
 class RolloutMetrics {
  public:
-  // Throws std::invalid_argument for a config that makes no sense (dt or a window not positive).
+  // Throws std::invalid_argument if dt or a window is not positive.
   explicit RolloutMetrics(MetricsConfig config);
 
-  // Begins an episode from the reset state (tick 0); nothing of the previous episode remains. An opening that
-  // is not finite is a refused sample.
+  // Begins an episode from the reset state (tick 0) and discards the previous episode. If a gripper opening
+  // is not finite, the reset state counts as a refused sample.
   void Start(std::span<const double> gripper_opening, std::span<const uint8_t> holding);
 
-  // One tick. Returns false and changes nothing but refused_samples() where a number is not finite, a
-  // quaternion cannot be normalized or a size differs from the config. Where ticks are missing the lengths go
-  // on from the last sample and the jerk from the next four in a row.
+  // Adds one tick. If a number is not finite, a quaternion cannot be normalized or a size differs from the
+  // config, returns false and changes nothing but refused_samples(). If ticks are missing, path lengths
+  // continue from the last sample and the jerk resumes after four consecutive samples.
   bool Step(const Sample& sample);
 
-  // These describe the state after the last Step() (or Start()).
+  // These setters describe the state after the last Step() (or Start()).
   void SetStage(int index, bool reached) { stages_.Set(index, reached, time_); }
   void SetTargetDistance(size_t index, double value) { target_distance_[index] = value; }
   void SetPoseError(size_t index, double value) { pose_error_[index] = value; }
@@ -47,10 +47,10 @@ class RolloutMetrics {
 
   int64_t refused_samples() const { return refused_samples_; }
   const MetricsConfig& config() const { return config_; }
-  // Simulated seconds of the last sample since the episode began.
+  // Simulated time of the last sample since the episode began, s.
   double time() const { return time_; }
 
-  // Fills in every member; no allocation when *values was filled by the same object before.
+  // Fills in every member. Does not allocate if this object has filled *values before.
   void Values(metric_values_t* values) const;
   const ExtendedMetrics& extended() const { return extended_; }
 
@@ -58,11 +58,11 @@ class RolloutMetrics {
   const EnvCollisions& env_collisions() const { return std::get<EnvCollisions>(roboeval_); }
   const SelfCollisions& self_collisions() const { return std::get<SelfCollisions>(roboeval_); }
   const std::vector<Slip>& slips() const { return std::get<SlipCounter>(roboeval_).slips(); }
-  // Of the robot with the scene, at the last sample; valid until the next Step() or Start().
+  // Contacts between robot and scene in the last sample; valid until the next Step() or Start().
   std::span<const SceneContact> scene_contacts() const { return deriver_.contacts().scene(); }
 
  private:
-  // One of each type.
+  // One accumulator of each type.
   template <class... Metric>
   struct All : std::tuple<Metric...> {
     explicit All(const MetricsConfig& config) : std::tuple<Metric...>(Metric(config)...) {}
@@ -83,8 +83,8 @@ class RolloutMetrics {
   std::vector<double> pose_error_;
 
   Stages stages_;
-  // RoboEval's: each has a constructor from MetricsConfig, kTracked, the flag that switches it, Start, Add
-  // and Values, which fills its members of the message. A new one is a line here, and a row in
+  // RoboEval's metrics. Each class has a constructor from MetricsConfig, kTracked (the flag that enables it),
+  // Start, Add, and Values, which fills its members of the message. To add one, add it here and add a row to
   // lcmtypes/metric_catalog.cc.
   All<SlipCounter, EnvCollisions, SelfCollisions, ArmSpeedDifference, GripperHeightDifference, CartesianPath,
       JointPath, OrientationPath, CartesianJerk, JointJerk>

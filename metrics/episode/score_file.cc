@@ -26,11 +26,11 @@ namespace {
 using nlohmann::json;
 namespace ondemand = simdjson::ondemand;
 
-// A value inside the document, which knows its path ("steps[3].left.joint_position") by the value that it is
-// in: that one must live as long.
+// A value in the document together with its path ("steps[3].left.joint_position"). The path is derived from
+// the parent Node, which must outlive this one.
 class Node {
  public:
-  // The document, or a value in it at a path that begins with a key of its own.
+  // The document itself, or a value in it, at a path that starts with a key.
   Node(const json* value, const std::string* file, std::string path = "")
       : value_(value), file_(file), path_(std::move(path)) {}
 
@@ -42,7 +42,7 @@ class Node {
                      ", got " + got);
   }
 
-  // An object with exactly these keys, or also some of the optional ones.
+  // Requires an object with exactly the `required` keys; `optional` ones may be present.
   void CheckKeys(const std::vector<std::string>& required,
                  std::initializer_list<const char*> optional = {}) const {
     if (!value_->is_object()) Fail("an object");
@@ -76,7 +76,7 @@ class Node {
     return value_->get<bool>();
   }
   int Integer(int lowest, int highest) const {
-    // Both checks: an unsigned value beyond int64 would wrap into range.
+    // Both checks are needed: an unsigned value beyond int64 would wrap into range.
     if (!value_->is_number_integer() || value_->get<double>() < lowest || value_->get<double>() > highest) {
       Fail("an integer from " + std::to_string(lowest) + " to " + std::to_string(highest));
     }
@@ -96,7 +96,7 @@ class Node {
     if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) Fail("a name");
     return value_->get<std::string>();
   }
-  // Exactly that many.
+  // Requires exactly out.size() numbers.
   void Numbers(std::span<double> out) const {
     if (!value_->is_array() || value_->size() != out.size()) {
       Fail(std::to_string(out.size()) + " numbers" +
@@ -128,7 +128,7 @@ class Node {
   const std::string* file_;
   std::string path_;
   const Node* parent_ = nullptr;
-  // In the parent: the key, or null and the index.
+  // Key in the parent, or null if the parent is an array; then index_ is the index.
   const std::string* key_ = nullptr;
   size_t index_ = 0;
 };
@@ -150,7 +150,7 @@ std::vector<ArmConfig> ReadArms(const Node& robot) {
   return arms;
 }
 
-// robot, scene and ignored are disjoint and together all ids.
+// robot, scene and ignored must be disjoint and together contain every geom id.
 std::vector<GeomOwner> ReadGeoms(const Node& geoms) {
   geoms.CheckKeys({"count", "robot", "scene", "ignored"}, {"arms", "objects", "names"});
   const int count = geoms["count"].Integer(0, 10'000'000);
@@ -205,7 +205,7 @@ MetricsConfig ReadConfig(const Node& episode, const ScoreOptions& options) {
   return config;
 }
 
-// Of a final value, which is null, a number, or an object of names and numbers.
+// Reads a final value: null, a number, or an object of names and numbers.
 void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<double>* numbers) {
   if (value.value().is_number()) {
     names->emplace_back();
@@ -221,8 +221,9 @@ void ReadFinal(const Node& value, std::vector<std::string>* names, std::vector<d
   }
 }
 
-// Steps as simdjson reads them, whose errors say little. What follows throws them, too, of whatever is not
-// surely right; then nlohmann's library has the step, and Node says what is wrong with it.
+// Fast reading of steps with simdjson, whose error messages are poor. The functions below throw simdjson's
+// errors, also for anything that is not certainly valid. The step is then parsed again with nlohmann's
+// library, and Node reports the error.
 void Need(bool right) {
   if (!right) throw simdjson::simdjson_error(simdjson::INCORRECT_TYPE);
 }
@@ -231,16 +232,16 @@ double NumberOf(ondemand::value value) {
   const bool whole = value.is_integer();
   const std::string_view token = value.raw_json_token();
   double number = value;
-  // Debian 12's simdjson makes 0.03 of 0.95000000000000000000: more digits than an integer holds (its issue
-  // 2093).
+  // Debian 12's simdjson reads 0.95000000000000000000 as 0.03, because it has more digits than an integer
+  // holds (simdjson issue 2093).
   if (token.size() > 20) {
     Need(std::from_chars(token.data(), token.data() + token.size(), number).ec == std::errc());
   }
-  // Of whole numbers there is one zero: -0 becomes 0.
+  // -0 written as an integer becomes 0.
   return whole ? number + 0.0 : number;
 }
 
-// Exactly that many.
+// Requires exactly numbers.size() numbers.
 void ReadNumbers(ondemand::array array, std::span<double> numbers) {
   size_t size = 0;
   for (ondemand::value value : array) {
@@ -250,7 +251,7 @@ void ReadNumbers(ondemand::array array, std::span<double> numbers) {
   Need(size == numbers.size());
 }
 
-// Exactly these keys; read(k, value) reads the k-th's value.
+// Requires exactly these keys; read(k, value) reads the value of keys[k].
 void ReadObject(ondemand::object object, const std::vector<std::string>& keys, auto read) {
   std::bitset<64> seen;
   Need(keys.size() <= seen.size());
@@ -265,7 +266,7 @@ void ReadObject(ondemand::object object, const std::vector<std::string>& keys, a
 
 constexpr int kMaxGeom = std::numeric_limits<int>::max();
 
-// A step: storage that its Sample points into, read by either library.
+// One step: the storage that its Sample points into, filled by either JSON library.
 class Step {
  public:
   explicit Step(const MetricsConfig& config)
@@ -285,7 +286,7 @@ class Step {
     }
   }
 
-  // Gripper opening and holding of an arm, at the start and in each step.
+  // Reads the gripper opening and holding flags of an arm, in the initial state and in each step.
   void ReadGripper(const Node& arm, size_t k) {
     opening_[k] = arm["gripper_opening"].Number();
     arm["holding"].CheckKeys(config_.objects);
@@ -401,7 +402,7 @@ class Step {
 
   const MetricsConfig& config_;
   std::vector<std::string> keys_;
-  // Cases of ReadArm().
+  // The order matches the cases of ReadArm().
   std::vector<std::string> arm_keys_ = {"joint_position",   "joint_velocity",  "wrist_position",
                                         "wrist_quaternion", "gripper_opening", "holding"};
   double time_ = 0;
@@ -414,10 +415,10 @@ class Step {
 
 constexpr const char* kNeeded[] = {"robot", "control_frequency", "control_dt", "config", "geoms", "initial"};
 
-// What is read of a text at once: many steps, since the last one is mostly cut off.
+// Size of the text that is parsed at once. It holds many steps, since the last one is usually cut off.
 constexpr size_t kTextSize = 1 << 16;
 
-// An episode whose steps come one after the other.
+// An episode whose steps are read one after the other.
 class Trajectory {
  public:
   Trajectory(std::string file, const ScoreOptions& options) : file_(std::move(file)), options_(options) {
@@ -427,7 +428,8 @@ class Trajectory {
     }
   }
 
-  // Takes the next step where the document so far says how steps are to be read.
+  // Adds the next step. Returns false if the document read so far lacks the keys that are needed to interpret
+  // steps.
   bool Take(const json& document, const json& step) {
     if (!metrics_) {
       for (const char* key : kNeeded) {
@@ -439,10 +441,10 @@ class Trajectory {
     return true;
   }
 
-  // Takes as many steps as it can from the text behind one that was taken.
+  // Adds as many steps as possible from the text that follows a step added before.
   LastTaken TakeText(std::string_view text) {
-    // An array: a number in place of the step before, the steps, and perhaps a part of one, at which simdjson
-    // stops. Blanks, since it looks at what is behind the array.
+    // Builds an array of a number in place of the previous step, the complete steps, and possibly part of
+    // another, at which simdjson stops. The blanks are the padding that simdjson may read past the end.
     text = text.substr(0, kTextSize);
     text_.reserve(kTextSize + 3 + simdjson::SIMDJSON_PADDING);
     text_.assign("[0").append(text.substr(0, text.rfind('}') + 1)).append("]");
@@ -469,7 +471,7 @@ class Trajectory {
     return last;
   }
 
-  // With the steps that are left in the document.
+  // Result including the steps that remain in the document.
   nlohmann::ordered_json Result(const json& document) {
     const Node episode(&document, &file_);
     episode.CheckKeys({"robot", "control_frequency", "control_dt", "config", "geoms", "initial", "steps",
@@ -495,7 +497,7 @@ class Trajectory {
                          " overflows");
       }
     }
-    // An empty set is one, too.
+    // An empty object is a set too.
     if (finalize["target_distance"].value() == json::object()) result["target_distance"] = json::object();
     if (finalize["pose_error"].value() == json::object()) result["object_pose_error"] = json::object();
     return result;

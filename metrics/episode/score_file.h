@@ -1,4 +1,5 @@
-// A recorded trajectory as JSON (docs/metrics.md, "Scoring a recorded trajectory"), scored without any bus.
+// Scores a recorded trajectory given as JSON (docs/metrics.md, "Scoring a recorded trajectory"), without a
+// bus.
 #pragma once
 
 #include <filesystem>
@@ -10,18 +11,18 @@
 namespace evalbus::metrics {
 
 struct ScoreOptions {
-  // Collisions are looked at every this many steps, >= 1. The reference implementation looks every
-  // slip_sample_window steps; 0 takes that window.
+  // Collisions are evaluated every this many steps, >= 1. 0: every slip_sample_window steps, as in the
+  // reference implementation.
   int collision_sample_window = 1;
 };
 
-// The result dictionary of one episode. `file` is what error messages call the source. Throws InputError: one
-// line with file, key and what was expected.
+// Returns the result dictionary of one episode. `file` is the name of the source in error messages. Throws
+// InputError, one line with file, key and what was expected.
 nlohmann::ordered_json ScoreEpisode(const nlohmann::json& episode, const std::string& file,
                                     const ScoreOptions& options = {});
 
-// Likewise of a file, of any length: of its steps one at a time is in memory, where those come after what
-// they need (all but "stages" and "finalize").
+// Same for a file of any length: only one step at a time is in memory, provided that the steps follow
+// everything that they need (all keys but "stages" and "finalize").
 nlohmann::ordered_json ScoreFile(const std::filesystem::path& file, const ScoreOptions& options = {});
 
 }  // namespace evalbus::metrics

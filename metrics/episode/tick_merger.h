@@ -1,5 +1,5 @@
-// Pairs STATE and CONTACTS by tick and hands the pairs out in tick order, whatever order they arrived in.
-// Pure.
+// Pairs STATE and CONTACTS by tick and returns the pairs in tick order, in whatever order the messages
+// arrive. Pure.
 #pragma once
 
 #include <cstdint>
@@ -18,30 +18,32 @@ class TickMerger {
     const contacts_t* contacts;
   };
 
-  // A gap is given up on once this many later ticks are complete, or after GiveUp().
+  // A gap is skipped once this many later ticks are complete, or after GiveUp().
   static constexpr int kMaxCompleteAhead = 100;
 
   // Begins an episode.
   void Start();
 
-  // Ticks further ahead of the next pair than this are not kept: no publisher of ours is so far ahead.
+  // Messages that are at least this many ticks ahead of the next pair are dropped; no evalbus publisher is
+  // that far ahead.
   static constexpr int64_t kMaxAhead = 4096;
   bool IsNear(int64_t tick) const { return tick >= 0 && tick - next_tick_ < kMaxAhead; }
 
-  // A copy is kept until its pair was handed out. Returns false, and counts in duplicates(), for a tick that
-  // was added before, handed out or given up on, too far ahead, or beyond the end.
+  // Keeps a copy of the message until its pair has been returned. Returns false, and counts the message in
+  // duplicates(), if its tick was added before, has already been returned or skipped, is too far ahead, or is
+  // beyond the end.
   bool Add(const state_t& state);
   bool Add(const contacts_t& contacts);
 
-  // The next pair if it is there; valid until the next call of any member. Ticks that were given up on are
-  // skipped and counted in missing().
+  // Returns true and the next pair if it is complete; *pair is valid until the next call of any member.
+  // Skipped ticks are counted in missing().
   bool Next(Pair* pair);
 
-  // The episode ends with this tick.
+  // Sets the last tick of the episode.
   void EndAt(int64_t last_tick);
-  // What has not come by now is missing.
+  // Declares everything that has not arrived yet as missing.
   void GiveUp() { given_up_ = true; }
-  // Every tick to the end was handed out or given up on; false before EndAt().
+  // True if every tick up to the last has been returned or skipped; false before EndAt().
   bool finished() const { return last_tick_ >= 0 && next_tick_ > last_tick_; }
 
   int64_t missing() const { return missing_; }
@@ -59,14 +61,14 @@ class TickMerger {
 
   Slot* SlotFor(int64_t tick);
   void Recycle(Slots::iterator slot);
-  // Takes back what Next() handed out.
+  // Releases the pair that Next() returned.
   void Release();
   void SkipTo(int64_t tick);
 
   Slots slots_;
-  // Nodes to use again, so that a steady stream allocates nothing.
+  // Map nodes kept for reuse, so that a steady stream does not allocate.
   std::vector<Slots::node_type> spare_;
-  bool handed_out_ = false;  // slots_.begin() is what the caller of Next() holds
+  bool handed_out_ = false;  // the caller of Next() holds slots_.begin()
   int64_t next_tick_ = 0;
   int64_t last_tick_ = -1;
   int complete_ = 0;

@@ -1,4 +1,4 @@
-// Collisions that do not count a flickering contact over and over. Ours (docs/metrics.md).
+// Collision events: a flickering contact counts once. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace evalbus::metrics {
 
-// How often a pair of a robot geom and a scene geom, and of two robot geoms, begins to touch; a pair counts
-// again once it was apart for kSeparationTime. A pair that touches in the first sample begins there.
+// Number of times that a robot geom and a scene geom, or two robot geoms, begin to touch. A pair counts again
+// only after it has been separated for kSeparationTime. A pair that touches in the first sample counts there.
 class CollisionEvents : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"env_collision_events", "self_collision_events"};
@@ -50,7 +50,7 @@ class CollisionEvents : public ExtendedMetric {
   }
 
   double dt_;
-  // Every pair that has touched in this episode.
+  // Every pair that has touched in this episode, with the last tick at which it did.
   std::vector<Pair> pairs_;
   int64_t environment_ = 0;
   int64_t self_ = 0;

@@ -1,4 +1,4 @@
-// Time in contact. Ours (docs/metrics.md).
+// Time in contact with the scene. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include "lcmtypes/clock.h"

@@ -1,8 +1,9 @@
-// What a metric of ours, beside RoboEval's, looks like. Each is a class in a header of its own in
-// metrics/extended/, with a line in the table of extended_metrics.cc and a row for each of its names in
-// lcmtypes/metric_catalog.cc; message, JSON, statistics, report and monitor take everything from there.
-// A class has a constructor from MetricsConfig and kNames, its names as in extended_metrics_t; one of a kind
-// by arm or gripper stands for a value for each of them. Definitions: docs/metrics.md.
+// Base class of the metrics that evalbus defines in addition to RoboEval's. To add one, write a class in a
+// header of its own in metrics/extended/, add it to the table in extended_metrics.cc, and add a row for each
+// of its names to lcmtypes/metric_catalog.cc. The message, JSON, statistics, report and monitor are derived
+// from these. The class needs a constructor from MetricsConfig and kNames, its names as in
+// extended_metrics_t. A name whose kind is by arm or by gripper stands for one value per arm or gripper.
+// Definitions: docs/metrics.md.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +17,15 @@ namespace evalbus::metrics {
 class ExtendedMetric {
  public:
   virtual ~ExtendedMetric() = default;
-  // Begins an episode; nothing of the one before remains.
+  // Begins an episode and discards all state of the previous one.
   virtual void Start() = 0;
-  // One sample; no allocation.
+  // Adds one sample. Must not allocate.
   virtual void Add(const DerivedSample& sample) = 0;
-  // The values so far, in the order of their names; NaN where there is none. No allocation.
+  // Writes the values so far, in the order of their names; NaN for a value that does not exist. Must not
+  // allocate.
   virtual void Values(std::span<double> values) const = 0;
-  // At the end of the episode, whose last tick this is: also what is too dear to be evaluated at every tick.
+  // Writes the values at the end of the episode, including those that are too expensive to compute at every
+  // tick. last_tick: the episode's last tick.
   virtual void FinalValues(int64_t /*last_tick*/, std::span<double> values) const { Values(values); }
 };
 

@@ -31,7 +31,7 @@ constexpr Type Of() {
           }};
 }
 
-// In the order of their names, which is that of the message.
+// In the order of their names, which is the order in the message.
 constexpr Type kTypes[] = {
     Of<ContactTime>(),          Of<CollisionEvents>(),        Of<GraspStatistics>(),
     Of<LogDimensionlessJerk>(), Of<MechanicalWork>(),         Of<MinClearance>(),
@@ -39,7 +39,7 @@ constexpr Type kTypes[] = {
     Of<PeakWristSpeed>(),       Of<WristSpectralArcLength>(),
 };
 
-// Whose values a metric has; nobody's where it is one number.
+// Names of the arms or grippers that have one value each; empty if the metric is a single number.
 std::vector<std::string> Owners(MetricKind kind, const MetricsConfig& config) {
   if (kind == MetricKind::kByGripper) return config.grippers;
   std::vector<std::string> arms;

@@ -11,24 +11,24 @@ namespace evalbus::metrics {
 
 class ExtendedMetrics {
  public:
-  // None where the config says so.
+  // Contains no metrics if config.extended is false.
   explicit ExtendedMetrics(const MetricsConfig& config);
 
   void Start();
   void Add(const DerivedSample& sample);
 
-  // As in extended_metrics_t: name, unit and value of each, in one order.
+  // Name, unit and value of each metric, all in the same order, as in extended_metrics_t.
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<std::string>& units() const { return units_; }
-  // No allocation where *values was filled before. The final ones, of an episode with this last tick, include
-  // what is too dear to be evaluated at every tick.
+  // Neither call allocates if *values has been filled before. FinalValues() also computes the values that are
+  // too expensive to compute at every tick; last_tick is the episode's last tick.
   void Values(std::vector<double>* values) const;
   void FinalValues(int64_t last_tick, std::vector<double>* values) const;
 
  private:
   struct Entry {
     std::unique_ptr<ExtendedMetric> metric;
-    size_t first, count;  // its values among all
+    size_t first, count;  // range of its values among all values
   };
   std::vector<Entry> entries_;
   std::vector<std::string> names_;

@@ -1,4 +1,4 @@
-// How often and how long each gripper grasped. Ours (docs/metrics.md).
+// Number and duration of each gripper's grasps. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace evalbus::metrics {
 
-// By gripper: number of grasps (see grasps.h) of any object, their durations added up and the longest one
+// By gripper: number of grasps (see grasps.h) of any object, their total duration (s) and the longest one
 // (s).
 class GraspStatistics : public ExtendedMetric {
  public:

@@ -1,4 +1,4 @@
-// How near the arms come to their joint limits. Ours (docs/metrics.md).
+// Smallest distance of the arms from their joint limits. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace evalbus::metrics {
 
-// Smallest distance (rad) of any arm joint to its nearer limit, negative beyond it. A joint with lower >=
-// upper has none; no value before the first sample and where no joint has limits.
+// Smallest distance (rad) of any arm joint to its nearer limit; negative beyond the limit. A joint with lower
+// >= upper has no limits. There is no value before the first sample, or if no joint has limits.
 class JointLimitMargin : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"min_joint_limit_margin_rad"};

@@ -12,10 +12,10 @@
 namespace evalbus::metrics {
 
 // -ln(T^3 / v_peak^2 . integral of (d^2 v / dt^2)^2 dt) of the speed v_i = norm(p_i - p_(i-1)) / dt, i = 1 to
-// M, with T = M dt and second differences for the derivative. The nearer to 0 the smoother; it depends
-// neither on how far nor on how fast a movement is, only on its shape. No value for less than three speeds,
-// without movement, for a constant speed, and where a sample is missing, the episode's first and last
-// included.
+// M, with T = M dt and second differences for the derivative. Values nearer to 0 are smoother. The value
+// depends on the shape of a movement only, not on its length or speed. There is no value for fewer than three
+// speeds, without movement, at constant speed, or if any sample of the episode is missing, including the
+// first or the last.
 class LogDimensionlessJerk : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"log_dimensionless_jerk"};
@@ -44,7 +44,7 @@ class LogDimensionlessJerk : public ExtendedMetric {
   void FinalValues(int64_t last_tick, std::span<double> values) const override {
     for (size_t k = 0; k < arms_.size(); ++k) {
       const Arm& arm = arms_[k];
-      // T^3 = M^3 dt^3, the squared derivative has dt^-4 and the integral dt: no dt remains.
+      // T^3 = M^3 dt^3, the squared derivative contributes dt^-4 and the integral dt, so dt cancels out.
       const double count = static_cast<double>(samples_ - 1);
       const double jerk = count * count * count * arm.sum_of_squares / (arm.peak * arm.peak);
       const bool exists = samples_ == last_tick && jerk > 0 && std::isfinite(jerk);

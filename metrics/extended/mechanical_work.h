@@ -1,4 +1,4 @@
-// Mechanical work of each arm. Ours (docs/metrics.md).
+// Mechanical work of each arm. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>
@@ -9,9 +9,10 @@
 
 namespace evalbus::metrics {
 
-// |torque . velocity| summed up over time, J: the magnitude of the arm's mechanical power, so that braking
-// costs too. The sim adds it up at every physics step: at the end of a control tick, where samples are taken,
-// the servos have caught up with their commands, and power is at its least. No value where it is not known.
+// Integral of |torque . velocity| over time, J: the magnitude of the arm's mechanical power, so braking
+// counts as work too. The sim integrates at every physics step, because power is smallest at the end of a
+// control tick, where samples are taken and the servos have caught up with their commands. There is no value
+// if the source does not provide it.
 class MechanicalWork : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"mechanical_work_J"};

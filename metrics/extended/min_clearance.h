@@ -1,4 +1,4 @@
-// Smallest distance between robot and scene. Ours (docs/metrics.md).
+// Smallest distance between robot and scene. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <limits>
@@ -7,8 +7,8 @@
 
 namespace evalbus::metrics {
 
-// Of the samples at which the clearance was evaluated: the smallest (m), and the simulated time (s) at which
-// it was first seen. No value before the first.
+// Smallest clearance (m) among the samples at which it was evaluated, and the simulated time (s) at which it
+// first occurred. There is no value before the first such sample.
 class MinClearance : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"min_clearance_m", "min_clearance_time_s"};

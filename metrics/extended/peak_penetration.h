@@ -1,4 +1,4 @@
-// Deepest penetration of the robot. Ours (docs/metrics.md).
+// Deepest penetration of the robot. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,8 @@
 
 namespace evalbus::metrics {
 
-// Largest penetration (m, >= 0) of any contact with a robot geom in it, manipulated objects included.
+// Largest penetration (m, >= 0) of any contact that involves a robot geom, including contacts with
+// manipulated objects.
 class PeakPenetration : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"peak_penetration_m"};

@@ -1,4 +1,4 @@
-// Peak acceleration of each wrist. Ours (docs/metrics.md).
+// Peak acceleration of each wrist. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace evalbus::metrics {
 
-// Largest norm(p_i - 2 p_(i-1) + p_(i-2)) / dt^2 over three samples in a row, m/s^2; 0 without.
+// Largest norm(p_i - 2 p_(i-1) + p_(i-2)) / dt^2 over three consecutive samples, m/s^2; 0 if there are none.
 class PeakWristAcceleration : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"peak_wrist_acceleration_mps2"};
@@ -48,7 +48,7 @@ class PeakWristAcceleration : public ExtendedMetric {
   };
   double dt_;
   std::vector<Arm> arms_;
-  // How many of p1 and p2 are from samples in a row.
+  // How many of p1 and p2 are from consecutive samples.
   int filled_ = 0;
 };
 

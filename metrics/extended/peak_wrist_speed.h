@@ -1,4 +1,4 @@
-// Peak speed of each wrist. Ours (docs/metrics.md).
+// Peak speed of each wrist. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace evalbus::metrics {
 
-// Largest norm(p_i - p_(i-1)) / dt over consecutive samples, m/s; 0 without.
+// Largest norm(p_i - p_(i-1)) / dt over consecutive samples, m/s; 0 if there are none.
 class PeakWristSpeed : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"peak_wrist_speed_mps"};

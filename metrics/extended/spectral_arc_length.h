@@ -13,17 +13,17 @@
 
 namespace evalbus::metrics {
 
-// The paper's parameters: highest frequency looked at (Hz), magnitude below which the spectrum is taken to be
-// over, and how many powers of two the profile is padded by.
+// Parameters from the paper: highest frequency considered (Hz), normalized magnitude below which the spectrum
+// is cut off, and the zero padding as a power of two.
 inline constexpr double kSparcMaxFrequency = 10;
 inline constexpr double kSparcThreshold = 0.05;
 inline constexpr int kSparcPadding = 4;
 
-// The negative length of the curve of the spectrum's magnitude, divided by its largest value, over frequency,
-// divided by the length of its range. The range ends at the highest frequency up to kSparcMaxFrequency at
-// which the magnitude reaches kSparcThreshold, and begins at the lowest such one. The profile is padded with
-// zeros to 2^(ceil(log2 M) + kSparcPadding) values. `speed` has one value every dt (s). NaN for less than two
-// values and without movement.
+// Negative arc length of the normalized magnitude spectrum (divided by its maximum) over frequency (divided
+// by the width of its range). The range runs from the lowest to the highest frequency, up to
+// kSparcMaxFrequency, at which the magnitude reaches kSparcThreshold. The profile is zero-padded to
+// 2^(ceil(log2 M) + kSparcPadding) values. `speed` has one value every dt (s). NaN for fewer than two values
+// and without movement.
 inline double SpectralArcLength(std::span<const double> speed, double dt) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   if (speed.size() < 2 || std::all_of(speed.begin(), speed.end(), [](double v) { return v == 0; }))
@@ -55,14 +55,14 @@ inline double SpectralArcLength(std::span<const double> speed, double dt) {
   return -length;
 }
 
-// Of the speeds norm(p_i - p_(i-1)) / dt. It needs the whole profile: only at the end of the episode, and no
-// value where a sample is missing, the first and last included.
+// Spectral arc length of each wrist's speed norm(p_i - p_(i-1)) / dt. It needs the whole profile, so there is
+// a value only at the end of the episode, and none if any sample is missing, including the first or the last.
 class WristSpectralArcLength : public ExtendedMetric {
  public:
   static constexpr const char* kNames[] = {"spectral_arc_length"};
   explicit WristSpectralArcLength(const MetricsConfig& config)
       : dt_(config.control_dt), speed_(config.arms.size()) {
-    // Five minutes at 50 Hz; longer episodes make it grow.
+    // Five minutes at 50 Hz; longer episodes reallocate.
     for (std::vector<double>& speed : speed_) speed.reserve(15000);
   }
 

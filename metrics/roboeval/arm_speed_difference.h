@@ -1,4 +1,5 @@
-// How differently fast the two arms move. Source: RoboEval's metrics page (bimanual_arm_velocity_difference).
+// Difference between the speeds of the two arms. Source: RoboEval's metrics page
+// (bimanual_arm_velocity_difference).
 #pragma once
 
 #include <cmath>
@@ -10,8 +11,8 @@
 
 namespace evalbus::metrics {
 
-// Mean over samples of |norm(w left) - norm(w right)|, rad/s, with w the measured joint velocities: a
-// difference of speeds, not of velocities. Of two arms.
+// Mean over samples of |norm(w left) - norm(w right)|, rad/s, where w are the measured joint velocities: a
+// difference of speeds, not of velocities. 0 unless there are two arms.
 class ArmSpeedDifference {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_vel_sync;

@@ -1,4 +1,4 @@
-// For metrics that have an accumulator for each arm.
+// Helpers for metrics that have one accumulator per arm.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ void StartEach(std::vector<Accumulator>* arms) {
   for (Accumulator& arm : *arms) arm.Start();
 }
 
-// No allocation where *values was filled before.
+// Does not allocate if *values has been filled before.
 template <class Accumulator>
 void FillEach(const std::vector<Accumulator>& arms, double (Accumulator::*value)() const,
               std::vector<double>* values) {

@@ -7,9 +7,9 @@
 
 namespace evalbus::metrics {
 
-// Looks at samples 0, W, 2W, ...; W = 1, every sample, is the definition. Counts the scene geoms touched by
-// any robot geom now and not at the previous look; what is touched at the first look is new. Manipulated
-// objects are no scene.
+// Evaluates samples 0, W, 2W, ...; RoboEval's definition is W = 1, every sample. Counts the scene geoms that
+// any robot geom touches in this evaluated sample and did not touch in the previous one; at the first, all
+// touched geoms count. Manipulated objects do not belong to the scene.
 class EnvCollisions {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_collisions;
@@ -27,7 +27,7 @@ class EnvCollisions {
   }
 
   void Values(metric_values_t* values) const { values->env_collision_count = touched_.count(); }
-  // By scene geom.
+  // Number of new collisions by scene geom.
   const std::vector<std::pair<int64_t, int64_t>>& counts() const { return touched_.counts(); }
 
  private:

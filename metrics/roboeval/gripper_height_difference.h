@@ -1,4 +1,4 @@
-// How differently high the two wrists are. Source: RoboEval's metrics page
+// Height difference between the two wrists. Source: RoboEval's metrics page
 // (bimanual_gripper_vertical_difference).
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace evalbus::metrics {
 
-// Mean over samples of |z left - z right| of the wrists, m. Of two arms.
+// Mean over samples of |z left - z right| of the wrists, m. 0 unless there are two arms.
 class GripperHeightDifference {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_vertical_sync;

@@ -12,8 +12,8 @@
 namespace evalbus::metrics {
 
 // j_i = (x_i - 3 x_(i-1) + 3 x_(i-2) - x_(i-3)) / dt^3 for i >= 3; mean and root mean square of norm(j_i), in
-// the unit of x per s^3. dt is the simulated time between ticks (s). The differences are taken pair by pair,
-// which of an arm at rest leaves exactly nothing.
+// the unit of x per s^3. dt is the simulated time between ticks (s). The differences are grouped in pairs, so
+// that an arm at rest yields exactly 0.
 class Jerk {
  public:
   Jerk(int dimension, double dt)
@@ -25,7 +25,7 @@ class Jerk {
     sum_ = sum_of_squares_ = 0;
   }
 
-  // After a missing sample: the difference quotient needs four samples in a row.
+  // To be called after a missing sample: the third difference needs four consecutive samples.
   void RestartHistory() { filled_ = 0; }
 
   void Add(std::span<const double> x) {
@@ -83,7 +83,7 @@ inline double PooledRms(std::span<const Jerk> arms) {
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-// Of each wrist's position, m/s^3.
+// Jerk of each wrist's position, m/s^3.
 class CartesianJerk {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_cartesian_jerk;
@@ -109,7 +109,7 @@ class CartesianJerk {
   std::vector<Jerk> arms_;
 };
 
-// Of each arm's joint positions, rad/s^3.
+// Jerk of each arm's joint positions, rad/s^3.
 class JointJerk {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_joint_jerk;

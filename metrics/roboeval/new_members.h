@@ -1,4 +1,5 @@
-// What is in a set now and was not before: the rule by which RoboEval's metrics page counts collisions.
+// Members that a set has now and did not have before: the rule by which RoboEval's metrics page counts
+// collisions.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +9,8 @@
 
 namespace evalbus::metrics {
 
-// Counts the members of a set that were not in the set of the look before.
+// Counts the members of a set that were not in the previous set. A set is filled with Insert() and ended with
+// Commit().
 class NewMembers {
  public:
   NewMembers() {
@@ -23,7 +25,7 @@ class NewMembers {
     count_ = 0;
   }
   void Insert(int64_t key) { now_.push_back(key); }
-  // Ends the look.
+  // Ends the current set: counts its new members and makes it the previous set.
   void Commit() {
     std::sort(now_.begin(), now_.end());
     now_.erase(std::unique(now_.begin(), now_.end()), now_.end());
@@ -34,7 +36,7 @@ class NewMembers {
     now_.clear();
   }
   int64_t count() const { return count_; }
-  // How often each was new, in the order of the first time.
+  // How often each member was new, in order of first appearance.
   const std::vector<std::pair<int64_t, int64_t>>& counts() const { return counts_; }
 
  private:

@@ -9,10 +9,10 @@
 
 namespace evalbus::metrics {
 
-// Sum over samples i >= 1 of the rotation angle 2 acos(|u_i . u_(i-1)|) between unit quaternions, rad; q and
-// -q are the same orientation, so a step is at most pi. Evaluated as 4 atan2(|a - b|, |a + b|) with b's sign
-// such that a . b >= 0: equal to the arc cosine but exact for small angles, where the arc cosine turns one
-// rounding error into 2e-8 rad.
+// Sum over samples i >= 1 of the rotation angle 2 acos(|u_i . u_(i-1)|) between unit quaternions, rad. q and
+// -q are the same orientation, so a step is at most pi. It is evaluated as 4 atan2(|a - b|, |a + b|) with b's
+// sign such that a . b >= 0. This equals the arc cosine but is exact for small angles, where the arc cosine
+// turns one rounding error into 2e-8 rad.
 class OrientationPathLength {
  public:
   void Start() {
@@ -45,7 +45,7 @@ class OrientationPathLength {
   double length_ = 0;
 };
 
-// Of each wrist, rad.
+// Orientation path length of each wrist, rad.
 class OrientationPath {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_orientation_path_length;

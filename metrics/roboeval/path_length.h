@@ -38,7 +38,7 @@ class PathLength {
   double length_ = 0;
 };
 
-// Of each wrist, m.
+// Path length of each wrist, m.
 class CartesianPath {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_cartesian_path_length;
@@ -56,7 +56,7 @@ class CartesianPath {
   std::vector<PathLength> arms_;
 };
 
-// Of each arm's joint positions, rad.
+// Path length of each arm's joint positions, rad.
 class JointPath {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_joint_path_length;

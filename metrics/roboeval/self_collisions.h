@@ -7,8 +7,9 @@
 
 namespace evalbus::metrics {
 
-// Looks at samples 0, W, 2W, ...; W = 1, every sample, is the definition. Counts the unordered pairs of robot
-// geoms that touch now and did not at the previous look; those of the first look are new.
+// Evaluates samples 0, W, 2W, ...; RoboEval's definition is W = 1, every sample. Counts the unordered pairs
+// of robot geoms that touch in this evaluated sample and did not in the previous one; at the first, all
+// touching pairs count.
 class SelfCollisions {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_collisions;
@@ -27,7 +28,7 @@ class SelfCollisions {
   }
 
   void Values(metric_values_t* values) const { values->self_collision_count = touching_.count(); }
-  // By pair: the lower geom id in the upper half of the key.
+  // Number of new collisions by pair; the key holds the lower geom id in its upper half.
   const std::vector<std::pair<int64_t, int64_t>>& counts() const { return touching_.counts(); }
 
  private:

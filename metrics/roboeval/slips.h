@@ -1,4 +1,4 @@
-// Lost grips. Source: RoboEval's metrics page (slip_count, slip_count_per_object).
+// Slips: objects lost from a gripper. Source: RoboEval's metrics page (slip_count, slip_count_per_object).
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@ namespace evalbus::metrics {
 struct Slip {
   int object;
   int gripper;
-  int64_t tick;  // at which it was seen
+  int64_t tick;  // at which the slip was detected
 };
 
-// Looks at samples 0, W, 2W, ... An (object, gripper) pair slips when it was held at the previous look (the
-// reset state before the first), is not held now, and the opening is not larger than at the previous look.
-// Two grippers that lose one object are two slips.
+// Evaluates samples 0, W, 2W, ... An (object, gripper) pair slips if the object was held in the previous
+// evaluated sample (initially the reset state), is not held now, and the gripper opening has not increased.
+// If two grippers lose one object, that is two slips.
 class SlipCounter {
  public:
   static constexpr auto kTracked = &metric_values_t::tracks_slippage;
@@ -56,7 +56,7 @@ class SlipCounter {
     values->slip_count = static_cast<int64_t>(slips_.size());
     values->slip_count_per_object = count_;
   }
-  // In order of time.
+  // In chronological order.
   const std::vector<Slip>& slips() const { return slips_; }
 
  private:

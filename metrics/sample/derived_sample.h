@@ -1,4 +1,4 @@
-// A sample and what more than one metric derives from it.
+// A sample together with the quantities that several metrics derive from it.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@ namespace evalbus::metrics {
 
 struct DerivedSample {
   const Sample& sample;
-  // The tick before was a sample too; false for the first one and after a hole.
+  // True if the previous tick was a sample too; false for the first sample and after a missing one.
   bool in_a_row;
-  // By arm: (w, x, y, z) of norm 1, and norm(p_i - p_(i-1)) / dt, m/s, 0 where not in_a_row.
+  // By arm: unit quaternion (w, x, y, z), and norm(p_i - p_(i-1)) / dt in m/s, 0 unless in_a_row.
   std::span<const std::array<double, 4>> wrist_quat;
   std::span<const double> wrist_speed;
   const RobotContacts& contacts;
@@ -34,7 +34,8 @@ class SampleDeriver {
   // Begins an episode.
   void Start() { last_tick_ = kNone; }
 
-  // Samples in order of their ticks, of the config's sizes. Valid until the next call.
+  // Samples must come in tick order and have the sizes given by the config. The result is valid until the
+  // next call.
   DerivedSample Derive(const Sample& sample) {
     const bool in_a_row = last_tick_ != kNone && sample.tick == last_tick_ + 1;
     last_tick_ = sample.tick;
@@ -52,7 +53,7 @@ class SampleDeriver {
     return {sample, in_a_row, quat_, speed_, contacts_};
   }
 
-  // Of the last sample.
+  // Contacts of the last sample.
   const RobotContacts& contacts() const { return contacts_; }
 
   static double Norm(const std::array<double, 4>& q) {

@@ -1,4 +1,4 @@
-// Grasps: an object held by both pads of a gripper. Ours (docs/metrics.md).
+// Grasps: an object held by both pads of a gripper. Defined by evalbus (docs/metrics.md).
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace evalbus::metrics {
 
-// A grasp of an object by a gripper begins at a sample in which pads of both fingers touch the object, and
-// lasts until the last one before they do not for kSeparationTime.
+// A grasp of an object by a gripper begins at the first sample in which pads of both fingers touch the
+// object. It ends at the last such sample before an interruption of at least kSeparationTime.
 struct GraspInterval {
   int object;
   int gripper;
   int64_t first_tick;
   int64_t last_tick;
 
-  // One for each sample from the first to the last.
+  // Number of ticks from the first to the last, both included.
   int64_t ticks() const { return last_tick - first_tick + 1; }
 };
 
@@ -37,7 +37,7 @@ class Grasps {
     current_.assign(current_.size(), -1);
   }
 
-  // `pinched` is [object * grippers + gripper]; empty where it is not known.
+  // `pinched` is indexed [object * grippers + gripper]; empty if unknown.
   void Add(int64_t tick, std::span<const uint8_t> pinched) {
     for (size_t pair = 0; pair < pinched.size(); ++pair) {
       if (!pinched[pair]) continue;
@@ -51,7 +51,7 @@ class Grasps {
     }
   }
 
-  // In order of their beginning.
+  // In order of their first tick.
   const std::vector<GraspInterval>& grasps() const { return grasps_; }
 
  private:

@@ -1,4 +1,4 @@
-// What the metrics of an episode need to know beforehand.
+// Configuration of an episode's metrics, known before the first sample.
 #pragma once
 
 #include <string>
@@ -13,35 +13,34 @@ struct StageState {
   int index = 0;  // >= 1
   std::string name;
   bool reached = false;
-  double reached_time = -1;  // simulated seconds, first time; -1: never
+  double reached_time = -1;  // simulated time at which it was first reached, s; -1: never
 };
 
 struct ArmConfig {
   std::string name;
   int num_joints = 0;
-  // Joint limits (rad) by joint, both empty where not known.
+  // Joint limits (rad) by joint; both empty if unknown.
   std::vector<double> joint_lower;
   std::vector<double> joint_upper;
 };
 
-// What is tracked, and the sample windows (>= 1), are a task's own options. A collision window of 20 gives
-// the reference implementation's collision counts.
+// The tracked metrics and the sample windows (>= 1) are options of the task. A collision window of 20
+// reproduces the collision counts of the reference implementation.
 struct MetricsConfig : MetricsOptions {
   std::vector<ArmConfig> arms;
-  // Names of the grippers.
   std::vector<std::string> grippers;
-  // Manipulated objects in the task's order.
+  // Manipulated objects, in the task's order.
   std::vector<std::string> objects;
   std::vector<GeomOwner> geom_owner;
-  // Simulated time between ticks (s): physics steps per tick x physics step.
+  // Simulated time between ticks (s): physics steps per tick x physics time step.
   double control_dt = 0;
 
   std::vector<StageState> stages;
-  // One entry with an empty name is a plain number in the result.
+  // A single entry with an empty name becomes a plain number in the result.
   std::vector<std::string> target_distances;
   std::vector<std::string> pose_errors;
 
-  // Whether extended metrics are wanted: one of them keeps a number for each sample.
+  // Whether to compute extended metrics. They need memory: one of them stores a number per sample.
   bool extended = true;
 };
 

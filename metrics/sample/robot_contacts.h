@@ -1,4 +1,5 @@
-// The contacts of a sample by who touches whom, for all metrics that ask.
+// Contacts of a sample sorted into robot-scene and robot-robot contacts; shared by all metrics that need
+// them.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@ struct SceneContact {
   int scene_geom;
 };
 
-// Two robot geoms that touch, a < b (or equal ids, as the sample has them).
+// Two robot geoms that touch, a <= b.
 struct SelfContact {
   int a;
   int b;
@@ -48,10 +49,11 @@ class RobotContacts {
     }
   }
 
-  // In the order of the sample; a pair may come more than once.
+  // In the order of the sample; a pair may occur more than once.
   std::span<const SceneContact> scene() const { return scene_; }
   std::span<const SelfContact> self() const { return self_; }
-  // Deepest penetration (m, >= 0) of any contact with a robot geom in it, manipulated objects included.
+  // Deepest penetration (m, >= 0) of any contact that involves a robot geom, including contacts with
+  // manipulated objects.
   double penetration() const { return penetration_; }
 
  private:

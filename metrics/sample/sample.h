@@ -1,5 +1,5 @@
-// What the accumulators see: one control tick as plain numbers. World frame, SI units. The spans point into
-// memory of the caller and are read only during the call.
+// Input of the metric accumulators: one control tick as plain numbers. World frame, SI units. The spans point
+// into the caller's memory and are read only during the call.
 #pragma once
 
 #include <array>
@@ -12,12 +12,12 @@
 namespace evalbus::metrics {
 
 enum class GeomOwner : uint8_t {
-  kScene,   // everything that is neither of the two below
+  kScene,   // everything that is neither robot nor manipulated object
   kRobot,   // arms, grippers, base
-  kObject,  // manipulated objects of the task: touching them is no collision
+  kObject,  // manipulated objects of the task; touching them is not a collision
 };
 
-// The owner of each geom id. Ids outside the table belong to nobody.
+// Owner of each geom id. Ids outside the table have no owner.
 class GeomOwners {
  public:
   GeomOwners() = default;
@@ -32,14 +32,15 @@ class GeomOwners {
   std::vector<GeomOwner> owner_;
 };
 
-// A geom pair and its signed distance (m, negative in penetration), in either order, possibly more than once.
+// A pair of geoms and its signed distance (m, negative in penetration). The geoms come in either order, and a
+// pair may occur more than once.
 struct GeomContact {
   int geom_a;
   int geom_b;
   double distance;
 };
 
-// Tick 0, which is no sample. `holding` as in Sample.
+// Tick 0, which does not count as a sample. `holding` is indexed as in Sample.
 struct ResetState {
   std::span<const double> gripper_opening;
   std::span<const uint8_t> holding;
@@ -50,18 +51,18 @@ struct ArmSample {
   std::span<const double> joint_velocity;  // rad/s, measured
   std::array<double, 3> wrist_position;    // m
   std::array<double, 4> wrist_quat;        // (w, x, y, z), any positive norm
-  std::optional<double> mechanical_work;   // J, since tick 0; where known
+  std::optional<double> mechanical_work;   // J since tick 0; empty if unknown
 };
 
 struct Sample {
-  int64_t tick;                             // 1, 2, ...; 0 is the reset state, which is no sample
-  double time;                              // simulated seconds since the episode began
-  std::span<const ArmSample> arm;           // as in MetricsConfig::arms
+  int64_t tick;                             // 1, 2, ...; 0 is the reset state, not a sample
+  double time;                              // simulated time since the episode began, s
+  std::span<const ArmSample> arm;           // in the order of MetricsConfig::arms
   std::span<const double> gripper_opening;  // 0 closed, 1 open
   std::span<const uint8_t> holding;         // [object * number of grippers + gripper]
-  std::span<const uint8_t> pinched;         // likewise, held by pads of both fingers; empty where not known
+  std::span<const uint8_t> pinched;         // same index; held by pads of both fingers; empty if unknown
   std::span<const GeomContact> contacts;
-  std::optional<double> clearance;  // m, robot to scene, where it was evaluated
+  std::optional<double> clearance;  // m, robot to scene; empty if not evaluated
 };
 
 }  // namespace evalbus::metrics

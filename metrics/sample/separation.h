@@ -1,4 +1,5 @@
-// When something that stopped and comes again is a new event. Ours (docs/metrics.md).
+// Decides when an event that recurs after an interruption counts as a new event. Defined by evalbus
+// (docs/metrics.md).
 #pragma once
 
 #include <cstdint>
@@ -7,10 +8,11 @@
 
 namespace evalbus::metrics {
 
-// Shorter interruptions of a contact are a flicker, s.
+// An interruption shorter than this (s) does not separate two events: the contact only flickers.
 inline constexpr double kSeparationTime = 0.1;
 
-// Whether the samples between two ticks at which something was so last at least kSeparationTime.
+// Whether an interruption lasts at least kSeparationTime. The condition held at `tick` and next at
+// `next_tick`, and at none of the samples between; dt: time between ticks (s).
 inline bool Separated(int64_t tick, int64_t next_tick, double dt) {
   return TickTime(next_tick - tick - 1, dt) >= kSeparationTime;
 }

@@ -1,6 +1,6 @@
-// "Exact" interval of a proportion, from the binomial distribution's tails. Covers at least 95 %, mostly
-// more. Source: Clopper and Pearson 1934, "The use of confidence or fiducial limits illustrated in the case
-// of the binomial", Biometrika 26.
+// "Exact" confidence interval of a proportion, from the tails of the binomial distribution. Its coverage is
+// at least 95 %, usually higher. Source: Clopper and Pearson 1934, "The use of confidence or fiducial limits
+// illustrated in the case of the binomial", Biometrika 26.
 #pragma once
 
 #include <boost/math/distributions/binomial.hpp>

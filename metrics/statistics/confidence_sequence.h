@@ -1,8 +1,9 @@
-// Intervals of a proportion for somebody who looks after every trial: with probability 95 % all of them, from
-// the first trial on, hold it at once, so that stopping when they look good is no error. Source: Robbins
-// 1970, "Statistical methods related to the law of the iterated logarithm", Annals of Mathematical Statistics
-// 41, after Ville 1939: the likelihoods of all rates, averaged, over that of the true one are a martingale
-// from 1 on, which ever comes to 1 / alpha with probability alpha at most.
+// Anytime-valid confidence intervals of a proportion. With probability 95 %, the intervals after every trial,
+// from the first on, contain the true proportion simultaneously, so they may be inspected after each trial
+// and used to stop early. Source: Robbins 1970, "Statistical methods related to the law of the iterated
+// logarithm", Annals of Mathematical Statistics 41, after Ville 1939: the likelihood averaged over all rates,
+// divided by the likelihood of the true rate, is a martingale that starts at 1. It therefore ever reaches 1 /
+// alpha with probability at most alpha.
 #pragma once
 
 #include <algorithm>
@@ -14,17 +15,17 @@
 
 namespace evalbus::metrics {
 
-// The rates p with (n + 1) C(n, k) p^k (1 - p)^(n - k) > alpha, of k successes in n trials. [0, 1] without
-// trials.
+// Set of rates p with (n + 1) C(n, k) p^k (1 - p)^(n - k) > alpha, for k successes in n trials. [0, 1]
+// without trials.
 inline Interval ConfidenceSequence(double successes, double trials, double alpha = kAlpha) {
   if (trials == 0) return {0, 1};
   const double failures = trials - successes;
   const double log_weight = std::log(trials + 1) + boost::math::lgamma(trials + 1) -
                             boost::math::lgamma(successes + 1) - boost::math::lgamma(failures + 1) -
                             std::log(alpha);
-  // Positive within the interval: at the rate itself it is, since that is the likeliest.
+  // Positive inside the interval, in particular at the observed rate, which has the highest likelihood.
   const auto inside = [&](double p) {
-    // Its limit at p = 0 and 1, where no infinity may come in.
+    // The limit at p = 0 and p = 1: avoids 0 * infinity.
     const auto power = [](double base, double exponent) {
       return exponent == 0 ? 0 : exponent * std::log(base);
     };

@@ -14,7 +14,7 @@ inline double Mean(std::span<const double> x) {
   return std::reduce(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
 }
 
-// Of the sample (n - 1); NaN for fewer than two values.
+// Sample standard deviation (n - 1); NaN for fewer than two values.
 inline double StandardDeviation(std::span<const double> x) {
   if (x.size() < 2) return std::numeric_limits<double>::quiet_NaN();
   const double mean = Mean(x);
@@ -23,9 +23,9 @@ inline double StandardDeviation(std::span<const double> x) {
   return std::sqrt(squares / static_cast<double>(x.size() - 1));
 }
 
-// Quantile of values in ascending order, by linear interpolation between the order statistics around
-// (n - 1) p: definition 7 of Hyndman and Fan 1996, "Sample quantiles in statistical packages", the default of
-// R and NumPy. At p = 0.5 the median. NaN for an empty sample.
+// Quantile of values in ascending order, by linear interpolation between the order statistics around (n - 1)
+// p: definition 7 of Hyndman and Fan 1996, "Sample quantiles in statistical packages", the default of R and
+// NumPy. p = 0.5 gives the median. NaN for an empty sample.
 inline double Quantile(std::span<const double> sorted, double p) {
   if (sorted.empty()) return std::numeric_limits<double>::quiet_NaN();
   const double at = static_cast<double>(sorted.size() - 1) * p;

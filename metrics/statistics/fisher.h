@@ -1,5 +1,6 @@
-// Exact test of two success rates of independent samples, given their sum. Conservative. Source: Fisher 1935,
-// "The logic of inductive inference", Journal of the Royal Statistical Society 98.
+// Exact test for equality of the success rates of two independent samples, conditional on the total number of
+// successes. Conservative. Source: Fisher 1935, "The logic of inductive inference", Journal of the Royal
+// Statistical Society 98.
 #pragma once
 
 #include <algorithm>
@@ -7,13 +8,13 @@
 
 namespace evalbus::metrics {
 
-// Two-sided p: the probability, given the margins, of all tables no more probable than this one. 1 where a
-// sample is empty.
+// Two-sided p: total probability, given the margins, of all tables that are at most as probable as this one.
+// 1 if a sample is empty.
 inline double FisherTest(int successes_a, int trials_a, int successes_b, int trials_b) {
   const int successes = successes_a + successes_b, trials = trials_a + trials_b;
   if (trials_a == 0 || trials_b == 0) return 1;
   const boost::math::hypergeometric_distribution<> given_margins(successes, trials_a, trials);
-  // Tables of equal probability must count as equal in spite of rounding.
+  // Tables of equal probability must count as equal despite rounding.
   const double limit = pdf(given_margins, successes_a) * (1 + 1e-7);
   double p = 0;
   for (int k = std::max(0, successes - trials_b); k <= std::min(successes, trials_a); ++k) {

@@ -1,5 +1,5 @@
-// Adjustment of p values for testing several hypotheses at once. Source: Holm 1979, "A simple sequentially
-// rejective multiple test procedure", Scandinavian Journal of Statistics 6.
+// Adjusts p-values for testing several hypotheses. Source: Holm 1979, "A simple sequentially rejective
+// multiple test procedure", Scandinavian Journal of Statistics 6.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace evalbus::metrics {
 
-// Adjusted values in the order given; each below 0.05 may be called significant, with at most 5 % chance of
-// any error among all.
+// Returns adjusted p-values in the order of `p`. If every value below 0.05 is called significant, the
+// probability of any false positive among them is at most 5 %.
 inline std::vector<double> HolmAdjusted(const std::vector<double>& p) {
   std::vector<size_t> order(p.size());
   std::iota(order.begin(), order.end(), size_t{0});

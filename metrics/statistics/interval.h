@@ -1,4 +1,4 @@
-// What the procedures of this folder share. All intervals are at 95 %, two-sided.
+// Definitions shared by the procedures of this folder. All intervals are two-sided 95 % intervals.
 #pragma once
 
 namespace evalbus::metrics {
@@ -13,7 +13,7 @@ inline constexpr double kNormal975 = 1.959963984540054;
 // Two-sided significance level.
 inline constexpr double kAlpha = 0.05;
 
-// Approximate standard error of an estimate with this interval; NaN where there is no interval.
+// Approximate standard error of an estimate with this interval; NaN if there is no interval.
 inline double StandardErrorOf(const Interval& interval) {
   return (interval.upper - interval.lower) / (2 * kNormal975);
 }

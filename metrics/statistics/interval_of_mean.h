@@ -1,13 +1,16 @@
-// Intervals of means. Below 20 values Student's t (Student 1908, "The probable error of a mean", Biometrika
-// 6; for two samples Welch 1947, "The generalization of 'Student's' problem", Biometrika 34), since
-// resampling so few covers far less than 95 %. From there on the bootstrap: Efron and Tibshirani 1993, "An
-// introduction to the bootstrap", chapter 13 (percentile) and 14 (BCa: bias-corrected and accelerated). Above
-// 500 values, where resampling takes minutes and changes nothing, what BCa tends to: Hall 1992, "The
-// bootstrap and Edgeworth expansion", section 3.5. Deterministic: always the same random numbers. How often
-// each covers: docs/metrics.md.
+// Confidence intervals of means. The method depends on the number of values:
+//  - Below 20 values: Student's t (Student 1908, "The probable error of a mean", Biometrika 6; for two
+// samples Welch 1947, "The generalization of 'Student's' problem", Biometrika 34), because the bootstrap's
+// coverage is far below 95 % for such small samples.
+//  - Up to 500 values: the bootstrap of Efron and Tibshirani 1993, "An introduction to the bootstrap",
+// chapters 13 (percentile) and 14 (BCa: bias-corrected and accelerated).
+//  - Above 500 values: the limit of BCa (Hall 1992, "The bootstrap and Edgeworth expansion", section 3.5),
+// because resampling would take minutes for the same result.
+// The random numbers are always the same, so the results are deterministic. docs/metrics.md lists the
+// coverage of each method.
 //
-// There is no interval (NaN) for fewer than two values, and none where all are equal: they do not show how
-// much the values vary.
+// There is no interval (NaN) for fewer than two values, or if all values are equal: such a sample does not
+// show how much the values vary.
 #pragma once
 
 #include <algorithm>
@@ -29,12 +32,12 @@ namespace evalbus::metrics {
 inline constexpr int kResamples = 10000;
 inline constexpr Interval kNoInterval = {std::numeric_limits<double>::quiet_NaN(),
                                          std::numeric_limits<double>::quiet_NaN()};
-// Fewer values are not resampled.
+// Smaller samples are not resampled: Student's t.
 inline constexpr size_t kFewestToResample = 20;
-// Beyond so many, Edgeworth's expansion: it differs from BCa in terms of 1/n.
+// Larger samples are not resampled: Edgeworth expansion, which differs from BCa by terms of order 1/n.
 inline constexpr size_t kMaxToResample = 500;
 
-// Indices 0 .. n-1 with replacement; the engine's output is fixed by the C++ standard.
+// Draws indices 0 .. n-1 with replacement. The C++ standard fixes the engine's output.
 class Resampler {
  public:
   template <class Use>
@@ -60,13 +63,14 @@ inline Interval PercentileInterval(std::vector<double> resamples) {
   return {Quantile(resamples, kAlpha / 2), Quantile(resamples, 1 - kAlpha / 2)};
 }
 
-// estimate: of the sample itself. acceleration: a sixth of the skewness of the influence of single values.
-// tie: a resample no further from the estimate equals it, whatever order it was summed up in.
+// estimate: mean, or difference of means, of the sample itself. acceleration: one sixth of the skewness of
+// the influence of single values. tie: resamples at most this far from the estimate count as equal to it,
+// because they may differ only in the order of summation.
 inline Interval BcaInterval(std::vector<double> resamples, double estimate, double acceleration, double tie) {
   std::sort(resamples.begin(), resamples.end());
   const auto below = std::lower_bound(resamples.begin(), resamples.end(), estimate - tie);
   const auto above = std::upper_bound(resamples.begin(), resamples.end(), estimate + tie);
-  // Of the resamples that equal the estimate, half count as smaller.
+  // Half of the resamples that equal the estimate count as smaller.
   const double smaller =
       static_cast<double>((below - resamples.begin()) + (above - resamples.begin())) / 2 / resamples.size();
   if (smaller <= 0 || smaller >= 1)
@@ -80,7 +84,7 @@ inline Interval BcaInterval(std::vector<double> resamples, double estimate, doub
   return {corrected(-kNormal975), corrected(kNormal975)};
 }
 
-// Sums of squares and cubes of the deviations from the mean, times scale; for the acceleration.
+// Sums of squares and cubes of the scaled deviations from the mean; used for the acceleration.
 struct Moments {
   double squares = 0, cubes = 0;
   void Add(std::span<const double> x, double scale) {
@@ -94,7 +98,7 @@ struct Moments {
   double acceleration() const { return cubes / (6 * std::pow(squares, 1.5)); }
 };
 
-// Ends of an interval of a mean with this standard error. acceleration: a sixth of the skewness over sqrt(n).
+// Interval of a mean with this standard error. acceleration: one sixth of the skewness / sqrt(n).
 inline Interval EdgeworthInterval(double mean, double standard_error, double acceleration) {
   const auto end = [&](double z) { return mean + standard_error * (z + acceleration * (2 * z * z + 1)); };
   return {end(-kNormal975), end(kNormal975)};
@@ -111,7 +115,7 @@ inline bool AreAllEqual(std::span<const double> x, double tie) {
   return *most - *least <= tie;
 }
 
-// Interval of the mean; for pairs, of their mean difference.
+// Interval of the mean. For paired data, pass the differences.
 inline Interval IntervalOfMean(std::span<const double> x) {
   if (x.size() < 2) return kNoInterval;
   const double tie = kTie * LargestMagnitude(x);
@@ -165,14 +169,14 @@ inline Interval IntervalOfDifference(std::span<const double> a, std::span<const 
   return BcaInterval(std::move(differences), Mean(a) - Mean(b), moments.acceleration(), tie);
 }
 
-// Interval of mean(a) / mean(b), for pairs (equal sizes) of values that are not negative; percentile
-// bootstrap. None where b may be zero throughout a resample.
+// Interval of mean(a) / mean(b) for pairs (equal sizes) of nonnegative values, by percentile bootstrap. There
+// is no interval if the sum of b is zero in some resample.
 inline Interval IntervalOfRatio(std::span<const double> a, std::span<const double> b) {
   if (a.size() < 2 || a.size() != b.size()) return kNoInterval;
   const double mean_b = Mean(b);
   if (mean_b <= 0) return kNoInterval;
   const double ratio = Mean(a) / mean_b;
-  // What each pair does to the ratio.
+  // Influence of each pair on the ratio.
   std::vector<double> influence(a.size());
   for (size_t i = 0; i < a.size(); ++i) influence[i] = (a[i] - ratio * b[i]) / mean_b;
   if (AreAllEqual(influence, kTie * std::max(1.0, ratio))) return kNoInterval;

@@ -1,7 +1,6 @@
-// Groups of policies for which no difference is shown, as letters: two policies that share a letter are not
-// shown to differ, two that share none are. Source: Piepho 2004, "An algorithm for a letter-based
-// representation of all-pairwise comparisons", Journal of Computational and Graphical Statistics 13
-// (insert and absorb).
+// Compact letter display of pairwise comparisons: policies that share a letter are not shown to differ;
+// policies that share none are. Source: Piepho 2004, "An algorithm for a letter-based representation of
+// all-pairwise comparisons", Journal of Computational and Graphical Statistics 13 (insert and absorb).
 #pragma once
 
 #include <algorithm>
@@ -11,7 +10,8 @@
 
 namespace evalbus::metrics {
 
-// differs[i][j]: i and j are shown to differ; symmetric. Letters of each, "a" first for the first ones.
+// differs[i][j]: i and j are shown to differ; symmetric. Returns the letters of each policy; "a" is assigned
+// first, to the group with the lowest indices.
 inline std::vector<std::string> CompactLetters(const std::vector<std::vector<bool>>& differs) {
   const size_t n = differs.size();
   std::set<size_t> all;
@@ -20,7 +20,7 @@ inline std::vector<std::string> CompactLetters(const std::vector<std::vector<boo
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = i + 1; j < n; ++j) {
       if (!differs[i][j]) continue;
-      // Split each group that holds both.
+      // Split each group that contains both.
       std::vector<std::set<size_t>> split;
       for (const std::set<size_t>& group : groups) {
         if (!group.contains(i) || !group.contains(j)) {
@@ -32,7 +32,7 @@ inline std::vector<std::string> CompactLetters(const std::vector<std::vector<boo
           split.back().erase(without);
         }
       }
-      // Drop groups that another one holds.
+      // Drop groups that another group contains.
       groups.clear();
       for (size_t k = 0; k < split.size(); ++k) {
         const bool is_held = std::ranges::any_of(split, [&](const std::set<size_t>& other) {

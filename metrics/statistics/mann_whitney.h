@@ -11,9 +11,10 @@
 
 namespace evalbus::metrics {
 
-// statistic: U, number of pairs (a, b) with a > b, half of one for a = b, which ties.h decides. Up to 50
-// values in all the distribution is exact, also with ties: over all ways to choose the sample, given the
-// ranks. Beyond, normal with the variance corrected for ties. p = 1 where a sample is empty.
+// statistic: U, the number of pairs (a, b) with a > b, plus half the number of pairs with a = b; ties.h
+// decides equality. Up to 50 values in total, the distribution is exact, also with ties: over all ways to
+// choose the first sample, given the ranks. Above, it is the normal approximation with the variance corrected
+// for ties. p = 1 if a sample is empty.
 inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const double> b) {
   if (a.empty() || b.empty()) return {};
   std::vector<double> all(a.begin(), a.end());
@@ -28,7 +29,7 @@ inline RankTest MannWhitneyTest(std::span<const double> a, std::span<const doubl
 
   RankTest test{.statistic = twice / 2.0 - m * (m + 1) / 2, .p = 1, .exact = all.size() <= 50};
   if (test.exact) {
-    // choices[j][sum]: number of ways to choose j of the values with this sum of ranks.
+    // choices[j][sum]: number of ways to choose j of the values with this rank sum.
     std::vector<std::vector<double>> choices(a.size() + 1,
                                              std::vector<double>(static_cast<size_t>(twice_all) + 1));
     choices[0][0] = 1;

@@ -1,6 +1,6 @@
-// Exact test of two success rates on pairs. Source: McNemar 1947, "Note on the sampling error of the
-// difference between correlated proportions or percentages", Psychometrika 12, with the binomial distribution
-// in place of chi-squared.
+// Exact test for equality of two success rates on paired data. Source: McNemar 1947, "Note on the sampling
+// error of the difference between correlated proportions or percentages", Psychometrika 12, with the binomial
+// distribution in place of chi-squared.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace evalbus::metrics {
 
-// Two-sided p of the pairs in which only one of the two succeeded: min(1, 2 P(Binomial(a + b, 1/2) <= min(a,
-// b))). 1 without such pairs.
+// Two-sided p from the discordant pairs, in which only one of the two succeeded: min(1, 2 P(Binomial(a + b,
+// 1/2) <= min(a, b))). 1 if there are no discordant pairs.
 inline double McNemarTest(int only_a, int only_b) {
   const int discordant = only_a + only_b;
   if (discordant == 0) return 1;

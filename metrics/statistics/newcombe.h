@@ -11,8 +11,8 @@
 
 namespace evalbus::metrics {
 
-// Independent samples. Source: Newcombe 1998, "Interval estimation for the difference between independent
-// proportions", Statistics in Medicine 17, method 10. [-1, 1] where a sample is empty.
+// Interval for independent samples. Source: Newcombe 1998, "Interval estimation for the difference between
+// independent proportions", Statistics in Medicine 17, method 10. [-1, 1] if a sample is empty.
 inline Interval NewcombeInterval(double successes_a, double trials_a, double successes_b, double trials_b) {
   if (trials_a == 0 || trials_b == 0) return {-1, 1};
   const double a = successes_a / trials_a, b = successes_b / trials_b;
@@ -22,7 +22,7 @@ inline Interval NewcombeInterval(double successes_a, double trials_a, double suc
           a - b + std::hypot(wilson_a.upper - a, b - wilson_b.lower)};
 }
 
-// How often a pair succeeded in both, in one only, in neither.
+// Number of pairs in which both, only one, or neither succeeded.
 struct PairCounts {
   int both = 0;
   int only_a = 0;
@@ -34,10 +34,10 @@ struct PairCounts {
   int successes_b() const { return both + only_b; }
 };
 
-// Pairs. Source: Newcombe 1998, "Improved confidence intervals for the difference between binomial
-// proportions based on paired data", Statistics in Medicine 17, method 10: as above, less for what the two
-// have in common, by the correlation phi of the fourfold table (with a continuity correction where it is
-// positive). [-1, 1] without pairs. samples: the number of pairs that they count as; default: all.
+// Interval for paired samples. Source: Newcombe 1998, "Improved confidence intervals for the difference
+// between binomial proportions based on paired data", Statistics in Medicine 17, method 10: as above, with
+// the margins reduced by the correlation phi of the fourfold table (with a continuity correction if phi is
+// positive). [-1, 1] without pairs. samples: effective number of independent pairs; default: all.
 inline Interval NewcombePairedInterval(const PairCounts& counts, std::optional<int> samples = std::nullopt) {
   if (counts.pairs() == 0) return {-1, 1};
   const double n = samples.value_or(counts.pairs()), scale = n / counts.pairs();

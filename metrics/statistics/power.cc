@@ -17,7 +17,7 @@ using Binomial = boost::math::binomial_distribution<>;
 
 constexpr int kMaxForExactFisher = 500;
 
-// Range of counts that are likely enough to matter, for so many trials at this rate.
+// Range of success counts whose probability is not negligible, for `trials` trials at `rate`.
 struct LikelyCounts {
   int first, last;
   LikelyCounts(int trials, double rate) {
@@ -33,8 +33,8 @@ std::vector<double> LogFactorials(int most) {
   return logs;
 }
 
-// For each number of successes of a: the largest number of successes of b with which Fisher's test shows a to
-// be better; -1 for none. The same as FisherTest (fisher.h), for all tables at once.
+// For each number of successes of a: the largest number of successes of b for which Fisher's test shows a to
+// be better; -1 if there is none. Same result as FisherTest (fisher.h), for all tables at once.
 std::vector<int> FisherLimits(int trials_a, int trials_b, double alpha) {
   const std::vector<double> log_factorial = LogFactorials(trials_a + trials_b);
   const auto log_choose = [&](int n, int k) {
@@ -78,7 +78,7 @@ double McNemarPower(int pairs, const DiscordantShares& shares, double alpha) {
   const Binomial counts(pairs, discordant);
   const LikelyCounts likely(pairs, discordant);
   double power = 0;
-  // Largest number of pairs that only b won with which a is still shown to be better; never falls.
+  // Largest number of pairs won by b only for which a is still shown to be better; never decreases with n.
   int against = -1;
   for (int n = likely.first; n <= likely.last; ++n) {
     const Binomial fair(n, 0.5);
@@ -109,7 +109,7 @@ double SequentialPower(int step, int most, const DiscordantShares& shares, doubl
 }
 
 double FisherPower(int trials_a, int trials_b, double rate_a, double rate_b, double alpha) {
-  // Rounding may have left [0, 1].
+  // Rounding may have moved them out of [0, 1].
   rate_a = std::clamp(rate_a, 0.0, 1.0);
   rate_b = std::clamp(rate_b, 0.0, 1.0);
   if (std::min(trials_a, trials_b) == 0) return 0;

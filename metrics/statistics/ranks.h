@@ -1,4 +1,4 @@
-// Ranks for the two rank tests.
+// Ranks for the Wilcoxon and Mann-Whitney tests.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace evalbus::metrics {
 
 struct Ranks {
-  // Twice the rank of each value, ties getting the mean of their ranks: whole numbers.
+  // Twice the rank of each value, so that the mean ranks of ties are whole numbers.
   std::vector<int> twice;
   // Sum over groups of t equal values of t^3 - t.
   double ties = 0;
@@ -33,24 +33,25 @@ inline Ranks RankValues(std::span<const double> values) {
   return ranks;
 }
 
-// A rank test's result.
+// Result of a rank test.
 struct RankTest {
-  // Sum of ranks that the test is about.
+  // Rank sum, or U; see the test.
   double statistic = 0;
-  // Two-sided.
+  // Two-sided p-value.
   double p = 1;
-  // From the distribution itself, not from its normal approximation.
+  // True if p is from the exact distribution, false if from its normal approximation.
   bool exact = true;
 };
 
-// Two-sided p of a statistic by the normal distribution, corrected for continuity by half a rank.
+// Two-sided p of a statistic by the normal distribution, with a continuity correction of half a rank.
 inline double NormalTwoSided(double statistic, double mean, double variance) {
   if (!(variance > 0)) return 1;
   const double z = std::max(0.0, std::abs(statistic - mean) - 0.5) / std::sqrt(variance);
   return std::min(1.0, 2 * cdf(complement(boost::math::normal_distribution<>(), z)));
 }
 
-// Two-sided p of a statistic whose value s has the weight weights[s]: twice the smaller tail, at most 1.
+// Two-sided p of a statistic that takes the value s with weight weights[s]: twice the smaller tail, at most
+// 1.
 inline double ExactTwoSided(const std::vector<double>& weights, int statistic) {
   const auto at = weights.begin() + statistic;
   const double all = std::accumulate(weights.begin(), weights.end(), 0.0);

@@ -34,7 +34,7 @@ void Flatten(const ordered_json& value, const std::string& name, NamedNumbers* o
   }
 }
 
-// Adds to the count of this key, which is appended if it is not there.
+// Adds `count` to the entry with this key; appends the entry if it is missing.
 template <class Key, class Number>
 void Count(const Key& name, Number count, std::vector<std::pair<Key, Number>>* counts) {
   for (auto& [other, sum] : *counts) {
@@ -52,7 +52,7 @@ void MostFrequentFirst(std::vector<std::pair<std::string, Number>>* counts) {
   });
 }
 
-// Interval of the mean, cut off at what the metric can be.
+// Interval of the mean, clipped to the metric's valid range.
 Interval MeanInterval(const std::string& name, const std::vector<double>& sorted) {
   Interval interval = IntervalOfMean(sorted);
   if (const MetricInfo* metric = FindMetric(name).metric; metric && std::isfinite(interval.lower)) {
@@ -61,7 +61,7 @@ Interval MeanInterval(const std::string& name, const std::vector<double>& sorted
   return interval;
 }
 
-// is_one_sample: the values are one that was found again and again.
+// is_one_sample: all values are repetitions of a single one.
 MetricSummary Describe(const std::string& name, const std::vector<double>& sorted, bool is_one_sample,
                        bool with_bootstrap) {
   return {.name = name,
@@ -76,7 +76,7 @@ MetricSummary Describe(const std::string& name, const std::vector<double>& sorte
           .mean_95 = with_bootstrap && !is_one_sample ? MeanInterval(name, sorted) : kNoInterval};
 }
 
-// An empty object where there is none.
+// Returns an empty object if the key is missing.
 const ordered_json& Member(const ordered_json& json, const char* key) {
   static const ordered_json kNone = ordered_json::object();
   const auto found = json.find(key);
@@ -118,7 +118,7 @@ EpisodeResult ResultOf(const ordered_json& episode) {
   }
   const ordered_json& slips = Member(metrics, kSlips);
   for (const auto& [object, count] : slips.items()) {
-    // "object_2"; those before it that are not there are not known.
+    // Keys are "object_1", "object_2", ...; lower-numbered objects whose key is missing are unknown (-1).
     const int number = object.starts_with(kObject) ? StageIndex(object.substr(sizeof kObject - 1)) : 0;
     if (number < 1 || number > kMaxObjects)
       throw InputError(std::string(kSlips) + ": unknown key '" + object + "'");
@@ -318,7 +318,7 @@ ordered_json SummaryJson(const std::string& task, const std::string& variation, 
   json["collisions_per_geom"] = Json(summary.collisions_per_geom);
   ordered_json& metrics = json["metrics"] = ordered_json::object();
   for (const MetricSummary& metric : summary.metrics) {
-    // What one episode cannot say (NaN) becomes null.
+    // Statistics that are undefined for one episode (NaN) become null.
     metrics[metric.name] = {
         {"episodes", metric.episodes}, {"mean", metric.mean},     {"mean_95", Json(metric.mean_95)},
         {"std", metric.std},           {"median", metric.median}, {"p5", metric.p5},

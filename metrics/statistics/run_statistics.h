@@ -17,41 +17,42 @@
 
 namespace evalbus::metrics {
 
-// Numbers by their names, which are there as long as the program runs, once for all episodes.
+// Numbers by name. The names are interned: stored once for all episodes, for the lifetime of the process.
 using NamedNumbers = std::vector<std::pair<std::string_view, double>>;
 
-// One finished episode.
+// Result of one finished episode.
 struct EpisodeResult {
-  // No tick missing, no sample refused.
+  // No tick is missing and no sample was refused.
   bool complete = false;
-  // Not complete because the policy's server failed, which says nothing of the policy.
+  // Incomplete because the policy's server failed, so that no conclusion about the policy can be drawn.
   bool invalid = false;
   bool success = false;
   // Empty on success.
   std::string failure_reason;
-  // False where the source did not know what success or failure asks for: in no rate of success.
+  // False if the source does not provide what the success or failure condition needs; such an episode counts
+  // in no success rate.
   bool judged() const { return failure_reason != end_reason::kNotJudged; }
-  // Every number of the result by its name as in summary.json, but for success and reached stages.
+  // Every number of the result by its name as in summary.json, except success and reached stages.
   NamedNumbers values;
-  // Index, and whether it was reached.
+  // Index of each stage, and whether it was reached.
   std::vector<std::pair<int, bool>> stages;
-  // By object; -1: not known.
+  // By object; -1: unknown.
   std::vector<int64_t> slips;
-  // New collisions by geom of the scene, or by pair of the robot's ("left/hand + right/hand").
+  // New collisions by scene geom, or by pair of robot geoms ("left/hand + right/hand").
   std::map<std::string, int64_t> collisions;
-  // What was drawn for its start; empty where nothing was, or where that is not known (a run of an older
-  // evalbus, a recorded trajectory, a source).
+  // Randomized start parameters. Empty if nothing was randomized, or if the parameters are unknown (a run of
+  // an older evalbus version, a recorded trajectory, an external source).
   NamedNumbers parameters;
 
-  // Equal in every number, those of the start included (RunSummary::samples).
+  // True if equal in every number, including the start parameters (see RunSummary::samples).
   bool operator==(const EpisodeResult&) const = default;
 };
 
-// Number of samples that the complete episodes of one task (pointers to them) count as in intervals and
-// tests: one where all are equal in every number, those of the start included: nothing was drawn, or the same
-// each time, and the policy did the same each time, so another one adds no information. Where a single one
-// differs, all count: equal numbers from different starts are different samples, and so are equal starts of a
-// policy that does not do the same each time.
+// Number of samples as which the complete episodes of one task count in intervals and tests. `episodes` holds
+// pointers to them. If all are equal in every number, including the start parameters, they count as one
+// sample: the start was the same each time and the policy is deterministic, so another repetition adds no
+// information. If any episode differs, all count: equal results from different starts are separate samples,
+// and so are equal results of a policy that is not deterministic.
 template <class Episodes>
 int NumSamples(const Episodes& episodes) {
   const bool are_equal =
@@ -59,87 +60,89 @@ int NumSamples(const Episodes& episodes) {
   return are_equal ? std::min(1, static_cast<int>(episodes.size())) : static_cast<int>(episodes.size());
 }
 
-// From a line of episodes.jsonl; from a message: metrics/episode/result_json.h. Throws InputError where a
-// stage is no number, nlohmann's exceptions where a key is missing or of another type.
+// Reads a line of episodes.jsonl; for messages see metrics/episode/result_json.h. Throws InputError if a
+// stage index is not a number, and nlohmann's exceptions if a key is missing or has another type.
 EpisodeResult ResultOf(const nlohmann::ordered_json& episode);
 
-// For EpisodeResult::values: of `metrics` and `extended` of an episode's line.
+// Collects EpisodeResult::values from `metrics` and `extended` of a line of episodes.jsonl.
 NamedNumbers NumbersOf(const nlohmann::ordered_json& metrics, const nlohmann::ordered_json& extended);
 
 // Numbers and booleans (as 0 and 1) of a result dictionary by their flattened keys
-// ("cartesian_path_length.left"), in the dictionary's order; "extended" goes before those of that dictionary
-// ("extended.min_clearance_m").
+// ("cartesian_path_length.left"), in the dictionary's order. before: prefix of the keys; "extended" for the
+// extended metrics ("extended.min_clearance_m").
 NamedNumbers FlattenedValues(const nlohmann::ordered_json& metrics, const std::string& before = "");
 
-// Over the complete episodes that have the metric; of the completion time, over those that succeeded.
+// Statistics of a metric over the complete episodes that have it; of the completion time, over the successful
+// ones.
 struct MetricSummary {
   std::string name;  // flattened
   int episodes = 0;
   double mean = 0;
-  // Of the sample (n - 1); NaN for one episode, or where all are equal.
+  // Sample standard deviation (n - 1); NaN for one episode, or if all episodes are equal.
   double std = 0;
   double median = 0;
-  // Percentiles.
+  // 5th and 95th percentile.
   double p5 = 0, p95 = 0;
   double min = 0, max = 0;
-  // Bootstrap interval of the mean (statistics/interval_of_mean.h); NaN for one episode, where all are equal,
-  // or where it was not asked for.
+  // Bootstrap interval of the mean (statistics/interval_of_mean.h); NaN for one episode, if all episodes are
+  // equal, or if it was not requested.
   Interval mean_95{};
 };
 
 struct StageSummary {
   int index = 0;
-  // Complete episodes that reached it.
+  // Number of complete episodes that reached the stage.
   int reached = 0;
 };
 
 struct RunSummary {
   int episodes = 0;
   int complete = 0;
-  // Of those that are not complete, the ones whose policy's server failed.
+  // Number of incomplete episodes whose policy's server failed.
   int invalid = 0;
-  // As how many the complete ones count in the intervals (NumSamples), of a suite added up over its tasks.
-  // Rates and means are over all of them in any case.
+  // Number of samples as which the complete episodes count in the intervals (NumSamples), for a suite summed
+  // over its tasks. Rates and means are always over all complete episodes.
   int samples = 0;
-  // Of the complete ones, those with a verdict about success (EpisodeResult::judged), and those that
-  // succeeded.
+  // Number of complete episodes with a verdict about success (EpisodeResult::judged), and number of those
+  // that succeeded.
   int judged = 0;
   int successes = 0;
-  // Of the judged ones; NaN without them.
+  // successes / judged; NaN if no episode was judged.
   double success_rate = 0;
-  // Of that rate among as many trials as there are samples. For one look when the run is over: wilson,
-  // clopper_pearson; for looks while it goes on: anytime (statistics/confidence_sequence.h).
+  // Intervals of the success rate, with `samples` as the number of trials. For a finished run: wilson,
+  // clopper_pearson. For inspection while the run is active: anytime (statistics/confidence_sequence.h).
   Interval wilson{}, clopper_pearson{}, anytime{};
   std::vector<StageSummary> stages;
-  // Of the complete episodes that did not succeed; most frequent first.
+  // Failure reasons of the complete episodes that did not succeed; most frequent first.
   std::vector<std::pair<std::string, int>> failure_reasons;
-  // Totals by object, in the order of slip_count_per_object; -1: not known.
+  // Totals by object, in the order of slip_count_per_object; -1: unknown.
   std::vector<int64_t> slips_per_object;
-  // Totals; most frequent first.
+  // Totals by geom; most frequent first.
   std::vector<std::pair<std::string, int64_t>> collisions_per_geom;
-  // By first appearance. Success and reached stages are no metrics here: they have their own members.
+  // In order of first appearance, without success and reached stages, which have members of their own.
   std::vector<MetricSummary> metrics;
 
   const MetricSummary* Find(const std::string& metric) const;
-  // A number of complete episodes, scaled to samples.
+  // Scales a number of complete episodes to the number of samples.
   double InSamples(int count) const;
-  // What a reader of the intervals has to know; empty where every episode is a sample of its own.
+  // Note that explains the sample count of the intervals; empty if every episode is a sample of its own.
   std::string SamplesText() const;
 };
 
-// Kept up to date episode by episode. A summary goes over all values so far: 0.1 to 0.6 ms per 1,000
-// episodes.
+// Statistics that are updated episode by episode. Summary() visits all values so far, which takes 0.1 to 0.6
+// ms per 1,000 episodes.
 class RunStatistics {
  public:
-  // Of an episode that was run twice, the last result counts. task: a number for each task of a suite, whose
-  // episodes are counted on.
+  // If an episode was run twice, its last result counts. task: index of the task in a suite, whose episodes
+  // are numbered consecutively across tasks.
   void Add(int episode, const EpisodeResult& result, int task = 0);
-  // Every episode from 0 to the highest added is there.
+  // True if every episode from 0 to the highest added has been added.
   bool is_without_gap() const {
     return episodes_.empty() || episodes_.rbegin()->first + 1 == static_cast<int>(episodes_.size());
   }
 
-  // With the bootstrap, which takes about a second for a thousand episodes, at the end of a run.
+  // with_bootstrap: also computes the bootstrap intervals, which take about a second per thousand episodes;
+  // use it at the end of a run.
   RunSummary Summary(bool with_bootstrap) const;
 
  private:
@@ -152,7 +155,7 @@ class RunStatistics {
     std::vector<int64_t> slips;
     std::map<std::string, int64_t> collisions;
     NamedNumbers parameters;
-    // When it ended, whether it succeeded or not.
+    // Completion time, also set if the episode did not succeed.
     double time_s = 0;
     bool operator==(const Entry&) const = default;
   };
@@ -160,7 +163,8 @@ class RunStatistics {
 
   std::map<int, Entry> episodes_;
   std::vector<std::string> names_;
-  // Values of a metric, ascending when they are asked for: the same bits in whatever order episodes finish.
+  // Values of a metric. They are sorted before use, so that the results are bit-identical in whatever order
+  // episodes finish.
   class Values {
    public:
     void Add(double value) { values_.push_back(value); }
@@ -169,16 +173,16 @@ class RunStatistics {
 
    private:
     mutable std::vector<double> values_;
-    mutable size_t ascending_ = 0;  // so many are in order already
+    mutable size_t ascending_ = 0;  // number of leading values that are sorted already
   };
   std::vector<Values> values_;
 };
 
-// RUN_SUMMARY: what of it is known while the run goes on.
+// RUN_SUMMARY message: the statistics that are available while the run is active.
 run_summary_t SummaryMessage(const RunSummary& summary);
-// Counts and success rate, with which summaries of runs and of suites begin.
+// Counts and success rate: the first keys of run and suite summaries.
 nlohmann::ordered_json RatesJson(const RunSummary& summary);
-// summary.json.
+// Contents of summary.json.
 nlohmann::ordered_json SummaryJson(const std::string& task, const std::string& variation,
                                    const RunSummary& summary);
 

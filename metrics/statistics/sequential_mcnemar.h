@@ -1,9 +1,10 @@
-// A test of two success rates on pairs for somebody who looks after every pair and may stop at any. Source:
-// of the pairs in which only one of the two succeeded, equal policies win half; Robbins' average over all
-// other shares (confidence_sequence.h), over the likelihood of one half, is a martingale from 1 on, which
-// ever comes to 1 / alpha with probability alpha at most (Ville 1939). What Snyder et al. 2025, "Is Your
-// Imitation Learning Policy Better than Mine? Policy Comparison with Near-Optimal Stopping" (STEP), do with
-// less pairs, this does with a formula.
+// Anytime-valid test for equality of two success rates on paired data: it may be evaluated after every pair,
+// and the comparison may be stopped at any of them. If the two policies are equal, each wins half of the
+// discordant pairs (in which only one of the two succeeded). Robbins' average of the likelihood over all
+// other shares (confidence_sequence.h), divided by the likelihood of one half, is then a martingale that
+// starts at 1. It ever reaches 1 / alpha with probability at most alpha (Ville 1939). Snyder et al. 2025, "Is
+// Your Imitation Learning Policy Better than Mine? Policy Comparison with Near-Optimal Stopping" (STEP), need
+// fewer pairs; this test needs only a formula.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 
 namespace evalbus::metrics {
 
-// p of the pairs in which only one of the two succeeded, valid whenever one looks: min(1, (n + 1) C(n, a) /
-// 2^n), n = a + b. The smallest of all looks so far counts.
+// p-value from the discordant pairs, valid whenever it is evaluated: min(1, (n + 1) C(n, a) / 2^n), n = a +
+// b. The smallest value so far counts.
 inline double SequentialMcNemar(int only_a, int only_b) {
   const double n = only_a + only_b;
   const double log_p = std::log(n + 1) + boost::math::lgamma(n + 1) - boost::math::lgamma(only_a + 1.0) -

@@ -1,7 +1,8 @@
-// When two numbers are one. Equal differences, and sums of equal numbers in another order, differ in their
-// last bits: 5.20 - 5.46 + 0.26 is not 0. n steps of arithmetic are off by at most n 2^-53 of the largest
-// number in them (Higham 2002, "Accuracy and stability of numerical algorithms", 4.2), less than kTie up to n
-// = 2^20; what differs in truth, a time by a tick, a count by one, a share by a stage, differs by more.
+// Equality of floating-point numbers up to rounding. Equal differences, and sums of the same numbers in
+// another order, may differ in their last bits: 5.20 - 5.46 + 0.26 is not 0. The error of n arithmetic steps
+// is at most n 2^-53 of the largest operand (Higham 2002, "Accuracy and stability of numerical algorithms",
+// 4.2), which is less than kTie up to n = 2^20. Real differences (a time by a tick, a count by one, a share
+// by a stage) are larger.
 #pragma once
 
 #include <algorithm>
@@ -12,17 +13,17 @@
 
 namespace evalbus::metrics {
 
-// Of the largest magnitude at hand.
+// Relative to the largest magnitude in the data.
 inline constexpr double kTie = 0x1p-32;  // 2.3e-10
 
-// 0 for none.
+// 0 for an empty span.
 inline double LargestMagnitude(std::span<const double> x) {
   return std::accumulate(x.begin(), x.end(), 0.0,
                          [](double largest, double value) { return std::max(largest, std::abs(value)); });
 }
 
-// The values, with magnitudes no further apart than kTie of `largest` made the same one, and those near 0
-// made 0.
+// Returns the values with magnitudes that differ by at most kTie * largest made equal, and those near 0 set
+// to 0.
 inline std::vector<double> WithTies(std::span<const double> x, double largest) {
   std::vector<double> values(x.begin(), x.end());
   std::vector<size_t> order(values.size());
@@ -39,7 +40,7 @@ inline std::vector<double> WithTies(std::span<const double> x, double largest) {
 }
 inline std::vector<double> WithTies(std::span<const double> x) { return WithTies(x, LargestMagnitude(x)); }
 
-// a - b of pairs (equal sizes).
+// a - b for pairs (equal sizes), with ties as in WithTies().
 inline std::vector<double> PairedDifferences(std::span<const double> a, std::span<const double> b) {
   std::vector<double> differences;
   for (size_t i = 0; i < a.size(); ++i) differences.push_back(a[i] - b[i]);

@@ -13,10 +13,10 @@
 
 namespace evalbus::metrics {
 
-// Differences are equal, or zero, as ties.h has it. Those of zero are left out, as Wilcoxon did; statistic:
-// sum of the ranks of positive differences. Up to 50 others the distribution is exact, also with ties: over
-// all signs, given the ranks. Beyond, normal with the variance corrected for ties. p = 1 where no difference
-// is left.
+// ties.h decides whether differences are equal or zero. Zero differences are dropped, as in Wilcoxon's paper.
+// statistic: sum of the ranks of positive differences. For up to 50 remaining differences the distribution is
+// exact, also with ties: over all signs, given the ranks. Above, it is the normal approximation with the
+// variance corrected for ties. p = 1 if no difference remains.
 inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
   std::vector<double> sizes;
   std::vector<bool> positive;
@@ -32,7 +32,7 @@ inline RankTest WilcoxonSignedRankTest(std::span<const double> differences) {
 
   RankTest test{.statistic = twice / 2.0, .p = 1, .exact = sizes.size() <= 50};
   if (test.exact) {
-    // Number of the 2^n choices of signs for each sum.
+    // Number of the 2^n sign choices that yield each sum.
     std::vector<double> choices(
         static_cast<size_t>(std::accumulate(ranks.twice.begin(), ranks.twice.end(), 1)));
     choices[0] = 1;

@@ -16,7 +16,7 @@ inline Interval WilsonInterval(double successes, double trials) {
   const double center = p + z * z / (2 * n);
   const double half_width = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
   const double scale = 1 + z * z / n;
-  // At the ends of the range the bound is exact; rounding would leave it beside.
+  // At the ends of the range the bound is exactly 0 or 1; rounding would move it.
   return {successes == 0 ? 0 : std::max(0.0, (center - half_width) / scale),
           successes >= trials ? 1 : std::min(1.0, (center + half_width) / scale)};
 }

@@ -39,7 +39,8 @@ std::array<double, 3> Frame::Of(const double* position, const WorldView& world) 
   if (body_ < 0) return {position[0], position[1], position[2]};
   const double *origin = world.state.body[body_].position_m, *quat = world.state.body[body_].quat_wxyz;
   const std::array<double, 3> v = {position[0] - origin[0], position[1] - origin[1], position[2] - origin[2]};
-  // Turned back by the unit quaternion q, which MuJoCo's are: v + 2 u x (u x v - w v), u the vector of q.
+  // Rotates by the inverse of the unit quaternion q (MuJoCo's are normalized): v + 2 u x (u x v - w v), where
+  // u is the vector part of q.
   const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
   const std::array<double, 3> t = {y * v[2] - z * v[1] - w * v[0], z * v[0] - x * v[2] - w * v[1],
                                    x * v[1] - y * v[0] - w * v[2]};
@@ -48,10 +49,10 @@ std::array<double, 3> Frame::Of(const double* position, const WorldView& world) 
 }
 
 double Tilt(const double* quat_wxyz, int axis) {
-  // The body's z axis in the world, of any norm.
+  // The body's z axis in the world frame, not normalized.
   const double w = quat_wxyz[0], x = quat_wxyz[1], y = quat_wxyz[2], z = quat_wxyz[3];
   const std::array<double, 3> up = {2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z};
-  // atan2 of the parts along and across the axis is exact where the arc cosine is not.
+  // atan2 of the components along and across the axis is exact where the arc cosine is not.
   const int along = axis == kNoAxis ? 2 : axis;
   const double across = std::hypot(up[(along + 1) % 3], up[(along + 2) % 3]);
   return axis == kNoAxis ? std::atan2(across, up[along]) : std::atan2(std::abs(up[along]), across);

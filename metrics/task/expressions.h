@@ -1,5 +1,5 @@
-// The predicates and quantities that task descriptions are made of. Each is a class in predicates.cc or
-// quantities.cc and one line in the registry there; docs/metrics.md lists their names and arguments.
+// Predicates and quantities from which task descriptions are built. Each is a class in predicates.cc or
+// quantities.cc and one line in the registry there. docs/metrics.md lists their names and arguments.
 #pragma once
 
 #include <array>
@@ -20,17 +20,17 @@
 
 namespace evalbus::metrics {
 
-// A number about a tick, in SI units.
+// A number computed from a tick, in SI units.
 class Quantity {
  public:
   virtual ~Quantity() = default;
-  // Forgets the episode before.
+  // Discards the state of the previous episode.
   virtual void Start() {}
   virtual double Evaluate(const WorldView& world) = 0;
 
-  // What the number is, in words: "tilt of pot".
+  // Description of the number: "tilt of pot".
   const std::string& words() const { return words_; }
-  // What it is about, as the task description names it.
+  // The object or arm that the number is about, as named in the task description.
   const std::string& subject() const { return subject_; }
 
  protected:
@@ -38,64 +38,65 @@ class Quantity {
   std::string subject_;
 };
 
-// What expressions are compiled against. Both must outlive what is compiled.
+// Context in which expressions are compiled. Both references must outlive the compiled expressions.
 struct CompileContext {
   const ModelNames& names;
   const TaskDescription& task;
-  // `reached` may ask for the first so many stages of the task: of a stage, for those before it.
+  // `reached` may refer only to this many stages, counted from the first. While a stage is compiled: the
+  // number of stages before it.
   size_t num_stages = std::numeric_limits<size_t>::max();
 };
 
-// Throw InputError with file and line: an unknown predicate or quantity, argument or name, a limit that the
-// number never passes.
+// Both throw InputError with file and line for an unknown predicate, quantity, argument or name, and for a
+// limit that the number can never pass.
 std::unique_ptr<Predicate> CompilePredicate(const Expression& expression, const CompileContext& context);
 std::unique_ptr<Quantity> CompileQuantity(const Expression& expression, const CompileContext& context);
 
-// Adds a predicate by this name, before any task is read (docs/extending.md). Throws InputError: the name is
-// taken.
+// Registers a predicate under this name; must be called before any task is read (docs/extending.md). Throws
+// InputError if the name is taken.
 using PredicateMaker = std::function<std::unique_ptr<Predicate>(const Expression&, const CompileContext&)>;
 void RegisterPredicate(const std::string& name, const PredicateMaker& make);
 
-// A quantity that tasks may name: as a metric under `target_distance`, and as a predicate with limits.
+// A quantity that tasks may use: as a metric under `target_distance`, and with limits as a predicate.
 struct QuantityKind {
   std::string name;
   std::vector<const char*> required_arguments;
   std::vector<const char*> optional_arguments;
-  // Of limits, as the keys of a task have them ("min_m", "max_m") and as people read them; "rad" is "deg",
-  // too.
+  // Unit of the limits, as in the keys of a task ("min_m", "max_m"), and as shown to people. For "rad", tasks
+  // may use "deg" too.
   std::string key;
   std::string unit;
-  // What the number can be, in the unit.
+  // Valid range of the number, in the unit.
   NumberRange range;
-  // condition_t's.
+  // Kind as in condition_t.
   int8_t kind;
   std::function<std::unique_ptr<Quantity>(const YamlMap& arguments, const CompileContext& context)> make;
 };
-// As RegisterPredicate.
+// Registers a quantity; same rules as RegisterPredicate.
 void RegisterQuantity(const QuantityKind& kind);
 
-// Of every quantity a predicate: it is within limits, min_UNIT and max_UNIT among the arguments. Null where
-// no quantity has this name.
+// Compiles any quantity into a predicate that is true if the number is within the limits given by the
+// arguments min_UNIT and max_UNIT. Null if no quantity has this name.
 std::unique_ptr<Predicate> CompileWithin(const Expression& expression, const CompileContext& context);
 
-// Sorted. Every quantity is a predicate, too.
+// Names in alphabetical order. Every quantity is also a predicate.
 std::vector<std::string> PredicateNames();
 std::vector<std::string> QuantityNames();
 
-// The arguments of an expression, each of which must be known. Throws InputError with file and line.
+// Returns the arguments of an expression and checks that each is known. Throws InputError with file and line.
 YamlMap ArgumentsOf(const Expression& expression, const std::vector<const char*>& required,
                     const std::vector<const char*>& optional = {});
 
-// True where a geom of one set touches a geom of the other; sets by geom id.
+// Whether a geom of set a touches a geom of set b; sets are indexed by geom id.
 bool Touch(std::span<const contact_t> contacts, const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
 
-// Where a body's frame is: the world's, or that of the body which the argument `frame` names.
+// Reference frame of a position: the world frame, or that of the body named by the argument `frame`.
 class Frame {
  public:
   Frame(const YamlMap& arguments, const CompileContext& context);
-  // A point of the world in this frame.
+  // Transforms a point from world coordinates to this frame.
   std::array<double, 3> Of(const double* position, const WorldView& world) const;
-  // " in the frame of plate"; nothing for the world.
+  // Description: " in the frame of plate"; empty for the world frame.
   const std::string& words() const { return words_; }
 
  private:
@@ -103,11 +104,11 @@ class Frame {
   std::string words_;
 };
 
-// How far an object leans: the angle (rad) between its up axis (z of its body) and the vertical, or with
-// `axis` (0 x, 1 y) how far its up axis is from being perpendicular to that world axis, |phi - pi/2|.
+// Tilt of an object: the angle (rad) between its up axis (z of its body) and the vertical. With `axis` (0 x,
+// 1 y): how far its up axis is from being perpendicular to that world axis, |phi - pi/2|.
 double Tilt(const double* quat_wxyz, int axis);
 inline constexpr int kNoAxis = -1;
-// Argument `axis` (x or y, optional) as for Tilt().
+// Reads the optional argument `axis` (x or y) for Tilt().
 int TiltAxis(const YamlMap& arguments);
 
 }  // namespace evalbus::metrics

@@ -39,7 +39,8 @@ bool KnownObjects::Knows(const Expression& expression, const TaskDescription& ta
     const auto stage = std::ranges::find(task.stages, name, &Stage::name);
     return stage == task.stages.end() || Knows(stage->when, task);
   }
-  // Of a combination the arguments are what its operands were read from.
+  // The arguments of a combination are the text that its operands were read from, so check the operands
+  // instead.
   if (expression.operands.empty()) return KnowsNames(expression.arguments);
   return std::ranges::all_of(expression.operands,
                              [&](const Expression& operand) { return Knows(operand, task); });

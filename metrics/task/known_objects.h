@@ -1,5 +1,5 @@
-// Which conditions of a task can be judged where a source does not know the poses of all manipulated objects
-// (model_info_t.object_is_tracked). Pure.
+// Determines which conditions of a task can be judged if a source does not provide the poses of all
+// manipulated objects (model_info_t.object_is_tracked). Pure.
 #pragma once
 
 #include <string>
@@ -15,15 +15,15 @@ class KnownObjects {
  public:
   explicit KnownObjects(const model_info_t& model);
 
-  // Every object's pose is known.
+  // Whether every object's pose is known.
   bool all() const { return unknown_.empty(); }
-  // By geom id: 1 for the geoms of objects whose poses are not known; empty where all are.
+  // By geom id: 1 for geoms of objects whose poses are unknown; empty if all are known.
   const std::vector<uint8_t>& unknown_geoms() const { return unknown_geoms_; }
-  // One of these geoms must not be touched (model_info_t.forbidden_contact_geom).
+  // Whether one of these geoms must not be touched (model_info_t.forbidden_contact_geom).
   bool lacks_forbidden_contact_geoms() const { return lacks_forbidden_contact_geoms_; }
 
-  // No name in the expression stands for an object that is not known, or for a part of it; of `reached`, in
-  // the expression of that stage. An expression that is not there is known.
+  // Whether no name in the expression refers to an object with an unknown pose, or to a part of one.
+  // `reached` is resolved to the expression of its stage. True for an absent expression.
   bool Knows(const Expression& expression, const TaskDescription& task) const;
 
  private:

@@ -24,13 +24,14 @@ int DecimalsOf(const std::string& text) {
   return point == std::string::npos ? 0 : static_cast<int>(text.size() - point - 1);
 }
 
-// Digits of a number before its decimal point; negative: zeros behind it.
+// Number of digits before the decimal point; negative: number of zeros after it.
 int DigitsBeforePoint(double value) {
   return value == 0 ? 1 : 1 + static_cast<int>(std::floor(std::log10(std::abs(value))));
 }
 
-// "27.4 degrees > 20", "1.100 m >= 1.096": at least three digits, at least the decimal places of the limit,
-// and as many of both as it takes to compare as the numbers do.
+// Formats a comparison: "27.4 degrees > 20", "1.100 m >= 1.096". Both numbers have at least three digits, at
+// least the decimal places of the limit, and enough digits that the printed numbers compare like the real
+// ones.
 std::string Compared(double value, const std::string& relation, double threshold, const std::string& unit) {
   const auto order = [](double a, double b) { return (a > b) - (a < b); };
   std::string text, limit;

@@ -1,4 +1,4 @@
-// What a predicate of a task description is: true or false about a tick, and able to say why.
+// Base classes of the predicates of a task description: each is true or false at a tick and can explain why.
 #pragma once
 
 #include <limits>
@@ -13,21 +13,22 @@
 
 namespace evalbus::metrics {
 
-// One tick of the world.
+// State of the world at one tick.
 struct WorldView {
   const state_t& state;
   std::span<const contact_t> contacts;
-  // By stage of the task, in its order: reached at this tick or before.
+  // By stage of the task, in task order: 1 if reached at this tick or earlier.
   std::span<const uint8_t> stage_reached = {};
 };
 
-// Conditions as they stand, one after the other. The first time they are appended; from then on only what
-// changes from tick to tick is written, so that nothing is allocated.
+// Writes the current conditions one after the other. The first pass appends them; later passes write only the
+// members that change from tick to tick and do not allocate.
 class Standing {
  public:
   explicit Standing(std::vector<condition_t>* conditions) : conditions_(*conditions) {}
 
-  // The next one; `fixed` has what never changes, and words() what it asks for, once.
+  // Returns the next condition. `fixed` has the members that never change; words() returns its text and is
+  // called only once.
   template <class Words>
   condition_t& Next(const condition_t& fixed, const Words& words) {
     if (next_ == conditions_.size()) {
@@ -45,22 +46,24 @@ class Standing {
 class Predicate {
  public:
   virtual ~Predicate() = default;
-  // Forgets the episode before.
+  // Discards the state of the previous episode.
   virtual void Start() {}
   virtual bool Evaluate(const WorldView& world) = 0;
-  // Appends the conditions that made the last Evaluate() come out as it did, in the order of the description:
-  // all that a true `all` needs, the first unmet one of a false `all`, the first that makes an `any` true,
-  // all of a false `any`.
+  // Appends the conditions that determined the result of the last Evaluate(), in the order of the
+  // description: all conditions of a true `all`, the first unmet one of a false `all`, the first one that
+  // makes an `any` true, all of a false `any`.
   virtual void Explain(std::vector<condition_t>* conditions) const = 0;
-  // Every condition in it after the last Evaluate(), also those that decided nothing, in the order of the
-  // description. wanted: false below a `not`. text says what is asked for, holds whether that is so,
-  // comparison and threshold what it takes.
+  // Writes every condition of the predicate after the last Evaluate(), including those that did not affect
+  // the result, in the order of the description. wanted: the value that the condition should have; false
+  // below a `not`. In each condition, text is the requirement, holds is whether it is met, and comparison and
+  // threshold are its limit.
   virtual void Stand(bool wanted, Standing* standing) const = 0;
-  // What it means to be `value`, in words, before any tick: lines, those of operands indented.
+  // Describes in words, independent of any tick, what it means that the predicate is `value`. Returns lines;
+  // those of operands are indented.
   virtual std::vector<std::string> Describe(bool value) const = 0;
 };
 
-// A condition that holds or does not, without a number. A class fills in the members and Holds().
+// A condition without a number. Derived classes fill in the members and implement Holds().
 class Relation : public Predicate {
  public:
   bool Evaluate(const WorldView& world) final;
@@ -72,7 +75,7 @@ class Relation : public Predicate {
 
  protected:
   virtual bool Holds(const WorldView& world) = 0;
-  // predicate, kind, subject, other; the rest comes from the tick.
+  // predicate, kind, subject and other; the remaining members are set at each tick.
   condition_t condition_{};
   std::string text_if_true_;
   std::string text_if_false_;
@@ -82,7 +85,8 @@ class Relation : public Predicate {
   bool holds_ = false;
 };
 
-// A condition that a number is within limits, both included. A class fills in the members and Value().
+// A condition that a number is within limits, both included. Derived classes fill in the members and
+// implement Value().
 class Within : public Predicate {
  public:
   void Start() override { value_ = 0; }
@@ -92,21 +96,22 @@ class Within : public Predicate {
   std::vector<std::string> Describe(bool value) const override;
 
  protected:
-  // In the condition's unit.
+  // Current value, in the condition's unit.
   virtual double Value(const WorldView& world) = 0;
-  // Words for what was measured at a tick, which hold or do not: "tilt of pot 27.4 degrees > 20".
+  // Text for the value measured at a tick: "tilt of pot 27.4 degrees > 20". holds: whether the condition is
+  // met.
   virtual std::string Words(bool holds, double value) const;
-  // predicate, kind, subject and unit; the rest comes from the tick.
+  // predicate, kind, subject and unit; the remaining members are set at each tick.
   condition_t condition_{};
-  // What the number is, in words: "tilt of pot".
+  // Description of the number: "tilt of pot".
   std::string quantity_;
-  // In the condition's unit, infinite where there is none.
+  // In the condition's unit; infinite if there is no limit.
   double lower_ = -std::numeric_limits<double>::infinity();
   double upper_ = std::numeric_limits<double>::infinity();
 
  private:
   bool Holds() const { return lower_ <= value_ && value_ <= upper_; }
-  // Of two limits the nearer one, which is the violated one where one is.
+  // Which of two limits is nearer; if one is violated, it is that one.
   bool IsUpperNearer() const { return upper_ - value_ < value_ - lower_; }
 
   header_t header_{};

@@ -16,8 +16,8 @@
 namespace evalbus::metrics {
 namespace {
 
-// A pad of the gripper touches the object; gripper `any`: of any gripper; `first`: of the one that held the
-// object first in this episode (of two that began at one tick, the first of the model); `other`: of any but
+// A pad of the gripper touches the object. `any`: any gripper. `first`: the gripper that first held the
+// object in this episode (if two began at the same tick, the first in the model). `other`: any gripper but
 // that one, once there is a first.
 class Holding : public Relation {
  public:
@@ -64,10 +64,10 @@ class Holding : public Relation {
  private:
   enum class Which { kNamed, kFirst, kOther };
   Which which_ = Which::kNamed;
-  // Of each gripper in question.
+  // Pads of each gripper that may hold the object.
   std::vector<std::vector<uint8_t>> pads_;
   std::vector<uint8_t> object_;
-  // Index into pads_ of the gripper that held first; its size: none has.
+  // Index into pads_ of the gripper that held the object first; pads_.size() if none has.
   size_t first_ = 0;
 };
 
@@ -93,7 +93,7 @@ class Touching : public Relation {
   std::vector<uint8_t> b_;
 };
 
-// The object's origin is at world height min_m or higher.
+// The world z coordinate of the object's origin is at least min_m.
 class HeightAbove : public Within {
  public:
   HeightAbove(const Expression& expression, const CompileContext& context) {
@@ -114,8 +114,8 @@ class HeightAbove : public Within {
   int body_;
 };
 
-// The object rests on the support: a geom of it touches a geom of the support, and the contact's normal is
-// within 45 degrees of straight up.
+// The object rests on the support: one of its geoms touches a geom of the support, and the contact normal is
+// within 45 degrees of vertical, pointing up.
 class On : public Relation {
  public:
   On(const Expression& expression, const CompileContext& context) {
@@ -135,7 +135,7 @@ class On : public Relation {
     return std::ranges::any_of(world.contacts, [&](const contact_t& contact) {
       const std::span<const contact_t> one(&contact, 1);
       if (!Touch(one, object_, support_)) return false;
-      // It points from geom_a to geom_b.
+      // The contact normal points from geom_a to geom_b.
       return (object_[static_cast<size_t>(contact.geom_b)] ? 1 : -1) * contact.normal[2] >=
              std::numbers::sqrt2 / 2;
     });
@@ -146,7 +146,7 @@ class On : public Relation {
   std::vector<uint8_t> support_;
 };
 
-// The stage has been reached, at this tick or before.
+// The stage has been reached, at this tick or earlier.
 class Reached : public Relation {
  public:
   Reached(const Expression& expression, const CompileContext& context) {
@@ -177,8 +177,8 @@ class Reached : public Relation {
   size_t stage_;
 };
 
-// The object's origin is in a box along the axes of the world or of a body's frame, its surface included: how
-// far (m) it is out of the box along the axis along which it is furthest out, negative inside.
+// The object's origin is in a box along the axes of the world or of a body's frame, boundary included. The
+// value is how far (m) the origin is outside the box along the axis with the largest excess; negative inside.
 class Inside : public Within {
  public:
   Inside(const Expression& expression, const CompileContext& context)
@@ -221,8 +221,8 @@ class Inside : public Within {
   std::array<double, 3> center_, half_extents_;
 };
 
-// The object's tilt (see Tilt) is at most the limit; an object that is upside down is more than 90 degrees
-// off.
+// The object's tilt (see Tilt) is at most the limit. An upside-down object has a tilt of more than 90
+// degrees.
 class TiltBelow : public Within {
  public:
   TiltBelow(const Expression& expression, const CompileContext& context) {
@@ -256,7 +256,7 @@ class TiltBelow : public Within {
   int axis_;
 };
 
-// Every operand is evaluated at every tick: a latched one must see them all.
+// Every operand is evaluated at every tick, because a latched operand must not miss any.
 class Combination : public Predicate {
  public:
   Combination(const Expression& expression, const CompileContext& context,
@@ -285,13 +285,13 @@ class Combination : public Predicate {
     }
     return count;
   }
-  // What makes every operand come out as `value`, or where some do not, the first of those as it is.
+  // Explains why every operand is `value`; if some are not, explains the first of those.
   void ExplainEach(bool value, std::vector<condition_t>* conditions) const {
     const auto other = std::find(was_true_.begin(), was_true_.end(), !value);
     if (other != was_true_.end()) return operands_[other - was_true_.begin()]->Explain(conditions);
     for (const auto& operand : operands_) operand->Explain(conditions);
   }
-  // A line that says how the operands, each true, are combined, and they.
+  // A line that states how the operands are combined, followed by their descriptions.
   std::vector<std::string> DescribeEach(const std::string& how) const {
     std::vector<std::string> lines = {how};
     for (const auto& operand : operands_) {
@@ -305,7 +305,7 @@ class Combination : public Predicate {
                      "' needs exactly one predicate");
   }
   std::vector<std::unique_ptr<Predicate>> operands_;
-  // At the last tick.
+  // By operand: whether it was true at the last tick.
   std::vector<uint8_t> was_true_;
 };
 
@@ -342,7 +342,7 @@ class Not : public Combination {
   std::vector<std::string> Describe(bool value) const override { return operands_[0]->Describe(!value); }
 };
 
-// True from the first tick on at which its operand is; explained by what was so then.
+// True from the first tick at which its operand is true. The explanation is that of this tick.
 class Latched : public Combination {
  public:
   Latched(const Expression& expression, const CompileContext& context) : Combination(expression, context) {
@@ -367,7 +367,7 @@ class Latched : public Combination {
     if (!latched_) return operands_[0]->Explain(conditions);
     conditions->insert(conditions->end(), why_.begin(), why_.end());
   }
-  // The operand as it is now, then whether it ever was so.
+  // Writes the operand's current conditions, then whether the operand has ever been true.
   void Stand(bool wanted, Standing* standing) const override {
     Combination::Stand(true, standing);
     condition_t& condition = standing->Next(condition_, [&] { return Describe(wanted).front(); });
@@ -386,7 +386,7 @@ class Latched : public Combination {
   condition_t condition_{};
 };
 
-// The operand has been true without a break for min_s or longer.
+// The operand has been true without interruption for at least min_s.
 class Lasts : public Combination {
  public:
   Lasts(const Expression& expression, const CompileContext& context)
@@ -426,7 +426,7 @@ class Lasts : public Combination {
     condition.time_s = Seconds(header_.sim_time_us);
     conditions->push_back(std::move(condition));
   }
-  // The operand, then for how long it has been so.
+  // Writes the operand's conditions, then for how long the operand has been true.
   void Stand(bool wanted, Standing* standing) const override {
     Combination::Stand(true, standing);
     condition_t& condition = standing->Next(condition_, [&] { return Describe(wanted).front(); });
@@ -445,7 +445,7 @@ class Lasts : public Combination {
   bool Holds() const { return since_us_ && header_.sim_time_us - *since_us_ >= min_us_; }
 
   int64_t min_us_;
-  // When it became true, of what holds now.
+  // Simulated time since which the operand has been true; nothing while it is false.
   std::optional<int64_t> since_us_;
   header_t header_{};
   condition_t condition_{};

@@ -17,8 +17,8 @@ int BodyOf(const YamlValue& operand, const CompileContext& context) {
   return context.names.Body(operand.Text(), operand.location());
 }
 
-// Distance (m) between two points: a gripper's is the wrist of its arm, anything else's the origin of its
-// body.
+// Distance (m) between two points. The point of a gripper is the wrist of its arm; that of anything else is
+// the origin of its body.
 class Distance : public Quantity {
  public:
   Distance(const YamlMap& arguments, const CompileContext& context)
@@ -37,7 +37,7 @@ class Distance : public Quantity {
     int index;  // arm or body
   };
   static Point CompilePoint(const YamlValue& argument, const CompileContext& context) {
-    // An arm and its gripper may have one name; the wrist is then what is meant.
+    // If an arm and its gripper share a name, it refers to the wrist.
     const int gripper = context.names.FindGripper(argument.Text());
     if (gripper >= 0) return {true, context.names.model().gripper[gripper].arm};
     return {false, BodyOf(argument, context)};
@@ -50,7 +50,7 @@ class Distance : public Quantity {
   Point b_;
 };
 
-// A hinge or slide with a range, as a fraction of it: 0 at its lower end, 1 at its upper one.
+// Position of a hinge or slide joint as a fraction of its range: 0 at the lower end, 1 at the upper end.
 class JointFraction : public Quantity {
  public:
   JointFraction(const YamlMap& arguments, const CompileContext& context) {
@@ -76,7 +76,7 @@ class JointFraction : public Quantity {
   double lower_, range_;
 };
 
-// The fastest joint (rad/s) of an arm, or with `all` of all arms.
+// Speed (rad/s) of the fastest joint of an arm, or of all arms with `all`.
 class JointSpeed : public Quantity {
  public:
   JointSpeed(const YamlMap& arguments, const CompileContext& context) {
@@ -105,7 +105,7 @@ class JointSpeed : public Quantity {
   std::vector<int> arms_;
 };
 
-// Height (m) of an object's origin above where the task's scene puts it.
+// Height (m) of an object's origin above its position in the task's scene.
 class Lift : public Quantity {
  public:
   Lift(const YamlMap& arguments, const CompileContext& context)
@@ -126,7 +126,7 @@ class Lift : public Quantity {
   double start_;
 };
 
-// A coordinate (m) of an object's origin, in the world or in the frame of a body.
+// One coordinate (m) of an object's origin, in the world frame or in the frame of a body.
 class Position : public Quantity {
  public:
   Position(const YamlMap& arguments, const CompileContext& context)
@@ -149,8 +149,8 @@ class Position : public Quantity {
   size_t axis_;
 };
 
-// Speed (m/s) of an object's origin from the last tick to this one; 0 at the first, for everything starts at
-// rest.
+// Speed (m/s) of an object's origin from the previous tick to this one; 0 at the first tick, because
+// everything starts at rest.
 class Speed : public Quantity {
  public:
   Speed(const YamlMap& arguments, const CompileContext& context)
@@ -243,7 +243,7 @@ const QuantityKind* Find(const std::string& name) {
   return kind == Quantities().end() ? nullptr : &*kind;
 }
 
-// A quantity is within limits, at least one of which is given.
+// True if a quantity is within its limits, at least one of which is given.
 class QuantityWithin : public Within {
  public:
   QuantityWithin(const QuantityKind& kind, const Expression& expression, const CompileContext& context) {
@@ -282,7 +282,7 @@ class QuantityWithin : public Within {
   double Value(const WorldView& world) override { return quantity_of_->Evaluate(world) * scale_; }
 
  private:
-  // A limit beyond what the number can be would make the predicate always true, or never.
+  // Rejects a limit outside the range of the number: the predicate would be always true or never true.
   static std::optional<double> Limit(const YamlMap& arguments, const std::string& which,
                                      const QuantityKind& kind) {
     if (kind.key != "deg") {
@@ -290,12 +290,12 @@ class QuantityWithin : public Within {
       return limit ? std::optional(limit->Number(kind.range)) : std::nullopt;
     }
     const std::optional<double> limit = arguments.Angle(which, kind.range);
-    // As it is written, where it is written in degrees.
+    // Uses the number as written if it is given in degrees.
     const YamlValue* degrees = arguments.Find(which + "_deg");
     return degrees ? degrees->Number() : limit ? std::optional(ToDegrees(*limit)) : std::nullopt;
   }
   std::unique_ptr<Quantity> quantity_of_;
-  // From SI units to the condition's.
+  // Factor from SI units to the condition's unit.
   double scale_;
 };
 

@@ -11,7 +11,7 @@
 namespace evalbus::metrics {
 namespace {
 
-// A robot body further than this from the origin (m) is a failure of any task.
+// Any task fails if a robot body is farther than this from the origin (m).
 constexpr double kBounds = 10;
 
 condition_t OutOfBounds(const state_t& state, const std::string& name, int body) {

@@ -1,4 +1,4 @@
-// Judges a task tick by tick: stages, success, failure, distances and pose errors. Pure; compiled once for a
+// Evaluates a task tick by tick: stages, success, failure, distances and pose errors. Pure; compiled once per
 // model.
 #pragma once
 
@@ -20,40 +20,43 @@ enum class Verdict { kUndecided, kSuccess, kFailure };
 
 class TaskEvaluator {
  public:
-  // Throws InputError with file and line for names that the model does not have and expressions that do not
-  // exist. `names` must outlive this object.
+  // Throws InputError with file and line for names that the model does not have and for unknown expressions.
+  // `names` must outlive this object.
   TaskEvaluator(const TaskDescription& task, const ModelNames& names);
 
-  // Forgets the episode before.
+  // Discards the state of the previous episode.
   void Start();
 
-  // The world at a tick, without its stages; ticks in order. The verdict is undecided at tick 0, the reset
-  // state; from tick 1 on the first success or failure stands, and failure goes before success. A stage once
-  // reached stays so. What needs the pose of an object that is not known is never reached, and gives no
-  // verdict: no success either where it is the failure that cannot be judged.
+  // Evaluates a tick; ticks must come in order, and world.stage_reached is ignored. The verdict is undecided
+  // at tick 0, the reset state. From tick 1 on, the first success or failure is final; failure takes
+  // precedence over success at the same tick. A stage that has been reached remains reached. A condition that
+  // needs an unknown object pose is never reached and yields no verdict. If it is the failure condition that
+  // cannot be judged, there is no success either.
   void Evaluate(WorldView world, int64_t tick);
 
   Verdict verdict() const { return verdict_; }
   const KnownObjects& objects() const { return objects_; }
-  // Success can be judged, and so can failure, which goes before it.
+  // Whether success can be judged. This requires that failure can be judged too, because failure takes
+  // precedence.
   bool can_succeed() const { return knows_success_ && knows_failure_; }
   bool knows_all_stages() const { return std::ranges::all_of(knows_stage_, std::identity()); }
-  // By stage, target_distance and pose_error of the task.
+  // In the order of the task's stages, target_distance and pose_error: whether each can be evaluated.
   const std::vector<uint8_t>& knows_stage() const { return knows_stage_; }
   const std::vector<uint8_t>& knows_distance() const { return knows_distance_; }
   const std::vector<uint8_t>& knows_error() const { return knows_error_; }
-  // The last tick by itself would be a success. The verdict stands where it no longer would.
+  // Whether the last tick, taken by itself, satisfies success. The verdict is final even if it no longer
+  // does.
   bool success_holds() const { return success_holds_; }
-  // The failure is the built-in one: a robot body too far away.
+  // Whether the failure is the built-in one: a robot body out of bounds.
   bool out_of_bounds() const { return out_of_bounds_; }
-  // What decided: the conditions that made success, or failure, true at that tick; without a verdict those
-  // for which success is not true.
+  // The deciding conditions: those that made success, or failure, true at the tick of the verdict; without a
+  // verdict, those that keep success from being true.
   std::vector<condition_t> ExplainVerdict() const;
-  // Why each stage that was not reached is not, then what ExplainVerdict() says.
+  // The unmet conditions of each stage that was not reached, followed by the result of ExplainVerdict().
   std::vector<condition_t> ExplainUnmet() const;
-  // Every condition of success and of failure after the last tick (see Predicate::Stand), without the
-  // built-in one. Before tick 1 none holds and no number is there (NaN). Filled again, it allocates nothing;
-  // header is left as it is.
+  // Writes every condition of success and failure after the last tick (see Predicate::Stand), except the
+  // built-in failure. Before tick 1 none holds and all numbers are NaN. Does not allocate if *criteria has
+  // been filled before. Does not change the header.
   void Criteria(criteria_t* criteria) const;
   // In the order of TaskDescription: stages, target_distance (m), pose_error (rad).
   const std::vector<uint8_t>& stage_reached() const { return stage_reached_; }
@@ -61,7 +64,7 @@ class TaskEvaluator {
   const std::vector<double>& pose_error() const { return pose_error_; }
 
  private:
-  // The robot body that is furthest out of bounds, -1 where none is.
+  // Index of the robot body that is farthest out of bounds; -1 if there is none.
   int BodyOutOfBounds(const state_t& state) const;
 
   const ModelNames& names_;
@@ -71,7 +74,7 @@ class TaskEvaluator {
 
   std::vector<std::unique_ptr<Predicate>> stages_;
   std::unique_ptr<Predicate> success_;
-  std::unique_ptr<Predicate> failure_;  // null: none but the built-in one
+  std::unique_ptr<Predicate> failure_;  // null: only the built-in failure
   std::vector<std::unique_ptr<Quantity>> distances_;
   std::vector<std::unique_ptr<Quantity>> errors_;
   std::vector<int> robot_bodies_;
@@ -79,9 +82,9 @@ class TaskEvaluator {
   Verdict verdict_ = Verdict::kUndecided;
   bool success_holds_ = false;
   bool out_of_bounds_ = false;
-  // A tick after the reset state was evaluated.
+  // Whether a tick after the reset state has been evaluated.
   bool judged_ = false;
-  // Of the tick of the verdict.
+  // Deciding conditions at the tick of the verdict.
   std::vector<condition_t> why_;
   std::vector<uint8_t> stage_reached_;
   std::vector<double> target_distance_;

@@ -25,11 +25,12 @@ using Eigen::Vector3d;
 
 constexpr int kPositionValues = 3;
 
-// Many small deltas add up: each pose is reached more exactly than the inverse kinematics does by itself,
-// whose pull toward the posture it only lets go of when it begins anew.
-constexpr double kIkTolerance = 1e-9;  // m, and rad
+// Tighter tolerance than the default of SolveIk(), because the errors of many small deltas accumulate. It is
+// applied in a second search that starts from the result of the first: the start is also the posture, so the
+// posture no longer pulls the arm away from the pose.
+constexpr double kIkTolerance = 1e-9;  // m and rad
 
-// A search that ends farther away than this from a pose begins again from home.
+// If the search ends farther than this from the pose, it is repeated from the home position.
 constexpr double kStuckPosition = 0.05;  // m
 constexpr double kStuckRotation = 0.2;   // rad
 
@@ -43,7 +44,7 @@ int FirstBody(const mjModel& model, const arm_info_t& arm) {
   throw InputError("arm \"" + arm.name + "\": the model has no joint at its first coordinate");
 }
 
-// At least as far as the wrist gets from the base's origin, whatever the joints do.
+// Upper bound of the wrist's distance from the base's origin, for any joint positions (m).
 double Reach(const mjModel& model, const arm_info_t& arm) {
   const int base = model.body_parentid[FirstBody(model, arm)];
   const int site = mj_name2id(&model, mjOBJ_SITE, arm.wrist_site.c_str());
@@ -57,7 +58,7 @@ double Reach(const mjModel& model, const arm_info_t& arm) {
   return reach;
 }
 
-// Also of numbers whose squares are too large for a double.
+// Also works for numbers whose squares overflow a double.
 Vector3d NoFartherThan(double distance, const Vector3d& center, const Vector3d& point) {
   const Vector3d away = point - center;
   const double norm = away.stableNorm();
@@ -84,15 +85,16 @@ JointVector Solve(const ArmChain& chain, const Isometry3d& pose, const JointVect
   return SolveIk(chain, pose, result.joints, exactly).joints;
 }
 
-// The same for a pose that may be anywhere. From where the last one stretched the arm to, the search may end
-// with a joint at its limit, for good.
+// Same for absolute poses, which may be anywhere. If the previous pose stretched the arm out, a search from
+// there may stay at a joint limit forever, so home is tried as a second start.
 JointVector SolveAnywhere(const ArmChain& chain, const Isometry3d& pose, const JointVector& start) {
   const JointVector joints = Solve(chain, pose, start);
   const Vector6 left = PoseDifference(chain.Forward(joints), pose);
   if (IsWithin(left, kStuckPosition, kStuckRotation)) return joints;
   const JointVector other = Solve(chain, pose, chain.home());
   const Vector6 other_left = PoseDifference(chain.Forward(other), pose);
-  // By far, so that the arm does not waver between two that are as near.
+  // The alternative must be much better, so that the arm does not alternate between two equally near
+  // solutions.
   return other_left.squaredNorm() < left.squaredNorm() / 2 ? other : joints;
 }
 
@@ -187,7 +189,7 @@ void ActionConverter::CheckSpace() const {
       }
     }
   }
-  // Two grippers may hear the same value.
+  // Two grippers may use the same value.
   for (const ArmForm& form : space_.arms) {
     if (!form.gripper.index) continue;
     check_range(form, *form.gripper.index);
@@ -286,7 +288,7 @@ JointVector ActionConverter::Measured(const ArmPart& arm, const state_t& state) 
   return Eigen::Map<const Eigen::VectorXd>(joints.data(), arm.num_joints);
 }
 
-// Of the wrist, in the world.
+// Wrist pose in the world frame.
 Isometry3d ActionConverter::TargetPose(const ArmPart& arm, const JointVector& from) const {
   const std::vector<int>& indices = arm.form.indices;
   const Vector3d position(values_[indices[0]], values_[indices[1]], values_[indices[2]]);
@@ -310,7 +312,7 @@ Isometry3d ActionConverter::TargetPose(const ArmPart& arm, const JointVector& fr
     if (space_.frame == ActionFrame::kBase) point = arm.base * point;
   } else {
     const Isometry3d now = arm.chain->Forward(from) * arm.point;
-    // Axes that the delta is given in.
+    // Axes in which the delta is expressed.
     Matrix3d axes = Matrix3d::Identity();
     if (space_.frame == ActionFrame::kBase) axes = arm.base.linear();
     if (space_.frame == ActionFrame::kWrist) axes = now.linear();
@@ -355,7 +357,8 @@ void ActionConverter::Convert(std::span<const double> row, const state_t& state,
       }
     } else {
       const Isometry3d wanted = TargetPose(arm, from);
-      // Damping grows with the error: a target out of all reach would hardly be searched for.
+      // The damping of the search grows with the error, so a target far out of reach would hardly move the
+      // arm.
       Isometry3d sought = wanted;
       sought.translation() = NoFartherThan(arm.reach, arm.base.translation(), wanted.translation());
       joints = is_absolute() ? SolveAnywhere(*arm.chain, sought, arm.target)

@@ -1,4 +1,4 @@
-// Makes joint targets of what a policy says in its action space.
+// Converts a policy's actions from its action space to joint targets.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -18,67 +18,69 @@
 
 namespace evalbus::policy {
 
-// A pose counts as unreachable where the joint targets made of it leave the wrist farther away than this.
+// A pose counts as unreachable if its joint targets leave the wrist farther than this from the pose.
 inline constexpr double kReachedPosition = 1e-3;  // m
 inline constexpr double kReachedRotation = 1e-2;  // rad
 
-// An arm counts as singular where the condition number of its Jacobian (largest by smallest singular value, m
-// and rad as they are) is larger. That is where MoveIt Servo's default (hard_stop_singularity_threshold)
-// stops an arm.
+// An arm counts as singular if the condition number of its Jacobian (largest / smallest singular value, with
+// m and rad unscaled) exceeds this. MoveIt Servo stops an arm at the same value by default
+// (hard_stop_singularity_threshold).
 inline constexpr double kSingularCondition = 30;
 double ConditionNumber(const Jacobian& jacobian);
 
-// Pose in the world of the body that the arm's first link turns on: the frame ActionFrame::kBase. Does not
-// change.
+// Pose, in the world frame, of the body that the arm's first link is attached to: the frame
+// ActionFrame::kBase. It is constant.
 Eigen::Isometry3d BasePose(const mjModel& model, const arm_info_t& arm);
 
-// Deterministic; no allocation but in the constructor and in the first Convert().
+// Deterministic. Allocates only in the constructor and in the first Convert().
 class ActionConverter {
  public:
-  // Throws InputError, one line, where the space does not fit itself or the robot of `info`: an unknown arm
-  // (with what it may have meant), a wrong number of indices, an index out of range or taken twice, a pose in
-  // the wrist's own frame, scales of another length, a gripper block that means nothing.
+  // Throws InputError, one line, if the space is inconsistent or does not fit the robot of `info`: an unknown
+  // arm (with suggestions), a wrong number of indices, an index that is out of range or used twice, an
+  // absolute pose in the wrist's own frame, a scale of the wrong length, an invalid gripper block.
   ActionConverter(const ActionSpace& space, const mjModel& model, const model_info_t& info);
 
   const ActionSpace& space() const { return space_; }
 
-  // An episode begins: forgets targets and grippers of the last one.
+  // Begins an episode: discards the targets and gripper states of the previous one.
   void Begin();
 
-  // Makes the command of `state`'s tick of one row (num_values values) of the policy; step_s is how long the
-  // policy holds it. Fills all of `action` but header and errors. Arms that the space does not have are at
-  // home, their grippers open.
+  // Converts one row (num_values values) of the policy into the command for the tick of `state`. step_s: how
+  // long the policy holds the row. Fills all members of `action` but header and errors. Arms that are not in
+  // the space stay at home with open grippers.
   //
-  // Joint kinds: the target as the policy says it, beyond the limits too, where the sim clips and counts it;
-  // what the next step adds to is within the limits. Eef kinds: inverse kinematics from the last joint
-  // target, which the arm stays near to in its redundancy, within the joints' limits. A pose out of reach
-  // becomes the nearest one that the search finds (least sum of squares of meters and radians), a position
-  // beyond the arm's length having been pulled to that. Where an eef_pose is missed by more than 5 cm or 0.2
-  // rad, home is tried as a start, too. unreachable_poses and singular_poses are those of this row.
+  // Joint kinds: the target is passed on as the policy gave it, even if it is beyond the joint limits; the
+  // sim clips it and counts the clip. The target that the next delta is added to is kept within the limits.
   //
-  // Throws std::runtime_error, one line that says which value and what it is, where the policy's numbers mean
-  // nothing (NaN, infinity, a rotation that is none, a row of another length), and where `state` is not of
-  // this robot; the episode is over then, Begin() comes next.
+  // Eef kinds: inverse kinematics within the joint limits, starting from the last joint target; a redundant
+  // arm stays near that target. A pose out of reach is replaced by the nearest one that the search finds
+  // (least sum of squares of meters and radians), after its position has been moved to within the arm's
+  // length. If an eef_pose is missed by more than 5 cm or 0.2 rad, a search from home is tried too.
+  // unreachable_poses and singular_poses count the poses of this row.
+  //
+  // Throws std::runtime_error, one line with the index and value, if the policy's numbers are invalid (NaN,
+  // infinity, not a rotation, a row of the wrong length), or if `state` is not of this robot. The episode has
+  // then ended; call Begin() next.
   void Convert(std::span<const double> row, const state_t& state, double step_s, action_t* action);
 
-  // The other way: the row that brings the robot in one step from joint positions `from` (the last target, or
-  // the measurement, as the space has it) to `to`; `from` does not matter to absolute kinds. Values that no
-  // arm takes are 0. Neither rounded to thresholds nor clipped, and a value of scale 0 stays 0.
+  // Inverse of Convert(): the row that moves the robot in one step from joint positions `from` (the last
+  // target or the measurement, depending on the space) to `to`. Absolute kinds ignore `from`. Values that no
+  // arm uses are 0. Values are neither thresholded nor clipped, and a value with scale 0 stays 0.
   std::vector<double> RowOf(const Configuration& from, const Configuration& to, double step_s) const;
 
  private:
   struct ArmPart {
     ArmForm form;
-    int index;        // in MODEL
-    int first_joint;  // in action_t.joint_position_rad
+    int index;        // index in MODEL
+    int first_joint;  // index in action_t.joint_position_rad
     int num_joints;
-    int gripper = -1;  // in MODEL
+    int gripper = -1;  // index in MODEL
     GripperCommand gripper_command;
     JointVector lower, upper;       // rad
-    std::optional<ArmChain> chain;  // eef kinds only, as all that follows
-    Eigen::Isometry3d base, point;  // in the world; in the wrist frame
-    double reach = 0;               // m from the base's origin, at least as far as the wrist comes
-    // Of the episode: what the next step adds to, and the orientation that it began with.
+    std::optional<ArmChain> chain;  // set for eef kinds only, like the members below
+    Eigen::Isometry3d base, point;  // base in the world frame; point in the wrist frame
+    double reach = 0;               // m, upper bound of the wrist's distance from the base's origin
+    // State of the episode: the target that the next delta is added to, and the initial orientation.
     JointVector target;
     Eigen::Matrix3d first_rotation;
   };
@@ -96,7 +98,7 @@ class ActionConverter {
   std::vector<double> home_;  // rad, all arms
   size_t num_arms_ = 0, num_grippers_ = 0;
   bool has_begun_ = false;
-  // The row after scale, offset and clip.
+  // The row after scale, offset and clipping.
   std::vector<double> values_;
 };
 

@@ -1,5 +1,4 @@
-// What a policy's numbers mean: the action space of a contract, and one library that makes joint targets of
-// it.
+// The action space of a contract: the meaning of the numbers in a policy's action.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,56 +18,58 @@ enum class ActionKind {
   kEefDelta,       // translation (m) and rotation per step
 };
 
-// Is added to a joint position or pose, DeltaOn.
+// Whether the action is added to a joint position or pose (see DeltaOn).
 inline bool IsDelta(ActionKind kind) {
   return kind == ActionKind::kJointDelta || kind == ActionKind::kJointVelocity ||
          kind == ActionKind::kEefDelta;
 }
 
-// What a delta, and what a velocity brings about in a step, is added to: the last joint target (of an
-// episode's first step: the measured position), or the measured joint position. A pose's is that of these
-// joints.
+// What a delta, or the displacement that a velocity yields in one step, is added to: the last joint target
+// (in an episode's first step, the measured position) or the measured joint position. For poses: the pose at
+// these joint positions.
 enum class DeltaOn { kTarget, kMeasured };
 
-// In which frame positions, translations and rotations are given. kBase: of the body that the arm's first
-// link turns on (the arm's mount). kWrist: of the EefPoint itself as it stands before the step (deltas only).
+// Frame in which positions, translations and rotations are given. kBase: the body that the arm's first link
+// is attached to (the arm's mount). kWrist: the frame of the EefPoint before the step (deltas only).
 enum class ActionFrame { kWorld, kBase, kWrist };
 
-// What a pose is of: the wrist site of MODEL, or the middle between the pads (origin and axes: Arm::grip).
+// Point that a pose refers to: the wrist site of MODEL, or the point midway between the pads (origin and
+// axes: Arm::grip).
 enum class EefPoint { kFlange, kGrip };
 
 enum class RotationForm {
-  kNone,  // position alone, the orientation stays as the episode began
+  kNone,  // position only; the orientation stays as at the beginning of the episode
   kQuaternionWxyz,
   kQuaternionXyzw,
   kAxisAngle,
-  kAxisAngleRobosuite,     // as robosuite's quat2axisangle makes it: angle 0 to 2 pi, not the shortest
-  kEulerXyzExtrinsic,      // roll, pitch, yaw about the fixed x, then y, then z: R = Rz Ry Rx
+  kAxisAngleRobosuite,     // as returned by robosuite's quat2axisangle: angle 0 to 2 pi, not the shortest
+  kEulerXyzExtrinsic,      // roll, pitch, yaw about the fixed x, then y, then z axis: R = Rz Ry Rx
   kEulerXyzIntrinsic,      // R = Rx Ry Rz
   kRotation6d,             // first two columns of the matrix, one after the other (x1 y1 z1 x2 y2 z2)
-  kRotation6dInterleaved,  // the same by rows (x1 x2 y1 y2 z1 z2)
-  kRotation6dRows,         // first two rows of the matrix, one after the other, as PyTorch3D makes it
+  kRotation6dInterleaved,  // first two columns, interleaved by rows (x1 x2 y1 y2 z1 z2)
+  kRotation6dRows,         // first two rows of the matrix, one after the other, as in PyTorch3D
 };
 int NumValues(RotationForm form);
 
 struct GripperForm {
-  // Index in the row; nothing: the policy has no gripper and it stays open.
+  // Index in the row. Nothing: the policy does not control the gripper, which stays open.
   std::optional<int> index = {};
-  // What the policy says for a gripper that is fully open, and fully closed; in between linear.
+  // Values of a fully open and a fully closed gripper; linear in between.
   double open = 0, closed = 1;
-  // Of the closing that follows (0 open, 1 closed), from 0 to under 1: larger is closed, else open. Nothing:
-  // as it is.
+  // Threshold of the closing (0 open, 1 closed), from 0 to less than 1: larger values close the gripper
+  // fully, others open it. Nothing: no threshold.
   std::optional<double> threshold = {};
-  // A thresholded gripper, which begins open, changes only after so many steps in a row want it.
+  // A thresholded gripper, which is open at the beginning, changes its state only after this many consecutive
+  // steps request it.
   int sticky_steps = 1;
 };
 
-// One arm's part of a row.
+// Part of a row that controls one arm.
 struct ArmForm {
-  // As in MODEL.
+  // Name of the arm in MODEL.
   std::string arm;
-  // Where its joints (in the arm's order) or its position and rotation (position 3, then the rotation's) are
-  // in the row.
+  // Indices in the row of the joints (in the arm's order), or of the position (3 values) followed by the
+  // rotation.
   std::vector<int> indices;
   GripperForm gripper;
 };
@@ -79,14 +80,16 @@ struct ActionSpace {
   ActionFrame frame = ActionFrame::kWorld;
   EefPoint point = EefPoint::kFlange;
   RotationForm rotation = RotationForm::kQuaternionWxyz;
-  // Values of a row; what no arm takes is ignored. Arms of the robot that are not here stay at home.
+  // Number of values in a row; values that no arm uses are ignored. Arms of the robot that are not listed in
+  // `arms` stay at home.
   int num_values = 0;
   std::vector<ArmForm> arms;
-  // Of each value of a row, before anything else: value * scale + offset, then clipped. Empty: as it is.
+  // Applied to each value of a row before anything else: value * scale + offset, then clipped. Empty: not
+  // applied.
   std::vector<double> scale, offset, lower, upper;
 };
 
-// As contracts name them, and POLICY_ACTION the kind.
+// Names used in contracts and, for the kind, in POLICY_ACTION.
 template <typename T>
 struct Named {
   const char* name;

@@ -1,32 +1,32 @@
-// What policies say to grippers.
+// Conversion of a policy's gripper values.
 #pragma once
 
 #include "policy_bridge/actions/action_space.h"
 
 namespace evalbus::policy {
 
-// A policy's value as closing: 0 open, 1 closed. Linear, and beyond the ends where the value is: what a
-// gripper cannot do the sim clips and counts.
+// Converts a policy's value to closing: 0 open, 1 closed. Linear, also beyond the two ends; the sim clips
+// values that a gripper cannot reach and counts them.
 double ClosingOf(const GripperForm& form, double value);
-// The other way.
+// Inverse of ClosingOf().
 double ValueOf(const GripperForm& form, double closing);
 
-// One gripper of a policy through an episode: thresholds, and waits as long as the form says.
+// State of one gripper during an episode: applies the threshold and sticky_steps of the form.
 class GripperCommand {
  public:
-  // Throws InputError where open and closed are the same, the threshold is not from 0 to under 1, or steps
-  // are to be waited for without one.
+  // Throws InputError if open equals closed, if the threshold is not from 0 to less than 1, or if
+  // sticky_steps is set without a threshold.
   explicit GripperCommand(const GripperForm& form);
 
-  // An episode begins: open, and nothing waited for.
+  // Begins an episode: the gripper is open and no change is pending.
   void Begin();
-  // Closing after one more step, at which the policy says `value`.
+  // Returns the closing after one more step with the policy's value `value`.
   double Step(double value);
 
  private:
   GripperForm form_;
   bool is_closed_ = false;
-  // Steps in a row that wanted the other state.
+  // Number of consecutive steps that requested the other state.
   int wanted_ = 0;
 };
 

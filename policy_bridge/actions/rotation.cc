@@ -14,9 +14,9 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// What is shorter has no direction that means anything.
+// A vector shorter than this has no meaningful direction.
 constexpr double kShortest = 1e-6;
-// Cosine of the second Euler angle under which the other two turn about the same axis.
+// If the cosine of the second Euler angle is below this, the other two rotate about the same axis.
 constexpr double kGimbalLock = 1e-12;
 
 [[noreturn]] void Fail(std::span<const double> values, const char* what) {
@@ -40,7 +40,7 @@ Quaterniond FromRotationVector(const Vector3d& v) {
 
 Quaterniond About(double angle, const Vector3d& axis) { return Quaterniond(Eigen::AngleAxisd(angle, axis)); }
 
-// Of a matrix whose first two columns point along these.
+// Rotation matrix, as a quaternion, whose first two columns point along these vectors.
 Quaterniond FromColumns(Vector3d first, Vector3d second, std::span<const double> values) {
   if (first.stableNorm() < kShortest || second.stableNorm() < kShortest)
     Fail(values, "one of its two vectors has no length");
@@ -54,13 +54,13 @@ Quaterniond FromColumns(Vector3d first, Vector3d second, std::span<const double>
   return Quaterniond(matrix);
 }
 
-// Angles about the fixed x, y, z: R = Rz Ry Rx.
+// Angles about the fixed x, y and z axes: R = Rz Ry Rx.
 Vector3d ExtrinsicXyz(const Matrix3d& r) {
   const double cos_y = std::hypot(r(0, 0), r(1, 0));
   const double y = std::atan2(-r(2, 0), cos_y);
   const double z = cos_y < kGimbalLock ? 0 : std::atan2(r(1, 0), r(0, 0));
-  // Of Rz^-1 R = Ry Rx, whose second row is (0, cos x, -sin x): exact near the gimbal lock too, where z is
-  // not well defined but x + z or x - z is.
+  // Uses Rz^-1 R = Ry Rx, whose second row is (0, cos x, -sin x). This is exact near gimbal lock too, where z
+  // is ill-defined but x + z or x - z is not.
   const double s = std::sin(z), c = std::cos(z);
   const double x = std::atan2(s * r(0, 2) - c * r(1, 2), c * r(1, 1) - s * r(0, 1));
   return {x, y, z};
@@ -74,8 +74,8 @@ Vector3d ShortestRotationVector(const Quaterniond& q) {
 }
 
 // robosuite's quat2axisangle (utils/transform_utils.py): w clipped to +-1, (x, y, z) 2 acos(w) / sqrt(1 -
-// w^2). Of a unit quaternion the root is the length of (x, y, z); written as it is there it has no digits
-// near 2 pi.
+// w^2). For a unit quaternion the root equals the length of (x, y, z); the root itself loses all digits near
+// 2 pi.
 Vector3d RobosuiteRotationVector(const Quaterniond& q) {
   if (1 - q.w() * q.w() <= 0) return Vector3d::Zero();
   const double sine = q.vec().norm();
@@ -141,7 +141,7 @@ void WriteRotation(RotationForm form, const Quaterniond& rotation, std::span<dou
     case RotationForm::kEulerXyzExtrinsic:
       return put(ExtrinsicXyz(m));
     case RotationForm::kEulerXyzIntrinsic:
-      // (Rx Ry Rz)^-1 turns by the opposite angles about the fixed axes.
+      // (Rx Ry Rz)^-1 rotates by the opposite angles about the fixed axes.
       return put(Vector3d(-ExtrinsicXyz(m.transpose())));
     case RotationForm::kRotation6d:
       return put(m.col(0), m.col(1));

@@ -1,4 +1,4 @@
-// Rotations in the forms in which policies say them and are shown them.
+// Conversion of rotations from and to the forms that policies use.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,16 +8,16 @@
 
 namespace evalbus::policy {
 
-// What NumValues(form) values say, as a unit quaternion; the identity for kNone. Quaternions are normalized,
-// and 6D forms made orthonormal by Gram-Schmidt (Zhou et al., "On the Continuity of Rotation Representations
-// in Neural Networks", CVPR 2019). Throws std::runtime_error, one line, for what is no rotation: a value that
-// is not finite, a quaternion or a column of a 6D form without a length, two parallel columns.
+// Reads NumValues(form) values as a unit quaternion; the identity for kNone. Quaternions are normalized, and
+// 6D forms are orthonormalized by Gram-Schmidt (Zhou et al., "On the Continuity of Rotation Representations
+// in Neural Networks", CVPR 2019). Throws std::runtime_error, one line, if the values are not a rotation: a
+// value that is not finite, a quaternion or a 6D column of zero length, two parallel columns.
 Eigen::Quaterniond ReadRotation(RotationForm form, std::span<const double> values);
 
-// The other way, into NumValues(form) values. `rotation` is a unit quaternion. Its sign is kept by the
-// quaternion forms and matters to kAxisAngleRobosuite, which makes an angle from pi to 2 pi of a negative w
-// (and the zero vector of w = +-1); kAxisAngle is the shortest, up to pi. Euler angles: the second is within
-// +-pi/2, and where it is at one of its ends the third is 0.
+// Inverse of ReadRotation(): writes NumValues(form) values. `rotation` is a unit quaternion. The quaternion
+// forms keep its sign. kAxisAngleRobosuite depends on the sign: a negative w yields an angle from pi to 2 pi
+// (and w = +-1 the zero vector). kAxisAngle is the shortest rotation, up to pi. Euler angles: the second is
+// within +-pi/2; at +-pi/2 the third is 0.
 void WriteRotation(RotationForm form, const Eigen::Quaterniond& rotation, std::span<double> values);
 
 }  // namespace evalbus::policy

@@ -71,7 +71,7 @@ std::vector<int> Integers(const YamlValue& value, int min, int max) {
   return numbers;
 }
 
-// [0, 1, 5] or "0-6", both ends included.
+// Reads [0, 1, 5] or "0-6", both ends included.
 std::vector<int> Indices(const YamlValue& value) {
   if (value.is_list()) {
     std::vector<int> numbers = Integers(value, 0, kMaxValues);
@@ -273,7 +273,7 @@ ArmForm ReadArm(const YamlValue& value, int num_values) {
   return arm;
 }
 
-// One number for all values of a row, or one for each.
+// Reads one number for all values of a row, or one for each.
 void ReadPerValue(const YamlMap& map, const char* key, int num_values, std::vector<double>* numbers) {
   const YamlValue* value = map.Find(key);
   if (!value) return;

@@ -7,7 +7,7 @@
 namespace evalbus::policy {
 namespace {
 
-// What one output pixel takes of a row of input pixels: from `first` on, in units of 2^-kWeightBits.
+// Weights of the input pixels for one output pixel in a row: starting at `first`, in units of 2^-kWeightBits.
 struct Taps {
   int first = 0;
   std::vector<int32_t> weights;
@@ -46,7 +46,7 @@ struct Pixels {
   uint8_t at(int x, int y, int c) const { return data[static_cast<size_t>((y * width + x) * channels + c)]; }
 };
 
-// An image of this size; pixel(x, y, channel) tells its values.
+// Creates an image of this size; pixel(x, y, channel) returns its values.
 template <class Pixel>
 Pixels Draw(int width, int height, int channels, const Pixel& pixel) {
   const size_t size =
@@ -84,7 +84,7 @@ Pixels Resized(const Pixels& from, int to_width, int to_height) {
   });
 }
 
-// As openpi's image_tools.resize_with_pad does it.
+// Same as openpi's image_tools.resize_with_pad.
 Pixels ResizedWithPad(const Pixels& from, int width, int height) {
   const double ratio =
       std::max(static_cast<double>(from.width) / width, static_cast<double>(from.height) / height);
@@ -98,7 +98,7 @@ Pixels ResizedWithPad(const Pixels& from, int width, int height) {
   });
 }
 
-// Pixels of any size in bytes, counter-clockwise, then mirrored.
+// Rotates counter-clockwise, then mirrors; for pixels of any number of bytes.
 Pixels Turned(const Pixels& from, int rotate_deg, bool mirror) {
   const bool is_upright = rotate_deg % 180 == 0;
   const int width = is_upright ? from.width : from.height, height = is_upright ? from.height : from.width;

@@ -39,7 +39,7 @@ std::vector<std::string> WithRotations(std::vector<std::string> names) {
 
 using Rotation = std::function<Eigen::Quaterniond(const state_t&)>;
 
-// How a pose is told.
+// Reads the part `what` of a pose.
 Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d(const state_t&)>& pose,
                   const Rotation& rotation) {
   if (what == "position_m") {
@@ -56,12 +56,12 @@ Reader PoseReader(const std::string& what, const std::function<Eigen::Isometry3d
   };
 }
 
-// Of these a quaternion's sign is seen.
+// Whether the signal depends on the sign of the quaternion.
 bool ShowsSign(const std::string& what) {
   return what.starts_with("quaternion_") || what == "axis_angle_robosuite_rad";
 }
 
-// Joints of the fingers that carry a gripper's pads, by their coordinates.
+// Joint coordinates of the fingers that carry a gripper's pads.
 std::vector<int> FingerJoints(const mjModel& model, const gripper_info_t& gripper) {
   std::vector<int> joints;
   for (const int geom : gripper.pad_geom) {
@@ -144,7 +144,7 @@ class Readers {
     };
   }
 
-  // What an arm's signal is told from, and the flange's way to its point.
+  // Transform from the world to the signal's frame, and from the flange to its point.
   std::pair<Eigen::Isometry3d, Eigen::Isometry3d> Ends(size_t arm, const Signal& signal) {
     Eigen::Isometry3d from = Eigen::Isometry3d::Identity(), to = Eigen::Isometry3d::Identity();
     if (signal.frame == ActionFrame::kBase) from = BasePose(model_, info_.arm[arm]).inverse();
@@ -152,7 +152,7 @@ class Readers {
     return {from, to};
   }
 
-  // Of an arm's flange or grip, in the world or its base.
+  // Pose of an arm's flange or grip, in the world frame or the frame of its base.
   std::function<Eigen::Isometry3d(const state_t&)> Pose(size_t arm, const Signal& signal) {
     const auto [from, to] = Ends(arm, signal);
     return [arm, from = from, to = to](const state_t& state) {
@@ -161,9 +161,9 @@ class Readers {
     };
   }
 
-  // The same pose's quaternion with the sign that simulators give to a body's: composed along the joints, it
-  // changes without a jump as the arm moves. robosuite's eef_quat is one (sim.data.get_body_xquat), and with
-  // it LIBERO's axis-angle. Its largest component is positive at home.
+  // Quaternion of that pose, with the sign that simulators give to a body's: it is the product along the
+  // joints and does not jump as the arm moves. robosuite's eef_quat has this sign (sim.data.get_body_xquat),
+  // and so does LIBERO's axis-angle. The largest component is positive at home.
   Rotation Signed(size_t arm, const Signal& signal) {
     const auto [from, to] = Ends(arm, signal);
     const auto rotation = [chain = ArmChain(model_, info_.arm[arm]),

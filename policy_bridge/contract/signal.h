@@ -1,4 +1,4 @@
-// Numbers of a STATE by name, as policies are shown them: "left.joint_position_rad".
+// Numbers of a STATE by name, as used in observations: "left.joint_position_rad".
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -14,32 +14,33 @@
 namespace evalbus::policy {
 
 struct Signal {
-  // "ARM.WHAT" or "object.NAME.WHAT"; WHAT is one of SignalNames().
+  // "ARM.WHAT" or "object.NAME.WHAT", where WHAT is one of ArmSignalNames() or ObjectSignalNames().
   std::string name;
-  // Which of its values, in this order; empty: all.
+  // Indices of the values to use, in this order; empty: all.
   std::vector<int> indices;
-  // Each value is multiplied, added to, then rounded to so many decimals (-1: not).
+  // Each value is multiplied by scale, offset is added, and the result is rounded to this many decimals (-1:
+  // not rounded).
   double scale = 1, offset = 0;
   int decimals = -1;
-  // Of poses.
+  // For poses only.
   ActionFrame frame = ActionFrame::kWorld;
   EefPoint point = EefPoint::kFlange;
 
-  // The pose of an object, which no robot knows.
+  // Whether the signal is the pose of an object, which a real robot does not know.
   bool is_privileged() const { return name.starts_with("object."); }
 };
 
-// What of an arm, and of an object: joint_position_rad, gripper_opening, ...
+// Valid WHAT for arms and for objects: joint_position_rad, gripper_opening, ...
 const std::vector<std::string>& ArmSignalNames();
 const std::vector<std::string>& ObjectSignalNames();
 
-// Reads signals of a model's states.
+// Reads signals from the states of a model.
 class SignalReader {
  public:
-  // Throws InputError for an arm, object or index that the model has not.
+  // Throws InputError for an arm, object or index that the model does not have.
   SignalReader(const std::vector<Signal>& signals, const mjModel& model, const model_info_t& info);
 
-  // One after the other.
+  // Values of all signals, concatenated.
   std::vector<double> Read(const state_t& state) const;
 
  private:

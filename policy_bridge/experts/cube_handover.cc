@@ -13,12 +13,12 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kRodLift = 0.12;  // m
-// Where the rod's middle is when it changes hands, m.
+// Position of the rod's middle at the handover, m.
 constexpr double kMiddles[][3] = {{0.5, 0, 1.15}, {0.45, 0, 1.2}, {0.55, 0, 1.15}};
-// Its heading then, from the one in which its free end points to the other arm; rad.
+// Heading of the rod at the handover, relative to the one in which its free end points to the other arm; rad.
 constexpr double kHeadings[] = {0, 0.5, -0.5, 1, -1};
 
-// The outer part of a half of the rod: too long to be taken lengthwise.
+// Outer part of one half of the rod; too long to be grasped lengthwise.
 GraspBox End(double end) { return {{0.02, 0.037, 0.02}, {0, end * 0.063, 0}}; }
 
 }  // namespace
@@ -33,7 +33,7 @@ CubeHandoverExpert::CubeHandoverExpert(const mjModel& model, const model_info_t&
 
 std::vector<Isometry3d> CubeHandoverExpert::Meetings(const Isometry3d& rod, int giver, double end) const {
   const Vector3d held = end * rod.linear().col(1);
-  // An upright rod has no heading; its free end is below.
+  // An upright rod has no heading; its free end is at the bottom.
   const bool is_upright = std::abs(held.z()) > 0.7;
   const double turn = is_upright ? 0 : std::atan2(side_[giver], 0) - std::atan2(held.y(), held.x());
   std::vector<Isometry3d> meetings;
@@ -74,7 +74,7 @@ std::vector<Motion> CubeHandoverExpert::Next(const Configuration& now, const sta
   if (gives_up()) return {};
   ++attempts_;
   const Isometry3d rod = start.PoseOf(rod_);
-  // The arm on the rod's side gives, and takes the end on its own side where it can.
+  // The arm on the rod's side is the giver, preferably at the end on its own side.
   const int nearer = rod.translation().y() * side_[0] >= 0 ? 0 : 1;
   for (int giver : {nearer, 1 - nearer}) {
     const double own = rod.linear()(1, 1) * side_[giver] >= 0 ? 1 : -1;

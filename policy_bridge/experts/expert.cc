@@ -53,7 +53,8 @@ std::string Expert::WhyNoPlan(const Configuration& now, const state_t& state) {
   ContactProbe& probe = context_.probe;
   probe.Set(state);
   for (const int arm : arms_) probe.SetArm(arm, now.joints[static_cast<size_t>(arm)]);
-  // What is in the way of every plan comes before what ended the best one.
+  // A contact in the current configuration blocks every plan, so it is reported rather than the obstacle of
+  // the best plan.
   if (const auto touch = probe.FindTouch(arms_, {}))
     return probe.InWords(*touch) + ", where the robot stands";
   if (!context_.obstacle) return "the search took too long";
@@ -102,7 +103,7 @@ Factory Book(bool to_shelf) {
   };
 }
 
-// By task.
+// Experts by task.
 const std::map<std::string, Factory>& Experts() {
   static const std::map<std::string, Factory> experts = {
       {"cube_handover", New<CubeHandoverExpert>},

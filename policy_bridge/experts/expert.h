@@ -1,4 +1,4 @@
-// Base of the scripted experts: plays motions and asks for the next ones when they have ended.
+// Base class of the scripted experts: executes motions, and requests the next ones when they have ended.
 #pragma once
 
 #include <cstddef>
@@ -12,46 +12,47 @@
 
 namespace evalbus::policy {
 
-// The arms of a robot with two, on +y and -y.
+// Arms of a two-armed robot, on +y and -y.
 inline constexpr int kLeft = 0, kRight = 1;
-// By then what a task drops at time 0 lies still.
+// Time by which objects that a task drops at time 0 have come to rest.
 inline constexpr int64_t kSettledUs = 500'000;
-// Of ways that each arm has, so many are tried with each other.
+// Number of candidates per arm that are combined with those of the other arm.
 inline constexpr size_t kPairs = 4;
 
 class Expert : public Policy {
  public:
-  // max_attempts: how often it plans in an episode before it gives up.
+  // max_attempts: number of plans in an episode after which the expert gives up.
   Expert(const mjModel& model, const model_info_t& info, int max_attempts);
 
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;
 
  protected:
-  // What to do from `now`, seeing `state`; empty to rest until asked again at the next tick. Where this was
-  // the last attempt and the episode has had no plan, Act() throws what was in the way.
+  // Returns the motions from configuration `now` in state `state`. Empty: rest; Next() is called again at the
+  // next tick. If this was the last attempt and no plan of the episode was feasible, Act() throws with the
+  // obstacle.
   virtual std::vector<Motion> Next(const Configuration& now, const state_t& state) = 0;
 
   PlanningContext& context() { return context_; }
-  // It has planned as often as it may; it rests from now on.
+  // Whether all attempts are used up; the expert then rests.
   bool gives_up() const { return attempts_ >= max_attempts_; }
-  // Plans in this episode, counted by the expert itself.
+  // Number of plans in this episode; incremented by the derived class.
   int attempts_ = 0;
-  // Of the robot.
+  // Indices of the robot's arms.
   std::vector<int> arms_;
 
-  // A fresh plan from `now`.
+  // An empty plan that starts at `now`.
   Plan MakePlan(const Configuration& now, const state_t& state) { return Plan(&context_, now, state); }
 
  private:
-  // What is in the way of a plan from `now`.
+  // Obstacle that prevents a plan from `now`.
   std::string WhyNoPlan(const Configuration& now, const state_t& state);
 
   PlanningContext context_;
   int max_attempts_;
-  // Of the arms.
+  // Names of the arms.
   std::vector<std::string> names_;
-  // Some plan of this episode was possible.
+  // Whether any plan of this episode was feasible.
   bool has_planned_ = false;
   Player player_;
 };
@@ -62,11 +63,11 @@ void NeedTwoArms(const model_info_t& info);
 // Writes a configuration as an action.
 void SetAction(const Configuration& configuration, action_t* action);
 
-// Throws InputError that lists the tasks there is an expert for.
+// Throws InputError with the supported tasks if there is no expert for this one.
 void CheckExpert(const std::string& task);
 
-// The scripted expert for a task, by the task's name: for a copy of it under another name, too. Throws as
-// CheckExpert() does.
+// Creates the scripted expert for a task, by the task's name; it also works for a copy of the task under
+// another name. Throws as CheckExpert() does.
 std::unique_ptr<Policy> MakeExpert(const std::string& task, const mjModel& model, const model_info_t& info);
 
 }  // namespace evalbus::policy

@@ -14,22 +14,23 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// The task asks for 0.1 m.
+// The task requires 0.1 m.
 constexpr double kLiftHeight = 0.125;
 constexpr double kHeldHeight = 0.1;
-// A hand that leans back reaches farther. It takes the handle's bar nearer to the robot, and higher, so that
+// A hand that leans back reaches farther. It takes the handle's bar nearer to the robot and higher, so that
 // the palm stays clear of the bar.
 struct Style {
   double tilt;
-  double forward, up;  // of the bar's middle, m
+  double forward, up;  // from the bar's middle, m
 };
 constexpr Style kStyles[] = {
     {0, 0, 0}, {15 * kDegree, -0.01, 0}, {30 * kDegree, -0.03, 0}, {40 * kDegree, -0.04, 0.008}};
-// Out of reach of the height wanted, the object comes toward the robot while it is lifted.
+// If the target height is out of reach, the object is moved toward the robot by this much (m) while it is
+// lifted.
 constexpr double kPulls[] = {0, 0.05, 0.1, 0.15, 0.2};
-// A grasp must allow at least this much lift on the spot.
+// A grasp must allow at least this much lift without moving the object horizontally, m.
 constexpr double kFirstLift = 0.02;
-// Slower than this for so long is at rest.
+// Below these speeds for kRestUs, the object counts as at rest.
 constexpr double kRestSpeed = 0.005;    // m/s
 constexpr double kRestTurnRate = 0.05;  // rad/s
 constexpr int64_t kRestUs = 100'000;
@@ -73,7 +74,7 @@ std::vector<Grasp> LiftByHandlesExpert::Grasps(int handle) const {
   std::vector<Grasp> grasps;
   for (const Style& style : kStyles) {
     const Vector3d approach(std::sin(style.tilt), 0, -std::cos(style.tilt));
-    // The pads close along the object's y, either of them in front.
+    // The pads close along the object's y axis, with either of them in front.
     for (double sign : {1.0, -1.0}) {
       Grasp grasp;
       grasp.at = GripFrame(handles_[handle] + Vector3d(style.forward, 0, style.up), approach,
@@ -98,7 +99,7 @@ bool LiftByHandlesExpert::CanTake(const Plan& plan, int arm, const Isometry3d& o
 std::optional<Plan> LiftByHandlesExpert::Lift(const Plan& plan, const Isometry3d& object) const {
   if (object.translation().y() > object_.max_y) return std::nullopt;
   const std::vector<Grasp> rights = Grasps(kRight);
-  // Found out when first needed.
+  // Evaluated on first use.
   std::vector<std::optional<bool>> can_take(rights.size());
   for (const Grasp& left : Grasps(kLeft)) {
     if (!CanTake(plan, kLeft, object, left)) continue;
@@ -162,7 +163,7 @@ std::vector<Motion> LiftByHandlesExpert::Next(const Configuration& now, const st
   ++attempts_;
   Plan start = MakePlan(now, state);
   if (now.closing[kLeft] > 0 || now.closing[kRight] > 0) {
-    // It slipped, or was missed.
+    // The object slipped, or the grasp missed it.
     std::vector<GripGoal> back;
     for (int arm : {kLeft, kRight}) {
       back.push_back(

@@ -14,42 +14,42 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// The flaps' sizes, m.
+// Size of the flaps, m.
 constexpr double kFlapLength = 0.212;
 constexpr double kFlapHalfWidth = 0.21;
 constexpr double kFlapHalfThickness = 0.002;
-// A flap resists with 10 N m s/rad. At the peak of the arc, 0.19 m from the fold, that is 27 N at the
-// fingers.
+// A flap resists with 10 N m s/rad, which at this rate is about 27 N at the fingers, 0.19 m from the fold.
 constexpr double kTurnRate = 0.5;  // rad/s
-// Closed is within a tenth of the flap's range of 160 degrees.
+// A lid counts as closed within a tenth of the flap's range of 160 degrees.
 constexpr double kClosedLid = 0.1;
-constexpr double kRest = 5 * kDegree;  // left to go at the end of the push
+constexpr double kRest = 5 * kDegree;  // remaining angle at the end of the push
 constexpr double kBeside = 0.08;       // m, along the fingers, from beside the flap to under it
-constexpr double kBack = 0.03;         // m, after the push
-// Half extents of a closed pair of fingers along and across the way they close, and room to the flap, m.
+constexpr double kBack = 0.03;         // m, retreat after the push
+// Half extents of a closed pair of fingers along and across their closing direction, and clearance to the
+// flap, m.
 constexpr double kFingers[] = {0.026, 0.0105};
 constexpr double kRoom = 0.006;
-// No more of the fingers fits under the flap before the palm meets it, m.
+// The palm touches the flap if more of the fingers than this is under it, m.
 constexpr double kMaxCovered = 0.05;
 
-// Where the fingers push: from the fold, and along it toward the robot, m. The palm must stay off the flap,
-// so these are near the free edge or near the end on the robot's side.
+// Where the fingers push: distance from the fold, and position along it toward the robot, m. The palm must
+// stay clear of the flap, so the spots are near the free edge or near the end on the robot's side.
 struct Spot {
   double radius, along;
 };
 constexpr Spot kSpots[] = {{0.195, 0},    {0.195, 0.1}, {0.195, -0.1},
                            {0.195, 0.19}, {0.16, 0.19}, {0.12, 0.19}};
-// The side that the hand comes from, from across the free edge (0) to along the fold from the robot, and the
-// steepness of the fingers above the horizontal.
+// Side from which the hand comes, from across the free edge (0) to along the fold from the robot; and the
+// angle of the fingers above the horizontal.
 constexpr double kSides[] = {0, 45 * kDegree, 90 * kDegree};
 constexpr double kSteepness[] = {40 * kDegree, 55 * kDegree, 20 * kDegree, 68 * kDegree};
-// How the hand is rolled about the fingers, how far it turns with the flap, and how high above the place
-// beside the flap it comes, m.
+// Roll of the hand about the fingers; fraction by which it rotates with the flap; and height (m) above the
+// pose beside the flap through which it comes.
 constexpr double kRolls[] = {0, 180 * kDegree, 90 * kDegree, -90 * kDegree};
 constexpr double kFollows[] = {0.1, 0.3, 0.5};
 constexpr double kOvers[] = {0, 0.1};
 
-// The most that trying a way takes, in knots.
+// Upper bound of the effort for trying one way, in knots.
 constexpr int kEffortPerWay = 300;
 
 }  // namespace
@@ -105,11 +105,12 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
   for (const Spot& spot : kSpots) {
     for (const double side : kSides) {
       for (const double steepness : kSteepness) {
-        // From the finger tips to the wrist; its parts across the flap, along it and off it.
+        // Direction from the finger tips to the wrist; its components across the flap, along it and
+        // perpendicular to it.
         const Vector3d hand =
             std::cos(steepness) * (std::cos(side) * out + std::sin(side) * nearer) + std::sin(steepness) * up;
         const double across = hand.dot(outwards), along = hand.dot(nearer), off = hand.dot(upwards);
-        // How much of the fingers is under the flap, and the border that they pass.
+        // Length of the fingers under the flap, and the edge that they cross.
         const double to_edge = across > 0 ? (kFlapLength - spot.radius) / across : 1;
         const double to_end = along > 0 ? (kFlapHalfWidth - spot.along) / along : 1;
         const double covered = std::min(to_edge, to_end);
@@ -121,7 +122,7 @@ std::vector<PackBoxExpert::Way> PackBoxExpert::Ways(const state_t& state, int ar
             return kFingers[0] * std::abs(direction.dot(closing)) +
                    kFingers[1] * std::abs(direction.dot(hand.cross(closing)));
           };
-          // So deep below the flap that the fingers pass the border at a distance.
+          // Deep enough below the flap that the fingers keep their clearance where they cross the edge.
           const double depth =
               kFlapHalfThickness +
               std::max((half(normal) + kRoom) / std::abs(normal.dot(upwards)) + covered * off,
@@ -176,7 +177,7 @@ std::vector<Motion> PackBoxExpert::Next(const Configuration& now, const state_t&
   }
   if (open.empty() || gives_up()) return {};
   const Plan start = MakePlan(now, state);
-  // The search takes a few ticks.
+  // The search may take several ticks.
   for (const int arm : open) {
     if (!Search(start, state, arm)) return {};
   }

@@ -15,11 +15,11 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// The task asks for a tenth of the wheels' range of 4.71 rad.
+// The task requires a tenth of the wheels' range of 4.71 rad.
 constexpr double kEnough = 0.5;  // rad
 constexpr double kTurn = 0.65;   // rad
 constexpr double kSpeed = 0.05;  // m/s of a grip
-// The hand comes from above, or leans about its closing axis where an arm or the board is in its way.
+// The hand comes from above, or leans about its closing axis if an arm or the board is in its way.
 constexpr double kLeans[] = {0, 15 * kDegree, -15 * kDegree, 30 * kDegree, -30 * kDegree};
 constexpr int kDirections = 12;
 
@@ -53,7 +53,7 @@ std::vector<Hold> RotateValveExpert::Holds(const Plan& plan, int arm, int wheel,
   std::vector<Hold> holds;
   for (const double lean : kLeans) {
     for (int i = 0; i < kDirections && holds.size() < count; ++i) {
-      // Nearest to how the hand is turned first: 0, 1, -1, 2, -2 ...
+      // Directions nearest to the current one of the hand come first: 0, 1, -1, 2, -2 ...
       const int step = i % 2 ? (i + 1) / 2 : -i / 2;
       const double direction = yaw + step * 2 * std::numbers::pi / kDirections;
       const Vector3d closing(-std::sin(direction), std::cos(direction), 0);

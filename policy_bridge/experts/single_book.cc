@@ -13,35 +13,35 @@ using Eigen::Isometry3d;
 using Eigen::Translation3d;
 using Eigen::Vector3d;
 
-// A pad's end is this far beyond its middle.
+// Distance from a pad's middle to its end, m.
 constexpr double kPadEnd = 0.0085;
-// How far below the book's surface a pressing pad is sent: with the arm's stiffness some 25 N.
+// Depth below the book's surface to which a pressing pad is commanded, m: about 25 N at the arm's stiffness.
 constexpr double kPress = 0.003;
-// A dragged book trails behind the pad if that presses ahead of its middle.
+// A book trails straight behind the pad if the pad presses this far (m) ahead of the book's middle.
 constexpr double kPressAhead = 0.01;
-// A hand comes to the book from so far above; after it, it needs room to turn.
+// Height above the book from which a hand comes down, and to which it rises to have room to turn, m.
 constexpr double kBeforePress = 0.05;
 constexpr double kAfterPress = 0.15;
-// From the middle of a pad to the counter's edge: the pad, and the finger behind it, need 14 mm.
+// Distance of a pad's middle from the counter's edge, m; the pad and the finger behind it need 14 mm.
 constexpr double kEdgeGap = 0.02;
-// From the book's edge to the middle of a pad, which is 17 mm square; deeper, the palm of a hand that comes
-// from the side would meet the book.
+// Distance of a pad's middle from the book's edge, m; a pad is 17 mm square. Any deeper, the palm of a hand
+// that comes from the side would touch the book.
 constexpr double kInset = 0.016;
-// More or less overhang than wanted that is still good.
+// Accepted deviation from the intended overhang, m.
 constexpr double kOverhangTolerance = 0.006;
-// The task asks for 0.77 - 0.7135 m.
+// The task requires 0.77 - 0.7135 m.
 constexpr double kBookLift = 0.085;
-// A book comes onto the board from above, and from farther above than Place begins.
+// Height above the board at which a book arrives, m; higher than where Place starts.
 constexpr double kAboveBoard = 0.05;
-// How much deeper than on the counter the book is put on the shelf.
+// How much deeper than on the counter the book is put on the shelf, m.
 constexpr double kDeeper = 0.006;
-// A book that is higher above the counter does not lie on it.
+// A book that is higher than this above the counter (m) does not lie on it.
 constexpr double kLies = 0.001;
-// Directions of a hand about the vertical, from world x: that takes the book, that presses on it (where its
-// pads close).
+// Headings of a hand, in degrees from the world x axis: when it takes the book, and (closing direction of its
+// pads) when it presses on it.
 constexpr double kBookHeadings[] = {60, -60, 40, -40, 20, -20, 0};
 constexpr double kPressHeadings[] = {90, 45, 135, 0};
-// Sideways ways of a dragged book that are tried.
+// Sideways displacements of a dragged book to try, m.
 constexpr double kSideways[] = {0, 0.06, -0.06, 0.12, -0.12, 0.2, -0.2, 0.3, -0.3};
 
 Vector3d Heading(double degrees) { return {std::cos(degrees * kDegree), std::sin(degrees * kDegree), 0}; }
@@ -93,7 +93,7 @@ std::optional<Plan> SingleBookExpert::Drag(const Plan& plan, int arm) {
       there.translation().y() += sideways;
       const Vector3d way = there.translation() - book.translation() + Vector3d(0, 0, kAfterPress);
       Plan attempt = pressing;
-      // Opening while it leaves, the hand is not taken for one that has lost the book.
+      // The hand opens while it moves away. If it opened later, it would look as if it had lost the book.
       attempt.Drag(book_, there)
           .Approach({{arm, Moved(press, way)}})
           .OpenMeanwhile({arm})
@@ -134,13 +134,13 @@ std::optional<Plan> SingleBookExpert::Take(const Plan& plan, int arm) {
 
 std::vector<Motion> SingleBookExpert::Next(const Configuration& now, const state_t& state) {
   const Isometry3d book = BodyPose(state, book_);
-  // It falls, or is held.
+  // The book is falling, or a hand holds it.
   if (book.translation().z() - half_size_.z() - counter_edge_.z() > kLies) return {};
   if (gives_up()) return {};
   ++attempts_;
   const Plan start = MakePlan(now, state);
   const bool overhangs = std::abs(book.translation().x() - OverhangingX(book)) < kOverhangTolerance;
-  // The nearer arm first.
+  // Try the nearer arm first.
   std::vector<int> arms = arms_;
   const auto away = [&](int arm) {
     return std::abs(context().arms[arm].GripPose(context().home.joints[arm]).translation().y() -

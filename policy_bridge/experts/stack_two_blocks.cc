@@ -14,16 +14,16 @@ using Eigen::Vector3d;
 
 constexpr double kHalfSide = 0.02;  // m
 const GraspBox kCube{Vector3d::Constant(kHalfSide)};
-// Hands lean to reach farther, rad.
+// Angles by which hands may lean to reach farther, rad.
 const std::vector<double> kHandLeans = {0, 0.35, -0.35};
 constexpr double kLift = 0.12;  // m
-// A cube is let go so far above what it is put on.
+// Height above its support at which a cube is released.
 constexpr double kGap = 0.001;  // m
-// Where the stack may stand, m: the first that is free and in reach.
+// Candidate positions of the stack, m; the first that is free and within reach is used.
 constexpr double kSites[][2] = {{0.5, 0},     {0.5, 0.08},  {0.5, -0.08}, {0.42, 0},
                                 {0.58, 0},    {0.42, 0.1},  {0.42, -0.1}, {0.5, 0.16},
                                 {0.5, -0.16}, {0.58, 0.12}, {0.58, -0.12}};
-// The site keeps so far from the cube that still stands on the table.
+// Distance that the stack keeps from a cube that is still on the table.
 constexpr double kFree = 0.08;  // m
 
 // Heading of a cube that lies flat; its sides repeat every quarter turn.
@@ -34,7 +34,7 @@ double Heading(const Isometry3d& cube) {
   return std::atan2(side.y(), side.x());
 }
 
-// Where `upper` stands flush on `lower`.
+// Pose in which `upper` stands flush on `lower`.
 Isometry3d OnTop(const Isometry3d& lower, const Isometry3d& upper) {
   const double turn = std::remainder(Heading(lower) - Heading(upper), std::numbers::pi / 2);
   Isometry3d pose = AngleAxisd(turn, Vector3d::UnitZ()) * upper;

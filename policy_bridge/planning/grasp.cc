@@ -10,11 +10,13 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// The Franka hand opens to 0.08 m; the rest is for errors of the approach.
+// The Franka hand opens to 0.08 m; the rest is a margin for errors of the approach.
 constexpr double kMaxHalfWidth = 0.036;
-// From the pads' middle to what must stay clear of the palm.
+// Largest distance (m) from the point midway between the pads to the box's near face, which must stay clear
+// of the palm.
 constexpr double kFingerReach = 0.03;
-// Approach directions that rise more steeply (sine of the angle) come from below.
+// An approach direction that rises more steeply than this (sine of the angle) comes from below and is
+// rejected.
 constexpr double kMaxRise = 0.2;
 
 }  // namespace

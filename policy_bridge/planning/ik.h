@@ -6,9 +6,9 @@
 namespace evalbus::policy {
 
 struct IkOptions {
-  // Joint positions that the arm's redundancy is spent on being near to; the start if empty.
+  // Joint positions that a redundant arm stays near to; empty: the start.
   JointVector posture;
-  double tolerance = 1e-6;  // m, and rad
+  double tolerance = 1e-6;  // m and rad
   int max_iterations = 60;
 };
 
@@ -18,15 +18,15 @@ struct IkResult {
   int iterations = 0;
 };
 
-// Joint positions whose wrist pose is `target` (world frame), searched from `start`. Each step solves
-//   dq = J^T (J J^T + (e^2 + c) I)^-1 e + N (posture - q)
-// with pose error e; damping that vanishes with the error (Sugihara, "Solvability-unconcerned inverse
-// kinematics by the Levenberg-Marquardt method", IEEE T-RO 2011) is stable out of reach and quadratic near
-// the solution. A joint that a step pushes against its limit is left out of that step.
+// Finds joint positions whose wrist pose is `target` (world frame), starting from `start`. Each iteration
+// solves dq = J^T (J J^T + (e^2 + c) I)^-1 e + N (posture - q) with pose error e. The damping vanishes with
+// the error (Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method", IEEE
+// T-RO 2011), which makes the search stable out of reach and quadratic near the solution. A joint that an
+// iteration would push beyond its limit is excluded from that iteration.
 IkResult SolveIk(const ArmChain& arm, const Eigen::Isometry3d& target, const JointVector& start,
                  const IkOptions& options = {});
 
-// Position (m) and rotation vector (rad), world frame, from pose a to pose b.
+// Translation (m) and rotation vector (rad), world frame, from pose a to pose b.
 Eigen::Matrix<double, 6, 1> PoseDifference(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
 
 }  // namespace evalbus::policy

@@ -1,4 +1,4 @@
-// Smooth way of one arm through joint positions.
+// Smooth path of one arm through given joint positions.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,10 @@
 
 namespace evalbus::policy {
 
-// Natural cubic spline through knots that are equally spaced in the path parameter s from 0 to 1.
+// Natural cubic spline through knots that are equally spaced in the path parameter s, from 0 to 1.
 class JointPath {
  public:
-  // At least one knot (rad); one alone means to stay there.
+  // Needs at least one knot (rad); a single knot means that the arm stays there.
   explicit JointPath(std::vector<JointVector> knots);
 
   const std::vector<JointVector>& knots() const { return knots_; }
@@ -20,7 +20,7 @@ class JointPath {
 
  private:
   std::vector<JointVector> knots_;
-  // Second derivatives at the knots, for knots one apart.
+  // Second derivatives at the knots, for a knot spacing of 1.
   std::vector<JointVector> curvature_;
 };
 

@@ -1,5 +1,5 @@
-// Forward kinematics and Jacobian of one arm: the serial chain from the world to the wrist, taken once from a
-// compiled model, then evaluated without MuJoCo (well under a microsecond).
+// Forward kinematics and Jacobian of one arm: the serial chain from the world to the wrist, extracted once
+// from a compiled model and then evaluated without MuJoCo (in well under a microsecond).
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -12,17 +12,17 @@
 namespace evalbus::policy {
 
 inline constexpr int kMaxArmJoints = 8;
-// Sizes up to kMaxArmJoints live inside the object: no allocation.
+// Sizes up to kMaxArmJoints are stored inside the object, without allocation.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxArmJoints, 1>;
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxArmJoints>;
 
-// Pose from MuJoCo's arrays; quat is (w, x, y, z).
+// Converts a pose from MuJoCo's arrays; quat is (w, x, y, z).
 Eigen::Isometry3d ToPose(const mjtNum* position, const mjtNum* quat);
 
 class ArmChain {
  public:
-  // Throws InputError if what lies between the world and the wrist site are not exactly the arm's joints,
-  // each a hinge, in their order.
+  // Throws InputError unless the joints between the world and the wrist site are exactly the arm's joints, in
+  // their order, and each is a hinge.
   ArmChain(const mjModel& model, const arm_info_t& arm);
 
   int num_joints() const { return static_cast<int>(joints_.size()); }
@@ -30,28 +30,28 @@ class ArmChain {
   const JointVector& upper() const { return upper_; }  // rad
   const JointVector& home() const { return home_; }    // rad
 
-  // Pose of the wrist in the world for joint positions q (rad).
+  // Pose of the wrist in the world frame for joint positions q (rad).
   Eigen::Isometry3d Forward(const JointVector& q) const { return Forward(q, nullptr); }
 
-  // Its rotation alone, with the sign that a quaternion gets where those of bodies and joints are multiplied
-  // along the arm, as MuJoCo does for a body: it never jumps as the arm moves.
+  // Rotation of that pose. Its sign is that of the product of the quaternions of bodies and joints along the
+  // arm, as MuJoCo computes it for a body, so it never jumps as the arm moves.
   Eigen::Quaterniond Rotation(const JointVector& q) const;
 
-  // The same with the wrist's Jacobian: rows 0-2 linear velocity (m/s), 3-5 angular velocity (rad/s), world
+  // Pose and Jacobian of the wrist: rows 0-2 linear velocity (m/s), 3-5 angular velocity (rad/s), world
   // frame.
   Eigen::Isometry3d Forward(const JointVector& q, Jacobian* jacobian) const;
 
  private:
   struct Joint {
-    // Constant part of the way from the previous joint (or the world), up to the joint's anchor.
+    // Constant transform from the previous joint (or the world) to the joint's anchor.
     Eigen::Isometry3d before;
     Eigen::Vector3d axis;
-    // Angle in the model's reference configuration.
+    // Angle in the model's reference configuration, rad.
     double reference;
   };
 
   std::vector<Joint> joints_;
-  // From the last joint's anchor to the wrist.
+  // Constant transform from the last joint's anchor to the wrist.
   Eigen::Isometry3d wrist_;
   JointVector lower_, upper_, home_;
 };

@@ -11,16 +11,17 @@ namespace {
 
 constexpr double kKnotDistance = 0.04;  // m
 constexpr double kKnotTurn = 0.25;      // rad
-// A joint that turns farther than this from knot to knot has changed its branch.
+// If a joint moves farther than this between two knots, the solution has changed its branch.
 constexpr double kMaxKnotStep = 0.6;  // rad
 constexpr double kMinDuration = 0.3;  // s
-// Weight of the home posture against the last knot's where redundancy is spent.
+// Weight of the home posture, relative to that of the previous knot, in the posture of a redundant arm.
 constexpr double kHomePull = 0.1;
-// Between the knots of a motion that is straight in joint space.
+// Distance between the knots of a motion that is straight in joint space.
 constexpr double kJointKnotStep = 0.1;  // rad
-// Other branches of the inverse kinematics are looked for from home with one joint turned so far.
+// To find other branches of the inverse kinematics, the search starts from home with one joint turned by
+// this.
 constexpr double kBranchTurn = 1.5;  // rad
-// An object that is placed first stops so far above its support.
+// Height above its support at which an object to be placed first stops.
 constexpr double kAbove = 0.05;  // m
 
 double Angle(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -44,7 +45,7 @@ double MinDuration(double distance, double speed, double turn, double turn_rate)
   return std::max(kMinDuration, kMinJerkPeakRate * std::max(distance / speed, turn / turn_rate));
 }
 
-// Time that the path needs with no joint faster than `speed`.
+// Duration of the path if no joint is faster than `speed`.
 double JointDuration(const JointPath& path, double speed) {
   double duration = 0;
   const int samples = 4 * static_cast<int>(path.knots().size());
@@ -111,7 +112,8 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
     const Eigen::Isometry3d grip_to_wrist = arm.grip.inverse();
     std::vector<JointVector> path{end_.joints[arms[i]]};
     IkOptions options;
-    // From knot to knot it converges in a few steps or, out of reach, not at all.
+    // From one knot to the next, the search converges within a few iterations or, if out of reach, not at
+    // all.
     options.max_iterations = 20;
     for (int k = 1; k < knots; ++k) {
       if (context_->effort_left-- <= 0) {
@@ -122,7 +124,7 @@ Plan& Plan::Follow(const std::vector<int>& arms, int knots, double min_duration,
       const IkResult ik = SolveIk(arm.chain, grip(i, static_cast<double>(k) / (knots - 1)) * grip_to_wrist,
                                   path.back(), options);
       if (!ik.converged || (ik.joints - path.back()).cwiseAbs().maxCoeff() > kMaxKnotStep) {
-        // Where it was to get at last says more than where it did not get on.
+        // Report the goal of the motion, which is more informative than the knot at which the search failed.
         context_->Note(motions_.size(), {.touch = {}, .arm = arms[i], .grip = grip(i, 1.0).translation()});
         feasible_ = false;
         return *this;
@@ -159,7 +161,7 @@ Plan& Plan::GoStraightInJoints(const std::vector<int>& arms, const std::vector<J
   motion.duration = kMinDuration;
   for (size_t i = 0; i < arms.size(); ++i) {
     const JointVector &from = end_.joints[arms[i]], &to = goals[i];
-    // As many knots as show whether something is in the way.
+    // Enough knots to detect obstacles along the path.
     const int spans = 1 + static_cast<int>((to - from).cwiseAbs().maxCoeff() / kJointKnotStep);
     std::vector<JointVector> way;
     for (int k = 0; k <= spans; ++k) {
@@ -308,7 +310,7 @@ Plan& Plan::Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry
 Plan& Plan::Carry(const std::vector<ObjectGoal>& goals, double speed) {
   if (!feasible_) return *this;
   std::vector<int> arms;
-  // Of each arm: what it carries, and its grip there.
+  // By arm: the object that it carries, and its grip in the object's frame.
   std::vector<size_t> carries;
   std::vector<Eigen::Isometry3d> in_object;
   Contacts contacts;

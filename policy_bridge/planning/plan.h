@@ -1,11 +1,11 @@
-// Motion primitives, from which a scripted expert is written as a short list:
+// Motion primitives, from which a scripted expert is composed as a short list:
 //
 //   Plan plan(&context, now, state);
 //   plan.Take({{kLeft, cube, grasp}}).Lift(cube, 0.1).Place(cube, there).Release({kLeft}).GoHome({kLeft});
 //
-// A plan is made before it is carried out: straight lines and arcs of the grip frames, solved for joint
-// positions at knots, timed so that no joint and no hand exceeds its speed. It is feasible or not, so an
-// expert can try one after the other.
+// A plan is computed completely before it is executed. Straight lines and arcs of the grip frames are solved
+// for joint positions at knots, and timed so that no joint and no hand exceeds its speed limit. A plan is
+// feasible or not, so an expert can try several one after the other.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,8 @@
 namespace evalbus::policy {
 
 struct MotionLimits {
-  // Also the wrist's: 12 N m against a joint damping of 10 N m s/rad allow no more than 1.2 rad/s.
+  // This also limits the wrist's joints: 12 N m against a joint damping of 10 N m s/rad allow at most 1.2
+  // rad/s.
   double joint_speed = 1.1;     // rad/s
   double grip_speed = 0.6;      // m/s
   double approach_speed = 0.2;  // m/s
@@ -26,7 +27,7 @@ struct MotionLimits {
   double push_speed = 0.1;      // m/s
   double grip_turn_rate = 2.0;  // rad/s
   double gripper_time = 0.6;    // s, to open or close
-  double clearance = 0.003;     // m, to everything the robot should not touch
+  double clearance = 0.003;     // m, from everything that the robot must not touch
 };
 
 // Minimum-jerk motion of all arms and grippers from one configuration to another.
@@ -35,46 +36,46 @@ struct Motion {
   std::vector<JointPath> paths;  // one per arm
   std::vector<double> closing_from, closing_to;
 
-  // After t seconds; t is clamped to the motion. Into the storage of `now`.
+  // Configuration after t seconds, written to *now; t is clamped to the motion.
   void At(double t, Configuration* now) const;
 };
 
-// A gripper's goal, as the pose of its grip frame in the world.
+// Goal of a gripper: the pose of its grip frame in the world frame.
 struct GripGoal {
   int arm;
   Eigen::Isometry3d pose;
 };
 
-// An object's goal, as the pose of its first body in the world.
+// Goal of an object: the pose of its first body in the world frame.
 struct ObjectGoal {
   int body;
   Eigen::Isometry3d pose;
 };
 
-// An arm that is to take an object, and how.
+// An arm that grasps an object, and the grasp.
 struct Hold {
   int arm;
   int body;
   Grasp grasp;
 };
 
-// An arm that is to turn a body on its hinge, and how; angles in rad, in the sense of the hinge.
+// An arm that turns a body on its hinge. Angles in rad, positive in the hinge's direction.
 struct Turning {
   int arm;
   int body;
   double angle;       // of the grip about the hinge
-  double follow = 1;  // the hand itself turns by this fraction of it
-  double slack = 0;   // of the angle: until the grip meets the body and takes it along
+  double follow = 1;  // fraction of the angle by which the hand itself rotates
+  double slack = 0;   // part of the angle before the grip touches the body and starts to turn it
 };
 
-// Why a plan cannot be: something is in the way, or a grip does not get where it should.
+// Why a plan is infeasible: a contact, or a grip that does not reach its goal.
 struct Obstacle {
   std::optional<Touch> touch;
-  int arm = -1;                                    // where there is no touch
-  Eigen::Vector3d grip = Eigen::Vector3d::Zero();  // m
+  int arm = -1;                                    // set if there is no touch
+  Eigen::Vector3d grip = Eigen::Vector3d::Zero();  // m, the goal not reached
 };
 
-// What plans need of the model; made once per run.
+// Data about the model that plans need; created once per run.
 struct PlanningContext {
   PlanningContext(const mjModel& model, const model_info_t& info, const MotionLimits& limits = {});
 
@@ -82,13 +83,14 @@ struct PlanningContext {
   std::vector<Arm> arms;
   Configuration home;
   ContactProbe probe;
-  // Knots that may still be solved or checked for contacts (2 and 20 microseconds each); then every plan is
-  // infeasible. An Expert gets kEffort anew each time that it is asked, so that no state makes it think for
-  // long.
+  // Number of knots that may still be solved or checked for contacts (2 and 20 microseconds each). At 0 every
+  // plan is infeasible. An Expert resets it to kEffort at each call of Next(), which bounds the computing
+  // time of a tick.
   static constexpr int kEffort = 3'000;
   int effort_left = kEffort;
 
-  // Of the plans since it was cleared: what ended the one that came farthest, and after how many motions.
+  // Over the plans since `obstacle` was cleared: what ended the plan with the most motions, and its number of
+  // motions.
   std::optional<Obstacle> obstacle;
   size_t motions_before_obstacle = 0;
   void Note(size_t motions, const Obstacle& found) {
@@ -100,64 +102,64 @@ struct PlanningContext {
 
 class Plan {
  public:
-  // From what is commanded now, with everything else where `state` says.
+  // Starts from the commanded configuration `now`, with everything else where `state` has it.
   Plan(PlanningContext* context, const Configuration& now, const state_t& state);
 
-  // Each primitive appends motions. Once one is impossible the plan is infeasible and the rest do nothing.
-  // Arms and grippers that are not named rest.
+  // Each primitive appends motions. Once one is impossible, the plan is infeasible and later primitives do
+  // nothing. Arms and grippers that are not named stay where they are.
 
-  // The grips go straight to their goals.
+  // Moves the grips straight to their goals.
   Plan& Reach(const std::vector<GripGoal>& goals) { return GoStraight(goals, context_->limits.grip_speed); }
-  // The same slowly: the last centimeters to a grasp, and the first ones away from it.
+  // Same, slowly: for the last centimeters to a grasp, and the first ones away from it.
   Plan& Approach(const std::vector<GripGoal>& goals) {
     return GoStraight(goals, context_->limits.approach_speed);
   }
-  // As Approach, down on an object whose support is below it: pads may touch it, and Drag then takes it
-  // along.
+  // Same as Approach, onto an object that rests on a support: pads may touch it, and Drag then moves it.
   Plan& Press(int body, const std::vector<GripGoal>& goals);
-  // The arms that press on an object slide it along its support to a pose.
+  // Slides an object along its support to a pose, with the arms that press on it.
   Plan& Drag(int body, const Eigen::Isometry3d& pose);
-  // The grips go along arcs about the hinges of bodies, as a hand does that turns a wheel or pushes a lid,
-  // and take these bodies along from where they are in the state. Pads may touch them.
+  // Moves the grips along arcs about the hinges of bodies, as to turn a wheel or push a lid. The bodies turn
+  // along from their angles in the state. Pads may touch them.
   Plan& Turn(const std::vector<Turning>& turnings, double speed);
-  // The grips come to their goals straight in joint space, to the solutions nearest to where the joints are:
-  // for a large turn of a hand, which a straight line of the grip does not allow.
+  // Moves the grips to their goals, straight in joint space, to the solutions nearest to the current joints.
+  // For large rotations of a hand, which a straight line of the grip does not allow.
   Plan& Swing(const std::vector<GripGoal>& goals);
-  // The arms go home, straight in joint space.
+  // Moves the arms home, straight in joint space.
   Plan& GoHome(const std::vector<int>& arms);
-  // Lets go what the grippers hold.
+  // Opens the grippers, which releases what they hold.
   Plan& Open(const std::vector<int>& grippers);
-  // The same, but during the last motion instead of after it.
+  // Same, but during the last motion instead of after it.
   Plan& OpenMeanwhile(const std::vector<int>& grippers);
   Plan& Close(const std::vector<int>& grippers) { return MoveGrippers(grippers, 1); }
 
-  // The arms reach for their objects, approach and close: they hold them from then on.
+  // The arms reach for their objects, approach and close. They hold the objects from then on.
   Plan& Take(const std::vector<Hold>& holds);
-  // The objects go straight to their goals, each in the hands of the arms that hold it.
+  // Moves the objects straight to their goals, each carried by the arms that hold it.
   Plan& Move(const std::vector<ObjectGoal>& goals) { return Carry(goals, context_->limits.carry_speed); }
-  // The same for one object that these arms have closed on without Take, and from where it is taken to be.
+  // Same for one object that these arms have closed on without Take. from: its assumed pose.
   Plan& Carry(int body, const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
               const std::vector<int>& arms);
   // Straight up by `height` (m).
   Plan& Lift(int body, double height);
-  // To a pose on a support: first above it, then slowly down.
+  // Places an object at a pose on a support: first above it, then slowly down.
   Plan& Place(int body, const Eigen::Isometry3d& pose);
-  // The grippers open, let go what they hold and back off along their own axes.
+  // Opens the grippers, which releases what they hold, and moves them back along their own axes.
   Plan& Release(const std::vector<int>& arms);
-  // Another arm takes the object before the one that holds it lets it go.
+  // Another arm grasps the object before the one that holds it releases it.
   Plan& HandOver(int giver, const Hold& receiver) { return Take({receiver}).Release({giver}); }
 
-  // Infeasible if these arms touch anything but arms not named, in the motions since the last check. Pads may
-  // touch what is taken or held. Looks at the knots.
+  // Makes the plan infeasible if one of these arms touches anything in the motions since the last check.
+  // Contacts with arms that are not named are ignored, and pads may touch objects that are grasped or held.
+  // Checks only the knots.
   Plan& CheckContacts(const std::vector<int>& arms);
 
-  // Where the plan leaves a body: as in the state, unless it moved it.
+  // Pose of a body at the end of the plan: as in the state, unless the plan moved it.
   Eigen::Isometry3d PoseOf(int body) const;
-  // Where the plan leaves a grip.
+  // Pose of a grip at the end of the plan.
   Eigen::Isometry3d GripPose(int arm) const { return context_->arms[arm].GripPose(end_.joints[arm]); }
   bool feasible() const { return feasible_; }
   const std::vector<Motion>& motions() const { return motions_; }
-  // Where the plan ends.
+  // Configuration at the end of the plan.
   const Configuration& end() const { return end_; }
 
  private:
@@ -169,20 +171,20 @@ class Plan {
     Hinge hinge;
     double to;
   };
-  // What CheckContacts needs to know of a motion.
+  // Data about a motion that CheckContacts needs.
   struct Contacts {
     std::vector<Carried> carried;
     std::vector<Turned> turned;
     // Bodies that pads may touch.
     std::vector<int> allowed_bodies;
   };
-  // grip(i, s): pose of the grip of arms[i] at fraction s.
+  // grip(i, s): pose of the grip of arms[i] at fraction s of the motion.
   template <class GripAt>
   Plan& Follow(const std::vector<int>& arms, int knots, double min_duration, const GripAt& grip,
                Contacts contacts);
   Plan& GoStraight(const std::vector<GripGoal>& goals, double speed);
   Plan& Carry(const std::vector<ObjectGoal>& goals, double speed);
-  // goals: joint positions, one for each of these arms.
+  // goals: joint positions, one entry for each of these arms.
   Plan& GoStraightInJoints(const std::vector<int>& arms, const std::vector<JointVector>& goals);
   Plan& MoveGrippers(const std::vector<int>& grippers, double closing);
   void SetPose(const ObjectGoal& object);
@@ -193,32 +195,33 @@ class Plan {
   const state_t* state_;
   Configuration end_;
   std::vector<Motion> motions_;
-  // Of each motion.
+  // By motion.
   std::vector<Contacts> contacts_;
-  // Objects where the plan left them, and of each arm the one that it holds, -1 for none.
+  // Objects that the plan has moved, with their last poses; and for each arm the object that it holds, -1 for
+  // none.
   std::vector<ObjectGoal> moved_;
   std::vector<int> held_;
-  // Pads may touch these, too, though nobody holds them: what is being taken or was just released.
+  // Objects that pads may touch although they are not held: those being grasped or just released.
   std::vector<int> near_;
-  // Motions checked for contacts so far.
+  // Number of motions already checked for contacts.
   size_t num_checked_ = 0;
   bool feasible_ = true;
 };
 
-// Carries out motions, one after the other.
+// Executes motions one after the other.
 class Player {
  public:
-  // At rest in a configuration at time 0.
+  // Rests in this configuration at time 0.
   void Reset(const Configuration& rest);
-  // Continues with these motions from `time` (s) on.
+  // Executes these motions, starting at `time` (s).
   void Start(std::vector<Motion> motions, double time);
-  // Commanded configuration. Times must not decrease.
+  // Commanded configuration at `time`. Times must not decrease.
   const Configuration& At(double time);
-  // True once all motions have ended by the last time asked for.
+  // True if all motions had ended by the time of the last At().
   bool done() const { return motions_.empty(); }
 
  private:
-  std::vector<Motion> motions_;  // the first is under way
+  std::vector<Motion> motions_;  // the first is being executed
   double started_ = 0;
   Configuration commanded_;
 };

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kMaxContacts = 2000;
 
-// Midway between the pads of a gripper, and the way they close. A pad's place is that of its body's geom
-// farthest from the wrist: a finger has other geoms too.
+// Grip frame: midway between the pads of a gripper, with y in the direction in which they close. The position
+// of a pad is that of its body's geom farthest from the wrist, because a finger has other geoms too.
 Eigen::Isometry3d GripFrame(const mjModel& model, const mjData& data, const gripper_info_t& gripper,
                             const Eigen::Isometry3d& wrist) {
   const Eigen::Vector3d approach = wrist.linear().col(2);
@@ -66,7 +66,7 @@ Configuration HomeConfiguration(const model_info_t& info) {
 
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info) {
   const DataPtr data(mj_makeData(&model));
-  // Half open, so that the two pads have a direction between them.
+  // Half open, so that the line between the two pads has a direction.
   for (int joint = 0; joint < model.njnt; ++joint) {
     if (model.jnt_type[joint] == mjJNT_SLIDE || model.jnt_type[joint] == mjJNT_HINGE) {
       const mjtNum* range = model.jnt_range + 2 * joint;
@@ -132,7 +132,7 @@ Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int 
 ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, double clearance_m)
     : model_(mj_copyModel(nullptr, &model)), clearance_(clearance_m) {
   for (int geom = 0; geom < model_->ngeom; ++geom) {
-    // A pair is in contact below the larger of its margins.
+    // MuJoCo reports a contact if the distance of a pair is below the larger of its two margins.
     model_->geom_margin[geom] = std::max(model_->geom_margin[geom], clearance_m);
     const int entity = info.body_entity[info.geom_body[geom]];
     entity_of_geom_.push_back(entity);
@@ -141,7 +141,8 @@ ContactProbe::ContactProbe(const mjModel& model, const model_info_t& info, doubl
     arm_of_geom_.push_back(arm == info.arm.end() ? -1 : static_cast<int>(arm - info.arm.begin()));
     is_pad_.push_back(false);
   }
-  // None may be left out: thicker geoms touch more often, and closed fingers in many places.
+  // No contact may be dropped: the enlarged margins cause more contacts, and closed fingers touch in many
+  // places.
   model_->nconmax = std::max(model_->nconmax, kMaxContacts);
   data_.reset(mj_makeData(model_.get()));
   entity_of_body_ = info.body_entity;

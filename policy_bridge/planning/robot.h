@@ -1,5 +1,5 @@
-// The robot and its surroundings as a scripted policy knows them: kinematics of the arms, where each gripper
-// grips, and which configurations touch something.
+// The robot and its surroundings as used by scripted policies: kinematics of the arms, grip frames, and
+// contacts in a given configuration.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -17,7 +17,7 @@
 
 namespace evalbus::policy {
 
-// What is commanded: one entry per arm and per gripper, in the order of model_info_t.
+// Commanded configuration: one entry per arm and per gripper, in the order of model_info_t.
 struct Configuration {
   std::vector<JointVector> joints;  // rad
   std::vector<double> closing;      // 0 open, 1 closed
@@ -25,8 +25,8 @@ struct Configuration {
 
 struct Arm {
   ArmChain chain;
-  // Grip frame in the wrist frame: origin midway between the pads, z away from the wrist, y the way the pads
-  // close.
+  // Grip frame in the wrist frame: origin midway between the pads, z away from the wrist, y in the direction
+  // in which the pads close.
   Eigen::Isometry3d grip;
 
   Eigen::Isometry3d GripPose(const JointVector& q) const { return chain.Forward(q) * grip; }
@@ -35,58 +35,58 @@ struct Arm {
 // The arms of a model, each with the gripper of the same index. Throws InputError if an arm has none.
 std::vector<Arm> MakeArms(const mjModel& model, const model_info_t& info);
 
-// The grippers that are not commanded open.
+// Indices of the grippers that are not commanded open.
 std::vector<int> ClosedGrippers(const Configuration& configuration);
 
-// Joints of all arms.
+// Total number of joints of all arms.
 size_t CountJoints(const model_info_t& info);
 
-// Home joints, grippers open.
+// All arms at home, all grippers open.
 Configuration HomeConfiguration(const model_info_t& info);
 
-// Index of the first body of a named object of the task; its pose in a state. Throws InputError if there is
-// no such object, std::runtime_error if the state lacks it.
+// Index of the first body of a named object of the task, and its pose in a state. ObjectBody() throws
+// InputError if there is no such object; BodyPose() throws std::runtime_error if the state lacks the body.
 int ObjectBody(const model_info_t& info, const std::string& object);
 Eigen::Isometry3d BodyPose(const state_t& state, int body);
 
-// Index of a body of this name. Throws InputError if there is none.
+// Index of the body with this name. Throws InputError if there is none.
 int BodyId(const mjModel& model, const std::string& name);
 
 // Pose of a site in the frame of a body that it is rigidly attached to. Throws InputError if there is no such
 // site.
 Eigen::Isometry3d SiteInBody(const mjModel& model, const std::string& site, int body);
 
-// The hinge that a body turns on, in some state.
+// The hinge that a body turns on, in a given state.
 struct Hinge {
-  Eigen::Vector3d point, direction;  // of its axis, world frame; direction is a unit vector
-  double angle, lower, upper;        // where the body stands, and the ends of its range, rad
-  int qpos;                          // index of the coordinate
+  Eigen::Vector3d point, direction;  // of the hinge axis, world frame; direction is a unit vector
+  double angle, lower, upper;        // current angle of the body and its range, rad
+  int qpos;                          // index in qpos
 };
 
-// Two geoms that are too near to one another; distance in m, negative inside one another.
+// Two geoms that are too close to each other; distance in m, negative in penetration.
 struct Touch {
   int geom, other;
   double distance;
 };
 
-// Answers what the robot would touch, by MuJoCo's collision detection on a private copy of the scene in which
-// every geom is thicker by a clearance.
+// Finds contacts of the robot with MuJoCo's collision detection, on a private copy of the scene in which
+// every geom has the clearance as its margin.
 class ContactProbe {
  public:
   ContactProbe(const mjModel& model, const model_info_t& info, double clearance_m);
 
-  // Takes over where everything is. Throws std::runtime_error if the state is not of this model.
+  // Sets the poses of everything from `state`. Throws std::runtime_error if the state is not of this model.
   void Set(const state_t& state);
   void SetArm(int arm, const JointVector& q);
   void SetObject(int body, const Eigen::Isometry3d& pose);
   void SetAngle(const Hinge& hinge, double angle);
 
-  // Throws InputError if the body is not on exactly one hinge with a range.
+  // Throws InputError unless the body is on exactly one hinge with a range.
   Hinge HingeOf(int body, const state_t& state) const;
 
-  // What one of these arms (or its hand) touches, if it is anything but the arms that are not named, what
-  // pads may touch, which are the objects that these bodies belong to, and its own links that are as near to
-  // one another at home.
+  // Finds a contact of one of these arms, hands included. Ignored are contacts with arms that are not in
+  // `arms`, contacts of pads with the objects of allowed_contact_bodies, and contacts between links of one
+  // arm that are as close to each other at home.
   std::optional<Touch> FindTouch(const std::vector<int>& arms,
                                  const std::vector<int>& allowed_contact_bodies);
 
@@ -94,7 +94,7 @@ class ContactProbe {
   std::string InWords(const Touch& touch) const;
 
  private:
-  // Links that nearly touch at home, as neighbors do.
+  // Finds pairs of links that nearly touch at home, such as neighbors.
   void FindNearAtHome(const model_info_t& info);
   std::pair<int, int> BodiesOf(int geom, int other) const;
   void SetMocap(int body, const Eigen::Isometry3d& pose);
@@ -102,11 +102,11 @@ class ContactProbe {
   ModelPtr model_;
   DataPtr data_;
   std::vector<std::vector<int>> arm_qpos_;
-  // Of each geom: the arm it belongs to or -1, its entity, whether it is a pad.
+  // By geom: the arm that it belongs to or -1, its entity, and whether it is a pad.
   std::vector<int> arm_of_geom_, entity_of_geom_;
   std::vector<char> is_pad_;
   std::vector<int> entity_of_body_;
-  // Pairs of bodies, the lower index first.
+  // Pairs of bodies, lower index first.
   std::set<std::pair<int, int>> near_at_home_;
   double clearance_;
 };

@@ -1,4 +1,4 @@
-// Plays a demonstration of RoboEval on our task, open loop.
+// Plays a RoboEval demonstration open loop on the corresponding evalbus task.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,12 @@
 
 namespace evalbus::policy {
 
-// Episode i plays the i-th file. Each tick commands what RoboEval's own rule makes of the demonstration's
-// steps in it, the mean of the joints and the last of the grippers; behind the end the last step is held. Our
-// scene is drawn from our seed: RoboEval's is not in the file.
+// Episode i plays the i-th file. Each tick commands the demonstration's steps that fall into it, combined by
+// RoboEval's own rule: the mean of the joints and the last value of the grippers. After the end, the last
+// step is held. The scene is drawn from evalbus' seed, because the file does not contain RoboEval's scene.
 class DemoPolicy : public Policy {
  public:
-  // Throws InputError for another robot than one of 7 + 7 joints and two grippers.
+  // Throws InputError unless the robot has 7 + 7 joints and two grippers.
   DemoPolicy(std::vector<std::filesystem::path> files, const model_info_t& info);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;

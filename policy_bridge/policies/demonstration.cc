@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kActions[] = "info_demo_action", kRate[] = "control_frequency";
-// Joints of no arm turn further, rad; degrees do.
+// No arm joint turns farther than this, rad; larger values must be degrees.
 constexpr double kMaxTurn = 2 * 3.15;
 
 std::optional<double> RateOf(const std::string& text) {
@@ -43,7 +43,7 @@ Demonstration ReadDemonstration(const fs::path& file) {
     fail(fmt::format("{}: expected [steps, 16], 7 + 7 joints and 2 grippers, got [{}]", kActions,
                      fmt::join(actions->shape, ", ")));
   }
-  // The folder RoboEval keeps it in: ROBOT/TASK/ACTIONS/OBSERVATIONS/...
+  // Path of the file in RoboEval's archive: ROBOT/TASK/ACTIONS/OBSERVATIONS/...
   const fs::path absolute = fs::absolute(file).lexically_normal();
   std::vector<std::string> folders;
   for (const fs::path& part : absolute.parent_path()) folders.push_back(part.string());

@@ -1,5 +1,4 @@
-// A demonstration of RoboEval (helen9975/RoboEval_data): what was commanded, one safetensors file per
-// episode.
+// RoboEval demonstrations (helen9975/RoboEval_data): the recorded commands, one safetensors file per episode.
 #pragma once
 
 #include <array>
@@ -10,40 +9,41 @@
 
 namespace evalbus::policy {
 
-// At each step: joint targets of the left arm (7), then of the right one (7), rad; then what the left and the
-// right gripper are told, 0 open, 1 closed.
+// Layout of a step: joint targets of the left arm (7) and of the right arm (7), rad; then the commands of the
+// left and the right gripper, 0 open, 1 closed.
 inline constexpr size_t kDemoJoints = 14, kDemoWidth = 16;
-inline constexpr double kDemoHz = 500;  // what RoboEval records
+inline constexpr double kDemoHz = 500;  // RoboEval's recording rate
 
 struct Demonstration {
   std::filesystem::path file;
-  // The task's folder in RoboEval's archive, ROBOT/TASK/ACTIONS/...: what the file itself says is sometimes
-  // that of another one. Empty where the file lies elsewhere.
+  // Folder of the task in RoboEval's archive, ROBOT/TASK/ACTIONS/..., because the metadata in the file
+  // sometimes name another task. Empty if the file is elsewhere.
   std::string task;
-  // As the file has it: the seed of RoboEval's scene, ...
+  // Metadata of the file, such as the seed of RoboEval's scene.
   std::map<std::string, std::string> metadata;
-  // Steps per second: the folder NNhz that a converted one lies in, or what we wrote into it; else 500.
+  // Steps per second: from the folder NNhz of a converted file, or from metadata written by evalbus;
+  // otherwise 500.
   double hz = kDemoHz;
   std::vector<std::array<double, kDemoWidth>> steps;
 
   double seconds() const { return static_cast<double>(steps.size()) / hz; }
 };
 
-// Throws InputError, one line: no such file or tensor, another shape, NaN, delta or pose actions, angles that
-// are degrees.
+// Throws InputError, one line, if the file or tensor is missing, has another shape or contains NaN, delta or
+// pose actions, or angles in degrees.
 Demonstration ReadDemonstration(const std::filesystem::path& file);
 
-// A file, or all *.safetensors below a folder, sorted. Throws InputError where there is none.
+// The file itself, or all *.safetensors below a folder, sorted. Throws InputError if there is none.
 std::vector<std::filesystem::path> DemonstrationFiles(const std::filesystem::path& path);
 
-// RoboEval's own rule for fewer steps: of each window of hz/HZ steps the mean of the joints and the last of
-// the grippers; a last window that is short is filled up with its last step. Throws InputError where the rate
-// is no whole part of the demonstration's.
+// Reduces the rate by RoboEval's own rule: for each window of hz/HZ steps, the mean of the joints and the
+// last value of the grippers. An incomplete last window is padded with its last step. Throws InputError if
+// the demonstration's rate is not a multiple of `hz`.
 Demonstration AtRate(const Demonstration& demonstration, double hz);
 
-// In RoboEval's layout (info_demo_action, termination, truncation, reward).
+// Contents of a file in RoboEval's layout (info_demo_action, termination, truncation, reward).
 std::string AsSafetensors(const Demonstration& demonstration);
-// A line for each step: time_s, left_joint1 ... right_joint7, left_gripper, right_gripper.
+// One line per step: time_s, left_joint1 ... right_joint7, left_gripper, right_gripper.
 std::string AsCsv(const Demonstration& demonstration);
 
 }  // namespace evalbus::policy

@@ -14,16 +14,16 @@
 namespace evalbus::policy {
 namespace {
 
-// From when on an object counts as moved.
+// An object counts as moved beyond these thresholds.
 constexpr double kMoved = 0.01;   // m
 constexpr double kTurned = 0.1;   // rad
 constexpr double kRaised = 0.04;  // m
 constexpr double kClosed = 0.99;
-constexpr double kSqueeze = 0.001;  // of a gripper's travel
+constexpr double kSqueeze = 0.001;  // fraction of a gripper's travel
 
-constexpr double kShortBy = 0.08;  // m, a miss
+constexpr double kShortBy = 0.08;  // m, distance by which a grasp is missed
 constexpr double kMissTime = 1;    // s
-// Downwards, and so much of it to the outside, past what stands in front of the robot.
+// The hands move down, and by the fraction kAside of it outward, past objects in front of the robot.
 constexpr double kDownSpeed = 0.15;  // m/s
 constexpr double kMaxDown = 0.6;     // m
 constexpr double kAside = 0.7;
@@ -135,7 +135,7 @@ void FlawedPolicy::Act(const state_t& state, action_t* action) {
       Shift(0, std::min(kDownSpeed * time, kMaxDown), action);
       break;
     case Flaw::kSlip:
-      // Hardly any force where the fingers are told to be hardly further than they are.
+      // Commands the fingers barely beyond their current opening, so that they exert hardly any force.
       for (size_t k = 0; k < action->gripper_closing.size(); ++k) {
         double& closing = action->gripper_closing[k];
         if (closing >= kClosed) closing = std::clamp(1 + kSqueeze - state.gripper[k].opening, 0.0, 1.0);

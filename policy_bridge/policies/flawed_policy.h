@@ -1,4 +1,4 @@
-// Failures on purpose: another policy with one flaw.
+// Deliberate failures: wraps another policy and adds one flaw.
 #pragma once
 
 #include <memory>
@@ -11,26 +11,26 @@
 
 namespace evalbus::policy {
 
-// To move an object is to have it, or a part of it, 1 cm or 0.1 rad away from where it was when a gripper
-// first closed.
+// An object counts as moved if it, or a part of it, is at least 1 cm or 0.1 rad away from its pose at the
+// time when a gripper first closed.
 enum class Flaw {
-  kMiss,     // the hands stay 8 cm short of where they should be
-  kSlip,     // the fingers close but hardly squeeze
-  kEarly,    // lets go as soon as it has moved an object
-  kDrop,     // lets go when an object is 4 cm up
-  kStop,     // stops as soon as it has moved an object
-  kCollide,  // from home the hands press down
-  kSlow,     // takes ten times as long
-  kError,    // gives up as soon as it has moved an object
-  kNan,      // commands NaN as soon as it has moved an object
+  kMiss,     // the hands stay 8 cm short of their targets
+  kSlip,     // the fingers close with hardly any force
+  kEarly,    // the grippers open as soon as an object has moved
+  kDrop,     // the grippers open when an object has risen by 4 cm
+  kStop,     // the arms stop as soon as an object has moved
+  kCollide,  // the hands press down from the home position
+  kSlow,     // everything takes ten times as long
+  kError,    // the policy reports an error as soon as an object has moved
+  kNan,      // the policy commands NaN as soon as an object has moved
 };
 
-// The name without its k, in small letters. Throws InputError that lists the names.
+// Finds a flaw by its name without the k, in lower case. Throws InputError with the valid names.
 Flaw FindFlaw(const std::string& name);
-// With commas.
+// Comma-separated.
 std::string FlawNames();
 
-// Changes the targets of any policy, so it knows of a task no more than its objects.
+// Changes the targets of another policy. It uses nothing of the task but its objects.
 class FlawedPolicy : public Policy {
  public:
   FlawedPolicy(std::unique_ptr<Policy> policy, Flaw flaw, const mjModel& model, const model_info_t& info);
@@ -38,24 +38,25 @@ class FlawedPolicy : public Policy {
   void Act(const state_t& state, action_t* action) override;
 
  private:
-  // Looks whether it is time to go wrong.
+  // Checks whether the flaw becomes active.
   void Look(const state_t& state, const action_t& action);
-  // Moves the grips of all arms from where the action has them: by `back` (m) against their own direction and
-  // by `down` (m) in the world, a little to the outside. Out of reach, an arm stays where it is.
+  // Moves the grips of all arms from their targets in `action`: by `back` (m) against their own direction,
+  // and by `down` (m) in the world frame, with a small outward component. An arm whose shifted target is out
+  // of reach stays where it is.
   void Shift(double back, double down, action_t* action);
 
   std::unique_ptr<Policy> policy_;
   Flaw flaw_;
   std::vector<Arm> arms_;
-  std::vector<double> side_;  // by arm: 1 left, -1 right, 0 of a single one
-  std::vector<int> bodies_;   // of the task's objects
-  // Where these were when a gripper first closed; empty before.
+  std::vector<double> side_;  // by arm: 1 left, -1 right, 0 for a single arm
+  std::vector<int> bodies_;   // objects of the task
+  // Poses of `bodies_` when a gripper first closed; empty before.
   std::vector<Eigen::Isometry3d> start_;
   bool wrong_ = false;
-  // The last targets: of all, for kStop and kCollide, and by arm, for Shift().
+  // Last targets: of everything, for kStop and kCollide; by arm, for Shift().
   action_t last_{};
   std::vector<JointVector> shifted_;
-  // What the policy sees, where that is not the state.
+  // State passed to the policy if it differs from the real one.
   state_t seen_{};
 };
 

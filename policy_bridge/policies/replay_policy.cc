@@ -34,11 +34,11 @@ RecordedEpisode ReadEpisode(const std::filesystem::path& log, int episode) {
     }
     if (event.channel != channels::kAction || !Decode(event.data, &action)) continue;
     if (action.header.episode != episode) continue;
-    // An episode that was begun again starts over.
+    // If an episode was restarted, its earlier actions are replaced.
     while (!actions.empty() && actions.back().header.tick >= action.header.tick) actions.pop_back();
     actions.push_back(action);
   }
-  // The gaps would be filled with actions that were held.
+  // Gaps cannot be tolerated: the previous action would silently be held in them.
   if (reader.damaged_places() > 0) {
     throw InputError("policy \"replay\": " + log.string() +
                      " is damaged: " + std::to_string(reader.damaged_bytes()) + " bytes are no events");
@@ -46,8 +46,8 @@ RecordedEpisode ReadEpisode(const std::filesystem::path& log, int episode) {
   return recorded;
 }
 
-// "task lift_pot, not cube_handover; seed 3, not 4": what the recording has, and the run has not. Empty if
-// nothing.
+// Lists what differs between the recording and the run: "task lift_pot, not cube_handover; seed 3, not 4".
+// Empty if nothing differs.
 std::string Differences(const RecordedEpisode& recorded, const model_info_t& run, int64_t seed) {
   const model_info_t& was = recorded.model;
   std::string text;

@@ -1,4 +1,4 @@
-// Plays recorded actions again.
+// Replays recorded actions.
 #pragma once
 
 #include <functional>
@@ -10,30 +10,30 @@
 
 namespace evalbus::policy {
 
-// An episode's actions in the order of their ticks, and what they were the answers to. Without any, there is
-// no such episode.
+// The actions of an episode in tick order, and the messages that they were recorded with. No actions: the
+// episode is not in the recording.
 struct RecordedEpisode {
   std::string log;
-  // Empty ones where the log has none.
+  // Default-constructed if the log does not contain them.
   model_info_t model{};
   episode_begin_t begin{};
   std::vector<action_t> actions;
 };
 using Recording = std::function<RecordedEpisode(int episode)>;
 
-// Actions in a run folder or in an LCM event log, read when an episode is asked for. Throws InputError if
-// there is no such thing.
+// Actions in a run folder or an LCM event log, read when an episode is requested. Throws InputError if the
+// path is neither.
 Recording OpenRecording(const std::string& path);
 
-// PATH of a policy called "replay:PATH" or "replay_anyway:PATH"; empty for other policies.
+// PATH of a policy named "replay:PATH" or "replay_anyway:PATH"; empty for other policies.
 std::string RecordingPath(const std::string& policy);
 
-// Repeats the recorded actions of the episode with the same number. At each tick that is the last one whose
-// simulated time has come, so a recording plays at another control rate too.
+// Replays the recorded actions of the episode with the same number. Each tick gets the last action whose
+// simulated time has been reached, so a recording can be replayed at another control rate.
 class ReplayPolicy : public Policy {
  public:
-  // anyway: also where it was recorded in another task, variation, with another robot, seed or control rate,
-  // where the same actions do something else; refused otherwise.
+  // anyway: allows a recording of another task, variation, robot, seed or control rate, for which the same
+  // actions have other effects; without it, such a recording is rejected.
   ReplayPolicy(Recording recording, const model_info_t& info, bool anyway);
   void Begin(const episode_begin_t& begin) override;
   void Act(const state_t& state, action_t* action) override;

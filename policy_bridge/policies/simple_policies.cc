@@ -10,7 +10,7 @@
 namespace evalbus::policy {
 namespace {
 
-// Streams of an episode's seed.
+// Random streams derived from an episode's seed.
 constexpr uint32_t kRandomStream = 1, kNoiseStream = 2;
 
 constexpr int kNumSines = 3;

@@ -1,4 +1,4 @@
-// Policies that need no plan: hold, random, and noise on top of another policy.
+// Policies without planning: hold, random, and noise on top of another policy.
 #pragma once
 
 #include <memory>
@@ -11,8 +11,8 @@
 
 namespace evalbus::policy {
 
-// Smooth noise: a sum of three sines of random frequency and phase that starts at zero. A function of time
-// alone, so it does not depend on the control rate.
+// Smooth noise: a sum of three sines of random frequency and phase that starts at zero. It is a function of
+// time only, so it does not depend on the control rate.
 class SmoothNoise {
  public:
   // Frequencies are uniform in [0.05, max_frequency] Hz. Values stay within +-amplitude.
@@ -26,7 +26,7 @@ class SmoothNoise {
   std::vector<Sine> sines_;
 };
 
-// Rests at home with open grippers.
+// Stays at home with open grippers.
 class HoldPolicy : public Policy {
  public:
   explicit HoldPolicy(const model_info_t& info) : home_(HomeConfiguration(info)) {}
@@ -37,8 +37,8 @@ class HoldPolicy : public Policy {
   Configuration home_;
 };
 
-// Moves every joint smoothly within +-0.4 rad of home (and its limits), and every gripper between open and
-// closed.
+// Moves every joint smoothly within +-0.4 rad of home (and within its limits), and every gripper between open
+// and closed.
 class RandomPolicy : public Policy {
  public:
   explicit RandomPolicy(const model_info_t& info);
@@ -51,8 +51,8 @@ class RandomPolicy : public Policy {
   std::vector<SmoothNoise> joints_, grippers_;
 };
 
-// Another policy, each joint target disturbed by smooth noise of at most +-amplitude; of kAmplitude: about 7
-// cm at the hand, so that grasps are missed now and then.
+// Adds smooth noise of at most +-amplitude to each joint target of another policy. kAmplitude corresponds to
+// about 7 cm at the hand, so that some grasps are missed.
 class NoisyPolicy : public Policy {
  public:
   static constexpr double kAmplitude = 0.09;  // rad

@@ -1,4 +1,4 @@
-// The action chunk in a server's answer, as a contract says where it is.
+// Extracts the action chunk from a server's answer, as described by the contract.
 #pragma once
 
 #include <vector>
@@ -8,14 +8,15 @@
 namespace evalbus::policy {
 
 struct Chunk {
-  // num_steps rows of num_values each.
+  // num_steps rows of num_values values each.
   std::vector<std::vector<double>> rows;
 };
 
-// The arrays of contract.action_keys side by side: each (H, D), (D,) for one step or, where it is one of
-// several, (H,) for one value a step. Throws ServerError (kReply) for missing keys, other shapes than
-// contract.actions.num_values or chunk_steps, fewer steps than execute_steps, or more than a million values;
-// the line says what was expected and what there is. NaN and infinity are the policy's: they pass.
+// Concatenates the arrays of contract.action_keys. Each is (H, D), or (D,) for a single step; if there are
+// several arrays, one may be (H,), with one value per step. Throws ServerError (kReply), one line with the
+// expected and the actual, for missing keys, shapes that contradict contract.actions.num_values or
+// chunk_steps, fewer steps than execute_steps, or more than a million values. NaN and infinity are passed on:
+// they are faults of the policy, not of the protocol.
 Chunk ReadChunk(const Contract& contract, const Value& reply);
 
 }  // namespace evalbus::policy

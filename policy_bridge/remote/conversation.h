@@ -1,4 +1,4 @@
-// A client that works on a thread of its own, one job at a time.
+// Runs the calls of a policy client on a thread of its own, one job at a time.
 #pragma once
 
 #include <functional>
@@ -13,31 +13,31 @@ class Conversation {
  public:
   struct Answer {
     Reply reply;
-    // Wall-clock time it took.
+    // Wall-clock duration of the job.
     double took_s = 0;
   };
   using Job = std::function<Reply(PolicyClient& client)>;
 
   explicit Conversation(std::unique_ptr<PolicyClient> client);
-  // Does not wait for a job that is not done: a process that is to stop does not wait for a server's answer.
+  // Does not wait for an unfinished job, so that a process can stop without waiting for a server's answer.
   ~Conversation();
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
 
-  // Called by the thread when an answer can be taken. Must be set before the first job.
+  // The thread calls on_answer when an answer is available. Must be set before the first job.
   void SetOnAnswer(std::function<void()> on_answer);
 
   // Starts a job. Must not be called while is_busy().
   void Start(Job job);
-  // A job was started, and its answer was not taken.
+  // Whether a job has been started whose answer has not been taken.
   bool is_busy() const { return is_busy_; }
-  // What the job answered, once; nothing while it is at work. Throws what the job threw.
+  // Returns the job's answer, once; nothing while the job is running. Rethrows the job's exception.
   std::optional<Answer> Take();
 
  private:
   struct Shared;
 
-  // The thread keeps it as long as it works.
+  // Shared with the thread, which may outlive this object.
   std::shared_ptr<Shared> shared_;
   bool is_busy_ = false;
 };

@@ -1,4 +1,4 @@
-// What a policy's thinking costs in simulated time.
+// Cost of a policy's inference in simulated time.
 #pragma once
 
 #include <charconv>
@@ -10,15 +10,15 @@
 
 namespace evalbus::policy {
 
-// In lockstep: nothing (time stands still), what it took on the wall clock, or always the same. The robot
-// holds its last command meanwhile, as it does on a realtime clock.
+// In lockstep, an inference costs no simulated time (the simulation stands still), its measured wall-clock
+// time, or a fixed time. Meanwhile the robot holds its last command, as on a realtime clock.
 struct Latency {
   enum class Kind { kNone, kMeasured, kFixed };
   Kind kind = Kind::kNone;
   double fixed_s = 0;
 };
 
-// "none", "measured" or milliseconds, as --latency takes it. Throws InputError.
+// Parses "none", "measured" or milliseconds, as in --latency. Throws InputError.
 inline Latency ParseLatency(const std::string& text) {
   constexpr double kLongest = 60e3;  // ms
   if (text == "none") return {};
@@ -31,7 +31,7 @@ inline Latency ParseLatency(const std::string& text) {
   return {Latency::Kind::kFixed, ms / 1e3};
 }
 
-// Ticks for which the robot holds its last command when a call costs so much simulated time: whole ones,
+// Number of ticks for which the robot holds its last command if a call costs this much simulated time;
 // rounded up.
 inline int64_t HeldTicks(double charged_s, double tick_s) {
   return static_cast<int64_t>(std::ceil(charged_s / tick_s - 1e-9));

@@ -1,4 +1,4 @@
-// What a policy server is shown: made of states and images as a contract says.
+// Builds the observations for a policy server from states and images, as described by a contract.
 #pragma once
 
 #include <deque>
@@ -15,27 +15,27 @@ namespace evalbus::policy {
 
 class ObservationBuilder {
  public:
-  // Throws InputError for signals that this model has not. `contract` must outlive this object.
+  // Throws InputError for signals that this model does not have. `contract` must outlive this object.
   ObservationBuilder(const Contract& contract, const mjModel& model, const model_info_t& info);
 
-  // An episode begins: history is forgotten.
+  // Begins an episode: clears the history.
   void Begin();
 
-  // Views that the policy sees, each once; empty where it does not look. Needed where it is asked and, with a
-  // history of images, at every tick.
+  // Views that the policy uses, without duplicates; empty if it uses none. They are needed at ticks with an
+  // observation and, if the contract has a history of images, at every tick.
   const std::vector<view_t>& views() const { return views_; }
   bool needs_every_image() const { return needs_every_image_; }
-  // With a history of anything every tick is added.
+  // Whether every tick must be added, because the contract has a history of anything.
   bool needs_every_tick() const { return needs_every_tick_; }
 
-  // A tick: its state and, if they were needed, the images of views(), in their order.
+  // Adds a tick: its state and, if needed, the images of views(), in their order.
   void Add(const state_t& state, const std::vector<image_t>& images);
 
-  // The observation of the last tick added, and what the log has of it (header, prompt, arrays, digests).
-  // Before there is enough history the oldest tick stands for what was before it.
+  // Builds the observation of the last tick added. *record: what is logged of it (header, prompt, arrays,
+  // digests). While the history is too short, its oldest tick is repeated.
   Value Build(observation_t* record);
 
-  // Images of the last Build() as they were sent, for people.
+  // Images of the last Build() as they were sent, for display.
   struct Sent {
     std::string key;
     Array array;
@@ -47,9 +47,9 @@ class ObservationBuilder {
   struct Entry {
     const ObservationEntry* form;
     SignalReader signals;
-    // Of views_.
+    // Index in views_.
     size_t view = 0;
-    // Of the ticks that its history reaches back to, the newest last.
+    // Arrays of the ticks that the history covers, newest last.
     std::deque<Array> ticks;
     size_t reach = 1;
   };
@@ -61,7 +61,7 @@ class ObservationBuilder {
   bool needs_every_tick_ = false, needs_every_image_ = false;
   std::vector<Entry> entries_;
   header_t header_{};
-  // Observations built in this episode.
+  // Number of observations built in this episode.
   int64_t num_built_ = 0;
 };
 

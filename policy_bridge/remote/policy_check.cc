@@ -19,11 +19,11 @@ using Level = CheckLine::Level;
 using Verdict = CheckReport::Verdict;
 
 constexpr int kRepeats = 5;
-// A target so far beyond a joint's limit is no rounding.
+// A target this far beyond a joint limit is not a rounding error.
 constexpr double kBeyondLimit = 0.05;  // rad
-// A gripper's value so many spans beyond its ends has another range.
+// A gripper value this many spans beyond its ends indicates a different range.
 constexpr double kBeyondGripper = 0.5;
-// A first step of this size, where the contract has no limit, rad.
+// Default limit of the first step if the contract has none, rad.
 constexpr double kLargeStep = 0.5;
 
 Verdict VerdictOf(ServerError::Kind kind) {
@@ -85,7 +85,7 @@ class Check {
     client_->BeginEpisode(contract_.PromptFor(info_.task, info_.instruction), 0);
   }
 
-  // Its chunk, and how long it took.
+  // Requests an action chunk; *took_s: duration of the call.
   Chunk Ask(const Value& observation, double* took_s) {
     const auto begin = std::chrono::steady_clock::now();
     const Reply reply = client_->Infer(observation);
@@ -156,7 +156,7 @@ class Check {
     }
   }
 
-  // What the first steps would do to the robot.
+  // Checks the effect of the first steps on the robot.
   void Move() {
     ActionConverter converter(contract_.actions, model_, info_);
     converter.Begin();
@@ -197,7 +197,7 @@ class Check {
             ? std::string("first step: no joint moves")
             : fmt::format("first step: {:.3g} rad at most, of joint {}", largest, largest_joint);
     if (largest > limit) {
-      // Rounded up, so that it may be copied.
+      // Rounded up, to be copied into the contract.
       const double enough = std::ceil(largest * 10) / 10;
       Doubt(fmt::format(
           "{}; {:g} rad at most expected ({}): absolute taken for a delta, other joints, another unit? If "
@@ -263,7 +263,7 @@ class Check {
     }
   }
 
-  // How far an answer is from the first one.
+  // Largest difference of an answer from the first one.
   double Difference(const Chunk& chunk) const {
     double difference = 0;
     for (size_t k = 0; k < std::min(chunk.rows.size(), first_.rows.size()); ++k) {

@@ -1,4 +1,4 @@
-// Tries a policy server with one observation, before anything is scored.
+// Tests a policy server with one observation before a run.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -17,25 +17,26 @@ struct CheckLine {
 };
 
 struct CheckReport {
-  // The first of these that applies.
+  // The first verdict that applies, in this order.
   enum class Verdict { kGood, kUnreachable, kProtocol, kContract, kSuspicious };
   Verdict verdict = Verdict::kGood;
   std::vector<CheckLine> lines;
-  // Of the calls that succeeded, s: the first one, and the median of those after it (-1: there were none).
+  // Duration of the successful calls, s: of the first one, and the median of the later ones (-1: there were
+  // none).
   double first_call_s = -1, steady_call_s = -1;
-  // Largest difference of two answers to the same observation; -1: not tried.
+  // Largest difference between two answers to the same observation; -1: not tested.
   double repeat_difference = -1;
   int num_steps = 0;
-  // Of each value over the chunk.
+  // Minimum and maximum of each value over the action chunk.
   std::vector<double> least, most;
 };
 
 // "good", "unreachable", "protocol", "contract", "suspicious"
 const char* NameOf(CheckReport::Verdict verdict);
 
-// Calls the server some times with the observation of this state, the images in the order of
-// observations->views(). Blocks as long as the contract's deadlines allow. Throws InputError where the
-// contract does not fit the robot.
+// Calls the server several times with the observation of this state; the images are in the order of
+// observations->views(). Blocks for at most the contract's deadlines. Throws InputError if the contract does
+// not fit the robot.
 CheckReport CheckPolicyServer(const Contract& contract, PolicyClient* client, const mjModel& model,
                               const model_info_t& info, const state_t& state,
                               const std::vector<image_t>& images, ObservationBuilder* observations);

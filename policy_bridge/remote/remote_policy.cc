@@ -18,7 +18,7 @@ namespace {
 
 constexpr auto kRetry = std::chrono::seconds(1);
 
-// How far a control rate may be from the contract's.
+// Accepted relative deviation of the control rate from the contract's.
 constexpr double kRateTolerance = 0.05;
 
 Contract Fitting(const Contract& contract, const model_info_t& info) {
@@ -53,7 +53,7 @@ void RemotePolicy::SetCallbacks(const PolicyCallbacks& callbacks) {
 void RemotePolicy::Begin(const episode_begin_t& begin) {
   begin_ = begin;
   phase_ = is_connected_ ? Phase::kGreeting : Phase::kConnecting;
-  // The last episode was cut short while the server thought: its answer is nobody's.
+  // If the last episode was cut short during an inference, its answer must be discarded.
   is_answer_stale_ = conversation_.is_busy();
   tick_ = -1;
   image_request_.reset();
@@ -136,7 +136,7 @@ void RemotePolicy::OnTick(const state_t& state) {
     last_.gripper_closing.assign(state.gripper.size(), 0.0);
     last_.num_grippers = static_cast<int32_t>(last_.gripper_closing.size());
   }
-  // It is thinking about an earlier tick, or its images are being drawn (realtime).
+  // An inference for an earlier tick is running, or its images are being rendered (realtime).
   if (image_request_ || conversation_.is_busy()) return;
   const bool asks = rows_.empty() && tick_ >= contract_.settle_steps;
   if (!asks && !observations_.needs_every_tick()) return;
@@ -159,14 +159,14 @@ const image_request_t* RemotePolicy::image_request() const {
 void RemotePolicy::OnImage(const image_t& image) {
   if (!image_request_ || !SameTick(image.header, image_request_->header)) return;
   if (image.data.empty()) {
-    // The next tick is observed instead.
+    // The image is no longer available, so the next tick is observed instead.
     image_request_.reset();
     return;
   }
   for (size_t i = 0; i < images_.size(); ++i) {
     if (SameView(image.view, image_request_->view[i])) images_[i] = image;
   }
-  // On a realtime clock nobody asks it to think before the next tick.
+  // On a realtime clock, Think() is not called before the next tick, so the observation is sent from here.
   try {
     Look();
   } catch (...) {
@@ -199,7 +199,7 @@ bool RemotePolicy::Think(const state_t& state) {
     try {
       if (const auto answer = conversation_.Take()) OnAnswer(*answer);
     } catch (const ServerError& error) {
-      // Of a server that merely said that it failed the connection may stand; a new one is always right.
+      // After an error message the server's connection may still work, but reconnecting is always safe.
       is_connected_ = false;
       throw;
     }
@@ -218,7 +218,8 @@ Chunk RemotePolicy::ChunkOf(const Reply& reply) {
     has_understood_ = true;
     return chunk;
   } catch (const ServerError& error) {
-    // The first answer of all: the contract is wrong, and every episode would end so.
+    // If not even the first answer can be read, the contract is wrong, and every episode would fail the same
+    // way.
     if (has_understood_) throw;
     throw InContract(contract_,
                      fmt::format("not what the server at {} answers: {}", contract_.url, error.what()));

@@ -1,5 +1,5 @@
-// A policy behind a server: shows it what its contract says, and executes its action chunks, receding
-// horizon.
+// A policy behind a server: sends it the observations described by its contract, and executes its action
+// chunks with a receding horizon.
 #pragma once
 
 #include <chrono>
@@ -21,7 +21,8 @@ namespace evalbus::policy {
 
 class RemotePolicy : public Policy {
  public:
-  // Throws InputError where the contract does not fit the robot or the task's rate, or its URL its wire.
+  // Throws InputError if the contract does not fit the robot or the task's control rate, or its URL does not
+  // fit its wire.
   RemotePolicy(const Contract& contract, Latency latency, const mjModel& model, const model_info_t& info);
 
   void Begin(const episode_begin_t& begin) override;
@@ -39,12 +40,14 @@ class RemotePolicy : public Policy {
 
   void OnTick(const state_t& state);
   bool has_all_images() const;
-  // Takes what is observed, once its images are there, and asks if it is time to.
+  // Adds the requested tick to the observations once its images have arrived, and queries the server if
+  // necessary.
   void Look();
   void Ask();
   Chunk ChunkOf(const Reply& reply);
   void OnAnswer(const Conversation::Answer& answer);
-  // The episode's first action, of a kind that says where the robot shall be, is where the robot is.
+  // Throws if the episode's first action, of a kind that sets an absolute position, is too far from the
+  // robot's state.
   void CheckFirstStep(const state_t& state, const action_t& action);
   void Note(const std::string& text) const;
 
@@ -60,24 +63,24 @@ class RemotePolicy : public Policy {
   Conversation conversation_;
   PolicyCallbacks callbacks_;
 
-  // Of the connection.
+  // State of the connection.
   Phase phase_ = Phase::kConnecting;
   bool is_connected_ = false, has_compared_ = false, has_understood_ = false, is_answer_stale_ = false;
   std::optional<Clock::time_point> gone_since_, retry_at_;
   bool has_acted_ = false;
 
-  // Of the episode.
+  // State of the episode.
   episode_begin_t begin_{};
   int64_t tick_ = -1;
   Clock::time_point tick_began_{};
-  // What is being observed, and the images of it that are there.
+  // The tick being observed, and its images received so far.
   std::optional<image_request_t> image_request_;
   state_t observed_{};
   std::vector<std::optional<image_t>> images_;
-  // Of the last Look() between two ticks.
+  // Exception of a Look() between two ticks; rethrown by Think().
   std::exception_ptr failure_;
   std::deque<std::vector<double>> rows_;
-  // The row is executed only from this tick on.
+  // First tick at which the next row may be executed.
   int64_t held_until_tick_ = 0;
   action_t last_{};
 };

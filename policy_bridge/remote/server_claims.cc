@@ -21,14 +21,14 @@ std::string Listed(const std::set<std::string>& names) {
   return list.empty() ? "none" : list;
 }
 
-// A name that the server has and the contract has not, or the other way.
+// Reports names that only the server or only the contract has.
 void CompareNames(const std::string& what, const std::set<std::string>& server,
                   const std::set<std::string>& ours, Lines* lines) {
   if (server == ours) return;
   lines->push_back(fmt::format("{}: the server has {}, the contract {}", what, Listed(server), Listed(ours)));
 }
 
-// RoboArena's configuration map.
+// Checks RoboArena's configuration map.
 Lines OfRoboArena(const Contract& contract, const Value& said) {
   Lines lines;
   const std::string space = TextOf(said.Find("action_space"));
@@ -52,7 +52,8 @@ Lines OfRoboArena(const Contract& contract, const Value& said) {
     const ImageForm& form = entry.image;
     const int width = form.width_px > 0 ? form.width_px : form.view.width_px;
     const int height = form.width_px > 0 ? form.height_px : form.view.height_px;
-    // The server's order is not documented; its own are square.
+    // The order of the server's resolution is undocumented, and RoboArena's own images are square, so either
+    // order is accepted.
     if (std::minmax<int64_t>(width, height) == std::minmax(*first, *second)) continue;
     lines.push_back(fmt::format("{}: the server wants {} x {} pixels, the contract sends {} x {}",
                                 entry.KeyText(), *first, *second, width, height));
@@ -60,7 +61,7 @@ Lines OfRoboArena(const Contract& contract, const Value& said) {
   return lines;
 }
 
-// vla-eval's hello.
+// Checks the payload of vla-eval's hello message.
 Lines OfVlaEval(const Contract& contract, const Value& said) {
   Lines lines;
   const Value* spec = said.Find("action_spec");
@@ -93,7 +94,7 @@ std::set<std::string> ModalityKeys(const Value& said, const char* modality) {
   return names;
 }
 
-// GR00T's modality configuration.
+// Checks GR00T's modality configuration.
 Lines OfGroot(const Contract& contract, const Value& said) {
   Lines lines;
   for (const char* modality : {"video", "state"}) {
@@ -130,7 +131,7 @@ Lines OfGroot(const Contract& contract, const Value& said) {
 std::vector<std::string> FindContradictions(const Contract& contract, const Value& said) {
   switch (contract.wire) {
     case Wire::kOpenpi:
-      // Recognized by what it says: RoboArena's dialect of the same wire.
+      // RoboArena's dialect of the same wire is recognized by its metadata.
       return said.Find("action_space") ? OfRoboArena(contract, said) : Lines{};
     case Wire::kRoboArena:
       return OfRoboArena(contract, said);

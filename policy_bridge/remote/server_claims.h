@@ -1,4 +1,4 @@
-// What a server says of itself, held against a contract.
+// Compares a server's description of itself with a contract.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace evalbus::policy {
 
-// Lines about what does not fit; none where all does, or the server says nothing. said: what
-// PolicyClient::Connect() returned.
+// Returns one line per contradiction; empty if there is none, or if the server does not describe itself.
+// `said`: result of PolicyClient::Connect().
 std::vector<std::string> FindContradictions(const Contract& contract, const Value& said);
 
 }  // namespace evalbus::policy

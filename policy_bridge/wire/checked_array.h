@@ -1,12 +1,12 @@
-// What every codec sees to before it hands out an array.
+// Checks that every codec applies to an array before returning it.
 #pragma once
 
 #include "policy_bridge/wire/value.h"
 
 namespace evalbus::policy {
 
-// The array with its numbers in little-endian order. Throws ServerError (kProtocol) for a dtype that no wire
-// of ours carries, and where there are not exactly as many bytes as the shape says.
+// Returns the array with its numbers in little-endian order. Throws ServerError (kProtocol) for a dtype that
+// no wire supports, and if the number of bytes does not match the shape.
 Array CheckedArray(Array array);
 
 }  // namespace evalbus::policy

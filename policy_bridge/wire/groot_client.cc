@@ -21,10 +21,11 @@ using Kind = ServerError::Kind;
 using Dialect = ClientOptions::GrootDialect;
 constexpr std::string_view kVideo = "video.", kState = "state.", kAction = "action.";
 
-// Observations, each a map of the same entries.
+// Observations, each a map with the same entries.
 using Batch = std::vector<Map>;
 
-// Whether these can be one request: the same keys, in the same order, arrays of one form.
+// Whether the observations fit into one request: same keys in the same order, arrays of the same dtype and
+// shape.
 bool FitTogether(const Batch& batch) {
   return std::ranges::all_of(batch, [&](const Map& observation) {
     return std::ranges::equal(observation, batch.front(), [](const auto& one, const auto& other) {
@@ -35,7 +36,7 @@ bool FitTogether(const Batch& batch) {
   });
 }
 
-// The i-th entries, (...) each -> (observations, ...).
+// Stacks the i-th entries: arrays (...) become one array (observations, ...).
 Array Stacked(const Batch& batch, size_t i) {
   Array stacked = *batch.front()[i].second.As<Array>();
   stacked.shape.insert(stacked.shape.begin(), static_cast<int64_t>(batch.size()));
@@ -46,7 +47,7 @@ Array Stacked(const Batch& batch, size_t i) {
   return stacked;
 }
 
-// (observations, ...) -> the n-th (...).
+// Returns the n-th array (...) of an array (observations, ...).
 Array Nth(const Array& stacked, size_t n) {
   Array one{stacked.dtype, {stacked.shape.begin() + 1, stacked.shape.end()}, {}};
   const size_t size = stacked.data.size() / static_cast<size_t>(stacked.shape[0]);
@@ -55,7 +56,8 @@ Array Nth(const Array& stacked, size_t n) {
   return one;
 }
 
-// An observation's entry as all dialects have it, but for its batch.
+// Checks an entry of an observation and returns it in the form common to all dialects, without the batch
+// axis.
 Value Checked(const std::string& key, const Value& value) {
   const Array* array = value.As<Array>();
   if (key.starts_with(kVideo)) {
@@ -109,7 +111,7 @@ class GrootClient : public PolicyClient {
   bool connected() const override { return connection_.has_value(); }
 
   void BeginEpisode(const std::string&, int64_t) override {
-    if (dialect_ == Dialect::kN15) return;  // has nothing to forget with
+    if (dialect_ == Dialect::kN15) return;  // keeps no state
     ClosedByFailure([&] { return Ask("reset", Map{{"options", nullptr}}, options_.reply_s); });
   }
 
@@ -146,7 +148,8 @@ class GrootClient : public PolicyClient {
   }
 
  private:
-  // After a failure that is not the server's own, nobody knows what the next frame would answer.
+  // After a failure other than an error message from the server, the next frame might belong to an earlier
+  // request, so the connection is closed.
   template <class Talk>
   auto ClosedByFailure(const Talk& talk) -> decltype(talk()) {
     try {
@@ -157,7 +160,7 @@ class GrootClient : public PolicyClient {
     }
   }
 
-  // The first of the host's addresses where a server is.
+  // Connects to the first of the host's addresses that has a server.
   void Open() {
     const Url url = ParseUrl(options_.url, "tcp");
     const std::vector<std::string> addresses = Resolve(url, options_.connect_s);
@@ -193,7 +196,7 @@ class GrootClient : public PolicyClient {
     if (data) request.emplace_back("data", std::move(*data));
     if (!options_.api_key.empty()) request.emplace_back("api_token", options_.api_key);
     const Bytes reply = connection_->Ask(EncodeGroot(request), limit_s);
-    // The oldest servers' only word for every failure.
+    // The oldest servers answer every failure with this word.
     constexpr std::string_view kError = "ERROR";
     if (std::equal(reply.begin(), reply.end(), kError.begin(), kError.end())) throw ServerSays("ERROR");
     Value answer = DecodeGroot(reply);
@@ -210,7 +213,7 @@ class GrootClient : public PolicyClient {
                       fmt::format("the server answers {} with {}, no map", endpoint, Describe(answer)));
   }
 
-  // Takes the prefixes away; they tell the dialect.
+  // Removes the prefixes, which identify the dialect.
   void ReadConfiguration(Map& configuration) {
     bool prefixed = false;
     for (auto& [modality, content] : configuration) {
@@ -234,7 +237,8 @@ class GrootClient : public PolicyClient {
     if (prefixed && dialect_ == Dialect::kDetect) dialect_ = Dialect::kN15;
   }
 
-  // As kN16 until the server says otherwise. N1.5 takes one observation as it is; all else has a batch.
+  // Assumes kN16 until the server proves otherwise. N1.5 takes a single observation without a batch axis; all
+  // other requests have one.
   Value GetAction(const Batch& batch) {
     Map video, state, language, flat;
     for (size_t i = 0; i < batch.front().size(); ++i) {
@@ -264,8 +268,8 @@ class GrootClient : public PolicyClient {
     return Ask("get_action", std::move(sent), answered_ ? options_.reply_s : options_.first_reply_s);
   }
 
-  // A server of flat observations names the key that it misses as we name it, with the prefix; the nested
-  // ones name it without.
+  // Servers that take flat observations name a missing key with its prefix, as here; servers that take nested
+  // ones name it without the prefix.
   static bool AsksForFlat(const ServerError& error, const Map& entries) {
     if (error.kind() != Kind::kServer) return false;
     for (const auto& [key, value] : entries) {
@@ -274,7 +278,7 @@ class GrootClient : public PolicyClient {
     return false;
   }
 
-  // Of each observation of the batch.
+  // Actions for each observation of the batch.
   std::vector<Reply> Actions(Value answer, size_t batch_size) const {
     if (dialect_ != Dialect::kN15) {
       List* parts = answer.As<List>();  // actions, information
@@ -309,7 +313,7 @@ class GrootClient : public PolicyClient {
     return replies;
   }
 
-  // (1, H, D) or (H, D) -> (H, D); N1.5 leaves out every 1.
+  // (1, H, D) or (H, D) -> (H, D). N1.5 omits every axis of size 1.
   Array WithoutBatch(const std::string& key, Array array) const {
     std::vector<int64_t>& shape = array.shape;
     if (shape.size() == 3 && shape[0] == 1) {
@@ -326,7 +330,7 @@ class GrootClient : public PolicyClient {
   }
 
   ClientOptions options_;
-  Dialect dialect_;  // kDetect until the server has shown it
+  Dialect dialect_;  // kDetect until the server has revealed it
   std::optional<size_t> horizon_;
   bool answered_ = false;
   std::optional<RequestSocket> connection_;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char *kArrayMark = "__ndarray_class__", *kModalityMark = "__ModalityConfig_class__";
 
-// With maps in place of arrays.
+// Replaces arrays by maps.
 Value Written(const Value& value) {
   if (const auto* array = value.As<Array>()) return Map{{kArrayMark, true}, {"as_npy", EncodeNpy(*array)}};
   if (const auto* list = value.As<List>()) {
@@ -31,7 +31,7 @@ bool IsMarked(const Value& value, const char* mark) {
   return found && *found == Value(true);
 }
 
-// What the maps stand for.
+// Replaces maps by the arrays or modality configurations that they represent.
 Value Read(Value value) {
   if (List* list = value.As<List>()) {
     for (Value& item : *list) item = Read(std::move(item));

@@ -1,6 +1,6 @@
-// Bytes of GR00T's servers (N1.5 to N1.7): msgpack with keys of text, in which an array is
-// {"__ndarray_class__": true, "as_npy": bytes of a .npy file}, and what the server says of a modality
-// {"__ModalityConfig_class__": true, "as_json": JSON text or map} (or "as_dict"), read as what is inside.
+// Encoding of GR00T's servers (N1.5 to N1.7): MessagePack with text keys. An array is {"__ndarray_class__":
+// true, "as_npy": bytes of a .npy file}. A modality configuration is {"__ModalityConfig_class__": true,
+// "as_json": JSON text or map} (or "as_dict"), and is decoded to its contents.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@ namespace evalbus::policy {
 
 Bytes EncodeGroot(const Value& value);
 
-// Exactly one value, within DecodeMsgpack's limits. Throws ServerError (kProtocol).
+// Decodes exactly one value, within DecodeMsgpack's limits. Throws ServerError (kProtocol).
 Value DecodeGroot(std::span<const uint8_t> bytes);
 
 }  // namespace evalbus::policy

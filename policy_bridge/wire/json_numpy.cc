@@ -23,12 +23,12 @@ using Json = nlohmann::ordered_json;
   throw ServerError(ServerError::Kind::kProtocol, "JSON: " + why);
 }
 
-// What OpenSSL's function, which counts in int, takes at once.
+// Largest input of a single call of OpenSSL's function, which counts in int.
 constexpr size_t kMaxBase64 = std::numeric_limits<int>::max() / 4 * 3;
 
 Bytes DecodeBase64(std::string_view text) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  // OpenSSL's function takes more: spaces, and padding anywhere.
+  // OpenSSL's function would also accept spaces, and padding in any position.
   const size_t digits = std::min(text.find_first_not_of(kDigits), text.size());
   const size_t padding = text.size() - digits;
   if (text.size() % 4 != 0 || padding > 2 ||
@@ -67,7 +67,7 @@ struct ToJson {
   }
 };
 
-// What a map stands for.
+// The value that a map represents.
 Value JsonMeaning(Map map) {
   Value value = std::move(map);
   const Value* data = value.Find("__numpy__");
@@ -86,7 +86,7 @@ Value JsonMeaning(Map map) {
   return CheckedArray(std::move(array));
 }
 
-// What nlohmann's parser says as it goes; a tree of its own would take its memory unchecked.
+// Handles the events of nlohmann's parser; nlohmann's own tree would use memory without a limit.
 class Reader : public nlohmann::json_sax<Json> {
  public:
   Value Take() { return tree_.Take(); }

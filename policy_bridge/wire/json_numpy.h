@@ -1,5 +1,5 @@
-// JSON in which an array is {"__numpy__": base64 of its bytes, "dtype": "<f4", "shape": [...]}: what the
-// json-numpy package of Python makes of arrays, and REST policy servers speak.
+// JSON in which an array is {"__numpy__": base64 of its bytes, "dtype": "<f4", "shape": [...]}: the format of
+// Python's json-numpy package, used by REST policy servers.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace evalbus::policy {
 
-// Keys in the map's order. Throws InputError for what JSON has no place for: bytes, text that is no UTF-8, a
-// number that is not finite.
+// Writes keys in the map's order. Throws InputError for values that JSON cannot represent: bytes, text that
+// is not UTF-8, a number that is not finite.
 std::string EncodeJsonNumpy(const Value& value);
 
-// Throws ServerError (kProtocol) for what is no JSON, and for an array whose bytes do not fit.
+// Throws ServerError (kProtocol) for invalid JSON, and for an array whose bytes do not match its shape.
 Value DecodeJsonNumpy(std::string_view text);
 
 }  // namespace evalbus::policy

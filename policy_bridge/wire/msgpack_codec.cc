@@ -40,7 +40,7 @@ class Encoder {
   void Pack(std::nullptr_t) { packer_.pack_nil(); }
   void Pack(bool truth) { truth ? packer_.pack_true() : packer_.pack_false(); }
   void Pack(int64_t number) { packer_.pack_int64(number); }
-  // The library would write 1.0 as the int 1, which a server takes for one.
+  // The library would write 1.0 as the integer 1, which servers interpret as an integer.
   void Pack(double number) {
     stream_.bytes.push_back(0xcb);
     const auto bits = std::bit_cast<uint64_t>(number);
@@ -121,14 +121,14 @@ Value ToArray(Map map) {
   return CheckedArray(std::move(array));
 }
 
-// What a map means.
+// The value that a map represents.
 Value MsgpackMeaning(Map map) {
   if (Has(map, "__ndarray__")) return ToArray(std::move(map));
   if (Has(map, "__npgeneric__")) return Part(map, "data");
   return map;
 }
 
-// The parser calls it with what it finds, in order. False, or an exception, ends the parsing.
+// Receives the parser's events in order. Returning false, or throwing, ends the parsing.
 class Builder : public msgpack::null_visitor {
  public:
   bool visit_nil() { return Add(nullptr); }
@@ -151,7 +151,7 @@ class Builder : public msgpack::null_visitor {
   }
   bool visit_ext(const char*, uint32_t) { RefuseMsgpack("an extension type, which this wire does not have"); }
 
-  // Nothing is allocated for what a count announces, only for what comes.
+  // Memory is allocated for elements that have arrived, not for the announced number of elements.
   bool start_array(uint32_t) { return Open(List()); }
   bool end_array() {
     tree_.CloseList();

@@ -1,5 +1,5 @@
-// Values as MessagePack (https://github.com/msgpack/msgpack/blob/master/spec.md), and arrays in it as openpi
-// and vla-eval write them: a map of "__ndarray__": true, "data", "dtype" and "shape".
+// Values as MessagePack (https://github.com/msgpack/msgpack/blob/master/spec.md), with arrays as in openpi
+// and vla-eval: a map of "__ndarray__": true, "data", "dtype" and "shape".
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,22 @@
 
 namespace evalbus::policy {
 
-// What the four keys of an array are: bytes at openpi's servers, texts at vla-eval's.
+// Type of the four keys of an array: bytes for openpi's servers, text for vla-eval's.
 enum class ArrayKeys { kBytes, kTexts };
 
-// An int is as short as it can be, a double always a float64, as Python's packer has it. A wire with arrays
-// of another form (GR00T) puts maps in their place first.
+// Integers are encoded as short as possible, and doubles always as float64, as Python's packer does. A wire
+// whose arrays have another form (GR00T) must replace them by maps first.
 Bytes EncodeMsgpack(const Value& value, ArrayKeys array_keys);
 
-// One value, and nothing behind it. Takes arrays of both forms and openpi's NumPy scalars
-// ("__npgeneric__"), with their keys in any order; numbers of big-endian arrays become little-endian. An
-// array of texts becomes a text that says that it was not read. Unsigned numbers that int64 does not hold
-// become doubles.
+// Decodes one value; trailing bytes are an error. Accepts arrays of both forms and openpi's NumPy scalars
+// ("__npgeneric__"), with their keys in any order. Converts numbers of big-endian arrays to little-endian.
+// Replaces an array of texts by a text which states that it was not read. Unsigned numbers that do not fit
+// int64 become doubles.
 //
-// Bytes may be anything: allocates no more than a fixed multiple of what they hold, whatever they announce.
-// Throws ServerError kProtocol for what is cut short, has keys that are no texts, extensions or more than 32
-// levels, more than a million values (the numbers of an array are none), or arrays whose data do not fit.
+// The bytes are not trusted: whatever sizes they announce, the memory used is at most a fixed multiple of
+// their number. Throws ServerError (kProtocol) for truncated input, keys that are not texts, extensions, more
+// than 32 levels, more than a million values (numbers in arrays are not counted), and arrays whose data do
+// not match their shape.
 Value DecodeMsgpack(std::span<const uint8_t> bytes);
 
 }  // namespace evalbus::policy

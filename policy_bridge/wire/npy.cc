@@ -19,7 +19,7 @@ constexpr size_t kAlignment = 64;
   throw ServerError(ServerError::Kind::kProtocol, ".npy array: " + why);
 }
 
-// The header's one line, a Python dictionary of three entries: {'descr': '<f4', 'fortran_order': False,
+// Parses the header, a one-line Python dictionary of three entries: {'descr': '<f4', 'fortran_order': False,
 // 'shape': (1, 2), }
 class HeaderReader {
  public:
@@ -55,7 +55,7 @@ class HeaderReader {
   [[noreturn]] void Malformed() const {
     RefuseNpy(fmt::format("header cannot be read: {}", Printable(Cut(std::string(text_), 100))));
   }
-  // The next character that is no space, not taken; NUL at the end.
+  // Next character that is not white space, without consuming it; NUL at the end.
   char Next() {
     while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\n')) ++at_;
     return at_ < text_.size() ? text_[at_] : '\0';

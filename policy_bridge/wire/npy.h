@@ -1,5 +1,5 @@
-// An array as the bytes of a NumPy file (.npy), which GR00T's servers put into their messages.
-// Format: numpy.lib.format of NumPy's documentation, versions 1.0 and 2.0.
+// NumPy files (.npy), which GR00T's servers embed in their messages. Format: numpy.lib.format in NumPy's
+// documentation, versions 1.0 and 2.0.
 #pragma once
 
 #include <span>
@@ -8,11 +8,10 @@
 
 namespace evalbus::policy {
 
-// Version 1.0; the numbers begin at a multiple of 64 bytes.
+// Writes version 1.0; the numbers start at a multiple of 64 bytes.
 Bytes EncodeNpy(const Array& array);
 
-// Throws ServerError (kProtocol) for what is no such file, for numbers in Fortran's order and for Python
-// objects.
+// Throws ServerError (kProtocol) if the bytes are not such a file, and for Fortran order and Python objects.
 Array DecodeNpy(std::span<const uint8_t> bytes);
 
 }  // namespace evalbus::policy

@@ -11,13 +11,13 @@ namespace {
 
 using Kind = ServerError::Kind;
 
-// Unlike that of any other client of this server.
+// An id that differs from that of any other client of this server.
 std::string NewSessionId(int64_t episode) {
   std::random_device random;
   return fmt::format("evalbus-episode{}-{:08x}{:08x}", episode, random(), random());
 }
 
-// Nothing where it is no number.
+// Nothing if the value is not a number.
 std::optional<double> Number(const Value* value) {
   if (!value) return std::nullopt;
   if (const auto* number = value->As<double>()) return *number;
@@ -54,13 +54,13 @@ class OpenpiClient : public WebsocketClient {
     if (!session_id_.empty()) session_id_ = NewSessionId(episode);
     const Websocket::Message reply = Ask(Map{}, "reset");
     if (reply.is_text && reply.Text() == "reset successful") return;
-    const Value value = Decoded(reply);  // throws what a text says
+    const Value value = Decoded(reply);  // throws if the reply is a text, which is an error message
     throw Ended(Kind::kProtocol, "answers a reset with " + Describe(value));
   }
 
   Reply Infer(const Value& observation) override {
     Reply reply{Decoded(Ask(*observation.As<Map>(), "infer")), {}};
-    // The first servers of RoboArena answered with the bare array.
+    // The first versions of RoboArena's server answered with a bare array.
     if (is_robo_arena_ && reply.value.Is<Array>()) reply.value = Map{{"actions", std::move(reply.value)}};
     if (!reply.value.Is<Map>()) {
       throw Ended(Kind::kReply, fmt::format("answers with {}, not with a map", Describe(reply.value)));
@@ -77,7 +77,8 @@ class OpenpiClient : public WebsocketClient {
   std::string Name() const override { return is_robo_arena_ ? "RoboArena websocket" : "openpi websocket"; }
 
  private:
-  // To the same server: it has its model compiled, and later answers have the shorter deadline.
+  // Reconnects to the same server. Its model is compiled already, so the shorter deadline applies to its
+  // answers.
   void Reconnect() {
     Connect();
     Answered();
@@ -98,8 +99,8 @@ class OpenpiClient : public WebsocketClient {
   }
 
   bool is_robo_arena_;
-  bool is_used_ = false;    // an observation was answered since it is connected
-  std::string session_id_;  // empty where the server needs none
+  bool is_used_ = false;    // whether an observation has been answered on this connection
+  std::string session_id_;  // empty if the server needs none
 };
 
 }  // namespace

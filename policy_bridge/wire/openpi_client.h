@@ -1,5 +1,5 @@
-// The wire of openpi's websocket policy server, and of those that speak like it
-// (github.com/Physical-Intelligence/openpi, src/openpi/serving/websocket_policy_server.py), with RoboArena's
+// Protocol of openpi's websocket policy server and compatible servers
+// (github.com/Physical-Intelligence/openpi, src/openpi/serving/websocket_policy_server.py), and RoboArena's
 // dialect of it (github.com/robo-arena/roboarena, roboarena/policy_server.py).
 #pragma once
 
@@ -9,10 +9,10 @@
 
 namespace evalbus::policy {
 
-// The server begins with its metadata; then a request, a reply, in turns. An error is a text, and ends the
-// connection. A server whose metadata have "action_space" speaks RoboArena's dialect, and Wire::kRoboArena
-// says that it does anyway: "endpoint" in every request, a reset at the beginning of an episode, "session_id"
-// where "needs_session_id" says so.
+// The server first sends its metadata; then requests and replies alternate. An error is sent as a text and
+// ends the connection. RoboArena's dialect is used if the server's metadata contain "action_space", or if the
+// wire is Wire::kRoboArena: "endpoint" in every request, a reset at the beginning of an episode, and
+// "session_id" if "needs_session_id" is set.
 std::unique_ptr<PolicyClient> MakeOpenpiClient(const ClientOptions& options);
 
 }  // namespace evalbus::policy

@@ -1,4 +1,4 @@
-// A conversation with a policy server, the same whatever the wire.
+// Interface of the clients of policy servers, independent of the wire.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,21 @@
 
 namespace evalbus::policy {
 
-// The server is no use to us; says nothing of its policy. what() is one line, with the server's own words
-// where it said any (their last line, where they are a traceback).
+// The server failed; no conclusion about the policy can be drawn. what() is one line, with the server's own
+// error message if there is one (the last line of a traceback).
 class ServerError : public std::runtime_error {
  public:
   enum class Kind {
-    kUnreachable,  // refused, no such host, gone
-    kTimeout,      // no answer in time
-    kProtocol,     // bytes that this wire does not have: half a frame, too long a one, another protocol
-    kServer,       // it says that it failed: an error message, a traceback
-    kReply,        // decodes, and is not what the contract says: keys, shapes
+    kUnreachable,  // refused, unknown host, connection lost
+    kTimeout,      // no answer before the deadline
+    kProtocol,     // bytes that are invalid on this wire: an incomplete or oversized frame, another protocol
+    kServer,       // the server reported a failure: an error message, a traceback
+    kReply,        // decodable, but not as described by the contract: keys, shapes
   };
   ServerError(Kind kind, const std::string& what, std::string details = {})
       : std::runtime_error(what), kind_(kind), details_(std::move(details)) {}
   Kind kind() const { return kind_; }
-  // All that the server said, of many lines; may be empty.
+  // The server's complete error message, possibly several lines; may be empty.
   const std::string& details() const { return details_; }
 
  private:
@@ -42,60 +42,63 @@ struct ClientOptions {
   // ws://HOST:PORT[/PATH] (openpi, RoboArena, vla-eval), tcp://HOST:PORT (GR00T), http://HOST:PORT/PATH
   // (REST).
   std::string url;
-  // Sent as "Authorization: Api-Key KEY" (websockets, REST) or as api_token (GR00T); empty: nothing is sent.
+  // Sent as "Authorization: Api-Key KEY" (websockets, REST) or as api_token (GR00T); empty: not sent.
   std::string api_key;
-  // Of the pool (policy_pool.h) that speaks to the server; empty: this client does.
+  // Address of the pool (policy_pool.h) that queries the server; empty: this client queries it directly.
   std::string pool_url;
-  // Deadlines, s. The first answer after a connection is that of a server that compiles its model.
+  // Deadlines, s. The first answer after a connection has its own, because the server may compile its model
+  // then.
   double connect_s = 10, first_reply_s = 600, reply_s = 30;
-  // A longer answer is refused before it is read.
+  // A longer answer is rejected before it is read.
   uint64_t max_reply_bytes = 256 << 20;
-  // GR00T: what the server calls its inputs and outputs tells the dialect; given here, it is not asked.
+  // GR00T dialect. kDetect derives it from the server's names of inputs and outputs; set another value to
+  // skip this query.
   enum class GrootDialect { kDetect, kN15, kN16, kN16Flat };
   GrootDialect groot_dialect = GrootDialect::kDetect;
 };
 
 struct Reply {
-  // Map of what the server says, without the wire's envelope. Where a wire has one array of actions it is
-  // under "actions", whatever the wire calls it; GR00T's arrays have their names without "action." and are
-  // (H, D), without the batch.
+  // The server's answer as a map, without the wire's envelope. If a wire has a single array of actions, its
+  // key is "actions", whatever the wire calls it. GR00T's arrays have their names without "action." and are
+  // (H, D), without the batch axis.
   Value value;
-  // Wall-clock time that the server says its inference took; nothing where it does not say.
+  // Wall-clock time of the inference as reported by the server; nothing if it does not report it.
   std::optional<double> server_s;
 };
 
-// Blocking, by the deadlines of ClientOptions; one thread at a time. After a ServerError of any kind but
-// kServer on a wire that survives it, the client is closed: Connect() begins anew. Nothing of this class
-// looks at what an observation or an action means.
+// All calls block, for at most the deadlines of ClientOptions. Not thread-safe. After a ServerError, the
+// client is closed and Connect() must be called again; only after kServer it may still be connected,
+// depending on the wire. This class does not interpret observations or actions.
 class PolicyClient {
  public:
   virtual ~PolicyClient() = default;
 
-  // Connects, and returns what the server says of itself: openpi's metadata, RoboArena's configuration,
+  // Connects, and returns the server's description of itself: openpi's metadata, RoboArena's configuration,
   // vla-eval's hello payload, GR00T's modality configuration (map of modality to {"modality_keys": [...],
-  // ...}); an empty map where the wire has nothing of the kind. Throws ServerError.
+  // ...}); an empty map if the wire has none. Throws ServerError.
   virtual Value Connect() = 0;
   virtual bool connected() const = 0;
 
-  // Begins an episode: the server forgets what it keeps of the last one. Sends the wire's message for that
-  // (RoboArena's and GR00T's reset, vla-eval's episode_end and episode_start with this task text); openpi's
-  // wire has none, so that each episode has a connection of its own. Does nothing on the REST wire, whose
-  // servers know neither. Throws ServerError.
+  // Begins an episode, so that the server discards the state of the previous one. Sends the wire's message
+  // for that: RoboArena's and GR00T's reset, vla-eval's episode_end and episode_start with this task text.
+  // openpi's wire has none, so each episode uses a new connection. Does nothing on the REST wire, whose
+  // servers have neither sessions nor state. Throws ServerError.
   virtual void BeginEpisode(const std::string& instruction, int64_t episode) = 0;
 
-  // One observation, a map as the contract builds it (keys as the server names them; GR00T: "video.NAME",
-  // "state.NAME", language key, which the client nests where the dialect wants that). Throws ServerError.
+  // Sends one observation: a map as built from the contract, with the server's keys (GR00T: "video.NAME",
+  // "state.NAME", language key; the client nests them if the dialect requires it). Throws ServerError.
   virtual Reply Infer(const Value& observation) = 0;
 
-  // Several, each answered by itself, in their order: one request where the wire has a batch (GR00T) and
-  // their keys and shapes are the same, else one after the other. Throws ServerError, which concerns all.
+  // Sends several observations, and returns their answers in the same order. They are one request if the wire
+  // supports batches (GR00T) and their keys and shapes are equal; otherwise they are sent one after the
+  // other. Throws ServerError, which then applies to all of them.
   virtual std::vector<Reply> InferBatch(std::span<const Value> observations);
 
-  // The wire's own name for the path taken, for people: "openpi websocket", "GR00T N1.6 (flat)".
+  // Name of the wire and dialect in use, for messages: "openpi websocket", "GR00T N1.6 (flat)".
   virtual std::string Name() const = 0;
 };
 
-// Does not connect yet. Throws InputError for a URL that is none of this wire.
+// Does not connect yet. Throws InputError for a URL that does not fit the wire.
 std::unique_ptr<PolicyClient> MakePolicyClient(const ClientOptions& options);
 
 }  // namespace evalbus::policy

@@ -25,17 +25,18 @@ namespace {
 using Kind = ServerError::Kind;
 using Clock = std::chrono::steady_clock;
 
-// Between the processes of a run. A request is {"observation": ...}, or an empty map: is there a server? An
-// answer is {"value", "server_s"}, or {"error", "kind", "details"}.
+// Messages between the processes of a run. A request is {"observation": ...}, or an empty map, which asks
+// whether there is a server. An answer is {"value", "server_s"} or {"error", "kind", "details"}.
 constexpr const char *kObservation = "observation", *kValue = "value", *kServerS = "server_s",
                      *kError = "error", *kKind = "kind", *kDetails = "details";
-// Of an error that is no server's: the observation's.
+// Kind of an error that is caused by the observation, not by the server.
 constexpr int64_t kWrongInput = -1;
 
-// For others; the first request may take minutes, and late ones as long as the deadline.
+// Upper bound of the wait for other clients. Without it, the wait would be as long as the last request, which
+// may take minutes.
 constexpr auto kLongestWait = std::chrono::seconds(1);
 
-// The pool answers by the server's deadlines, after those that asked before.
+// Practically unlimited: the pool itself applies the server's deadlines, and answers earlier requests first.
 constexpr double kAnswerTimeout = 1e6;  // s
 
 Value Answer(const Reply& reply) {
@@ -44,7 +45,7 @@ Value Answer(const Reply& reply) {
   return answer;
 }
 
-// Of the exception that is being handled.
+// Answer for the exception that is being handled.
 Value Failure() {
   try {
     throw;
@@ -117,14 +118,14 @@ class PoolClient : public PolicyClient {
 }  // namespace
 
 struct PolicyPool::State {
-  // Who waits for what.
+  // A pending request and the client that sent it.
   struct Question {
     std::string from;
     Value observation;
     Clock::time_point since;
   };
 
-  // Runs on the pool's thread, until the context is shut down.
+  // Runs on the pool's thread until the context is shut down.
   void Serve() {
     try {
       while (true) {
@@ -237,10 +238,11 @@ struct PolicyPool::State {
   size_t batch_size = 1;
   std::chrono::milliseconds gather{};
   std::unique_ptr<PolicyClient> client;
-  // What the server says of itself.
+  // The server's description of itself.
   Value said;
   std::deque<Question> waiting;
-  // Those who will ask soon: when each was answered last, or connected.
+  // Clients that are expected to send a request soon: number of the last request in which each was answered,
+  // or at which it connected.
   std::map<std::string, int64_t> last_request;
   int64_t num_requests = 0;
   Clock::time_point idle_since{};
@@ -255,7 +257,7 @@ PolicyPool::PolicyPool(ClientOptions server, int batch_size, std::chrono::millis
   state_->client = MakePolicyClient(server);
   state_->batch_size = static_cast<size_t>(batch_size);
   state_->gather = gather;
-  // A socket of the file system, and not of a network: workers may have networks of their own.
+  // A Unix socket rather than a network socket, because workers may run in network namespaces of their own.
   folder_ = (std::filesystem::temp_directory_path() / "evalbus-pool-XXXXXX").string();
   if (!mkdtemp(folder_.data())) {
     throw EnvironmentError("cannot make " + folder_ + ": " + std::strerror(errno));
@@ -267,7 +269,7 @@ PolicyPool::PolicyPool(ClientOptions server, int batch_size, std::chrono::millis
   } catch (const zmq::error_t& error) {
     throw EnvironmentError("cannot listen at " + url_ + ": " + error.what());
   }
-  // Nobody joins it, as it may wait for the server.
+  // The thread is detached, because it may be waiting for the server.
   std::thread([state = state_] { state->Serve(); }).detach();
 }
 

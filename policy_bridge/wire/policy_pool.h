@@ -1,6 +1,6 @@
-// Several processes that ask one policy server as one client: what waits together is one request. For servers
-// whose requests have a batch, and which keep nothing of an episode: beginning one is not passed on, since
-// that would concern all.
+// Lets several processes query a policy server as one client: pending observations are combined into one
+// request. For servers that support batches and keep no state during an episode. The beginning of an episode
+// is not forwarded, because it would affect all clients.
 #pragma once
 
 #include <chrono>
@@ -11,27 +11,28 @@
 
 namespace evalbus::policy {
 
-// Speaks to the server, in a thread. What came while the server was busy is asked together. Before that it
-// waits for those who will ask soon, who have connected or were answered in one of the last two requests:
-// else two clients that come in turns would be asked for in turns for ever. It waits no longer than the last
-// request took (1 s at most), so that waiting costs no more than asking apart.
+// Queries the server on a thread of its own. Observations that arrive while the server is busy form the next
+// batch. Before a request, the pool also waits for the clients that are expected to send soon: those that
+// have connected, or were answered, in one of the last two requests. Otherwise two clients that happen to
+// alternate would never share a batch. It waits at most as long as the last request took (and at most 1 s),
+// so waiting costs no more than separate requests.
 //
-// An answer depends on its own observation alone: where a server says that it failed, it is asked the
-// observations of the batch one by one, and who asked gets its own. A server that is gone or late concerns
-// those of the batch; the next ones connect again.
+// An answer depends on its own observation only: if the server reports a failure, the observations of the
+// batch are sent again one by one, and each client receives its own result. A lost connection or a timeout
+// fails all observations of the batch; the next batch reconnects.
 class PolicyPool {
  public:
   static constexpr std::chrono::milliseconds kGather{10};
 
-  // batch_size: observations of a request, at most. gather: it waits so long in any case.
+  // batch_size: maximum number of observations per request. gather: the pool waits up to this time for other
+  // clients, or up to the duration of the last request if that is longer.
   PolicyPool(ClientOptions server, int batch_size, std::chrono::milliseconds gather = kGather);
-  // Does not wait for the server's answer. Who asks then gets none.
+  // Does not wait for the server's answer; pending clients receive none.
   ~PolicyPool();
   PolicyPool(const PolicyPool&) = delete;
   PolicyPool& operator=(const PolicyPool&) = delete;
 
-  // Where clients of processes on this machine connect, whatever network they are in:
-  // ClientOptions::pool_url.
+  // Address for clients in processes on this machine, in any network namespace: ClientOptions::pool_url.
   const std::string& url() const { return url_; }
 
  private:
@@ -41,7 +42,7 @@ class PolicyPool {
   std::shared_ptr<State> state_;
 };
 
-// Asks the pool at options.pool_url, which keeps the deadlines. Does not connect yet.
+// Creates a client of the pool at options.pool_url, which applies the deadlines. Does not connect yet.
 std::unique_ptr<PolicyClient> MakePoolClient(const ClientOptions& options);
 
 }  // namespace evalbus::policy

@@ -1,4 +1,4 @@
-// Addresses of a server by its name, by a deadline.
+// Resolves a server's host name, with a deadline.
 #pragma once
 
 #include <functional>
@@ -9,14 +9,14 @@
 
 namespace evalbus::policy {
 
-// Numeric addresses of a host, in the order in which they are to be tried. Throws std::runtime_error.
+// Returns the numeric addresses of a host in the order in which to try them. Throws std::runtime_error.
 using Lookup = std::function<std::vector<std::string>(const std::string& host)>;
 
-// The system's (getaddrinfo).
+// Uses the system's resolver (getaddrinfo).
 std::vector<std::string> LookUp(const std::string& host);
 
-// Waits limit_s for `look_up`, which nothing can interrupt: it goes on alone, in a thread that nobody joins,
-// and what it finds later is dropped. Throws ServerError (kUnreachable).
+// Waits up to limit_s for `look_up`. It cannot be interrupted: after the deadline it continues on a detached
+// thread, and its result is discarded. Throws ServerError (kUnreachable).
 std::vector<std::string> Resolve(const Url& url, double limit_s, const Lookup& look_up = LookUp);
 
 }  // namespace evalbus::policy

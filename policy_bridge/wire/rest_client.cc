@@ -25,14 +25,14 @@ using asio::ip::tcp;
 using boost::system::error_code;
 using Kind = ServerError::Kind;
 
-// HTTP answers before the one that counts.
+// Maximum number of interim HTTP responses before the final one.
 constexpr int kMaxInterim = 16;
 
 std::chrono::nanoseconds Duration(double seconds) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
 }
 
-// Waits for what `start` begins and ends with its handler.
+// Runs the operation that `start` begins until its handler has been called.
 template <class Start>
 error_code Finish(asio::io_context& io, const Start& start) {
   error_code result;
@@ -95,7 +95,7 @@ class RestClient : public PolicyClient {
     return stream;
   }
 
-  // The body of the answer.
+  // Returns the body of the response.
   std::string Post(const std::string& body, double limit_s) const {
     asio::io_context io;
     beast::tcp_stream stream = Open(io);
@@ -111,8 +111,9 @@ class RestClient : public PolicyClient {
     request.prepare_payload();
     const error_code unsent = Finish(io, [&](auto done) { http::async_write(stream, request, done); });
 
-    // A dynamic body grows with what comes, not with the length that is announced. A server that refuses a
-    // request says why before it has read all of it, so its answer is read whether all was sent or not.
+    // A dynamic body grows with the received data, not with the announced length. A server that rejects a
+    // request responds before it has read all of it, so the response is read whether the whole request was
+    // sent or not.
     std::optional<http::response_parser<http::dynamic_body>> response;
     beast::flat_buffer buffer;
     error_code error = unsent;
@@ -120,11 +121,11 @@ class RestClient : public PolicyClient {
       if (interim > kMaxInterim) Fail(Kind::kProtocol, "nothing but interim HTTP answers (status 1xx)");
       response.emplace();
       response->body_limit(options_.max_reply_bytes);
-      // The header by itself: Beast 1.74 forgets that the length is too large where a part of the body comes
-      // with it.
+      // The header is read separately: if part of the body arrives with it, Beast 1.74 loses the error that
+      // the announced length is too large.
       error = Finish(io, [&](auto done) { http::async_read_header(stream, buffer, *response, done); });
       if (error) break;
-      // "100 Continue" and the like announce an answer.
+      // Interim responses such as "100 Continue" precede the final one.
       if (response->get().result_int() / 100 == 1) continue;
       error = Finish(io, [&](auto done) { http::async_read(stream, buffer, *response, done); });
       break;
@@ -147,8 +148,8 @@ class RestClient : public PolicyClient {
     return answer;
   }
 
-  // These servers answer OK where they fail, with a text; and a text that holds JSON where they were asked in
-  // such a one.
+  // These servers report failures as a text with status OK. If the request was a text that contains JSON, so
+  // is the answer.
   static Value Parse(const std::string& body) {
     Value answer = DecodeJsonNumpy(body);
     if (const auto* text = answer.As<std::string>()) {

@@ -1,4 +1,4 @@
-// What a server says of its failure, as an error of ours.
+// Converts a server's error message to a ServerError.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace evalbus::policy {
 
-// kServer; what() has the last line of its words, details() has all of them.
+// kServer; what() contains the last line of the message, details() all lines.
 ServerError ServerSays(const std::string& words);
 
 }  // namespace evalbus::policy

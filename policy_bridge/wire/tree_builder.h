@@ -1,4 +1,4 @@
-// A Value from a parser's events, within bounds that no bytes of a server talk us out of.
+// Builds a Value from a parser's events, with limits that protect against malicious or faulty servers.
 #pragma once
 
 #include <string>
@@ -8,20 +8,20 @@
 
 namespace evalbus::policy {
 
-// Throws ServerError (kProtocol), whose text begins with the format's name, for more than 32 levels or a
-// million values, and for a map that has a key twice. A reply has some dozens of values, four levels deep;
-// one may take a hundred times its bytes in memory.
+// Throws ServerError (kProtocol), with a text that begins with the format's name, for more than 32 levels,
+// more than a million values, or a map that contains a key twice. A typical reply has some dozens of values
+// on four levels. A value may need a hundred times its encoded size in memory.
 class TreeBuilder {
  public:
   explicit TreeBuilder(const char* format) : format_(format) {}
 
-  // A list or a map begins.
+  // Opens a list or a map.
   void Open(Value container);
-  // Of the next value of the map that is open.
+  // Sets the key of the next value of the open map.
   void SetKey(std::string key) { open_.back().key = std::move(key); }
   void Add(Value value);
   void CloseList();
-  // `meaning`: of Map to the Value that it stands for.
+  // meaning(Map): returns the Value that the map represents.
   template <class Meaning>
   void CloseMap(const Meaning& meaning) {
     CheckKeys(*open_.back().value.As<Map>());

@@ -19,7 +19,7 @@ Url ParseUrl(const std::string& text, std::string_view scheme) {
     refuse("no TLS here; let a proxy terminate it, or a tunnel (ssh -L) encrypt");
   }
   if (!text.starts_with(before)) refuse("another scheme");
-  // What would end a line of HTTP, or begin something else within it.
+  // Characters that would end a line of HTTP or start another element of it.
   if (Printable(text) != text || text.find_first_of(" #") != std::string::npos) {
     refuse("a space, a # or a control character");
   }

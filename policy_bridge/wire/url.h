@@ -1,4 +1,4 @@
-// Where a server is: SCHEME://HOST:PORT[/TARGET].
+// Address of a server: SCHEME://HOST:PORT[/TARGET].
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@ namespace evalbus::policy {
 
 struct Url {
   std::string text;    // as the user wrote it
-  std::string host;    // a name or an address; of IPv6, without the brackets
+  std::string host;    // a name or an address; IPv6 without the brackets
   std::string port;    // 1 to 65535
-  std::string target;  // from the slash or the question mark on; empty if there is none
+  std::string target;  // starts at the slash or the question mark; empty if there is none
 };
 
-// Throws InputError, which says why and what a URL of this scheme looks like.
+// Throws InputError with the reason and an example of a URL of this scheme.
 Url ParseUrl(const std::string& text, std::string_view scheme);
 
 }  // namespace evalbus::policy

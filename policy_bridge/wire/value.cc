@@ -18,15 +18,15 @@ template <class... Functions>
 struct Overloaded : Functions... {
   using Functions::operator()...;
 };
-// Clang 14 does not deduce it.
+// Clang 14 needs this deduction guide.
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
-constexpr int kWidth = 100;  // of a value's description, in characters
+constexpr int kWidth = 100;  // maximum length of a value's description, in characters
 
 std::string Line(const std::string& text) { return Printable(Cut(text, kWidth)); }
 
-// IEEE 754 binary16.
+// Converts IEEE 754 binary16.
 double Half(uint16_t bits) {
   const int exponent = bits >> 10 & 0x1F, fraction = bits & 0x3FF;
   const double magnitude = exponent == 0x1F ? (fraction ? NAN : INFINITY)
@@ -82,7 +82,7 @@ size_t ItemSize(std::string_view dtype) {
                      : size == '2'
                          ? kind == 'i' || kind == 'u' || kind == 'f'
                          : (size == '4' || size == '8') && (kind == 'i' || kind == 'u' || kind == 'f');
-  // More than a byte has an order.
+  // Only items of more than one byte have a byte order.
   return known && (size == '1' || order != '|') ? static_cast<size_t>(size - '0') : 0;
 }
 

@@ -1,5 +1,5 @@
-// What travels between us and a policy server, whatever bytes a wire makes of it: a tree of maps, lists,
-// numbers, texts and arrays of numbers.
+// Data exchanged with a policy server, independent of the wire's encoding: a tree of maps, lists, numbers,
+// texts and arrays of numbers.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@
 
 namespace evalbus::policy {
 
-// An array of numbers as NumPy has it: C order, little endian.
+// An array of numbers as in NumPy: C order, little endian.
 struct Array {
-  // NumPy's: "|u1", "|b1", "<i4", "<i8", "<f4", "<f8", ...
+  // NumPy's type string: "|u1", "|b1", "<i4", "<i8", "<f4", "<f8", ...
   std::string dtype;
-  // Empty: one number.
+  // Empty: a single number.
   std::vector<int64_t> shape;
   std::vector<uint8_t> data;
 
@@ -27,7 +27,7 @@ struct Array {
 class Value;
 using Bytes = std::vector<uint8_t>;
 using List = std::vector<Value>;
-// In the order in which it was written; some servers go by it.
+// Entries stay in insertion order, which some servers depend on.
 using Map = std::vector<std::pair<std::string, Value>>;
 
 class Value {
@@ -35,7 +35,7 @@ class Value {
   using Variant = std::variant<std::nullptr_t, bool, int64_t, double, std::string, Bytes, Array, List, Map>;
 
   Value() = default;
-  // From anything that Variant can be made of, and from an int or a text.
+  // Constructs from anything that Variant can be constructed from, and from an int or a text.
   template <class T>
   requires(!std::is_same_v<std::decay_t<T>, Value> && std::is_constructible_v<Variant, T>)
       // NOLINTNEXTLINE(bugprone-forwarding-reference-overload): clang-tidy 14 does not see what it requires
@@ -48,7 +48,7 @@ class Value {
   bool Is() const {
     return std::holds_alternative<T>(value_);
   }
-  // Null if it is something else.
+  // Null if the value is of another type.
   template <class T>
   const T* As() const {
     return std::get_if<T>(&value_);
@@ -59,7 +59,7 @@ class Value {
   }
   const Variant& variant() const { return value_; }
 
-  // Of a map; null where it is no map or has no such key.
+  // Value of a key; null if this is not a map or the key is missing.
   const Value* Find(std::string_view key) const;
 
   friend bool operator==(const Value&, const Value&) = default;
@@ -68,19 +68,18 @@ class Value {
   Variant value_;
 };
 
-// "map of 3", "array <f4 [10, 16]", "text \"lift the pot\"": what a message for people says of a value; cut
-// to a line.
+// Describes a value for messages, cut to one line: "map of 3", "array <f4 [10, 16]", "text \"lift the pot\"".
 std::string Describe(const Value& value);
 
-// Bytes of one number of this dtype; 0 for what no wire of ours carries (objects, complex numbers, texts).
+// Bytes per number of this dtype; 0 if no wire supports it (objects, complex numbers, texts).
 size_t ItemSize(std::string_view dtype);
 
-// How many numbers an array of this shape has; nothing where an extent is negative or above 2^31, or where
-// there are too many to count.
+// Number of elements of an array with this shape; nothing if an extent is negative or above 2^31, or if the
+// product overflows.
 std::optional<size_t> ItemCount(const std::vector<int64_t>& shape);
 
-// The numbers of an array of booleans, integers or floats, as they are. Throws ServerError for a dtype that
-// has none, or where data and shape do not fit.
+// Numbers of an array of booleans, integers or floats, without conversion of their scale. Throws ServerError
+// for another dtype, or if data and shape do not match.
 std::vector<double> Numbers(const Array& array);
 
 Array FloatArray(const std::vector<double>& numbers, std::vector<int64_t> shape);  // "<f4"

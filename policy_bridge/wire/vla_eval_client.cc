@@ -66,9 +66,9 @@ class VlaEvalClient : public WebsocketClient {
     SendMessage("observation", observation, deadline);
     for (;;) {
       Envelope answer = Opened(Decoded(Receive(deadline)));
-      // Perhaps of the episode's start, which has no answer but an error.
+      // This may be an error of the episode_start message, which is otherwise not answered.
       if (answer.type == "error") throw Said(ErrorText(answer));
-      if (answer.seq < seq_) continue;  // to an observation given up by such an error
+      if (answer.seq < seq_) continue;  // answers an observation that was abandoned after such an error
       if (answer.type != "action" || answer.seq != seq_) {
         throw Ended(Kind::kProtocol,
                     fmt::format("answers our observation {} with its {} {}", seq_, answer.type, answer.seq));
@@ -95,7 +95,7 @@ class VlaEvalClient : public WebsocketClient {
     Send(Map{{"type", type}, {"payload", payload}, {"seq", seq_}, {"timestamp", WallTime()}}, deadline);
   }
 
-  int64_t seq_ = -1;  // of the last message sent
+  int64_t seq_ = -1;  // sequence number of the last message sent
   bool in_episode_ = false;
 };
 

@@ -8,8 +8,8 @@
 
 namespace evalbus::policy {
 
-// Connect() returns the payload of the server's hello: "model_server", and where it has them "action_spec"
-// and "observation_spec". An error message leaves the connection open.
+// Connect() returns the payload of the server's hello: "model_server" and, if present, "action_spec" and
+// "observation_spec". An error message leaves the connection open.
 std::unique_ptr<PolicyClient> MakeVlaEvalClient(const ClientOptions& options);
 
 }  // namespace evalbus::policy

@@ -29,8 +29,8 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 using Kind = ServerError::Kind;
 
-// Beast looks up by this type how a connection is torn down. Its own way reads to the end what the server
-// still sends, which may be long (2 GB that we refused) or for ever.
+// A type of its own, because Beast selects by it how a connection is torn down. Beast's default reads
+// everything that the server still sends, which may be long (2 GB that were rejected) or endless.
 class Socket : public asio::ip::tcp::socket {
  public:
   using asio::ip::tcp::socket::socket;
@@ -43,7 +43,8 @@ class Socket : public asio::ip::tcp::socket {
   }
 };
 
-// Of messages that nobody has taken yet. One is usual, and an error and its explanation may come at once.
+// Maximum number of received messages that have not been taken. Usually there is one; an error and its
+// explanation may arrive together.
 constexpr size_t kMaxWaiting = 16;
 
 constexpr auto kGoodbye = std::chrono::seconds(1);
@@ -59,7 +60,7 @@ Deadline::Deadline(double after_s)
 struct Websocket::Connection {
   explicit Connection(const Url& the_url, uint64_t the_limit) : url(the_url), limit(the_limit) {}
 
-  // All of these run on the thread.
+  // The members below run on the I/O thread.
 
   void Open() {
     asio::async_connect(stream.next_layer(), endpoints, [this](error_code error, const auto&) {
@@ -111,7 +112,7 @@ struct Websocket::Connection {
     }
     const int status = static_cast<int>(response.result_int());
     const std::string answer = fmt::format("HTTP {} {}", status, Printable(std::string(response.reason())));
-    // A proxy's way to say that the server behind it is down.
+    // A proxy uses these codes to report that the server behind it is down.
     if (status >= 502 && status <= 504)
       return Fail(Kind::kUnreachable, answer + ": the server behind it is down");
     if (status == 401 || status == 403) return Fail(Kind::kServer, answer + ": is the API key right?");
@@ -174,7 +175,7 @@ struct Websocket::Connection {
     }
   }
 
-  // These run on the caller's.
+  // The members below run on the caller's thread.
 
   template <class Condition>
   bool Wait(std::unique_lock<std::mutex>* lock, const Deadline& deadline, const Condition& condition) {
@@ -204,7 +205,7 @@ struct Websocket::Connection {
   beast::flat_buffer buffer;
   Bytes outgoing;
 
-  // What both threads know.
+  // State shared by both threads.
   std::mutex mutex;
   std::condition_variable changed;
   const char* stage = "no connection";
@@ -232,7 +233,7 @@ Websocket::Websocket(Url url, const std::string& api_key, uint64_t max_message_b
   const bool was_connected = to.connected;
   lock.unlock();
   if (!in_time) to.Stop(late, Kind::kTimeout);
-  // Where it was connected, what the server said before it went is waiting.
+  // If the connection was established, messages that the server sent before closing can still be received.
   if (!was_connected) {
     Abort();
     throw ServerError(*to.failure);
@@ -245,7 +246,7 @@ Websocket::~Websocket() {
     asio::post(to.context,
                [&to] { to.stream.async_close(websocket::close_code::normal, [](error_code) {}); });
     std::unique_lock lock(to.mutex);
-    // The pending read ends with the server's goodbye.
+    // The pending read ends with the server's close frame.
     to.changed.wait_for(lock, kGoodbye, [&] { return to.failure.has_value(); });
   }
   Abort();
@@ -259,14 +260,14 @@ bool Websocket::open() const {
 void Websocket::Send(Bytes message, const Deadline& deadline) {
   Connection& to = *connection_;
   std::unique_lock lock(to.mutex);
-  // What the server said before it went, if anything, is waiting; also below.
+  // Messages that the server sent before closing, if any, can still be received; the same applies below.
   if (to.failure && to.waiting.empty()) throw ServerError(*to.failure);
   if (to.failure) return;
   to.sent = false;
   to.outgoing = std::move(message);
   asio::post(to.context, [&to] {
     to.stream.async_write(asio::buffer(to.outgoing), [&to](error_code error, size_t) {
-      // The pending read says why.
+      // The pending read reports the reason.
       if (error) return;
       {
         const std::lock_guard inner(to.mutex);

@@ -1,5 +1,6 @@
-// A websocket (RFC 6455) to a policy server, as a client. Such a server may be silent for minutes, while it
-// compiles, and so may we, while we simulate: neither side's silence is an error here, only a deadline is.
+// Client side of a websocket (RFC 6455) to a policy server. The server may be silent for minutes while it
+// compiles, and so may the client while it simulates. Silence is therefore not an error on either side; only
+// a deadline is.
 #pragma once
 
 #include <chrono>
@@ -14,16 +15,16 @@
 
 namespace evalbus::policy {
 
-// Of one exchange: what is sent for it, and all that is received.
+// Deadline of one exchange: of sending the request and receiving everything that belongs to its answer.
 struct Deadline {
   explicit Deadline(double after_s);
   double seconds;
   std::chrono::steady_clock::time_point time;
 };
 
-// Open until the first failure. One thread at a time. A thread within always has a read pending, which
-// answers the server's pings; it sends none, as a server that computes answers none, and offers no
-// compression.
+// Open until the first failure. Not thread-safe. An internal thread always has a read pending, which answers
+// the server's pings. It sends no pings, because a server that is computing does not answer them, and offers
+// no compression.
 class Websocket {
  public:
   struct Message {
@@ -33,27 +34,27 @@ class Websocket {
     std::string Text() const { return {bytes.begin(), bytes.end()}; }
   };
 
-  // Connects. The key, where there is one, is sent as "Authorization: Api-Key KEY". A message of more than
-  // max_message_bytes is refused when it is announced. Throws ServerError.
+  // Connects. If api_key is not empty, it is sent as "Authorization: Api-Key KEY". A message of more than
+  // max_message_bytes is rejected as soon as its length is announced. Throws ServerError.
   Websocket(Url url, const std::string& api_key, uint64_t max_message_bytes, const Deadline& deadline);
-  // Says goodbye where it is open, and does not wait long for an answer.
+  // If open, sends a close frame and waits briefly for the answer.
   ~Websocket();
 
   bool open() const;
 
-  // Sends a binary message. Throws ServerError where the connection has ended or ends, kTimeout after the
-  // deadline, which ends it.
+  // Sends a binary message. Throws ServerError if the connection is or gets closed, and kTimeout after the
+  // deadline, which closes it.
   void Send(Bytes message, const Deadline& deadline);
 
-  // The next message, also if the connection has ended behind it; nothing after the deadline. Throws
-  // ServerError where there is none any more: kUnreachable, or kProtocol for a message that is too long,
-  // half, or none.
+  // Returns the next message, even if the connection was closed after it; nothing after the deadline. Throws
+  // ServerError if there are no more messages: kUnreachable, or kProtocol for a message that is too long,
+  // incomplete or invalid.
   std::optional<Message> Receive(const Deadline& deadline);
 
-  // A message that is here already.
+  // Returns a message that has already been received.
   std::optional<Message> ReceiveNow();
 
-  // Ends the connection at once, without a word.
+  // Closes the connection immediately, without a close frame.
   void Abort();
 
  private:

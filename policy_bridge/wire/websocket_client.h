@@ -1,4 +1,4 @@
-// What the clients of websockets that speak MessagePack have in common.
+// Common base of the clients that use MessagePack over websockets.
 #pragma once
 
 #include <memory>
@@ -17,23 +17,27 @@ class WebsocketClient : public PolicyClient {
  protected:
   WebsocketClient(const ClientOptions& options, ArrayKeys array_keys);
 
-  // A new connection in place of what there was.
+  // Opens a new connection, which replaces the current one.
   void Open(const Deadline& deadline);
-  // That of a request; the first one after a connection has longer.
+  // Deadline of a request; the first one after connecting has more time.
   Deadline ForReply() const { return Deadline(answered_ ? options_.reply_s : options_.first_reply_s); }
   void Answered() { answered_ = true; }
 
   void Send(const Value& message, const Deadline& deadline);
-  // Throws kTimeout after the deadline, which closes: a late answer would be taken for the next one's.
+  // After the deadline, closes the connection and throws kTimeout: a late answer would be mistaken for the
+  // next one.
   Websocket::Message Receive(const Deadline& deadline);
-  // What begins a conversation: kProtocol after the deadline, as another wire waits for us to begin.
+  // Receives the server's first message. Throws kProtocol after the deadline, because a server that sends
+  // nothing probably uses a wire on which the client speaks first.
   Value ReceiveFirst(const std::string& expected, const Deadline& deadline);
   std::optional<Websocket::Message> ReceiveNow() { return socket_ ? socket_->ReceiveNow() : std::nullopt; }
 
-  // Closes and throws where it is a text, which says what went wrong, or no MessagePack.
+  // If the message is a text (which is an error message), or not valid MessagePack, closes the connection and
+  // throws.
   Value Decoded(const Websocket::Message& message);
 
-  // An error to throw. Ended() closes; with Said(), the server's own words, the conversation goes on.
+  // Return an error to throw. Ended() closes the connection. `Said()` contains the server's error message and
+  // keeps the connection open.
   ServerError Ended(ServerError::Kind kind, const std::string& what);
   ServerError Said(const std::string& words) const;
 
@@ -43,7 +47,7 @@ class WebsocketClient : public PolicyClient {
   const Url url_;
   const ArrayKeys array_keys_;
   std::unique_ptr<Websocket> socket_;
-  bool answered_ = false;  // since it is connected
+  bool answered_ = false;  // on this connection
 };
 
 }  // namespace evalbus::policy

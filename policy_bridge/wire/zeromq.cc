@@ -24,12 +24,12 @@ Clock::time_point In(double seconds) {
 
 }  // namespace
 
-// A socket for requests, and one that tells what becomes of its connection.
+// A socket for requests, and one that reports the state of its connection.
 struct RequestSocket::Sockets {
-  // An event that nobody takes any more would hold up ZeroMQ's thread for ever.
+  // Stops the monitor: an event that is not received would block ZeroMQ's thread forever.
   ~Sockets() { zmq_socket_monitor(requests.handle(), nullptr, 0); }
 
-  // Until there is an answer or an event; false: neither by the deadline.
+  // Waits for an answer or an event; returns false if neither arrives before the deadline.
   bool Wait(Clock::time_point deadline) {
     while (true) {
       std::array<zmq::pollitem_t, 2> items = {
@@ -45,7 +45,7 @@ struct RequestSocket::Sockets {
     }
   }
 
-  // 0: none has come.
+  // 0: there is no event.
   int NextEvent() {
     zmq::message_t event, address;
     if (!events.recv(event, zmq::recv_flags::dontwait) || event.size() < sizeof(uint16_t)) return 0;
@@ -106,7 +106,7 @@ Bytes RequestSocket::Ask(const Bytes& request, double limit_s) {
     if (!sockets_->Wait(deadline)) {
       throw ServerError(Kind::kTimeout, fmt::format("{}: no answer in {} s", url_, limit_s));
     }
-    // Before the events: the last that a server says as it goes counts.
+    // Checked before the events: an answer that the server sent before disconnecting counts.
     if (sockets_->requests.recv(reply, zmq::recv_flags::dontwait)) break;
     if (sockets_->NextEvent() != 0) {
       lost(fmt::format("without an answer, or one of more than {} bytes was coming", max_reply_bytes_));

@@ -1,4 +1,4 @@
-// Requests and answers over ZeroMQ, by deadlines.
+// Requests and answers over ZeroMQ, with deadlines.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,16 @@
 
 namespace evalbus::policy {
 
-// One connection of a REQ socket, which is not made again when it is lost: a request without one would wait
-// for its deadline. One thread at a time.
+// A single connection of a REQ socket. It does not reconnect after a loss, because a request without a
+// connection would wait until its deadline. Not thread-safe.
 class RequestSocket {
  public:
-  // url: tcp://HOST:PORT or ipc://PATH. A longer answer than max_reply_bytes is refused before it is read.
-  // Throws ServerError if there is no connection within connect_s.
+  // url: tcp://HOST:PORT or ipc://PATH. An answer longer than max_reply_bytes is rejected before it is read.
+  // Throws ServerError if the connection is not established within connect_s.
   RequestSocket(std::string url, double connect_s, uint64_t max_reply_bytes);
   ~RequestSocket();
 
-  // One frame there, one frame back. Throws ServerError; then the connection is of no use any more.
+  // Sends one frame and receives one frame. After a ServerError the connection must not be used again.
   Bytes Ask(const Bytes& request, double limit_s);
 
  private:
