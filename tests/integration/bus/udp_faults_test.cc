@@ -233,7 +233,7 @@ int64_t PeakMemoryBytes(pid_t pid) {
 
 TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   Garbage garbage(url_);
-  // The type is right, but the message is far longer than any of ours.
+  // The type is right, but the message is far longer than any message of evalbus.
   std::vector<uint8_t> oversized;
   int64_t peak_memory_bytes = 0;
   int rounds = 0;

@@ -44,7 +44,7 @@ TEST_P(ByHand, AnyOrderOfStartsGivesTheSameScores) {
     EXPECT_TRUE(program->running()) << name;
     program->Signal(SIGTERM);
     EXPECT_EQ(program->Wait(), 0) << name;
-    // Only lines of level INFO are expected.
+    // The only log lines are of level info.
     std::istringstream lines(program->err());
     for (std::string line; std::getline(lines, line);) {
       EXPECT_NE(line.find(" [info] " + name), std::string::npos) << line;

@@ -58,7 +58,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const fs::directory_iterator kept(reference_ / "episodes");
   EXPECT_EQ(std::distance(begin(kept), end(kept)), 3);
 
-  // No run of consecutive episodes has these starts.
+  // The seeds come from the collect stream, which no run uses.
   const auto summary = nlohmann::json::parse(ReadText(reference_ / "collect.json"));
   EXPECT_EQ(summary["seed"], 0);
   EXPECT_EQ(summary["seed_stream"], kCollectSeeds);
@@ -69,7 +69,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
     EXPECT_EQ(episode["seed"], (SeedSource{0, kCollectSeeds, "lift_pot", "position"}.OfEpisode(number)));
     EXPECT_NE(episode["seed"], (SeedSource{0, kRunSeeds, "lift_pot", "position"}.OfEpisode(number)));
   }
-  // Only a replay of the collected episodes.
+  // Only a replay of the collected episodes uses their seeds.
   const fs::path replayed = folder_.path() / "replayed";
   Evaluate({"lift_pot/position", "--policy", "replay:" + reference_.string(), "--episodes", "24", "--only",
             numbers, "--in-process"},

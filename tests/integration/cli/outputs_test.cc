@@ -165,7 +165,7 @@ TEST_F(Outputs, WhatCannotBePrintedIsNoSuccess) {
   }
 }
 
-// Folders that cannot be read, or that are not folders.
+// Folder names that are too long, and a link to itself.
 TEST_F(Outputs, RunFoldersThatCannotBeAreSaidInOneLine) {
   const std::vector<std::string> names = {std::string(5000, 'x'), (work_ / std::string(300, 'x')).string(),
                                           (work_ / "loop").string()};

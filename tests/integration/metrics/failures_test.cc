@@ -1,4 +1,4 @@
-// Every task is failed on purpose, and the scores must tell the failures apart. docs/failures.md describes
+// Every task is failed on purpose, and the scores must distinguish the failures. docs/failures.md describes
 // the flaws.
 #include <gtest/gtest.h>
 

@@ -266,7 +266,7 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   const Result rescored = RunProgram({"evalbus", "rescore", run_});
   EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
 
-  // A run that requests other episodes does not change this one.
+  // A resume that requests only the other episodes leaves this one unchanged.
   Run(Guest::kHonestAgain, Guest::kServerFailsOnce, "40", true);
   ASSERT_EQ(Episodes(run_).size(), 3u);
   EXPECT_EQ(Episodes(run_)[2], episodes[2]);

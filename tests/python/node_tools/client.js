@@ -1,6 +1,6 @@
-// Foxglove's own client (@foxglove/ws-protocol): subscribes to everything a server offers.
-// usage: node client.js URL FILE       writes each message as a line {topic, time_ns, message} until it has them all
-//        node client.js --schemas      writes Foxglove's JSON schemas by name
+// Foxglove's own client (@foxglove/ws-protocol): subscribes to every channel of a server.
+// usage: node client.js URL FILE       writes each message as a line {topic, time_ns, message} until all are received
+//        node client.js --schemas      prints Foxglove's JSON schemas by name
 const fs = require("fs");
 
 if (process.argv[2] === "--schemas") {
