@@ -23,7 +23,7 @@ using Key = std::tuple<int, Event, std::string, int, int>;
 struct Hop {
   const char* name;
   std::string_view input, output;
-  // Of the answer's tick.
+  // How many ticks after the message the answer's tick is.
   int later;
 };
 constexpr Hop kHops[] = {{"STATE to policy", "STATE", "ACTION", 0},
@@ -40,7 +40,7 @@ class Traces {
       for (const Trace::Record& record : Trace::Read(entry.path())) {
         const std::string channel(record.channel, strnlen(record.channel, sizeof record.channel));
         if (record.event == Event::kEncode) {
-          encoding[channel] = record.time_ns;  // it does not know its tick yet
+          encoding[channel] = record.time_ns;  // the tick is not known yet when encoding starts
           continue;
         }
         times_.try_emplace({process, record.event, channel, record.episode, record.tick}, record.time_ns);
@@ -102,7 +102,7 @@ std::string HopTable(const std::filesystem::path& folder) {
       // The last tick has no answer.
       if (!send || !sent || !received || !decoded || !answer || !encoded) continue;
       parts[0].push_back(*sent - *send);
-      // It may run before who sent it does.
+      // The receiver may run before the sender's call returns.
       parts[1].push_back(std::max(0.0, *received - *sent));
       parts[2].push_back(*decoded - *received);
       parts[3].push_back(*answer - *decoded);

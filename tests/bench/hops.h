@@ -1,4 +1,4 @@
-// Where a tick's time goes, from what each bus of a run noted (bus/trace.h).
+// Where the time of a tick is spent, from the traces of each bus of a run (bus/trace.h).
 #pragma once
 
 #include <filesystem>
@@ -6,9 +6,9 @@
 
 namespace evalbus {
 
-// A table for people: of every message of a tick, what it takes to send, until its receiver runs, to decode,
-// to work out the answer and to encode that; microseconds, p50 and p99. Throws EnvironmentError if a message
-// of the tick is missing.
+// Returns a human-readable table of every message of a tick: microseconds (p50 and p99) to send it, until its
+// receiver runs, to decode it, to compute the answer and to encode the answer. Throws EnvironmentError if a
+// message of the tick is missing.
 std::string HopTable(const std::filesystem::path& traces);
 
 }  // namespace evalbus

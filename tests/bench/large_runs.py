@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""How long evalbus takes about runs of many episodes, and how much memory: docs/performance.md has the figures.
+"""Time and memory that evalbus needs for runs of many episodes: docs/performance.md has the figures.
 
-Evaluates a few episodes and makes runs of many from them: other seeds and times, the same logs under other names (hard
-links). Then times the commands that read runs. tests/bench/large_runs.py FOLDER [EPISODES ...]
+Evaluates a few episodes and makes large runs from them: with other seeds and times, and the same logs under
+other names (hard links). Then times the commands that read runs.
+
+usage: tests/bench/large_runs.py FOLDER [EPISODES ...]
 """
 
 import copy
@@ -24,7 +26,7 @@ def run(*arguments):
     process = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.DEVNULL)
     _, status, used = os.wait4(process.pid, 0)
     code = os.waitstatus_to_exitcode(status)
-    if code not in (0, 3):  # 3: a comparison's word
+    if code not in (0, 3):  # 3: the exit code of a comparison that finds a difference
         sys.exit(f"evalbus {' '.join(map(str, arguments))}: exit code {code}")
     return time.monotonic() - began, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
@@ -50,7 +52,7 @@ def episode_folder(run_folder, episode):
 
 
 def multiply(small, large, count, shift):
-    """A run of `count` episodes from one of a few."""
+    """Makes a run of `count` episodes from a small run."""
     lines = [json.loads(line) for line in (small / "episodes.jsonl").read_text().splitlines()]
     large.mkdir(parents=True)
     shutil.copytree(small / "model", large / "model")
@@ -76,10 +78,10 @@ def multiply(small, large, count, shift):
 
 
 def plan(folder, count):
-    """A plan of two policies with so many episodes, of which two thirds are there as chunks."""
+    """Makes a plan of two policies with `count` episodes, two thirds of which exist as plan shards."""
     file = folder.with_suffix(".yaml")
     file.write_text(f"policies: [expert, noisy_expert]\ntasks: lift_pot/position\nepisodes: {count // 2}\n")
-    run("run", file, "--out", folder, "--part", f"{count}/{count}")  # has no chunk of its own
+    run("run", file, "--out", folder, "--part", f"{count}/{count}")  # this shard contains no episode
     for policy in ("expert", "noisy_expert"):
         for first in range(0, count // 3, 20):
             chunk = folder / "parts" / f"{policy}+lift_pot-position+{first:04}-{first + 19:04}"

@@ -1,5 +1,5 @@
-// Cost of scoring a tick: the metric step alone (limit: 1 microsecond), and with all values read out after
-// it; and of a step of a file, beside the JSON library's bare parsing of the same bytes into nothing.
+// Cost of scoring a tick: the metric step alone (limit: 1 microsecond), and with reading all values after it.
+// Also the cost of scoring a step of a file, compared with the JSON library's bare parsing of the same bytes.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ constexpr double kDt = 0.02;
 // Geoms: 0-9 scene, 10-49 robot, 50-59 pot.
 constexpr int kGeoms = 60;
 
-// Two 7-jointed arms in smooth motion, with 30 contacts as while lifting a pot.
+// Two 7-joint arms in smooth motion, with 30 contacts as while lifting a pot.
 struct Episode {
   struct ArmData {
     std::array<double, kJoints> q, w;
@@ -89,11 +89,11 @@ metrics::MetricsConfig Config() {
   return config;
 }
 
-// The values of the episode in closed form.
+// Compares with the episode's values in closed form; returns the name of a wrong metric, or nullptr.
 const char* Wrong(const metrics::RolloutMetrics& metrics) {
   metric_values_t v{};
   metrics.Values(&v);
-  // Chords of a circle of radius 0.1, turned by dt a step; the pose turns by dt / 2.
+  // Chords of a circle of radius 0.1, each turned by dt; the pose turns by dt / 2.
   const double path = (kSteps - 1) * 2 * 0.1 * std::sin(kDt / 2);
   const double jerk = 0.1 * std::pow(2 * std::sin(kDt / 2), 3) / std::pow(kDt, 3);
   for (int k = 0; k < 2; ++k) {
@@ -150,7 +150,7 @@ void MetricStepAndLiveValues(benchmark::State& state) {
 }
 BENCHMARK(MetricStepAndLiveValues)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
-// The episode as `evalbus score` reads it, every number at full length.
+// The episode as `evalbus score` reads it, with all digits of every number.
 std::string EpisodeText() {
   using nlohmann::json;
   const Episode episode;

@@ -1,6 +1,6 @@
-// How much of bare MuJoCo's speed is left when the whole pipeline works beside it: physics, FCL contacts,
-// metrics, the scripted expert and the recorder, in one process and in separate processes, against mj_step
-// alone on the same scene with the same commands, which must end in the same state to the bit.
+// The fraction of bare MuJoCo's speed that the whole pipeline reaches: physics, FCL contacts, metrics, the
+// scripted expert and the recorder, in one process and in separate processes, compared with mj_step alone on
+// the same scene with the same commands. Both must end in the same state, bit for bit.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
@@ -65,7 +65,7 @@ Recorded ReadEpisode(const std::filesystem::path& file) {
   return recorded;
 }
 
-// Microseconds per physics step of MuJoCo alone, from the same start under the recorded commands.
+// Microseconds per physics step of MuJoCo alone, from the same initial state under the recorded commands.
 class BareStepping {
  public:
   BareStepping(const std::string& task, int substeps)
@@ -92,7 +92,8 @@ class BareStepping {
       for (size_t tick = 1; tick < episode.states.size(); ++tick) {
         mju_copy(data_->ctrl, episode.states[tick].ctrl_mixed.data(), model_->nu);
         for (int i = 0; i < substeps_; ++i) {
-          // The two halves of mj_step, with gravity compensation where the controller of a real arm has it.
+          // The two halves of mj_step, with gravity compensation computed between them, as in the controller
+          // of a real arm.
           mj_step2(model_, data_.get());
           mj_step1(model_, data_.get());
           for (const int dof : arm_dofs_) data_->qfrc_applied[dof] = data_->qfrc_bias[dof];
@@ -118,8 +119,8 @@ class BareStepping {
   std::vector<int> arm_dofs_;
 };
 
-// Round trip of a message of STATE's size between two processes over bare LCM, nothing else going on: what
-// separate processes pay at least once per tick, for STATE to the policy and ACTION back.
+// Round-trip time of a message of STATE's size between two processes over bare LCM, without other load: the
+// minimum cost of separate processes per tick, for STATE to the policy and ACTION back.
 double PingPong() {
   constexpr int kTrips = 5000;
   const std::string url = ReservedBus::Draw().url() + "&recv_buf_size=4194304";
@@ -144,7 +145,7 @@ double PingPong() {
     void Receive(const lcm::ReceiveBuffer*, const std::string&) { ++received; }
   } counter;
   bus.subscribe("PONG", &Counter::Receive, &counter);
-  // Until the child listens, nothing comes back.
+  // Messages are not answered until the child subscribes.
   while (counter.received == 0) {
     bus.publish("PING", message.data(), static_cast<unsigned>(message.size()));
     bus.handleTimeout(50);
@@ -165,7 +166,7 @@ double PingPong() {
   return trips[trips.size() / 2];
 }
 
-// The same over plain UDP: what the machine asks for two processes to talk at all.
+// The same over plain UDP: the operating system's cost of communication between two processes.
 double PlainPingPong() {
   constexpr int kTrips = 5000;
   std::vector<char> message(3000);
@@ -204,7 +205,7 @@ double PlainPingPong() {
   return Median(trips);
 }
 
-// Datagrams that the kernel had no room for, in this network namespace.
+// Number of datagrams in this network namespace that the kernel had no room for.
 int64_t LostDatagrams() {
   std::ifstream stream("/proc/net/snmp");
   for (std::string names, values; std::getline(stream, names) && std::getline(stream, values);) {
@@ -217,7 +218,7 @@ int64_t LostDatagrams() {
   throw EnvironmentError("/proc/net/snmp does not say what was lost");
 }
 
-// One run in which everybody notes when what happened.
+// Runs once with tracing in every process.
 void PrintHops(launch::RunOptions options, bool in_process, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder / "traces");
   setenv(Trace::kVariable, (folder / "traces").c_str(), 1);

@@ -1,4 +1,4 @@
-// Cost of a policy: planning at tick 0, each further tick, and what planning is made of.
+// Cost of a policy: planning at tick 0, each further tick, and the parts of planning.
 #include <benchmark/benchmark.h>
 
 #include "models/scene.h"
@@ -41,7 +41,7 @@ void ForwardKinematicsAndJacobian(benchmark::State& bench) {
 }
 BENCHMARK(ForwardKinematicsAndJacobian);
 
-// One arm follows a line of 4 cm: what a knot of a plan costs.
+// Cost of one knot of a plan: one arm follows a line of 4 cm.
 void InverseKinematics(benchmark::State& bench) {
   const policy::ArmChain chain = GetSetting().Chain();
   const Eigen::Isometry3d target = Eigen::Translation3d(0.02, 0.02, 0.025) * chain.Forward(chain.home());
@@ -55,8 +55,8 @@ void InverseKinematics(benchmark::State& bench) {
 }
 BENCHMARK(InverseKinematics);
 
-// Begins an episode and asks the expert until it has planned: it waits until the object lies still, which
-// takes less than a second.
+// Begins an episode and calls the expert until it has planned. It plans once the object is at rest, after
+// less than a second.
 void PlanAt1s(policy::Policy* expert, action_t* action) {
   state_t& state = GetSetting().state;
   expert->Begin({});
@@ -66,7 +66,7 @@ void PlanAt1s(policy::Policy* expert, action_t* action) {
   }
 }
 
-// Once per episode, or when something went wrong: all motions are planned.
+// Plans all motions, as once per episode and after an error.
 void ExpertPlans(benchmark::State& bench) {
   Setting& setting = GetSetting();
   const auto expert = policy::MakePolicy("expert", *setting.scene.physics, setting.scene.info);
@@ -79,7 +79,7 @@ void ExpertPlans(benchmark::State& bench) {
 }
 BENCHMARK(ExpertPlans)->Unit(benchmark::kMicrosecond);
 
-// Every other tick.
+// Every tick without planning.
 void ExpertActs(benchmark::State& bench) {
   Setting& setting = GetSetting();
   const auto expert = policy::MakePolicy("expert", *setting.scene.physics, setting.scene.info);

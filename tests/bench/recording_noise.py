@@ -3,10 +3,10 @@
 
     PYTHONPATH=python /usr/bin/python3 tests/bench/recording_noise.py [EPISODES]
 
-Simulates episodes of lift_pot/position with noisy_expert at 50 Hz, records their joints, gripper openings and the pose of
-the pot as a robot would, with stamps that jitter, encoders that are noisy or coarse, or at half the rate, and scores the
-recordings (evalbus score, whose rule of ticks is that of evalbus watch). Prints, for each metric, the largest relative
-error over the episodes: 1 is twice as large.
+Simulates episodes of lift_pot/position with noisy_expert at 50 Hz. Records their joints, gripper openings and
+the pose of the pot as a robot would, with jitter of the timestamps, with noisy or coarse encoders, or at half
+the rate. Scores the recordings with evalbus score, which uses the same rule of ticks as evalbus watch.
+Prints, for each metric, the largest relative error over the episodes; 1 is twice as large.
 """
 
 import csv
@@ -31,7 +31,7 @@ DISTURBANCES = {
     "rounded to 1e-3 rad": lambda time, joints, random: (time, np.round(joints, 3)),
     "25 Hz": lambda time, joints, random: (time[::2], joints[::2]),
 }
-# Several numbers of one row: the largest.
+# If a row has several numbers, it shows the largest error.
 ROWS = {
     "wrist path, joint path": ["metrics.total_cartesian_path_length", "metrics.total_joint_path_length"],
     "wrist jerk, rms; joint jerk, rms": ["metrics.overall_rms_cartesian_jerk", "metrics.overall_rms_joint_jerk"],
@@ -88,7 +88,7 @@ def main():
                 "grippers": {"left": {"column": "left", "open": 1, "closed": 0},
                              "right": {"column": "right", "open": 1, "closed": 0}},
                 "objects": {"pot": {"position_m": ["x", "y", "z"], "quaternion_wxyz": ["a", "b", "c", "d"]}}}
-        (folder / "map.yaml").write_text(json.dumps(yaml))  # JSON is YAML
+        (folder / "map.yaml").write_text(json.dumps(yaml))  # JSON is valid YAML
         for column, disturb in DISTURBANCES.items():
             random = np.random.default_rng(1)
             data = folder / column.replace(" ", "_")

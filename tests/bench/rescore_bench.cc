@@ -1,6 +1,6 @@
-// How fast recorded episodes are scored again: offline, from log to score, against the time that the robot
-// took. Every score that is timed must equal the recorded one in every bit. Also where the time goes: finding
-// the events, decoding them, the rest (pairing and scoring).
+// Speed of rescoring recorded episodes offline, from log to score, compared with the duration of the
+// episodes. Every timed score must equal the recorded one in every bit. Also where the time is spent: finding
+// the events, decoding them, and the rest (pairing and scoring).
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -27,7 +27,7 @@ double SecondsSince(SteadyTime start) {
   return std::chrono::duration<double>(steady_clock::now() - start).count();
 }
 
-// Walks through a log as rescoring does, without scoring.
+// Reads a log as rescoring does, without scoring.
 int64_t Walk(const std::filesystem::path& file, bool decode) {
   EventLogReader reader(file);
   int64_t states = 0;

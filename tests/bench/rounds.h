@@ -1,4 +1,4 @@
-// Benchmarks of whole runs: how much of them, and what of their times counts.
+// Benchmarks of whole runs: number of episodes and rounds, and statistics of their times.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -15,7 +15,7 @@ struct Amount {
   int episodes, rounds;
 };
 
-// --episodes and --rounds; otherwise as ParseArguments().
+// Parses --episodes and --rounds; otherwise like ParseArguments().
 inline std::optional<int> ParseAmount(int argc, char** argv, const std::string& description, Amount* amount) {
   CLI::App app{description};
   app.add_option("--episodes", amount->episodes, "episodes of a round")->capture_default_str();

@@ -1,10 +1,11 @@
 // A whole step of a policy behind a server, from one observation to the next, with no, one and three cameras,
-// on the bus and in one process, in lockstep and in real time, beside its parts: drawing the images, and the
-// call of the server, which answers at once. Between them lie physics, collision checking, metrics, and the
-// bus.
+// on the bus and in one process, in lockstep and in real time. Compared with its parts: rendering the images,
+// and the call of the server, which answers at once. The rest is physics, collision checking, metrics, and
+// the bus.
 //
-// Also says for how much of a step no thread of the run did or wanted to do anything; a run in lockstep in
-// which that is more than half waits for nothing, and fails. So does one in real time that is hardly asked.
+// Also reports the fraction of a step during which no thread of the run was running or runnable. The
+// benchmark fails if this is more than half in lockstep, because such a run waits for nothing, and if a
+// realtime run makes too few calls.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -42,17 +43,17 @@ using std::chrono::steady_clock;
 
 constexpr double kControlHz = 20;
 constexpr const char* kCameras[] = {"roboeval/head", "roboeval/left_wrist", "roboeval/right_wrist"};
-// From one tick to the next, so that most of an image changes.
+// Joint motion per tick, large enough that most of an image changes.
 constexpr double kStepRad = 0.01;
-// Calls before those that count: programs and the renderer start.
+// Calls that are not counted, during which programs and the renderer start.
 constexpr int kWarmUp = 10;
 
 double SecondsBetween(steady_clock::time_point from, steady_clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
-// What the threads of this process and of its children have run, or waited for a processor, since they began,
-// s. Nothing where the kernel does not say (CONFIG_SCHED_INFO).
+// Time (s) that the threads of this process and of its children have been running or waiting for a processor
+// since they started. nullopt if the kernel does not report it (CONFIG_SCHED_INFO).
 std::optional<double> BusySeconds() {
   std::vector<std::string> processes = {"self"};
   for (size_t i = 0; i < processes.size(); ++i) {
@@ -94,7 +95,7 @@ std::string ContractText(const Images& images, const std::string& url) {
          "  arms: [{arm: left, indices: 0-6}, {arm: right, indices: 7-13}]\n";
 }
 
-// Moves all joints to and fro, and measures how often it is asked.
+// Moves all joints back and forth, and measures how often it is called.
 class Server {
  public:
   explicit Server(int calls)
@@ -104,9 +105,9 @@ class Server {
 
   std::string url() const { return double_.url(); }
   int num_calls() const { return num_calls_; }
-  // Of the calls after the first ones.
+  // Median over the calls after the warm-up.
   double step_s() const { return Median(steps_s_); }
-  // Part of their time at which nothing was busy.
+  // Fraction of the time in which no thread was busy.
   std::optional<double> idle_share() const {
     if (!busy_from_s_ || !busy_to_s_) return std::nullopt;
     return std::max(0.0, 1 - (*busy_to_s_ - *busy_from_s_) / SecondsBetween(from_, last_));
@@ -137,7 +138,7 @@ class Server {
   PolicyServerDouble double_;
 };
 
-// Milliseconds of the images of one step, drawn one after the other in this process.
+// Milliseconds to render the images of one step, one after the other in this process.
 double DrawingMs(const Images& images) {
   if (images.count == 0) return 0;
   viz::UseGl("osmesa");
@@ -259,7 +260,7 @@ void Measure(const Setting& setting, int calls, const fs::path& folder) {
   std::fflush(stdout);
 }
 
-// The pot's task with an episode of so many ticks.
+// Writes the pot's task with an episode of `ticks` ticks.
 void WriteTask(const fs::path& file, int ticks) {
   std::ifstream stream(fs::path(EVALBUS_SOURCE_DIR) / "models/tasks/lift_pot.yaml");
   const std::string models = (fs::path(EVALBUS_SOURCE_DIR) / "models").string() + "/";
@@ -272,7 +273,7 @@ void WriteTask(const fs::path& file, int ticks) {
   }
 }
 
-// only: part of the names of what is measured.
+// `only` selects the measurements whose names contain it.
 void MeasureAll(int calls, const std::string& only, const fs::path& folder) {
   const bool is_brief = calls < 100;
   fs::create_directories(folder);

@@ -1,4 +1,4 @@
-// The time between the first and the last score of each episode, as any listener of a run sees it.
+// Time between the first and the last score of each episode, as any observer of a run receives them.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@ namespace evalbus {
 
 class Stopwatch : public launch::RunListener {
  public:
-  static constexpr double kTimestep = 0.002;  // s, of physics
+  static constexpr double kTimestep = 0.002;  // physics time step, s
 
   void OnPartial(const partial_metrics_t& partial) override {
     if (partial.header.tick == 0) first_ = std::chrono::steady_clock::now();
@@ -24,7 +24,7 @@ class Stopwatch : public launch::RunListener {
     successes += episode["metrics"]["success"] == 1.0;
   }
 
-  // Of all episodes; physics steps.
+  // Sums over all episodes: wall time, and the number of physics steps.
   double wall_s = 0;
   double steps = 0;
   int successes = 0;

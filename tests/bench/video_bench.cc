@@ -1,5 +1,6 @@
-// What videos cost an evaluation: `evalbus run` with and without --video, in turns. Recording runs beside the
-// run at the lowest priority; what counts is when the evaluation is done, and how long the videos then take.
+// The cost of videos for an evaluation: `evalbus run` with and without --video, alternately. Videos are
+// recorded during the run at the lowest priority. The benchmark reports when the evaluation has finished, and
+// how much longer the videos take.
 #include <fmt/format.h>
 #include <stdlib.h>
 
@@ -23,7 +24,7 @@ struct Times {
   double evaluated = 0, with_video = 0;  // s
 };
 
-// Seconds until the scores, and the videos, were there.
+// Seconds until the scores, and until the videos, were complete.
 Times Run(int episodes, const std::filesystem::path& folder, const std::string& options) {
   const std::string command = fmt::format("{} run lift_pot/position --episodes {} --seed 1 --out {} {} 2>&1",
                                           (launch::Processes::BinaryFolder() / "evalbus").string(), episodes,

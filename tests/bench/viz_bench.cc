@@ -1,6 +1,7 @@
-// Frames per second on one core at 640x480 with shadows (target: 25), and the cost of a frame of ours, ready
-// to be encoded, against drawing and reading the same scene with nothing but MuJoCo and OSMesa (target: 1.2
-// times). Then a policy's images, three of 224x224, from REQUEST_IMAGE to the last IMAGE, against the same.
+// Frames per second on one core at 640x480 with shadows (target: 25), and the cost of one of our frames,
+// ready for encoding, relative to drawing and reading the same scene with only MuJoCo and OSMesa (target: 1.2
+// times). Then the same comparison for the three 224x224 images of a policy, from REQUEST_IMAGE to the last
+// IMAGE.
 #include <GL/osmesa.h>
 #include <benchmark/benchmark.h>
 #include <sched.h>
@@ -25,10 +26,10 @@ namespace evalbus {
 namespace {
 
 constexpr viz::FrameSize kSize{640, 480};
-// What Renderer draws for an image of that size.
+// Size that Renderer draws for an image of that size.
 constexpr mjrRect kDrawn{0, 0, 960, 720};
 
-// Of all threads of this process: Mesa draws in threads of its own.
+// Processor time of all threads of this process, because Mesa draws in threads of its own.
 double CpuSeconds() {
   timespec time;
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -44,7 +45,7 @@ viz::OverlayText Text() {
   return text;
 }
 
-// Nothing but MuJoCo and OSMesa.
+// Only MuJoCo and OSMesa.
 struct Bare {
   Bare(const mjModel& visual, const std::vector<double>& qpos, int width, int height)
       : model(viz::Copy(visual)), rgb(static_cast<size_t>(width * height) * 3) {
@@ -74,7 +75,7 @@ struct Bare {
     std::copy(qpos.begin(), qpos.end(), data->qpos);
     mj_forward(model.get(), data.get());
   }
-  // Into rgb or, where there is room for it, depth.
+  // Draws into rgb or, if given, into depth.
   void Draw(int camera, mjrRect rect, float* depth = nullptr) {
     MakeCurrent();
     view.fixedcamid = camera;
@@ -93,8 +94,8 @@ struct Bare {
   mjvCamera view;
 };
 
-// As in an episode, where what stands still is not drawn again: every joint of both arms turns a little from
-// image to image, a degree at most.
+// Joint positions as in an episode, in which the renderer does not redraw stationary parts: every joint of
+// both arms turns by at most a degree from image to image.
 std::vector<double> QposAt(const mjModel& model, int image) {
   std::vector<double> qpos = viz::HomeQpos(model);
   for (int joint = 0; joint < model.njnt; ++joint) {
@@ -104,7 +105,7 @@ std::vector<double> QposAt(const mjModel& model, int image) {
   return qpos;
 }
 
-// Our own frames as they go to the encoder, taken in turns with bare ones.
+// Our frames as passed to the encoder, alternately with bare ones.
 void Frames(benchmark::State& state, const char* camera_name) {
   const Scene scene = viz::LiftPotScene();
   const int camera = viz::FindCamera(*scene.visual, camera_name);
@@ -139,7 +140,7 @@ void Frames(benchmark::State& state, const char* camera_name) {
     state.SetIterationTime(middle - begin);
   }
 
-  // Both show the same: the mean color of the middle third, which no overlay covers.
+  // Both must show the same: compares the mean color of the middle third, which no overlay covers.
   double mean[2] = {0, 0};
   for (int row = 160; row < 320; ++row) {
     for (int column = 213; column < 427; ++column) {
@@ -165,7 +166,7 @@ BENCHMARK_CAPTURE(Frames, front, "front")->UseManualTime()->Unit(benchmark::kMil
 BENCHMARK_CAPTURE(Frames, head, "head")->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(Frames, overview, "overview")->UseManualTime()->Unit(benchmark::kMillisecond);
 
-// A policy's three images of a STATE, taken in turns with bare ones of as many drawn pixels.
+// A policy's three images of a STATE, alternately with bare ones of the same number of drawn pixels.
 void Observations(benchmark::State& state, const char* encoding, bool shadows) {
   constexpr int kSide = 224;
   const bool is_depth = std::string_view(encoding) == "depth32";
@@ -205,7 +206,7 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     ++shown.header.tick;
   };
 
-  // Color is drawn 1.5 times as large each way.
+  // Color images are drawn 1.5 times as large in each direction.
   const int drawn = is_depth ? kSide : kSide * 3 / 2;
   Bare bare(*scene.visual, home, drawn, drawn);
   bare.scene.flags[mjRND_SHADOW] = shadows && !is_depth;
@@ -233,7 +234,8 @@ void Observations(benchmark::State& state, const char* encoding, bool shadows) {
     state.SetIterationTime(middle - begin);
   }
 
-  // All have come, of this tick, and the last one is as the bare one: as bright, or as far away.
+  // All images of this tick have been received, and the last one has the brightness or the depth of the bare
+  // one.
   const size_t bytes = static_cast<size_t>(kSide * kSide) * (is_depth ? sizeof(float) : 3);
   bool is_good = images.size() == 3;
   for (const image_t& image : images) {
@@ -267,7 +269,7 @@ BENCHMARK_CAPTURE(Observations, depth32, "depth32", false)->UseManualTime()->Uni
 }  // namespace evalbus
 
 int main(int argc, char** argv) {
-  // One core.
+  // Restricts the process to one core.
   cpu_set_t one;
   CPU_ZERO(&one);
   CPU_SET(sched_getcpu(), &one);

@@ -1,6 +1,6 @@
-// What a run pays for being watched in browsers: the pipeline's time per physics step in separate processes
-// without a web server and with one that has 0, 1, 8 and 50 viewers, the last of whom never reads. Everybody
-// shares this machine's processors, also the viewers, which read all there is and throw it away.
+// The cost of browsers that observe a run: the pipeline's time per physics step in separate processes without
+// a web server, and with one that has 0, 1, 8 and 50 viewers, the last of which never reads. All processes
+// share this machine's processors, including the viewers, which read and discard all data.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -33,12 +33,12 @@
 namespace evalbus {
 namespace {
 
-// Without a server, and with so many viewers.
+// Without a server, and with these numbers of viewers.
 constexpr int kNoServer = -1;
 constexpr int kViewers[] = {kNoServer, 0, 1, 8, 50};
 
-// Viewers in a process of their own, until this is destroyed. Each has answered the handshake when it is
-// made.
+// Viewers in a process of their own, until destruction. The constructor returns after each has received the
+// answer to its handshake.
 class Viewers {
  public:
   Viewers(uint16_t port, int count) {
@@ -56,7 +56,7 @@ class Viewers {
     if (read(ready[0], &ok, 1) != 1) throw EnvironmentError("a viewer could not enter");
     close(ready[0]);
   }
-  // Sends them home; false if one was thrown out before.
+  // Disconnects the viewers; returns false if the server had disconnected one before.
   bool End() {
     close(pipe_[1]);
     pipe_[1] = -1;
@@ -90,7 +90,7 @@ class Viewers {
           std::string_view(part.data(), 12) != "HTTP/1.1 101") {
         _exit(1);
       }
-      // The last of many never reads.
+      // The last of several viewers never reads.
       const bool reads = count < 2 || i + 1 < count;
       sockets.push_back({fd, static_cast<short>(reads ? POLLIN : 0), 0});
     }
@@ -107,7 +107,7 @@ class Viewers {
   pid_t child_ = 0;
 };
 
-// The port of the page that a server says.
+// Returns the port of the page, from the server's output.
 uint16_t PortIn(const std::filesystem::path& log, launch::Processes* processes) {
   while (true) {
     std::ifstream stream(log);
@@ -148,7 +148,7 @@ double TimeRun(int viewers, int episodes, uint32_t round, const std::filesystem:
   launch::EvaluateProcesses(run.options, run.folder, run.plan, &stopwatch);
   if (watching && !watching->End()) throw EnvironmentError("a viewer was lost");
   for (const launch::Processes::Exit& exit : processes.StopAll()) {
-    // On a loaded machine it may be killed before it has ended.
+    // On a loaded machine the server may be killed before it has exited.
     if (exit.code != 128 + SIGKILL)
       throw EnvironmentError("evalbus web did not end well: " + exit.description);
   }

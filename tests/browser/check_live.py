@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Watches a real run in headless Chromium: opened in mid-run, scrubbed, fed hostile log lines, killed, resumed, over.
+"""Watches a real run in headless Chromium.
+
+The page is opened in mid-run, scrubbed and fed hostile log lines. The run is killed, resumed and finished.
 
 usage: check_live.py EVALBUS FOLDER
 
-Runs EVALBUS (the program) into FOLDER/run<b>. Fails (exit code 1) where the page does not follow, shows other numbers
-than the run's own files, takes words of others for markup, or has something to say in its console. Exit code 77:
-skipped, Chromium is not installed.
+Runs EVALBUS (the program) into FOLDER/run<b>. Fails (exit code 1) if the page does not follow the run, shows
+other numbers than the run's own files, treats external text as markup, or writes to its console. Exit code
+77: skipped, Chromium is not installed.
 """
 import contextlib
 import json
@@ -25,18 +27,18 @@ from chromium import SOFTWARE_GL, Browser, complaints, find_chromium
 
 POLICY_NAME = "<b onclick=alert(1)>noisy</b>"
 RUN = "evalbusViewer.runs.get(0)"
-# As tests/data/fingerprints.txt has it.
+# Fingerprint of log_t, from tests/data/fingerprints.txt.
 LOG_FINGERPRINT = re.search(r"^log_t (\w{16})$", (pathlib.Path(__file__).resolve().parents[1] / "data" / "fingerprints.txt")
                             .read_text(), re.MULTILINE)[1]
 
 
 def start(command, out):
-    """A process group of its own, so that all of a run can be killed at once."""
+    """Starts a process group of its own, so that all processes of a run can be killed at once."""
     return subprocess.Popen(command, stdout=open(out, "w"), stderr=subprocess.STDOUT, start_new_session=True)
 
 
 def wait_for_line(pattern, out, process):
-    """The first group of the pattern in what a program has written."""
+    """Waits for the pattern in a program's output; returns its first group."""
     while not (match := re.search(pattern, out.read_text())):
         try:
             process.wait(0.05)
@@ -47,7 +49,7 @@ def wait_for_line(pattern, out, process):
 
 
 def send_hostile_log(bus):
-    """A line of EVALBUS_LOG from a stranger, and bytes that are no message at all, as LCM's datagrams."""
+    """Sends a line of EVALBUS_LOG from an unknown process, and bytes that are not a message, as LCM datagrams."""
     def string(text):
         raw = text.encode() + b"\0"
         return struct.pack(">i", len(raw)) + raw
@@ -73,7 +75,7 @@ def check_markup(browser, found):
 
 
 def check_end(browser, run, last, found):
-    """The list, the rate and an episode against the run's files."""
+    """Compares the list, the success rate and an episode with the run's files."""
     rows = browser.evaluate(f"{RUN}.episodes.map((row) => [row.episode, row.end_reason, row.success])")
     lines = [json.loads(line) for line in (run / "episodes.jsonl").read_text().splitlines()]
     expected = [[one["episode"], one["end_reason"], one["metrics"]["success"] == 1] for one in lines]
@@ -99,11 +101,11 @@ def check(browser, evalbus, folder, processes, found):
     run, run_out, web_out = folder / "run<b>", folder / "run.out", folder / "web.out"
     command = [evalbus, "run", "lift_pot/position", "--policy", "noisy_expert", "--policy-name", POLICY_NAME, "--realtime",
                "--rtf", "4", "--video", "none", "--out", str(run)]
-    # Far more than there is time for; when it goes on, two more are enough.
+    # Far more episodes than there is time for; the resumed run makes only two more.
     processes.append(start([*command, "--episodes", "200"], run_out))
     group, port = wait_for_line(r"udpm://([\d.]+:\d+)", run_out, processes[0]).split(":")
     wait_for_line(r"(?s)\n +0 +(\w+)", run_out, processes[0])
-    # In mid-run: the first episode is over, the second goes on.
+    # Starts in mid-run: the first episode has finished, the second is active.
     processes.append(start([evalbus, "web", str(run), "--port", "0"], web_out))
     url = wait_for_line(r"(http://\S+)", web_out, processes[1])
     open_page(browser, url, 1280, 900, "dark", False)
@@ -130,7 +132,8 @@ def check(browser, evalbus, folder, processes, found):
     episodes = len((run / "episodes.jsonl").read_text().splitlines()) + 2
     processes.append(start([*command, "--episodes", str(episodes), "--resume"], run_out))
     wait_until(browser, f"{RUN}.info.episode === {episodes - 1}", "the resumed run's last episode does not begin on the page")
-    # It hears the run's last words when its processes are gone.
+    # While stopped, evalbus web queues the last messages of the run; it receives them after the run's
+    # processes have exited.
     processes[1].send_signal(signal.SIGSTOP)
     code = processes[2].wait()
     processes[1].send_signal(signal.SIGCONT)

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Opens a page in headless Chromium as a user would, on a wide screen and on a telephone, light and dark.
+"""Opens a page in headless Chromium as a user would, on a desktop and a phone screen, with the light and the
+dark theme.
 
 usage: check_page.py PAGE.html [FOLDER]
 
-Fails (exit code 1) where the console has an error or a warning, the page asks for something from the network, it is
-wider than the screen, an element has no size that should have one, or a click on a column's title does not sort.
-Writes images of the whole page into FOLDER. Exit code 77: skipped, Chromium is not installed.
+Fails (exit code 1) if the console has an error or a warning, if the page requests anything from the network,
+if it is wider than the screen, if an element that must be visible has no size, or if a click on a column
+header does not sort. Writes images of the whole page into FOLDER. Exit code 77: skipped, Chromium is not
+installed.
 """
 import pathlib
 import sys
@@ -16,7 +18,7 @@ from chromium import SOFTWARE_GL, Browser, complaints, find_chromium
 WIDTHS = (1280, 400)
 
 
-# Sorts each table by each column, both ways, and looks whether the cells are in order.
+# Sorts each table by each column in both directions and checks the order of the cells.
 SORT = """
 (() => {
   const wrong = [];
@@ -40,7 +42,7 @@ SORT = """
 })()
 """
 
-# Texts of figures that lie outside of their figure, or on each other.
+# Finds texts of figures that lie outside their figure or overlap.
 TEXTS = """
 (() => {
   const wrong = [];

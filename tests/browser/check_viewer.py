@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Opens a page with the viewer (a report, or a server's address) in headless Chromium and reads back what it shows.
+"""Opens a page with the viewer (a report, or a server's address) in headless Chromium and reads back what it
+shows.
 
 usage: check_viewer.py PAGE.html|URL RUN [FOLDER]
 
-RUN: folder of the run that the page shows first. Fails (exit code 1) where a body is not where STATE of the log says,
-read from the scene graph; a metric is not the summary's; a press on the time line leads elsewhere; a name of others
-becomes markup; the page is wider than the screen; the console has something to say; or a packed page asks for
-anything from outside of itself. Writes images into FOLDER. Exit code 77: skipped, Chromium is not installed.
+RUN is the folder of the run that the page shows first. Fails (exit code 1) if, according to the scene graph,
+a body is not at its pose in the log's STATE; if a metric differs from the summary's; if a click on the time
+line leads to another tick; if an external name becomes markup; if the page is wider than the screen; if the
+console is not empty; or if a packed page requests anything from outside itself. Writes images into FOLDER.
+Exit code 77: skipped, Chromium is not installed.
 """
 import base64
 import json
@@ -25,11 +27,11 @@ from chromium import SOFTWARE_GL, Browser, complaints, find_chromium  # noqa: E4
 from evalbus.log import read_log  # noqa: E402
 
 SIZES = ((1280, 900), (400, 850), (2500, 1300))
-# Half of a step of 0.02 mm, and what single precision adds.
+# Half of the position resolution of 0.02 mm, plus the error of single precision.
 POSITION_M, QUATERNION = 2e-5, 2e-4
-# As a shown unit is to the one of the summary: a curve's unit says what it is in.
+# Factor from the unit of the summary to the unit that a curve shows.
 SHOWN = {"mm": 1e3, "%": 1e2}
-# Worked out when an episode is over: their curves have no value.
+# Metrics that are computed at the end of an episode: their curves have no value.
 AT_THE_END = ("extended.spectral_arc_length",)
 HOSTILE = "<img src=x onerror=alert(1)><b>&amp;\u202e\u0007" + "long " * 40
 
@@ -39,7 +41,7 @@ def wait_until(browser, expression, what, limit_s=900):
     while not browser.evaluate(expression):
         if time.monotonic() > end:
             sys.exit(f"error: after {limit_s} s: {what}: {browser.evaluate('JSON.stringify(window.evalbusViewer && evalbusViewer.summary())')[:2000]}")
-        # Frames go on meanwhile; a headless page has nothing that would tell us.
+        # Rendering frames continue meanwhile; a headless page sends no event to wait for.
         browser.evaluate("new Promise((done) => requestAnimationFrame(() => done()))")
 
 
@@ -54,7 +56,7 @@ def open_page(browser, url, width, height, scheme, is_looked_at):
     browser.evaluate("document.querySelector('[data-from]').scrollIntoView()")
     wait_until(browser, "Boolean(window.evalbusViewer && evalbusViewer.summary().hasImage)", "there is no image")
     if not is_looked_at:
-        # Nobody sees how fine it is, and the processor draws it.
+        # The resolution does not matter here, and the processor renders it.
         browser.evaluate("evalbusViewer.setLayer('shadows', false); evalbusViewer.scene.ratio = 0.3;"
                          " evalbusViewer.scene.resize()")
 
@@ -68,7 +70,7 @@ def frame(browser):
 
 
 def compare_poses(browser, log, tick, found):
-    """Of every body of MODEL; how many were compared."""
+    """Compares the pose of every body of MODEL; returns how many were compared."""
     browser.evaluate(f"evalbusViewer.seek({tick})")
     frame(browser)
     state, model = log["EVALBUS_STATE"], log["EVALBUS_MODEL"]
@@ -85,13 +87,13 @@ def compare_poses(browser, log, tick, found):
 
 
 def numbers(value):
-    """A metric of a summary as a list: one number, or one for each arm; whole numbers for truth."""
+    """A metric of a summary as a list: one number, or one for each arm; booleans become integers."""
     values = list(value.values()) if isinstance(value, dict) else [value]
     return [math.nan if one is None else float(one) for one in values]
 
 
 def compare_values(browser, head, summary, found):
-    """At the last tick the curves end where the summary does; how many metrics were compared."""
+    """Checks that at the last tick the curves have the summary's values; returns how many metrics were compared."""
     browser.evaluate("evalbusViewer.seek(1e9)")
     values = browser.evaluate(
         "JSON.stringify(Object.fromEntries(Object.entries(evalbusViewer.values()).map(([name, list]) =>"
@@ -116,7 +118,7 @@ def compare_values(browser, head, summary, found):
 
 
 def press_time_line(browser, part):
-    """As a mouse does, at a part of the episode's time."""
+    """Clicks the time line at a fraction `part` of the episode."""
     place = browser.evaluate("""(() => {
       const t = evalbusViewer.timeline, box = t.slider.getBoundingClientRect(), track = evalbusViewer.tracks[0];
       t.slider.scrollIntoView({block: 'center'});
@@ -133,7 +135,7 @@ def check_time(browser, log, found):
     if abs(tick - last / 2) > 1 + last / 300:
         found.append(f"a press in the middle of {last} ticks leads to tick {tick}")
     compare_poses(browser, log, tick, found)
-    # The keys, of whichever part has the focus.
+    # Tests the keys, independent of the focused element.
     browser.evaluate("evalbusViewer.parts.app.tabIndex = -1; evalbusViewer.parts.app.focus()")
     for key, expected in (("ArrowRight", tick + 1), ("ArrowLeft", tick), ("Home", 0), ("End", last)):
         for kind in ("keyDown", "keyUp"):
@@ -153,7 +155,7 @@ def check_play(browser, found):
 
 
 def check_sizes(browser, folder, found):
-    """Of the page that is open."""
+    """Checks the layout of the open page."""
     for width, height in SIZES:
         for scheme in ("light", "dark"):
             browser.screen(width, height, scheme)
@@ -174,7 +176,7 @@ def own_addresses(url):
 
 
 def poisoned(text):
-    """The page with every word of others in its blocks made hostile."""
+    """Returns the page with every external text in its blocks replaced by a hostile one."""
     def words(value, key=None):
         if isinstance(value, dict):
             return {k: words(v, k) for k, v in value.items()}
@@ -225,7 +227,9 @@ def check_hostile(browser, page, folder, is_looked_at, found):
 
 
 def check_without_gl(program, url, profile, found):
-    """Numbers and time line are there without an image, and a line says why."""
+    """Checks that numbers and time line work without WebGL, and that a line states the reason for the missing
+    image.
+    """
     browser = Browser(program, profile, ("--disable-gpu", "--disable-3d-apis"))
     try:
         for domain in ("Page", "Runtime"):
@@ -248,7 +252,7 @@ def check_without_gl(program, url, profile, found):
 def check(browser, url, run, folder, found):
     open_page(browser, url, 1280, 900, "light", folder is not None)
     head = shown(browser)["heads"][0]
-    # Alone, where two are compared.
+    # Shows one episode if two are compared.
     browser.evaluate("evalbusViewer.compare(null)")
     episode = run / "episodes" / f"{head['episode']:04d}"
     wait_until(browser, "evalbusViewer.summary().hasImage", "there is no image")

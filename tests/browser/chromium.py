@@ -1,4 +1,4 @@
-"""Headless Chromium, driven as a user would; without any package of Python."""
+"""Headless Chromium, operated as a user would; needs no Python package."""
 import base64
 import json
 import os
@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 
-# WebGL drawn by the processor, for pages with images in 3D.
+# WebGL rendered by the processor, for pages with 3D images.
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 
 
@@ -20,7 +20,7 @@ class Browser:
         self.input, from_child = os.pipe()
 
         def as_3_and_4():
-            # 3 may be one of the two, so both go out of the way first.
+            # One of the two descriptors may be 3, so both are moved first.
             spare = [os.dup2(to_child, 200), os.dup2(from_child, 201)]
             os.dup2(spare[0], 3)
             os.dup2(spare[1], 4)
@@ -67,14 +67,14 @@ class Browser:
         while not any(event.get("method") == method for event in self.events):
             self.events.append(self.receive())
 
-    # A promise is waited for.
+    # Evaluates the expression and awaits a promise.
     def evaluate(self, expression):
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in result:
             sys.exit(f"error: {expression}: {result['exceptionDetails']}")
         return result["result"].get("value")
 
-    # What the screen shows; with `whole`, what is below, too. As PNG into the file.
+    # Writes the visible part of the page, or the `whole` page, as PNG into the file.
     def image(self, file, whole=False):
         image = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
         pathlib.Path(file).write_bytes(base64.b64decode(image))
@@ -90,7 +90,7 @@ class Browser:
 
 
 def find_chromium():
-    """Its program; ends with exit code 77 (skipped) where there is none."""
+    """Returns Chromium's program; exits with code 77 (skipped) if there is none."""
     program = shutil.which("chromium")
     if not program:
         print("skipped: this check needs chromium (apt-get install chromium)")
@@ -98,7 +98,7 @@ def find_chromium():
     return program
 
 
-# What the page has complained about, and what it has asked for outside of itself and of `own` addresses.
+# Returns the page's errors and warnings, and its requests outside itself and its `own` addresses.
 def complaints(events, own=("file:", "data:", "blob:")):
     found = []
     for event in events:
@@ -108,7 +108,7 @@ def complaints(events, own=("file:", "data:", "blob:")):
         elif method == "Runtime.consoleAPICalled":
             found.append("console: " + json.dumps(parameters["args"]))
         elif method == "Log.entryAdded":
-            # Taking an image of what the processor draws is slow, says the driver.
+            # The driver warns that reading back software-rendered images is slow.
             if "GL Driver Message (OpenGL, Performance" in parameters["entry"]["text"]:
                 continue
             found.append(f"{parameters['entry']['level']}: {parameters['entry']['text']}"

@@ -1,6 +1,6 @@
-// Writes the blocks of a run on disk as files, named as a server names them, so that the page can be
-// developed and tested against them without one: block/ID, episode/0/EPISODE, run/0, episodes/0; and live/000
-// and so on, what the page of an observer receives while the first episode runs.
+// Writes the blocks of a recorded run as files with the names that a server uses, so that the page can be
+// developed and tested without a server: block/ID, episode/0/EPISODE, run/0, episodes/0; and live/000 and so
+// on, the blocks that an observer's page receives while the first episode is active.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -24,7 +24,7 @@ void Write(const fs::path& file, const std::string& bytes) {
   WriteWhole(file, bytes);
 }
 
-// The live stream, from the log's messages: a block every 25 ticks.
+// Writes the live stream from the log's messages: a block every 25 ticks.
 void WriteLive(const fs::path& log, const viz::EpisodeTrack& whole, const viz::SceneBlocks& scene,
                const fs::path& folder) {
   viz::EpisodeTrack track(std::make_shared<model_info_t>(whole.model()), whole.episode(),

@@ -28,7 +28,7 @@ namespace {
 
 constexpr const char* kLanguage = "annotation.human.task_description";
 
-// What Python would raise, and the server would send.
+// Throws the error that Python would raise and the server would send.
 void Demand(bool holds, const std::string& otherwise) {
   if (!holds) throw std::runtime_error(otherwise);
 }
@@ -65,7 +65,7 @@ GrootServer::~GrootServer() {
     stopping_ = true;
   }
   stop_.notify_all();
-  sockets_->context.shutdown();  // ends a receive that waits
+  sockets_->context.shutdown();  // ends a pending receive
   thread_.join();
 }
 
@@ -185,7 +185,7 @@ Value GrootServer::Act(const Value& data) {
     return *observation->Find(modality);
   };
   const std::string video = nested ? "" : "video.", state = nested ? "" : "state.";
-  // N1.5 takes one observation without a batch, too.
+  // N1.5 also accepts one observation without a batch dimension.
   const Value* state_of_arm = part("state").Find(state + "arm");
   const Array* any = state_of_arm ? state_of_arm->As<Array>() : nullptr;
   const bool is_bare = n15 && any && any->shape.size() == 2;

@@ -17,22 +17,22 @@
 
 namespace evalbus::doubles {
 
-// Its robot: camera "front", states "arm" (any length) and "gripper" (1), language key
-// "annotation.human.task_description"; actions "arm" (horizon, length), row i of which is the arm's state +
-// i * step, and "gripper" (horizon, 1), row i of which is i; each for every observation of a batch.
+// Its robot has camera "front", states "arm" (any length) and "gripper" (1), and language key
+// "annotation.human.task_description". Its actions are "arm" (horizon, length), row i of which is the arm's
+// state + i * step, and "gripper" (horizon, 1), row i of which is i, for every observation of a batch.
 class GrootServer {
  public:
   struct Options {
     policy::ClientOptions::GrootDialect dialect = policy::ClientOptions::GrootDialect::kN16;
     int horizon = 3;
-    // Of what it says of a modality.
+    // Encoding of the modality configuration that the server sends.
     enum class Configuration { kJsonText, kMap, kDict, kNone } configuration = Configuration::kMap;
     std::string token;
-    int port = 0;  // any that is free
+    int port = 0;  // 0: any free port
     double step = 1;
-    // Added to the arm for each level of each pixel.
+    // Added to the arm's action for each level of each pixel.
     double per_level = 0;
-    // How long actions take to be thought of.
+    // Delay before actions are answered.
     std::chrono::milliseconds thinks{0};
   };
   explicit GrootServer(const Options& options);
@@ -40,14 +40,14 @@ class GrootServer {
 
   std::string url() const;
   int port() const { return port_; }
-  // Of all requests so far, oldest first, whether answered or not.
+  // All requests so far, oldest first, including unanswered ones.
   std::vector<policy::Value> requests() const;
 
-  // Observations in each of these requests that asked for actions.
+  // Number of observations in each of the requests that asked for actions.
   std::vector<int> batches() const;
 
-  // The next request to this endpoint gets exactly these bytes, no answer at all, or the end of the
-  // connection, after which nobody listens.
+  // Sends exactly these bytes in answer to the next request to this endpoint, or sends no answer, or closes
+  // the connection, after which the server no longer listens.
   void SayNext(const std::string& endpoint, const policy::Bytes& frame);
   void BeSilentNext(const std::string& endpoint);
   void BeGoneNext(const std::string& endpoint);
@@ -57,7 +57,7 @@ class GrootServer {
     enum { kSay, kSilent, kGone } kind;
     policy::Bytes frame;
   };
-  struct Sockets;  // keeps ZeroMQ out of here
+  struct Sockets;  // keeps ZeroMQ out of this header
 
   void Serve();
   policy::Value Answer(const policy::Value& request);

@@ -31,7 +31,7 @@ struct Overloaded : Functions... {
 
 }  // namespace
 
-// What a test asks about, across restarts.
+// Observations about the server that persist across restarts.
 struct PolicyServerDouble::Seen {
   std::mutex mutex;
   std::condition_variable changed;
@@ -68,7 +68,7 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
                                   field(http::field::authorization),
                                   field(http::field::sec_websocket_extensions)});
     });
-    if (options.http_status < 0) return Begin();  // waits for another request, or the end
+    if (options.http_status < 0) return Begin();  // waits for another request or the end of the connection
     if (options.http_status == 0) return WriteRaw({{0xff, 0, 0, 0, 0, 0, 0, 0, 1, 0x7f}, true});
     if (options.http_status != 101) {
       refusal.result(static_cast<http::status>(options.http_status));
@@ -125,7 +125,7 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
     Give(options.answer(*message.Find("payload")), seq, "action");
   }
 
-  // type: of vla-eval's envelope around a Value.
+  // `type` is the message type in vla-eval's envelope around a Value.
   void Give(const Answer& answer, int64_t seq, const std::string& type) {
     std::visit(Overloaded{
                    [&](const Value& value) { GiveValue(value, seq, type); },
@@ -167,7 +167,8 @@ struct PolicyServerDouble::Session : std::enable_shared_from_this<Session> {
         });
   }
 
-  // At once where a read is pending, so that no write is; else in turn, when the next one is.
+  // Runs `act` at once if a read is pending, because then no write is pending; otherwise queues it until the
+  // next read is pending.
   void WhenReading(std::function<void()> act) { is_reading ? act() : waiting.push_back(std::move(act)); }
 
   void SayUnasked(const std::string& message, bool is_text) {
@@ -239,7 +240,7 @@ struct PolicyServerDouble::Server {
     });
   }
 
-  // Calls function with every open connection, on the thread.
+  // Calls `function` with every open connection, on the server's thread.
   template <class Function>
   void ForEach(const Function& function) {
     asio::post(context, [this, function] {

@@ -1,5 +1,5 @@
-// A policy server as others write them (openpi, RoboArena's dialect, vla-eval), on 127.0.0.1 and on a thread
-// of its own. It answers as a test says, also wrongly.
+// A policy server as in third-party code (openpi, RoboArena's dialect, vla-eval), on 127.0.0.1 and in a
+// thread of its own. A test chooses its answers, including wrong ones.
 #pragma once
 
 #include <chrono>
@@ -17,21 +17,22 @@ namespace evalbus::policy {
 
 class PolicyServerDouble {
  public:
-  // What it does where an answer is due. A Value is sent as the wire has it; vla-eval's envelope is put
-  // around it.
+  // What the server does when an answer is due. A Value is encoded as the wire protocol demands, in
+  // vla-eval's envelope where that is used.
   struct Nothing {};
   struct Text {
     std::string text;
   };
-  // As the wire says that something failed: openpi's text and close 1011, vla-eval's error message.
+  // A failure as the wire protocol reports it: openpi's text and close code 1011, or vla-eval's error
+  // message.
   struct Error {
     std::string text;
   };
-  // A binary message of any bytes.
+  // A binary message of arbitrary bytes.
   struct Message {
     Bytes bytes;
   };
-  // Bytes on the connection without a frame; then, perhaps, its end.
+  // Bytes on the connection outside any frame, optionally followed by the end of the connection.
   struct Raw {
     Bytes bytes;
     bool then_gone = false;
@@ -43,26 +44,27 @@ class PolicyServerDouble {
   using Answer = std::variant<Value, Nothing, Text, Error, Message, Raw, Close>;
 
   static Raw Gone() { return {{}, true}; }
-  // Five bytes announced, of which one comes.
+  // A frame that announces five bytes and contains one.
   static Raw HalfFrame() { return {{0x82, 5, 0x81}, true}; }
   static Raw Announced2GB() { return {{0x82, 127, 0, 0, 0, 0, 0x80, 0, 0, 0}, false}; }
 
   struct Options {
     Wire wire = Wire::kOpenpi;  // kRoboArena, kVlaEval
-    // What openpi and RoboArena begin with, what vla-eval answers a hello with ("protocol_version" is added).
+    // First message of openpi and RoboArena, and vla-eval's answer to a hello ("protocol_version" is added).
     Answer greeting = Value(Map{});
-    // To an observation, without RoboArena's endpoint and vla-eval's envelope. Runs on the server's thread,
-    // which does nothing else meanwhile, as openpi's.
+    // Answer to an observation, without RoboArena's endpoint and vla-eval's envelope. Runs on the server's
+    // thread and blocks it, as in openpi.
     std::function<Answer(const Value& observation)> answer;
-    Answer reset = Text{"reset successful"};  // RoboArena's
-    Answer episode_start = Nothing{};         // vla-eval's, whose servers say nothing but errors
-    // Another one: refuses to become a websocket with it; 0: answers with what is no HTTP; -1: not at all.
+    Answer reset = Text{"reset successful"};  // RoboArena only
+    Answer episode_start = Nothing{};         // vla-eval only; its servers answer only with errors
+    // 101 accepts the WebSocket upgrade; any other status refuses it. 0 answers with bytes that are not HTTP;
+    // -1 does not answer.
     int http_status = 101;
-    // Whether Requests() has them; a benchmark sends too many.
+    // Whether Requests() keeps the requests; a benchmark sends too many.
     bool keeps_requests = true;
   };
 
-  // As the client's HTTP request had them; empty where it had none.
+  // Fields of the client's HTTP request; empty if it had none.
   struct Handshake {
     std::string host, target, authorization, extensions;
   };
@@ -70,27 +72,27 @@ class PolicyServerDouble {
   explicit PolicyServerDouble(Options options);
   ~PolicyServerDouble();
 
-  // At the same port again.
+  // Starts the server; after Stop(), at the same port.
   void Start();
-  // With all connections, without a word.
+  // Stops the server and closes all connections without a close frame.
   void Stop();
 
   int port() const { return port_; }
   std::string url() const { return "ws://127.0.0.1:" + std::to_string(port_); }
 
-  // All messages so far, as they came.
+  // All messages so far, in the order received.
   std::vector<Value> Requests() const;
   std::vector<Handshake> Handshakes() const;
 
-  // Connections that the client ended with a word.
+  // Number of connections that the client ended with a close frame.
   size_t Goodbyes() const;
 
-  // Pings all connections, and waits for an answer of each. False if one does not come in time; then drops
-  // them all, as websockets' keep-alive does.
+  // Pings all connections and waits for the answer of each. If one is not answered in time, drops all
+  // connections, as websockets' keep-alive does, and returns false.
   bool Ping(std::chrono::seconds limit = kDeadline);
-  // A message to all connections that wait for a request.
+  // Sends a message to all connections that wait for a request.
   void SayUnasked(const std::string& message, bool is_text);
-  // Waits until so many connections are open.
+  // Waits until `count` connections are open.
   bool WaitForConnections(size_t count, std::chrono::seconds limit = kDeadline);
 
  private:

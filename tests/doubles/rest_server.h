@@ -1,4 +1,5 @@
-// A server of POST /act as OpenVLA's and OpenVLA-OFT's: one request a connection, JSON there and back.
+// A server of POST /act like OpenVLA's and OpenVLA-OFT's: one request per connection, JSON in both
+// directions.
 #pragma once
 
 #include <condition_variable>
@@ -14,10 +15,10 @@ namespace evalbus::doubles {
 
 class RestServer {
  public:
-  // The body of an answer to the body of a request.
+  // Returns the body of the answer to a request with this body.
   using Act = std::function<std::string(const std::string& body)>;
 
-  // Port 0: any that is free.
+  // Port 0 chooses any free port.
   explicit RestServer(Act act, int port = 0);
   ~RestServer();
 
@@ -28,16 +29,16 @@ class RestServer {
     std::string line;  // "POST /act"
     std::string content_type, authorization, body;
   };
-  // All so far, oldest first, whether answered or not.
+  // All requests so far, oldest first, including unanswered ones.
   std::vector<Request> requests() const;
 
-  // The next request gets exactly these bytes, HTTP or not, and the end of the connection; or no answer at
-  // all.
+  // Sends exactly these bytes, HTTP or not, in answer to the next request and closes the connection; or sends
+  // no answer.
   void SayNext(const std::string& bytes);
   void BeSilentNext();
 
  private:
-  struct Sockets;  // keeps Boost out of here
+  struct Sockets;  // keeps Boost out of this header
   void Serve();
 
   const Act act_;
@@ -55,7 +56,7 @@ class RestServer {
   std::thread thread_;
 };
 
-// The bytes of a whole HTTP answer.
+// The bytes of a complete HTTP response.
 std::string HttpAnswer(const std::string& status, const std::string& body);
 
 }  // namespace evalbus::doubles

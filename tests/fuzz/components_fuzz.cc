@@ -1,6 +1,6 @@
-// The components of a run and those who listen to one, each on a bus where anybody says anything. The first
-// byte of an input says which one, the rest is a Conversation of messages of a real episode. What ends a
-// component's process with one line of text ends the input.
+// The components and the observers of a run, each on a bus on which any message may arrive. The first byte of
+// an input selects the component; the rest is a Conversation of messages of a real episode. An error that
+// ends a component's process with one line of text ends the input.
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -26,7 +26,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// A terminal that shows what is said.
+// A terminal monitor of the messages.
 class Monitor : public Component {
  public:
   explicit Monitor(Bus* bus) : Component(bus, "monitor") {
@@ -50,7 +50,7 @@ class Monitor : public Component {
   viz::RunWatch watch_{2};
 };
 
-// What `evalbus run` does besides starting the others.
+// The parts of `evalbus run` other than starting processes.
 class Launcher : public launch::RunController {
  public:
   Launcher(Bus* bus, const launch::RunPlan& plan, const results::RunFolder& folder, launch::LiveView* view)
@@ -68,7 +68,7 @@ class Launcher : public launch::RunController {
 };
 
 void Drain(Bus* bus) {
-  // An answer may be answered.
+  // Handling an answer may cause another message.
   for (int i = 0; i < 1000 && bus->Handle(); ++i) {
   }
 }
@@ -127,14 +127,14 @@ class Run {
     }
   }
 
-  // An episode begins for everybody.
+  // Begins an episode for all components.
   void Begin(int part, Bus* bus) {
     component_status_t ready{};
     ready.component = "metrics";
     ready.state = component_status_t::READY;
     for (const char* channel :
          {channels::kCommand.name, channels::kModel.name, channels::kEpisodeBegin.name}) {
-      // Which it says itself.
+      // The realtime sim publishes MODEL itself.
       if (part == kRealtimeSim && channels::kModel == channel) continue;
       bus->PublishRaw(channel, samples(part).at(channel)[0]);
       Drain(bus);
@@ -146,7 +146,7 @@ class Run {
   const Samples& samples(int part) const { return part == kExpert ? experts_samples_ : samples_; }
 
  private:
-  // An expert plans for the task that it knows.
+  // Messages for the expert, which needs a task that it supports.
   void MakeExpertsSamples() {
     const TaskDescription task = FindTask("lift_pot").task;
     const RobotDescription robot = LoadRobot(task.robot_file);
@@ -170,7 +170,7 @@ class Run {
     }
   }
 
-  // What is said in an episode of five ticks.
+  // Records the messages of an episode of five ticks.
   void Record() {
     command_t command{};
     command.kind = command_t::START_EPISODE;
@@ -195,7 +195,7 @@ class Run {
       metrics.Poll(steady_clock::now());
       Drain(&bus);
     }
-    // What a policy that looks would have asked for.
+    // The requests that a policy with cameras would have sent.
     image_request_t request{};
     for (const char* encoding : {"rgb8", "depth32"}) {
       request.view.push_back({"overview", 16, 12, 0, false, encoding});
@@ -238,7 +238,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       Drain(&bus);
     };
     wait(0);
-    // Whoever has not begun hears it, too.
+    // For other inputs the component receives the messages before any episode has begun.
     if (*data < 128) run.Begin(part, &bus);
     const auto say = [&](const std::string& channel, const Bytes& message) {
       bus.PublishRaw(channel.c_str(), message);

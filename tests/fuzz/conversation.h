@@ -1,12 +1,13 @@
-// What the bytes of an input say on a bus: messages of a real episode, as they were or changed, and any
-// bytes.
+// Interprets the bytes of an input as messages on a bus: messages of a real episode, unchanged or modified,
+// and arbitrary bytes.
 //
 // An input is a sequence of events. The first byte of each is channel + 64 * how:
 //   how 0, 1  a real message of the channel; then its number, a count (modulo 8), and as many changes of four
 //             bytes: kind, place (2), value
 //   how 2     two bytes of length, and as many bytes behind the channel's fingerprint
 //   how 3     the same without the fingerprint
-// Channel kWait: the second byte is a time to wait, in tenths of a second.
+//
+// For channel kWait the second byte is a waiting time in tenths of a second.
 #pragma once
 
 #include <algorithm>
@@ -33,14 +34,14 @@
 namespace evalbus {
 
 using Bytes = std::vector<uint8_t>;
-// By channel, in the order of an episode.
+// Messages by channel, in the order of an episode.
 using Samples = std::map<std::string, std::vector<Bytes>>;
 
 struct SpokenChannel {
   std::string name;
   int64_t fingerprint = 0;
 };
-// All but images.
+// All channels except images.
 inline std::vector<SpokenChannel> SpokenChannels() {
   std::vector<SpokenChannel> spoken;
   channels::ForEach([&]<class Message>(const Channel<Message>& channel) {
@@ -107,7 +108,7 @@ class Conversation {
   }
 
   static void Change(uint8_t kind, size_t place, uint8_t value, Bytes* message) {
-    // What arithmetic stumbles over; the last ones are doubles: -1, 1e308, infinity, NaN.
+    // Numbers that provoke arithmetic errors; the last ones are doubles: -1, 1e308, infinity, NaN.
     constexpr uint64_t kNumbers[] = {0,
                                      1,
                                      100,

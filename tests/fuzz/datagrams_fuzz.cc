@@ -1,4 +1,4 @@
-// Any datagrams from anybody: of each the first byte says who sent it, the next two how many bytes it has.
+// Arbitrary datagrams. The first byte of each selects the sender, the next two give its length.
 #include <algorithm>
 #include <cstdlib>
 #include <vector>
@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   while (rest.size() >= 3) {
     const uint64_t sender = rest[0];
     const size_t length = std::min<size_t>(size_t{rest[1]} << 8 | rest[2], rest.size() - 3);
-    // A copy, so that reading beyond its end is seen.
+    // A copy, so that AddressSanitizer detects reads beyond its end.
     const std::vector<uint8_t> datagram(rest.begin() + 3, rest.begin() + 3 + static_cast<ptrdiff_t>(length));
     rest = rest.subspan(3 + length);
     const auto parsed = evalbus::ParseDatagram(datagram);

@@ -1,6 +1,6 @@
-// A log, packed or not, read by all who read one. The first byte of an input says what the others are: 0 to
-// 127 a log; from 128 on a Conversation that is recorded whole, so that what lies behind the log's framing is
-// reached, too.
+// A log, packed or not, read by every program that reads logs. The first byte of an input gives the kind of
+// the rest: 0 to 127 is a log; 128 and above is a Conversation that is recorded as a valid log, so that the
+// code behind the log's framing is reached, too.
 #include <cstdlib>
 
 #include "base/errors.h"
@@ -40,7 +40,7 @@ Samples Episode() {
   return samples;
 }
 
-// Nothing but InputError comes of a bad log.
+// A bad log must cause no exception other than InputError.
 template <class Read>
 void Try(const Read& read) {
   try {
@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     EventLogReader reader(file);
     size_t bytes = 0;
     for (LogEvent event; reader.Next(&event);) bytes += 28 + event.channel.size() + event.data.size();
-    // Every byte is part of an event or said to be damaged.
+    // Every byte is part of an event or reported as damaged.
     if (bytes + static_cast<size_t>(reader.damaged_bytes()) != reader.size()) std::abort();
   });
 
@@ -83,10 +83,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       results::DescribeDifference(episode.recorded, episode.summary);
     }
   });
-  // Under a task of the user's, which decides when the episode ends.
+  // Rescores under a task of the user, which decides when the episode ends.
   Try([&] { results::Rescorer(task).Rescore(file); });
   Try([&] { policy::OpenRecording(file)(0); });
-  // There is no model to draw; until then it reads.
+  // Rendering reads the log until it finds that there is no model to draw.
   Try([&] {
     viz::ParallelFrameRenderer frame_renderer({}, 1);
     viz::MakeLogVideos(file, {"overview"}, &frame_renderer, folder.path());

@@ -1,4 +1,4 @@
-// Any bytes as what a Foxglove viewer says, text and binary.
+// Any bytes as messages of a Foxglove client, text and binary.
 #include <cmath>
 #include <cstdlib>
 

@@ -1,5 +1,5 @@
-// Any bytes as a message of a GR00T server; what can be read is the same when it is written and read again,
-// but for configurations, of which only the content is kept.
+// Any bytes as a message of a GR00T server. What can be decoded is unchanged after encoding and decoding
+// again, except for configurations, of which only the content is preserved.
 #include <cstdlib>
 #include <string_view>
 

@@ -1,4 +1,4 @@
-// Any text as JSON with arrays; what can be read is the same when it is written and read again.
+// Any text as JSON with arrays. What can be decoded is unchanged after encoding and decoding again.
 #include <cstdlib>
 
 #include "policy_bridge/wire/json_numpy.h"

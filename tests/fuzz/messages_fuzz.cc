@@ -1,4 +1,4 @@
-// Any bytes as a message of any type: the first byte says which, the fingerprint is right.
+// Any bytes as a message of any type: the first byte selects the type, and the fingerprint is right.
 #include <cstdlib>
 #include <vector>
 
@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     bytes.insert(bytes.end(), data + 1, data + size);
     Message message{};
     if (!evalbus::Decode(bytes, &message)) return;
-    // What was decoded can be said again.
+    // A decoded message can be encoded again.
     std::vector<uint8_t> again(static_cast<size_t>(message.getEncodedSize()));
     if (message.encode(again.data(), 0, static_cast<int>(again.size())) != static_cast<int>(again.size())) {
       std::abort();

@@ -1,4 +1,5 @@
-// Any bytes as the message of a policy server. What is read is written and read again, and stays the same.
+// Any bytes as the message of a policy server. What can be decoded is unchanged after encoding and decoding
+// again.
 #include <cstdlib>
 
 #include "policy_bridge/wire/msgpack_codec.h"

@@ -1,4 +1,4 @@
-// Changes that libFuzzer does not know: of lines, of numbers in text, of a part for another.
+// Mutations that libFuzzer lacks: of lines, of numbers in text, and replacing one piece of text by another.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,12 @@
 
 namespace evalbus {
 
-// One change of a text or of bytes; equal seeds, equal changes.
+// Mutates a text or bytes once; equal seeds give equal mutations.
 inline std::string Mutate(std::string text, uint32_t seed) {
   std::minstd_rand random(seed);
   random.discard(2);
   const auto index = [&](size_t count) { return count == 0 ? 0 : random() % count; };
-  // From the start of a line to the start of another.
+  // Returns the start of the next line.
   const auto line = [&](size_t from) {
     const size_t begin = text.find('\n', from);
     return begin == std::string::npos ? text.size() : begin + 1;

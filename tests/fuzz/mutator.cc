@@ -1,4 +1,4 @@
-// Half of libFuzzer's changes are its own, half are ours.
+// Half of the mutations are libFuzzer's own, half are ours.
 #include <algorithm>
 
 #include "tests/fuzz/mutate.h"

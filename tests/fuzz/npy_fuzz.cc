@@ -1,4 +1,4 @@
-// Any bytes as a .npy file; what can be read is the same when it is written and read again.
+// Any bytes as a .npy file. What can be read is unchanged after writing and reading again.
 #include <cstdlib>
 
 #include "policy_bridge/wire/npy.h"

@@ -1,4 +1,4 @@
-// Any bytes as an npz file: what is in it lies in it.
+// Any bytes as an npz file: the content of every member lies within the file.
 #include <cstdlib>
 
 #include "base/errors.h"

@@ -1,5 +1,5 @@
-// main() of a fuzz target without libFuzzer: runs every file of the folders named, then changed ones, the
-// same at every call, as many as -changed=N says: also for a longer look where there is no clang.
+// main() of a fuzz target without libFuzzer: runs every file of the given folders, then -changed=N mutations,
+// the same at every call. With a large N it also serves for longer fuzzing without clang.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   unsigned num_changed = 0;
   std::vector<std::filesystem::path> files;
   for (int i = 1; i < argc; ++i) {
-    if (argv[i][0] == '-') {  // another one is libFuzzer's
+    if (argv[i][0] == '-') {  // other options are libFuzzer's
       std::sscanf(argv[i], "-changed=%u", &num_changed);
       continue;
     }

@@ -1,4 +1,4 @@
-// Any bytes as a safetensors file; what can be read is the same when it is written and read again.
+// Any bytes as a safetensors file. What can be read is unchanged after writing and reading again.
 #include <cstdlib>
 
 #include "base/errors.h"

@@ -1,5 +1,5 @@
-// Any text as the file of a recorded trajectory. Read step by step it has the result, to the bit, that it has
-// when it is parsed as a whole, or none as well.
+// Any text as the file of a recorded trajectory. Reading it step by step and parsing it as a whole must give
+// the same result, bit for bit, or both must fail.
 #include <cstdlib>
 #include <string>
 

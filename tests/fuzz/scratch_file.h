@@ -1,4 +1,4 @@
-// An input as a file, for what reads files.
+// Writes an input to a file, for code that reads files.
 #pragma once
 
 #include <unistd.h>

@@ -1,5 +1,5 @@
-// The files of tests/unit/small_world.h's task: two arms of one joint, a counter and a pot; composed and
-// compiled in a millisecond, with every shape that collision checking knows.
+// The files of tests/unit/small_world.h's task: two arms of one joint, a counter and a pot. They are composed
+// and compiled within a millisecond and contain every shape that collision checking supports.
 #pragma once
 
 #include <string>
@@ -70,7 +70,7 @@ inline constexpr char kSmallPot[] = R"(<mujoco>
 </mujoco>
 )";
 
-// A folder with all but the task's own file.
+// A folder with all files except the task's own.
 class SmallScene : public ScratchFolder {
  public:
   SmallScene() {
@@ -89,8 +89,8 @@ inline std::string SmallTask() {
   return text.replace(text.find(limit), limit.size(), "time_limit_s: 0.1");
 }
 
-// What the programs do with a task as its variation has it and a robot: compose, compile, place, paint, step,
-// check and judge.
+// Does what the programs do with a task, its variation and a robot: compose, compile, place, draw, step,
+// check and evaluate.
 inline void PlayTask(const TaskDescription& task, const std::string& variation,
                      const RobotDescription& robot) {
   Scene scene = BuildScene(task, robot);

@@ -1,4 +1,4 @@
-// Any text as a task description, and what follows from it: the scene composed, compiled, stepped and judged.
+// Any text as a task description. The scene is composed, compiled, stepped and evaluated.
 #include "base/errors.h"
 #include "tests/fuzz/small_scene.h"
 

@@ -1,6 +1,6 @@
-// Any bytes as what a web server is asked: their parts as targets, headers and messages, and the whole of
-// them sent to a server that listens on the loopback, as a request and as what follows a handshake of a
-// WebSocket. It must answer, or close the connection, and be there for the next one.
+// Any bytes as requests to a web server. Parts of them serve as targets, headers and messages. The whole is
+// sent over the loopback to a server, as a request and as the data behind a WebSocket handshake. The server
+// must answer or close the connection, and must accept the next one.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -63,7 +63,7 @@ WebServer& Server() {
   return *server;
 }
 
-// What it answers until it closes the connection, which it must: we have closed our side.
+// Returns the server's answer until it closes the connection. It must close it, because our side is closed.
 std::string Answer(const std::string& bytes) {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
@@ -71,13 +71,13 @@ std::string Answer(const std::string& bytes) {
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   address.sin_port = htons(Server().port());
   const timeval timeout{.tv_sec = 20, .tv_usec = 0};
-  // It is reset, not left to wait: thousands of ports in TIME_WAIT are as many as there are.
+  // Resets the connection on close: otherwise thousands of connections in TIME_WAIT would use up all ports.
   const linger at_once{.l_onoff = 1, .l_linger = 0};
   setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     Fail("the server is gone");
-  // It may have closed the connection before all is sent.
+  // The server may close the connection before everything is sent.
   for (size_t sent = 0; sent < bytes.size();) {
     const ssize_t n = send(fd, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
     if (n <= 0) break;

@@ -189,7 +189,7 @@ void ExpectLogged(const fs::path& run, const std::string& component, const std::
                 << log;
 }
 
-// Position of header_t.attempt, behind the fingerprint, the session and the episode.
+// Byte offset of header_t.attempt, behind the fingerprint, the session and the episode.
 constexpr int kAttempt = 20;
 
 void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
@@ -197,7 +197,7 @@ void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
        {channels::kState.name, channels::kContacts.name, channels::kAction.name, channels::kPartial.name}) {
     auto payloads_a = a.Payloads(channel), payloads_b = b.Payloads(channel);
     if (channels::kAction == channel) {
-      // The answer to the last state decides nothing any more, and may come after the log was closed.
+      // The answer to the last state has no effect, and may arrive after the log was closed.
       const size_t num_states = a.Payloads(channels::kState).size();
       for (auto* payloads : {&payloads_a, &payloads_b}) {
         ASSERT_GE(payloads->size() + 1, num_states);
@@ -206,7 +206,7 @@ void ExpectSameTicks(const RecordedLog& a, const RecordedLog& b) {
     }
     ASSERT_EQ(payloads_a.size(), payloads_b.size()) << channel;
     EXPECT_GT(payloads_a.size(), 5u) << channel;
-    // One that was begun again has the same ticks.
+    // A retried episode has the same ticks.
     for (auto* payloads : {&payloads_a, &payloads_b}) {
       for (std::vector<uint8_t>& payload : *payloads)
         std::fill_n(payload.begin() + kAttempt, sizeof(int32_t), 0);
@@ -235,11 +235,12 @@ std::vector<nlohmann::ordered_json> Episodes(const fs::path& run) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  // Nothing leaves this process and its children, and nobody else is heard.
+  // No message leaves this process and its children, and none from outside is received.
   try {
     evalbus::EnterPrivateNetwork();
   } catch (const evalbus::EnvironmentError&) {
-    // Not allowed here. The machine's own multicast does as well: with ttl=0 nothing leaves the machine.
+    // Namespaces are not permitted here. The machine's own multicast serves as well: with ttl=0 nothing
+    // leaves the machine.
     evalbus::g_why_no_bus = evalbus::WhyNoMulticast(evalbus::UniqueUrl());
   }
   return RUN_ALL_TESTS();

@@ -1,5 +1,5 @@
-// What the pipeline's tests share: programs as child processes, run folders and logs read back, conditions
-// waited for.
+// Helpers of the pipeline's tests: programs as child processes, reading of run folders and logs, waiting for
+// conditions.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,20 +23,20 @@ constexpr bool kIsSanitized = true;
 constexpr bool kIsSanitized = false;
 #endif
 
-// Polls a condition until it is true; false at the deadline.
+// Polls a condition until it is true; returns false at the deadline.
 bool WaitFor(const std::function<bool()>& condition);
 
 std::string ReadText(const std::filesystem::path& file);
 void WriteText(const std::filesystem::path& file, const std::string& text);
 
-// A bus that no other test and no other process of this machine uses.
+// Returns a bus URL that no other test and no other process of this machine uses.
 std::string UniqueUrl();
-// Skips the test where this machine has no bus to test on.
+// Skips the test if this machine has no bus to test on.
 #define EVALBUS_NEEDS_BUS() \
   if (!WhyNoBus().empty()) GTEST_SKIP() << WhyNoBus()
 const std::string& WhyNoBus();
 
-// A child process. Programs of ours are named without a folder: "evalbus", "evalbus-sim".
+// A child process. Our programs are named without a folder: "evalbus", "evalbus-sim".
 class Program {
  public:
   struct Setting {
@@ -46,7 +46,7 @@ class Program {
   };
   explicit Program(std::vector<std::string> command) : Program(std::move(command), Setting{}) {}
   Program(std::vector<std::string> command, const Setting& setting);
-  // Kills it if it runs.
+  // Kills the program if it is still running.
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
@@ -54,7 +54,7 @@ class Program {
   pid_t pid() const { return pid_; }
   bool running();
   void Signal(int signal);
-  // Exit code, or 128 + signal; -1 and a failure of the test if it does not end.
+  // Returns the exit code or 128 + signal. If the program does not end, fails the test and returns -1.
   int Wait();
   std::string out() const { return ReadText(folder_.path() / "out"); }
   std::string err() const { return ReadText(folder_.path() / "err"); }
@@ -72,14 +72,14 @@ struct Result {
 };
 Result RunProgram(std::vector<std::string> command, const Program::Setting& setting = {});
 
-// `evalbus run` with these arguments; fails the test unless it exits with 0.
+// Runs `evalbus run` with these arguments; fails the test unless it exits with 0.
 void Evaluate(const std::vector<std::string>& arguments, const std::filesystem::path& out);
 
-// A task as a file of the folder, each episode as long as said; returns the file.
+// Writes a task with this time limit into the folder; returns the file.
 std::string ShortTask(const std::filesystem::path& folder, double time_limit_s,
                       const std::string& task = "lift_pot");
 
-// Stops processes while it lives.
+// Stops processes during its lifetime.
 class Stopped {
  public:
   explicit Stopped(std::vector<pid_t> processes);
@@ -91,7 +91,7 @@ class Stopped {
   std::vector<pid_t> processes_;
 };
 
-// Process ids of the children of a process whose program has this name.
+// Returns the process ids of the children of `parent` whose program has this name.
 std::vector<pid_t> ChildrenOf(pid_t parent, const std::string& program = "");
 
 struct RecordedLog {
@@ -104,7 +104,7 @@ struct RecordedLog {
   int64_t damaged_bytes = 0;
 
   std::vector<std::vector<uint8_t>> Payloads(std::string_view channel) const;
-  // Messages of the channel; those that do not decode fail the test.
+  // Returns the messages of the channel; one that does not decode fails the test.
   template <class Message>
   std::vector<Message> Messages(const Channel<Message>& channel) const {
     std::vector<Message> messages;
@@ -117,7 +117,7 @@ struct RecordedLog {
 };
 RecordedLog ReadLog(const std::filesystem::path& file);
 std::filesystem::path LogFile(const std::filesystem::path& run, int episode);
-// A line of RUN/logs/COMPONENT.log has this level and, somewhere behind it, this text.
+// Expects a line in RUN/logs/COMPONENT.log that has this level and, somewhere behind it, this text.
 void ExpectLogged(const std::filesystem::path& run, const std::string& component, const std::string& level,
                   const std::string& text);
 

@@ -1,4 +1,4 @@
-"""examples/ outside the tree: built against an installed evalbus, and used in a run."""
+"""examples/ outside the source tree: built against an installed evalbus and used in a run."""
 
 import json
 import os
@@ -9,7 +9,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv[1])
-# Only a hang reaches this limit.
+# Only a hang reaches this timeout.
 DEADLINE_S = 900
 URL = f"udpm://239.255.76.67:{20000 + os.getpid() % 10000}?ttl=0"
 
@@ -23,13 +23,13 @@ def call(*command, code=0, **more):
 with tempfile.TemporaryDirectory() as folder:
     here = pathlib.Path(folder)
     call("cmake", "--install", BUILD, "--prefix", here / "installed")
-    # Nothing of the source tree is named.
+    # No command names a path of the source tree.
     call("cp", "-r", ROOT / "examples", here / "examples")
     call("cmake", "-S", here / "examples", "-B", here / "build", f"-DCMAKE_PREFIX_PATH={here / 'installed'}")
     call("cmake", "--build", here / "build", "--parallel", "2")
     evalbus = here / "installed" / "bin" / "evalbus"
 
-    # A copy of a task with a metric that only the plugin knows.
+    # A copy of a task with a metric that only the plugin provides.
     call(evalbus, "tasks", "new", "mine", "--from", "lift_pot", cwd=here)
     task = here / "mine.yaml"
     text = task.read_text().replace("\ntarget_distance:\n", "\ntarget_distance:\n  wrists_over_pot: {wrists_above: {object: pot}}\n")
@@ -48,11 +48,11 @@ with tempfile.TemporaryDirectory() as folder:
     call(evalbus, "run", f"{task}/base", "--policy", "waving", "--episodes", "1", "--out", run, "--url", URL, env=plugins)
     assert listener.communicate(timeout=DEADLINE_S)[0] == "episode 0: time_limit after 1.00 s\n"
     episode = json.loads((run / "episodes.jsonl").read_text())
-    # The pot's origin is at 0.996 m, the wrists are above it by what the robot's home says.
+    # The pot's origin is at 0.996 m, the wrists are above it at a height given by the robot's home pose.
     assert 0.1 < episode["metrics"]["target_distance"]["wrists_over_pot"] < 0.5, episode
     plugins_said = json.loads((run / "run.json").read_text())["plugins"]
     assert sorted(plugins_said) == ["libwaving.so", "libwrists_above.so"], plugins_said
-    # Gone on with under other plugins it would be another run.
+    # A resume with other plugins is refused, because it would be another run.
     assert "other plugins" in call(evalbus, "run", "--resume", "--out", run, f"{task}/base", "--policy", "waving", "--episodes",
                                    "2", code=1, env={**plugins, "EVALBUS_PREDICATES": ""})
 

@@ -1,4 +1,4 @@
-"""Policies in Python on the bus of a real run, with LCM's module from PyPI, in a network of its own.
+"""Python policies on the bus of a real run, with LCM's module from PyPI, in a network namespace of their own.
 
 usage: bus_test.py BIN   (the folder of evalbus' programs)
 """
@@ -23,7 +23,7 @@ HOME = [0, 0, 0, -np.pi / 2, 0, np.pi / 2, -np.pi / 4] * 2
 
 
 def run_on_bus(policy, out, *options):
-    """`evalbus run` against a program on the bus."""
+    """Runs `evalbus run` against a program on the bus."""
     command = [
         f"{BIN}/evalbus",
         "run",
@@ -65,7 +65,7 @@ class BusTest(unittest.TestCase):
         np.testing.assert_allclose(joints, np.tile(HOME, (len(joints), 1)), atol=0.01)
 
     def test_the_network_lifts_the_pot(self):
-        """What pytorch_policy.py learns from one expert run, without a wire between."""
+        """Checks what pytorch_policy.py learns from one expert run, without a server between policy and evalbus."""
         support.need_torch(self)
         support.evaluate(BIN, "lift_pot", "--episodes", "1", "--policy", "expert", out=self.folder / "expert")
         program = pathlib.Path(__file__).with_name("network_on_bus.py")

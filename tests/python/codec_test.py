@@ -1,4 +1,4 @@
-"""The codec against bytes that were made by hand from openpi's convention."""
+"""Tests the codec against bytes that were worked out by hand from openpi's convention."""
 
 import support
 
@@ -97,7 +97,8 @@ class Codec(unittest.TestCase):
         for size in range(len(whole)):
             with self.assertRaises(codec.CodecError):
                 codec.unpack(whole[:size])
-        # Announces 4 GB of bytes; a byte too many; a byte that msgpack never uses; a text that is no UTF-8.
+        # An announced length of 4 GB; an extra byte; a byte that msgpack never uses; a text that is not
+        # UTF-8.
         for text in ("c6ffffffff00", "8000", "c1", "a1ff"):
             with self.assertRaises(codec.CodecError):
                 codec.unpack(bytes.fromhex(text))

@@ -1,4 +1,6 @@
-"""Files in and out with real programs: training sets read by h5py, trajectories written with NumPy, bad input."""
+"""Input and output files with real programs: training sets read by h5py, trajectories written with NumPy,
+invalid input.
+"""
 import json
 import pathlib
 import shutil
@@ -55,7 +57,7 @@ with tempfile.TemporaryDirectory() as name:
         joints, opening, pot = (numpy.vstack(x) for x in zip((joints, opening, pot), last))
     assert "exists" in evalbus("export", run, "--hdf5", here / "set.hdf5", code=1)
 
-    # Images: who is stopped goes on, and has the same in the end.
+    # Images: an interrupted export continues and gives the same result.
     several, images = here / "several", ["--camera", "head,left/hand/wrist", "--size", "96x64"]
     evalbus("run", "lift_pot/position", "--policy", "expert", "--episodes", "4", "--control-hz", "20", "--in-process",
             "--video", "none", "--out", several)  # fmt: skip
@@ -76,7 +78,7 @@ with tempfile.TemporaryDirectory() as name:
 
     assert (here / "stopped.hdf5").read_bytes() == (here / "whole.hdf5").read_bytes()
 
-    # RoboEval's layout, and its converter's rule.
+    # RoboEval's layout, and the rule of its converter.
     evalbus("export", run, "--safetensors", here / "demos")
     demo = here / "demos" / "0000.safetensors"
     blob = demo.read_bytes()
@@ -99,7 +101,7 @@ with tempfile.TemporaryDirectory() as name:
     assert played["extended"]["success_once"] == played["extended"]["success_end"] == 1, played["extended"]
     assert "whole part" in evalbus("demo", "convert", demo, "--hz", "7", "--out", here / "x", code=1)
 
-    # The run's own trajectory, from a table: what can be known agrees.
+    # The run's own trajectory as a table: all available values agree.
     names = [f"{arm}/joint{k}" for arm in ("left", "right") for k in range(1, 8)]
     columns = [f"q{k}" for k in range(14)] + ["gl", "gr", "x", "y", "z", "qw", "qx", "qy", "qz"]
     map_text = "task: lift_pot/base\nrate_hz: 50\njoints:\n  unit: rad\n  columns: {" + ", ".join(
@@ -139,7 +141,7 @@ with tempfile.TemporaryDirectory() as name:
     assert blind["failure_reason"] == "not_judged" and "success" not in blind["metrics"], blind
     assert json.loads((here / "blind" / "summary.json").read_text())["success_rate"] is None
 
-    # A folder of files: an episode each, in the order of their names; a failure among them.
+    # A folder of files: one episode per file, in the order of their names; one is a failure.
     (here / "many").mkdir()
     for k in range(3):
         write(here / "many" / f"{k}.csv", data if k != 1 else data[:40])
@@ -153,7 +155,7 @@ with tempfile.TemporaryDirectory() as name:
     evalbus("export", here / "folder", "--csv", here / "folder.csv")
     assert (here / "folder.csv").read_text().count("\n") == 4
 
-    # Whatever is wrong: one line that says where, exit code 1, and nothing half-written.
+    # Expects one line that names the location of the error, exit code 1, and nothing half-written.
     def bad_text(name, text):
         (here / name).write_text(text)
         return here / name
@@ -175,7 +177,7 @@ with tempfile.TemporaryDirectory() as name:
         return change
 
     def tensors(name, actions, metadata=None, key="info_demo_action", cut=None):
-        """A safetensors file as its specification has it."""
+        """Reads a safetensors file according to its specification."""
         header = {key: {"dtype": "F64", "shape": actions.shape, "data_offsets": [0, actions.nbytes]}}
         if metadata:
             header["__metadata__"] = metadata

@@ -1,4 +1,4 @@
-"""The examples, each served for real and asked once. Those whose packages are not here are skipped.
+"""Serves each example and sends it one request. Examples whose packages are missing are skipped.
 
 usage: examples_test.py BIN   (the folder of evalbus' programs)
 """
@@ -19,7 +19,7 @@ import numpy as np
 from evalbus import codec
 
 BIN = sys.argv.pop(1)
-# The example as it is, on any free port.
+# Runs the unchanged example on any free port.
 RUN = """
 import functools, runpy, sys
 import evalbus
@@ -44,7 +44,7 @@ def actions(example, *arguments, **observation):
 
 class ExamplesTest(unittest.TestCase):
     def test_five_lines(self):
-        """Those of docs/python.md."""
+        """Tests the five lines of docs/python.md."""
         with tempfile.TemporaryDirectory() as folder:
             program = pathlib.Path(folder) / "policy.py"
             program.write_text(support.snippet("evalbus.serve(act)"))
@@ -59,7 +59,9 @@ class ExamplesTest(unittest.TestCase):
         np.testing.assert_array_equal(chunk[:, 14:], 0)
 
     def test_pytorch(self):
-        """Has learnt from one run of the expert to lift the pot where it stands, under its own contract."""
+        """The policy has learned from one run of the expert to lift the pot at its place, under its own
+        contract.
+        """
         support.need_torch(self)
         with tempfile.TemporaryDirectory() as folder:
             expert, learnt = pathlib.Path(folder) / "expert", pathlib.Path(folder) / "learnt"
@@ -79,7 +81,7 @@ class ExamplesTest(unittest.TestCase):
         chunk = actions("lerobot_policy.py", **observation)
         self.assertEqual((chunk.shape, chunk.dtype), ((20, 16), np.float32))
         self.assertTrue(np.isfinite(chunk).all())
-        # Random weights do nothing sensible, under their own contract, to the end.
+        # Random weights under the example's own contract do nothing useful, but the run ends regularly.
         with tempfile.TemporaryDirectory() as folder:
             out = pathlib.Path(folder) / "run"
             with support.Server("-c", RUN, support.EXAMPLES / "lerobot_policy.py") as server:

@@ -1,4 +1,4 @@
-"""`pip install ./python` without a network, from source trees that nobody may write to.
+"""`pip install ./python` without a network, from read-only source trees.
 
 usage: install_test.py
 """
@@ -16,7 +16,7 @@ import support
 support.need("numpy", "setuptools", "wheel", "pip")
 
 PINNED = (support.SOURCE / "tests/data/fingerprints.txt").read_text()
-# The installed package alone is found.
+# Checks that only the installed package is found.
 CHECK = """
 import evalbus
 from evalbus import messages
@@ -38,14 +38,14 @@ class InstallTest(unittest.TestCase):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
         self.folder = pathlib.Path(scratch.name)
-        # As the source tree and as an installed evalbus have them.
+        # The layouts of the source tree and of an installed evalbus.
         self.tree = self.folder / "tree"
         for name in ("python", "lcmtypes"):
             shutil.copytree(support.SOURCE / name, self.tree / name, symlinks=True,
                             ignore=shutil.ignore_patterns("__pycache__", "*.egg-info", "build"))  # fmt: skip
 
     def read_only(self, *command):
-        """The command where the tree is read-only: by a mount, since root may write to any file."""
+        """The command with a read-only tree: a read-only mount, because root may write to any file."""
         mounted = 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec "$@"'
         inside = ["unshare", "--mount", "--map-root-user", "sh", "-c", mounted, self.tree]
         if subprocess.run([*inside, "true"], capture_output=True).returncode != 0:

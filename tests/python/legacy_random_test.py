@@ -1,4 +1,6 @@
-"""The numbers that tests/unit/base/safetensors_test.cc pins are NumPy's, and the rule they follow is its at length."""
+"""Checks that the numbers in tests/unit/base/safetensors_test.cc are NumPy's, and that they follow from its
+algorithm.
+"""
 import sys
 
 try:
@@ -8,7 +10,7 @@ except ImportError:
 
 
 def words(seed):
-    """32-bit words of the Mersenne twister, as std::mt19937(seed) has them."""
+    """Yields 32-bit words of the Mersenne twister, like std::mt19937(seed)."""
     state = [seed]
     for i in range(1, 624):
         state.append((1812433253 * (state[-1] ^ (state[-1] >> 30)) + i) & 0xFFFFFFFF)

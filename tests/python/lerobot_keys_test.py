@@ -1,5 +1,7 @@
-"""A policy that was trained on what to_lerobot.py writes is shown the same under lerobot_policy.yaml: same keys, shapes
-and, at the first tick, the same numbers. LeRobot itself is not needed (scripts/interop data and lerobot have it).
+"""A policy that was trained on to_lerobot.py's output receives the same observations under lerobot_policy.yaml.
+
+Keys, shapes and, at the first tick, numbers are the same. LeRobot itself is not needed (scripts/interop data
+and lerobot test with it).
 
 usage: lerobot_keys_test.py BIN   (the folder of evalbus' programs)
 """
@@ -19,7 +21,7 @@ import unittest
 import numpy as np
 
 BIN = sys.argv.pop(1)
-# In place of LeRobot's writer.
+# Replaces LeRobot's writer.
 WRITER = """
 import pickle
 
@@ -34,7 +36,7 @@ class LeRobotDataset:
     def save_episode(self):
         pickle.dump((self.features, self.frames[0]), open(self.root, "wb"))
 """
-# A policy that stays where it is and keeps what it is shown first.
+# A policy that holds still and stores its first observation.
 POLICY = """
 import pickle, sys
 import evalbus, numpy as np
@@ -50,7 +52,7 @@ evalbus.serve(act, port=0)
 
 
 def first_frame(here, task, export, *options):
-    """What to_lerobot.py writes of an episode of the expert: the features, and the values of the first frame."""
+    """What to_lerobot.py writes for an episode of the expert: the features, and the values of the first frame."""
     run, set_file = here / "run", here / "set.hdf5"
     support.evaluate(BIN, task, "--control-hz", "20", "--seed", "5", "--episodes", "1", *options, out=run)
     subprocess.run([f"{BIN}/evalbus", "export", run, "--hdf5", set_file, *export], check=True, capture_output=True,

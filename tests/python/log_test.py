@@ -1,4 +1,4 @@
-"""read_run and read_log on a real run, against `evalbus export` and LCM's own generated decoders.
+"""read_run and read_log on a real run, compared with `evalbus export` and LCM's own generated decoders.
 
 usage: log_test.py BIN   (the folder of evalbus' programs)
 """
@@ -23,8 +23,8 @@ from evalbus import messages
 
 BIN = sys.argv.pop(1)
 
-# Everything in a log as LCM's own decoders have it, one event a line. Run without our package: theirs has its
-# name.
+# Prints everything in a log with LCM's own decoders, one event per line. Runs without our package, because
+# the generated one has the same name.
 REFERENCE = """
 import json, struct, sys
 sys.path.insert(0, sys.argv[1])
@@ -98,7 +98,7 @@ class LogTest(unittest.TestCase):
         )
         file = evalbus.read_run(packed)["logs"][1]
         self.assertEqual(file.name, "events.lcmlog.zst")
-        for channel in ("EVALBUS_STATE", "EVALBUS_PARTIAL"):  # as text: nan is not nan
+        for channel in ("EVALBUS_STATE", "EVALBUS_PARTIAL"):  # compared as text because NaN differs from itself
             states, same = (
                 [repr(plain(message)) for _, name, message in evalbus.events(log) if name == channel]
                 for log in (file, self.file)
@@ -112,7 +112,7 @@ class LogTest(unittest.TestCase):
     def test_what_the_documentation_does(self):
         names = {}
         exec(support.snippet("evalbus.read_run").replace("runs/expert", str(self.run_folder)), names)
-        # Whatever it looks up is there.
+        # Every name that the code looks up exists.
         self.assertIn(names["channel"], names["log"])
 
     def test_interrupted_and_broken_runs(self):
@@ -165,7 +165,7 @@ class LogTest(unittest.TestCase):
         self.assertGreater(len(found), 500)
         self.assertEqual(len(found), len(expected))
         for one, other in zip(found, expected):
-            # As text: NaN is equal to itself there.
+            # Compared as text, because there NaN equals itself.
             self.assertEqual(json.dumps(one, sort_keys=True), json.dumps(other, sort_keys=True))
 
     def test_fingerprints_are_the_pinned_ones(self):
@@ -194,7 +194,7 @@ class LogTest(unittest.TestCase):
         self.assertEqual(state["body"]["quat_wxyz"].shape, (count, len(model["body_name"][0]), 4))
         self.assertEqual(model["task"][0], "lift_pot")
         self.assertEqual(model["arm"]["joint_name"][0][1][0][:6], "right/")
-        # How many touch differs: an entry for each tick, (0, 3) where nothing does.
+        # The number of contacts varies: there is one entry per tick, of shape (0, 3) if there is no contact.
         self.assertGreater(len({message["num_contacts"] for message in contacts}), 1)
         position = log["EVALBUS_CONTACTS"]["contact"]["position_m"]
         for tick, message in enumerate(contacts):
@@ -207,7 +207,7 @@ class LogTest(unittest.TestCase):
         for channel, data in self.raw():
             name, message = messages.decode(data)
             self.assertEqual(messages.encode(name, message), data, channel)
-        # Counts and members that are not given follow.
+        # Counts are derived, and missing members get default values.
         action = {"joint_position_rad": [0.5, 1], "header": {"tick": 7}}
         _, back = messages.decode(messages.encode("action_t", action))
         self.assertEqual((back["num_joints"], back["num_grippers"], back["error"]), (2, 0, ""))
@@ -246,7 +246,7 @@ class LogTest(unittest.TestCase):
                     messages.decode(data[:size])
             with self.assertRaisesRegex(messages.MessageError, "1 bytes more"):
                 messages.decode(data + b"\0")
-            # Numbers that announce more than there is, anywhere: an error or another message, at once.
+            # A count that exceeds the data, at any position, causes an error or another message, but no hang.
             for at in range(8, min(len(data) - 4, 400)):
                 for count in (b"\x7f\xff\xff\xff", b"\xff\xff\xff\xff"):
                     try:
@@ -254,14 +254,14 @@ class LogTest(unittest.TestCase):
                     except messages.MessageError:
                         pass
         self.assertIn("EVALBUS_STATE", seen)
-        # Texts end with the one NUL that their length counts.
+        # Texts end with the one NUL that their length includes.
         text = messages.encode("log_t", {"text": "abc"})
         for changed in (b"a\0c\0", b"abcd"):
             with self.assertRaisesRegex(messages.MessageError, "does not end"):
                 messages.decode(text.replace(b"abc\0", changed))
 
     def damaged(self, change):
-        """(log, words of the warnings) of the recorded log with changed bytes."""
+        """Reads the recorded log with changed bytes; returns (log, texts of the warnings)."""
         file = self.folder / "damaged.lcmlog"
         file.write_bytes(change(self.file.read_bytes()))
         with warnings.catch_warnings(record=True) as caught:
@@ -273,18 +273,18 @@ class LogTest(unittest.TestCase):
         whole = evalbus.read_log(self.file)
         ticks = len(whole["EVALBUS_STATE"]["time_us"])
 
-        # Cut in the last event.
+        # The last event is cut off.
         log, words = self.damaged(lambda data: data[:-5])
         self.assertEqual(log.damaged_places, 1)
         self.assertIn(f"{log.damaged_bytes} damaged bytes", words[0])
 
-        # Something between two events.
+        # Bytes between two events.
         first = self.first_event_size()
         log, words = self.damaged(lambda data: data[:first] + b"boredom" + data[first:])
         self.assertEqual((log.damaged_bytes, log.damaged_places), (7, 1))
         self.assertEqual(len(log["EVALBUS_STATE"]["time_us"]), ticks)
 
-        # A length that reaches over events that are whole costs its own event alone.
+        # If a damaged length covers intact events, only its own event is lost.
         def stretched(data):
             size = int.from_bytes(data[24:28], "big") + 1000
             return data[:24] + size.to_bytes(4, "big") + data[28:]

@@ -1,4 +1,4 @@
-"""The network of pytorch_policy.py as a policy on the bus; a program of its own, started by bus_test.
+"""The network of pytorch_policy.py as a policy on the bus, in a program of its own that bus_test starts.
 
 usage: network_on_bus.py URL RUN
 """
@@ -13,7 +13,7 @@ import lcm_policy
 import numpy as np
 import pytorch_policy
 
-# Steps of a chunk that are executed before it is asked again.
+# Number of steps of an action chunk that are executed before the next request.
 EXECUTE = 10
 
 

@@ -1,4 +1,4 @@
-"""Commands of the documentation's pages, run as they stand there, in a network of their own."""
+"""Runs commands of the documentation's pages exactly as printed, in a network namespace of their own."""
 
 import os
 import pathlib
@@ -12,12 +12,14 @@ import time
 import support
 
 _NETWORK = "EVALBUS_PAGE_COMMANDS"
-# What of the source tree commands name.
+# Folders of the source tree that the commands use.
 TREE = ("python", "models", "lcmtypes", "tests", "scripts")
 
 
 def enter_network():
-    """Begins this program again where its ports, multicast groups and processes are its own; skips it where it may not."""
+    """Restarts this program with its own ports, multicast groups and processes; skips it if that is not
+    permitted.
+    """
     if not os.environ.get(_NETWORK):
         inside = ["unshare", "--net", "--map-root-user", "--pid", "--fork", "--kill-child", "--mount-proc"]
         if subprocess.run([*inside, "true"], capture_output=True).returncode != 0:
@@ -40,7 +42,7 @@ def blocks(page):
 
 
 def catches(pid, number):
-    """Whether a program has a handler for a signal by now; the shell that starts it does not count."""
+    """Whether a program has installed a handler for a signal; the shell that starts it has none."""
     if os.path.basename(os.readlink(f"/proc/{pid}/exe")) == "bash":
         return False
     (caught,) = re.findall(r"^SigCgt:\s*(\w+)", pathlib.Path(f"/proc/{pid}/status").read_text(), re.MULTILINE)
@@ -48,7 +50,7 @@ def catches(pid, number):
 
 
 class Shell:
-    """Runs commands in one folder; a block's exports hold for its later commands."""
+    """Runs commands in one folder; exported variables of a block stay set for its later commands."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -76,7 +78,7 @@ class Shell:
         self.wait_for(lambda: re.search(pattern, process.said()) or process.poll() is not None, process.said)
 
     def stay(self, command, pattern=r"\n"):
-        """Starts what goes on in the background."""
+        """Starts a program that runs in the background."""
         process = self.start(command)
         self.background.append(process)
         self.until_says(process, pattern)
@@ -102,7 +104,7 @@ class Shell:
             live.wait(support.DEADLINE_S)
 
     def end(self):
-        """Ends what a block has left in the background."""
+        """Terminates the programs that a block has left in the background."""
         for process in self.background:
             if process.poll() is None:
                 process.terminate()

@@ -1,4 +1,4 @@
-"""A policy that does what an observation asks for; a program of its own, started by server_test."""
+"""A policy whose behavior is selected by the observation; a program of its own that server_test starts."""
 
 import sys
 import threading
@@ -27,7 +27,7 @@ class Policy:
         if what == "dictionary":
             return {"actions": [[1, 2]], "resets": self.resets, "thread": threading.get_ident()}
         if what == "wait":
-            # Computes until the test writes into this pipe.
+            # Blocks until the test writes into this pipe.
             with open(observation["until"]) as pipe:
                 pipe.read()
             return [0.0]

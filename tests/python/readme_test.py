@@ -1,10 +1,11 @@
-"""Runs the commands of README.md and docs/commands.md as they stand there, in their order.
+"""Runs the commands of README.md and docs/commands.md exactly as printed, in their order.
 
-Each page runs in a folder that looks like the source tree.
+Each page runs in a folder that has the layout of the source tree.
 
 usage: readme_test.py BIN   (the folder of evalbus' programs)
 
-They run in a network of their own. Runs are short: numbers of episodes, sizes of images and speeds of replays are reduced.
+The commands run in a network namespace of their own. Runs are shortened: numbers of episodes, sizes of images
+and speeds of replays are reduced.
 """
 
 import os
@@ -21,7 +22,7 @@ from page_commands import Shell, blocks, enter_network
 support.need("numpy", "msgpack", "websockets")
 
 BIN = pathlib.Path(sys.argv[1]).resolve()
-# They install and build, need Java (StockTools.SpyKnowsOurTypes) or a shell's jobs.
+# These commands install and build, need Java (StockTools.SpyKnowsOurTypes) or use a shell's job control.
 LEFT_OUT = {"./run", "./test", "scripts/spy", "kill %1 %2"}
 REDUCED = [
     (r"^\./run ", "evalbus run "),
@@ -31,7 +32,7 @@ REDUCED = [
     (r"^(evalbus render .*)$", r"\1 --size 64x48"),
     (r"^(lcm-logplayer|evalbus replay) ", r"\1 --speed 20 "),
 ]
-# Commands that end by Ctrl-C, and what they have said by then. The second of a pair: they watch a run that is active.
+# Commands that end by Ctrl-C, with the output to wait for before it, and whether they need an active run.
 UNTIL_CTRL_C = [
     (r"^evalbus run .*--web", r"(?s)http://.*episodes? in ", False),
     (r"^evalbus web ", r"http://", False),
@@ -89,7 +90,7 @@ def check_lines(expected, said):
 def run_readme(shell):
     """Returns how many commands ran."""
     text = (support.SOURCE / "README.md").read_text()
-    # The comparison of the two policies, to the last digit.
+    # The comparison of the two policies must match in every digit.
     for command in re.findall(r"^evalbus run .* --out runs/.*", text, flags=re.MULTILINE):
         shell.run(command.replace("--out runs/", "--in-process --video none --out runs/whole-"))
     (excerpt,) = re.findall(r"^```text\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
@@ -104,7 +105,7 @@ def run_readme(shell):
 def run_commands_page(shell):
     """Returns how many commands ran."""
     all_blocks = list(blocks("docs/commands.md"))
-    # The table of ten episodes, to the last digit.
+    # The table of ten episodes must match in every digit.
     (at,) = [i for i, (commands, _) in enumerate(all_blocks) if "--episodes 10 --seed 7" in "".join(commands)]
     (command,), table = all_blocks[at][0], all_blocks[at + 1][1]
     said = shell.run(command.replace("./run", "evalbus run") + " --in-process --video none --out runs/ten")

@@ -85,7 +85,7 @@ class ServerTest(unittest.TestCase):
             self.assertEqual(asyncio.run(support.converse(server.url, conversation)), [1, 1, 2])
 
     def test_images_of_several_megabytes(self):
-        # Larger than the 1 MiB that websockets takes if not told otherwise.
+        # Larger than 1 MiB, the default limit of websockets.
         image = np.zeros((1080, 1920, 3), np.uint8)
         reply = self.converse(lambda c: ask(c, "row", state=image.reshape(-1)))
         self.assertEqual(codec.unpack(reply)["actions"].shape, (1, image.size))
@@ -105,7 +105,7 @@ class ServerTest(unittest.TestCase):
         for word in ("Traceback", *words):
             self.assertIn(word, text)
         self.assertEqual(code, 1011)
-        # The server goes on.
+        # The server continues to work.
         self.assertIn("actions", codec.unpack(self.converse(lambda c: ask(c, "chunk"))))
 
     def test_failures_are_told_and_close_the_connection(self):
@@ -164,7 +164,7 @@ class ServerTest(unittest.TestCase):
         self.assertNotIn(b"extensions", head.lower())
 
     def test_pages_in_browsers_are_refused(self):
-        # A browser sends the page's origin with every WebSocket, a policy's client none.
+        # A browser sends the page's origin with every WebSocket; a policy's client sends none.
         for origin in (b"http://evil.example", b"http://127.0.0.1:8000", b"null"):
             with self.connect() as connection:
                 head, _ = self.shake_hands(connection, b"Origin: " + origin + b"\r\n")
@@ -173,11 +173,11 @@ class ServerTest(unittest.TestCase):
     def test_a_request_that_would_fill_the_memory_is_refused_when_announced(self):
         with self.connect() as connection:
             _, received = self.shake_hands(connection)
-            # The head of a binary frame of 1 GiB.
+            # The header of a binary frame of 1 GiB.
             connection.sendall(b"\x82\xff" + (1 << 30).to_bytes(8, "big") + b"\0\0\0\0")
             while part := connection.recv(4096):
                 received += part
-        # A close frame with the code for a message too big.
+        # A close frame with the code for "message too big".
         self.assertIn((1009).to_bytes(2, "big"), received[-125:])
 
 

@@ -1,4 +1,4 @@
-"""What the tests of python/ share. A program that cannot run exits with 77, which ctest shows as skipped."""
+"""Helpers of the tests of python/. A program that cannot run exits with 77, which ctest reports as skipped."""
 
 import asyncio
 import pathlib
@@ -8,7 +8,7 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 EXAMPLES = SOURCE / "python" / "examples"
-# Only a hang reaches this limit, as tests/deadline.h has it for tests in C++.
+# Only a hang reaches this timeout; it equals that of tests/deadline.h.
 DEADLINE_S = 900
 
 
@@ -18,7 +18,7 @@ def skip(why):
 
 
 def need(*modules):
-    """Skips the program where a module is missing."""
+    """Skips the program if a module is missing."""
     missing = []
     for module in modules:
         try:
@@ -37,14 +37,14 @@ def need_torch(test):
 
 
 def snippet(having):
-    """The Python of docs/python.md that has this in it."""
+    """Returns the Python block of docs/python.md that contains this text."""
     blocks = (SOURCE / "docs" / "python.md").read_text().split("```")[1::2]
     (found,) = [block.removeprefix("python\n") for block in blocks if having in block]
     return found
 
 
 def evaluate(bin_folder, *arguments, out):
-    """`evalbus run` in one process, which needs no network."""
+    """Runs `evalbus run` in one process, which needs no network."""
     command = [
         f"{bin_folder}/evalbus",
         "run",
@@ -60,7 +60,7 @@ def evaluate(bin_folder, *arguments, out):
 
 
 class Program:
-    """A program in Python, from the line of its output that begins with `ready` on."""
+    """A running Python program; the constructor waits for the output line that begins with `ready`."""
 
     def __init__(self, *command, ready):
         self.process = subprocess.Popen(
@@ -84,7 +84,7 @@ class Program:
 
 
 class Server(Program):
-    """One that serves a policy; url: on the port that it prints."""
+    """A program that serves a policy; url has the port that it prints."""
 
     def __init__(self, *command):
         super().__init__(*command, ready="policy server ready: ")

@@ -1,4 +1,4 @@
-"""What tools of others are given, read by their own software: MCAP's reader, Foxglove's client and schemas.
+"""Output for external tools, read by their own software: MCAP's reader, Foxglove's client and schemas.
 
 usage: tools_test.py BIN NODE   (the folder of evalbus' programs; a folder with node_modules and client.js)
 """
@@ -170,7 +170,7 @@ class Tools(unittest.TestCase):
             self.assertEqual(base64.b64decode(image["data"], validate=True)[:2], b"\xff\xd8")
 
     def test_foxgloves_client_sees_the_same(self):
-        """By the older subprotocol, which has no player: it plays as soon as somebody looks."""
+        """The older subprotocol has no player: playback starts when a client subscribes."""
         with Server(self.recorded, "--episode", "0") as server:
             file = pathlib.Path(self.folder.name) / "played.jsonl"
             ended_well(node(server.url, file))
@@ -260,7 +260,7 @@ class Tools(unittest.TestCase):
                                 _, subscription, t = struct.unpack_from("<BIQ", frame)
                                 got += [t] if subscription == tf else []
                         self.assertLessEqual(set(got), set(times))
-                # What waited for it is bounded, and it is told.
+                # The queue of a slow client is bounded, and the client is notified of lost messages.
                 frames = []
                 while not any(isinstance(frame, str) and "too slowly" in frame for frame in frames):
                     frames.append(await asyncio.wait_for(slow.recv(), support.DEADLINE_S))
@@ -269,7 +269,7 @@ class Tools(unittest.TestCase):
             asyncio.run(watch(server.url))
 
     def test_a_run_that_goes_on(self):
-        """Foxglove's client and PlotJuggler's datagrams, both of one live run."""
+        """Foxglove's client and PlotJuggler's datagrams, both from one live run."""
         out = pathlib.Path(self.folder.name) / "live"
         receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8 << 20)
@@ -285,7 +285,7 @@ class Tools(unittest.TestCase):
         file = pathlib.Path(self.folder.name) / "live.jsonl"
         with Server("--url", url) as server:
             client = node(server.url, file, SUBPROTOCOL="foxglove.sdk.v1")
-            # Connected before it begins.
+            # The client is connected before the run begins.
             deadline = time.monotonic() + support.DEADLINE_S
             while not (file.exists() and "\"channel\"" in file.read_text()):
                 self.assertLess(time.monotonic(), deadline)

@@ -1,6 +1,6 @@
-"""Training sets, read by the programs that learn from them: robomimic's loader, safetensors' own reader, LeRobot's.
+"""Training sets, read by training software: robomimic's loader, safetensors' own reader, LeRobot's.
 
-In an environment of requirements/data.txt (LeRobot v3.0) or data_v21.txt (v2.1): scripts/interop data.
+Runs in an environment of requirements/data.txt (LeRobot v3.0) or data_v21.txt (v2.1): scripts/interop data.
 """
 import dataclasses
 import json
@@ -33,7 +33,7 @@ def run(*command):
 
 
 def check_robomimic(file):
-    """Batches of robomimic's own loader hold what h5py finds."""
+    """Batches of robomimic's own loader equal the data that h5py reads."""
     run(sys.executable, "-m", "robomimic.scripts.get_dataset_info", "--dataset", file)
     images = [camera.replace("/", "_") + "_image" for camera in CAMERAS]
     low = ["joint_position", "joint_velocity", "gripper_opening", "pot_pose"]
@@ -48,7 +48,8 @@ def check_robomimic(file):
             filter_by_attribute="success",
             load_next_obs=True,
         )
-        # Theirs is open for reading beside a writer, which does not go together with another that is not.
+        # robomimic opens the file for shared reading, which excludes another reader that opens it without
+        # sharing.
         length, batch = len(data), next(iter(torch.utils.data.DataLoader(data, batch_size=8)))
         data.close_and_delete_hdf5_handle()
         with h5py.File(file) as f:
@@ -57,19 +58,19 @@ def check_robomimic(file):
             demo = f["data"][names[0]]
 
             def same(read, wanted):
-                """Their cache holds numbers with 32 bits."""
+                """robomimic's cache stores 32-bit numbers."""
                 return (read.numpy().astype("f4") == wanted.astype("f4")).all()
 
             for row in range(8):
                 assert same(batch["actions"][row], demo["actions"][row : row + 4])
                 for key in low + images:
                     assert same(batch["obs"][key][row], demo["obs"][key][row : row + 4]), key
-                    # What follows a step is what the next one begins with.
+                    # The next observation of a step is the observation of the following step.
                     assert same(batch["next_obs"][key][row], demo["obs"][key][row + 1 : row + 5]), key
         data.close_and_delete_hdf5_handle()
 
 
-# Members that RoboEval's classes Metadata and EnvData have no default for.
+# Required members of RoboEval's classes Metadata and EnvData.
 @dataclasses.dataclass
 class Metadata:
     observation_mode: str
@@ -87,7 +88,7 @@ class EnvData:
 
 
 def check_roboeval(file, steps):
-    """A demonstration as RoboEval's loader takes it, by the names of its documentation."""
+    """Converts a demonstration to the form of RoboEval's loader, with the names of its documentation."""
     with safe_open(file, framework="np", device="cpu") as f:
         metadata = {key: json.loads(value) for key, value in f.metadata().items()}
         tensors = {key: f.get_tensor(key) for key in f.keys()}
@@ -109,7 +110,7 @@ def check_roboeval(file, steps):
 
 
 def check_lerobot(hdf5, folder):
-    """LeRobot's own writer and loader; its videos are looked at with PyAV."""
+    """Checks LeRobot's own writer and loader; the videos are decoded with PyAV."""
     run(sys.executable, "-B", TO_LEROBOT, hdf5, "--out", folder)
     info = json.loads((folder / "meta/info.json").read_text())
     assert info["fps"] == 20 and info["robot_type"] == "bimanual_panda", info
@@ -120,7 +121,7 @@ def check_lerobot(hdf5, folder):
         demos = [f[f"data/demo_{k}"] for k in range(len(f["data"]))]
         assert data.meta.total_episodes == len(demos)
         assert len(data) == sum(demo.attrs["num_samples"] for demo in demos)
-        # Without images: they are decoded by parts of torchvision that Debian's has not.
+        # Without images: decoding them needs parts of torchvision that Debian's package lacks.
         rows = data.hf_dataset.with_format("numpy")
         first, at = demos[0], len(demos[0]["actions"])
         joints = numpy.hstack([first["obs/joint_position"], first["obs/gripper_opening"]]).astype("f4")
@@ -133,7 +134,7 @@ def check_lerobot(hdf5, folder):
                 frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
             wanted = first[f"obs/roboeval_{camera}_image"][:].astype(int)
             shown = numpy.array(frames[:at], int)
-            # The video is compressed; another frame, or an image upside down, is further away.
+            # The video is compressed; another frame, or an image upside down, has a larger error.
             error = numpy.abs(shown - wanted).mean()
             assert error < 6, (camera, error)
             assert numpy.abs(shown[:, ::-1] - wanted).mean() > 2 * error, camera
@@ -144,7 +145,7 @@ def check_lerobot(hdf5, folder):
 
 
 def check_their_demonstrations(here):
-    """What safetensors' own writer wrote in RoboEval's layout, at its 500 Hz."""
+    """Checks a file that safetensors' own writer wrote in RoboEval's layout, at its 500 Hz."""
     folder = here / "BimanualPanda/LiftPot/JointPositionActionMode_absolute_joint/lightweight"
     folder.mkdir(parents=True)
     random = numpy.random.default_rng(1)
@@ -162,7 +163,7 @@ def check_their_demonstrations(here):
     tensors = {"info_demo_action": actions, "termination": ends, "truncation": ends, "reward": numpy.zeros(0)}
     save_file(tensors, folder / "0123.safetensors", metadata=metadata)
     info = json.loads(run(BIN, "demo", "info", here / "BimanualPanda", "--json"))
-    # The folder is the truth, the file says another task's name.
+    # The folder name decides the task; the file names another task.
     (facts,) = [info["LiftPot"]]
     assert facts["steps"] == 1013 and facts["hz"] == 500 and abs(facts["seconds"] - 2.026) < 1e-9
     assert facts["gripper_closings"] == {"left": 1, "right": 0}
@@ -174,7 +175,7 @@ def check_their_demonstrations(here):
     (converted,) = (here / "converted").glob("*.safetensors")
     with safe_open(converted, framework="np") as f:
         rows, kept = f.get_tensor("info_demo_action"), f.metadata()
-    # RoboEval's rule: windows of 25, the last one filled up with its last step.
+    # RoboEval's rule: windows of 25 steps, the last one padded with its last step.
     padded = numpy.vstack([actions, numpy.repeat(actions[-1:], -1013 % 25, axis=0)]).reshape(-1, 25, 16)
     assert rows.shape == (41, 16) and numpy.allclose(rows[:, :14], padded[:, :, :14].mean(1), atol=1e-12)
     assert (rows[:, 14:] == padded[:, -1, 14:]).all()

@@ -1,6 +1,6 @@
 """Runs the commands of docs/tutorial_training.md, in a folder of their own.
 
-usage: training_tutorial_test.py BIN [EPISODES]   (EPISODES: so many demonstrations instead of the page's)
+usage: training_tutorial_test.py BIN [EPISODES]   (EPISODES: number of demonstrations instead of the page's)
 """
 import json
 import os
@@ -20,7 +20,7 @@ if len(sys.argv) > 2:
 with tempfile.TemporaryDirectory() as name:
     here = pathlib.Path(name)
     (here / "python").symlink_to(SOURCE / "python")
-    # python3 is the one that runs this.
+    # python3 in the commands is the interpreter that runs this test.
     os.environ["PATH"] = f"{BIN}:{pathlib.Path(sys.executable).parent}:{os.environ['PATH']}"
     server = None
     try:
@@ -50,7 +50,7 @@ with tempfile.TemporaryDirectory() as name:
     assert [e["seed"] for e in episodes["early"]] == [e["seed"] for e in episodes["late"]]
     assert not {e["seed"] for e in episodes["late"]} & {e["seed"] for e in episodes["demonstrations"]}
     assert len(episodes["late"]) == 20 and successes["late"] > successes["early"], successes
-    # Each failure has its reason, and the report says it.
+    # Each failure has a reason, and the report states it.
     reasons = {e["failure_reason"] for e in episodes["early"] if not e["metrics"].get("success")}
     report = (here / "runs/early.html").read_text()
     assert reasons and all(reason in report or reason.replace("_", " ") in report for reason in reasons), reasons

@@ -1,4 +1,5 @@
-"""Runs the commands of docs/watch.md: a recorded episode as a source, with images of a video in place of a camera's.
+"""Runs the commands of docs/watch.md: a recorded episode as a source, with images of a video instead of a
+camera's.
 
 usage: watch_page_test.py BIN   (the folder of evalbus' programs)
 """
@@ -24,7 +25,7 @@ BIN = pathlib.Path(sys.argv[1]).resolve()
 
 
 def packed_episode(report):
-    """(head, bytes behind it) of the first episode's block in a report (docs/viewer_data.md)."""
+    """Returns (head, bytes behind it) of the first episode's block in a report (docs/viewer_data.md)."""
     text = report.read_text().split('data-block="episode/0/0">')[1].split("<")[0]
     block = zlib.decompress(b64decode(text))
     (length,) = struct.unpack_from("<I", block)
@@ -32,7 +33,7 @@ def packed_episode(report):
 
 
 def check_images(folder):
-    """Those of the folder are in the log, in order, at their times, and in the report."""
+    """Checks that the folder's images are in the log, in order and with their times, and in the report."""
     published = [file.read_bytes() for file in sorted((folder / "images").iterdir())]
     images = [
         message for _, channel, message in evalbus.events(folder / "runs/c/episodes/0000/events.lcmlog")
@@ -49,7 +50,7 @@ def check_images(folder):
     jpeg = head["arrays"]["image_jpeg"]
     at = jpeg["offset"]
     assert data[at : at + len(published[0])] == published[0]
-    # Without images an episode is what it was.
+    # Without images an episode has the same results.
     episodes = [json.loads((folder / f"runs/{run}/episodes.jsonl").read_text().splitlines()[0]) for run in "bc"]
     for episode in episodes:
         assert episode["complete"] and episode["end_reason"] == "success", episode
@@ -57,7 +58,7 @@ def check_images(folder):
 
 
 def check_page(folder):
-    """A browser shows them, where there is one."""
+    """Checks in a browser, if one is installed, that the page shows them."""
     if not shutil.which("chromium"):
         return
     sys.path.insert(0, str(support.SOURCE / "tests" / "browser"))
@@ -93,7 +94,7 @@ def main():
                 watch = None
                 for command in commands:
                     if "--web" in command:
-                        continue  # the page's first line, for a person
+                        continue  # serves a browser; skipped
                     print(f"$ {command}", flush=True)
                     ran += 1
                     if command.endswith(" &"):

@@ -1,9 +1,9 @@
-"""Servers made of the software of others, held against contracts by evalbus policy check.
+"""Servers made of third-party software, checked against contracts by evalbus policy check.
 
 usage: wires_test.py BIN   (the folder of evalbus' programs)
 
-Their parts are real (openpi-client's codec, pyzmq, json-numpy, vla-eval's model server); what holds them
-together follows the servers of openpi, Isaac-GR00T N1.5 and OpenVLA.
+The parts are real (openpi-client's codec, pyzmq, json-numpy, vla-eval's model server). The code that joins
+them follows the servers of openpi, Isaac-GR00T N1.5 and OpenVLA.
 """
 
 import support
@@ -43,7 +43,9 @@ def check(contract, url):
 
 
 class Loop:
-    """A coroutine on a thread of its own until the end; it is given a function to call once it listens."""
+    """Runs a coroutine in a thread until the end of the block; the coroutine calls a given function once it
+    listens.
+    """
 
     def __init__(self, serve):
         self.loop = asyncio.new_event_loop()
@@ -135,7 +137,7 @@ class WiresTest(unittest.TestCase):
                 return config
             seen.update(request["data"])
             sizes = {key: 1 if key.endswith("close") else 3 for key in names["action"]}
-            # (steps, values), or with the observations' batch in front, as they come.
+            # Shape (steps, values), with the observations' batch dimension in front if they have one.
             batch = request["data"]["state.right_arm_eef_pos"].shape[:-2]
             actions = {key: np.zeros((*batch, 16, size), np.float32) for key, size in sizes.items()}
             return {f"action.{key}": value if batch else np.squeeze(value) for key, value in actions.items()}
@@ -182,7 +184,7 @@ class WiresTest(unittest.TestCase):
             threading.Thread(target=server.serve_forever, daemon=True).start()
             code, report = check("openvla", f"http://127.0.0.1:{server.server_port}/act")
             server.shutdown()
-        # All zeros is a gripper that is closed, and nothing else.
+        # All zeros closes the gripper and changes nothing else.
         self.assertEqual((code, report["num_steps"]), (0, 1), report)
         self.assertEqual((seen["image"].shape, seen["image"].dtype), ((224, 224, 3), np.uint8))
         self.assertEqual(list(seen), ["image", "instruction", "unnorm_key"])

@@ -1,4 +1,4 @@
-// A finding ends the program: no test that runs into one can pass.
+// A sanitizer finding ends the program, so no test that causes one can pass.
 #include <gtest/gtest.h>
 
 #include <climits>
@@ -13,7 +13,8 @@ namespace {
 class Sanitizers : public testing::Test {
  protected:
   void SetUp() override {
-    // The program begins anew for each fault, and says what it found here, not where scripts/check collects.
+    // The program is restarted for each fault and reports findings to stderr instead of the folder of
+    // scripts/check.
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     for (const char* name : {"ASAN_OPTIONS", "LSAN_OPTIONS", "TSAN_OPTIONS", "UBSAN_OPTIONS"}) unsetenv(name);
   }

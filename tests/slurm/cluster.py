@@ -1,4 +1,4 @@
-"""A Slurm cluster for a while: two nodes of one machine, all of it in one folder, without systemd, on loopback alone."""
+"""A temporary Slurm cluster: two nodes of one machine, in one folder, without systemd, on loopback only."""
 
 import os
 import pathlib
@@ -11,13 +11,15 @@ import time
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "scontrol", "squeue", "scancel", "sinfo")
 NODES = ("n1", "n2")
-# Only a hang reaches this limit.
+# Only a hang reaches this timeout.
 DEADLINE_S = 900
 _NAMESPACE = "EVALBUS_TEST_NAMESPACE"
 
 
 def enter_namespace():
-    """Starts this program again where it has a network, host name and processes of its own. Exits 77 where it cannot."""
+    """Restarts this program with a network, host name and processes of its own; exits with 77 if that is not
+    permitted.
+    """
     missing = [program for program in PROGRAMS if not shutil.which(program)]
     if missing:
         print(f"skipped: no {', '.join(missing)} (apt-get install slurm-wlm munge)")
@@ -35,7 +37,7 @@ def enter_namespace():
 
 
 def wait_for(condition, what, describe=lambda: ""):
-    """describe(): the state at the deadline, for the message."""
+    """describe() returns the state at the deadline, for the error message."""
     end = time.monotonic() + DEADLINE_S
     while not condition():
         if time.monotonic() > end:
@@ -74,7 +76,7 @@ class Cluster:
             "ClusterName": "test", "SlurmctldHost": "localhost(127.0.0.1)", "SlurmctldPort": 16817,
             "SlurmUser": "root", "SlurmdUser": "root", "AuthType": "auth/munge", "CredType": "cred/munge",
             "AuthInfo": f"socket={folder}/run/munge.sock,cred_expire=5",
-            # Without another network even 127.0.0.1 is only found so.
+            # Without another network interface, Slurm finds even 127.0.0.1 only with these parameters.
             "CommunicationParameters": "NoInAddrAny,NoCtldInAddrAny,EnableIPv6",
             "StateSaveLocation": f"{folder}/state", "SlurmdSpoolDir": f"{folder}/spool/%n",
             "SlurmctldPidFile": f"{folder}/run/slurmctld.pid", "SlurmdPidFile": f"{folder}/run/slurmd.%n.pid",
@@ -100,12 +102,12 @@ class Cluster:
         return done.stdout
 
     def say(self, *command):
-        """What a client says; empty where the controller does not answer."""
+        """Returns the output of a Slurm command; empty if the controller does not answer."""
         done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S)
         return done.stdout if done.returncode == 0 else ""
 
     def jobs(self):
-        """{"12_3": "RUNNING", ...} of jobs that are not over."""
+        """Returns {"12_3": "RUNNING", ...} of jobs that have not finished."""
         lines = self.say("squeue", "-h", "-r", "-o", "%i %T").splitlines()
         return dict(line.split() for line in lines)
 
@@ -117,10 +119,11 @@ class Cluster:
         return "\n".join([self.say("squeue", "-r", "-o", "%i %T %N %r"), self.say("sinfo", "-N", "-l"), *log[-60:]])
 
     def _release(self):
-        """Lets jobs run that wait for an administrator or for a time.
+        """Releases jobs that wait for an administrator or for a start time.
 
-        A node that was set down, or that Slurm drains because a slurmstepd died, returns late or never. A requeued job
-        starts at once and not after the two minutes in which its credential might be used.
+        Without it, a node that was set down, or that Slurm drains because a slurmstepd died, returns late or
+        never. A requeued job starts at once instead of after the two minutes in which its credential might be
+        used.
         """
         for line in self.say("sinfo", "-h", "-N", "-o", "%N %T").splitlines():
             node, state = line.split()
@@ -133,7 +136,7 @@ class Cluster:
     def stop(self):
         for state in ("PENDING", "RUNNING"):
             self.say("scancel", f"--state={state}")
-        # The others go with the namespace.
+        # The other processes end with the namespace.
         for file in sorted((self.folder / "run").glob("*.pid")):
             try:
                 os.kill(int(file.read_text()), signal.SIGKILL)

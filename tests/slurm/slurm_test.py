@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A plan on a Slurm cluster comes to the same bytes as without one, whatever happens to its tasks.
+"""A plan on a Slurm cluster gives the same bytes as without one, whatever happens to its tasks.
 
 usage: slurm_test.py FOLDER_OF_PROGRAMS
 """
@@ -25,7 +25,7 @@ seed: 5
 shard_episodes: 2
 """
 TASKS = 6
-# Of a run folder, what two runs of equal seeds agree in.
+# Files of a run folder that are equal in two runs of equal seeds.
 RESULTS = ("episodes.jsonl", "summary.json", "run.json")
 
 
@@ -34,7 +34,7 @@ class SlurmTest(unittest.TestCase):
     def setUpClass(cls):
         cls.scratch = tempfile.TemporaryDirectory(prefix="evalbus-slurm-")
         cls.folder = pathlib.Path(cls.scratch.name)
-        # Munge wants it so.
+        # Munge requires these permissions.
         cls.folder.chmod(0o755)
         (cls.folder / "plan.yaml").write_text(PLAN)
         cls.reference = cls.folder / "reference"
@@ -55,7 +55,7 @@ class SlurmTest(unittest.TestCase):
         return done.stdout + done.stderr
 
     def submit(self, name):
-        """The plan's folder, and the number of the array's job."""
+        """Returns the plan's folder and the id of the array job."""
         out = self.folder / name
         said = self.evalbus("run", str(self.folder / "plan.yaml"), "--out", str(out), "--slurm", "--array-size",
                             str(TASKS))
@@ -74,13 +74,16 @@ class SlurmTest(unittest.TestCase):
         for policy in ("expert", "shaky"):
             for name in ("suite.json", "summary.json"):
                 self.assertTrue(filecmp.cmp(self.reference / policy / name, out / policy / name, shallow=False), name)
-        # Nothing half-done is left, once an orphan whose successor was quicker has ended, too.
+        # No unfinished shard is left once every orphaned task has ended, including one that its retry
+        # overtook.
         cluster.wait_for(lambda: not list((out / "parts").iterdir()), f"{out}/parts to be empty")
 
     def events(self, log):
-        """Bytes of all but who made it, and how much of the run that was: the files that MODEL names are where they were made."""
+        """Events that do not depend on the process or on how much of the run it made; MODEL names files where
+        they were written.
+        """
         skipped = ("EVALBUS_MODEL", "EVALBUS_STATUS", "EVALBUS_RUN_SUMMARY")
-        # Not evalbus.events: Python takes minutes to decode as many.
+        # Not evalbus.events: Python would take minutes to decode this many.
         return [event for event in evalbus.log._events(log, evalbus.log.Log()) if event[1] not in skipped]
 
     def running(self, array):
@@ -97,7 +100,7 @@ class SlurmTest(unittest.TestCase):
         self.cluster.wait_until_done()
         self.expect_equal(out)
         self.assertIn("48 of 48 episodes done (100 %), 0 running, 0 shards failed", self.evalbus("status", str(out)))
-        # Once more, and by two at once, is as once.
+        # Merging again, and by two processes at once, changes nothing.
         merges = [subprocess.Popen([f"{PROGRAMS}/evalbus", "merge", str(out)], stdout=subprocess.DEVNULL)
                   for _ in range(2)]
         self.assertEqual([merge.wait(cluster.DEADLINE_S) for merge in merges], [0, 0])
@@ -117,9 +120,9 @@ class SlurmTest(unittest.TestCase):
             self.cluster.say("scontrol", "requeue", task)
             cluster.wait_for(lambda: task not in self.running(array), "the task to stop")
             self.cluster.say("scancel", self.wait_for_running(array))
-            # The orphan's successor comes three quarters of a minute after it.
+            # The retry of the orphaned task starts three quarters of a minute after it.
             self.cluster.wait_until_done()
-            # What was canceled is missing, and only that is submitted again.
+            # Canceled shards are missing, and only those are submitted again.
             self.assertIn("shards are missing", (out / "slurm" / "merge.log").read_text())
             self.assertIn("1 task", self.evalbus("run", str(out / "plan.json"), "--slurm", "--array-size", str(TASKS)))
             self.cluster.wait_until_done()
@@ -146,7 +149,7 @@ class SlurmTest(unittest.TestCase):
         self.cluster.say("scontrol", "update", f"nodename={node}", "state=down", "reason=test")
 
     def kill_a_slurmstepd(self, array):
-        """Its task becomes an orphan that runs on; Slurm begins it again."""
+        """The task becomes an orphan that continues to run; Slurm restarts it."""
         self.wait_for_running(array)
         said = subprocess.run(["pgrep", "-f", "^slurmstepd"], capture_output=True, text=True).stdout.split()
         self.assertTrue(said)

@@ -1,4 +1,4 @@
-// Datagrams as LCM's senders make them, and as they should not be.
+// Datagrams as LCM's senders make them, and invalid ones.
 #pragma once
 
 #include <algorithm>

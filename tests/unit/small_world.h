@@ -1,4 +1,4 @@
-// A made-up model of two one-jointed arms, a counter and a pot, with its messages: task evaluation and
+// A synthetic model of two one-joint arms, a counter and a pot, with its messages, for task evaluation and
 // scoring without MuJoCo.
 #pragma once
 

@@ -1,5 +1,6 @@
-// For LD_PRELOAD: a network that loses, repeats or reorders what a process hears over UDP. BAD_NETWORK says
-// what and how often: "lose 40" is every 40th datagram; "lose 40 evalbus-recorder" in that program only.
+// For LD_PRELOAD: a network that loses, repeats or reorders the UDP datagrams that a process receives.
+// BAD_NETWORK names the fault and its frequency: "lose 40" loses every 40th datagram; "lose 40
+// evalbus-recorder" does so in that program only.
 #include <dlfcn.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -31,21 +32,21 @@ struct Network {
   std::string kind;
   long every = 1;
   long heard = 0;
-  // A datagram to be heard again or later, on this socket.
+  // A datagram to be delivered again or later, on this socket.
   int fd = -1;
   bool due = false;
   std::vector<char> held;
 };
 
-// A bus reads in one thread.
+// One object is enough: a bus reads in one thread.
 Network& TheNetwork() {
   static Network network;
   return network;
 }
 
-// How long a datagram that is held back waits for one that overtakes it.
+// How long a delayed datagram waits for a datagram that overtakes it.
 constexpr timespec kHold{0, 5'000'000};
-// What is shorter than LCM's header is dropped without a word.
+// A datagram shorter than LCM's header is silently dropped.
 constexpr unsigned kNothing = 1;
 
 }  // namespace
@@ -62,7 +63,7 @@ extern "C" int ppoll(pollfd* fds, nfds_t count, const timespec* timeout, const _
   return 1;
 }
 
-// One datagram at a time, whatever there is room for.
+// Returns one datagram at a time, however many `batch` has room for.
 extern "C" int recvmmsg(int fd, mmsghdr* batch, unsigned, int flags, timespec* timeout) {
   static auto* const next = Next<decltype(recvmmsg)>("recvmmsg");
   Network& network = TheNetwork();

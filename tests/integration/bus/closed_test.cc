@@ -1,4 +1,5 @@
-// Closed by default: what the processes of a run have open to a network, and whom their messages can reach.
+// Runs are closed by default: which sockets of a run's processes a network can reach, and where their
+// messages can arrive.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sched.h>
@@ -19,7 +20,7 @@ namespace evalbus::closed_test {
 
 namespace fs = std::filesystem;
 
-// A copy of another process's file descriptor; -1 if that is not allowed.
+// Returns a copy of another process's file descriptor, or -1 if that is not permitted.
 int CopyOf(pid_t pid, int fd) {
   const auto process = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
   const auto copy = static_cast<int>(syscall(SYS_pidfd_getfd, process, fd, 0));
@@ -38,8 +39,8 @@ struct Sockets {
   int senders = 0, reservations = 0;
 };
 
-// Fails the test for each socket of the process that is neither one end of a local pair, nor of the bus at
-// this address, nor its reservation; counts the others.
+// Fails the test for each socket of the process that is neither one end of a local pair, nor a socket of the
+// bus at this address, nor its reservation. Counts the others.
 Sockets CheckSockets(pid_t pid, const sockaddr_in& bus) {
   SCOPED_TRACE(ReadText("/proc/" + std::to_string(pid) + "/cmdline").c_str());
   Sockets found;
@@ -70,7 +71,7 @@ Sockets CheckSockets(pid_t pid, const sockaddr_in& bus) {
     }
     close(socket);
   }
-  // What is sent to the port of a sender is read by nobody.
+  // No process reads what is sent to the port of a sender.
   EXPECT_LE(receivers, 1);
   return found;
 }
@@ -104,7 +105,7 @@ class Closed : public testing::Test {
 
 TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
   EVALBUS_NEEDS_BUS();
-  const std::string url = ReservedBus::Draw().url();  // free again, so that the launcher reserves it
+  const std::string url = ReservedBus::Draw().url();  // freed again so that the launcher can reserve it
   Program launcher(Command({"--url", url})), monitor({"evalbus-monitor", "--url", url}),
       viz({"evalbus-viz", "--url", url});
   ASSERT_TRUE(WaitFor([&] { return IsAtWork() && monitor.running() && viz.running(); })) << launcher.err();
@@ -120,8 +121,8 @@ TEST_F(Closed, ARunHasItsBusOpenAndSendsWithinThisMachine) {
   EXPECT_EQ(senders, 8);
 }
 
-// Says one message again and again, from another machine: a network namespace with a cable to ours. To each
-// of the buses, by our address on the cable and by their groups.
+// Sends one message repeatedly from another machine: a network namespace with a virtual cable to this one.
+// Sends it to each of the buses, by this machine's address on the cable and by their groups.
 class Neighbor {
  public:
   explicit Neighbor(const std::vector<sockaddr_in>& buses) : pid_(fork()) {
@@ -150,7 +151,7 @@ class Neighbor {
 
   bool Connect() const {
     const std::string pid = std::to_string(pid_), in = "nsenter -t " + pid + " -n ip ";
-    // Its namespace is there once it is another one than ours.
+    // The namespace exists once it differs from the test's own.
     const auto network = [](const std::string& process) {
       std::error_code error;
       return fs::read_symlink("/proc/" + process + "/ns/net", error);

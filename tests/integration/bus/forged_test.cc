@@ -1,4 +1,4 @@
-// Messages of other sessions on the bus of a run: its components ignore them.
+// Components of a run ignore messages of other sessions on its bus.
 #include <set>
 
 #include "bus/channels.h"
@@ -8,7 +8,7 @@ namespace evalbus::forged_test {
 
 namespace fs = std::filesystem;
 
-// Answers the sim's messages with wrong ones of other sessions, as another run or a played log would send.
+// Answers the sim's messages with wrong ones of other sessions, as another run or a replayed log would.
 class Forger {
  public:
   explicit Forger(const std::string& url) : bus_(url) {
@@ -31,7 +31,7 @@ class Forger {
   int said() const { return said_; }
 
  private:
-  // Every answer to a STATE, each of which would change the result or end the episode.
+  // Publishes every answer to a STATE; each of them would change the result or end the episode.
   void ForgeTick(const state_t& state) {
     header_t header = state.header;
     for (const int64_t session : {int64_t{0}, model_.session + 1}) {
@@ -154,7 +154,7 @@ TEST(Forged, MessagesOfOtherSessionsAreIgnored) {
   }
   EXPECT_NE(launcher.out().find("warning: another run, or a log being played"), std::string::npos)
       << launcher.out();
-  // It draws at the lowest priority, and hears the rest later.
+  // viz runs at the lowest priority and receives the rest later.
   EXPECT_TRUE(WaitFor(
       [&] { return !viz.running() || viz.err().find("passes over a MODEL: ") != std::string::npos; }));
   EXPECT_TRUE(viz.running()) << viz.err();

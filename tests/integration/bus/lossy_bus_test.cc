@@ -1,6 +1,6 @@
 // Sim, collision, metrics and policy, each on a bus of its own, joined by a network that loses, repeats,
-// reorders and damages messages, and speaks itself. An episode that goes through it has the undisturbed
-// episode's result or is not complete: never another result. In one process, from a seed.
+// reorders and damages messages and injects foreign ones. An episode over it either has the undisturbed
+// episode's result or is marked incomplete. All components run in one process, from a fixed seed.
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -28,11 +28,11 @@ struct Message {
 };
 
 struct Faults {
-  // Probabilities, for each message and receiver.
+  // Probabilities per message and receiver.
   double lose = 0, repeat = 0, damage = 0;
-  // Messages are delivered in a random order within so many.
+  // Messages are delivered in a random order within a window of this many.
   size_t window = 1;
-  // Said by somebody else, in this order, each after a random number of deliveries up to `pause`.
+  // Foreign messages, injected in this order, each after a random number of deliveries up to `pause`.
   std::vector<Message> foreign = {};
   int pause = 3;
 };
@@ -55,10 +55,10 @@ class Network {
     Add([&](Bus* bus) { return std::make_unique<sim::SimComponent>(bus, options); });
   }
 
-  // The score of the episode; none if it does not go on, or a component refuses what it was told.
+  // Returns the score of the episode; nullopt if the episode stalls or a component rejects a message.
   std::optional<episode_summary_t> Run() {
     int64_t tick = -1;
-    // Far more than an episode takes.
+    // The limits are far above what an episode takes.
     for (int stalls = 0, silent = 0; stalls < 3000 && silent < 40; ++stalls, ++silent) {
       try {
         DeliverAll();
@@ -66,7 +66,7 @@ class Network {
         return std::nullopt;
       }
       if (summary_) return summary_;
-      // Nobody has anything to say: time passes, until somebody repeats what was lost.
+      // No message is in flight: advances time until a component resends what was lost.
       if (std::exchange(tick, status(kSim).last_tick) != status(kSim).last_tick) silent = 0;
       const auto now = std::chrono::steady_clock::now() + silent * std::chrono::milliseconds(700);
       for (Node& node : nodes_) {
@@ -86,7 +86,7 @@ class Network {
   struct Node {
     Bus bus{"memq://"};
     std::unique_ptr<Component> component;
-    // Delivered, and about to be heard by our own ears.
+    // Messages delivered to this node, which its own subscription is about to receive.
     std::multiset<std::pair<std::string, Bytes>> delivered;
   };
   struct Delivery {
@@ -128,8 +128,8 @@ class Network {
     }
   }
 
-  // Cut, too long, of another type, or with counts that cannot be. A message whose numbers alone are damaged
-  // cannot be told from a good one: UDP's checksum is what there is.
+  // Returns the message truncated, too long, of another type, or with impossible counts. Damage to numbers
+  // alone is left out: only UDP's checksum detects it.
   Message Damaged(Message message) {
     switch (random_() % 4) {
       case 0:
@@ -196,7 +196,8 @@ class LossyBus : public testing::Test {
     ours_ = network.said();
   }
 
-  // Runs disturbed episodes; returns how many have the reference's result, fails the test if one has another.
+  // Runs disturbed episodes. Returns how many have the reference's result; fails the test if a complete one
+  // has another.
   int Equal(const Faults& faults, int episodes) {
     int equal = 0;
     for (int i = 0; i < episodes; ++i) {
@@ -223,7 +224,7 @@ class LossyBus : public testing::Test {
   std::filesystem::path task_;
   Bytes reference_;
   std::vector<Message> ours_;
-  // Their models are files that logs name.
+  // Kept alive because logs name their model files.
   std::deque<Network> kept_;
 };
 
@@ -247,7 +248,7 @@ TEST_F(LossyBus, DamagedCopiesAreDropped) {
 
 TEST_F(LossyBus, OurOwnOldLogIsHarmless) {
   std::vector<Message> log = ours_;
-  // Every message of these channels is one that we will say, too.
+  // This run will publish every message of these channels, too.
   std::erase_if(log, [](const Message& message) {
     return message.channel != channels::kContacts && message.channel != channels::kAction &&
            message.channel != channels::kPartial;
@@ -260,7 +261,7 @@ TEST_F(LossyBus, OldLogsOfOtherEpisodesAreNeverTakenForOurs) {
   for (const auto& [seed, policy] : {std::pair(kSeed + 1, "expert"), std::pair(kSeed, "random")}) {
     const std::vector<Message> log = OldLog(seed, policy);
     for (const int pause : {1, 20}) Equal({.foreign = log, .pause = pause}, 1);
-    // One channel of it only.
+    // Uses only one channel of the log.
     std::set<std::string> channels;
     for (const Message& message : log) channels.insert(message.channel);
     EXPECT_GE(channels.size(), 9u);

@@ -1,4 +1,5 @@
-// A machine without multicast: what was asked for fails with the fix, the default falls back and says so.
+// On a machine without multicast, an explicitly requested bus fails with advice. The default falls back to a
+// private network namespace or else to one process, and reports it.
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <sched.h>
@@ -15,12 +16,12 @@ namespace evalbus::no_multicast_test {
 
 namespace fs = std::filesystem;
 
-// A network namespace without any route.
+// Enters a network namespace without any route.
 void LeaveNetwork() {
   if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(125);
 }
 
-// And without the right to make another.
+// Also gives up the right to create another namespace.
 void LeaveNetworkForGood() {
   LeaveNetwork();
   sock_filter instructions[] = {

@@ -1,4 +1,4 @@
-// Our receiver beside liblcm's: what comes out of the same traffic.
+// Compares our receiver with liblcm's on the same traffic.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
@@ -16,7 +16,7 @@ namespace evalbus::receiver_test {
 
 using Heard = std::vector<std::string>;
 
-// By which liblcm finds out whether it hears itself.
+// The channel on which liblcm tests whether it receives its own messages.
 constexpr std::string_view kSelfTest = "LCM_SELF_TEST";
 
 std::string Line(std::string_view channel, std::span<const uint8_t> data) {
@@ -24,7 +24,7 @@ std::string Line(std::string_view channel, std::span<const uint8_t> data) {
                      Sha256Text({reinterpret_cast<const char*>(data.data()), data.size()}));
 }
 
-// A program that sends to a bus by itself.
+// A program that sends to a bus without liblcm.
 class Sender {
  public:
   explicit Sender(const std::string& url) {
@@ -67,7 +67,7 @@ class Receiver : public testing::Test {
   void HearTheirs(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
     by_them_.push_back(Line(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size}));
   }
-  // Until both have heard this, which comes last.
+  // Receives until both receivers have received this line, which is sent last.
   void HearUntil(const std::string& line) {
     const auto has = [&](const Heard& heard) { return !heard.empty() && heard.back() == line; };
     ASSERT_TRUE(WaitFor([&] {
@@ -87,10 +87,10 @@ class Receiver : public testing::Test {
   int64_t time_us_ = 0;
 };
 
-// Three senders whose datagrams interleave, of which some are lost.
+// Three senders whose datagrams interleave; some datagrams are lost.
 TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
-  // liblcm reads in a thread of its own, which a loaded machine starts late: what waits for it must fit the
-  // kernel's buffer, or it is lost on the way to liblcm.
+  // liblcm reads in a thread of its own, which starts late on a loaded machine. Pending messages must fit
+  // into the kernel's buffer, or liblcm loses them.
   constexpr size_t kMaxWaitingBytes = 200'000;
   std::mt19937 random(3);
   const auto below = [&](size_t n) { return static_cast<size_t>(random()) % n; };
@@ -133,8 +133,8 @@ TEST_F(Receiver, MakesOfAnyTrafficWhatLiblcmMakes) {
   EXPECT_EQ(by_us_, by_them_);
 }
 
-// What liblcm sends, both hear: what fits a datagram exactly, and a byte more; and so do we what is 64 MB
-// large, sent so that the kernel's buffer holds it.
+// Both receivers receive what liblcm sends: a message that exactly fills a datagram, one that is a byte
+// longer, and one of 64 MB, sent slowly enough for the kernel's buffer.
 TEST_F(Receiver, HearsMessagesOfEverySize) {
   for (const size_t size : {size_t{1}, size_t{65'499} - sizeof "SIZE", size_t{65'500} - sizeof "SIZE",
                             size_t{65'501} - sizeof "SIZE", size_t{131'000}, size_t{3} << 20}) {
@@ -169,7 +169,7 @@ TEST_F(Receiver, SaysWhenAMessageCame) {
   EXPECT_LE(time_us_, now_us());
 }
 
-// Two buses with one port, as of two programs that do not reserve it.
+// Two buses with different groups on one port, as of two programs that do not reserve it.
 TEST(Receivers, OfOtherGroupsOnOnePortHearOnlyTheirOwn) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl(), port = url.substr(url.rfind(":"));
@@ -183,7 +183,7 @@ TEST(Receivers, OfOtherGroupsOnOnePortHearOnlyTheirOwn) {
   a.SubscribeRaw("EVALBUS_GROUP.*", note(&heard_a));
   b.SubscribeRaw("EVALBUS_GROUP.*", note(&heard_b));
   const uint8_t byte = 0;
-  // What was sent first is received first, so that each last one shows that the others did not come.
+  // Messages arrive in the order sent, so the last message of each bus proves that the others did not arrive.
   a.PublishRaw("EVALBUS_GROUP_OF_A", {&byte, 1});
   b.PublishRaw("EVALBUS_GROUP_OF_B", {&byte, 1});
   a.PublishRaw("EVALBUS_GROUP_END", {&byte, 1});

@@ -1,4 +1,4 @@
-// Other processes publish on the bus of a run: the run has the undisturbed run's scores, or stops with the
+// Other processes publish on the bus of a run. The run has the undisturbed run's scores or stops with the
 // reason.
 #include <sstream>
 
@@ -16,7 +16,7 @@ std::vector<std::string> RunCommand(const fs::path& out, const std::string& seed
   return command;
 }
 
-// The lines of the run's episodes.jsonl are the first ones of the reference's.
+// Expects the lines of the run's episodes.jsonl to be the first lines of the reference's.
 void ExpectNoOtherScores(const fs::path& run, const fs::path& reference) {
   std::istringstream lines(ReadText(run / "episodes.jsonl")),
       expected(ReadText(reference / "episodes.jsonl"));
@@ -42,7 +42,7 @@ class SecondPublisher : public testing::Test {
   const std::string url_ = UniqueUrl();
 };
 
-// It announces an episode of its own all the time.
+// The second sim announces an episode of its own continuously.
 TEST_F(SecondPublisher, ASecondSimIsIgnored) {
   Program second({"evalbus-sim", "lift_pot", "--out", (folder_.path() / "other").string(), "--url", url_,
                   "--episodes", "1000"});
@@ -63,7 +63,7 @@ TEST_F(SecondPublisher, TwoRunsOnOneBusDoNotDisturbEachOther) {
 
 class Second : public SecondPublisher, public testing::WithParamInterface<const char*> {};
 
-// Started by hand, it takes part in whatever session it receives.
+// A component that is started by hand joins any session that it receives.
 TEST_P(Second, ComponentIsNamed) {
   std::vector<std::string> command = {std::string("evalbus-") + GetParam(), "--url", url_};
   if (std::string(GetParam()) == "policy") command.insert(command.end(), {"--policy", "hold"});
@@ -72,7 +72,7 @@ TEST_P(Second, ComponentIsNamed) {
   Program launcher(RunCommand(run_, "1", {"--url", url_}));
   const int code = launcher.Wait();
   if (code == 0) {
-    // The run was over before the second process was ready for an episode of it.
+    // The run had finished before the second process was ready for one of its episodes.
     ExpectSameScores(run_, reference_);
     return;
   }
@@ -86,7 +86,7 @@ TEST_P(Second, ComponentIsNamed) {
 INSTANTIATE_TEST_SUITE_P(Each, Second, testing::Values("collision", "metrics", "policy"),
                          [](const auto& test) { return std::string(test.param); });
 
-// Some channels of an old run's logs, and of which seed and policy that was.
+// Some channels of an old run's logs, and the seed and policy of that run.
 struct OldRun {
   const char* name;
   const char* seed;
@@ -96,7 +96,7 @@ struct OldRun {
 
 class OldLog : public SecondPublisher, public testing::WithParamInterface<OldRun> {};
 
-// lcm-logplayer, again and again, into a run that is active.
+// lcm-logplayer plays an old log repeatedly into an active run.
 TEST_P(OldLog, PlayedIntoARunIsIgnored) {
   const fs::path old = folder_.path() / "old";
   ASSERT_EQ(

@@ -1,11 +1,11 @@
-// Runs in containers that share a network: they see neither each other's processes nor files.
+// Runs in containers that share a network but neither processes nor files.
 #include "tests/integration/harness.h"
 
 namespace evalbus::shared_network_test {
 
 namespace fs = std::filesystem;
 
-// As the first process of its container, as in many images.
+// Wraps the program so that it is the first process of its container, as in many images.
 std::vector<std::string> InContainer(const std::vector<std::string>& program) {
   std::vector<std::string> command = {"unshare", "--pid", "--fork", "--mount-proc", "--kill-child"};
   command.insert(command.end(), program.begin(), program.end());

@@ -14,8 +14,7 @@ namespace evalbus::stock_tools_test {
 
 namespace fs = std::filesystem;
 
-// lcm-logger keeps thirty messages that wait for it and drops those that come then, so on a loaded machine it
-// may lack some.
+// lcm-logger queues thirty messages and drops newer ones, so its log may lack some on a loaded machine.
 TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -23,7 +22,7 @@ TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
   Program logger(
       {"lcm-logger", "--lcm-url", url + "&recv_buf_size=4194304", "--flush-interval", "10", "--quiet", file});
   {
-    // The logger listens once something that was said is in its file.
+    // The logger is listening once a published message is in its file.
     Bus bus(url);
     auto said = SteadyTime::min();
     ASSERT_TRUE(WaitFor([&] {
@@ -47,7 +46,7 @@ TEST(StockTools, LoggerHearsWhatTheRecorderRecords) {
   EXPECT_GT(recorded.size(), 200u);
   auto logged = ReadLog(file).Payloads(channels::kState);
   EXPECT_FALSE(logged.empty());
-  // In the same order, each with the same bytes but for the session, which is recorded as 0.
+  // The messages have the same order and bytes, except for the session, which is recorded as 0.
   auto next = recorded.begin();
   for (auto& state : logged) {
     EXPECT_NE(SessionOf(state), 0);
@@ -130,7 +129,7 @@ TEST(StockTools, GeneratedPythonDecodesTheLog) {
   for (int k = 0; k < 3; ++k) EXPECT_EQ(position[k], last.arm[1].wrist_position_m[k]) << k;
 }
 
-// The spy finds our types in the jar of scripts/spy, with the fingerprints by which it knows messages.
+// The spy finds our types in the jar of scripts/spy, by the fingerprints that identify messages.
 constexpr char kTypes[] = R"(public class Types {
   public static void main(String[] names) throws Exception {
     for (String name : names) {

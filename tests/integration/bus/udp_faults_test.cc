@@ -1,5 +1,5 @@
-// A real network that misbehaves under the real processes of a run: what comes out is the undisturbed run's,
-// or the run ends with one line that says why.
+// A real network that misbehaves below the real processes of a run. The run has the undisturbed run's
+// results, or ends with one line that states the reason.
 #include <arpa/inet.h>
 #include <dlfcn.h>
 #include <netinet/in.h>
@@ -22,8 +22,8 @@ namespace evalbus::udp_faults_test {
 
 namespace fs = std::filesystem;
 
-// For Program::Setting: the network's library in front of a program's own, and of a sanitizer's, which wants
-// to be the first.
+// For Program::Setting: preloads the network's library before the program's own libraries and after a
+// sanitizer's, which must be first.
 std::function<void()> On(const std::string& network) {
   std::string libraries = BAD_NETWORK_LIBRARY;
   for (const char* name : {"__asan_init", "__tsan_init"}) {
@@ -66,7 +66,7 @@ class UdpFaults : public testing::Test {
     return command;
   }
 
-  // Runs it to its end on our bus, on such a network; we hear everything.
+  // Runs the program to its end on the test's bus, on such a network; receives every message.
   Result Run(const std::string& network, const std::vector<std::string>& more = {},
              const std::string& url_options = "") {
     std::vector<std::string> arguments = {"--url", url_ + url_options};
@@ -82,7 +82,7 @@ class UdpFaults : public testing::Test {
     return {launcher.Wait(), launcher.out(), launcher.err()};
   }
 
-  // Exit code 2 with one line and no other scores, or the reference's.
+  // Expects either exit code 2 with one line and no other scores, or the reference's scores.
   void ExpectTheSameOrAReason(const Result& result) {
     if (result.code == 0) {
       EXPECT_EQ(result.err, "");
@@ -99,9 +99,9 @@ class UdpFaults : public testing::Test {
   const fs::path reference_ = folder_.path() / "reference", run_ = folder_.path() / "run";
   const std::string url_ = UniqueUrl();
   std::optional<Bus> bus_;
-  // Goes on while a run does.
+  // Is active while a run is.
   std::function<void(pid_t launcher)> beside_;
-  // Highest counts heard, by component.
+  // Highest counts received, by component.
   std::map<std::string, int64_t> foreign_messages_, decode_errors_;
   std::vector<uint8_t> state_;
   int repeated_states_ = 0;
@@ -136,13 +136,13 @@ TEST_F(UdpFaults, ReorderedMessagesChangeNothing) {
 
 TEST_F(UdpFaults, LostMessagesAreSaidAgain) {
   ExpectTheSameOrAReason(Run("lose 150"));
-  // The sim repeats what nobody answered.
+  // The sim resends a STATE that was not answered.
   EXPECT_GT(repeated_states_, 0);
   if (fs::exists(run_)) ExpectLogged(run_, "sim", "", ": says STATE again");
 }
 
-// Nobody waits for the recorder's every tick: the episode is begun again, and where no log is whole, it is
-// said.
+// The run does not wait for the recorder at every tick: the episode is retried, and if no log is complete,
+// the run reports it.
 TEST_F(UdpFaults, TicksThatTheRecorderLosesAreSaid) {
   const Result result = Run("lose 20 evalbus-recorder");
   EXPECT_EQ(result.code, 0) << result.err;
@@ -154,7 +154,7 @@ TEST_F(UdpFaults, TicksThatTheRecorderLosesAreSaid) {
 
 TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
   const Result result = Run("lose 25", {"--realtime"});
-  // What must not be lost is said again or the episode begun again, at most three times.
+  // A required message is resent or the episode is retried, at most three times.
   if (result.code != 0) {
     EXPECT_EQ(result.code, 2);
     EXPECT_TRUE(result.err.starts_with("error: ")) << result.err;
@@ -168,8 +168,8 @@ TEST_F(UdpFaults, WhatIsLostInRealtimeIsCountedAndMakesAnEpisodeIncomplete) {
   EXPECT_NE(result.out.find("incomplete"), std::string::npos) << result.out;
 }
 
-// Datagrams as anybody can send them: noise, and LCM's own headers with everything in them wrong. LCM's
-// library takes it on trust where a fragment belongs.
+// Datagrams that any program can send: noise, and LCM's headers with wrong fields. LCM's library does not
+// check the offset of a fragment.
 class Garbage {
  public:
   explicit Garbage(const std::string& url) : socket_(::socket(AF_INET, SOCK_DGRAM, 0)) {
@@ -189,12 +189,12 @@ class Garbage {
     for (char& byte : noise) byte = static_cast<char>(random_());
     Send(noise);
     Send(std::string("LC02\0\0\0\1", 8) + std::string(random_() % 300, 'x'));
-    // Beyond the end of its message by as much as a 32-bit sum does not show.
+    // Lies beyond the end of its message by an amount that a 32-bit sum does not reveal.
     const auto last = static_cast<uint32_t>(said_);
     Fragment(last, 100'000, 0, 0, 3, std::string("EVALBUS_STATE\0", 14) + noise);
     Fragment(last, 100'000, 0xFFFFFFF0, 1, 3, std::string(200, 'x'));
-    // First a part of a message that is never finished, then one that does not belong there.
-    // One fragment that claims to be a whole message of 60 MB.
+    // Sends the first fragment of a message that is never finished, then a fragment that does not belong
+    // there, and one fragment that claims to be a whole message of 60 MB.
     Fragment(last, 60'000'000, 0, 0, 1, std::string("EVALBUS_STATE\0", 14) + noise);
     Fragment(last, 60'000'000, 0, 0, 1, std::string("SOMETHING_ELSE\0", 15) + noise);
     const uint32_t sizes[] = {0, 100, 100'000, 1u << 28, 0xFFFFFFFF};
@@ -233,12 +233,12 @@ int64_t PeakMemoryBytes(pid_t pid) {
 
 TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   Garbage garbage(url_);
-  // Of a type that is right, far longer than any of ours.
+  // The type is right, but the message is far longer than any message of evalbus.
   std::vector<uint8_t> oversized;
   int64_t peak_memory_bytes = 0;
   int rounds = 0;
   beside_ = [&](pid_t launcher) {
-    // What is too long is made of a STATE.
+    // The oversized messages are made from a STATE.
     if (state_.empty()) return;
     garbage.Say();
     if (++rounds % 4 == 0) {

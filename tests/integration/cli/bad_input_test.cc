@@ -1,4 +1,5 @@
-// Wrong input of every kind: one line that names the culprit, the exit code, and nothing left behind.
+// Wrong input of every kind gives one line that names the culprit and the exit code, and leaves nothing
+// behind.
 #include <algorithm>
 
 #include "tests/integration/harness.h"
@@ -11,7 +12,7 @@ class BadInput : public testing::Test {
  protected:
   BadInput() { fs::create_directory(work_); }
 
-  // Runs in an empty folder. The error must contain each of `words`.
+  // Runs the command in an empty folder. The error must contain each of `words`.
   void Expect(int code, const std::vector<std::string>& command, const std::vector<std::string>& words) {
     SCOPED_TRACE(testing::PrintToString(command));
     const Result result = RunProgram(command, {work_, nullptr});
@@ -21,7 +22,7 @@ class BadInput : public testing::Test {
     for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
     EXPECT_TRUE(fs::is_empty(work_)) << fs::directory_iterator(work_)->path();
   }
-  // `evalbus run` in one process and in several, with --out and without.
+  // Runs `evalbus run` in one process and in several, with and without --out.
   void ExpectRun(int code, std::vector<std::string> arguments, const std::vector<std::string>& words) {
     arguments.insert(arguments.begin(), {"evalbus", "run"});
     if (WhyNoBus().empty()) Expect(code, arguments, words);
@@ -30,7 +31,7 @@ class BadInput : public testing::Test {
     arguments.insert(arguments.end(), {"--out", "mine"});
     Expect(code, arguments, words);
   }
-  // lift_pot's YAML with one text replaced.
+  // Returns lift_pot's YAML with one text replaced.
   std::string Task(const std::string& what, const std::string& with) {
     const std::string file = ShortTask(folder_.path(), 1);
     std::string text = ReadText(file);
@@ -56,7 +57,7 @@ TEST_F(BadInput, UnknownNames) {
   ExpectRun(1, {"lift_pt"}, {"lift_pt", "lift_pot"});
   ExpectRun(1, {"lift_pot/postion"}, {"postion", "position"});
   ExpectRun(1, {"lift_pot", "--policy", "exprt"}, {"exprt", "did you mean 'expert'"});
-  // Before the run has said that it begins.
+  // The error precedes the line that announces the run.
   EXPECT_EQ(RunProgram({"evalbus", "run", "lift_pot", "--policy", "exprt"}).out, "");
   ExpectRun(1, {"lift_pot", "--robot", "none.yaml"}, {"none.yaml"});
   ExpectRun(1, {"none.yaml"}, {"none.yaml"});
@@ -146,13 +147,14 @@ TEST_F(BadInput, TaskCheckLooksAtStartsAndLimits) {
     Expect(1, {"evalbus", "tasks", "check", file}, {file + ":" + std::to_string(line) + ": " + message});
   };
   const std::string base = "base: {position_m: [0.1, 0, 0]}", pot = "pose: {position_m: [0.7, 0, 0.996]}";
-  // The counter's top is at 0.859 m, the pot's bottom 0.137 m below its origin: 9 mm too low.
+  // The counter's top is at 0.859 m and the pot's bottom 0.137 m below its origin, so the pot is 9 mm too
+  // low.
   expect(pot, "pose: {position_m: [0.7, 0, 0.987]}", "  base:\n    alias",
          "variation 'base': at the start (seed 0) pot is ");
   expect("center_m: [0.735, 0], half_extents_m: [0.21, 0.4]",
          "center_m: [0.1, 0.3], half_extents_m: [0.01, 0.01]", "  position:\n",
          "variation 'position': no draw in 1000 leaves every part clear of the others; in the last pot is ");
-  // The robot stands in the left cabinet.
+  // The robot stands inside the left cabinet.
   expect(base, "base: {position_m: [0.8, 0, 0]}", "  base:\n    alias",
          "variation 'base': at the start (seed 0) ");
   expect("max_deg: 20", "max_deg: 120", "max_deg: 120",

@@ -1,4 +1,4 @@
-// Processes that a person starts, in any order.
+// Processes that are started by hand, in any order.
 #include <signal.h>
 
 #include <map>
@@ -34,7 +34,7 @@ TEST_P(ByHand, AnyOrderOfStartsGivesTheSameScores) {
     if (name == "policy") command.insert(command.end(), {"--policy", "random"});
     if (name == "recorder") command.insert(command.end(), {"--out", out});
     auto& program = programs[name] = std::make_unique<Program>(command);
-    // The next one only once this one is there.
+    // Starts the next program only once this one is ready.
     ASSERT_TRUE(WaitFor([&] { return program->out() == name + " ready\n"; })) << name << program->err();
   }
   EXPECT_EQ(programs["sim"]->Wait(), 0) << programs["sim"]->err();
@@ -44,7 +44,7 @@ TEST_P(ByHand, AnyOrderOfStartsGivesTheSameScores) {
     EXPECT_TRUE(program->running()) << name;
     program->Signal(SIGTERM);
     EXPECT_EQ(program->Wait(), 0) << name;
-    // What it noticed, which is nothing to worry about.
+    // The only log lines are of level info.
     std::istringstream lines(program->err());
     for (std::string line; std::getline(lines, line);) {
       EXPECT_NE(line.find(" [info] " + name), std::string::npos) << line;
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Orders, ByHand,
                                          Order{"policy", "metrics", "sim", "recorder", "collision"}),
                          [](const auto& test) { return test.param.front() + "First"; });
 
-// The same with `evalbus run` as the one who commands, scores are shown and a run folder is left.
+// With `evalbus run` as the launcher the scores are the same, and it prints them and leaves a run folder.
 TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -79,7 +79,7 @@ TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
 
   const fs::path out = folder.path() / "run";
   const std::string url = UniqueUrl();
-  // The bus is named once, for all.
+  // The environment names the bus once for all programs.
   const Program::Setting environment{{}, [url] { setenv("EVALBUS_URL", url.c_str(), 1); }};
   std::vector<std::string> command = {"evalbus", "run", "--by-hand", "--out", out};
   command.insert(command.end(), what.begin(), what.end());
@@ -88,7 +88,7 @@ TEST(ByHandRun, LeavesAFolderLikeAnyOther) {
       << run.err();
   std::vector<std::unique_ptr<Program>> programs;
   for (const std::string name : {"sim", "metrics", "policy", "recorder", "collision"}) {
-    // It is said what to start, and that is what is started here.
+    // `evalbus run` prints the commands to start; the test starts exactly those.
     const std::string line = "/evalbus-" + name + " --options " + (out / "run.json").string() + " --url";
     EXPECT_NE(run.out().find(line), std::string::npos) << run.out();
     programs.push_back(std::make_unique<Program>(
@@ -121,7 +121,7 @@ TEST(ByHandRun, NeedsABus) {
       << result.err;
 }
 
-// For every program the same: the bus where the command line names none.
+// Every program takes the bus from the environment if the command line names none.
 TEST(Environment, NamesTheBus) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -137,7 +137,7 @@ TEST(Environment, NamesTheBus) {
     return nlohmann::json::parse(ReadText(folder.path() / name / "run.json"));
   };
   EXPECT_EQ(run("named", {})["url"], url);
-  // Goes before: each worker has a bus of its own, or none is needed.
+  // These options take precedence: each worker has a bus of its own, or no bus is needed.
   EXPECT_EQ(run("workers", {"--workers", "2"})["url"], "");
   EXPECT_EQ(run("in_process", {"--in-process"})["url"], "");
   for (const char* name : {"workers", "in_process"})
@@ -158,7 +158,7 @@ TEST(Environment, NamesTheBus) {
     return is_heard;
   })) << replay.err();
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
-  // A folder that was named goes before, too: nothing is said of a --url that nobody wrote.
+  // A named folder takes precedence, too: the output does not mention a --url that was not given.
   const Result over = RunProgram({"evalbus", "monitor", folder.path() / "named"}, environment);
   EXPECT_EQ(over.code, 1);
   EXPECT_NE(over.err.find("this run is over"), std::string::npos) << over.err;
@@ -266,7 +266,7 @@ TEST(Programs, HelpIsUsefulAndNoError) {
     EXPECT_EQ(result.code, 0) << command[0];
     EXPECT_EQ(result.err, "") << command[0];
     EXPECT_NE(result.out.find(word), std::string::npos) << command[0] << " --help: " << result.out;
-    // What it is for comes before what it is called with.
+    // The description precedes the usage line.
     EXPECT_GT(result.out.find("Usage:"), 20u) << command[0];
   }
   const std::string version = RunProgram({"evalbus", "--version"}).out;

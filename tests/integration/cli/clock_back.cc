@@ -1,4 +1,5 @@
-// For LD_PRELOAD: a wall clock that is set back by an hour five times a second. The steady clock goes on.
+// For LD_PRELOAD: a wall clock that is set back by an hour five times a second. The steady clock is not
+// changed.
 #include <sys/syscall.h>
 #include <sys/time.h>
 #include <time.h>

@@ -1,4 +1,5 @@
-// evalbus collect: successes only, the same however they are made, also after an interruption.
+// evalbus collect keeps successes only. The result does not depend on the number of processes or on
+// interruptions.
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -13,7 +14,7 @@ namespace fs = std::filesystem;
 
 class Collect : public testing::Test {
  protected:
-  // So noisy that some starts fail.
+  // The noise is so strong that some starts fail.
   std::vector<std::string> Command(const fs::path& out, const std::vector<std::string>& options) const {
     std::vector<std::string> command = {"evalbus",  "collect", "lift_pot/position", "--episodes", "3",
                                         "--policy", "expert",  "--noise",           "0.15",       "--out",
@@ -48,7 +49,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const Result reference = RunProgram(Command(reference_, {"--in-process"}));
   ASSERT_EQ(reference.code, 0) << reference.err;
   EXPECT_NE(reference.out.find(kYield), std::string::npos) << reference.out;
-  // Each episode is told once; a rate of starts that were chosen is none.
+  // Each episode is printed once. No success rate is printed, because the starts were selected.
   EXPECT_EQ(CountOf("  success  ", reference.out), 3) << reference.out;
   EXPECT_EQ(CountOf("\nnot kept        ", reference.out), 1) << reference.out;
   EXPECT_EQ(CountOf("Success in ", reference.out), 0) << reference.out;
@@ -57,7 +58,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   const fs::directory_iterator kept(reference_ / "episodes");
   EXPECT_EQ(std::distance(begin(kept), end(kept)), 3);
 
-  // No run starts where these did.
+  // The seeds come from the collect stream, which no run uses.
   const auto summary = nlohmann::json::parse(ReadText(reference_ / "collect.json"));
   EXPECT_EQ(summary["seed"], 0);
   EXPECT_EQ(summary["seed_stream"], kCollectSeeds);
@@ -68,7 +69,7 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
     EXPECT_EQ(episode["seed"], (SeedSource{0, kCollectSeeds, "lift_pot", "position"}.OfEpisode(number)));
     EXPECT_NE(episode["seed"], (SeedSource{0, kRunSeeds, "lift_pot", "position"}.OfEpisode(number)));
   }
-  // Only what replays them.
+  // Only a replay of the collected episodes uses their seeds.
   const fs::path replayed = folder_.path() / "replayed";
   Evaluate({"lift_pot/position", "--policy", "replay:" + reference_.string(), "--episodes", "24", "--only",
             numbers, "--in-process"},
@@ -92,12 +93,12 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
   EXPECT_EQ(rest.code, 0) << rest.err;
   ExpectEqual(resumed);
 
-  // One that is complete: a loop until it is done ends.
+  // Resuming a complete collection succeeds, so that a loop until success ends.
   const Result again = RunProgram(Command(resumed, {"--in-process", "--resume"}));
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_NE(again.out.find(kYield), std::string::npos) << again.out;
   ExpectEqual(resumed);
-  // Not so where it was collected otherwise.
+  // Resuming with other options is refused.
   const Result of_other_seed = RunProgram(Command(resumed, {"--in-process", "--resume", "--seed", "1"}));
   EXPECT_EQ(of_other_seed.code, 1);
   EXPECT_NE(of_other_seed.err.find("the run was made with seed 0, not 1"), std::string::npos)
@@ -124,7 +125,7 @@ TEST_F(Collect, KilledAtItsEndIsCompletedByResume) {
   ASSERT_EQ(collect(reference_, "rename:0:kill").code, 0);
   int renames = 0;
   ASSERT_EQ(std::sscanf(ReadText(folder_.path() / "calls").c_str(), "rename %d", &renames), 1);
-  // The last six are those of the end: episodes.jsonl, summary.json twice each, collect.json.
+  // The last six renames belong to the end: episodes.jsonl and summary.json twice each, then collect.json.
   const fs::path at_the_end = folder_.path() / "at_the_end";
   ASSERT_EQ(collect(at_the_end, "rename:" + std::to_string(renames - 5) + ":kill").code, 128 + SIGKILL);
   EXPECT_EQ(Lines(at_the_end), kNumTried);

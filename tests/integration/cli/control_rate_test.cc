@@ -1,4 +1,4 @@
-// The rate that is simulated is the one that everybody says: a tick is whole physics steps of 2 ms.
+// Every output reports the simulated control rate: a tick is a whole number of physics steps of 2 ms.
 #include "bus/channels.h"
 #include "evalbus/model_info_t.hpp"
 #include "tests/integration/harness.h"
@@ -29,7 +29,7 @@ TEST_F(ControlRate, IsTheRealOneEverywhere) {
   EXPECT_EQ(ordered_json::parse(ReadText(run / "run.json"))["control_hz"], 250);
   EXPECT_EQ(ReadLog(LogFile(run, 0)).Messages(channels::kModel).at(0).substeps, 2);
 
-  // The words of the first time go on with it, and so does the real rate.
+  // The run resumes with the original option value and with the same actual rate.
   EXPECT_EQ(Run("200", "run", 3, true).code, 0);
   EXPECT_EQ(Run("250", "run", 4, true).code, 0);
   EXPECT_EQ(Run("125", "run", 5, true).code, 1);

@@ -1,9 +1,9 @@
 // For LD_PRELOAD: the N-th call of a function on a file below a folder fails, or kills the process.
 //
 //   FAILING_CALL=pwrite:7:28   the 7th pwrite() fails with this errno
-//   FAILING_CALL=pwrite:7:28+  and so do all that follow
-//   FAILING_CALL=rename:2:kill the 2nd rename() kills the process before it is done
-//   FAILING_BELOW=/tmp/x       only calls on files whose path begins so count
+//   FAILING_CALL=pwrite:7:28+  and so do all later ones
+//   FAILING_CALL=rename:2:kill the 2nd rename() kills the process before it renames
+//   FAILING_BELOW=/tmp/x       only calls on files whose path begins with this count
 //   COUNTED_CALLS=/tmp/calls   a line is appended here when a process ends: "pwrite 74"
 #include <dlfcn.h>
 #include <errno.h>
@@ -52,7 +52,7 @@ __attribute__((destructor)) void SayCalls() {
   syscall(SYS_write, fd, line, size);
 }
 
-// Whether this call is the one that fails. Sets errno then.
+// Returns whether this call is the one that fails, and then sets errno.
 bool Fails(const char* name, const char* path) {
   if (strcmp(g_setting.name, name) != 0 || strncmp(path, g_setting.below, strlen(g_setting.below)) != 0)
     return false;
@@ -101,7 +101,7 @@ extern "C" int ftruncate(int fd, off_t size) noexcept {
 
 extern "C" int close(int fd) {
   static const auto real = Real(&close, "close");
-  // The file is closed even where close() fails, as Linux does.
+  // The file is closed even if close() fails, as in Linux.
   const bool fails = Fails("close", fd);
   const int error = errno, result = real(fd);
   if (fails) errno = error;

@@ -1,4 +1,4 @@
-// What goes wrong while a run goes on: killed processes, stops, and messages that do not belong to it.
+// Faults during a run: killed processes, stops, and messages that do not belong to it.
 #include <signal.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace evalbus::faults_test {
 
 namespace fs = std::filesystem;
 
-// Long enough in wall time to be disturbed in the middle: expert at 200 Hz.
+// Runs the expert at 200 Hz, which takes long enough in wall time to be disturbed in the middle.
 const std::vector<std::string> kRun = {"lift_pot/position_and_orientation", "--control-hz", "200", "--seed",
                                        "1"};
 
@@ -34,7 +34,7 @@ std::vector<std::string> RunCommand(const fs::path& out, const std::string& epis
   return command;
 }
 
-// In the middle of the second episode.
+// Returns whether the run is in the middle of its second episode.
 bool InSecondEpisode(const fs::path& run) {
   std::error_code error;
   return fs::file_size(run / "episodes/0001.partial/events.lcmlog", error) > 100'000 && !error;
@@ -106,7 +106,7 @@ TEST(Faults, KilledLauncherLeavesNoProcessesAndWholeEpisodes) {
   EXPECT_EQ(launcher.Wait(), 128 + SIGKILL);
   for (const pid_t child : children) {
     EXPECT_TRUE(WaitFor([&] {
-      // An orphan that no process waits for stays as a zombie.
+      // An orphan that no process waits for remains as a zombie.
       const std::string stat = ReadText("/proc/" + std::to_string(child) + "/stat");
       return stat.empty() || stat.find(") Z ") != std::string::npos;
     })) << child;
@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(Signals, StopBy, testing::Combine(testing::Values(SIGIN
                                   (std::get<1>(test.param) ? "InProcess" : "Processes");
                          });
 
-// Talks into a run on every channel.
+// Publishes into a run on every channel.
 class Heckler {
  public:
   explicit Heckler(const std::string& url) : bus_(url) {
@@ -164,7 +164,7 @@ class Heckler {
   }
 
   int said() const { return said_; }
-  // Highest counts seen per component.
+  // Highest counts received per component.
   std::map<std::string, int64_t> decode_errors, foreign_messages;
 
  private:
@@ -177,7 +177,7 @@ class Heckler {
   void SayMessage(const Channel<Message>& channel, const Message& message) {
     Say(channel.name, Encode(message));
   }
-  // The message as one of another episode.
+  // Publishes the message as one of another episode.
   template <class Message>
   void SayForeign(const std::string& channel, std::span<const uint8_t> data) {
     Message message{};
@@ -201,22 +201,22 @@ class Heckler {
     }
     const bool tick = channel == channels::kState || channel == channels::kContacts ||
                       channel == channels::kAction || channel == channels::kPartial;
-    // Now and then; what is rare each time.
+    // Attacks some of the ticks and every rare message.
     if (tick && ++heard_ % 16 >= 4) return;
-    // Noise, of a random length.
+    // Noise of a random length.
     std::vector<uint8_t> noise(random_() % 200);
     for (uint8_t& byte : noise) byte = static_cast<uint8_t>(random_());
     Say(channel, noise);
-    // Right type, cut short and too long.
+    // The right type, truncated and too long.
     Say(channel, std::span(bytes).first(bytes.size() - 1));
     std::vector<uint8_t> longer = bytes;
     longer.push_back(0);
     Say(channel, longer);
-    // Right type, absurd counts: all bytes behind the fingerprint and the header are ones.
+    // The right type with absurd counts: all bytes behind the fingerprint and the header are 0xFF.
     std::vector<uint8_t> absurd = bytes;
     for (size_t i = 32; i < absurd.size(); ++i) absurd[i] = 0xFF;
     Say(channel, absurd);
-    // Wrong type with a header that would fit: of this episode, of a tick far ahead.
+    // A wrong type with a header that would fit: of this episode, of a tick far ahead.
     header_t header{};
     if (tick && header._decodeNoHash(data.data(), 8, static_cast<int>(data.size()) - 8) > 0) {
       header.tick += 1000;
@@ -227,7 +227,7 @@ class Heckler {
         if constexpr (requires(Message message) { message.header; }) Say(other.name, wrong);
       });
     }
-    // Of another episode.
+    // A message of another episode.
     if (channel == channels::kState) SayForeign<state_t>(channel, data);
     if (channel == channels::kContacts) SayForeign<contacts_t>(channel, data);
     if (channel == channels::kAction) SayForeign<action_t>(channel, data);
@@ -244,7 +244,7 @@ class Heckler {
       command.kind = 9;
       SayMessage(channels::kCommand, command);
     }
-    // Again.
+    // A repeated message.
     if (tick || channel == channels::kCommand || channel == channels::kModel) Say(channel, bytes);
   }
 
@@ -279,7 +279,7 @@ TEST(Faults, ForeignAndMalformedMessagesChangeNoScore) {
   for (int i = 0; i < 2; ++i) {
     const RecordedLog log = ReadLog(LogFile(run, i));
     EXPECT_EQ(log.damaged_bytes, 0);
-    // Simulated time: no message that is not of this episode moves the clock.
+    // Messages of other episodes do not advance the simulated time.
     EXPECT_LT(log.events.back().time_us, 20'000'000);
   }
 }

@@ -1,5 +1,5 @@
-// A shell with somebody else's compiler, tools and libraries in front, as conda, pyenv and module systems
-// make.
+// A shell whose PATH and library paths begin with another compiler, tools and libraries, as conda, pyenv and
+// module systems make.
 #include <sys/stat.h>
 
 #include <cstdlib>

@@ -1,4 +1,5 @@
-// What a run writes, against the published schemas and by the commands and the snippet of the documentation.
+// The files that a run writes are checked against the published schemas and with the commands and the snippet
+// of the documentation.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -24,7 +25,7 @@ class FormatsTest : public testing::Test {
   static fs::path A() { return folder_->path() / "a"; }
   static fs::path B() { return folder_->path() / "b"; }
 
-  // Debian's python3, which has the package.
+  // Uses Debian's python3, which has the package.
   static Result Validate(const fs::path& schema, const fs::path& document) {
     return RunProgram({"/usr/bin/python3", "-c",
                        "import json, jsonschema, sys\n"
@@ -44,7 +45,7 @@ TEST_F(FormatsTest, SchemasHold) {
     const Result episode = Validate(kDocs / "schema/episode.json", run / "episodes/0000/summary.json");
     EXPECT_EQ(episode.code, 0) << episode.err;
   }
-  // They refuse what does not fit.
+  // The schemas refuse invalid documents.
   auto broken = nlohmann::ordered_json::parse(ReadText(A() / "summary.json"));
   broken["metrics"]["completion_time"].erase("mean_95");
   WriteText(folder_->path() / "broken.json", broken.dump());
@@ -55,7 +56,7 @@ TEST_F(FormatsTest, SchemasHold) {
   EXPECT_NE(Validate(kDocs / "schema/episode.json", folder_->path() / "broken.json").code, 0);
 }
 
-// What a run writes has a label, a unit and a row in docs/metrics.md.
+// Every number that a run writes has a label, a unit and a row in docs/metrics.md.
 TEST_F(FormatsTest, CatalogKnowsEveryNumber) {
   for (const nlohmann::ordered_json& episode : Episodes(A())) {
     std::set<std::string> numbers;

@@ -1,5 +1,5 @@
-// Logs against what was kept beside them: rescoring says what somebody has changed, replaying what it cannot
-// play.
+// Logs are compared with the results beside them: rescoring reports modified results, and replaying reports
+// what it cannot play.
 #include <signal.h>
 
 #include <algorithm>
@@ -74,7 +74,7 @@ TEST_F(Kept, ALogAloneIsComparedWithNothingElse) {
   EXPECT_EQ(Rescore(LogFile(run_, 0)).code, 0);
 }
 
-// As of a realtime run on a machine that was suspended, or whose clock was set.
+// Timestamps as of a realtime run on a machine that was suspended or whose clock was set.
 TEST_F(Kept, AClockThatJumpedIsNotWaitedFor) {
   EVALBUS_NEEDS_BUS();
   const fs::path jumped = folder_.path() / "jumped.lcmlog";
@@ -109,7 +109,7 @@ TEST_F(Kept, AReplayThatIsKilledLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(scratch));
 }
 
-// A bad one costs the others nothing.
+// A bad log does not affect the others.
 TEST_F(Kept, EveryLogThatCanBeRenderedIs) {
   WriteText(LogFile(run_, 1), "no log");
   const Result result = RunProgram({"evalbus", "render", run_, "--size", "64x48", "--camera", "front"});

@@ -1,4 +1,4 @@
-// A machine that misbehaves: full and read-only disks, a wall clock that is set back, small receive buffers.
+// Faults of the machine: full and read-only disks, a wall clock that is set back, small receive buffers.
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
@@ -31,7 +31,7 @@ uintmax_t BytesIn(const fs::path& folder) {
   return bytes;
 }
 
-// In one process and in several. A disk of its own, which only this test and its children see.
+// Runs in one process and in several, on a separate disk that only this test and its children can access.
 class Disk : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
@@ -73,7 +73,7 @@ TEST_P(Disk, FullBeforeTheFirstEpisodeLeavesNothing) {
 
 TEST_P(Disk, FullInMidRunKeepsWhatIsFinishedAndTheRestIsDoneLater) {
   const uintmax_t whole = BytesIn(reference_), models = BytesIn(reference_ / "model");
-  // Room for the first episode and a part of the second.
+  // The disk has room for the first episode and a part of the second.
   ASSERT_TRUE(Mount(MS_REMOUNT, models + (whole - models) / 2 + (64 << 10)));
   const Result result = Run();
   EXPECT_EQ(result.code, 2);
@@ -104,7 +104,7 @@ TEST_P(Disk, ReadOnlyIsRefused) {
             "error: --out " + (disk_ / "new").string() + ": cannot create: Read-only file system\n");
 }
 
-// What a worker says last is in its log, on that disk.
+// The last message of a worker is in its log, which is on that disk.
 TEST_P(Disk, FullWithWorkersIsNamed) {
   const uintmax_t whole = BytesIn(reference_), models = BytesIn(reference_ / "model");
   ASSERT_TRUE(Mount(MS_REMOUNT, models + (whole - models) / 2 + (64 << 10)));
@@ -126,7 +126,7 @@ TEST(Machine, AWallClockThatIsSetBackChangesNothing) {
   const fs::path reference = folder.path() / "reference", run = folder.path() / "run",
                  realtime = folder.path() / "realtime";
   const Program::Setting setting{{}, [] { setenv("LD_PRELOAD", CLOCK_BACK, 1); }};
-  // It works at all.
+  // The run works in principle.
   ASSERT_EQ(
       RunProgram({"perl", "-e",
                   "$a = time; select(undef, undef, undef, 0.5); print($a - time > 7000 ? 'back' : 'on')"},
@@ -146,13 +146,13 @@ TEST(Machine, AWallClockThatIsSetBackChangesNothing) {
   for (const auto& episode : Episodes(realtime)) EXPECT_EQ(episode["pacing"]["ticks"], 50);
 }
 
-// What is short is said by whoever lacks it, before liblcm lacks it.
+// The component that lacks a resource reports it, before liblcm fails for lack of it.
 class Limit : public testing::Test {
  protected:
   Result Run(int resource, rlim_t limit, const std::vector<std::string>& more = {}) {
     return RunProgram(RunCommand(ShortTask(folder_.path(), 1), folder_.path() / "run", more),
                       {{}, [=] {
-                         close_range(3, ~0U, 0);  // what we have open does not count
+                         close_range(3, ~0U, 0);  // descriptors inherited from the test do not count
                          const rlimit both{limit, limit};
                          setrlimit(static_cast<__rlimit_resource>(resource), &both);
                        }});
@@ -169,7 +169,7 @@ class Limit : public testing::Test {
 TEST_F(Limit, OfOpenFilesIsNamed) {
   EVALBUS_NEEDS_BUS();
   ExpectOneLine(Run(RLIMIT_NOFILE, 8), " files");
-  // Enough for a run's folder, not for a bus.
+  // This limit is enough for a run's folder but not for a bus.
   ExpectOneLine(Run(RLIMIT_NOFILE, 13), ": no more files may be open at once; 'ulimit -n 256' is enough");
 }
 

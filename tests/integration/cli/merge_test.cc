@@ -1,4 +1,4 @@
-// evalbus merge: the parts of a plan become the runs of the plan, or nothing is changed.
+// evalbus merge: the shards of a plan become the runs of the plan, or nothing is changed.
 #include <csignal>
 #include <ctime>
 #include <regex>
@@ -12,7 +12,7 @@ namespace evalbus::merge_test {
 
 namespace fs = std::filesystem;
 
-// All files below a folder, with what is in them.
+// Returns all files below a folder, with their contents.
 std::map<std::string, std::string> Contents(const fs::path& folder) {
   std::map<std::string, std::string> contents;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -28,7 +28,7 @@ void Replace(const fs::path& file, const std::string& what, const std::string& w
   WriteText(file, text.replace(at, what.size(), with));
 }
 
-// A process of this machine that has ended.
+// Names a process of this machine that has ended.
 std::string DeadProcess() {
   Program program({"/bin/true"});
   EXPECT_EQ(program.Wait(), 0);
@@ -36,7 +36,7 @@ std::string DeadProcess() {
   return self.substr(0, self.rfind('-') + 1) + std::to_string(program.pid());
 }
 
-// A plan of two policies and four episodes, evaluated in parts of two.
+// A plan of two policies and four episodes, evaluated in shards of two episodes.
 class Merge : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -77,7 +77,7 @@ class Merge : public testing::Test {
   size_t NumParts() const {
     return static_cast<size_t>(std::distance(fs::directory_iterator(results_ / "parts"), {}));
   }
-  // Refused in one line, and everything stays as it is.
+  // Expects a refusal in one line, with all files unchanged.
   void ExpectRefused(const std::string& reason) const {
     const auto before = Contents(results_);
     const Result result = MergePlan();
@@ -112,7 +112,7 @@ TEST_F(Merge, IsThePlanWithoutParts) {
   for (const char* policy : {"rnd", "hold"}) {
     ExpectSameScores(Run(policy), whole / policy / Run(policy).filename());
   }
-  // Once more is as once.
+  // A second merge changes nothing.
   const auto before = Contents(results_);
   ASSERT_EQ(MergePlan().code, 0);
   EXPECT_EQ(Contents(results_).size(), before.size());
@@ -142,7 +142,7 @@ TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
     WriteText(log, text.substr(0, size));
     ExpectRefused(log.string() + ": ");
   }
-  // Cut between two events, at its end and in its middle, where no byte is damaged.
+  // The log is cut between two events, at its end and in its middle, so that no byte is damaged.
   std::vector<size_t> begins = {0};
   EventLogReader reader(made_->path() / "results" / fs::relative(log, results_));
   for (LogEvent event; reader.Next(&event);) {
@@ -153,7 +153,7 @@ TEST_F(Merge, RefusesAPartWhoseLogsAreNotWhole) {
   ExpectRefused(log.string() + ": no EPISODE_SUMMARY of episode 3");
   WriteText(log, text.substr(0, begins[middle]) + text.substr(begins[middle + 1]));
   ExpectRefused(log.string() + ": event " + std::to_string(middle) + " is missing");
-  // Whole, but of another episode, or of another policy.
+  // The log is complete but belongs to another episode or another policy.
   WriteText(log, ReadText(evalbus::LogFile(Part("hold", "0002-0003"), 2)));
   ExpectRefused(log.string() + ": no EPISODE_SUMMARY of episode 3");
   WriteText(log, ReadText(evalbus::LogFile(Part("rnd", "0002-0003"), 3)));
@@ -190,12 +190,12 @@ TEST_F(Merge, RefusesPartsOfAnotherPlan) {
   ExpectRefused("/run.json: \"after_success_s\" is 0.0, but 1.0 in plan.json");
   Replace(results_ / "plan.json", "\"after_success_s\": 1.0", "\"after_success_s\": 0.0");
   ASSERT_EQ(MergePlan().code, 0);
-  // Nor are runs that were merged those of another plan.
+  // Merged runs of another plan are refused, too.
   Replace(results_ / "plan.json", "\"seed\": 5", "\"seed\": 6");
   ExpectRefused("/run.json: \"seed\" is 5, but 6 in plan.json");
 }
 
-// A part is kept if its run was merged without it, or with another evaluation of its episodes.
+// A shard is kept if its run was merged without it, or with another evaluation of its episodes.
 TEST_F(Merge, RemovesOnlyWhatItCounted) {
   const fs::path part = Part("rnd", "0000-0001"), copy = folder_.path() / "copy";
   fs::copy(part, copy, fs::copy_options::recursive);
@@ -204,7 +204,7 @@ TEST_F(Merge, RemovesOnlyWhatItCounted) {
   Replace(part / "episodes.jsonl", "\"end_detail\":\"\"", "\"end_detail\":\"by another run\"");
   ExpectRefused("its episode 0 is another one there");
   fs::remove_all(part);
-  // A copy of what was counted may go.
+  // A copy of a counted shard may be removed.
   fs::copy(copy, part, fs::copy_options::recursive);
   ASSERT_EQ(MergePlan().code, 0);
   ExpectMerged();
@@ -220,7 +220,7 @@ TEST_F(Merge, WhatAKilledMergeLeftIsGoneAfterTheNext) {
                          setenv("FAILING_BELOW", results_.c_str(), 1);
                        }});
   };
-  // While it links logs of the second run, and before suite.json has its name.
+  // Kills the merge while it links logs of the second run, and before suite.json has its final name.
   for (const auto& [call, number] : {std::pair("link", 5), std::pair("link", 10), std::pair("rename", 5)}) {
     EXPECT_EQ(kill_at(call, number).code, 128 + SIGKILL) << call << number;
   }
@@ -239,13 +239,13 @@ TEST_F(Merge, WhatAKilledMergeLeftIsGoneAfterTheNext) {
   ExpectMerged();
 }
 
-// Machines share the folder: what may be in use stays.
+// Machines share the folder: files that may be in use are kept.
 TEST_F(Merge, LeavesWhatALivingMergeMayNeed) {
   ASSERT_FALSE(Part("rnd", "0000-0001").empty());
   const std::string name = Part("rnd", "0000-0001").filename();
   const std::string of_run =
       "." + name.substr(name.find('+') + 1, name.rfind('+') - name.find('+') - 1) + ".";
-  // The run is not complete, so no merge needs to have ended.
+  // The run is incomplete, so it does not imply that a merge has ended.
   fs::remove_all(Part("rnd", "0002-0003"));
   const fs::path policy = results_ / "rnd";
   fs::create_directories(policy);

@@ -25,7 +25,7 @@ class NotAFile : public testing::TestWithParam<bool> {
     }
   }
 
-  // A named pipe without a writer, or a link to a device without an end.
+  // Creates a named pipe without a writer, or a link to an endless device.
   void Put(const fs::path& file) const {
     fs::remove(file);
     if (GetParam()) {

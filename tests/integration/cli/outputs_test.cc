@@ -1,4 +1,5 @@
-// Files that commands write: whole or not at all, never in place of what is no file, and nothing left behind.
+// Files that commands write are complete or absent, never replace what is not a regular file, and leave
+// nothing else behind.
 #include <fcntl.h>
 #include <sched.h>
 #include <sys/mount.h>
@@ -23,7 +24,7 @@ class Outputs : public testing::Test {
     Evaluate({ShortTask(folder_.path(), 0.4), "--policy", "random", "--episodes", "2", "--in-process"}, run_);
     fs::create_directory(work_);
   }
-  // Each command that writes one, with the option last.
+  // Each command that writes a file, with the output option last.
   std::vector<std::vector<std::string>> Commands() const {
     return {{"evalbus", "export", run_, "--csv"},
             {"evalbus", "report", run_, "-o"},
@@ -58,7 +59,7 @@ TEST_F(Outputs, GoThroughWhatIsNoFile) {
       EXPECT_EQ(Write(command, device).code, 0);
       EXPECT_TRUE(fs::is_character_file(device));
     }
-    // Which is a file here, and rescore writes over none.
+    // The output is a regular file here, which rescore does not overwrite.
     if (command[1] == "rescore") continue;
     const Result out = Write(command, "/dev/stdout");
     EXPECT_EQ(out.code, 0) << out.err;
@@ -85,8 +86,7 @@ TEST_F(Outputs, AreSaidInOneLineWhereTheyCannotBe) {
                                     (work_ / std::string(300, 'x')).string(), (work_ / "loop").string()}) {
       const Result result = Write(command, file);
       SCOPED_TRACE(testing::PrintToString(command) + file);
-      // Without a name, export has nothing to write to; the others then write where they do without the
-      // option.
+      // Without a name, export has no output and fails; the others write to their default output.
       EXPECT_EQ(result.code, file.empty() && command[1] != "export" ? 0 : 1) << result.out;
       EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), result.code) << result.err;
       EXPECT_EQ(result.err.find("filesystem error"), std::string::npos) << result.err;
@@ -102,7 +102,8 @@ TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
   }
   WriteText(work_ / "fill", std::string(4096, 'x'));
   for (const auto& command : Commands()) {
-    if (command[1] == "export" || command[1] == "rescore") continue;  // which is too small a file
+    if (command[1] == "export" || command[1] == "rescore")
+      continue;  // these files are too small to fill the disk
     SCOPED_TRACE(testing::PrintToString(command));
     WriteText(work_ / "file", "before");
     const Result result = Write(command, work_ / "file");
@@ -114,7 +115,7 @@ TEST_F(Outputs, OnAFullDiskLeaveWhatWasThere) {
   umount(work_.c_str());
 }
 
-// The disk is full for a moment, or for good, at any one of the file's writes.
+// The disk is full once, or permanently, at any of the file's writes.
 TEST_F(Outputs, AnHdf5FileIsRightOrNotThere) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer must be the first library of a process";
   const fs::path file = work_ / "set.hdf5", counted = folder_.path() / "calls";
@@ -164,7 +165,7 @@ TEST_F(Outputs, WhatCannotBePrintedIsNoSuccess) {
   }
 }
 
-// Folders that cannot be looked into, or are no folders.
+// Folder names that are too long, and a link to itself.
 TEST_F(Outputs, RunFoldersThatCannotBeAreSaidInOneLine) {
   const std::vector<std::string> names = {std::string(5000, 'x'), (work_ / std::string(300, 'x')).string(),
                                           (work_ / "loop").string()};

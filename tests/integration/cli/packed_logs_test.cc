@@ -1,4 +1,4 @@
-// evalbus run --log zstd: the same results from logs in less room, for us and for LCM's own tools.
+// evalbus run --log zstd: smaller logs give the same results, for evalbus and for LCM's own tools.
 #include <signal.h>
 
 #include <lcm/lcm-cpp.hpp>
@@ -29,7 +29,7 @@ class PackedLogs : public testing::Test {
   }
 
   TemporaryFolder folder_;
-  // Of one name, which pages show.
+  // The folders have the same name because pages show it.
   const fs::path plain_ = folder_.path() / "plain/run", packed_ = folder_.path() / "packed/run";
 };
 
@@ -45,7 +45,7 @@ TEST_F(PackedLogs, GiveTheSameResults) {
     ExpectSameTicks(ReadLog(packed), ReadLog(plain));
   }
   for (const fs::path& run : {plain_, packed_}) Said({"evalbus", "report", run});
-  // But for the names of logs, and the option among those of the run.
+  // The pages differ only in the names of logs and in this option of the run.
   std::string page = ReadText(packed_ / "report.html");
   for (size_t at; (at = page.find(".lcmlog.zst")) != std::string::npos;) page.erase(at + 7, 4);
   if (const size_t at = page.find("<td>zstd<"); at != std::string::npos) page.replace(at + 4, 4, "plain");
@@ -77,7 +77,7 @@ TEST_F(PackedLogs, AreUnpackedForLcm) {
   EXPECT_EQ(read_by_lcm.readNextEvent(), nullptr);
 }
 
-// Killed with an episode's log half-written, gone on with, and half of the episodes as plain logs.
+// The run is killed with an episode's log half-written and resumed; half of the episodes are plain logs.
 TEST_F(PackedLogs, ARunThatWasKilledGoesOn) {
   Run(plain_);
   {

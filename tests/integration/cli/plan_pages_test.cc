@@ -1,4 +1,4 @@
-// The console, the report and the comparison pages of a plan have one p for one comparison.
+// The console, the report and the comparison pages of a plan show the same p value for the same comparison.
 #include <gmock/gmock.h>
 
 #include "tests/integration/harness.h"
@@ -33,8 +33,8 @@ until: decided(alpha 0.05, max 20)
   for (const auto& stop : stops) {
     const std::string policy = stop["policy"];
     SCOPED_TRACE(policy);
-    // Of the pairs that only one won, by hand: (n + 1) C(n, a) / 2^n, the smallest of all looks, times two
-    // policies.
+    // Worked by hand for the pairs that only one policy won: (n + 1) C(n, a) / 2^n, the smallest of all
+    // looks, times two policies.
     if (policy == "flawed_expert-miss") {
       EXPECT_EQ(stop["only_baseline"], 10);
       EXPECT_EQ(stop["episodes"], 10);
@@ -55,10 +55,10 @@ until: decided(alpha 0.05, max 20)
     EXPECT_EQ(page.find("succeeds less often than") != std::string::npos, is_decided);
   }
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("exact McNemar")));
-  // What was run in numbers that depend on results is not ranked.
+  // Policies whose number of episodes depends on results are not ranked.
   EXPECT_THAT(Page("report.html"), Not(HasSubstr("Ranking by success")));
 
-  // A comparison by hand notes that its p values are for another kind of plan.
+  // A manual comparison notes that its p values are for another kind of plan.
   const fs::path run_folder = results_ / "expert/lift_pot-position";
   const Result compared =
       RunProgram({"evalbus", "compare", run_folder, results_ / "flawed_expert-miss/lift_pot-position"});

@@ -1,5 +1,5 @@
-// What a task draws of its model for each episode: equal however a run is cut, in its log, and of no effect
-// where it is only seen.
+// What a task draws of its model for each episode is the same however a run is divided, is in its log, and
+// has no effect on the physics if it is only visual.
 #include <algorithm>
 
 #include "bus/channels.h"
@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 class RandomizedRun : public testing::Test {
  protected:
-  // lift_pot with two variations that differ in what is seen.
+  // lift_pot with two variations that differ only visually.
   std::string Task() {
     const std::string file = ShortTask(folder_.path(), 2);
     std::string text = ReadText(file);
@@ -36,7 +36,7 @@ class RandomizedRun : public testing::Test {
     more.insert(more.begin(), {task_ + "/" + variation, "--episodes", "2", "--seed", "5"});
     Evaluate(more, folder_.path() / name);
   }
-  // The same with the seeds of a run that is older than seed_stream: two variations then begin alike.
+  // Runs with the seeds of a run that is older than seed_stream: two variations then start equally.
   void RunWithSharedSeeds(const std::string& variation) {
     Run(variation, variation + "-template", {"--in-process", "--policy", "hold"});
     auto info = nlohmann::ordered_json::parse(ReadText(folder_.path() / (variation + "-template/run.json")));

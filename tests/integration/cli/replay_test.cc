@@ -1,4 +1,4 @@
-// What was recorded comes back: over a bus with LCM's player, and offline.
+// Recorded episodes are played back over a bus with LCM's player, and offline.
 #include <signal.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class Recorded : public testing::Test {
     for (int i = 0; i < episodes; ++i) n += ReadLog(LogFile(run_, i)).Payloads(channels::kState).size();
     return n;
   }
-  // lift_pot with another height that counts as lifted.
+  // lift_pot with another lift height for success.
   fs::path TaskWithThreshold(const std::string& meters) {
     std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/tasks/lift_pot.yaml");
     const std::string key = "min_m: 1.096";
@@ -38,7 +38,7 @@ class Recorded : public testing::Test {
     WriteText(folder_.path() / "edited.yaml", text);
     return folder_.path() / "edited.yaml";
   }
-  // A copy of the first episode's log as `edit` leaves it.
+  // Returns a copy of the first episode's log, changed by `edit`.
   fs::path EditedLog(const std::function<void(std::vector<RecordedLog::Event>*)>& edit) {
     std::vector<RecordedLog::Event> events = ReadLog(log_).events;
     edit(&events);
@@ -56,7 +56,7 @@ class Recorded : public testing::Test {
     more.insert(more.begin(), {"evalbus", "replay", what});
     return RunProgram(more);
   }
-  // The scores that rescoring writes.
+  // Returns the scores that rescoring writes.
   nlohmann::json FirstScore(const fs::path& what, std::vector<std::string> more = {}) {
     const fs::path out = folder_.path() / "scores.jsonl";
     fs::remove(out);
@@ -135,7 +135,7 @@ TEST_F(Recorded, SuitesAreReplayedRescoredAndRendered) {
   EXPECT_SAYS(replayed.out, "2 of 2 episodes equal the recorded scores in every bit; 0 of ");
 }
 
-// The reason is the one that the run's table has, not how the sim ended it.
+// The reason is that of the run's table, not the end reason of the sim.
 TEST_F(Recorded, RescoreNamesTheReasonOfTheRunsTable) {
   Evaluate({ShortTask(folder_.path(), 0.2), "--policy", "hold", "--episodes", "1", "--in-process"}, run_);
   const auto episode = Episodes(run_).at(0);
@@ -154,7 +154,7 @@ TEST_F(Recorded, ReplayAtSpeedOneTakesAsLongAsTheRobotDid) {
   EXPECT_SAYS(result.out, "0 of 51 ticks lost");
 }
 
-// Metrics, viz and monitor hear in a replay what they heard in the run, and nobody is commanded.
+// Metrics, viz and monitor receive the same in a replay as in the run, and no component is commanded.
 TEST_F(Recorded, ReplaySoundsLikeTheRun) {
   EVALBUS_NEEDS_BUS();
   Record(1);
@@ -211,7 +211,7 @@ TEST_F(Recorded, LowerThresholdEndsTheEpisodeAtTheTickThatReachesIt) {
       std::find(model.body_name.begin(), model.body_name.end(), "pot/pot") - model.body_name.begin();
   ASSERT_LT(pot, model.num_bodies);
   const auto states = log.Messages(channels::kState);
-  // Well clear of the counter by then, and level: success asks for no more.
+  // At this tick the pot is well clear of the counter and level: success requires no more.
   const auto first = std::find_if(states.begin(), states.end(), [pot](const state_t& state) {
     return state.body[pot].position_m[2] > 1.05;
   });
@@ -294,7 +294,7 @@ TEST_F(Recorded, MissingTicksAreCountedExactly) {
   EVALBUS_NEEDS_BUS();
   Record(1);
   const int64_t last = static_cast<int64_t>(NumStates(1)) - 1;
-  // One gap early, one that ticks up to the end cannot make up for.
+  // One gap is early, and one cannot be compensated by the remaining ticks.
   const fs::path log = EditedLog([last](std::vector<RecordedLog::Event>* events) {
     std::erase_if(*events, [last](const RecordedLog::Event& event) {
       if (event.channel == channels::kState) {

@@ -1,4 +1,4 @@
-// evalbus report and compare --report: pages of runs made here say what the runs' own files say.
+// evalbus report and compare --report: pages of real runs show the values of the runs' own files.
 #include <tinyxml2.h>
 
 #include <filesystem>
@@ -22,7 +22,7 @@ void ForAll(const XMLElement* element, const std::function<void(const XMLElement
     ForAll(child, visit);
 }
 
-// Values of the <data> elements below, with all their digits.
+// Returns the values of the <data> elements below, with all their digits.
 std::vector<double> ValuesIn(const XMLElement& element) {
   std::vector<double> values;
   ForAll(&element, [&](const XMLElement& e) {
@@ -43,7 +43,7 @@ class ReportRunTest : public testing::Test {
   }
 
   TemporaryFolder folder_;
-  // A name that means something in URLs and in HTML.
+  // The name contains special characters of URLs and of HTML.
   const fs::path run_ = folder_.path() / "a #1 & <b>";
 };
 
@@ -78,7 +78,7 @@ TEST_F(ReportRunTest, PageHasTheNumbersOfSummaryJson) {
   }
 }
 
-// Names of the blocks that a page has.
+// Returns the names of the data blocks of a page.
 std::vector<std::string> BlocksOf(const tinyxml2::XMLDocument& page) {
   std::vector<std::string> names;
   ForAll(page.RootElement(), [&](const XMLElement& element) {
@@ -99,7 +99,7 @@ TEST_F(ReportRunTest, AsManyEpisodesArePackedAsTheSizeAllows) {
     for (const std::string& name : BlocksOf(page)) {
       if (name.starts_with("episode/")) episodes.insert(name);
     }
-    // It says what it has.
+    // The page states how many episodes it contains.
     if (!episodes.empty()) {
       EXPECT_NE(result.out.find(std::to_string(episodes.size())), std::string::npos) << result.out;
     }
@@ -116,13 +116,13 @@ TEST_F(ReportRunTest, AsManyEpisodesArePackedAsTheSizeAllows) {
   const size_t without = fs::file_size(file);
   EXPECT_EQ(report({"--episode", "2,5"}), (std::set<std::string>{"episode/0/2", "episode/0/5"}));
   const size_t with_two = fs::file_size(file);
-  // There is room for more than two, and not for all.
+  // There is room for more than two episodes but not for all.
   const size_t most = (with_two + whole.size()) / 2;
   const std::set<std::string> some = report({"--mb", std::to_string(static_cast<double>(most) / 1e6)});
   EXPECT_LE(fs::file_size(file), most + 1);
   EXPECT_GT(some.size(), 1u);
   EXPECT_LT(some.size(), 8u);
-  // Where no episode fits, the page has no viewer either.
+  // If no episode fits, the page has no viewer either.
   EXPECT_EQ(report({"--mb", std::to_string(static_cast<double>(without) / 1e6 + 0.1)}).size(), 0u);
   EXPECT_EQ(ReadText(file).find("THREE"), std::string::npos);
 }
@@ -167,7 +167,7 @@ TEST_F(ReportRunTest, BrowserHasNothingToComplainAbout) {
   }
 }
 
-// Bodies, values, time line, hostile names, sizes: see check_viewer.py.
+// Checks bodies, values, time line, hostile names and sizes: see check_viewer.py.
 TEST_F(ReportRunTest, ViewerShowsWhatLogsAndSummariesSay) {
   if (RunProgram({"/bin/sh", "-c", "command -v chromium && command -v python3"}).code != 0) {
     GTEST_SKIP() << "needs chromium and python3";

@@ -1,4 +1,4 @@
-// One result for a seed, whatever the run is made of and whatever goes on beside it.
+// One result for a seed, whatever processes the run has and whatever load runs beside it.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -14,7 +14,7 @@ namespace evalbus::reproducible_test {
 
 namespace fs = std::filesystem;
 
-// Keeps a core busy.
+// Keeps one core busy.
 class Spinner {
  public:
   Spinner() : pid_(fork()) {
@@ -68,7 +68,7 @@ TEST_P(Reproducible, OneProcessWithVideosOrWithWorkers) {
   ExpectAsReference("with_video");
   Run("workers", {"--in-process", "--workers", "2"});
   ExpectAsReference("workers");
-  // Each worker's RUN_SUMMARY is over its own episodes, and says so.
+  // The RUN_SUMMARY of each worker covers its own episodes and states which.
   for (int i = 0; i < kEpisodes; ++i) {
     EXPECT_FALSE(RunSummaryOf("reference", i).is_part);
     EXPECT_EQ(RunSummaryOf("reference", i).num_episodes, i + 1);

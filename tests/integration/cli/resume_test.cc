@@ -1,5 +1,4 @@
-// Runs that go on after they were interrupted, and runs that several workers share: the same bytes as in one
-// go.
+// Resumed runs and runs of several workers have the same bytes as one uninterrupted run.
 #include <signal.h>
 
 #include <algorithm>
@@ -22,7 +21,7 @@ std::vector<std::string> RunCommand(const fs::path& out, const std::vector<std::
   return command;
 }
 
-// A run in one process and one go, which all others must equal.
+// The reference is one uninterrupted run in one process, which all others must equal.
 class Resume : public testing::Test {
  protected:
   void SetUp() override { ASSERT_EQ(RunProgram(RunCommand(reference_, {"--in-process"})).code, 0); }
@@ -36,7 +35,7 @@ class Resume : public testing::Test {
       EXPECT_NE(entry.path().extension(), ".tmp") << entry.path();
     }
   }
-  // In the middle of its second episode.
+  // Returns whether the run is in the middle of its second episode.
   static bool InSecondEpisode(const fs::path& run) {
     std::error_code error;
     return fs::file_size(run / "episodes/0001.partial/events.lcmlog", error) > 100'000 && !error;
@@ -57,7 +56,7 @@ TEST_F(Resume, AfterTheLauncherWasKilledTheRestIsDone) {
   }
   const size_t before = Episodes(run_).size();
   ASSERT_LT(before, 5u);
-  // As if the line of the next one had been cut, and a file left half-written.
+  // As if the next line had been cut off and a file left half-written.
   std::ofstream(run_ / "episodes.jsonl", std::ios::app) << R"({"task":"lift_p)";
   WriteText(run_ / "model/physics.mjb.12.tmp", "half");
   const auto resumed = RunProgram(RunCommand(run_, {"--resume"}));
@@ -74,7 +73,7 @@ TEST_F(Resume, AfterCtrlCTheRestIsDone) {
   EXPECT_NE(launcher.err().find("--resume goes on"), std::string::npos) << launcher.err();
   EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
   ExpectAsReference(run_);
-  // Nothing is left to do.
+  // Nothing remains to be done.
   EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
   ExpectAsReference(run_);
 }
@@ -97,7 +96,7 @@ TEST_F(Resume, RefusesAnotherRun) {
   EXPECT_EQ(ReadText(run_ / "episodes.jsonl"), before);
 }
 
-// Every file of a folder, by its path in it, with its content.
+// Returns every file of a folder: its relative path and its content.
 std::map<std::string, std::string> Contents(const fs::path& folder) {
   std::map<std::string, std::string> contents;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -113,14 +112,13 @@ void Replace(const fs::path& file, const std::string& what, const std::string& w
   WriteText(file, text.replace(at, what.size(), with));
 }
 
-// An interrupted run of models of one's own, and what a --resume that is refused says, having changed
-// nothing.
+// An interrupted run with the user's own models. A refused --resume prints the reason and changes nothing.
 class ResumeRefuses : public testing::Test {
  protected:
   void SetUp() override {
     fs::copy(fs::path(EVALBUS_SOURCE_DIR) / "models", models_, fs::copy_options::recursive);
     ASSERT_EQ(Run(kSeed, {"--episodes", "2"}).code, 0);
-    // What a killed run leaves behind, and something of the user's.
+    // The leftovers of a killed run, and a file of the user.
     fs::create_directories(run_ / "episodes/0002.partial");
     WriteText(run_ / "episodes/0002.partial/events.lcmlog", "half");
     WriteText(run_ / "run.json.12.tmp", "half");
@@ -162,11 +160,11 @@ TEST_F(ResumeRefuses, OtherFiles) {
   expect(pot, "mass=\"0.8", "mass=\"9.8",
          "the run was made with another physics model (physics_sha256); put back");
   expect(pot, "handles.obj\"", "handles.obj\" scale=\"1.1 1.1 1.1\"",
-         "the run was made with another ");  // also what is only seen
+         "the run was made with another ");  // includes models that are only visual
   expect(robot, "home_rad: [0, ", "home_rad: [0.1, ", "the run was made with another robot description");
   expect(task, "time_limit_s: ", "time_limit_s: 1", "the run was made with another task description");
   Expect("the run was made with seed 3, not 4", "4");
-  // As they were, it goes on.
+  // With the original files the run resumes.
   const Result resumed = Run(kSeed, {"--episodes", "4", "--resume"});
   EXPECT_EQ(resumed.code, 0) << resumed.err;
   EXPECT_EQ(Episodes(run_).size(), 4u);
@@ -180,7 +178,7 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
   const auto expect = [&](const std::string& text, const std::string& words) {
     WriteText(run_ / "episodes.jsonl", text);
     Expect(words);
-    // The same words from those who read.
+    // Programs that read the run print the same error.
     const Result exported = RunProgram({"evalbus", "export", run_, "--csv", folder_.path() / "table.csv"});
     EXPECT_EQ(exported.code, 1);
     EXPECT_NE(exported.err.find(words), std::string::npos) << exported.err;
@@ -201,7 +199,7 @@ TEST_F(ResumeRefuses, LinesThatNoReaderTakes) {
   Expect("run.json: expected JSON nested 64 deep at most");
 }
 
-// A sim that is started again reads its files again.
+// A restarted sim reads its files again.
 TEST(Restart, WithOtherFilesIsRefusedAndTheRunGoesOnWithItsOwn) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -238,7 +236,7 @@ TEST(Restart, WithOtherFilesIsRefusedAndTheRunGoesOnWithItsOwn) {
   ExpectSameScores(run, reference);
 }
 
-// The run was stopped, or found the disk full, while it wrote the last line.
+// The run was stopped, or the disk became full, while the last line was written.
 TEST_F(Resume, ALineThatIsCutOffIsLeftOutAndMadeAgain) {
   ASSERT_EQ(RunProgram(RunCommand(run_, {"--in-process"})).code, 0);
   const std::string lines = ReadText(run_ / "episodes.jsonl");
@@ -272,7 +270,7 @@ TEST_F(Resume, NoSummaryOfBeforeIsThereWhileARunGoesOn) {
 TEST_F(Resume, RefusesAFolderInWhichARunIsAtWork) {
   Program launcher(RunCommand(run_, {"--in-process"}));
   ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
-  // Stopped, it cannot finish before the other one begins.
+  // While it is stopped, the launcher cannot finish before the other one starts.
   launcher.Signal(SIGSTOP);
   const auto second = RunProgram(RunCommand(run_, {"--in-process", "--resume"}));
   EXPECT_EQ(second.code, 1);
@@ -362,7 +360,7 @@ TEST(Suite, RunsEachTaskInAFolderOfItsOwn) {
   EXPECT_EQ(summary["by_variation"]["lift_pot/position"]["episodes"], 1);
   EXPECT_NE(run.out.find("4 of 4"), std::string::npos) << run.out;
 
-  // A run that is missing is made up for, the others stay.
+  // A missing run is made again; the others are kept.
   fs::remove_all(suite / "lift_pot-position");
   const auto before = fs::last_write_time(suite / "lift_pot-base/episodes/0000/events.lcmlog");
   auto again = command;
@@ -399,13 +397,13 @@ TEST(Suite, ResumeRefusesToForgetRuns) {
   EXPECT_EQ(seed.code, 1);
   EXPECT_NE(seed.err.find("the run was made with seed 0, not 4"), std::string::npos) << seed.err;
   EXPECT_EQ(Contents(suite), before);
-  // Further ones come in.
+  // Further tasks are added.
   const Result more = run({"lift_pot/base", "lift_pot/position", "cube_handover/base"}, {"--resume"});
   EXPECT_EQ(more.code, 0) << more.err;
   EXPECT_EQ(nlohmann::json::parse(ReadText(suite / "summary.json"))["all"]["episodes"], 3);
 }
 
-// Ctrl-C at a terminal reaches the whole group of the launcher.
+// Ctrl-C in a terminal signals the whole process group of the launcher.
 TEST(Suite, CtrlCLeavesNoProcessAndResumeGoesOn) {
   TemporaryFolder folder;
   const fs::path suite = folder.path() / "suite", reference = folder.path() / "reference";

@@ -1,11 +1,11 @@
-// What people bring: robots of their own, and copies of tasks.
+// Users' own robots and copies of tasks.
 #include "tests/integration/harness.h"
 
 namespace evalbus::robots_test {
 
 namespace fs = std::filesystem;
 
-// bimanual_panda's YAML with one text replaced, as a file that finds its models from anywhere.
+// Returns bimanual_panda's YAML with one text replaced, as a file that finds its models from any folder.
 std::string Robot(const fs::path& folder, const std::string& what = "", const std::string& with = "") {
   std::string text = ReadText(EVALBUS_SOURCE_DIR "/models/robots/bimanual_panda.yaml");
   const size_t at = text.find(what);
@@ -41,7 +41,7 @@ TEST(Robots, CheckHoldsThemAtHomeAndUsesTheirGrippers) {
     EXPECT_TRUE(wrong.err.starts_with("error: ")) << wrong.err;
     return wrong.err;
   };
-  // Fingers that press with 200 N/m x 0.02 m / 2, and arms one in the other.
+  // The fingers press with 200 N/m x 0.02 m / 2; then the arms overlap.
   EXPECT_NE(error("command_closed: 0", "position_gain_N_per_m: 200\n      command_closed: 0")
                 .find("presses with 2 N per finger"),
             std::string::npos);
@@ -83,7 +83,7 @@ TEST(TasksNew, ACopyUnderANewNameRuns) {
   EXPECT_EQ(again.err, "error: my_pot.yaml is there already\n");
 }
 
-// An expert without a plan: an end of its own, with what is in the way.
+// An expert without a plan has an end reason of its own, with the obstacle in the detail.
 TEST(Robots, AnExpertWithoutAPlanSaysWhy) {
   TemporaryFolder folder;
   const fs::path run = folder.path() / "run";

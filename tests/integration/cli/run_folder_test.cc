@@ -1,4 +1,4 @@
-// A run's folder: what is in it, and that its logs are whole and agree with its results.
+// A run's folder: its contents, and that its logs are complete and agree with its results.
 #include <regex>
 #include <set>
 
@@ -37,7 +37,7 @@ std::vector<std::string> Keys(const ordered_json& json) {
 
 using Names = std::set<std::string>;
 
-// In one process and in several.
+// Runs in one process and in several.
 class RunFolderTest : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
@@ -83,7 +83,7 @@ TEST_P(RunFolderTest, ResultsHaveRoboEvalsKeys) {
     EXPECT_EQ(Keys(episode), (std::vector<std::string>{"task", "variation", "episode", "seed", "parameters",
                                                        "end_reason", "end_detail", "failure_reason",
                                                        "complete", "metrics", "extended", "explanation"}));
-    // What was drawn, as EPISODE_BEGIN has it.
+    // The drawn values are those of EPISODE_BEGIN.
     const auto begin = ReadLog(LogFile(run_, i)).Messages(channels::kEpisodeBegin).at(0);
     EXPECT_EQ(Keys(episode["parameters"]), begin.parameter_name);
     for (size_t k = 0; k < begin.parameter_name.size(); ++k)
@@ -155,7 +155,7 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
     ASSERT_GT(states.size(), 100u);
     ASSERT_EQ(contacts.size(), states.size());
     ASSERT_EQ(partials.size(), states.size());
-    // The last state ends the episode; its answer may come too late for the log.
+    // The last state ends the episode; the answer to it may come too late for the log.
     ASSERT_GE(actions.size() + 1, states.size());
     ASSERT_LE(actions.size(), states.size());
     for (size_t tick = 0; tick < states.size(); ++tick) {
@@ -178,7 +178,7 @@ TEST_P(RunFolderTest, LogsAreWholeAndAgreeWithTheResults) {
     const auto summaries = log.Messages(channels::kEpisodeSummary);
     ASSERT_EQ(summaries.size(), 1u);
     EXPECT_EQ(summaries[0].seed, log.Messages(channels::kEpisodeBegin).at(0).seed);
-    // What was shown live last is what is written down.
+    // The last live values are the values in the results.
     const ordered_json& episode = episodes[static_cast<size_t>(i)];
     EXPECT_EQ(metrics::ResultJson(summaries[0].metrics), episode["metrics"]);
     EXPECT_EQ(metrics::ResultJson(partials.back().metrics), episode["metrics"]);
@@ -196,7 +196,8 @@ INSTANTIATE_TEST_SUITE_P(Hosting, RunFolderTest, testing::Bool(), [](const auto&
   return std::string(test.param ? "InProcess" : "Processes");
 });
 
-// Columns, rows, units and outcomes; digits depend on the processor's mathematics.
+// Returns columns, rows, units and outcomes without digits, which depend on the processor's floating-point
+// math.
 std::string Layout(const std::string& text) {
   const size_t begin = text.find("lift_pot/position  policy expert  seed 7"),
                end = text.find(" episodes in ");
@@ -214,7 +215,7 @@ TEST(CommandsPage, ShowsTheTableThatItsCommandPrints) {
   EXPECT_EQ(Layout(ReadText(fs::path(EVALBUS_SOURCE_DIR) / "docs/commands.md")), Layout(run.out));
 }
 
-// As a program wrote it that did not have these options yet.
+// Written as by a version that did not have these options yet.
 TEST(Like, RunsAnOlderRunAgain) {
   const TemporaryFolder folder;
   const fs::path run = folder.path() / "run", again = folder.path() / "again";
@@ -235,14 +236,14 @@ TEST(Like, RunsAnOlderRunAgain) {
             std::string::npos)
       << older.out;
   EXPECT_EQ(ReadText(again / "episodes.jsonl"), ReadText(run / "episodes.jsonl"));
-  // What was run has no default.
+  // These options have no default.
   for (const char* key : {"task_path", "policy", "episodes", "seed", "control_hz"}) {
     const auto refused = like({key}, {"--out", folder.path() / "refused"});
     EXPECT_EQ(refused.code, 1);
     EXPECT_EQ(refused.err, "error: " + (folder.path() / "old/run.json").string() + ": " + key +
                                ": expected this key, it is missing\n");
   }
-  // An older run cannot be gone on with, for nobody knows what it was made of.
+  // An older run cannot be resumed, because the hashes of its files are unknown.
   ordered_json info = ordered_json::parse(ReadText(again / "run.json"));
   info.erase("physics_sha256");
   WriteText(again / "run.json", info.dump());
@@ -253,7 +254,7 @@ TEST(Like, RunsAnOlderRunAgain) {
   EXPECT_EQ(std::count(resumed.err.begin(), resumed.err.end(), '\n'), 1) << resumed.err;
 }
 
-// A run.json without a seed_stream: its episodes' seeds come from the run's seed and the index alone.
+// Without seed_stream in run.json, the seeds of episodes depend on the run's seed and the index alone.
 TEST(SeedStream, ARunThatIsOlderThanItKeepsItsSeeds) {
   const TemporaryFolder folder;
   const fs::path old = folder.path() / "old", again = folder.path() / "again",
@@ -314,10 +315,10 @@ TEST(PolicyName, IsWhatResultsCallThePolicy) {
   const Result compared = RunProgram({"evalbus", "compare", folder.path() / "a", folder.path() / "b"});
   EXPECT_NE(compared.out.find("b (hold) against a (ckpt-12000)"), std::string::npos)
       << compared.out << compared.err;
-  // A folder that nobody named is called by it, too.
+  // A default folder is named after the policy, too.
   const Result unnamed = RunProgram(run, {folder.path(), nullptr});
   EXPECT_NE(unnamed.out.find("-ckpt-12000-20"), std::string::npos) << unnamed.out;
-  // One run, one policy.
+  // A run has one policy.
   first.back() = folder.path() / "b";
   first.push_back("--resume");
   EXPECT_NE(RunProgram(first).err.find("the run was made with policy"), std::string::npos);

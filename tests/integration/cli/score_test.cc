@@ -1,4 +1,4 @@
-// evalbus score MAP.yaml DATA: what a table of joints gives is what a simulation of them gives.
+// evalbus score MAP.yaml DATA: a table of joints gives the same scores as a simulation of the same joints.
 #include <cmath>
 #include <cstring>
 
@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 class Score : public testing::Test {
  protected:
-  // The joints of a log of the simulation, at all its ticks, as a table and its map.
+  // Writes the joints of a log of the simulation, at all its ticks, as a table and its map.
   void WriteTable(const RecordedLog& log) const {
     const model_info_t model = log.Messages(channels::kModel).at(0);
     std::string names, columns, rows;
@@ -57,8 +57,8 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
   ASSERT_EQ(found.size(), expected.size());
   int with_clearance = 0;
   for (size_t i = 0; i < expected.size(); ++i) {
-    // Positions are computed from the joints once more: the last digits may differ, and with them, which
-    // ticks have the smallest clearance so far.
+    // Positions are recomputed from the joints: the last digits may differ, and so may the ticks that have
+    // the smallest clearance so far.
     if (!expected[i].has_clearance || !found[i].has_clearance) continue;
     ++with_clearance;
     constexpr double kTolerance = 1e-6;
@@ -73,13 +73,13 @@ TEST_F(Score, ClearanceHasThePointsOfASimulationOfTheSameJoints) {
           << i;
       distance += std::pow(found[i].clearance_robot_point_m[k] - found[i].clearance_scene_point_m[k], 2);
     }
-    // What contacts_t.lcm promises.
+    // contacts_t.lcm guarantees this.
     EXPECT_NEAR(std::sqrt(distance), found[i].clearance_m, kTolerance) << i;
   }
   EXPECT_GE(with_clearance, 3);
 }
 
-// As spreadsheets write it.
+// Spreadsheet programs write files in this way.
 TEST_F(Score, AByteOrderMarkIsSkipped) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored",
                  marked = folder_.path() / "marked";
@@ -93,7 +93,7 @@ TEST_F(Score, AByteOrderMarkIsSkipped) {
   ExpectSameScores(scored, marked);
 }
 
-// run.json of both names what they were made with.
+// run.json names the inputs of both.
 TEST_F(Score, SaysWhatItWasMadeWith) {
   const fs::path run = folder_.path() / "run", scored = folder_.path() / "scored";
   Evaluate({"lift_pot/base", "--policy", "hold", "--episodes", "1", "--in-process", "--only", "0"}, run);

@@ -1,4 +1,4 @@
-// evalbus web over a run of which one log does not open, as on a file system that does not answer.
+// evalbus web over a run with one log that cannot be opened, as on a file system that does not respond.
 #include <signal.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ class WebLogs : public testing::Test {
     const std::string said = server_->out();
     port_ = static_cast<uint16_t>(std::stoi(said.substr(said.find("127.0.0.1:") + 10)));
   }
-  // From now on this episode's log is a pipe into which nothing is written.
+  // Replaces this episode's log by a pipe that has no writer.
   void MakeHang(int episode) {
     fs::remove(LogFile(run_, episode));
     ASSERT_EQ(mkfifo(LogFile(run_, episode).c_str(), 0600), 0);

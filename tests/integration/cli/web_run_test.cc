@@ -1,9 +1,9 @@
-// evalbus web: a browser that watches a run while it goes on, is killed and resumed.
+// evalbus web: a browser follows a run while it is active, is killed and is resumed.
 #include "tests/integration/harness.h"
 
 namespace evalbus::web_run_test {
 
-// What is compared: see check_live.py.
+// See check_live.py for what is compared.
 TEST(WebRun, BrowserFollowsARunThatIsKilledAndResumed) {
   EVALBUS_NEEDS_BUS();
   const TemporaryFolder folder;

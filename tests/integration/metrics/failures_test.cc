@@ -1,5 +1,5 @@
-// Every task failed on purpose: that scores tell one failure from the other. docs/failures.md says what the
-// flaws are.
+// Every task is failed on purpose, and the scores must distinguish the failures. docs/failures.md describes
+// the flaws.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -14,9 +14,9 @@ namespace evalbus::failures_test {
 
 using Json = nlohmann::ordered_json;
 
-// One variation of each family, with a time limit (s) at which no expert that does nothing wrong is idle for
-// long. Of LiftTray the one in which the tray has to be moved: where it only has to leave the hob, there is
-// no half way.
+// One variation of each family, with a time limit (s) that leaves a faultless expert little idle time. For
+// LiftTray it is the variation in which the tray has to be moved: if the tray only has to leave the hob,
+// there is no partial progress.
 struct Task {
   const char *variation, *time_limit_s;
 };
@@ -31,7 +31,7 @@ const std::map<std::string, Task> kTasks = {
     {"stack_two_blocks", {"base", "8"}},
 };
 
-// The task as a file of the folder, cut short.
+// Returns the task as a file of the folder, with the shorter time limit.
 std::string Shortened(const std::string& name, const std::filesystem::path& folder) {
   const std::string models = EVALBUS_SOURCE_DIR "/models/";
   std::string text = ReadText(models + "tasks/" + name + ".yaml");
@@ -42,7 +42,7 @@ std::string Shortened(const std::string& name, const std::filesystem::path& fold
   return folder / (name + ".yaml/") / kTasks.at(name).variation;
 }
 
-// What a score is expected to count: no slip and no collision unless stated.
+// Events that a score is expected to count: no slip and no collision unless stated.
 enum Counted { kNothing = 0, kSlips = 1, kCollisions = 2 };
 
 struct Outcome {
@@ -66,7 +66,7 @@ std::string EndReason(const std::string& failure_reason, const std::string& text
   return text.find("touches world") != std::string::npos ? "failure" : "time_limit";
 }
 
-// What is true of every explanation.
+// Checks what holds for every explanation.
 void ExpectConsistent(const Json& episode) {
   const Json& explanation = episode["explanation"];
   const Json& metrics = episode["metrics"];
@@ -86,7 +86,7 @@ void ExpectConsistent(const Json& episode) {
   }
 }
 
-// Conditions that decide in more than one way of failing.
+// Conditions that decide several kinds of failures.
 const char *const kOtherGripper = "the other gripper does not hold rod",
                   *const kCabinet = "pot touches left_cabinet", *const kBook = "height of book 0.7",
                   *const kWheel = "fraction of the range of first_valve/wheel 0",
@@ -95,7 +95,7 @@ const char *const kOtherGripper = "the other gripper does not hold rod",
                   *const kCubes = "red_cube does not touch blue_cube", *const kNoStage = "no stage reached",
                   *const kCollision = "first collision at";
 
-// The policy's error ends the episode where it occurs, whatever the error is.
+// An error of the policy ends the episode where it occurs, whatever the error is.
 const std::vector<Outcome> kAfterAnError = {
     {"cube_handover", "policy_error", {1}, kOtherGripper},
     {"lift_pot", "policy_error", {1, 2}, "height of pot 1.008 m < 1.096"},
@@ -147,7 +147,7 @@ const std::vector<Failures> kFailures = {
      {{"cube_handover", "collision", {}, kCollision, kCollisions},
       {"lift_pot", "collision", {}, kCollision, kCollisions},
       {"pick_single_book_from_table", "collision", {}, kCollision, kCollisions},
-      // A hand slides off a wheel on its way to the table, and a slip goes before a collision.
+      // A hand slides off a wheel on its way to the table, and a slip takes precedence over a collision.
       {"rotate_valve", "grasp_slip", {3}, kCollision, kSlips | kCollisions},
       {"stack_single_book_shelf", "collision", {}, kCollision, kCollisions},
       {"stack_two_blocks", "collision", {}, kCollision, kCollisions}}},

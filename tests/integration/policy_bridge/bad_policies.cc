@@ -1,4 +1,4 @@
-// A plugin whose policies do what plugins must not do.
+// A plugin whose policies violate the rules for plugins.
 #include <cstdlib>
 #include <functional>
 #include <memory>

@@ -1,4 +1,4 @@
-// Every command of docs/connecting_a_policy.md's first ten minutes, as it stands there.
+// Runs every command of the first ten minutes of docs/connecting_a_policy.md, exactly as printed there.
 #include <sstream>
 
 #include "tests/doubles/policy_server.h"
@@ -12,7 +12,7 @@ using policy::Map;
 using policy::PolicyServerDouble;
 using policy::Value;
 
-// Lines of the code blocks of a section.
+// Returns the lines of the code blocks of a section.
 std::vector<std::string> Commands(const std::string& heading) {
   std::istringstream page(ReadText(EVALBUS_SOURCE_DIR "/docs/connecting_a_policy.md"));
   std::vector<std::string> commands;
@@ -36,7 +36,7 @@ void Replace(const std::string& from, const std::string& to, std::string* text) 
 
 TEST(ConnectingPage, FirstTenMinutes) {
   EVALBUS_NEEDS_BUS();
-  // The source folder as a user has it, whose runs/ is not the developer's.
+  // The source folder as a user has it, without the developer's runs/.
   TemporaryFolder folder;
   for (const char* name : {"python", "models"}) {
     fs::create_directory_symlink(fs::path(EVALBUS_SOURCE_DIR) / name, folder.path() / name);
@@ -44,7 +44,7 @@ TEST(ConnectingPage, FirstTenMinutes) {
   fs::create_directory_symlink(EVALBUS_BINARY_DIR, folder.path() / "build");
   const Program::Setting here{.working_folder = folder.path(), .before = {}};
 
-  // The checkpoint: RoboEval's joint deltas, none.
+  // The checkpoint: RoboEval's joint deltas, all zero.
   PolicyServerDouble checkpoint({.answer = [](const Value&) -> Value {
     return Map{{"actions", FloatArray(std::vector<double>(160, 0), {10, 16})}};
   }});
@@ -60,7 +60,7 @@ TEST(ConnectingPage, FirstTenMinutes) {
       continue;
     }
     Replace("ws://127.0.0.1:8000", checkpoint.url(), &command);
-    // Its commands, not its timeout.
+    // Takes the commands of the page but not its timeout.
     Replace("--episodes 20", "--episodes 1", &command);
     const Result result = RunProgram({"/bin/sh", "-c", command}, here);
     EXPECT_EQ(result.code, 0) << command << "\n" << result.out << result.err;

@@ -1,4 +1,4 @@
-// Policies that are no process of ours (--policy lcm), and whatever they do wrong.
+// External policies (--policy lcm) that misbehave in various ways.
 #include <signal.h>
 
 #include <cmath>
@@ -19,10 +19,10 @@ namespace evalbus::misbehaving_policy_test {
 
 namespace fs = std::filesystem;
 
-// Keeps the robot where it is, and misbehaves in its own way in each episode.
+// A policy that keeps the robot in place and misbehaves in a different way in each episode.
 class Guest {
  public:
-  // What is wrong, in the order of episodes.
+  // The fault of each episode, in the order of episodes.
   enum Episode {
     kHonest,
     kNan,
@@ -46,7 +46,7 @@ class Guest {
       : bus_(url), server_is_back_(server_is_back) {
     bus_.Subscribe(channels::kModel, [this](const model_info_t& m) { model_ = m; });
     bus_.Subscribe(channels::kEpisodeBegin, [this](const episode_begin_t& begin) {
-      if (begin.header.attempt > 0) dead_ = false;  // somebody has started it again
+      if (begin.header.attempt > 0) dead_ = false;  // another process has restarted it
       if (late_) bus_.Publish(channels::kAction, *late_);
       late_.reset();
       status_.component = "policy";
@@ -64,7 +64,7 @@ class Guest {
   }
 
   bool thinks() const { return thought_about_.has_value(); }
-  // Of STATE, until one of that tick waits for its answer.
+  // Answers STATEs until a STATE of `tick` waits for its answer.
   void Work(int64_t tick = std::numeric_limits<int64_t>::max()) {
     thinks_about_ = tick;
     if (thought_about_ && thought_about_->header.tick < tick) Answer(*std::exchange(thought_about_, {}));
@@ -89,7 +89,7 @@ class Guest {
                                        arm.joint_home_rad.end());
     }
     action.gripper_closing.assign(model_.gripper.size(), 0);
-    // Well at first.
+    // Behaves correctly at first.
     if (state.header.tick >= 5) {
       switch (state.header.episode) {
         case kNan:
@@ -157,7 +157,7 @@ class Guest {
 
 class MisbehavingPolicy : public testing::Test {
  protected:
-  // The guest's episodes first to last; returns what the run said.
+  // Runs episodes `first` to `last` of the guest; returns the output of the run.
   std::string Run(int first, int last, const char* policy_timeout_s, bool goes_on = false) {
     std::string only;
     for (int i = first; i <= last; ++i) only += (i > first ? "," : "") + std::to_string(i);
@@ -215,7 +215,7 @@ TEST_F(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
     EXPECT_EQ(episodes[i]["end_reason"], expected[i].first) << i;
     EXPECT_EQ(episodes[i]["end_detail"], expected[i].second) << i;
     EXPECT_EQ(episodes[i]["complete"], true) << i;
-    // People see it, too.
+    // The reason is also printed.
     EXPECT_NE(out.find(expected[i].second), std::string::npos) << out;
   }
   EXPECT_EQ(episodes[Guest::kHonest]["extended"]["action_clips"], 0);
@@ -226,7 +226,7 @@ TEST_F(MisbehavingPolicy, ThatDiedAndIsBackBeginsItsEpisodeAgain) {
   EVALBUS_NEEDS_BUS();
   const std::string out = Run(Guest::kDies, Guest::kHonestAgain, "40");
   EXPECT_NE(out.find("begun again: policy hangs"), std::string::npos) << out;
-  // Both are as the built-in policy does it that stands still.
+  // Both results equal those of the built-in policy that holds still.
   const fs::path hold = folder_.path() / "hold";
   Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
             "--only", std::to_string(Guest::kDies) + "," + std::to_string(Guest::kHonestAgain)},
@@ -262,11 +262,11 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   EXPECT_EQ(summary["episodes"], 3);
   EXPECT_EQ(summary["complete"], 2);
   EXPECT_EQ(summary["invalid"], 1);
-  // Its log is there, and says the same.
+  // The log exists and agrees.
   const Result rescored = RunProgram({"evalbus", "rescore", run_});
   EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
 
-  // Who asks for others leaves it where it is.
+  // A resume that requests only the other episodes leaves this one unchanged.
   Run(Guest::kHonestAgain, Guest::kServerFailsOnce, "40", true);
   ASSERT_EQ(Episodes(run_).size(), 3u);
   EXPECT_EQ(Episodes(run_)[2], episodes[2]);
@@ -276,7 +276,7 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   EXPECT_EQ(resumed.find("invalid"), std::string::npos) << resumed;
   EXPECT_EQ(Episodes(run_)[0], episodes[0]);
   EXPECT_FALSE(ReadJsonFile(run_ / "summary.json").contains("invalid"));
-  // All are as if no server had ever failed.
+  // All results are as if no server had ever failed.
   const fs::path hold = folder_.path() / "hold";
   Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
             "--only", "12,13,14"},
@@ -284,7 +284,7 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
   ExpectSameScores(run_, hold);
 }
 
-// What a frozen container or a suspended machine does: nobody runs, for longer than the policy may take.
+// As in a frozen container or a suspended machine: no process runs for longer than the policy's timeout.
 TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
   EVALBUS_NEEDS_BUS();
   const std::string url = UniqueUrl();
@@ -299,7 +299,7 @@ TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
   all.push_back(launcher.pid());
   {
     const Stopped stopped(all);
-    // The pause itself is what is tested.
+    // The pause itself is tested.
     std::this_thread::sleep_for(std::chrono::seconds(11));
   }
   ASSERT_TRUE(WaitFor([&] {

@@ -1,4 +1,4 @@
-// Policies of plugins that misbehave in Act(), in one process and in several.
+// Plugin policies that misbehave in Act(), in one process and in several.
 #include <cstdlib>
 
 #include "tests/integration/harness.h"
@@ -19,7 +19,7 @@ class PluginPolicy : public testing::Test {
     return command;
   }
 
-  // End reason and detail of episode 1; expects the others to end as if nothing had happened.
+  // Returns end reason and detail of episode 1; expects the other episodes to be unaffected.
   std::string EndOfEpisode1(const std::string& policy, bool in_process) {
     const fs::path out = folder_.path() / (policy + (in_process ? "_in_process" : "_in_processes"));
     const Result result = RunProgram(Command(policy, out, in_process));

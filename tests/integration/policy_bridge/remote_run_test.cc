@@ -1,5 +1,5 @@
-// Policies behind a server, in whole runs: what is scored, what is said again from a log, and what becomes of
-// a server that fails.
+// Policies behind a server in whole runs: scores, replays from the log alone, and the effect of a failing
+// server.
 #include <algorithm>
 #include <atomic>
 #include <limits>
@@ -22,7 +22,7 @@ using Answer = PolicyServerDouble::Answer;
 
 constexpr int kSteps = 4;
 
-// The left arm a little further, by what the images and the state say, so that a wrong one changes scores.
+// Moves the left arm a little, depending on the images and the state, so that a wrong input changes scores.
 Value Forward(const Value& observation) {
   const std::vector<double> joints = Numbers(*observation.Find("state")->As<Array>());
   double brightness = 0;
@@ -40,7 +40,7 @@ class RemoteRun : public testing::Test {
   void Serve(std::function<Answer(const Value&)> answer) {
     server_.emplace(PolicyServerDouble::Options{.answer = std::move(answer)});
   }
-  // A contract file for the server.
+  // Writes a contract file for the server; returns its path.
   std::string Contract(const std::string& kind = "joint_position", const std::string& rate_hz = "20") {
     const std::string file = folder_.path() / "mine.yaml";
     WriteText(file, "wire: openpi\nurl: " + server_->url() + "\nrate_hz: " + rate_hz +
@@ -86,7 +86,7 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
   for (int episode = 0; episode < 3; ++episode) {
     const RecordedLog log = ReadLog(LogFile(apart, episode));
     ExpectSameTicks(ReadLog(LogFile(together, episode)), log);
-    // Asked at ticks 0, 3, 6, ..., of exactly these, and once each.
+    // The policy was asked at ticks 0, 3, 6, ..., about exactly these ticks, once each.
     const auto saw = log.Messages(channels::kObservation);
     const auto said = log.Messages(channels::kPolicyAction);
     ASSERT_EQ(saw.size(), 7u);
@@ -109,15 +109,15 @@ TEST_F(RemoteRun, IsTheSameInOneProcessInManyAndWithManyWorkers) {
     EXPECT_NE(saw[0].image[0].sha256, saw[6].image[0].sha256);
     EXPECT_TRUE(fs::exists(apart / "episodes" / ("000" + std::to_string(episode)) / "policy_calls.json"));
   }
-  // Without the server, from the log alone.
+  // Rescores without the server, from the log alone.
   server_->Stop();
   const fs::path replayed = folder_.path() / "replayed";
   Evaluate(With(Arguments("replay:" + apart.string(), 3), {"--control-hz", "20"}), replayed);
   ExpectSameScores(apart, replayed);
 }
 
-// The policy is asked about the last tick, too, while that is scored: whether its answer comes in time is
-// chance.
+// The policy is also asked about the last tick, which is being scored meanwhile: whether its answer arrives
+// in time is a race.
 TEST_F(RemoteRun, CallsAreAsManyInOneProcessAsInMany) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
@@ -130,12 +130,12 @@ TEST_F(RemoteRun, CallsAreAsManyInOneProcessAsInMany) {
   Evaluate(With(Arguments(contract, 1), {"--in-process"}), same);
   for (const fs::path& run : {apart, same}) {
     const auto calls = nlohmann::json::parse(ReadText(run / "episodes/0000/policy_calls.json"));
-    // The episode ends at tick 20, about which it is asked, too.
+    // The episode ends at tick 20, about which the policy is also asked.
     EXPECT_EQ(calls["tick"].dump(), "[0,2,4,6,8,10,12,14,16,18]") << run;
   }
 }
 
-// What the workers ask together is one request, and their results are those of one worker.
+// Requests that the workers make at the same time form one batch, and the results are those of one worker.
 TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   EVALBUS_NEEDS_BUS();
   doubles::GrootServer::Options options;
@@ -143,7 +143,7 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   options.horizon = kSteps;
   options.step = 1e-3;
   options.per_level = 1e-8;
-  // So that others come meanwhile.
+  // Leaves time for requests of other workers.
   options.thinks = std::chrono::milliseconds(100);
   const doubles::GrootServer server(options);
   const fs::path contract = folder_.path() / "groot.yaml";
@@ -177,7 +177,8 @@ TEST_F(RemoteRun, ManyWorkersAreOneBatch) {
   }
 }
 
-// The world goes on while it looks and thinks; what it is shown is still one tick.
+// The simulation continues while the policy receives images and computes; the images still belong to one
+// tick.
 TEST_F(RemoteRun, LooksOnARealtimeClock) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
@@ -187,7 +188,7 @@ TEST_F(RemoteRun, LooksOnARealtimeClock) {
   const auto saw = log.Messages(channels::kObservation);
   const auto states = log.Messages(channels::kState);
   ASSERT_GE(saw.size(), 2u);
-  // The episode may end while it thinks about the last.
+  // The episode may end while the policy computes its last answer.
   const size_t answers = log.Messages(channels::kPolicyAction).size();
   EXPECT_LE(answers, saw.size());
   EXPECT_GE(answers + 1, saw.size());
@@ -216,7 +217,7 @@ TEST_F(RemoteRun, TellsHowItWasMade) {
   EXPECT_NE(ReadText(run / "report.html").find("Its server was called 7 times"), std::string::npos);
 }
 
-// No physics step of 2 ms goes into 30 Hz, and nobody has typed a rate.
+// 30 Hz is not a whole number of physics steps of 2 ms, and no rate was given on the command line.
 TEST_F(RemoteRun, SaysAtWhichRateTheContractsRateIsRun) {
   EVALBUS_NEEDS_BUS();
   Serve(Forward);
@@ -228,7 +229,7 @@ TEST_F(RemoteRun, SaysAtWhichRateTheContractsRateIsRun) {
   EXPECT_NE(result.out.find("29.4118 Hz"), std::string::npos) << result.out;
 }
 
-// The server fails once, in its own way in each episode: the episode is begun again from its seed.
+// The server fails once, in a different way in each episode. The episode is retried from its seed.
 TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
   EVALBUS_NEEDS_BUS();
   const std::vector<Answer> faults = {
@@ -237,7 +238,7 @@ TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
       Value(Map{{"nothing", 1}})};
   const std::vector<std::string> words = {"RuntimeError: out of GPU memory", "", "", "",
                                           "the answer has no 'actions'"};
-  // Each fault is the third call of its episode, whose next attempt makes seven.
+  // Each fault occurs at the third call of its episode, whose next attempt makes seven calls.
   std::atomic<int> calls = 0, failed = 0;
   Serve([&](const Value& observation) -> Answer {
     if (++calls == 3 + 10 * failed && failed < static_cast<int>(faults.size())) {
@@ -255,7 +256,7 @@ TEST_F(RemoteRun, AFailingServerIsNoFailingPolicy) {
     EXPECT_NE(result.out.find(said), std::string::npos) << said << result.out;
   Evaluate(Arguments(contract, episodes), well);
   ExpectSameScores(run, well);
-  // Its thread looks at what stands in this test.
+  // The server's thread uses variables of this test.
   server_->Stop();
 }
 
@@ -291,7 +292,7 @@ TEST_F(RemoteRun, WhatIsMisunderstoodStopsTheRunBeforeItsFirstEpisode) {
       std::string::npos)
       << result.err;
   EXPECT_FALSE(fs::exists(run));
-  // Degrees.
+  // Degrees instead of radians.
   Serve([](const Value&) -> Value {
     return Map{{"actions", FloatArray(std::vector<double>(8 * kSteps, 30), {kSteps, 8})}};
   });
@@ -316,12 +317,12 @@ TEST_F(RemoteRun, CheckTellsWhatIsWrongApart) {
       << result.out;
   EXPECT_TRUE(fs::exists(folder_.path() / "check/image.png"));
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder_.path() / "check/check.json"))["verdict"], "good");
-  // As deltas these are half a turn.
+  // As deltas these values are half a turn.
   result = check(Contract("joint_delta"));
   EXPECT_EQ(result.code, 6) << result.out;
   EXPECT_NE(result.out.find("absolute taken for a delta"), std::string::npos) << result.out;
 
-  // Rightly elsewhere than the robot is: an early checkpoint, another pose at the start.
+  // Valid targets away from the robot's position: an early checkpoint, or another initial pose.
   Serve([](const Value& observation) -> Value {
     std::vector<double> row = Numbers(*observation.Find("state")->As<Array>());
     for (double& joint : row) joint += 0.65;

@@ -1,11 +1,11 @@
-// Episodes that go on after their success, by real processes and by one.
+// Episodes that continue after success, in several processes and in one.
 #include "tests/integration/harness.h"
 
 namespace evalbus::after_success_test {
 
 namespace fs = std::filesystem;
 
-// The tray is in its place, and then the hand lets go of it.
+// The tray is in its place, and then the hand releases it.
 TEST(AfterSuccess, ASuccessThatDoesNotHoldIsOneAndSaysSo) {
   EVALBUS_NEEDS_BUS();
   const TemporaryFolder folder;
@@ -40,7 +40,7 @@ TEST(AfterSuccess, ASuccessThatDoesNotHoldIsOneAndSaysSo) {
     const Result rescored = RunProgram({"evalbus", "rescore", folder.path() / name});
     EXPECT_EQ(rescored.code, 0) << rescored.out << rescored.err;
   }
-  // What was played before is played again, also what came after the success.
+  // A replay also plays the actions after the success.
   Evaluate({"lift_tray/drag_over", "--policy", "replay:" + (folder.path() / "one").string(), "--seed", "1",
             "--episodes", "1", "--after-success-s", "1", "--in-process"},
            folder.path() / "replayed");

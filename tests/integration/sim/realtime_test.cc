@@ -1,4 +1,4 @@
-// Realtime runs: how well they keep time is said, and nobody who listens holds them up.
+// Realtime runs report their timing, and observers do not delay them.
 #include <signal.h>
 
 #include "bus/channels.h"
@@ -54,7 +54,7 @@ TEST(Realtime, LockstepRunsSayNothingOfTheKind) {
   EXPECT_FALSE(ordered_json::parse(ReadText(folder.path() / "run/summary.json")).contains("pacing"));
 }
 
-// A stopped process reads nothing: its queue runs full while the run goes on.
+// A stopped process reads nothing: its queue fills while the run continues.
 TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -78,7 +78,7 @@ TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   ASSERT_EQ(recorder.size(), 1u);
   kill(recorder[0], SIGSTOP);
   viz.Signal(SIGSTOP);
-  // Three of the four seconds of simulated time go by: a run that waited for the recorder would stand still.
+  // Waits for three of the four seconds of simulated time: a run that waited for the recorder would stall.
   ASSERT_TRUE(reaches(175));
   kill(recorder[0], SIGCONT);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err() << launcher.out();

@@ -1,5 +1,5 @@
-// `evalbus watch` with a source of our own, in C++ and over a real bus: a run that is stripped to what a
-// robot knows gets the scores it had.
+// `evalbus watch` with a C++ source over a real bus: a run that is reduced to what a robot can measure keeps
+// its scores.
 #include <cmath>
 #include <map>
 
@@ -11,8 +11,8 @@ namespace evalbus::watch_test {
 
 namespace fs = std::filesystem;
 
-// A source: says SOURCE_ANNOUNCEMENT until MODEL is heard, then what it measures. It waits for each STATE,
-// which a robot does not.
+// A source: publishes SOURCE_ANNOUNCEMENT until it receives MODEL, then its measurements. Unlike a robot, it
+// waits for each STATE.
 class Source {
  public:
   explicit Source(const std::string& url) : bus_(url) {
@@ -20,7 +20,7 @@ class Source {
     bus_.Subscribe(channels::kState, [this](const state_t& state) { tick_ = state.header.tick; });
     bus_.Subscribe(channels::kEpisodeEnd, [this](const episode_end_t& end) { ended_ = end.header.episode; });
   }
-  // Names the joints of arms and fingers of a recorded run, and its objects or none.
+  // Names the joints of arms and fingers of a recorded run, and either its objects or none.
   bool Meet(const model_info_t& model, bool with_objects) {
     announcement_.source = "a recorded robot";
     announcement_.period_us = model.timestep_us * model.substeps;
@@ -45,7 +45,7 @@ class Source {
       return is_met_;
     });
   }
-  // Plays the states of an episode as its own `episode`.
+  // Publishes the states of a recorded episode as its own `episode`.
   bool Play(const std::vector<state_t>& states, int32_t episode,
             const std::function<void(source_state_t*)>& change) {
     tick_ = ended_ = -1;
@@ -53,7 +53,7 @@ class Source {
       source_state_t sample{};
       sample.episode = episode;
       sample.sample = static_cast<int64_t>(k);
-      // The clock of another machine.
+      // The timestamps are of another machine's clock.
       sample.stamp_us = 1'700'000'000'000'000 + states[k].header.sim_time_us;
       for (const int index : qpos_)
         sample.joint_position_mixed.push_back(states[k].qpos_mixed[static_cast<size_t>(index)]);
@@ -111,7 +111,7 @@ class Watch : public testing::Test {
   std::vector<state_t> states_;
 };
 
-// Numbers of the one that the other has, too, agree.
+// Expects numbers that both have to agree.
 void ExpectAgree(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b, double tolerance,
                  const std::string& at) {
   if (a.is_object()) {
@@ -146,7 +146,7 @@ TEST_F(Watch, ARunStrippedToWhatATrackedRobotKnowsGetsItsScores) {
     ExpectAgree(before["metrics"][key], after["metrics"][key], 1e-9, key);
   }
   EXPECT_FALSE(after["extended"].contains("mechanical_work_J"));
-  // Bodies and contacts are where they were.
+  // Bodies and contacts are at the recorded positions.
   const RecordedLog log = ReadLog(LogFile(out(), 0));
   const auto states = log.Messages(channels::kState);
   ASSERT_EQ(states.size(), states_.size());
@@ -158,7 +158,7 @@ TEST_F(Watch, ARunStrippedToWhatATrackedRobotKnowsGetsItsScores) {
       }
     }
   }
-  // The same again is the same, and everything else takes the folder.
+  // Rescoring gives the same scores, and all other commands accept the folder.
   EXPECT_EQ(Episodes(out()).at(1)["metrics"], after["metrics"]);
   for (const std::vector<std::string>& reader :
        {std::vector<std::string>{"evalbus", "rescore", out()},
@@ -170,7 +170,7 @@ TEST_F(Watch, ARunStrippedToWhatATrackedRobotKnowsGetsItsScores) {
   }
 }
 
-// Nothing is simulated, so no physics step bounds the rate.
+// No physics step bounds the rate, because nothing is simulated.
 TEST_F(Watch, AnyRateIsExactAndNoLockstep) {
   const std::string url = UniqueUrl();
   const auto watch = Begin(url, {"--hz", "30"});

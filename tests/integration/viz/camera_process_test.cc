@@ -1,5 +1,5 @@
-// The process that draws what a policy asks for: whole images over a real bus, equal to those of the same
-// component in this process. The test is sim and policy.
+// The process that renders the images that a policy requests: complete images over a real bus, equal to those
+// of the same component in this process. The test plays the roles of sim and policy.
 #include <map>
 
 #include "bus/channels.h"
@@ -13,7 +13,7 @@ namespace evalbus::camera_process_test {
 
 class CameraProcess : public testing::Test {
  protected:
-  // By camera.
+  // Images by camera name.
   using Images = std::map<std::string, image_t>;
 
   CameraProcess() {
@@ -53,7 +53,7 @@ class CameraProcess : public testing::Test {
 
   TemporaryFolder folder_;
   const Scene scene_ = viz::LiftPotScene();
-  // Written once: a process may be reading it when it is told of it again.
+  // Written once: a process may be reading the file when the model is announced again.
   const model_info_t model_ = viz::VisualInfo(folder_.path(), *scene_.visual);
   state_t state_{};
   image_request_t image_request_{};
@@ -74,7 +74,7 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
     return status_.state == component_status_t::READY;
   })) << process.err();
   EXPECT_EQ(status_.component, "cameras");
-  // Before its STATE: it waits for it.
+  // A request before its STATE is held until the STATE arrives.
   bus.Publish(channels::kRequestImage, image_request_);
   bus.Publish(channels::kState, state_);
   ASSERT_TRUE(HearUntil(&bus, [&] { return far.size() == 3; }));
@@ -90,7 +90,7 @@ TEST_F(CameraProcess, GivesTheBytesOfTheComponentInThisProcess) {
     EXPECT_EQ(far[view.camera].view.width_px, view.width_px);
     EXPECT_TRUE(far[view.camera].data == near[view.camera].data) << view.camera;
   }
-  // A megabyte of depth is whole, and who did not ask for it has lost nothing.
+  // A depth image of 1 MB arrives complete, and processes that did not request it lost no message.
   EXPECT_EQ(far["front"].data.size(), 512u * 512 * 4);
   while (bystander.Handle()) {
   }

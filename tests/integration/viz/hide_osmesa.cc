@@ -1,4 +1,4 @@
-// For LD_AUDIT: with it the dynamic loader does not find OSMesa, as on a machine that has none.
+// For LD_AUDIT: the dynamic loader does not find OSMesa, as on a machine without it.
 #include <link.h>
 
 #include <cstring>
@@ -6,8 +6,8 @@
 extern "C" unsigned la_version(unsigned) { return LAV_CURRENT; }
 
 extern "C" char* la_objsearch(const char* name, uintptr_t*, unsigned) {
-  // A place where nothing is: after a nullptr glibc 2.36 now and then says "wrong ELF class" of no file at
-  // all.
+  // A path that does not exist. If nullptr is returned, glibc 2.36 sometimes reports "wrong ELF class"
+  // without a file.
   static char nowhere[] = "/nowhere/libOSMesa.so.8";
   return std::strstr(name, "libOSMesa") ? nowhere : const_cast<char*>(name);
 }

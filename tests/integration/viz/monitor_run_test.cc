@@ -1,4 +1,4 @@
-// The monitor beside a run: it may come late, hang or be many, and the run does not notice.
+// Monitors beside a run may start late, hang or be many; the run is not affected.
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
@@ -14,7 +14,7 @@ namespace evalbus::monitor_run_test {
 
 namespace fs = std::filesystem;
 
-// Short episodes of a hand that holds still.
+// Short episodes in which the robot holds still.
 std::vector<std::string> RunCommand(const fs::path& folder, const std::string& name, const std::string& url,
                                     const std::vector<std::string>& more = {}) {
   std::vector<std::string> command = {
@@ -30,13 +30,13 @@ int Count(const std::string& text, const std::string& words) {
   return count;
 }
 
-// A monitor that listens until the run is over misses no component: one that a loaded machine keeps waiting
-// is back.
+// A monitor that listens until the end of the run reports no missing component: one that was delayed on a
+// loaded machine is back.
 void ExpectNoComponentIsMissed(const std::string& out) {
   EXPECT_EQ(Count(out, " is silent since "), Count(out, " is back\n")) << out;
 }
 
-// A run that waited for it would wait for ever.
+// A run that waited for the monitor would never end.
 TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
   EVALBUS_NEEDS_BUS();
   TemporaryFolder folder;
@@ -46,7 +46,7 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
   Program hanging({"evalbus-monitor", "--url", url}), listening({"evalbus", "monitor", "--url", url});
   ASSERT_TRUE(WaitFor([&] { return !hanging.out().empty() && !listening.out().empty(); }));
   Program run(RunCommand(folder.path(), "watched", url, {"--episodes", "4"}));
-  // In the middle of the run, when it has heard and could have said everything.
+  // Stops the monitor in the middle of the run, after it has received messages.
   ASSERT_TRUE(WaitFor([&] { return hanging.out().find("episode 0 begins") != std::string::npos; }));
   hanging.Signal(SIGSTOP);
   ASSERT_TRUE(run.running());
@@ -58,12 +58,12 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
                     ReadLog(LogFile(folder.path() / "watched", i)));
   }
   hanging.Signal(SIGCONT);
-  // The run is over: both say so and end.
+  // Both monitors report the end of the run and exit.
   for (Program* monitor : {&hanging, &listening}) {
     EXPECT_EQ(monitor->Wait(), 0) << monitor->err();
     EXPECT_NE(monitor->out().find("the run is over"), std::string::npos) << monitor->out();
   }
-  // The reason is the one of the run's table.
+  // The reason is that of the run's table.
   const std::string reason = Episodes(folder.path() / "watched").at(3)["failure_reason"];
   EXPECT_NE(listening.out().find("episode 3 " + reason + " after 4.00 s"), std::string::npos)
       << listening.out();
@@ -81,11 +81,12 @@ TEST(MonitorRun, OpenedInMidEpisodeShowsWhatCameBefore) {
            !error;
   })) << run.out()
       << run.err();
-  // The monitor starts while the run stands still, so that a loaded machine does not start it after the run.
+  // The monitor starts while the run is stopped, so that it does not start after the run on a loaded machine.
   std::vector<pid_t> processes = ChildrenOf(run.pid());
   processes.push_back(run.pid());
   std::optional<Stopped> stopped(processes);
-  // By its folder; the number of episodes planned is in run.json, that of episodes done was published before.
+  // The run is named by its folder. The number of planned episodes is in run.json; that of finished ones was
+  // published before.
   Program monitor({"evalbus", "monitor", folder.path() / "run"});
   ASSERT_TRUE(WaitFor([&] { return monitor.out().starts_with("listening to "); })) << monitor.err();
   stopped.reset();
@@ -106,7 +107,7 @@ TEST(MonitorRun, FindsARunInAPrivateNetwork) {
           .code != 0)
     GTEST_SKIP() << "no network namespaces here";
   TemporaryFolder folder;
-  // Longer than a loaded machine takes to start a monitor; it ends with this test.
+  // The episode is longer than the start of a monitor on a loaded machine; the run ends with this test.
   Program run({"evalbus", "run", ShortTask(folder.path(), 3600), "--policy", "hold", "--realtime",
                "--episodes", "1", "--out", folder.path() / "run"},
               {"", [] {
@@ -134,8 +135,8 @@ TEST(MonitorRun, FindsAReplayAndSaysWhenARunIsOver) {
                               "' plays what there is\n");
   }
   Program replay({"evalbus", "replay", run});
-  // The monitor starts while the player stands still, so that a loaded machine does not start it after the
-  // replay.
+  // The monitor starts while the player is stopped, so that it does not start after the replay on a loaded
+  // machine.
   std::vector<pid_t> player;
   ASSERT_TRUE(WaitFor([&] {
     player = ChildrenOf(replay.pid(), "lcm-logplayer");
@@ -217,7 +218,7 @@ class MonitorTerminal : public testing::Test {
   int master_ = -1, slave_ = -1;
   std::string name_, screen_;
   termios before_{};
-  // With a session of its own the terminal's keys make signals.
+  // In a session of its own, the terminal's keys raise signals.
   bool own_session_ = true;
   std::optional<Program> monitor_;
 };
@@ -246,7 +247,7 @@ TEST_F(MonitorTerminal, IsLeftAsItWasByACrash) {
   ExpectRestored();
 }
 
-// Only a process whose parent is in its session can be suspended.
+// A process can be suspended only if its parent is in its session.
 class SuspendedMonitor : public MonitorTerminal {
  protected:
   SuspendedMonitor() { own_session_ = false; }

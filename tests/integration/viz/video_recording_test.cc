@@ -1,4 +1,4 @@
-// Videos beside a run, and from its logs afterwards.
+// Videos recorded during a run, and made from its logs afterwards.
 #include <signal.h>
 
 #include <algorithm>
@@ -21,14 +21,14 @@ TEST(VideoRecording, RunEndsWithTheVideosOfItsEpisodes) {
     EXPECT_GT(fs::file_size(run / "episodes" / video), 1000u) << video;
   }
 
-  // Later, from the log, it is the same video.
+  // The video made later from the log is the same.
   const std::string video = ReadText(run / "episodes/0001/front.mp4");
   const Result again = RunProgram({"evalbus", "render", run, "--episode", "1", "--camera", "front"});
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(ReadText(run / "episodes/0001/front.mp4") == video);
   EXPECT_TRUE(again.out.ends_with("run/episodes/0001/front.mp4\n")) << again.out;
   EXPECT_EQ(again.err, "");
-  // Which one draws is said where it is not the usual one; a machine with a GPU draws with that.
+  // The renderer is reported unless it is the default; a machine with a GPU renders with that.
   for (const std::string gl : {"egl", "auto"}) {
     const Result other = RunProgram(
         {"evalbus", "render", run, "--episode", "1", "--camera", "front", "--size", "64x48", "--gl", gl});
@@ -69,7 +69,7 @@ TEST(VideoRecording, CtrlCEndsItInOrderAndResumeMakesTheRest) {
   EXPECT_TRUE(fs::exists(run / "episodes/0002/front.mp4"));
 }
 
-// What `./run` adds cameras to unless it is told not to.
+// `./run` adds cameras unless --video none is given.
 TEST(VideoRecording, NoneIsNoCamera) {
   const TemporaryFolder folder;
   const Result result =
@@ -102,7 +102,7 @@ TEST(VideoRecording, TwoOfOneEpisodeAtOnceLeaveAWholeVideo) {
   const std::string whole = ReadText(video);
   ASSERT_GT(whole.size(), 1'000u);
   fs::remove(video);
-  // On a loaded machine one may be done before it is seen to be at work.
+  // On a loaded machine a program may have finished before the test sees it at work.
   const auto is_at_work = [](Program* program) {
     return [program] { return !ChildrenOf(program->pid(), "ffmpeg").empty() || !program->running(); };
   };

@@ -1,4 +1,4 @@
-// Live images over a real bus, of a run and of a replay; machines without OSMesa.
+// Live images over a real bus, of a run and of a replay, and machines without OSMesa.
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -14,7 +14,7 @@ namespace evalbus::viz_run_test {
 
 namespace fs = std::filesystem;
 
-// What a listener hears of a bus until a program ends.
+// What a subscriber receives on a bus until a program ends.
 struct Heard {
   std::map<std::string, std::vector<image_t>> images;
   std::vector<int64_t> state_tick;
@@ -48,13 +48,14 @@ class VizRun : public testing::Test {
                                [&](const auto& camera) { return camera.second.back().header.tick == tick; });
   }
   using Images = std::vector<image_t>;
-  // Where the images of a run end and those of its replay, which go back in time, begin.
+  // Index at which the images of a run end and those of its replay, which go back in time, begin.
   static size_t BeginAgain(const Images& images) {
     const auto earlier = [](const image_t& a, const image_t& b) { return b.header.tick < a.header.tick; };
     const auto last = std::ranges::adjacent_find(images, earlier);
     return last == images.end() ? images.size() : static_cast<size_t>(last - images.begin()) + 1;
   }
-  // Images from both cameras, in order, of ticks that were on the bus, that decode; none, or one replay.
+  // Expects decodable images from both cameras, in order, of ticks that were on the bus, with at most one
+  // replay.
   void ExpectImages() {
     EXPECT_EQ(heard_.images.size(), 2u);
     for (const auto& [channel, images] : heard_.images) {
@@ -92,14 +93,14 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
                       "--realtime", "--url", url_, "--out", run});
   ASSERT_TRUE(HearUntil([&] { return !evaluation.running(); }));
   EXPECT_EQ(evaluation.Wait(), 0) << evaluation.err();
-  // The last image is of the episode's end.
+  // The last image shows the episode's end.
   const int64_t last = heard_.state_tick.back();
   EXPECT_TRUE(HearUntil([&] { return AllShow(last); }));
   EXPECT_GT(heard_.viz.skipped_ticks, 0);
   EXPECT_EQ(heard_.viz.missing_ticks, 0);
   EXPECT_TRUE(ReadLog(LogFile(run, 0)).Payloads("EVALBUS_IMAGE_overview").empty());
 
-  // The same viz, still listening, cannot tell a replay from the run: the same last image, bit for bit.
+  // The same viz, still subscribed, renders the replay like the run: the last image is equal bit for bit.
   Program replay({"evalbus", "replay", run, "--url", url_});
   ASSERT_TRUE(HearUntil([&] { return !replay.running(); }));
   EXPECT_EQ(replay.Wait(), 0) << replay.out() << replay.err();
@@ -107,7 +108,7 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
   ASSERT_TRUE(HearUntil([&] { return BeginAgain(images) < images.size() && AllShow(last); }));
   const image_t end_of_run = images[BeginAgain(images) - 1];
   EXPECT_EQ(end_of_run.header.tick, last);
-  // How it ended is drawn onto that tick's image once it is known.
+  // The result is drawn onto that tick's image once it is known.
   EXPECT_TRUE(HearUntil([&] { return images.back().data == end_of_run.data; }));
   ExpectImages();
   viz.Signal(SIGTERM);
@@ -117,7 +118,7 @@ TEST_F(VizRun, ShowsARunAndItsReplayAlikeAndChangesNothing) {
 TEST_F(VizRun, MayComeInTheMiddleOfARunByItsFolder) {
   EVALBUS_NEEDS_BUS();
   const fs::path run = folder_.path() / "run";
-  // Longer than a loaded machine takes to start a renderer; it ends with this test.
+  // The episode is longer than the start of a renderer on a loaded machine; the run ends with this test.
   Program evaluation({"evalbus", "run", ShortTask(folder_.path(), 3600), "--policy", "hold", "--episodes",
                       "1", "--realtime", "--url", url_, "--out", run});
   ASSERT_TRUE(HearUntil([&] { return heard_.state_tick.size() > 20; })) << evaluation.err();
@@ -173,13 +174,13 @@ class WithoutOsMesa : public testing::Test {
   static Result Run(std::vector<std::string> command) {
     return RunProgram(std::move(command), {{}, [] {
                                              setenv("LD_AUDIT", HIDE_OSMESA, 1);
-                                             // A thread sanitizer's own variables: with LD_AUDIT the loader
-                                             // keeps too little room.
+                                             // Room for the thread-local variables of a thread sanitizer:
+                                             // with LD_AUDIT the loader reserves too little.
                                              setenv("GLIBC_TUNABLES",
                                                     "glibc.rtld.optional_static_tls=1000000", 1);
                                            }});
   }
-  // What it says; the loader's own words follow in brackets.
+  // Returns the expected error line; the loader's message follows in brackets.
   static std::string Line(const std::string& before = "") {
     return "error: " + before + "rendering needs OSMesa: install it with 'apt-get install libosmesa6' (";
   }

@@ -1,6 +1,6 @@
-// Foxglove's own client (@foxglove/ws-protocol): subscribes to everything a server offers.
-// usage: node client.js URL FILE       writes each message as a line {topic, time_ns, message} until it has them all
-//        node client.js --schemas      writes Foxglove's JSON schemas by name
+// Foxglove's own client (@foxglove/ws-protocol): subscribes to every channel of a server.
+// usage: node client.js URL FILE       writes each message as a line {topic, time_ns, message} until all are received
+//        node client.js --schemas      prints Foxglove's JSON schemas by name
 const fs = require("fs");
 
 if (process.argv[2] === "--schemas") {
@@ -35,7 +35,7 @@ client.on("message", (event) => {
   const channel = topics.get(event.subscriptionId);
   const message = JSON.parse(Buffer.from(event.data.buffer, event.data.byteOffset, event.data.byteLength));
   fs.writeSync(out, JSON.stringify({ topic: channel.topic, time_ns: Number(event.timestamp), message }) + "\n");
-  // The last that an episode says.
+  // The last message of an episode.
   if (channel.topic === "/episode" && message.end_reason) {
     setTimeout(() => {
       client.close();

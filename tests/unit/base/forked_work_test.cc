@@ -11,7 +11,7 @@
 
 namespace evalbus::forked_work_test {
 
-// What the check of its end throws, and as which error.
+// Returns the message of the error that CheckEnd() throws, which must be an Error.
 template <class Error>
 std::string EndOf(const std::function<void()>& work) {
   ForkedWork forked("work", work);

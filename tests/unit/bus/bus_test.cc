@@ -48,7 +48,7 @@ TEST(Bus, AWakeEventEndsTheWaitForAMessage) {
   std::thread other([event = bus.wake_event()] { event->Set(); });
   EXPECT_FALSE(bus.Handle(far)) << "set during the wait";
   other.join();
-  // A message goes before it.
+  // A message takes precedence over the event.
   int received = 0;
   bus.Subscribe(kChannel, [&](const header_t&) { ++received; });
   bus.wake_event()->Set();

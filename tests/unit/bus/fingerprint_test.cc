@@ -1,5 +1,6 @@
-// A changed type would decode old logs wrongly or not at all: a changed fingerprint must be a deliberate act.
-// To accept one, replace its line in tests/data/fingerprints.txt by what this test prints.
+// A changed message type would decode old logs wrongly or not at all, so a changed fingerprint must be
+// deliberate. To accept one, replace its line in tests/data/fingerprints.txt by the line that this test
+// prints.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -93,7 +93,7 @@ TEST_F(LiveRunsTest, ChoosesOnlyWhereThereIsNoChoice) {
   }
 }
 
-// Anybody on a shared machine can name a process evalbus-sim.
+// On a shared machine any user can name a process evalbus-sim.
 TEST_F(LiveRunsTest, ProcessesOfOtherUsersAreIgnored) {
   if (geteuid() != 0) GTEST_SKIP() << "only root has files of other users";
   constexpr uid_t kNobody = 65534;

@@ -125,7 +125,7 @@ TEST_F(LogTest, ControlCharactersAreMadeHarmless) {
   EXPECT_EQ(Lines("sim").size(), 1u);
 }
 
-// Whoever answers log lines with log lines goes round in circles as fast as lines may be said, and no faster.
+// A subscriber that answers log lines with log lines loops only at the rate limit of log lines.
 TEST_F(LogTest, LinesAboutLinesAreBounded) {
   std::optional<Log> log;
   bus_.Subscribe(channels::kLog, [&](const log_t& line) {

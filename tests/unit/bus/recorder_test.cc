@@ -56,7 +56,7 @@ class RecorderTest : public testing::Test {
     return events;
   }
 
-  // Of the episode begun last.
+  // Attempt of the last episode begun.
   int attempt_ = 0;
   TemporaryFolder folder_;
   Bus bus_{"memq://"};

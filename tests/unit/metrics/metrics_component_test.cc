@@ -75,7 +75,7 @@ class MetricsComponentTest : public testing::Test {
   std::vector<episode_summary_t> summaries_;
   std::vector<run_summary_t> runs_;
   component_status_t said_{};
-  // The one begun last; what is sent is of it.
+  // The last attempt begun; sent messages belong to it.
   int32_t attempt_ = 0;
 };
 

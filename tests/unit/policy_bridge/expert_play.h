@@ -1,4 +1,4 @@
-// Plays a scripted expert in the simulated world and judges it by the task's own verdict, on MuJoCo's
+// Plays a scripted expert in the simulated world and evaluates it by the task's own verdict, on MuJoCo's
 // contacts.
 #pragma once
 

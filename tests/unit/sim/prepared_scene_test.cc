@@ -1,4 +1,4 @@
-// A scene is composed once: who comes later loads what was compiled.
+// A scene is composed once: later processes load the compiled models.
 #include "sim/prepared_scene.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// A run as its listeners hear it: scripted messages of the small world, and a RunWatch that hears them.
+// A run as its subscribers receive it: scripted messages of the small world, and a RunWatch that receives
+// them.
 #pragma once
 
 #include <algorithm>

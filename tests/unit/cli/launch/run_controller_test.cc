@@ -1,4 +1,4 @@
-// The launcher's view of a run, in orders of messages that real processes show once in a thousand runs.
+// The launcher's view of a run, with orders of messages that real processes produce once in a thousand runs.
 #include "cli/launch/run_controller.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Three episodes in one log, cut anywhere and damaged anywhere: those that were not hit are scored as before.
+// Three episodes in one log, cut and damaged anywhere: undamaged episodes keep their scores.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// Run folders written by hand, for the tests of what reads them.
+// Run folders written by hand, for the tests of the code that reads them.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A run on disk while it grows, is written anew, and is gone on with.
+// A run on disk while it grows, is rewritten, and is resumed.
 #include "cli/results/run_follower.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// What a source does not know is absent from a score, never zero and never a failure.
+// Metrics whose inputs the source does not provide are omitted from a score: they are neither zero nor a
+// failure.
 #include "metrics/episode/metric_availability.h"
 
 #include <gtest/gtest.h>

@@ -17,7 +17,7 @@ using Dialect = ClientOptions::GrootDialect;
 using Kind = ServerError::Kind;
 using doubles::GrootServer;
 
-// Of tests that say themselves when a batch is whole.
+// Maximum batch delay of tests that decide themselves when a batch is complete.
 constexpr std::chrono::milliseconds kForever = std::chrono::hours(1);
 
 Value Observation(double arm, const std::string& task = "lift", int64_t length = 2) {

@@ -1,4 +1,4 @@
-// How talk with a policy server ends.
+// Ways in which an exchange with a policy server fails.
 #pragma once
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What a listener knows, from scripted messages; no screen.
+// State that an observer derives from scripted messages, without a screen.
 #include "viz/watch/run_watch.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What viewers are told of a run that is faster than they are.
+// What viewers receive of a run that is faster than they read.
 #include "viz/web/live_feed.h"
 
 #include <gmock/gmock.h>

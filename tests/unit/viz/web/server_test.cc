@@ -1,4 +1,5 @@
-// The web server over loopback: who may ask, what it answers, and what it does about those who misbehave.
+// The web server over loopback: which clients have access, what it answers, and how it handles clients that
+// misbehave.
 #include "viz/web/server.h"
 
 #include <gmock/gmock.h>

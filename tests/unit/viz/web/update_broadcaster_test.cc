@@ -1,4 +1,5 @@
-// Who is told what: blocks are plain words here, but for those that the broadcaster makes itself.
+// Which viewer receives which blocks. Blocks are plain text here, except for those that the broadcaster makes
+// itself.
 #include "viz/web/update_broadcaster.h"
 
 #include <gmock/gmock.h>

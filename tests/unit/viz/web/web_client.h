@@ -1,4 +1,5 @@
-// A browser's side of the web server: plain sockets for what no browser says, and Beast for what one does.
+// A browser's side of the web server: plain sockets for requests that no browser sends, and Beast for those
+// that one does.
 #pragma once
 
 #include <gtest/gtest.h>
