@@ -14,7 +14,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <lcm/lcm-cpp.hpp>
 #include <sstream>
 
@@ -280,19 +279,12 @@ int main(int argc, char** argv) {
   if (const auto code = evalbus::ParseAmount(
           argc, argv, "Times the whole pipeline against bare mj_step at 50 and 500 Hz control.", &amount))
     return *code;
-  const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
-  try {
+  return evalbus::RunInFolder([&](const std::filesystem::path& folder) {
     evalbus::EnterPrivateNetwork();
     fmt::print(
         "round trip between two processes, 3 kB, p50: {:.0f} us over bare LCM, {:.0f} us over plain UDP\n",
         evalbus::PingPong(), evalbus::PlainPingPong());
-    for (const double hz : {50.0, 500.0}) evalbus::Measure(hz, amount, folder);
+    for (const double hz : {50.0, 500.0}) evalbus::Measure(hz, amount, folder / "run");
     fmt::print("datagrams lost: {}\n", evalbus::LostDatagrams());
-    std::filesystem::remove_all(folder);
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    std::filesystem::remove_all(folder);
-    return 2;
-  }
+  });
 }

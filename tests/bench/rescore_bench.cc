@@ -2,11 +2,9 @@
 // episodes. Every timed score must equal the recorded one in every bit. Also where the time is spent: finding
 // the events, decoding them, and the rest (pairing and scoring).
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 
 #include "base/errors.h"
 #include "bus/bus.h"
@@ -98,14 +96,6 @@ int main(int argc, char** argv) {
   if (const auto code = evalbus::ParseAmount(
           argc, argv, "Times offline scoring of recorded episodes against real time.", &amount))
     return *code;
-  const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_bench_{}", getpid());
-  int code = 0;
-  try {
-    evalbus::Measure(amount, folder);
-  } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    code = 2;
-  }
-  std::filesystem::remove_all(folder);
-  return code;
+  return evalbus::RunInFolder(
+      [&](const std::filesystem::path& folder) { evalbus::Measure(amount, folder / "run"); });
 }

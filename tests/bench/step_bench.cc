@@ -7,13 +7,11 @@
 // benchmark fails if this is more than half in lockstep, because such a run waits for nothing, and if a
 // realtime run makes too few calls.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -276,7 +274,6 @@ void WriteTask(const fs::path& file, int ticks) {
 // `only` selects the measurements whose names contain it.
 void MeasureAll(int calls, const std::string& only, const fs::path& folder) {
   const bool is_brief = calls < 100;
-  fs::create_directories(folder);
   WriteTask(folder / "task.yaml", calls);
   std::vector<Images> all = {{0, 0, 0}, {1, 224, 224}, {3, 224, 224}, {1, 640, 480}, {3, 640, 480}};
   if (is_brief) all = {{0, 0, 0}, {1, 64, 64}};
@@ -302,15 +299,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(20, 10000));
   app.add_option("--only", only, "part of the lines that are measured: 'one process lockstep'");
   if (const auto code = evalbus::ParseArguments(&app, argc, argv)) return *code;
-  const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_step_bench_{}", getpid());
-  try {
+  return evalbus::RunInFolder([&](const std::filesystem::path& folder) {
     evalbus::EnterPrivateNetwork();
     evalbus::MeasureAll(calls, only, folder);
-    std::filesystem::remove_all(folder);
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    std::filesystem::remove_all(folder);
-    return 2;
-  }
+  });
 }

@@ -2,13 +2,11 @@
 // recorded during the run at the lowest priority. The benchmark reports when the evaluation has finished, and
 // how much longer the videos take.
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -80,15 +78,8 @@ int main(int argc, char** argv) {
   if (const auto code = evalbus::ParseAmount(
           argc, argv, "Times runs with videos made beside them against the same without.", &amount))
     return *code;
-  std::string folder = (std::filesystem::temp_directory_path() / "evalbus_video_XXXXXX").string();
-  if (!mkdtemp(folder.data())) return 2;
-  int code = 0;
-  try {
-    evalbus::Measure("separate processes", "", amount, folder + "/run");
-    evalbus::Measure("one process", "--in-process", amount, folder + "/run");
-  } catch (const std::exception& error) {
-    code = evalbus::ReportError(error);
-  }
-  std::filesystem::remove_all(folder);
-  return code;
+  return evalbus::RunInFolder([&](const std::filesystem::path& folder) {
+    evalbus::Measure("separate processes", "", amount, folder / "run");
+    evalbus::Measure("one process", "--in-process", amount, folder / "run");
+  });
 }

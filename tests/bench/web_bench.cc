@@ -14,7 +14,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <sstream>
@@ -180,15 +179,8 @@ int main(int argc, char** argv) {
   if (const auto code = evalbus::ParseAmount(
           argc, argv, "Times the pipeline with 0, 1, 8 and 50 viewers in browsers.", &amount))
     return *code;
-  const auto folder = std::filesystem::temp_directory_path() / fmt::format("evalbus_web_bench_{}", getpid());
-  try {
+  return evalbus::RunInFolder([&](const std::filesystem::path& folder) {
     evalbus::EnterPrivateNetwork();
-    evalbus::Measure(amount, folder);
-    std::filesystem::remove_all(folder);
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "error: " << error.what() << "\n";
-    std::filesystem::remove_all(folder);
-    return 2;
-  }
+    evalbus::Measure(amount, folder / "run");
+  });
 }
