@@ -46,31 +46,31 @@ int64_t FinishedEpisodes(const fs::path& run) {
   const auto run = RunJson(folder);
   if (!run.is_object()) {
     if (fs::exists(folder / kSuiteJson) || fs::is_regular_file(folder)) {
-      throw InputError(folder.string() + ": no run or replay of it goes on on this machine");
+      throw InputError(folder.string() + ": no active run or replay of it on this machine");
     }
     throw InputError((folder / kRunJson).string() + ": not a run folder");
   }
   const int64_t finished = FinishedEpisodes(folder), planned = Get<int64_t>(run, "episodes", 0);
   if (finished < planned && Get(run, "in_process", false)) {
-    throw InputError(folder.string() +
-                     ": this run is in one process (--in-process), nobody can listen; 'evalbus replay' and "
-                     "'evalbus render' show its finished episodes");
+    throw InputError(
+        folder.string() +
+        ": this run is in one process (--in-process) and publishes no messages; 'evalbus replay' and "
+        "'evalbus render' show its finished episodes");
   }
   throw InputError(fmt::format(
-      "{}: {}; 'evalbus replay {}' plays what there is", folder.string(),
-      finished < planned
-          ? fmt::format("none of its processes is there, {} of {} episodes have finished", finished, planned)
-          : "this run is over",
+      "{}: {}; 'evalbus replay {}' plays its finished episodes", folder.string(),
+      finished < planned ? fmt::format("interrupted (no process is running), {} of {} episodes have finished",
+                                       finished, planned)
+                         : "this run has finished",
       folder.string()));
 }
 
 }  // namespace
 
 void AddAddressOptions(CLI::App* app, Address* address) {
-  app->add_option(
-      "run", address->run,
-      "folder of a run that goes on or is replayed; default: the bus of EVALBUS_URL, or the one run "
-      "or replay on this machine");
+  app->add_option("run", address->run,
+                  "folder of an active run or replay; default: the bus of EVALBUS_URL, or the one run "
+                  "or replay on this machine");
   app->add_option("--url", address->url, "bus to listen to, udpm://ADDRESS:PORT?ttl=0");
 }
 

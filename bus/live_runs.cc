@@ -140,10 +140,10 @@ LiveRun ChooseLiveRun(const std::vector<LiveRun>& runs, const std::string& url) 
   }
   if (fitting.size() == 1) return fitting[0];
   if (fitting.empty()) {
-    throw InputError(url.empty() ? "no run goes on on this machine; name its bus with --url"
-                                 : "no run on this machine has the bus " + url);
+    throw InputError(url.empty() ? "no active run on this machine; pass its bus with --url"
+                                 : "no active run on this machine has the bus " + url);
   }
-  throw InputError("more than one run goes on: name the folder of one, or its bus with --url (" + urls + ")");
+  throw InputError("more than one active run: pass the folder of one, or its bus with --url (" + urls + ")");
 }
 
 void JoinNetwork(const LiveRun& run) {
@@ -164,8 +164,8 @@ void JoinNetwork(const LiveRun& run) {
   if (namespaces >= 0) close(namespaces);
   if (why.empty()) return;
   throw EnvironmentError(fmt::format(
-      "the run is in a private network namespace and cannot be heard from outside: {} (as the user "
-      "who runs it: nsenter -t {} -U -n --preserve-credentials evalbus monitor --url '{}')",
+      "the run is in a private network namespace, which this process cannot join: {} (as the user "
+      "who started it: nsenter -t {} -U -n --preserve-credentials evalbus monitor --url '{}')",
       why, run.pid, run.url));
 }
 

@@ -341,7 +341,7 @@ void SimComponent::Poll(SteadyTime now) {
   if (phase_ == Phase::kWaiting && announcement_.Due(now)) AnnounceEpisode();
   // Repeated, because the recorder, the launcher or metrics may have missed it.
   if (phase_ == Phase::kIdle && status_.last_finished_episode >= 0 && unheard_end_.Due(now)) {
-    log().Info("says EPISODE_END again, until the next episode begins");
+    log().Info("resending EPISODE_END until the next episode begins");
     unheard_end_.Said(now);
     bus().Publish(channels::kEpisodeEnd, end_);
   }
@@ -366,9 +366,9 @@ void SimComponent::CheckAnswerTimeouts(SteadyTime now) {
   if (!(tick_.has_action && tick_.verdict) && unheard_state_.Due(now)) {
     const double waited_s = std::chrono::duration<double>(waited).count();
     if (tick_.verdict) {
-      log().Info("no ACTION from policy for {:.0f} s: says STATE again", waited_s);  // a slow policy
+      log().Info("no ACTION from policy for {:.0f} s: resending STATE", waited_s);  // a slow policy
     } else {
-      log().Warn("no {} from {} for {:.0f} s: says STATE again", lacking, from, waited_s);
+      log().Warn("no {} from {} for {:.0f} s: resending STATE", lacking, from, waited_s);
     }
     unheard_state_.Said(now);
     bus().Publish(channels::kState, state_);

@@ -585,7 +585,7 @@ void SourceComponent::CheckAnswerTimeouts(SteadyTime now) {
   const auto& [lacking, from] = readiness_.LastTick("collision") < tick ? std::pair("CONTACTS", "collision")
                                                                         : std::pair("PARTIAL", "metrics");
   if (!has_all && unheard_state_.Due(now)) {
-    log().Warn("no {} from {} for tick {}: says STATE again", lacking, from, tick);
+    log().Warn("no {} from {} for tick {}: resending STATE", lacking, from, tick);
     unheard_state_.Said(now);
     bus().Publish(channels::kState, *r.state);
   }

@@ -55,11 +55,11 @@ LiveHeader HeaderOf(const PreparedRun& run) {
 void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_recording) {
   for (const auto& episode : run.finished) video_recording->OnEpisodeDone(episode);
   if (run.plan.policy_is_external && !run.plan.is_by_hand) {
-    fmt::print("the policy is who says that it is on {}\n", run.options.url);
+    fmt::print("waiting for a policy on {}\n", run.options.url);
     std::fflush(stdout);
   }
   if (run.options.watch) {
-    fmt::print("the source is who says SOURCE_ANNOUNCEMENT on {}\n", run.options.url);
+    fmt::print("waiting for a source that publishes SOURCE_ANNOUNCEMENT on {}\n", run.options.url);
     std::fflush(stdout);
   }
   if (run.options.sim.realtime) {
@@ -89,7 +89,7 @@ void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, do
   }
   const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
   fmt::print("\n{} in {:.1f} s{}\n", Plural(added, "episode"), wall_s,
-             run.finished.empty() ? "" : fmt::format(", {} there before", run.finished.size()));
+             run.finished.empty() ? "" : fmt::format(", {} from before", run.finished.size()));
   fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
   fmt::print("summary  {}\n", (shown / kSummaryJson).string());
   const char* const ending = run.options.recorder.log == "zstd" ? kPackedEnding : "";
@@ -131,13 +131,14 @@ void RunOne(RunOptions options) {
     fmt::print("stopped after {} of {} episodes\n", summary.statistics.episodes, run.num_wanted());
   } else if (summary.statistics.episodes < run.num_wanted()) {
     throw EnvironmentError(
-        fmt::format("stopped after {} of {} episodes; the same command with --out {} --resume goes on",
+        fmt::format("stopped after {} of {} episodes; to resume, run the same command with --out {} --resume",
                     summary.statistics.episodes, run.num_wanted(), shown.string()));
   }
   if (without_video > 0) {
-    throw EnvironmentError(fmt::format(
-        "stopped before {} episode{} recorded as video; the same command with --out {} --resume goes on",
-        without_video, without_video == 1 ? " was" : "s were", shown.string()));
+    throw EnvironmentError(
+        fmt::format("stopped before {} episode{} recorded as video; to resume, run the same command with "
+                    "--out {} --resume",
+                    without_video, without_video == 1 ? " was" : "s were", shown.string()));
   }
   if (web) web->Stay();
 }

@@ -101,9 +101,7 @@ void RunController::CheckUnchanged(const model_info_t& model) {
       : !SameRobot(model, *model_)                              ? "robot " + model.robot
                                                                 : "";
   if (changed.empty()) return;
-  throw InputError(
-      changed +
-      " was changed while the run went on; put it back and go on with --resume, or begin another run");
+  throw InputError(changed + " changed during the run; restore it and use --resume, or start a new run");
 }
 
 void RunController::OnBegin(const episode_begin_t& begin) {
@@ -280,8 +278,10 @@ void RunController::Poll(SteadyTime now) {
       std::max(std::chrono::duration<double>(kStartSilence).count(), plan_.policy_timeout_s);
   if (!attempt_.started && waited > std::chrono::duration<double>(start_s) && !plan_.is_by_hand &&
       !plan_.is_watched) {
-    BeginAgain(fmt::format(
-        "not everybody was ready for it within {:g} s: does somebody else command on this bus?", start_s));
+    BeginAgain(
+        fmt::format("not all components were ready for it within {:g} s: does another process publish "
+                    "commands on this bus?",
+                    start_s));
     return;
   }
   // EPISODE_END or EPISODE_SUMMARY was lost, or metrics is in an episode that another process started.
@@ -300,9 +300,10 @@ void RunController::Poll(SteadyTime now) {
 void RunController::CheckPolicyComes(SteadyTime::duration waited) const {
   if (!plan_.policy_is_external || plan_.is_by_hand || attempt_.started) return;
   if (waited <= std::chrono::duration<double>(plan_.policy_timeout_s)) return;
-  throw EnvironmentError(fmt::format(
-      "no policy said that it is ready for episode {} within {:g} s (--policy-timeout-s){}", episode_index(),
-      plan_.policy_timeout_s, attempt_.policy_error.empty() ? "" : ": " + attempt_.policy_error));
+  throw EnvironmentError(
+      fmt::format("no policy reported that it is ready for episode {} within {:g} s (--policy-timeout-s){}",
+                  episode_index(), plan_.policy_timeout_s,
+                  attempt_.policy_error.empty() ? "" : ": " + attempt_.policy_error));
 }
 
 void RunController::ExpectStart(const std::map<std::string, int64_t>& instances) {
@@ -347,8 +348,8 @@ void RunController::BeginAgain(const std::string& why) {
     throw EnvironmentError(fmt::format("episode {} failed {} times, the last time: {}{}{}", episode_index(),
                                        plan_.max_attempts, why, disk.empty() ? "" : "; ", disk));
   }
-  log().Warn("begins again: {}", why);
-  listener_->OnRemark(fmt::format("{:>7}  begun again: {}", episode_index(), why));
+  log().Warn("retrying: {}", why);
+  listener_->OnRemark(fmt::format("{:>7}  retrying: {}", episode_index(), why));
   const int next = attempt_.number + 1;
   attempt_ = {};
   attempt_.number = next;

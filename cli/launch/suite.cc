@@ -143,7 +143,7 @@ void RunSuite(RunOptions options, const std::vector<std::string>& tasks) {
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   const auto policy_pool = policy::OpenPool(options.policy, options.workers);
   JobPool pool(suite.Jobs(), options.workers, [&](const std::string& why) {
-    fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+    fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
   });
   const auto progress = [&] {
     if (!is_terminal) return;

@@ -55,7 +55,7 @@ void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& 
   std::vector<results::NewLines> logs;
   for (const Job& job : jobs) logs.emplace_back(job.log_file).Next();
   JobPool pool(std::move(jobs), at_once,
-               [&](const std::string& why) { listener->OnRemark("begun again: " + why); });
+               [&](const std::string& why) { listener->OnRemark("retrying: " + why); });
   while (!pool.done() && !stop_requested()) {
     if (!pool.Poll()) std::this_thread::sleep_for(kJobPoll);
     for (const auto& episode : lines.Next()) listener->OnEpisodeDone(episode);

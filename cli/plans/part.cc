@@ -102,7 +102,7 @@ class Shards {
     std::vector<launch::Job> jobs = {JobOf(shard, options_.at(shard.policy), scratch_.path())};
     running_.push_back({shard, std::make_unique<AtWork>(folder_, shard),
                         std::make_unique<launch::JobPool>(
-                            std::move(jobs), 1, [](const std::string& why) { Say("begun again: " + why); })});
+                            std::move(jobs), 1, [](const std::string& why) { Say("retrying: " + why); })});
   }
 
   // Returns true when the shard has finished or failed.

@@ -38,7 +38,7 @@ bool RunJobs(std::vector<launch::Job> jobs, int at_once, const std::string& what
   const bool is_terminal = isatty(fileno(stdout)) != 0;
   const auto began = std::chrono::steady_clock::now();
   launch::JobPool pool(std::move(jobs), at_once, [&](const std::string& why) {
-    fmt::print("{}begun again: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+    fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
   });
   for (size_t done = 0; !pool.done() && !stop_requested();) {
     if (const auto name = pool.Poll()) {

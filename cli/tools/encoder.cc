@@ -92,7 +92,7 @@ std::string NameWithUnit(const std::string& name) {
 
 Encoder::Encoder(Emit emit, SceneOf scene) : emit_(std::move(emit)), scene_(std::move(scene)) {
   topics_ = {{"/tf", "foxglove.FrameTransforms", FrameTransformsSchema()},
-             {"/scene", "foxglove.SceneUpdate", SceneUpdateSchema(), true},
+             {"/scene", "foxglove.SceneUpdate", SceneUpdateSchema()},
              {"/contact_marks", "foxglove.SceneUpdate", SceneUpdateSchema()},
              {"/joint_states", "foxglove.JointStates", JointStatesSchema()},
              {"/joint_commands", "foxglove.JointStates", JointStatesSchema()},
@@ -100,7 +100,7 @@ Encoder::Encoder(Emit emit, SceneOf scene) : emit_(std::move(emit)), scene_(std:
              {"/contacts", "evalbus.Contacts", ContactsSchema()},
              {"/events", "evalbus.Event", EventSchema()},
              {"/log", "foxglove.Log", LogSchema()},
-             {"/episode", "evalbus.Episode", EpisodeSchema(), true}};
+             {"/episode", "evalbus.Episode", EpisodeSchema()}};
 }
 
 void Encoder::Hear(std::string_view channel, std::span<const uint8_t> data) {

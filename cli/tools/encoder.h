@@ -35,8 +35,6 @@ struct Topic {
   std::string schema_name;
   // JSON Schema.
   std::string schema;
-  // True if the topic is published once or twice per episode, not for every tick.
-  bool is_kept = false;
 };
 
 struct Message {

@@ -31,7 +31,7 @@ void WriteScripts(const PackedViewer& viewer, Markup* html) {
 
 void WriteViewer(const PackedViewer& viewer, Markup* html) {
   html->Element("section", {{"class", "in-3d"}}, [&] {
-    html->Element("h2", {{"id", "in-3d"}}, "In 3D");
+    html->Element("h2", {{"id", "in-3d"}}, "Episode player");
     html->Element("p", {{"class", "note"}}, viewer.note);
     html->Element("div", {{"id", "viewer"}, {"data-from", "page"}},
                   [&] { html->Element("noscript", {}, "Without scripts nothing is drawn in 3D here."); });

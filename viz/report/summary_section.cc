@@ -36,7 +36,7 @@ std::string RateSentence(const ReportRun& run) {
 std::string FailureSentence(const ReportRun& run) {
   const ReportCounts& reasons = run.failure_reasons;
   if (reasons.empty()) return "";
-  std::string text = "Why the others did not: ";
+  std::string text = "Failures: ";
   for (size_t i = 0; i < reasons.size(); ++i) {
     text += fmt::format("{}{} ({})", i == 0 ? "" : ", ", reasons[i].first, reasons[i].second);
   }

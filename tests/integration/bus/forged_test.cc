@@ -137,7 +137,7 @@ TEST(Forged, MessagesOfOtherSessionsAreIgnored) {
   }));
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   EXPECT_GT(forger.said(), 50);
-  EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
+  EXPECT_EQ(launcher.out().find("retrying"), std::string::npos) << launcher.out();
   ExpectSameScores(run, reference);
   for (int i = 0; i < 2; ++i) {
     const RecordedLog log = ReadLog(LogFile(run, i));

@@ -110,7 +110,7 @@ class UdpFaults : public testing::Test {
 TEST_F(UdpFaults, RepeatedMessagesChangeNothing) {
   const Result result = Run("repeat 2");
   EXPECT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("retrying"), std::string::npos) << result.out;
   ExpectSameScores(run_, reference_);
   for (const char* name : {"sim", "collision", "metrics", "policy"})
     EXPECT_GT(foreign_messages_[name], 10) << name;
@@ -130,7 +130,7 @@ TEST_F(UdpFaults, WorkersSayWhatTheyDropped) {
 TEST_F(UdpFaults, ReorderedMessagesChangeNothing) {
   const Result result = Run("reorder 4");
   EXPECT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("retrying"), std::string::npos) << result.out;
   ExpectSameScores(run_, reference_);
 }
 
@@ -138,7 +138,7 @@ TEST_F(UdpFaults, LostMessagesAreSaidAgain) {
   ExpectTheSameOrAReason(Run("lose 150"));
   // The sim resends a STATE that was not answered.
   EXPECT_GT(repeated_states_, 0);
-  if (fs::exists(run_)) ExpectLogged(run_, "sim", "", ": says STATE again");
+  if (fs::exists(run_)) ExpectLogged(run_, "sim", "", ": resending STATE");
 }
 
 // The run does not wait for the recorder at every tick: the episode is retried, and if no log is complete,
@@ -147,7 +147,7 @@ TEST_F(UdpFaults, TicksThatTheRecorderLosesAreSaid) {
   const Result result = Run("lose 20 evalbus-recorder");
   EXPECT_EQ(result.code, 0) << result.err;
   ExpectSameScores(run_, reference_);
-  EXPECT_NE(result.out.find("      0  begun again: the log lacks "), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("      0  retrying: the log lacks "), std::string::npos) << result.out;
   EXPECT_NE(result.out.find("recorder  e0 try 3"), std::string::npos) << result.out;
   ExpectLogged(run_, "recorder", "warning", "lost on the way to it");
 }
@@ -254,7 +254,7 @@ TEST_F(UdpFaults, GarbageAndOversizedMessagesChangeNothing) {
   };
   const Result result = Run("");
   EXPECT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("retrying"), std::string::npos) << result.out;
   ExpectSameScores(run_, reference_);
   EXPECT_GT(garbage.said(), 100);
   EXPECT_GT(decode_errors_["metrics"], 0);

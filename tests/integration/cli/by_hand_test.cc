@@ -161,7 +161,7 @@ TEST(Environment, NamesTheBus) {
   // A named folder takes precedence, too: the output does not mention a --url that was not given.
   const Result over = RunProgram({"evalbus", "monitor", folder.path() / "named"}, environment);
   EXPECT_EQ(over.code, 1);
-  EXPECT_NE(over.err.find("this run is over"), std::string::npos) << over.err;
+  EXPECT_NE(over.err.find("this run has finished"), std::string::npos) << over.err;
 }
 
 TEST(Programs, MistakesPointToTheHelpOfWhatWasTyped) {

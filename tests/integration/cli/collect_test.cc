@@ -87,7 +87,8 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
     ASSERT_TRUE(WaitFor([&] { return Lines(resumed) > 0; }));
     interrupted.Signal(SIGINT);
     EXPECT_EQ(interrupted.Wait(), 2);
-    EXPECT_NE(interrupted.err().find(" --resume goes on"), std::string::npos) << interrupted.err();
+    EXPECT_NE(interrupted.err().find("to resume, run the same command with --out"), std::string::npos)
+        << interrupted.err();
   }
   const Result rest = RunProgram(Command(resumed, {"--in-process", "--resume"}));
   EXPECT_EQ(rest.code, 0) << rest.err;

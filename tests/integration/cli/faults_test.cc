@@ -58,14 +58,13 @@ TEST_P(KillOf, AComponentInMidRunChangesNoScore) {
   ASSERT_EQ(children.size(), 1u);
   ASSERT_EQ(kill(children[0], SIGKILL), 0);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
-  EXPECT_NE(launcher.out().find("begun again: " + std::string(GetParam()) + " was ended by signal Killed"),
+  EXPECT_NE(launcher.out().find("retrying: " + std::string(GetParam()) + " was ended by signal Killed"),
             std::string::npos)
       << launcher.out();
   ExpectSameScores(run, reference);
   for (int i = 0; i < 3; ++i) ExpectSameTicks(ReadLog(LogFile(run, i)), ReadLog(LogFile(reference, i)));
   EXPECT_FALSE(fs::exists(run / "episodes/0001.partial"));
-  ExpectLogged(run, "run", "warning",
-               "begins again: " + std::string(GetParam()) + " was ended by signal Killed");
+  ExpectLogged(run, "run", "warning", "retrying: " + std::string(GetParam()) + " was ended by signal Killed");
   for (int i = 0; i < 3; ++i) {
     ExpectLogged(run, "recorder", "info", "closed and synced " + LogFile(run, i).string());
     ExpectLogged(run, "sim", "info", "e" + std::to_string(i));
@@ -269,7 +268,7 @@ TEST(Faults, ForeignAndMalformedMessagesChangeNoScore) {
   }));
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   EXPECT_GT(heckler.said(), 1000);
-  EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
+  EXPECT_EQ(launcher.out().find("retrying"), std::string::npos) << launcher.out();
   ExpectSameScores(run, reference);
   for (const char* name : {"sim", "collision", "metrics", "policy"}) {
     EXPECT_GT(heckler.decode_errors[name], 10) << name;

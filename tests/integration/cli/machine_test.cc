@@ -136,7 +136,7 @@ TEST(Machine, AWallClockThatIsSetBackChangesNothing) {
   ASSERT_EQ(RunProgram(RunCommand(task, reference, {"--in-process"})).code, 0);
   const Result result = RunProgram(RunCommand(task, run, {}), setting);
   EXPECT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("retrying"), std::string::npos) << result.out;
   ExpectSameScores(run, reference);
   for (int i = 0; i < kEpisodes; ++i) {
     ExpectSameTicks(ReadLog(LogFile(run, i)), ReadLog(LogFile(reference, i)));
@@ -186,7 +186,7 @@ TEST(Machine, TheKernelsDefaultReceiveBufferIsEnough) {
   ASSERT_EQ(RunProgram(RunCommand(task, reference, {"--in-process"})).code, 0);
   const Result result = RunProgram(RunCommand(task, run, {"--url", UniqueUrl() + "&recv_buf_size=212992"}));
   EXPECT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(result.out.find("begun again"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("retrying"), std::string::npos) << result.out;
   ExpectSameScores(run, reference);
 }
 

@@ -61,7 +61,7 @@ TEST_F(Resume, AfterTheLauncherWasKilledTheRestIsDone) {
   WriteText(run_ / "model/physics.mjb.12.tmp", "half");
   const auto resumed = RunProgram(RunCommand(run_, {"--resume"}));
   EXPECT_EQ(resumed.code, 0) << resumed.err;
-  EXPECT_NE(resumed.out.find(std::to_string(before) + " there before"), std::string::npos) << resumed.out;
+  EXPECT_NE(resumed.out.find(std::to_string(before) + " from before"), std::string::npos) << resumed.out;
   ExpectAsReference(run_);
 }
 
@@ -70,7 +70,8 @@ TEST_F(Resume, AfterCtrlCTheRestIsDone) {
   ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
   launcher.Signal(SIGINT);
   EXPECT_EQ(launcher.Wait(), 2);
-  EXPECT_NE(launcher.err().find("--resume goes on"), std::string::npos) << launcher.err();
+  EXPECT_NE(launcher.err().find("to resume, run the same command with --out"), std::string::npos)
+      << launcher.err();
   EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
   ExpectAsReference(run_);
   // Nothing remains to be done.
@@ -222,10 +223,8 @@ TEST(Restart, WithOtherFilesIsRefusedAndTheRunGoesOnWithItsOwn) {
   kill(sims[0], SIGKILL);
   launcher.Signal(SIGCONT);
   EXPECT_EQ(launcher.Wait(), 1);
-  EXPECT_EQ(launcher.err(),
-            "error: " + task.string() +
-                " was changed while the run went on; put it back and go on with --resume, or begin "
-                "another run\n");
+  EXPECT_EQ(launcher.err(), "error: " + task.string() +
+                                " changed during the run; restore it and use --resume, or start a new run\n");
   const size_t finished = Episodes(run).size();
   EXPECT_LT(finished, 16u);
   EXPECT_EQ(RunProgram(command(run, {"--resume"})).code, 1);
@@ -301,7 +300,7 @@ TEST_F(Resume, AKilledWorkerGoesOn) {
   for (const pid_t worker : workers) kill(worker, SIGKILL);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
   for (const char* name : {"worker-0", "worker-1"}) {
-    EXPECT_NE(launcher.out().find("\nbegun again: " + std::string(name) + " was ended by signal Killed\n"),
+    EXPECT_NE(launcher.out().find("\nretrying: " + std::string(name) + " was ended by signal Killed\n"),
               std::string::npos)
         << launcher.out();
   }
@@ -318,7 +317,7 @@ TEST_F(Resume, WhatGoesWrongInAWorkerIsShown) {
   ASSERT_EQ(sims.size(), 1u);
   kill(sims[0], SIGKILL);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
-  EXPECT_NE(launcher.out().find("  begun again: sim was ended by signal Killed"), std::string::npos)
+  EXPECT_NE(launcher.out().find("  retrying: sim was ended by signal Killed"), std::string::npos)
       << launcher.out();
   ExpectAsReference(run_);
 }
@@ -333,7 +332,7 @@ TEST_P(HangOf, AComponentIsNoticedAndChangesNoScore) {
   ASSERT_EQ(children.size(), 1u);
   kill(children[0], SIGSTOP);
   EXPECT_EQ(launcher.Wait(), 0) << launcher.err();
-  EXPECT_NE(launcher.out().find("begun again: " + std::string(GetParam()) + " hangs"), std::string::npos)
+  EXPECT_NE(launcher.out().find("retrying: " + std::string(GetParam()) + " hangs"), std::string::npos)
       << launcher.out();
   ExpectAsReference(run_);
 }

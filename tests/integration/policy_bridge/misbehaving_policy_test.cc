@@ -225,7 +225,7 @@ TEST_F(MisbehavingPolicy, EndsItsEpisodeAndTheNextOneBegins) {
 TEST_F(MisbehavingPolicy, ThatDiedAndIsBackBeginsItsEpisodeAgain) {
   EVALBUS_NEEDS_BUS();
   const std::string out = Run(Guest::kDies, Guest::kHonestAgain, "40");
-  EXPECT_NE(out.find("begun again: policy hangs"), std::string::npos) << out;
+  EXPECT_NE(out.find("retrying: policy hangs"), std::string::npos) << out;
   // Both results equal those of the built-in policy that holds still.
   const fs::path hold = folder_.path() / "hold";
   Evaluate({task_, "--policy", "hold", "--in-process", "--episodes", std::to_string(Guest::kNumEpisodes),
@@ -245,8 +245,8 @@ TEST_F(MisbehavingPolicy, AServersFaultIsNotItsOwn) {
     for (size_t at = 0; (at = out.find(text, at)) != std::string::npos; ++at) ++found;
     return found;
   };
-  EXPECT_EQ(count("13  begun again: the policy's server failed: connection closed\n"), 1) << out;
-  EXPECT_EQ(count("14  begun again: the policy's server failed: connection closed\n"), 2) << out;
+  EXPECT_EQ(count("13  retrying: the policy's server failed: connection closed\n"), 1) << out;
+  EXPECT_EQ(count("14  retrying: the policy's server failed: connection closed\n"), 2) << out;
   EXPECT_EQ(count("14  invalid after 3 attempts: the policy's server failed: connection closed\n"), 1) << out;
   EXPECT_EQ(count("1 of 3 episodes invalid: left out of all this\n"), 1) << out;
   EXPECT_EQ(count("1 episode is invalid, since the policy's server failed; the same command with --out "), 1)
@@ -310,7 +310,7 @@ TEST_F(MisbehavingPolicy, APauseOfAllIsNotItsTime) {
   const auto episodes = Episodes(run_);
   ASSERT_EQ(episodes.size(), 1u);
   EXPECT_EQ(episodes[0]["end_reason"], "time_limit");
-  EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
+  EXPECT_EQ(launcher.out().find("retrying"), std::string::npos) << launcher.out();
 }
 
 TEST_F(MisbehavingPolicy, WhoNeverComesIsWaitedForSoLong) {
@@ -319,7 +319,7 @@ TEST_F(MisbehavingPolicy, WhoNeverComesIsWaitedForSoLong) {
                                     "--policy-timeout-s", "2", "--out", run_});
   EXPECT_EQ(result.code, 2);
   EXPECT_EQ(result.err,
-            "error: no policy said that it is ready for episode 0 within 2 s (--policy-timeout-s)\n");
+            "error: no policy reported that it is ready for episode 0 within 2 s (--policy-timeout-s)\n");
   EXPECT_FALSE(fs::exists(run_));
 }
 

@@ -86,7 +86,7 @@ TEST(Realtime, StoppedListenersDoNotHoldItUp) {
   ASSERT_EQ(episodes.size(), 1u);
   EXPECT_EQ(episodes[0]["complete"], true);
   EXPECT_EQ(episodes[0]["pacing"]["ticks"], 200);
-  EXPECT_EQ(launcher.out().find("begun again"), std::string::npos) << launcher.out();
+  EXPECT_EQ(launcher.out().find("retrying"), std::string::npos) << launcher.out();
 }
 
 }  // namespace evalbus::realtime_test

@@ -51,7 +51,7 @@ TEST(MonitorRun, AHangingMonitorNeitherStopsNorChangesTheRun) {
   hanging.Signal(SIGSTOP);
   ASSERT_TRUE(run.running());
   EXPECT_EQ(run.Wait(), 0) << run.err();
-  EXPECT_EQ(run.out().find("begun again"), std::string::npos) << run.out();
+  EXPECT_EQ(run.out().find("retrying"), std::string::npos) << run.out();
   ExpectSameScores(folder.path() / "alone", folder.path() / "watched");
   for (int i = 0; i < 4; ++i) {
     ExpectSameTicks(ReadLog(LogFile(folder.path() / "alone", i)),
@@ -131,8 +131,8 @@ TEST(MonitorRun, FindsAReplayAndSaysWhenARunIsOver) {
   for (const std::string program : {"evalbus-monitor", "evalbus-viz"}) {
     const Result result = RunProgram({program, run});
     EXPECT_EQ(result.code, 1);
-    EXPECT_EQ(result.err, "error: " + run.string() + ": this run is over; 'evalbus replay " + run.string() +
-                              "' plays what there is\n");
+    EXPECT_EQ(result.err, "error: " + run.string() + ": this run has finished; 'evalbus replay " +
+                              run.string() + "' plays its finished episodes\n");
   }
   Program replay({"evalbus", "replay", run});
   // The monitor starts while the player is stopped, so that it does not start after the replay on a loaded

@@ -213,14 +213,14 @@ TEST_F(LiveViewTest, ControlCharactersOfTheBusStayOffTheTerminal) {
   std::string text = Joined(Lines(80));
   Done(0, "the \x1b[31m reason");
   dut_.OnRemark(
-      "begun again: \x1b]0;title\x07 \xC2\x9B"
+      "retrying: \x1b]0;title\x07 \xC2\x9B"
       "2J \x9B"
       "2J");
   dut_.Finish();
   text += Printed();
   for (const char* control : {"\x1b", "\x07", "\x9B"}) EXPECT_FALSE(Has(text, control)) << text;
   EXPECT_TRUE(Has(text, "  the ?[31m reason\n")) << text;
-  EXPECT_TRUE(Has(text, "begun again: ?]0;title? ?2J ?2J\n")) << text;
+  EXPECT_TRUE(Has(text, "retrying: ?]0;title? ?2J ?2J\n")) << text;
 }
 
 }  // namespace evalbus::launch::live_view_test

@@ -188,7 +188,7 @@ TEST_F(RunControllerTest, CommandsUntilItIsHeard) {
 TEST_F(RunControllerTest, AnAbortedEpisodeIsBegunAgain) {
   Begin();
   SayEnd(0, "aborted", "two different actions for tick 3");
-  EXPECT_THAT(listener_.remarks, ElementsAre("      0  begun again: two different actions for tick 3"));
+  EXPECT_THAT(listener_.remarks, ElementsAre("      0  retrying: two different actions for tick 3"));
   Dut().Poll(In(seconds(1)));
   HandleAll();
   EXPECT_EQ(commands_.back().attempt, 1);
@@ -247,7 +247,7 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
   Begin();
   SayEnd(0, "server_error", "connection closed");
   EXPECT_THAT(listener_.remarks,
-              ElementsAre("      0  begun again: the policy's server failed: connection closed"));
+              ElementsAre("      0  retrying: the policy's server failed: connection closed"));
   Dut().Poll(In(seconds(1)));
   HandleAll();
   EXPECT_EQ(commands_.back().attempt, 1);
@@ -256,7 +256,7 @@ TEST_F(RunControllerTest, AServersFaultBeginsTheEpisodeAgainFromItsSeed) {
   // Its EPISODE_END may be lost.
   Begin(1);
   SaySummary(1, 0, "server_error", "HTTP 503");
-  EXPECT_EQ(listener_.remarks.back(), "      0  begun again: the policy's server failed: HTTP 503");
+  EXPECT_EQ(listener_.remarks.back(), "      0  retrying: the policy's server failed: HTTP 503");
   Begin(2);
   SayEnd(2);
   SaySummary(2);
@@ -281,10 +281,9 @@ TEST_F(RunControllerTest, AServerThatStaysAwayMakesTheEpisodeInvalidAndTheRunGoe
   EXPECT_EQ(listener_.done[0]["end_reason"], "server_error");
   EXPECT_EQ(listener_.done[0]["end_detail"], "still gone");
   EXPECT_EQ(listener_.done[0]["complete"], false);
-  EXPECT_THAT(
-      listener_.remarks,
-      ElementsAre("      0  begun again: lost", "      0  begun again: the policy's server failed: gone",
-                  "      0  invalid after 3 attempts: the policy's server failed: still gone"));
+  EXPECT_THAT(listener_.remarks,
+              ElementsAre("      0  retrying: lost", "      0  retrying: the policy's server failed: gone",
+                          "      0  invalid after 3 attempts: the policy's server failed: still gone"));
   EXPECT_EQ(commands_.back().episode, 1);
   EXPECT_EQ(commands_.back().attempt, 0);
   episode_ = 1;
@@ -331,7 +330,7 @@ TEST_F(RunControllerTest, AnotherSimOnTheBusSpoilsTheEpisode) {
   SayEnd();
   SaySummary();
   EXPECT_THAT(listener_.remarks,
-              ElementsAre("      0  begun again: a sim or a log of another run is on this bus: "
+              ElementsAre("      0  retrying: a sim or a log of another run is on this bus: "
                           "/elsewhere/model/physics.mjb"));
 }
 
@@ -403,7 +402,7 @@ TEST_F(RunControllerTest, WaitsAMinuteForTheFirstScore) {
   EXPECT_THAT(listener_.remarks, IsEmpty());
   PollFor(&Dut(), now, seconds(2));
   ASSERT_EQ(listener_.remarks.size(), 1u);
-  EXPECT_THAT(listener_.remarks[0], HasSubstr("not everybody was ready for it within 60 s"));
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("not all components were ready for it within 60 s"));
 }
 
 TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
@@ -419,8 +418,9 @@ TEST_F(RunControllerTest, APolicyThatDoesNotComeIsNamedWithItsTimeout) {
     PollFor(&Dut(), In(seconds(0)), seconds(2));
     FAIL();
   } catch (const EnvironmentError& error) {
-    EXPECT_STREQ(error.what(),
-                 "no policy said that it is ready for episode 0 within 0.4 s (--policy-timeout-s): no GPU");
+    EXPECT_STREQ(
+        error.what(),
+        "no policy reported that it is ready for episode 0 within 0.4 s (--policy-timeout-s): no GPU");
   }
 }
 
@@ -465,7 +465,7 @@ TEST_F(RunControllerTest, AnEpisodeWhoseLogLacksTicksIsBegunAgain) {
   };
   finish(0, 195);
   EXPECT_THAT(listener_.remarks,
-              ElementsAre("      0  begun again: the log lacks 195 ticks: lost on the way to it"));
+              ElementsAre("      0  retrying: the log lacks 195 ticks: lost on the way to it"));
   EXPECT_THAT(listener_.done, IsEmpty());
   finish(1, 0);
   EXPECT_EQ(listener_.done.size(), 1u);
@@ -534,11 +534,11 @@ TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
   Begin();
   SayModel();  // again
   const std::pair<const char*, void (*)(model_info_t*)> changes[] = {
-      {"pot.yaml was changed", [](model_info_t* model) { model->task_yaml = "min_m: 9.096"; }},
-      {"a file of the physics model was changed", [](model_info_t* model) { model->physics_sha256 = "12"; }},
-      {"a file of the visual model was changed", [](model_info_t* model) { model->visual_sha256 = "12"; }},
-      {"robot other was changed", [](model_info_t* model) { model->robot = "other"; }},
-      {"robot  was changed",
+      {"pot.yaml changed", [](model_info_t* model) { model->task_yaml = "min_m: 9.096"; }},
+      {"a file of the physics model changed", [](model_info_t* model) { model->physics_sha256 = "12"; }},
+      {"a file of the visual model changed", [](model_info_t* model) { model->visual_sha256 = "12"; }},
+      {"robot other changed", [](model_info_t* model) { model->robot = "other"; }},
+      {"robot  changed",
        [](model_info_t* model) {
          model->arm.emplace_back();
          model->num_arms = 1;
@@ -551,9 +551,8 @@ TEST_F(RunControllerTest, ASimThatHasReadOtherFilesEndsTheRunWhoeverSaysSo) {
       Say(channels::kModel, model);
       ADD_FAILURE() << words;
     } catch (const InputError& error) {
-      EXPECT_EQ(error.what(), std::string(words) +
-                                  " while the run went on; put it back and go on with --resume, "
-                                  "or begin another run");
+      EXPECT_EQ(error.what(),
+                std::string(words) + " during the run; restore it and use --resume, or start a new run");
     }
     // A sim of another run is none of ours, whatever it has read.
     model.physics_file = "/elsewhere.mjb";

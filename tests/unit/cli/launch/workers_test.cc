@@ -71,7 +71,7 @@ TEST_F(EvaluateJobsTest, AWorkerThatIsKilledGoesOnAndThatIsRemarked) {
                1, run_, &listener_);
   EXPECT_THAT(listener_.done, ElementsAre(0, 1));
   ASSERT_EQ(listener_.remarks.size(), 1u);
-  EXPECT_THAT(listener_.remarks[0], HasSubstr("begun again: "));
+  EXPECT_THAT(listener_.remarks[0], HasSubstr("retrying: "));
 }
 
 TEST_F(EvaluateJobsTest, AWorkerThatFailsEndsTheRunWithItsLastLine) {
