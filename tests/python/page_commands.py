@@ -92,12 +92,12 @@ class Shell:
         return shell.stdout
 
     def run_until_ctrl_c(self, command, pattern, needs_run):
-        long_run = f"evalbus run lift_pot --realtime --episodes 1000 --out runs/live-{self.count}"
-        log = self.folder / f"runs/live-{self.count}/episodes/0000.partial/events.lcmlog"
+        out = f"runs/live-{self.count}"
+        long_run = f"evalbus run lift_pot --realtime --episodes 1000 --out {out}"
         live = self.stay(long_run, "udpm") if needs_run else None
         if live:
             # The bus is printed before the component processes start; the commands find a run by these processes.
-            self.wait_for(log.exists, live.said)
+            self.wait_for(lambda: any((self.folder / out).glob("episodes/*/events.lcmlog")), live.said)
         process = self.stay(command, pattern)
         self.wait_for(lambda: catches(process.pid, signal.SIGINT), process.said)
         process.send_signal(signal.SIGINT)

@@ -87,7 +87,9 @@ TEST_F(Collect, KeepsSuccessesAndIsTheSameHoweverItIsMade) {
     ASSERT_TRUE(WaitFor([&] { return Lines(resumed) > 0; }));
     interrupted.Signal(SIGINT);
     EXPECT_EQ(interrupted.Wait(), 2);
-    EXPECT_NE(interrupted.err().find("to resume, run the same command with --out"), std::string::npos)
+    EXPECT_NE(interrupted.err().find("to resume, run the same command with --out " + resumed.string() +
+                                     " --resume"),
+              std::string::npos)
         << interrupted.err();
   }
   const Result rest = RunProgram(Command(resumed, {"--in-process", "--resume"}));

@@ -70,7 +70,8 @@ TEST_F(Resume, AfterCtrlCTheRestIsDone) {
   ASSERT_TRUE(WaitFor([&] { return InSecondEpisode(run_); })) << launcher.err();
   launcher.Signal(SIGINT);
   EXPECT_EQ(launcher.Wait(), 2);
-  EXPECT_NE(launcher.err().find("to resume, run the same command with --out"), std::string::npos)
+  EXPECT_NE(launcher.err().find("to resume, run the same command with --out " + run_.string() + " --resume"),
+            std::string::npos)
       << launcher.err();
   EXPECT_EQ(RunProgram(RunCommand(run_, {"--in-process", "--resume"})).code, 0);
   ExpectAsReference(run_);

@@ -363,7 +363,7 @@ TEST(RecorderOfASession, HearsOnlyItsRun) {
   say(8, 0);
   EXPECT_EQ(dut.status().episode, -1);
   EXPECT_EQ(bus.foreign_messages(), 2);
-  // Its launcher leaves no episode that would be retrying: so this is somebody else's, too.
+  // Its launcher leaves no episode to be retried, so this message belongs to another run, too.
   say(7, 0);
   EXPECT_EQ(dut.status().episode, -1);
   say(7, 1);

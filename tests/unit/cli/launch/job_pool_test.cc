@@ -66,7 +66,7 @@ TEST_F(JobPoolTest, OneThatIsKilledIsStartedAgain) {
   EXPECT_THAT(restarts_, ElementsAre("a was ended by signal Killed"));
 }
 
-// b looks for what a, retrying, leaves: who looks from time to time does not hang.
+// b polls for a file that a creates when it is retried; a job that polls is not taken for one that hangs.
 TEST_F(JobPoolTest, OneThatHangsIsNamedAndStartedAgain) {
   EXPECT_THAT(Run({Shell("a", "test -e a && touch b && exit 0; touch a; kill -STOP $$"),
                    Shell("b", "until test -e b; do sleep 0.1; done")},
