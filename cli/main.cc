@@ -14,7 +14,7 @@
 #include "base/help.h"
 #include "base/plugins.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/version.h"
+#include "runner/version.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 // evalbus collect: demonstrations of a task, successes only.
-#include "cli/launch/collect.h"
+#include "runner/collect.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@ namespace evalbus::commands {
 namespace {
 
 struct CollectOptions {
-  launch::RunOptions run;
+  runner::RunOptions run;
   std::optional<double> noise;
 };
 
@@ -24,7 +24,7 @@ struct CollectOptions {
 
 Action AddCollect(CLI::App* app) {
   const auto options = std::make_shared<CollectOptions>();
-  launch::RunOptions& run = options->run;
+  runner::RunOptions& run = options->run;
   app->add_option("task", run.tasks, "TASK[/VARIATION]")->required()->expected(1);
   app->add_option("--out", run.out, "run folder to write")->type_name("FOLDER")->required();
   app->add_option("--episodes", run.episodes, "how many successes are wanted")
@@ -53,13 +53,13 @@ Action AddCollect(CLI::App* app) {
                      {"Simulation", {"--control-hz", "--robot", "--in-process"}},
                      {"Output", {"--out", "--log-level"}}});
   return [options, app] {
-    launch::RunOptions& wanted = options->run;
+    runner::RunOptions& wanted = options->run;
     if (options->noise) {
       if (wanted.policy.policy != "expert") throw InputError("--noise: only of --policy expert");
       if (*options->noise > 0) wanted.policy.policy = fmt::format("noisy_expert:{}", *options->noise);
     }
-    launch::FollowContract(app->count("--control-hz") > 0, false, &wanted);
-    launch::Collect(wanted);
+    runner::FollowContract(app->count("--control-hz") > 0, false, &wanted);
+    runner::Collect(wanted);
     return 0;
   };
 }

@@ -17,14 +17,14 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/version.h"
-#include "cli/results/comparison.h"
-#include "cli/results/comparison_json.h"
-#include "cli/results/comparison_report.h"
-#include "cli/results/comparison_text.h"
-#include "cli/results/run_reader.h"
-#include "cli/results/viewer_pack.h"
 #include "models/scene.h"
+#include "report/comparison_report.h"
+#include "report/viewer_pack.h"
+#include "results/comparison.h"
+#include "results/comparison_json.h"
+#include "results/comparison_text.h"
+#include "results/run_reader.h"
+#include "runner/version.h"
 #include "viz/images/panel_video.h"
 #include "viz/images/video_writer.h"
 
@@ -42,7 +42,7 @@ struct CompareOptions {
   // HTML page; empty: none is written.
   std::filesystem::path report;
   // Of that page with its viewer; 0: none.
-  double megabytes = results::kPageMegabytes;
+  double megabytes = report::kPageMegabytes;
   // Both on one seed, side by side; empty: none is made.
   std::filesystem::path video;
   // Of the video; nothing: the first that only one of them succeeded with.
@@ -195,9 +195,9 @@ int Compare(const CompareOptions& options) {
     fmt::print("\njson     {}\n", options.json.string());
   }
   if (!options.report.empty()) {
-    const results::ComparisonPage page =
-        results::ComparisonReport(comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),
-                                  static_cast<size_t>(options.megabytes * 1e6));
+    const report::BuiltPage page =
+        report::ComparisonReport(comparisons, options.report, fmt::format("{} ({})", kVersion, kGitCommit),
+                                 static_cast<size_t>(options.megabytes * 1e6));
     WriteWhole(options.report, page.html);
     fmt::print("\nreport   {}\n", options.report.string());
     if (!page.note.empty()) {

@@ -13,10 +13,10 @@
 #include "bus/bus.h"
 #include "bus/private_network.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/components.h"
-#include "cli/launch/processes.h"
-#include "cli/launch/version.h"
 #include "models/task_description.h"
+#include "runner/components.h"
+#include "runner/processes.h"
+#include "runner/version.h"
 
 namespace evalbus::commands {
 namespace {
@@ -47,13 +47,13 @@ int Doctor() {
         "again");
 
   bool all_programs = true;
-  for (const launch::ComponentType& component : launch::AllComponents()) {
-    const auto program = launch::Processes::BinaryFolder() / component.program;
+  for (const runner::ComponentType& component : runner::AllComponents()) {
+    const auto program = runner::Processes::BinaryFolder() / component.program;
     const bool good = access(program.c_str(), X_OK) == 0;
     if (!good) Print(false, program.string() + " is missing", "./run builds it");
     all_programs = all_programs && good;
   }
-  if (all_programs) Print(true, "component programs in " + launch::Processes::BinaryFolder().string());
+  if (all_programs) Print(true, "component programs in " + runner::Processes::BinaryFolder().string());
 
   void* osmesa = dlopen("libOSMesa.so.8", RTLD_LAZY);
   Print(osmesa != nullptr, "OSMesa, which renders videos", "apt-get install libosmesa6");

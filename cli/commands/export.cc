@@ -13,12 +13,12 @@
 #include "base/write_whole.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/progress_line.h"
-#include "cli/results/episode_logs.h"
-#include "cli/results/episode_table.h"
-#include "cli/results/run_reader.h"
-#include "cli/results/training_set.h"
-#include "cli/tools/recording.h"
+#include "export/episode_table.h"
+#include "export/recording.h"
+#include "export/training_set.h"
+#include "results/episode_logs.h"
+#include "results/run_reader.h"
+#include "runner/progress_line.h"
 #include "viz/images/renderer.h"
 
 namespace evalbus::commands {
@@ -73,7 +73,7 @@ void AddOptions(CLI::App* app, ExportOptions* options) {
 
 int ExportTable(const ExportOptions& options) {
   const results::RecordedRuns runs = results::ReadRuns(options.run);
-  const std::string table = results::EpisodeTable(runs.runs);
+  const std::string table = exports::EpisodeTable(runs.runs);
   const bool is_piped = options.csv == "-" || options.csv == "/dev/stdout";
   WriteWhole(is_piped ? "/dev/stdout" : options.csv, table);
   std::FILE* const words = is_piped ? stderr : stdout;
@@ -112,15 +112,15 @@ int ExportMcap(const ExportOptions& options) {
                     options.mcap_file.string(), logs.size()));
   }
   const std::string size = options.size.empty() ? "640x480" : options.size;
-  tools::SceneSource scenes;
-  launch::ProgressLine line(logs.size(), "exporting");
+  exports::SceneSource scenes;
+  runner::ProgressLine line(logs.size(), "exporting");
   for (size_t i = 0; i < logs.size(); ++i) {
     const fs::path& log = logs[i];
     line.Show(static_cast<double>(i));
-    tools::EncodedEpisode episode = tools::EncodeEpisode(log, &scenes);
-    if (!options.cameras.empty()) tools::AddImages(log, options.cameras, size, &episode);
+    exports::EncodedEpisode episode = exports::EncodeEpisode(log, &scenes);
+    if (!options.cameras.empty()) exports::AddImages(log, options.cameras, size, &episode);
     const fs::path file = options.mcap_file.empty() ? log.parent_path() / "episode.mcap" : options.mcap_file;
-    const std::string bytes = tools::McapFile(episode);
+    const std::string bytes = exports::McapFile(episode);
     WriteWhole(file, bytes);
     line.Clear();
     fmt::print("{} messages, {:.1f} MB  {}\n", episode.messages.size(),
@@ -151,12 +151,12 @@ int ExportTrainingSet(const ExportOptions& options) {
   // What was drawn before it was stopped stays for the same command.
   InstallStopSignals();
   {
-    launch::ProgressLine line(logs.size(), "exporting");
+    runner::ProgressLine line(logs.size(), "exporting");
     const auto progress = [&](double share) { line.Show(share * static_cast<double>(logs.size())); };
     if (options.hdf5.empty()) {
-      results::WriteSafetensors(logs, out, progress);
+      exports::WriteSafetensors(logs, out, progress);
     } else {
-      results::WriteRobomimic(logs, out, {options.cameras, size.width, size.height}, progress);
+      exports::WriteRobomimic(logs, out, {options.cameras, size.width, size.height}, progress);
     }
   }
   fmt::print("{}{}  {}\n", Plural(logs.size(), "episode"),

@@ -17,9 +17,9 @@
 #include "bus/host.h"
 #include "bus/live_runs.h"
 #include "cli/commands/commands.h"
-#include "cli/results/episode_logs.h"
-#include "cli/tools/foxglove_server.h"
-#include "cli/tools/recording.h"
+#include "export/foxglove_server.h"
+#include "export/recording.h"
+#include "results/episode_logs.h"
 
 namespace evalbus::commands {
 namespace {
@@ -31,7 +31,7 @@ constexpr auto kFrame = std::chrono::milliseconds(20);
 struct FoxgloveOptions {
   Address address;
   std::vector<int> episode;
-  tools::FoxgloveServer::Options server;
+  exports::FoxgloveServer::Options server;
 };
 
 void AddOptions(CLI::App* app, FoxgloveOptions* options) {
@@ -46,34 +46,35 @@ void AddOptions(CLI::App* app, FoxgloveOptions* options) {
                   "pages from there may connect, too, as those of https://app.foxglove.dev may");
 }
 
-void SayWhere(const tools::FoxgloveServer& server, const FoxgloveOptions& options, const std::string& what) {
+void SayWhere(const exports::FoxgloveServer& server, const FoxgloveOptions& options,
+              const std::string& what) {
   fmt::print("{}\nin Foxglove: Open connection, Foxglove WebSocket, ws://{}:{}\n", what,
              options.server.host == "127.0.0.1" ? "localhost" : options.server.host, server.port());
   std::fflush(stdout);
 }
 
 // An episode begins, or is shown anew: nothing of the one before is to be shown beside it.
-bool IsBegin(const tools::Message& message) {
-  return message.topic == tools::kEpisode && message.time_ns == 0;
+bool IsBegin(const exports::Message& message) {
+  return message.topic == exports::kEpisode && message.time_ns == 0;
 }
 
-int ShowLive(const FoxgloveOptions& options, tools::FoxgloveServer* server) {
+int ShowLive(const FoxgloveOptions& options, exports::FoxgloveServer* server) {
   const Attached attached = Attach(options.address);
   InstallStopSignals();
   Bus bus(attached.url);
   server->Start();
-  tools::SceneSource scenes;
+  exports::SceneSource scenes;
   std::string remark;
   size_t topics = 0;
-  tools::Encoder encoder(
-      [&](const tools::Message& message) {
+  exports::Encoder encoder(
+      [&](const exports::Message& message) {
         if (encoder.topics().size() > topics) {
           server->SetTopics(encoder.topics());
           topics = encoder.topics().size();
         }
         if (IsBegin(message)) server->Forget();
         server->Send(message);
-        if (message.topic == tools::kTransforms) server->SendTime(message.time_ns);
+        if (message.topic == exports::kTransforms) server->SendTime(message.time_ns);
       },
       [&](const model_info_t& model, std::optional<int64_t> seed) {
         return scenes.Of(model, seed, options.address.run);
@@ -97,38 +98,38 @@ int ShowLive(const FoxgloveOptions& options, tools::FoxgloveServer* server) {
 // What viewers press, from the server's thread to the player's.
 class Controls {
  public:
-  void Add(const tools::PlaybackControl& control) {
+  void Add(const exports::PlaybackControl& control) {
     const std::lock_guard lock(mutex_);
     // One that nobody has taken yet is a drag of the seek bar: the last place counts.
     if (controls_.size() >= 100) controls_.pop_front();
     controls_.push_back(control);
   }
-  std::deque<tools::PlaybackControl> Take() {
+  std::deque<exports::PlaybackControl> Take() {
     const std::lock_guard lock(mutex_);
     return std::exchange(controls_, {});
   }
 
  private:
   std::mutex mutex_;
-  std::deque<tools::PlaybackControl> controls_;
+  std::deque<exports::PlaybackControl> controls_;
 };
 
 int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& options) {
   InstallStopSignals();
-  tools::SceneSource scenes;
-  const tools::EncodedEpisode episode = tools::EncodeEpisode(log, &scenes);
+  exports::SceneSource scenes;
+  const exports::EncodedEpisode episode = exports::EncodeEpisode(log, &scenes);
   for (const std::string& remark : episode.remarks) fmt::print(stderr, "warning: {}\n", remark);
   const int64_t end = episode.messages.back().time_ns;
   Controls controls;
-  tools::FoxgloveServer::Options server_options = options.server;
+  exports::FoxgloveServer::Options server_options = options.server;
   server_options.playback_end_ns = end;
-  server_options.on_control = [&](const tools::PlaybackControl& control) { controls.Add(control); };
-  tools::FoxgloveServer server(server_options);
+  server_options.on_control = [&](const exports::PlaybackControl& control) { controls.Add(control); };
+  exports::FoxgloveServer server(server_options);
   server.Start();
   server.SetTopics(episode.topics);
   SayWhere(server, options, "playing " + log.string());
 
-  tools::Playback playback(end);
+  exports::Playback playback(end);
   size_t next = 0;
   const auto send_until = [&](int64_t time) {
     for (; next < episode.messages.size() && episode.messages[next].time_ns <= time; ++next) {
@@ -139,7 +140,7 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
   // What is to be seen at a time: the last of each topic.
   const auto show = [&](int64_t time) {
     server.Forget();
-    const auto behind = std::ranges::upper_bound(episode.messages, time, {}, &tools::Message::time_ns);
+    const auto behind = std::ranges::upper_bound(episode.messages, time, {}, &exports::Message::time_ns);
     next = static_cast<size_t>(behind - episode.messages.begin());
     std::set<size_t> shown;
     std::vector<size_t> last;
@@ -152,23 +153,24 @@ int ShowRecording(const std::filesystem::path& log, const FoxgloveOptions& optio
   show(0);
   int viewers = 0;
   bool has_begun = false;
-  tools::PlaybackStatus status = tools::PlaybackStatus::kPaused;
+  exports::PlaybackStatus status = exports::PlaybackStatus::kPaused;
   while (!stop_requested()) {
     std::this_thread::sleep_for(kFrame);
     const auto now = steady_clock::now();
-    std::deque<tools::PlaybackControl> pressed = controls.Take();
+    std::deque<exports::PlaybackControl> pressed = controls.Take();
     // It begins when somebody looks.
     if (!std::exchange(has_begun, has_begun || server.viewers() > 0) && server.viewers() > 0) {
       pressed.push_front({.play = true, .speed = 1, .seek_ns = {}, .request_id = {}});
     }
-    for (const tools::PlaybackControl& control : pressed) {
-      const tools::PlaybackState state = playback.Control(control, now);
+    for (const exports::PlaybackControl& control : pressed) {
+      const exports::PlaybackState state = playback.Control(control, now);
       server.SendPlayback(state);
       if (state.did_seek) show(state.time_ns);
       status = state.status;
     }
-    const tools::PlaybackState state = playback.State(now);
-    if (state.status == tools::PlaybackStatus::kPlaying || state.status != status) send_until(state.time_ns);
+    const exports::PlaybackState state = playback.State(now);
+    if (state.status == exports::PlaybackStatus::kPlaying || state.status != status)
+      send_until(state.time_ns);
     if (state.status != status || server.viewers() != viewers) server.SendPlayback(state);
     status = state.status;
     viewers = server.viewers();
@@ -187,7 +189,7 @@ int Foxglove(FoxgloveOptions options) {
   const bool is_live = run.empty() || (options.episode.empty() && !LiveRunsOf(FindLiveRuns(), run).empty());
   if (!is_live) return ShowRecording(results::EpisodeLogs(run, options.episode).front(), options);
   if (!options.episode.empty()) throw InputError("--episode: of which run? its folder is needed");
-  tools::FoxgloveServer server(options.server);
+  exports::FoxgloveServer server(options.server);
   return ShowLive(options, &server);
 }
 

@@ -11,12 +11,12 @@
 #include "base/run_layout.h"
 #include "base/text.h"
 #include "cli/commands/commands.h"
-#include "cli/plans/merge.h"
-#include "cli/plans/plan_run.h"
-#include "cli/plans/probe.h"
-#include "cli/plans/status.h"
-#include "cli/results/summary_table.h"
 #include "metrics/statistics/power.h"
+#include "plans/merge.h"
+#include "plans/plan_run.h"
+#include "plans/probe.h"
+#include "plans/status.h"
+#include "results/summary_table.h"
 
 namespace evalbus::commands {
 namespace {

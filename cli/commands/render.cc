@@ -15,9 +15,9 @@
 #include "base/run_layout.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/progress_line.h"
-#include "cli/launch/video_recording.h"
-#include "cli/results/episode_logs.h"
+#include "results/episode_logs.h"
+#include "runner/progress_line.h"
+#include "runner/video_recording.h"
 #include "viz/images/gl_context.h"
 #include "viz/images/panel_video.h"
 #include "viz/images/parallel_frame_renderer.h"
@@ -91,15 +91,15 @@ class Progress {
   void Show(double done) {
     if (!say_) return line_.Show(done);
     const auto now = steady_clock::now();
-    if (now - said_ < launch::ProgressLine::kInPlace) return;
+    if (now - said_ < runner::ProgressLine::kInPlace) return;
     said_ = now;
-    fmt::print("{}{}\n", launch::kVideoShare, done);
+    fmt::print("{}{}\n", runner::kVideoShare, done);
     std::fflush(stdout);
   }
   void Clear() { line_.Clear(); }
 
  private:
-  launch::ProgressLine line_;
+  runner::ProgressLine line_;
   bool say_;
   steady_clock::time_point said_{};
 };

@@ -31,13 +31,13 @@
 #include "bus/private_network.h"
 #include "bus/wait.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/live_view.h"
-#include "cli/launch/processes.h"
-#include "cli/launch/web_child.h"
-#include "cli/results/episode_json.h"
-#include "cli/results/episode_logs.h"
-#include "cli/results/rescorer.h"
 #include "lcmtypes/clock.h"
+#include "results/episode_json.h"
+#include "results/episode_logs.h"
+#include "results/rescorer.h"
+#include "runner/live_view.h"
+#include "runner/processes.h"
+#include "runner/web_child.h"
 
 namespace evalbus::commands {
 namespace {
@@ -115,9 +115,9 @@ class MemoryFile {
   int fd_;
 };
 
-launch::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& first, int episodes) {
+runner::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& first, int episodes) {
   const model_info_t& model = *first.model;
-  launch::LiveHeader header;
+  runner::LiveHeader header;
   header.task = model.task;
   header.variation = model.variation;
   header.policy = "recorded";
@@ -136,7 +136,7 @@ launch::LiveHeader Header(const fs::path& log, const results::RescoredEpisode& f
 // Says STATUS as "replay", by which a monitor knows what it watches.
 class Player : public Component {
  public:
-  Player(const ReplayOptions& options, Bus* bus, launch::LiveView* view)
+  Player(const ReplayOptions& options, Bus* bus, runner::LiveView* view)
       : Component(bus, "replay"), options_(options), view_(view), program_(FindPlayer()) {
     bus->Subscribe(channels::kStatus, [this](const component_status_t& status) {
       metrics_heard_ |= status.component == "metrics";
@@ -162,7 +162,7 @@ class Player : public Component {
       throw InputError(bus().url() + ": a run or another replay is on this bus; choose another with --url");
     }
     processes_.Start("metrics",
-                     {(launch::Processes::BinaryFolder() / "evalbus-metrics").string(), "--url", bus().url(),
+                     {(runner::Processes::BinaryFolder() / "evalbus-metrics").string(), "--url", bus().url(),
                       kReplayOption, fs::absolute(options_.recording).lexically_normal().string()},
                      metrics_log_.path());
     if (!HandleUntil([this] { return metrics_heard_; }, kMetricsStart)) Overdue("metrics did not start");
@@ -205,7 +205,7 @@ class Player : public Component {
 
   void StopAll() {
     Stop();
-    for (const launch::Processes::Exit& exit : processes_.StopAll()) {
+    for (const runner::Processes::Exit& exit : processes_.StopAll()) {
       // Nobody expects a player that is stopped to end well.
       if (exit.name != "player") fmt::print(stderr, "warning: {}\n", exit.description);
     }
@@ -281,8 +281,8 @@ class Player : public Component {
   const ReplayOptions& options_;
   MemoryFile metrics_log_, player_log_;
   // A player sleeps from one event to the next, however far that is.
-  launch::Processes processes_{std::chrono::hours(24 * 365)};
-  launch::LiveView* view_;
+  runner::Processes processes_{std::chrono::hours(24 * 365)};
+  runner::LiveView* view_;
   fs::path program_;
 
   bool metrics_heard_ = false;
@@ -347,7 +347,7 @@ int Replay(const ReplayOptions& options) {
   }
   const std::vector<Recordings> runs = ReadRecordings(options);
   FindPlayer();
-  std::optional<launch::WebChild> web;
+  std::optional<runner::WebChild> web;
   if (options.web) web.emplace();
   const std::string asked = options.url.empty() ? UrlOfEnvironment() : options.url;
   const ReservedBus reserved = ChooseBus(asked);
@@ -376,7 +376,7 @@ int Replay(const ReplayOptions& options) {
     }
     episodes += of_run;
     if (runs.size() > 1 && &run != &runs.front()) fmt::print("\n");
-    launch::LiveView view(stdout, Header(run[0].file, run[0].log.episodes[0], of_run));
+    runner::LiveView view(stdout, Header(run[0].file, run[0].log.episodes[0], of_run));
     Bus bus(url);
     Player player(options, &bus, &view);
     player.Start(!asked.empty() && &run == &runs.front());

@@ -16,18 +16,18 @@
 #include "base/write_whole.h"
 #include "bus/recorder/recorder.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/version.h"
-#include "cli/plans/plan_report.h"
-#include "cli/results/episode_logs.h"
-#include "cli/results/episode_trace.h"
-#include "cli/results/episode_tracks.h"
-#include "cli/results/pacing.h"
-#include "cli/results/page_links.h"
-#include "cli/results/policy_calls.h"
-#include "cli/results/run_reader.h"
-#include "cli/results/viewer_pack.h"
 #include "metrics/statistics/run_statistics.h"
-#include "viz/report/report_page.h"
+#include "plans/plan_report.h"
+#include "report/episode_trace.h"
+#include "report/episode_tracks.h"
+#include "report/page/report_page.h"
+#include "report/page_links.h"
+#include "report/viewer_pack.h"
+#include "results/episode_logs.h"
+#include "results/pacing.h"
+#include "results/policy_calls.h"
+#include "results/run_reader.h"
+#include "runner/version.h"
 
 namespace evalbus::commands {
 namespace {
@@ -43,7 +43,7 @@ struct ReportOptions {
   // 3D what there is room for.
   std::vector<int> episodes;
   // Of the page with its viewer; 0: none.
-  double megabytes = results::kPageMegabytes;
+  double megabytes = report::kPageMegabytes;
 };
 
 constexpr size_t kFailuresDrawn = 2;
@@ -77,8 +77,8 @@ std::vector<Choice> ChooseEpisodes(const results::RecordedRun& run, size_t failu
   return chosen;
 }
 
-std::vector<viz::ReportMetric> Metrics(const metrics::RunSummary& summary) {
-  std::vector<viz::ReportMetric> metrics;
+std::vector<report::ReportMetric> Metrics(const metrics::RunSummary& summary) {
+  std::vector<report::ReportMetric> metrics;
   for (const metrics::MetricSummary& metric : summary.metrics) {
     metrics.push_back({.name = metric.name,
                        .statistics = {{"episodes", {static_cast<double>(metric.episodes)}},
@@ -94,8 +94,8 @@ std::vector<viz::ReportMetric> Metrics(const metrics::RunSummary& summary) {
   return metrics;
 }
 
-viz::ReportEpisode Episode(const results::RecordedEpisode& recorded) {
-  viz::ReportEpisode episode;
+report::ReportEpisode Episode(const results::RecordedEpisode& recorded) {
+  report::ReportEpisode episode;
   episode.episode = recorded.episode;
   episode.seed = recorded.seed;
   episode.end_reason = recorded.end_reason;
@@ -107,8 +107,8 @@ viz::ReportEpisode Episode(const results::RecordedEpisode& recorded) {
   return episode;
 }
 
-std::vector<viz::ReportStage> Stages(const metrics::RunSummary& summary) {
-  std::vector<viz::ReportStage> stages;
+std::vector<report::ReportStage> Stages(const metrics::RunSummary& summary) {
+  std::vector<report::ReportStage> stages;
   for (const metrics::StageSummary& stage : summary.stages) {
     const std::string index = std::to_string(stage.index);
     const metrics::MetricSummary* time = summary.Find("extended.stage_time_s." + index);
@@ -118,17 +118,17 @@ std::vector<viz::ReportStage> Stages(const metrics::RunSummary& summary) {
 }
 
 void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& choices, bool asked_for,
-               viz::ReportRun* run) {
+               report::ReportRun* run) {
   for (const Choice& choice : choices) {
     try {
       const auto track =
-          results::TrackEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front(), {});
-      results::EpisodeTrace trace = results::Trace(*track);
+          report::TrackEpisode(results::EpisodeLogs(recorded.folder, {choice.episode}).front(), {});
+      report::EpisodeTrace trace = report::Trace(*track);
       // What only the logs know.
       if (run->curves.empty()) {
         const metric_values_t& metrics = track->summary()->metrics;
         for (int k = 0; k < metrics.num_stages; ++k) {
-          for (viz::ReportStage& stage : run->stages) {
+          for (report::ReportStage& stage : run->stages) {
             if (stage.index == std::to_string(metrics.stage_index[k])) stage.name = metrics.stage_name[k];
           }
         }
@@ -147,7 +147,7 @@ void AddCurves(const results::RecordedRun& recorded, const std::vector<Choice>& 
 }
 
 // Of a run in real time all of whose episodes say it.
-void AddPacing(const results::RecordedRun& recorded, viz::ReportRun* run) {
+void AddPacing(const results::RecordedRun& recorded, report::ReportRun* run) {
   if (!recorded.info.value("realtime", false)) return;
   std::vector<nlohmann::ordered_json> episodes;
   for (const results::RecordedEpisode& episode : recorded.episodes) episodes.push_back(episode.Json());
@@ -160,10 +160,10 @@ void AddPacing(const results::RecordedRun& recorded, viz::ReportRun* run) {
   }
 }
 
-viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>& episodes, bool in_suite,
-                   const results::PageLinks& links) {
+report::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>& episodes, bool in_suite,
+                      const report::PageLinks& links) {
   const metrics::RunSummary summary = recorded.Statistics().Summary(true);
-  viz::ReportRun run;
+  report::ReportRun run;
   run.name = recorded.name;
   run.task = recorded.task;
   run.variation = recorded.variation;
@@ -206,7 +206,7 @@ viz::ReportRun Run(const results::RecordedRun& recorded, const std::vector<int>&
   if (in_suite) choices.resize(std::min<size_t>(choices.size(), 1));
   AddCurves(recorded, choices, !episodes.empty(), &run);
   if (in_suite) {
-    for (viz::ReportCurves& curves : run.curves) {
+    for (report::ReportCurves& curves : run.curves) {
       curves.figures.resize(std::min(curves.figures.size(), kFiguresInSuite));
     }
   }
@@ -233,25 +233,25 @@ void AddOptions(CLI::App* app, ReportOptions* options) {
 // Of each run first the episodes with curves, then its failures, then the others; of a suite one of each run,
 // then the next of each. Returns a sentence on what is packed.
 std::string AddViewer(const results::RecordedRuns& runs, const ReportOptions& options,
-                      const results::PageLinks& links, viz::Report* report) {
-  results::ViewerPack pack(links);
+                      const report::PageLinks& links, report::Report* report) {
+  report::ViewerPack pack(links);
   std::vector<std::vector<int>> order;
   size_t longest = 0;
   for (size_t run = 0; run < runs.runs.size(); ++run) {
     pack.Add(runs.runs[run]);
     std::vector<int> first;
-    for (const viz::ReportCurves& curves : report->runs[run].curves) first.push_back(curves.episode);
-    order.push_back(options.episodes.empty() ? results::FailuresFirst(runs.runs[run], first)
+    for (const report::ReportCurves& curves : report->runs[run].curves) first.push_back(curves.episode);
+    order.push_back(options.episodes.empty() ? report::FailuresFirst(runs.runs[run], first)
                                              : options.episodes);
     longest = std::max(longest, order.back().size());
   }
-  std::vector<std::vector<results::ViewerPack::Wanted>> wanted;
+  std::vector<std::vector<report::ViewerPack::Wanted>> wanted;
   for (size_t k = 0; k < longest; ++k) {
     for (size_t run = 0; run < order.size(); ++run) {
       if (k < order[run].size()) wanted.push_back({{static_cast<int>(run), order[run][k]}});
     }
   }
-  pack.Pack(wanted, viz::ReportPage(*report).size(), static_cast<size_t>(options.megabytes * 1e6));
+  pack.Pack(wanted, report::ReportPage(*report).size(), static_cast<size_t>(options.megabytes * 1e6));
   for (const std::string& remark : pack.remarks()) report->remarks.push_back(remark);
   report->viewer = pack.Viewer();
   return pack.Note();
@@ -276,8 +276,8 @@ int WriteReport(const ReportOptions& options) {
     throw InputError("--episode: " + options.run.string() + " is a suite; name one of its runs");
   }
   const fs::path out = options.out.empty() ? options.run / "report.html" : options.out;
-  const results::PageLinks links(out);
-  viz::Report report;
+  const report::PageLinks links(out);
+  report::Report report;
   report.made_by = fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
   for (const results::RecordedRun& run : runs.runs) {
     report.runs.push_back(Run(run, options.episodes, runs.is_suite, links));
@@ -287,7 +287,7 @@ int WriteReport(const ReportOptions& options) {
                                : runs.runs[0].task_name();
   std::string note;
   if (options.megabytes > 0) note = AddViewer(runs, options, links, &report);
-  const std::string page = viz::ReportPage(report);
+  const std::string page = report::ReportPage(report);
   WriteWhole(out, page);
   fmt::print("{}\n", fs::proximate(out).string());
   if (!note.empty()) {

@@ -15,12 +15,12 @@
 #include "base/run_layout.h"
 #include "base/write_whole.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/run_controller.h"
-#include "cli/results/episode_json.h"
-#include "cli/results/episode_logs.h"
-#include "cli/results/kept_results.h"
-#include "cli/results/rescorer.h"
 #include "lcmtypes/end_reason.h"
+#include "results/episode_json.h"
+#include "results/episode_logs.h"
+#include "results/kept_results.h"
+#include "results/rescorer.h"
+#include "runner/run_controller.h"
 
 namespace evalbus::commands {
 namespace {

@@ -1,5 +1,5 @@
 // evalbus run: evaluates a policy on a task.
-#include "cli/launch/run.h"
+#include "runner/run.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,10 +16,10 @@
 #include "base/text.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/plans/part.h"
-#include "cli/plans/plan_run.h"
-#include "cli/plans/slurm.h"
-#include "cli/results/run_reader.h"
+#include "plans/part.h"
+#include "plans/plan_run.h"
+#include "plans/slurm.h"
+#include "results/run_reader.h"
 
 namespace evalbus::commands {
 namespace {
@@ -60,12 +60,12 @@ void AddPlanOptions(CLI::App* app, PlanOptions* options) {
 }
 
 // The options of a run or of the runs of a suite; the tasks of these.
-std::vector<std::string> TakeOptionsOf(const fs::path& folder, launch::RunOptions* options) {
+std::vector<std::string> TakeOptionsOf(const fs::path& folder, runner::RunOptions* options) {
   std::vector<std::string> tasks;
   const auto take = [&](const fs::path& run) {
     const fs::path file = run / kRunJson;
     const std::vector<std::string> newer =
-        launch::ReadOlderOptions(ReadJsonFile(file), file.string(), options);
+        runner::ReadOlderOptions(ReadJsonFile(file), file.string(), options);
     if (!newer.empty()) {
       fmt::print("{}: older than these options, which are as by default: {}\n", Printable(file.string()),
                  fmt::join(newer, ", "));
@@ -89,7 +89,7 @@ std::vector<std::string> TakeOptionsOf(const fs::path& folder, launch::RunOption
   return tasks;
 }
 
-void RunPlanOrPart(const launch::RunOptions& options, const PlanOptions& plan_options) {
+void RunPlanOrPart(const runner::RunOptions& options, const PlanOptions& plan_options) {
   const fs::path file = options.tasks[0];
   const bool is_begun = file.filename() == plans::kPlanJson;
   if (is_begun && !options.out.empty()) throw InputError("--out: " + file.string() + " says the folder");
@@ -131,7 +131,7 @@ void RunPlanOrPart(const launch::RunOptions& options, const PlanOptions& plan_op
 }  // namespace
 
 Action AddRun(CLI::App* app) {
-  const auto options = std::make_shared<launch::RunOptions>();
+  const auto options = std::make_shared<runner::RunOptions>();
   const auto plan = std::make_shared<PlanOptions>();
   const auto like = std::make_shared<std::vector<std::string>>();
   // Added first, so it is taken first.
@@ -169,16 +169,16 @@ Action AddRun(CLI::App* app) {
   return [options, plan, like, app] {
     if (options->tasks.empty()) options->tasks = *like;
     if (options->worker >= 0) {
-      launch::RunWorker(*options);
+      runner::RunWorker(*options);
     } else if (IsPlan(options->tasks)) {
       RunPlanOrPart(*options, *plan);
     } else if (!plan->part.empty() || plan->slurm.submit || plan->slurm.dry_run) {
       throw InputError("--part, --slurm: expected a plan ('evalbus run plan.yaml', docs/plans.md)");
     } else {
-      launch::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
+      runner::FollowContract(app->count("--control-hz") > 0 || !like->empty(),
                              app->count("--policy-timeout-s") > 0 || !like->empty(), options.get());
       if (options->tasks.empty()) throw InputError("run: expected a task ('evalbus tasks list' has them)");
-      launch::Run(*options);
+      runner::Run(*options);
     }
     return 0;
   };

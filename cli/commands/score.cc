@@ -6,8 +6,8 @@
 
 #include "base/errors.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/trajectory_score.h"
 #include "metrics/episode/score_file.h"
+#include "runner/trajectory_score.h"
 
 namespace evalbus::commands {
 namespace {
@@ -35,7 +35,7 @@ Action AddScore(CLI::App* app) {
     const bool is_map = options->file.ends_with(".yaml") || options->file.ends_with(".yml");
     if (is_map) {
       if (options->data.empty()) throw InputError("which file, or folder, does " + options->file + " map?");
-      launch::ScoreTrajectories(options->file, options->data, options->out);
+      runner::ScoreTrajectories(options->file, options->data, options->out);
       return 0;
     }
     if (!options->data.empty() || !options->out.empty()) {

@@ -16,7 +16,7 @@
 #include "bus/bus.h"
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/tools/plotjuggler.h"
+#include "export/plotjuggler.h"
 
 namespace evalbus::commands {
 namespace {
@@ -69,17 +69,17 @@ int Tap(const TapOptions& options) {
   Bus bus(attached.url);
   double begin = 0, last = 0;
   bool has_sent = false;
-  tools::Encoder encoder(
-      [&](const tools::Message& message) {
-        if (message.topic == tools::kEpisode && message.time_ns == 0 && has_sent) begin = last + kGap_s;
-        constexpr tools::TopicId kTexts[] = {tools::kTransforms, tools::kScene, tools::kContactMarks,
-                                             tools::kEvents,     tools::kLog,   tools::kEpisode};
+  exports::Encoder encoder(
+      [&](const exports::Message& message) {
+        if (message.topic == exports::kEpisode && message.time_ns == 0 && has_sent) begin = last + kGap_s;
+        constexpr exports::TopicId kTexts[] = {exports::kTransforms, exports::kScene, exports::kContactMarks,
+                                               exports::kEvents,     exports::kLog,   exports::kEpisode};
         if (std::ranges::find(kTexts, message.topic) != std::end(kTexts)) return;
         const double time = begin + static_cast<double>(message.time_ns) * 1e-9;
         last = std::max(last, time);
         has_sent = true;
         for (const std::string& datagram :
-             tools::Datagrams(encoder.topics()[message.topic].name, time, *message.json)) {
+             exports::Datagrams(encoder.topics()[message.topic].name, time, *message.json)) {
           sender.Send(datagram);
         }
       },

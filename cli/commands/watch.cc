@@ -3,12 +3,12 @@
 
 #include "bus/host.h"
 #include "cli/commands/commands.h"
-#include "cli/launch/run.h"
+#include "runner/run.h"
 
 namespace evalbus::commands {
 
 Action AddWatch(CLI::App* app) {
-  const auto options = std::make_shared<launch::RunOptions>();
+  const auto options = std::make_shared<runner::RunOptions>();
   options->episodes = 1;
   app->add_option("task", options->sim.task, "TASK[/VARIATION], or a task file")->required();
   app->add_option("--out", options->out, "run folder; default runs/TASK-VARIATION-source-DATE-TIME")
@@ -48,7 +48,7 @@ Action AddWatch(CLI::App* app) {
                      {"Episodes", {"--episodes", "--control-hz", "--after-success-s"}},
                      {"Output", {"--out", "--policy-name", "--video", "--web", "--log-level"}}});
   return [options] {
-    launch::Watch(*options);
+    runner::Watch(*options);
     return 0;
   };
 }

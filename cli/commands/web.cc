@@ -1,5 +1,5 @@
 // evalbus web: runs in a browser, while they go on or afterwards.
-#include "cli/launch/web.h"
+#include "report/web/web.h"
 
 #include <memory>
 
@@ -8,7 +8,7 @@
 namespace evalbus::commands {
 
 Action AddWeb(CLI::App* app) {
-  const auto options = std::make_shared<launch::WebOptions>();
+  const auto options = std::make_shared<report::WebOptions>();
   app->add_option("run", options->runs,
                   "folders of runs or suites, finished or not, or what is replayed; default: the bus of\n"
                   "EVALBUS_URL, or the one run or replay on this machine");
@@ -18,8 +18,8 @@ Action AddWeb(CLI::App* app) {
       "--listen", options->listen,
       "address to listen at, 0.0.0.0 for all; the page's URL then has a token, and whoever knows it\n"
       "can look. Default: 127.0.0.1, where every user of this machine can look");
-  app->add_flag(launch::kWebChildOption, options->is_child)->group("");
-  return [options] { return launch::Web(*options); };
+  app->add_flag(report::kWebChildOption, options->is_child)->group("");
+  return [options] { return report::Web(*options); };
 }
 
 }  // namespace evalbus::commands

@@ -24,11 +24,11 @@
 #include "bus/event_log.h"
 #include "bus/private_network.h"
 #include "bus/trace.h"
-#include "cli/launch/launch.h"
-#include "cli/launch/prepared_run.h"
 #include "evalbus/state_t.hpp"
 #include "lcmtypes/clock.h"
 #include "models/scene.h"
+#include "runner/launch.h"
+#include "runner/prepared_run.h"
 #include "sim/world.h"
 #include "tests/bench/hops.h"
 #include "tests/bench/rounds.h"
@@ -218,16 +218,16 @@ int64_t LostDatagrams() {
 }
 
 // Runs once with tracing in every process.
-void PrintHops(launch::RunOptions options, bool in_process, const std::filesystem::path& folder) {
+void PrintHops(runner::RunOptions options, bool in_process, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder / "traces");
   setenv(Trace::kVariable, (folder / "traces").c_str(), 1);
   options.out = folder / "run";
   options.in_process = in_process;
   options.url = in_process ? "" : ReservedBus::Draw().url();
-  launch::PreparedRun run = launch::PrepareRun(options);
-  launch::Announce(&run);
+  runner::PreparedRun run = runner::PrepareRun(options);
+  runner::Announce(&run);
   Stopwatch stopwatch;
-  (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(run.options, run.folder, run.plan,
+  (in_process ? runner::EvaluateInProcess : runner::EvaluateProcesses)(run.options, run.folder, run.plan,
                                                                        &stopwatch);
   unsetenv(Trace::kVariable);
   fmt::print("  {}\n{}", in_process ? "in one process" : "in separate processes",
@@ -236,7 +236,7 @@ void PrintHops(launch::RunOptions options, bool in_process, const std::filesyste
 }
 
 void Measure(double control_hz, const Amount& amount, const std::filesystem::path& folder) {
-  launch::RunOptions options;
+  runner::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.sim.control_hz = control_hz;
   options.episodes = amount.episodes;
@@ -248,10 +248,10 @@ void Measure(double control_hz, const Amount& amount, const std::filesystem::pat
       options.out = folder / fmt::format("{}-{}-{}", control_hz, round, in_process);
       options.in_process = in_process;
       options.url = in_process ? "" : ReservedBus::Draw().url();
-      launch::PreparedRun run = launch::PrepareRun(options);
-      launch::Announce(&run);
+      runner::PreparedRun run = runner::PrepareRun(options);
+      runner::Announce(&run);
       Stopwatch stopwatch;
-      (in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses)(run.options, run.folder, run.plan,
+      (in_process ? runner::EvaluateInProcess : runner::EvaluateProcesses)(run.options, run.folder, run.plan,
                                                                            &stopwatch);
       if (stopwatch.successes != amount.episodes) throw EnvironmentError("a timed episode failed");
       (in_process ? one_process : processes).push_back(stopwatch.wall_s / stopwatch.steps * 1e6);

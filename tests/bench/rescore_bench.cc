@@ -10,10 +10,10 @@
 #include "bus/bus.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
-#include "cli/launch/launch.h"
-#include "cli/launch/prepared_run.h"
-#include "cli/results/episode_logs.h"
-#include "cli/results/rescorer.h"
+#include "results/episode_logs.h"
+#include "results/rescorer.h"
+#include "runner/launch.h"
+#include "runner/prepared_run.h"
 #include "tests/bench/rounds.h"
 
 namespace evalbus {
@@ -43,16 +43,16 @@ int64_t Walk(const std::filesystem::path& file, bool decode) {
 }
 
 void Measure(const Amount& amount, const std::filesystem::path& folder) {
-  launch::RunOptions options;
+  runner::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.in_process = true;
   options.episodes = amount.episodes;
   options.seed = 1;
   options.out = folder;
-  launch::PreparedRun run = launch::PrepareRun(options);
-  launch::Announce(&run);
-  launch::RunListener nobody;
-  launch::EvaluateInProcess(run.options, run.folder, run.plan, &nobody);
+  runner::PreparedRun run = runner::PrepareRun(options);
+  runner::Announce(&run);
+  runner::RunListener nobody;
+  runner::EvaluateInProcess(run.options, run.folder, run.plan, &nobody);
   const auto logs = results::EpisodeLogs(folder);
 
   std::vector<double> whole, walk, decode;

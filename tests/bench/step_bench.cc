@@ -21,10 +21,10 @@
 #include "base/arguments.h"
 #include "base/errors.h"
 #include "bus/private_network.h"
-#include "cli/launch/launch.h"
-#include "cli/launch/prepared_run.h"
 #include "models/scene.h"
 #include "policy_bridge/contract/image_form.h"
+#include "runner/launch.h"
+#include "runner/prepared_run.h"
 #include "tests/bench/rounds.h"
 #include "tests/doubles/policy_server.h"
 #include "viz/images/gl_context.h"
@@ -201,7 +201,7 @@ double CallMs(const Images& images) {
   return Median(times_ms);
 }
 
-class EpisodeCheck : public launch::RunListener {
+class EpisodeCheck : public runner::RunListener {
  public:
   void OnEpisodeDone(const nlohmann::ordered_json& episode) override {
     complete_ = complete_ || episode["complete"].get<bool>();
@@ -224,7 +224,7 @@ void Measure(const Setting& setting, int calls, const fs::path& folder) {
   Server server(calls);
   const fs::path contract = folder / "contract.yaml";
   std::ofstream(contract) << ContractText(setting.images, server.url());
-  launch::RunOptions options;
+  runner::RunOptions options;
   options.sim.task = (folder / "task.yaml").string() + "/base";
   options.sim.control_hz = kControlHz;
   options.sim.realtime = setting.realtime;
@@ -234,10 +234,10 @@ void Measure(const Setting& setting, int calls, const fs::path& folder) {
   const ReservedBus bus = setting.in_process ? ReservedBus() : ReservedBus::Draw();
   options.url = bus.url();
   options.in_process = setting.in_process;
-  launch::PreparedRun run = launch::PrepareRun(options);
-  launch::Announce(&run);
+  runner::PreparedRun run = runner::PrepareRun(options);
+  runner::Announce(&run);
   EpisodeCheck check;
-  const auto evaluate = setting.in_process ? launch::EvaluateInProcess : launch::EvaluateProcesses;
+  const auto evaluate = setting.in_process ? runner::EvaluateInProcess : runner::EvaluateProcesses;
   evaluate(run.options, run.folder, run.plan, &check);
   fs::remove_all(options.out);
   if (!check.complete()) throw EnvironmentError("the timed episode is incomplete");

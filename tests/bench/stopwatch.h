@@ -4,11 +4,11 @@
 #include <chrono>
 
 #include "base/errors.h"
-#include "cli/launch/launch.h"
+#include "runner/launch.h"
 
 namespace evalbus {
 
-class Stopwatch : public launch::RunListener {
+class Stopwatch : public runner::RunListener {
  public:
   static constexpr double kTimestep = 0.002;  // physics time step, s
 

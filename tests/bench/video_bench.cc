@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/errors.h"
-#include "cli/launch/processes.h"
+#include "runner/processes.h"
 #include "tests/bench/rounds.h"
 
 namespace evalbus {
@@ -25,7 +25,7 @@ struct Times {
 // Seconds until the scores, and until the videos, were complete.
 Times Run(int episodes, const std::filesystem::path& folder, const std::string& options) {
   const std::string command = fmt::format("{} run lift_pot/position --episodes {} --seed 1 --out {} {} 2>&1",
-                                          (launch::Processes::BinaryFolder() / "evalbus").string(), episodes,
+                                          (runner::Processes::BinaryFolder() / "evalbus").string(), episodes,
                                           folder.string(), options);
   const auto start = std::chrono::steady_clock::now();
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);

@@ -23,9 +23,9 @@
 #include "base/errors.h"
 #include "base/run_layout.h"
 #include "bus/private_network.h"
-#include "cli/launch/launch.h"
-#include "cli/launch/prepared_run.h"
-#include "cli/launch/processes.h"
+#include "runner/launch.h"
+#include "runner/prepared_run.h"
+#include "runner/processes.h"
 #include "tests/bench/rounds.h"
 #include "tests/bench/stopwatch.h"
 
@@ -107,7 +107,7 @@ class Viewers {
 };
 
 // Returns the port of the page, from the server's output.
-uint16_t PortIn(const std::filesystem::path& log, launch::Processes* processes) {
+uint16_t PortIn(const std::filesystem::path& log, runner::Processes* processes) {
   while (true) {
     std::ifstream stream(log);
     std::stringstream text;
@@ -124,29 +124,29 @@ uint16_t PortIn(const std::filesystem::path& log, launch::Processes* processes) 
 
 // Microseconds per physics step.
 double TimeRun(int viewers, int episodes, uint32_t round, const std::filesystem::path& folder) {
-  launch::RunOptions options;
+  runner::RunOptions options;
   options.sim.task = "lift_pot/position_and_orientation";
   options.episodes = episodes;
   options.seed = 1;
   options.out = folder / fmt::format("run-{}-{}", round, viewers);
   options.url = ReservedBus::Draw().url();
-  launch::PreparedRun run = launch::PrepareRun(options);
-  launch::Announce(&run);
-  launch::Processes processes;
+  runner::PreparedRun run = runner::PrepareRun(options);
+  runner::Announce(&run);
+  runner::Processes processes;
   std::unique_ptr<Viewers> watching;
   if (viewers != kNoServer) {
     const auto log = options.out / "web.txt";
     processes.Start("web",
-                    {(launch::Processes::BinaryFolder() / "evalbus").string(), "web", "--port", "0",
+                    {(runner::Processes::BinaryFolder() / "evalbus").string(), "web", "--port", "0",
                      options.out.string()},
                     log);
     const uint16_t port = PortIn(log, &processes);
     if (viewers > 0) watching = std::make_unique<Viewers>(port, viewers);
   }
   Stopwatch stopwatch;
-  launch::EvaluateProcesses(run.options, run.folder, run.plan, &stopwatch);
+  runner::EvaluateProcesses(run.options, run.folder, run.plan, &stopwatch);
   if (watching && !watching->End()) throw EnvironmentError("a viewer was lost");
-  for (const launch::Processes::Exit& exit : processes.StopAll()) {
+  for (const runner::Processes::Exit& exit : processes.StopAll()) {
     // On a loaded machine the server may be killed before it has exited.
     if (exit.code != 128 + SIGKILL)
       throw EnvironmentError("evalbus web did not end well: " + exit.description);

@@ -11,8 +11,8 @@
 #include "base/write_whole.h"
 #include "bus/channels.h"
 #include "bus/event_log.h"
-#include "cli/results/episode_logs.h"
-#include "cli/results/episode_tracks.h"
+#include "report/episode_tracks.h"
+#include "results/episode_logs.h"
 
 namespace evalbus {
 namespace {
@@ -61,12 +61,12 @@ void WriteLive(const fs::path& log, const viz::EpisodeTrack& whole, const viz::S
 
 int Main(const fs::path& run_folder, const fs::path& out) {
   const results::RecordedRun run = results::ReadRun(run_folder);
-  results::Scenes scenes;
+  report::Scenes scenes;
   Write(out / "run/0", results::RunBlock(run, 0));
-  Write(out / "episodes/0", viz::EpisodesBlock(0, 0, results::EpisodeRows(run)));
+  Write(out / "episodes/0", viz::EpisodesBlock(0, 0, report::EpisodeRows(run)));
   for (const results::RecordedEpisode& episode : run.episodes) {
     const fs::path log = results::EpisodeLogs(run.folder, {episode.episode}).front();
-    const auto track = results::TrackEpisode(log, {.policy = run.policy}, &scenes);
+    const auto track = report::TrackEpisode(log, {.policy = run.policy}, &scenes);
     Write(out / fmt::format("episode/0/{}", episode.episode), track->EpisodeBlock());
     if (&episode == &run.episodes.front()) {
       WriteLive(log, *track, scenes.Of(track->model(), run.folder), out / "live");

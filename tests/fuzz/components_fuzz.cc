@@ -9,11 +9,11 @@
 #include "base/random.h"
 #include "base/sha256.h"
 #include "bus/recorder/recorder.h"
-#include "cli/launch/live_view.h"
-#include "cli/launch/run_controller.h"
 #include "collision/collision_component.h"
 #include "metrics/metrics_component.h"
 #include "policy_bridge/policy_component.h"
+#include "runner/live_view.h"
+#include "runner/run_controller.h"
 #include "sim/sim_component.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/small_scene.h"
@@ -51,20 +51,20 @@ class Monitor : public Component {
 };
 
 // The parts of `evalbus run` other than starting processes.
-class Launcher : public launch::RunController {
+class Launcher : public runner::RunController {
  public:
-  Launcher(Bus* bus, const launch::RunPlan& plan, const results::RunFolder& folder, launch::LiveView* view)
-      : launch::RunController(bus, plan, folder, view), view_(view) {
+  Launcher(Bus* bus, const runner::RunPlan& plan, const results::RunFolder& folder, runner::LiveView* view)
+      : runner::RunController(bus, plan, folder, view), view_(view) {
     ExpectStart();
   }
   void Poll(SteadyTime now) override {
-    launch::RunController::Poll(now);
+    runner::RunController::Poll(now);
     Silent(now);
     view_->Lines(80, now);
   }
 
  private:
-  launch::LiveView* view_;
+  runner::LiveView* view_;
 };
 
 void Drain(Bus* bus) {
@@ -104,7 +104,7 @@ class Run {
         return std::make_unique<Recorder>(bus, folder_.path());
       case 6: {
         Clear();
-        launch::RunPlan plan;
+        runner::RunPlan plan;
         plan.task = "small";
         plan.variation = "base";
         plan.episodes = {0, 1};
@@ -112,8 +112,8 @@ class Run {
         plan.realtime = plan.policy_is_external = true;
         model_info_t model{};
         Decode(samples_[channels::kModel.name].at(0), &model);
-        plan.model_hashes = launch::ModelHashes::Of(model);
-        launch::LiveHeader header;
+        plan.model_hashes = runner::ModelHashes::Of(model);
+        runner::LiveHeader header;
         header.episodes = 2;
         view_.emplace(nowhere_, header);
         return std::make_unique<Launcher>(bus, plan, run_folder_, &*view_);
@@ -217,7 +217,7 @@ class Run {
   Samples samples_, experts_samples_;
   results::RunFolder run_folder_ = results::RunFolder::OfWorker(folder_.path());
   FILE* nowhere_ = std::fopen("/dev/null", "w");
-  std::optional<launch::LiveView> view_;
+  std::optional<runner::LiveView> view_;
 };
 
 }  // namespace

@@ -5,8 +5,8 @@
 
 #include "base/errors.h"
 #include "bus/event_log.h"
-#include "cli/results/rescorer.h"
 #include "policy_bridge/policies/replay_policy.h"
+#include "results/rescorer.h"
 #include "tests/fuzz/conversation.h"
 #include "tests/fuzz/scratch_file.h"
 #include "tests/unit/small_world.h"

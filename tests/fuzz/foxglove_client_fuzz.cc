@@ -2,10 +2,10 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "cli/tools/foxglove_protocol.h"
+#include "export/foxglove_protocol.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  using namespace evalbus::tools;
+  using namespace evalbus::exports;
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   ChooseSubprotocol(bytes);
   ParseClientText(bytes);

@@ -2,14 +2,14 @@
 #include <cstdlib>
 
 #include "base/errors.h"
-#include "cli/launch/trajectory_table.h"
 #include "policy_bridge/wire/npy.h"
 #include "policy_bridge/wire/policy_client.h"
+#include "runner/trajectory_table.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace evalbus;
   try {
-    for (const launch::ZipEntry& entry : launch::ZipEntries({data, size}, "x")) {
+    for (const runner::ZipEntry& entry : runner::ZipEntries({data, size}, "x")) {
       if (entry.bytes.data() < data || entry.bytes.data() + entry.bytes.size() > data + size) std::abort();
       try {
         policy::DecodeNpy(entry.bytes);

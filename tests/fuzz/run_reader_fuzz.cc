@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "base/errors.h"
-#include "cli/results/comparison.h"
-#include "cli/results/comparison_json.h"
-#include "cli/results/comparison_text.h"
-#include "cli/results/run_folder.h"
-#include "cli/results/run_reader.h"
+#include "results/comparison.h"
+#include "results/comparison_json.h"
+#include "results/comparison_text.h"
+#include "results/run_folder.h"
+#include "results/run_reader.h"
 #include "tests/fuzz/scratch_file.h"
 
 namespace {

@@ -1,10 +1,10 @@
 // Any bytes as the YAML that maps columns to a task.
 #include "base/errors.h"
-#include "cli/launch/trajectory_score.h"
+#include "runner/trajectory_score.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   try {
-    evalbus::launch::ReadTrajectoryMap({reinterpret_cast<const char*>(data), size}, "x.yaml");
+    evalbus::runner::ReadTrajectoryMap({reinterpret_cast<const char*>(data), size}, "x.yaml");
   } catch (const evalbus::InputError&) {
   }
   return 0;

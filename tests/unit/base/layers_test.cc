@@ -14,7 +14,7 @@ namespace evalbus::layers_test {
 namespace fs = std::filesystem;
 
 // Each folder includes only those before it.
-constexpr std::array<std::string_view, 37> kOrder = {"base",
+constexpr std::array<std::string_view, 39> kOrder = {"base",
                                                      "lcmtypes",
                                                      "bus",
                                                      "bus/recorder",
@@ -41,13 +41,15 @@ constexpr std::array<std::string_view, 37> kOrder = {"base",
                                                      "viz/images",
                                                      "viz/terminal",
                                                      "viz/viewer",
-                                                     "viz/report",
                                                      "viz/web",
                                                      "viz",
-                                                     "cli/results",
-                                                     "cli/tools",
-                                                     "cli/launch",
-                                                     "cli/plans",
+                                                     "results",
+                                                     "report/page",
+                                                     "report",
+                                                     "report/web",
+                                                     "export",
+                                                     "runner",
+                                                     "plans",
                                                      "cli/commands",
                                                      "cli",
                                                      "tests"};
@@ -101,7 +103,7 @@ TEST(Layers, NothingIncludesBack) {
 TEST(Layers, WhatIsWrongIsSeen) {
   EXPECT_EQ(Wrong("sim", "bus"), "");
   EXPECT_EQ(Wrong("bus", "sim"), "includes back");
-  EXPECT_EQ(Wrong("cli/results", "cli/launch"), "includes back");
+  EXPECT_EQ(Wrong("results", "runner"), "includes back");
   EXPECT_EQ(Wrong("metrics/episode", "sim"), "a process that knows another");
   EXPECT_EQ(Wrong("new", "bus"), "a folder without a place in the order");
 }

@@ -1,0 +1,84 @@
+#include "export/episode_table.h"
+
+#include <algorithm>
+#include <map>
+
+#include "base/interned.h"
+
+namespace evalbus::exports {
+namespace {
+
+std::string Quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string Number(double value) {
+  // The shortest text that parses to the same number; counts have no decimal point.
+  const std::string text = nlohmann::json(value).dump();
+  return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
+}
+
+// Columns that are equal for all episodes of a run, so that tables of several runs can be concatenated. Empty
+// if run.json lacks the value.
+constexpr char kRunColumns[] = "run,policy,policy_name,task,variation,robot,control_hz,evalbus_version";
+
+std::string RunCells(const results::RecordedRun& run) {
+  const auto text = [&](const char* key) {
+    const auto found = run.info.find(key);
+    return found != run.info.end() && found->is_string() ? found->get<std::string>() : "";
+  };
+  const auto hz = run.info.find("control_hz");
+  std::string cells;
+  for (const std::string& cell :
+       {run.name, text("policy"), run.policy, run.task, run.variation,
+        std::filesystem::path(text("robot")).stem().string(),
+        hz != run.info.end() && hz->is_number() ? Number(hz->get<double>()) : "", text("evalbus_version")}) {
+    cells += Quoted(cell) + ",";
+  }
+  return cells;
+}
+
+}  // namespace
+
+std::string EpisodeTable(const std::vector<results::RecordedRun>& runs) {
+  std::vector<std::string> names;
+  std::map<std::string_view, size_t> index;
+  // Values of each episode, with the indices of their columns.
+  std::vector<std::vector<std::pair<size_t, double>>> values;
+  for (const results::RecordedRun& run : runs) {
+    for (const results::RecordedEpisode& episode : run.episodes) {
+      auto& cells = values.emplace_back();
+      metrics::NamedNumbers numbers;
+      for (const auto& [name, value] : episode.result.parameters)
+        numbers.emplace_back(Interned("parameters." + std::string(name)), value);
+      for (const auto& number : episode.Values()) numbers.push_back(number);
+      for (const auto& [name, value] : numbers) {
+        const auto [column, is_new] = index.emplace(name, names.size());
+        if (is_new) names.emplace_back(name);
+        cells.emplace_back(column->second, value);
+      }
+    }
+  }
+  std::string table = std::string(kRunColumns) + ",episode,seed,end_reason,failure_reason,complete";
+  for (const std::string& name : names) table += "," + Quoted(name);
+  table += "\n";
+  auto row = values.begin();
+  for (const results::RecordedRun& run : runs) {
+    const std::string run_cells = RunCells(run);
+    for (const results::RecordedEpisode& episode : run.episodes) {
+      table += run_cells + std::to_string(episode.episode) + "," + std::to_string(episode.seed) + "," +
+               Quoted(episode.end_reason) + "," + Quoted(episode.failure_reason) + "," +
+               (episode.complete ? "1" : "0");
+      std::vector<std::string> cells(names.size());
+      for (const auto& [column, value] : *row++) cells[column] = Number(value);
+      for (const std::string& cell : cells) table += "," + cell;
+      table += "\n";
+    }
+  }
+  return table;
+}
+
+}  // namespace evalbus::exports

@@ -1,0 +1,69 @@
+// A WebSocket server for Foxglove: https://docs.foxglove.dev/docs/connecting-to-data/live-data. It has its
+// own thread, so it never delays its caller, and viewers do not delay each other: slow viewers lose the
+// oldest messages and receive a warning.
+//
+// Access: on a loopback address, the request's Host must be a loopback name. Requests from web pages are
+// accepted only from Foxglove's own web application, from this server's own origin, or from Options::origins.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "export/encoder.h"
+#include "export/foxglove_protocol.h"
+
+namespace evalbus::exports {
+
+class FoxgloveServer {
+ public:
+  // Limits on the messages queued for one viewer.
+  static constexpr size_t kQueueBytes = size_t{32} << 20, kQueueMessages = 2000;
+  static constexpr int kViewers = 50;
+
+  struct Options {
+    std::string host = "127.0.0.1";
+    // 0: any free port.
+    uint16_t port = 8765;
+    std::vector<std::string> origins;
+    // Displayed by the viewer.
+    std::string name = "evalbus";
+    std::string session;
+    // Length of a recording that is played; viewers then show playback controls.
+    std::optional<int64_t> playback_end_ns;
+    // Called on the server's thread when a viewer uses its playback controls.
+    std::function<void(const PlaybackControl&)> on_control = {};
+    // Called on the server's thread with a one-sentence reason when a client is rejected.
+    std::function<void(const std::string&)> on_refused = {};
+  };
+
+  // Opens the port in the current network namespace; does not start the thread. Throws InputError if the
+  // address is not one of this machine or the port is in use.
+  explicit FoxgloveServer(const Options& options);
+  ~FoxgloveServer();
+  FoxgloveServer(const FoxgloveServer&) = delete;
+  FoxgloveServer& operator=(const FoxgloveServer&) = delete;
+
+  // Starts serving, until this object is destroyed. Messages sent before are kept.
+  void Start();
+
+  uint16_t port() const;
+  int viewers() const;
+
+  // Sets the topics of an encoder; the list only grows.
+  void SetTopics(const std::vector<Topic>& topics);
+  // The last message of each topic is kept and sent to later subscribers.
+  void Send(const Message& message);
+  // Discards the kept messages, for another episode or after a seek.
+  void Forget();
+  void SendTime(int64_t time_ns);
+  void SendPlayback(const PlaybackState& state);
+
+ private:
+  struct Core;
+  std::unique_ptr<Core> core_;
+};
+
+}  // namespace evalbus::exports

@@ -1,0 +1,244 @@
+#include "export/hdf5_file.h"
+
+#include <hdf5.h>
+
+#include <string_view>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/input_file.h"
+
+namespace evalbus::exports {
+namespace {
+
+// Owns an identifier of the HDF5 library and closes it with the function for its kind.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  operator hid_t() const { return id_; }
+  // Must be called for everything that is written: the library buffers small data until it is closed. Returns
+  // false if writing fails.
+  bool Close() { return close_(std::exchange(id_, -1)) >= 0; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+std::vector<hsize_t> Extents(const std::vector<int64_t>& shape) { return {shape.begin(), shape.end()}; }
+
+// Creates the missing groups of a dataset's path.
+hid_t WithGroups() {
+  const hid_t list = H5Pcreate(H5P_LINK_CREATE);
+  H5Pset_create_intermediate_group(list, 1);
+  return list;
+}
+
+// Dataset properties without a creation time, so that equal data give equal bytes.
+hid_t NewLayout() {
+  const hid_t list = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_obj_track_times(list, false);
+  return list;
+}
+
+hid_t TextType() {
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  return type;
+}
+
+// The operating system's reason for the last failure, for example "No space left on device"; empty if the
+// library itself failed. The library embeds the reason in a sentence.
+std::string SystemsReason() {
+  std::string reason;
+  const auto look = [](unsigned, const H5E_error2_t* error, void* found) -> herr_t {
+    constexpr std::string_view kBefore = "error message = '";
+    const std::string_view text = error->desc ? error->desc : "";
+    const size_t begin = text.find(kBefore);
+    if (begin == std::string_view::npos) return 0;
+    const std::string_view rest = text.substr(begin + kBefore.size());
+    *static_cast<std::string*>(found) = rest.substr(0, rest.find('\''));
+    return 1;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, look, &reason);
+  return reason;
+}
+
+// Must be called before any other function of the library. At exit, the library's own handler would write
+// again to files that a full disk left open, and crash; all files are closed explicitly here.
+void StartLibrary() {
+  H5dont_atexit();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+}  // namespace
+
+Hdf5Numbers ReadHdf5(const std::filesystem::path& name, const std::string& path) {
+  constexpr hsize_t kMax = 100'000'000;
+  const auto fail = [&](const std::string& what) { throw InputError(name.string() + ": " + what); };
+  StartLibrary();
+  CheckInput(name);
+  const Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (file < 0) fail("no HDF5 file, or it is cut off");
+  // Rejects external links: they may lead to other files, including pipes.
+  const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_elink_cb(
+      access, [](auto...) -> herr_t { return -1; }, nullptr);
+  const Handle set(H5Dopen2(file, path.c_str(), access), H5Dclose);
+  if (set < 0) fail("no dataset '" + path + "'");
+  const Handle creation(H5Dget_create_plist(set), H5Pclose);
+  if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) {
+    fail("the numbers of '" + path + "' are in another file or dataset; expected them here");
+  }
+  const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
+  const H5T_class_t kind = H5Tget_class(type);
+  if (kind != H5T_INTEGER && kind != H5T_FLOAT) fail("'" + path + "' holds no numbers");
+  const int dimensions = H5Sget_simple_extent_ndims(space);
+  if (dimensions < 1 || dimensions > 2) fail("'" + path + "' is no table of one or two dimensions");
+  hsize_t extents[2] = {0, 1};
+  H5Sget_simple_extent_dims(space, extents, nullptr);
+  if (extents[0] > kMax || extents[1] > kMax || extents[0] * extents[1] > kMax) {
+    fail("'" + path + "' has more than 100 million numbers");
+  }
+  Hdf5Numbers result;
+  for (int i = 0; i < dimensions; ++i) result.shape.push_back(static_cast<int64_t>(extents[i]));
+  result.numbers.resize(extents[0] * extents[1]);
+  if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.numbers.data()) < 0) {
+    fail("'" + path + "' cannot be read: is the file damaged?");
+  }
+  return result;
+}
+
+void Hdf5File::Need(bool good, const std::string& what) const {
+  if (good) return;
+  const std::string reason = SystemsReason();
+  throw EnvironmentError("cannot write " + file_.string() + ": " +
+                         (reason.empty() ? "HDF5 refused " + what : reason + " (" + what + ")"));
+}
+
+Hdf5File::Hdf5File(const std::filesystem::path& file) : file_(file), whole_(file) {
+  StartLibrary();
+  id_ = H5Fcreate(whole_.path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  Need(id_ >= 0, "the beginning of the file");
+}
+
+Hdf5File::~Hdf5File() {
+  if (id_ >= 0) H5Fclose(id_);
+}
+
+void Hdf5File::Finish() {
+  Need(H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0, "the end of the file");
+  Need(H5Fclose(std::exchange(id_, -1)) >= 0, "the end of the file");
+  whole_.Finish();
+}
+
+void Hdf5File::Write(const std::string& path, const std::vector<double>& numbers,
+                     const std::vector<int64_t>& shape) {
+  const std::vector<hsize_t> extents = Extents(shape);
+  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
+  Handle set(H5Dcreate2(id_, path.c_str(), H5T_IEEE_F64LE, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Need(set >= 0 && H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) >= 0 &&
+           set.Close(),
+       path);
+}
+
+void Hdf5File::Write(const std::string& path, const std::vector<std::string>& texts) {
+  const hsize_t extent = texts.size();
+  const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
+  const Handle type(TextType(), H5Tclose);
+  Handle set(H5Dcreate2(id_, path.c_str(), type, space, links, layout, H5P_DEFAULT), H5Dclose);
+  std::vector<const char*> pointers;
+  for (const std::string& text : texts) pointers.push_back(text.c_str());
+  Need(set >= 0 &&
+           (texts.empty() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) >= 0) &&
+           set.Close(),
+       path);
+}
+
+void Hdf5File::WriteDeflated(const std::string& path, const std::vector<int64_t>& row_shape,
+                             const std::vector<std::string_view>& rows) {
+  std::vector<hsize_t> chunk = {1};
+  chunk.insert(chunk.end(), row_shape.begin(), row_shape.end());
+  std::vector<hsize_t> extents = chunk;
+  extents[0] = rows.size();
+  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
+  H5Pset_chunk(layout, static_cast<int>(chunk.size()), chunk.data());
+  H5Pset_deflate(layout, 1);
+  Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Need(set >= 0, path);
+  std::vector<hsize_t> begin(extents.size(), 0);
+  for (; begin[0] < rows.size(); ++begin[0]) {
+    const std::string_view row = rows[begin[0]];
+    Need(H5Dwrite_chunk(set, H5P_DEFAULT, 0, begin.data(), row.size(), row.data()) >= 0, path);
+  }
+  Need(set.Close(), path);
+}
+
+void Hdf5File::WriteShifted(const std::string& path, const std::vector<int64_t>& shape,
+                            const std::string& rows, const std::string& last) {
+  std::vector<hsize_t> extents = Extents(shape), begin(extents.size(), 0), count = extents;
+  const int dimensions = static_cast<int>(extents.size());
+  const Handle space(H5Screate_simple(dimensions, extents.data(), nullptr), H5Sclose);
+  const Handle links(WithGroups(), H5Pclose), layout(NewLayout(), H5Pclose);
+  // "." refers to this file.
+  const auto take = [&](hsize_t to, const std::string& source, hsize_t source_rows, hsize_t from) {
+    std::vector<hsize_t> source_extents = extents, source_begin = begin;
+    source_extents[0] = source_rows;
+    source_begin[0] = from;
+    begin[0] = to;
+    const Handle taken(H5Screate_simple(dimensions, source_extents.data(), nullptr), H5Sclose);
+    H5Sselect_hyperslab(taken, H5S_SELECT_SET, source_begin.data(), nullptr, count.data(), nullptr);
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr);
+    Need(H5Pset_virtual(layout, space, ".", source.c_str(), taken) >= 0, path);
+    begin[0] = 0;
+  };
+  count[0] = extents[0] - 1;
+  if (count[0] > 0) take(0, "/" + rows, extents[0], 1);
+  count[0] = 1;
+  take(extents[0] - 1, "/" + last, 1, 0);
+  Handle set(H5Dcreate2(id_, path.c_str(), H5T_STD_U8LE, space, links, layout, H5P_DEFAULT), H5Dclose);
+  Need(set >= 0 && set.Close(), path);
+}
+
+void Hdf5File::SetAttribute(const std::string& path, const std::string& name, const std::string& text) {
+  Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle type(TextType(), H5Tclose);
+  Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const char* pointer = text.c_str();
+  Need(attribute >= 0 && H5Awrite(attribute, type, &pointer) >= 0 && attribute.Close() && object.Close(),
+       path + ", attribute " + name);
+}
+
+void Hdf5File::SetAttribute(const std::string& path, const std::string& name, int64_t number) {
+  Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  Handle attribute(H5Acreate2(object, name.c_str(), H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                   H5Aclose);
+  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_INT64, &number) >= 0 && attribute.Close() &&
+           object.Close(),
+       path + ", attribute " + name);
+}
+
+void Hdf5File::SetAttribute(const std::string& path, const std::string& name,
+                            const std::vector<double>& numbers) {
+  Handle object(H5Oopen(id_, path.c_str(), H5P_DEFAULT), H5Oclose);
+  const hsize_t extent = numbers.size();
+  const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
+  Handle attribute(H5Acreate2(object, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT),
+                   H5Aclose);
+  Need(attribute >= 0 && H5Awrite(attribute, H5T_NATIVE_DOUBLE, numbers.data()) >= 0 && attribute.Close() &&
+           object.Close(),
+       path + ", attribute " + name);
+}
+
+}  // namespace evalbus::exports

@@ -1,0 +1,142 @@
+#include "export/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/base64.h"
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "bus/channels.h"
+#include "export/mcap_writer.h"
+#include "export/scene.h"
+#include "export/schemas.h"
+#include "models/physics_model.h"
+#include "results/episode_logs.h"
+#include "viz/images/jpeg.h"
+#include "viz/images/renderer.h"
+#include "viz/images/video.h"
+
+namespace evalbus::exports {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kImagePeriod_us = 100'000;
+
+}  // namespace
+
+std::shared_ptr<const std::string> SceneSource::Of(const model_info_t& model, std::optional<int64_t> seed,
+                                                   const fs::path& run) {
+  remark_.clear();
+  try {
+    // The model's path is RUN/model/visual.mjb.
+    const viz::SceneBlocks& scene =
+        scenes_.Of(model, run.empty() ? fs::path(model.visual_file).parent_path().parent_path() : run);
+    const nlohmann::ordered_json appearance = seed ? scene.Appearance(*seed) : nullptr;
+    if (std::string made_of = scene.id() + ToText(appearance); !entities_ || made_of != made_of_) {
+      entities_ = std::make_shared<const std::string>(ToText(SceneEntities(scene, appearance)));
+      made_of_ = std::move(made_of);
+    }
+    return entities_;
+  } catch (const InputError& error) {
+    remark_ = fmt::format("no scene: {}", error.what());
+    return nullptr;
+  }
+}
+
+EncodedEpisode EncodeEpisode(const fs::path& log, SceneSource* scenes) {
+  EncodedEpisode episode;
+  const fs::path run = RunFolderOf(log);
+  std::string remark;
+  Encoder encoder(
+      [&](const Message& message) {
+        // Another episode starts.
+        if (message.topic == kEpisode && message.time_ns == 0) episode.messages.clear();
+        episode.messages.push_back(message);
+      },
+      [&](const model_info_t& model, std::optional<int64_t> seed) {
+        auto entities = scenes->Of(model, seed, run);
+        if (!scenes->remark().empty()) remark = scenes->remark();
+        return entities;
+      });
+  EventLogReader reader(log);
+  for (LogEvent event; reader.Next(&event);) encoder.Hear(event.channel, event.data);
+  if (episode.messages.empty()) throw InputError(log.string() + ": no episode in this log");
+  std::ranges::stable_sort(episode.messages, {}, &Message::time_ns);
+  episode.topics = encoder.topics();
+  if (!remark.empty()) episode.remarks.push_back(remark);
+  if (reader.damaged_bytes() > 0) {
+    episode.remarks.push_back(
+        fmt::format("{}: {} damaged bytes were skipped", log.string(), reader.damaged_bytes()));
+  }
+  if (encoder.undecodable() > 0) {
+    episode.remarks.push_back(
+        fmt::format("{}: {} messages are not ours", log.string(), encoder.undecodable()));
+  }
+  return episode;
+}
+
+void AddImages(const fs::path& log, const std::vector<std::string>& cameras, const std::string& size,
+               EncodedEpisode* episode) {
+  std::unique_ptr<viz::Renderer> renderer;
+  std::vector<int> ids;
+  std::vector<Message> images;
+  viz::JpegEncoder jpeg;
+  viz::Frame frame(viz::ParseFrameSize(size));
+  std::optional<model_info_t> model;
+  int64_t next_us = 0;
+  const size_t first = episode->topics.size();
+  for (const std::string& camera : cameras) {
+    episode->topics.push_back({"/camera/" + camera, "foxglove.CompressedImage", CompressedImageSchema()});
+  }
+  EventLogReader reader(log);
+  for (LogEvent event; reader.Next(&event);) {
+    if (channels::kModel == event.channel) {
+      model_info_t heard{};
+      if (Decode(event.data, &heard)) model = heard;
+    } else if (channels::kEpisodeBegin == event.channel && model) {
+      episode_begin_t begin{};
+      if (!Decode(event.data, &begin)) continue;
+      if (!renderer) {
+        UseModelsIn(RunFolderOf(log), &*model);
+        renderer = std::make_unique<viz::Renderer>(LoadVisualModel(*model), frame.size);
+        viz::CheckCameras(renderer->model(), cameras);
+        for (const std::string& camera : cameras) {
+          ids.push_back(viz::FindCamera(renderer->model(), camera));
+        }
+      }
+      renderer->SetAppearance(*model, begin.seed);
+      images.clear();
+      next_us = 0;
+    } else if (channels::kState == event.channel && renderer) {
+      state_t state{};
+      if (!Decode(event.data, &state) || state.header.sim_time_us < next_us) continue;
+      next_us = state.header.sim_time_us + kImagePeriod_us;
+      renderer->SetState(state);
+      const int64_t time = state.header.sim_time_us * 1000;
+      for (size_t k = 0; k < ids.size(); ++k) {
+        renderer->Render(ids[k], &frame);
+        const nlohmann::ordered_json json = {{"timestamp", TimeJson(time)},
+                                             {"frame_id", cameras[k]},
+                                             {"data", Base64(jpeg.Encode(frame))},
+                                             {"format", "jpeg"}};
+        images.push_back({first + k, time, std::make_shared<const std::string>(ToText(json))});
+      }
+    }
+  }
+  episode->messages.insert(episode->messages.end(), images.begin(), images.end());
+  std::ranges::stable_sort(episode->messages, {}, &Message::time_ns);
+}
+
+std::string McapFile(const EncodedEpisode& episode) {
+  McapWriter writer("evalbus");
+  for (const Topic& topic : episode.topics) writer.AddChannel(topic.name, topic.schema_name, topic.schema);
+  for (const Message& message : episode.messages) {
+    writer.Add(static_cast<uint16_t>(message.topic), message.time_ns, *message.json);
+  }
+  return writer.Finish();
+}
+
+}  // namespace evalbus::exports

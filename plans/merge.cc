@@ -1,0 +1,420 @@
+#include "plans/merge.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/file_errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
+#include "base/plural.h"
+#include "base/run_layout.h"
+#include "base/this_process.h"
+#include "base/write_whole.h"
+#include "lcmtypes/clock.h"
+#include "models/task_description.h"
+#include "results/log_check.h"
+#include "results/run_reader.h"
+#include "results/run_summary.h"
+#include "runner/progress_line.h"
+#include "runner/suite.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+// Keys of run.json that describe where and how much of the run was executed, not what the run is.
+constexpr const char* kOfAPart[] = {"only", "run_id", "url", "workers", "in_process"};
+// Keys of run.json that a plan does not determine: digests and paths of the models, and where the run is
+// executed.
+constexpr const char* kNotOfAPlan[] = {"only",           "run_id",        "url",           "workers",
+                                       "in_process",     "video",         "task_path",     "control_hz",
+                                       "physics_sha256", "visual_sha256", "scene_warnings"};
+
+ordered_json WithoutPart(ordered_json info) {
+  for (const char* key : kOfAPart) info.erase(key);
+  return info;
+}
+
+// Copies a folder recursively, with hard links if both folders are on one file system.
+void Link(const fs::path& from, const fs::path& to) {
+  fs::create_directories(to);
+  for (const auto& entry : fs::recursive_directory_iterator(from)) {
+    const fs::path target = to / fs::relative(entry.path(), from);
+    std::error_code error;
+    if (entry.is_directory()) {
+      fs::create_directories(target);
+    } else if (fs::create_hard_link(entry.path(), target, error); error) {
+      fs::copy_file(entry.path(), target);
+    }
+  }
+}
+
+// True if a run used the planned file. Relative paths and names of built-in robots are compared by file name
+// only, because the folder may differ between machines.
+bool IsSameFile(const fs::path& planned, const fs::path& made) {
+  return planned.is_absolute() ? planned == made : planned.stem() == made.stem();
+}
+
+// `made`: FILE/VARIATION. A plan without a variation means the file's first one.
+bool IsOfTask(const results::RecordedRun& run, const std::string& planned, const fs::path& made) {
+  if (!IsTaskFile(planned)) return run.task_name() == planned;
+  const fs::path path(planned);
+  if (!path.parent_path().empty() && IsTaskFile(path.parent_path())) {
+    return path.filename() == made.filename() && IsSameFile(path.parent_path(), made.parent_path());
+  }
+  return IsSameFile(path, made.parent_path());
+}
+
+// Throws InputError unless run.json is of this policy on this task, with the plan's current options.
+void CheckIsOfPlan(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
+                   const std::string& task) {
+  const std::string file = (run.folder / kRunJson).string();
+  const auto fail = [&](const std::string& key, const std::string& is, const std::string& planned) {
+    throw InputError(fmt::format("{}: {} is {}, but {} in {}; restore that file, or remove {}", file, key, is,
+                                 planned, kPlanJson, run.folder.string()));
+  };
+  runner::RunOptions made;
+  runner::ReadOlderOptions(run.info, file, &made);
+  if (!IsOfTask(run, task, made.sim.task)) fail("the task", run.task_name(), task);
+  const auto policy = std::ranges::find(plan.policies, policy_name, &PlannedPolicy::name);
+  const ordered_json is = OptionsJson(made), planned = OptionsJson(plan.OptionsOf(*policy));
+  for (const auto& [key, value] : planned.items()) {
+    if (std::ranges::find(kNotOfAPlan, key) != std::end(kNotOfAPlan) || is[key] == value) continue;
+    // A plan with `until` has run only as many episodes as its decision required.
+    if (key == "episodes" && plan.until) continue;
+    // An empty name is the task's own robot.
+    if (key == "robot" && value == "") continue;
+    const bool is_file = key == "robot" || ((key == "policy" || key == "contract") &&
+                                            policy::IsContractFile(value.get<std::string>()));
+    if (is_file && IsSameFile(value.get<std::string>(), is[key].get<std::string>())) continue;
+    fail(fmt::format("\"{}\"", key), ToText(is[key]), ToText(value));
+  }
+}
+
+// Throws InputError unless the run's control rate is the plan's, rounded to whole physics steps.
+void CheckRate(const results::RecordedRun& run, const Plan& plan, const std::string& policy_name,
+               const model_info_t& model) {
+  const auto policy = std::ranges::find(plan.policies, policy_name, &PlannedPolicy::name);
+  const double planned = RealControlHz(plan.OptionsOf(*policy).sim.control_hz, model.timestep_us);
+  if (run.info.at("control_hz") == planned) return;
+  throw InputError(fmt::format("{}: \"control_hz\" is {}, but {:g} in {}", (run.folder / kRunJson).string(),
+                               ToText(run.info.at("control_hz")), planned, kPlanJson));
+}
+
+// Names of the shards that were checked, and progress.
+struct Checked {
+  explicit Checked(size_t num_episodes) : line(num_episodes, "checking") {}
+
+  std::set<std::string> shards;
+  // Reading all logs of a large plan is slow enough to need a progress line.
+  runner::ProgressLine line;
+  size_t episodes = 0;
+};
+
+// Throws InputError unless the shard's folder holds exactly the shard's episodes, each with its log.
+void CheckPart(const PlanFolder& folder, const Shard& shard, Checked* checked) {
+  const results::RecordedRun run = results::ReadRunAsFarAsItGot(folder.shard_folder(shard));
+  CheckIsOfPlan(run, folder.plan(), shard.policy, shard.task);
+  const std::string lines = (run.folder / kEpisodesJsonl).string();
+  int next = shard.first;
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    if (episode.episode < shard.first || episode.episode > shard.last) {
+      throw InputError(fmt::format("{}:{}: episode {} is not of this shard, which has {} to {}", lines,
+                                   episode.line, episode.episode, shard.first, shard.last));
+    }
+    if (episode.episode == next) ++next;
+  }
+  if (next <= shard.last) {
+    throw InputError(fmt::format(
+        "{}: {} of {}, the first missing one is episode {}{}; remove {} and run its part of the plan again",
+        lines, run.episodes.size(), Plural(shard.size(), "episode"), next,
+        run.cut_line > 0 ? fmt::format(" (line {} was cut off)", run.cut_line) : "", run.folder.string()));
+  }
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    const model_info_t model = results::CheckLog(run, episode);
+    CheckRate(run, folder.plan(), shard.policy, model);
+    checked->line.Show(static_cast<double>(++checked->episodes));
+  }
+}
+
+// Throws InputError unless the merged run has each episode of the shard, with its log and the same result.
+void CheckIsMerged(const Shard& shard, const fs::path& part, const results::RecordedRun& merged) {
+  std::map<int, std::string> lines;
+  for (const results::RecordedEpisode& episode : results::ReadRunAsFarAsItGot(part).episodes) {
+    lines[episode.episode] = episode.text;
+  }
+  for (int number = shard.first; number <= shard.last; ++number) {
+    const auto found =
+        std::ranges::lower_bound(merged.episodes, number, {}, &results::RecordedEpisode::episode);
+    const bool is_there = found != merged.episodes.end() && found->episode == number &&
+                          fs::exists(EpisodeLog(merged.folder, number));
+    if (is_there && (!lines.contains(number) || lines[number] == found->text)) continue;
+    throw InputError(
+        fmt::format("{}: {} was made without it: its episode {} is {} there; remove one of the two, or merge "
+                    "again without {}",
+                    part.string(), merged.folder.string(), number, is_there ? "another one" : "missing",
+                    merged.folder.string()));
+  }
+}
+
+// Writes the merged run folder `out`, under a temporary name that no reader looks for.
+void MergeInto(const std::vector<fs::path>& parts, const std::string& run_id, const fs::path& out) {
+  std::map<int, fs::path> owner;
+  std::string lines;
+  std::optional<ordered_json> info;
+  for (const fs::path& part : parts) {
+    const results::RecordedRun run = results::ReadRun(part);
+    if (!info) {
+      info = run.info;
+    } else if (const ordered_json first = WithoutPart(*info), other = WithoutPart(run.info); first != other) {
+      for (const auto& [key, value] : first.items()) {
+        if (other.value(key, ordered_json()) == value) continue;
+        throw InputError(
+            fmt::format("{}: \"{}\" is {}, but {} in {}: no parts of one run", (part / kRunJson).string(),
+                        key, ToText(other.value(key, ordered_json())), ToText(value), parts[0].string()));
+      }
+    }
+    for (const results::RecordedEpisode& episode : run.episodes) {
+      const auto [first, is_new] = owner.emplace(episode.episode, part);
+      if (!is_new) {
+        throw InputError(fmt::format("{}: episode {} is in {}, too", part.string(), episode.episode,
+                                     first->second.string()));
+      }
+      Link(EpisodeFolder(part, episode.episode), EpisodeFolder(out, episode.episode));
+      lines += episode.text + "\n";
+    }
+    // The logs of the components, by part.
+    if (fs::exists(part / kLogsFolder)) Link(part / kLogsFolder, out / kLogsFolder / run.name);
+  }
+  Link(parts[0] / kModelFolder, out / kModelFolder);
+  (*info)["run_id"] = run_id;
+  (*info)["only"] = ordered_json::array();
+  (*info)["workers"] = 1;
+  WriteWhole(out / kRunJson, ToText(*info, 2) + "\n");
+  WriteWhole(out / kEpisodesJsonl, lines);
+  results::WriteRunSummary(out);
+}
+
+// Syncs the file system of a folder to disk.
+void SyncDisk(const fs::path& folder) {
+  const int fd = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool good = fd >= 0 && syncfs(fd) == 0;
+  const int error = errno;
+  if (fd >= 0) close(fd);
+  if (!good) ThrowFileError("cannot write " + folder.string(), error);
+}
+
+// Merges the parts into `out`, which appears atomically. When this returns, everything is synced to disk, so
+// that the parts may be removed.
+void MergeWhole(const std::vector<fs::path>& parts, const fs::path& out) {
+  const fs::path coming = out.parent_path() / fmt::format(".{}.{}", out.filename().string(), ThisProcess());
+  std::error_code ignored;
+  try {
+    fs::remove_all(coming);
+    fs::create_directories(coming);
+    MergeInto(parts, NameOfRun(out), coming);
+    SyncDisk(coming);
+    if (rename(coming.c_str(), out.c_str()) != 0) ThrowFileError("cannot write " + out.string(), errno);
+    SyncDisk(out.parent_path());
+  } catch (...) {
+    fs::remove_all(coming, ignored);
+    throw;
+  }
+}
+
+struct PlannedRun {
+  std::string policy, task;
+  std::vector<Shard> shards;
+};
+
+std::vector<PlannedRun> RunsOf(const Plan& plan) {
+  std::vector<PlannedRun> runs;
+  for (Shard& shard : ShardsOf(plan)) {
+    if (runs.empty() || runs.back().policy != shard.policy || runs.back().task != shard.task) {
+      runs.push_back({shard.policy, shard.task, {}});
+    }
+    runs.back().shards.push_back(std::move(shard));
+  }
+  return runs;
+}
+
+// Checks parts that were not removed after their run was merged.
+void CheckMergedRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
+  const results::RecordedRun merged = results::ReadRun(folder.run_folder(run.policy, run.task));
+  CheckIsOfPlan(merged, folder.plan(), run.policy, run.task);
+  for (const Shard& shard : run.shards) {
+    const fs::path part = folder.shard_folder(shard);
+    try {
+      if (!fs::exists(part)) continue;
+      CheckIsMerged(shard, part, merged);
+      checked->shards.insert(shard.name());
+    } catch (const std::exception&) {
+      // Another merge has removed it in the meantime.
+      if (fs::exists(part)) throw;
+    }
+  }
+}
+
+// Checks what is to be merged or removed and adds the names of these shards to `checked`. Returns the missing
+// shards; the shards of an incomplete run are neither checked nor merged. Throws InputError.
+std::vector<Shard> CheckRun(const PlanFolder& folder, const PlannedRun& run, Checked* checked) {
+  std::vector<Shard> missing;
+  std::ranges::copy_if(run.shards, std::back_inserter(missing),
+                       [&](const Shard& shard) { return !folder.has(shard); });
+  if (!missing.empty()) return missing;
+  try {
+    if (!folder.has_run(run.policy, run.task)) {
+      for (const Shard& shard : run.shards) CheckPart(folder, shard, checked);
+      for (const Shard& shard : run.shards) checked->shards.insert(shard.name());
+      return {};
+    }
+  } catch (const std::exception&) {
+    // Another merge finished first and has removed the parts.
+    if (!folder.has_run(run.policy, run.task)) throw;
+  }
+  CheckMergedRun(folder, run, checked);
+  return {};
+}
+
+// Removes a merged part atomically, as seen by other processes.
+void RemovePart(const PlanFolder& folder, const Shard& shard) {
+  const fs::path part = folder.shard_folder(shard);
+  const fs::path hidden = part.parent_path() / fmt::format(".{}.{}.merged", shard.name(), ThisProcess());
+  std::error_code ignored;
+  if (rename(part.c_str(), hidden.c_str()) == 0) fs::remove_all(hidden, ignored);
+}
+
+// True if a file or folder was left behind by a process that has ended, or by a process of another machine
+// that has not modified it for kLongestMerge.
+bool IsLeft(const std::string& process, const fs::path& path) {
+  constexpr auto kLongestMerge = std::chrono::hours(24);
+  if (HasEnded(process)) return true;
+  // Processes of other machines are judged by file time stamps; clocks may differ by some minutes.
+  std::error_code gone;
+  const auto changed = fs::last_write_time(path, gone);
+  return !gone && fs::file_time_type::clock::now() - changed > kLongestMerge;
+}
+
+// Parses ".RUN.HOST-PID", an unfinished copy of a run, into the run and the process. Names of runs and hosts
+// may contain dots, and one run's name may be a prefix of another's.
+std::pair<const PlannedRun*, std::string> ParseCopy(const std::string& name,
+                                                    const std::vector<PlannedRun>& runs,
+                                                    const std::string& policy) {
+  std::pair<const PlannedRun*, std::string> found{};
+  size_t longest = 0;
+  for (const PlannedRun& run : runs) {
+    const std::string start = "." + runner::FolderOfTask(run.task) + ".";
+    if (run.policy != policy || !name.starts_with(start) || start.size() <= longest) continue;
+    longest = start.size();
+    found = {&run, name.substr(longest)};
+  }
+  return found;
+}
+
+// Removes what killed merges left behind: unfinished copies of runs, partially written files.
+void RemoveLeftovers(const PlanFolder& folder, const std::vector<PlannedRun>& runs) {
+  std::vector<fs::path> left;
+  const auto look = [&](const fs::path& path, const auto& is_left) {
+    std::error_code gone;
+    for (const auto& entry : fs::directory_iterator(path, gone)) {
+      const auto temporary = ParseTemporaryName(entry.path().filename());
+      const bool is_file =
+          temporary && (temporary->file.ends_with(".json") || temporary->file.ends_with(".html"));
+      if (is_file ? IsLeft(temporary->process, entry.path()) : is_left(entry.path()))
+        left.push_back(entry.path());
+    }
+  };
+  look(folder.path(), [](const fs::path&) { return false; });
+  for (const PlannedPolicy& policy : folder.plan().policies) {
+    look(folder.policy_folder(policy.name), [&](const fs::path& path) {
+      const auto [run, process] = ParseCopy(path.filename(), runs, policy.name);
+      // A copy of a run that has been merged is useless, even if another merge is still writing it: that
+      // merge finds the run in place and succeeds.
+      return run && (folder.has_run(run->policy, run->task) || IsLeft(process, path));
+    });
+  }
+  std::set<std::string> merged;
+  for (const PlannedRun& run : runs) {
+    if (!folder.has_run(run.policy, run.task)) continue;
+    for (const Shard& shard : run.shards) merged.insert(shard.name());
+  }
+  look(folder.path() / kPartsFolder,
+       [&](const fs::path& path) { return merged.contains(ParseHidden(path.filename()).first); });
+  std::error_code gone;
+  for (const fs::path& path : left) fs::remove_all(path, gone);
+}
+
+}  // namespace
+
+void MergeRuns(const std::vector<fs::path>& parts, const fs::path& out) {
+  for (const fs::path& part : parts) {
+    const results::RecordedRun run = results::ReadRun(part);
+    for (const results::RecordedEpisode& episode : run.episodes) results::CheckLog(run, episode);
+  }
+  MergeWhole(parts, out);
+}
+
+std::vector<Shard> MergePlan(const PlanFolder& folder) {
+  const std::vector<PlannedRun> runs = RunsOf(folder.plan());
+  // Everything is checked before anything is changed.
+  Checked checked(runs.size() * static_cast<size_t>(folder.plan().options.episodes));
+  std::vector<Shard> missing;
+  std::vector<const PlannedRun*> to_merge;
+  for (const PlannedRun& run : runs) {
+    const std::vector<Shard> still_missing = CheckRun(folder, run, &checked);
+    missing.insert(missing.end(), still_missing.begin(), still_missing.end());
+    if (still_missing.empty()) to_merge.push_back(&run);
+  }
+  checked.line.Clear();
+  for (const PlannedRun* run : to_merge) {
+    if (folder.has_run(run->policy, run->task)) continue;
+    std::vector<fs::path> parts;
+    for (const Shard& shard : run->shards) parts.push_back(folder.shard_folder(shard));
+    try {
+      MergeWhole(parts, folder.run_folder(run->policy, run->task));
+    } catch (const std::exception&) {
+      // Another merge finished first, and may have removed the parts.
+      if (!folder.has_run(run->policy, run->task)) throw;
+    }
+  }
+  for (const PlannedPolicy& policy : folder.plan().policies) {
+    results::SuiteTally tally;
+    bool is_whole = true;
+    for (const std::string& task : folder.plan().tasks) {
+      is_whole &= folder.has_run(policy.name, task);
+      if (is_whole) tally.Add(task, results::ReadRun(folder.run_folder(policy.name, task)));
+    }
+    if (!is_whole) continue;
+    const fs::path suite = folder.policy_folder(policy.name);
+    ordered_json runs = ordered_json::array();
+    for (const std::string& task : folder.plan().tasks) runs.push_back(runner::FolderOfTask(task));
+    ordered_json json = {{"runs", runs}};
+    json.update(OptionsJson(folder.plan().OptionsOf(policy)));
+    WriteWhole(suite / kSuiteJson, ToText(json, 2) + "\n");
+    WriteWhole(suite / kSummaryJson, ToText(tally.Json(folder.plan().tasks), 2) + "\n");
+  }
+  for (const PlannedRun& run : runs) {
+    if (!folder.has_run(run.policy, run.task)) continue;
+    for (const Shard& shard : run.shards) {
+      if (checked.shards.contains(shard.name())) RemovePart(folder, shard);
+    }
+  }
+  RemoveLeftovers(folder, runs);
+  return missing;
+}
+
+}  // namespace evalbus::plans

@@ -1,0 +1,158 @@
+#include "plans/part.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <map>
+#include <memory>
+#include <numeric>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
+#include "base/plural.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "bus/host.h"
+#include "plans/scratch.h"
+#include "runner/job_pool.h"
+#include "runner/suite.h"
+#include "runner/workers.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Retry interval and time limit of a copy to a full disk, on which space may become available.
+constexpr auto kTryAgain = std::chrono::seconds(5);
+constexpr auto kGiveUp = std::chrono::minutes(10);
+
+// Messages identify a run by its folder's name, so the temporary folder already has the final name.
+fs::path MadeIn(const Shard& shard, const fs::path& scratch) {
+  return scratch / shard.name() / runner::FolderOfTask(shard.task);
+}
+
+runner::Job JobOf(const Shard& shard, const fs::path& options, const fs::path& scratch) {
+  std::vector<int> episodes(static_cast<size_t>(shard.size()));
+  std::iota(episodes.begin(), episodes.end(), shard.first);
+  runner::Job job{shard.name(), runner::RunCommand(options), scratch / (shard.name() + ".log")};
+  job.command.insert(job.command.end(), {shard.task, "--out", MadeIn(shard, scratch).string(), "--resume",
+                                         "--only", fmt::format("{}", fmt::join(episodes, ","))});
+  return job;
+}
+
+// Clears the error state of standard output: on a full disk a job waits until its results fit, and must not
+// fail because lines of its log were lost.
+void Say(const std::string& text) {
+  fmt::print("{}\n", Printable(text));
+  std::fflush(stdout);
+  std::clearerr(stdout);
+}
+
+// Copies the shard into the plan's folder; while the disk is full, retries every kTryAgain until kGiveUp.
+void PutWhenThereIsRoom(const PlanFolder& folder, const Shard& shard, const fs::path& finished) {
+  const auto give_up = std::chrono::steady_clock::now() + kGiveUp;
+  for (bool is_said = false;; is_said = true) {
+    try {
+      return folder.Put(shard, finished);
+    } catch (const EnvironmentError& error) {
+      if (stop_requested() || std::chrono::steady_clock::now() > give_up) throw;
+      if (!is_said) Say(fmt::format("{}: {}: tries again", shard.name(), error.what()));
+      std::this_thread::sleep_for(kTryAgain);
+    }
+  }
+}
+
+// Runs shards, `at_once` at a time. Each has a job pool of its own, so that a failed shard does not stop the
+// others.
+class Shards {
+ public:
+  Shards(const PlanFolder& folder, std::vector<Shard> shards, int at_once)
+      : folder_(folder), waiting_(shards.rbegin(), shards.rend()), at_once_(static_cast<size_t>(at_once)) {
+    for (const PlannedPolicy& policy : folder.plan().policies) {
+      const fs::path file = scratch_.path() / (policy.name + ".json");
+      WriteWhole(file, ToText(OptionsJson(folder.plan().OptionsOf(policy)), 2) + "\n");
+      options_[policy.name] = file;
+    }
+  }
+
+  // Returns false when all shards have finished.
+  bool Poll() {
+    while (running_.size() < at_once_ && !waiting_.empty()) Begin();
+    for (auto running = running_.begin(); running != running_.end();) {
+      running = Advance(&*running) ? running_.erase(running) : std::next(running);
+    }
+    return !running_.empty() || !waiting_.empty();
+  }
+  const std::vector<std::string>& failures() const { return failures_; }
+
+ private:
+  struct Running {
+    Shard shard;
+    std::unique_ptr<AtWork> at_work;
+    std::unique_ptr<runner::JobPool> pool;
+  };
+
+  void Begin() {
+    const Shard shard = waiting_.back();
+    waiting_.pop_back();
+    if (folder_.has(shard)) return Say(shard.name() + ": there before");
+    std::vector<runner::Job> jobs = {JobOf(shard, options_.at(shard.policy), scratch_.path())};
+    running_.push_back({shard, std::make_unique<AtWork>(folder_, shard),
+                        std::make_unique<runner::JobPool>(
+                            std::move(jobs), 1, [](const std::string& why) { Say("retrying: " + why); })});
+  }
+
+  // Returns true when the shard has finished or failed.
+  bool Advance(Running* running) {
+    const Shard& shard = running->shard;
+    const fs::path made = MadeIn(shard, scratch_.path());
+    try {
+      running->at_work->Tell();
+      running->pool->Poll();
+      if (!running->pool->done()) return false;
+      PutWhenThereIsRoom(folder_, shard, made);
+      SayFailed(folder_, shard, "");
+      Say(fmt::format("{}: {}", shard.name(), Plural(shard.size(), "episode")));
+    } catch (const std::exception& error) {
+      failures_.push_back(fmt::format("{}: {}", shard.name(), error.what()));
+      Say("error: " + failures_.back());
+      try {
+        SayFailed(folder_, shard, error.what());
+      } catch (const std::exception&) {
+        // The disk to which the failure would be written is what failed.
+      }
+    }
+    running->pool.reset();
+    std::error_code ignored;
+    fs::remove_all(made, ignored);
+    return true;
+  }
+
+  const PlanFolder& folder_;
+  Scratch scratch_;
+  std::map<std::string, fs::path> options_;  // by policy
+  std::vector<Shard> waiting_;               // the last entry runs next
+  size_t at_once_;
+  std::vector<Running> running_;
+  std::vector<std::string> failures_;
+};
+
+}  // namespace
+
+void RunPart(const PlanFolder& folder, int part, int parts, int workers) {
+  InstallStopSignals();
+  const std::vector<Shard> mine = ShardsOfPart(ShardsOf(folder.plan()), part, parts);
+  Say(fmt::format("part {} of {}: {}", part, parts, Plural(mine.size(), "shard")));
+  Shards shards(folder, mine, workers);
+  while (shards.Poll() && !stop_requested()) std::this_thread::sleep_for(runner::kJobPoll);
+  if (stop_requested()) throw EnvironmentError("stopped; the same command goes on");
+  const std::vector<std::string>& failures = shards.failures();
+  if (failures.empty()) return;
+  throw EnvironmentError(
+      fmt::format("{} of {} shards failed, the first: {}", failures.size(), mine.size(), failures[0]));
+}
+
+}  // namespace evalbus::plans

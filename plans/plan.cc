@@ -1,0 +1,301 @@
+#include "plans/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+
+#include "base/errors.h"
+#include "base/input_file.h"
+#include "base/options_json.h"
+#include "base/text.h"
+#include "models/task_description.h"
+#include "models/yaml_reader.h"
+#include "policy_bridge/policy_options.h"
+#include "runner/suite.h"
+#include "viz/images/renderer.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr int kMaxEpisodes = 10'000'000;
+// Options that a plan sets by keys of its own, or that are decided anew wherever a part of it runs.
+constexpr const char* kNotOptions[] = {"policy",  "contract", "policy_name", "episodes",   "seed", "only",
+                                       "workers", "url",      "by_hand",     "in_process", "video"};
+
+bool IsOption(const std::string& key) { return std::ranges::find(kNotOptions, key) == std::end(kNotOptions); }
+
+// Resolves a path relative to the plan's folder.
+std::string FromPlan(const std::string& name, const fs::path& plan) {
+  if (!name.ends_with(".yaml") && !name.ends_with(".yml")) return name;
+  const fs::path near = fs::absolute(plan).parent_path() / name;
+  return fs::exists(near) ? near.lexically_normal().string() : name;
+}
+
+// The name must be valid as a folder's name, because the policy's results are stored under it.
+void CheckPolicyName(const YamlValue& value, const std::string& name) {
+  if (name.empty() || name.starts_with(".") || name.find('/') != std::string::npos ||
+      Printable(name) != name || name.size() > 100) {
+    value.Fail("expected a name that a folder can have, got '" + OneLine(name) + "'");
+  }
+}
+
+PlannedPolicy ReadPolicy(const YamlValue& value, const fs::path& file) {
+  PlannedPolicy policy;
+  if (value.is_scalar()) {
+    policy.policy = FromPlan(value.Text(), file);
+  } else {
+    const YamlMap map(value, {"policy"}, {"name", "contract"});
+    policy.policy = FromPlan(map["policy"].Text(), file);
+    if (const YamlValue* contract = map.Find("contract")) policy.contract = FromPlan(contract->Text(), file);
+    if (const YamlValue* name = map.Find("name")) policy.name = name->Text();
+  }
+  if (policy.policy == policy::kExternalPolicy) {
+    value.Fail(
+        "a policy that is a process of yours takes one task on one bus: 'evalbus run' with --policy lcm");
+  }
+  if (policy.name.empty()) {
+    policy.name =
+        policy.policy.find("://") == std::string::npos ? fs::path(policy.policy).stem().string() : "";
+    std::ranges::replace(policy.name, ':', '-');
+    if (policy.name.empty()) value.Fail("expected 'name' with the address of a server");
+  }
+  CheckPolicyName(value, policy.name);
+  try {
+    policy::FindPolicy({policy.policy, policy.contract});
+  } catch (const InputError& error) {
+    value.Fail(error.what());
+  }
+  return policy;
+}
+
+PlannedVideos ReadVideos(const YamlValue& value) {
+  PlannedVideos videos;
+  videos.cameras = {viz::kDefaultCamera};
+  const auto which = [&](const YamlValue& episodes) {
+    const std::string text = episodes.Text();
+    int first = 0, end = 0;
+    if (text == "none") {
+      videos.which = PlannedVideos::Which::kNone;
+    } else if (text == "all") {
+      videos.which = PlannedVideos::Which::kAll;
+    } else if (text == "failures") {
+      videos.which = PlannedVideos::Which::kFailures;
+    } else if (std::sscanf(text.c_str(), "first %d%n", &first, &end) == 1 &&
+               end == static_cast<int>(text.size()) && first > 0) {
+      videos.which = PlannedVideos::Which::kFirst;
+      videos.first = first;
+    } else {
+      episodes.Fail("expected none, all, failures or 'first N', got '" + text + "'");
+    }
+  };
+  if (value.is_scalar()) {
+    which(value);
+  } else {
+    const YamlMap map(value, {"episodes"}, {"cameras"});
+    which(map["episodes"]);
+    if (const YamlValue* cameras = map.Find("cameras")) videos.cameras = cameras->Texts();
+    if (videos.cameras.empty()) map.Find("cameras")->Fail("expected at least one camera");
+  }
+  if (videos.which == PlannedVideos::Which::kNone) videos.cameras.clear();
+  return videos;
+}
+
+// Parses, for example, "decided(alpha 0.05, max 200)".
+Until ReadUntil(const YamlValue& value, int least) {
+  Until until;
+  const std::string text = value.Text();
+  int end = 0;
+  if (std::sscanf(text.c_str(), "decided(alpha %lf, max %d)%n", &until.alpha, &until.max_episodes, &end) !=
+          2 ||
+      end != static_cast<int>(text.size())) {
+    value.Fail("expected decided(alpha A, max EPISODES), as decided(alpha 0.05, max 200), got '" + text +
+               "'");
+  }
+  if (!(until.alpha > 0 && until.alpha <= 0.5)) value.Fail("expected alpha above 0 and at most 0.5");
+  if (until.max_episodes < least || until.max_episodes > kMaxEpisodes) {
+    value.Fail(fmt::format("expected max {} to {}: 'episodes' are run in any case", least, kMaxEpisodes));
+  }
+  return until;
+}
+
+// Reads the options, keyed by their names in run.json.
+void ReadRunOptions(const YamlValue& value, Plan* plan) {
+  runner::RunOptions* const options = &plan->options;
+  std::vector<std::string> known;
+  ForEachOption(*options, [&](const auto& row, const auto&) {
+    if (!row.help.empty() && IsOption(row.key)) known.emplace_back(row.key);
+  });
+  for (const YamlValue& entry : value.Entries()) {
+    if (std::ranges::find(known, entry.key()) == known.end()) {
+      entry.Fail("no option of a run in a plan" + Suggestion(entry.key(), known));
+    }
+    plan->rate_is_given |= entry.key() == "control_hz";
+    plan->timeout_is_given |= entry.key() == "policy_timeout_s";
+    ForEachOption(*options, [&](const auto& row, auto& option) {
+      if (entry.key() != row.key) return;
+      using Value = std::decay_t<decltype(option)>;
+      const NumberRange range{.min = row.range.least, .max = row.range.most};
+      if constexpr (std::is_same_v<Value, bool>) {
+        option = entry.Bool();
+      } else if constexpr (std::is_same_v<Value, double>) {
+        option = entry.Number(range);
+      } else if constexpr (std::is_same_v<Value, std::string>) {
+        option = entry.Text();
+      } else if constexpr (std::is_same_v<Value, std::vector<fs::path>>) {
+        option.clear();
+        for (const std::string& path : entry.Texts()) option.emplace_back(path);
+      } else {
+        entry.Fail("no option of a run in a plan");
+      }
+    });
+  }
+}
+
+// Returns a member of plan.json; throws InputError if it is missing or has another type.
+template <class T>
+T Get(const nlohmann::json& json, const char* key, const std::string& file) {
+  try {
+    return json.at(key).get<T>();
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(fmt::format("{}: \"{}\" is missing or of another type; is this of evalbus?", file, key));
+  }
+}
+
+constexpr const char* kWhichVideos[] = {"none", "all", "failures", "first"};
+
+}  // namespace
+
+bool IsPlanFile(const std::string& name) {
+  if (!IsTaskFile(name) || !fs::exists(name)) return false;
+  try {
+    const YamlValue value = ParseYaml(ReadInput(name, "plan"), name);
+    return value.is_map() && std::ranges::any_of(value.Entries(), [](const YamlValue& entry) {
+             return entry.key() == "policies";
+           });
+  } catch (const InputError&) {
+    // The reader of task files reports the error.
+    return false;
+  }
+}
+
+std::string Until::Text() const { return fmt::format("decided(alpha {:g}, max {})", alpha, max_episodes); }
+
+runner::RunOptions Plan::OptionsOf(const PlannedPolicy& policy) const {
+  runner::RunOptions result = options;
+  result.policy.policy = policy.policy;
+  result.policy.contract = policy.contract;
+  result.policy_name = policy.name;
+  if (until) result.until = until->Text();
+  runner::FollowContract(rate_is_given, timeout_is_given, &result);
+  return result;
+}
+
+Plan ReadPlan(const fs::path& file) {
+  const YamlMap map(ParseYaml(ReadInput(file, "plan"), file.string()), {"policies", "tasks"},
+                    {"plan", "episodes", "seed", "options", "video", "compare", "until", "shard_episodes"});
+  Plan plan;
+  plan.name = file.stem().string();
+  if (const YamlValue* name = map.Find("plan")) plan.name = name->Text();
+  std::set<std::string> names;
+  for (const YamlValue& value : map["policies"].List()) {
+    plan.policies.push_back(ReadPolicy(value, file));
+    const std::string& name = plan.policies.back().name;
+    if (!names.insert(name).second) value.Fail("two policies are called '" + name + "'; give them a 'name'");
+  }
+  if (plan.policies.empty()) map["policies"].Fail("expected at least one policy");
+  const YamlValue& tasks = map["tasks"];
+  std::vector<std::string> asked = tasks.is_list() ? tasks.Texts() : std::vector{tasks.Text()};
+  for (std::string& task : asked) task = FromPlan(task, file);
+  try {
+    plan.tasks = runner::ExpandTasks(asked);
+  } catch (const InputError& error) {
+    tasks.Fail(error.what());
+  }
+  if (plan.tasks.empty()) tasks.Fail("expected at least one task");
+  if (const YamlValue* value = map.Find("episodes")) plan.options.episodes = value->Integer(1, kMaxEpisodes);
+  if (const YamlValue* value = map.Find("seed")) plan.options.seed = value->Integer(0);
+  if (const YamlValue* value = map.Find("options")) ReadRunOptions(*value, &plan);
+  // In-process runs need no network and are the fastest; their results are identical bit by bit.
+  plan.options.in_process = true;
+  if (const YamlValue* value = map.Find("video")) plan.videos = ReadVideos(*value);
+  if (const YamlValue* value = map.Find("shard_episodes"))
+    plan.shard_episodes = value->Integer(1, kMaxEpisodes);
+  plan.baseline = plan.policies[0].name;
+  if (const YamlValue* value = map.Find("compare")) {
+    const YamlMap compare(*value, {"baseline"});
+    const YamlValue& baseline = compare["baseline"];
+    plan.baseline = baseline.Text();
+    if (!names.contains(plan.baseline)) {
+      baseline.Fail("no policy '" + plan.baseline + "' in this plan" +
+                    Suggestion(plan.baseline, {names.begin(), names.end()}));
+    }
+  }
+  if (const YamlValue* value = map.Find("until")) {
+    plan.until = ReadUntil(*value, plan.options.episodes);
+    if (plan.policies.size() < 2)
+      value->Fail("expected two policies, of which one is compared with the other");
+  }
+  for (const PlannedPolicy& policy : plan.policies)
+    runner::CheckRunOptions(plan.OptionsOf(policy), plan.tasks.size());
+  return plan;
+}
+
+ordered_json PlanJson(const Plan& plan) {
+  ordered_json json = {{"plan", plan.name}};
+  for (const PlannedPolicy& policy : plan.policies) {
+    json["policies"].push_back(
+        {{"name", policy.name}, {"policy", policy.policy}, {"contract", policy.contract}});
+  }
+  json["tasks"] = plan.tasks;
+  json["baseline"] = plan.baseline;
+  json["video"] = {{"episodes", kWhichVideos[static_cast<int>(plan.videos.which)]},
+                   {"first", plan.videos.first},
+                   {"cameras", plan.videos.cameras}};
+  json["until"] = nullptr;
+  if (plan.until) json["until"] = {{"alpha", plan.until->alpha}, {"max_episodes", plan.until->max_episodes}};
+  json["shard_episodes"] = plan.shard_episodes;
+  json["rate_is_given"] = plan.rate_is_given;
+  json["timeout_is_given"] = plan.timeout_is_given;
+  json["options"] = OptionsJson(plan.options);
+  return json;
+}
+
+Plan PlanOfJson(const nlohmann::json& json, const std::string& file) {
+  Plan plan;
+  plan.name = Get<std::string>(json, "plan", file);
+  for (const auto& policy : Get<nlohmann::json>(json, "policies", file)) {
+    plan.policies.push_back({Get<std::string>(policy, "name", file), Get<std::string>(policy, "policy", file),
+                             Get<std::string>(policy, "contract", file)});
+  }
+  plan.tasks = Get<std::vector<std::string>>(json, "tasks", file);
+  plan.baseline = Get<std::string>(json, "baseline", file);
+  const auto videos = Get<nlohmann::json>(json, "video", file);
+  const auto which = std::ranges::find(kWhichVideos, Get<std::string>(videos, "episodes", file));
+  plan.videos = {static_cast<PlannedVideos::Which>(which - std::begin(kWhichVideos)),
+                 Get<int>(videos, "first", file), Get<std::vector<std::string>>(videos, "cameras", file)};
+  if (const auto until = Get<nlohmann::json>(json, "until", file); !until.is_null()) {
+    plan.until = {Get<double>(until, "alpha", file), Get<int>(until, "max_episodes", file)};
+  }
+  plan.shard_episodes = Get<int>(json, "shard_episodes", file);
+  plan.rate_is_given = Get<bool>(json, "rate_is_given", file);
+  plan.timeout_is_given = Get<bool>(json, "timeout_is_given", file);
+  runner::ReadOlderOptions(Get<nlohmann::json>(json, "options", file), file, &plan.options);
+  return plan;
+}
+
+std::string VideosText(const PlannedVideos& videos) {
+  using Which = PlannedVideos::Which;
+  const std::string which = videos.which == Which::kNone  ? "none"
+                            : videos.which == Which::kAll ? "all episodes"
+                            : videos.which == Which::kFailures
+                                ? "failures"
+                                : fmt::format("the first {} of each run", videos.first);
+  return videos.cameras.empty() ? which : fmt::format("{}, from {}", which, fmt::join(videos.cameras, ", "));
+}
+
+}  // namespace evalbus::plans

@@ -1,0 +1,181 @@
+#include "plans/plan_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+#include <map>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/file_errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "base/this_process.h"
+#include "base/write_whole.h"
+#include "runner/suite.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path Hidden(const PlanFolder& folder, const Shard& shard, const std::string& ending) {
+  return folder.path() / kPartsFolder / fmt::format(".{}.{}", shard.name(), ending);
+}
+
+// Contents are synced before the rename: other machines must not see a name without its contents.
+void Sync(const fs::path& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool good = fd >= 0 && fsync(fd) == 0;
+  const int error = errno;
+  if (fd >= 0) close(fd);
+  if (!good) ThrowFileError("cannot write " + path.string(), error);
+}
+
+fs::path NewFolder(const std::string& name) {
+  char stamp[32];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
+  return fs::path("runs") / (name + "-" + stamp);
+}
+
+}  // namespace
+
+std::string Shard::name() const {
+  return fmt::format("{}+{}+{:04}-{:04}", policy, runner::FolderOfTask(task), first, last);
+}
+
+std::vector<Shard> ShardsOf(const Plan& plan) {
+  std::vector<Shard> shards;
+  for (const PlannedPolicy& policy : plan.policies) {
+    for (const std::string& task : plan.tasks) {
+      for (int first = 0; first < plan.options.episodes; first += plan.shard_episodes) {
+        shards.push_back(
+            {policy.name, task, first, std::min(first + plan.shard_episodes, plan.options.episodes) - 1});
+      }
+    }
+  }
+  return shards;
+}
+
+std::vector<Shard> ShardsOfPart(const std::vector<Shard>& shards, int part, int parts) {
+  std::vector<Shard> mine;
+  for (size_t i = static_cast<size_t>(part - 1); i < shards.size(); i += static_cast<size_t>(parts)) {
+    mine.push_back(shards[i]);
+  }
+  return mine;
+}
+
+PlanFolder::PlanFolder(const Plan& plan, const fs::path& out, bool make)
+    : plan_(plan), path_(fs::absolute(out.empty() ? NewFolder(plan.name) : out).lexically_normal()) {
+  if (!path_.has_filename()) path_ = path_.parent_path();
+  const fs::path file = path_ / kPlanJson;
+  if (!make && !fs::exists(file)) return;
+  std::error_code error;
+  fs::create_directories(path_ / kPartsFolder, error);
+  if (error) ThrowFileError("--out " + path_.string() + ": cannot create", error.value());
+  const auto json = PlanJson(plan_);
+  if (!fs::exists(file)) {
+    for (const auto& entry : fs::directory_iterator(path_)) {
+      if (entry.path().filename() == kPartsFolder || ParseTemporaryName(entry.path().filename())) continue;
+      throw InputError("--out " + path_.string() + ": exists and is no plan's folder; it has no " +
+                       kPlanJson);
+    }
+    // Another part of the plan may start at the same moment; it writes the same contents.
+    WriteWhole(file, ToText(json, 2) + "\n");
+    return;
+  }
+  const auto before = ReadJsonFile<nlohmann::ordered_json>(file);
+  for (const auto& [key, value] : json.items()) {
+    if (before.contains(key) && before[key] == value) continue;
+    throw InputError(fmt::format("--out {}: the plan there has another \"{}\": {}, not {}", file.string(),
+                                 key, before.contains(key) ? ToText(before[key]) : "none", ToText(value)));
+  }
+}
+
+PlanFolder::PlanFolder(const fs::path& folder) : path_(fs::absolute(folder).lexically_normal()) {
+  if (!path_.has_filename()) path_ = path_.parent_path();
+  const fs::path file = path_ / kPlanJson;
+  if (!fs::exists(file)) throw InputError(folder.string() + ": no plan's folder; it has no " + kPlanJson);
+  plan_ = PlanOfJson(ReadJsonFile(file), file.string());
+}
+
+fs::path PlanFolder::run_folder(const std::string& policy, const std::string& task) const {
+  return policy_folder(policy) / runner::FolderOfTask(task);
+}
+
+bool PlanFolder::has_run(const std::string& policy, const std::string& task) const {
+  return fs::exists(run_folder(policy, task) / kSummaryJson);
+}
+
+bool PlanFolder::has(const Shard& shard) const {
+  return fs::exists(shard_folder(shard)) || has_run(shard.policy, shard.task);
+}
+
+void PlanFolder::Put(const Shard& shard, const fs::path& finished) const {
+  // The same shard was finished by another process, or has been merged.
+  if (has(shard)) return;
+  const fs::path coming = Hidden(*this, shard, ThisProcess() + ".coming");
+  std::error_code ignored;
+  try {
+    fs::remove_all(coming);
+    fs::create_directories(coming.parent_path());
+    fs::copy(finished, coming, fs::copy_options::recursive);
+    for (const auto& entry : fs::recursive_directory_iterator(coming)) Sync(entry.path());
+  } catch (const fs::filesystem_error& error) {
+    fs::remove_all(coming, ignored);
+    // The other process' copy has been merged, and the merge removed this one.
+    if (has(shard)) return;
+    ThrowFileError("cannot write " + coming.string(), error.code().value());
+  } catch (...) {
+    fs::remove_all(coming, ignored);
+    throw;
+  }
+  if (rename(coming.c_str(), shard_folder(shard).c_str()) == 0) return;
+  const int error = errno;
+  fs::remove_all(coming, ignored);
+  // Another process has put the same shard first.
+  if (!has(shard)) ThrowFileError("cannot write " + shard_folder(shard).string(), error);
+}
+
+AtWork::AtWork(const PlanFolder& folder, const Shard& shard)
+    : file_(Hidden(folder, shard, ThisProcess())), told_(std::chrono::steady_clock::now()) {
+  WriteWhole(file_, "");
+}
+
+AtWork::~AtWork() {
+  std::error_code ignored;
+  fs::remove(file_, ignored);
+}
+
+void AtWork::Tell() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - told_ < kTold) return;
+  told_ = now;
+  // The current time by the clock of the file's own machine.
+  utimensat(AT_FDCWD, file_.c_str(), nullptr, 0);
+}
+
+std::pair<std::string, std::string> ParseHidden(const std::string& name) {
+  const size_t plus = name.rfind('+');
+  if (!name.starts_with(".") || plus == std::string::npos) return {};
+  const size_t dot = std::min(name.find('.', plus), name.size());
+  return {name.substr(1, dot - 1), dot < name.size() ? name.substr(dot + 1) : ""};
+}
+
+void SayFailed(const PlanFolder& folder, const Shard& shard, const std::string& why) {
+  const fs::path file = Hidden(folder, shard, "failed");
+  std::error_code ignored;
+  if (why.empty()) {
+    fs::remove(file, ignored);
+  } else {
+    WriteWhole(file, why + "\n");
+  }
+}
+
+}  // namespace evalbus::plans

@@ -1,0 +1,99 @@
+// The folder of a plan's results, on a disk that several machines may share:
+//
+//   plan.json                       the plan, resolved
+//   POLICY/TASK-VARIATION/          run folders; POLICY/ is a suite
+//   parts/SHARD/                    run folders of single shards, until they are merged
+//   parts/.SHARD.HOST-PID           marks a shard that a process is running or copying here
+//   parts/.SHARD.failed             error of a shard that failed
+//   slurm/                          scripts and logs of the jobs
+//
+// The folder needs no locks: every file has a single writer and appears atomically by rename. A shard that
+// was run twice is therefore stored once.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "plans/plan.h"
+
+namespace evalbus::plans {
+
+inline constexpr char kPlanJson[] = "plan.json";
+// Results of the sequential comparisons (Plan::until).
+inline constexpr char kStopsJson[] = "stops.json";
+inline constexpr char kPartsFolder[] = "parts";
+inline constexpr char kSlurmFolder[] = "slurm";
+
+// Episodes `first` to `last` of one run.
+struct Shard {
+  std::string policy, task;
+  int first = 0, last = 0;
+
+  int size() const { return last - first + 1; }
+  // For example "ckpt-1000+lift_pot-position+0000-0019"; also the name of its folder.
+  std::string name() const;
+};
+
+// All shards of a plan, ordered by policy, task and episode.
+std::vector<Shard> ShardsOf(const Plan& plan);
+// Shards of part `part` (from 1) of `parts`: every `parts`-th shard.
+std::vector<Shard> ShardsOfPart(const std::vector<Shard>& shards, int part, int parts);
+
+class PlanFolder {
+ public:
+  // Opens the plan's folder `out`, or creates it and writes plan.json. If `out` is empty, the folder is
+  // runs/PLAN-DATE-TIME. If `make` is false, nothing is created. Throws InputError if the folder belongs to
+  // another plan or is not a plan's folder.
+  PlanFolder(const Plan& plan, const std::filesystem::path& out, bool make = true);
+  // Opens an existing folder. Throws InputError.
+  explicit PlanFolder(const std::filesystem::path& folder);
+
+  const Plan& plan() const { return plan_; }
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path policy_folder(const std::string& policy) const { return path_ / policy; }
+  std::filesystem::path run_folder(const std::string& policy, const std::string& task) const;
+  std::filesystem::path shard_folder(const Shard& shard) const { return path_ / kPartsFolder / shard.name(); }
+  // True if the results of the shard, or of its merged run, are there.
+  bool has(const Shard& shard) const;
+  bool has_run(const std::string& policy, const std::string& task) const;
+
+  // Copies a finished shard's run folder into this folder, unless it is already there. Throws
+  // EnvironmentError if writing fails; no partial copy remains then.
+  void Put(const Shard& shard, const std::filesystem::path& finished) const;
+
+ private:
+  Plan plan_;
+  std::filesystem::path path_;
+};
+
+// Marks a shard in the plan's folder as being run by this process, for the lifetime of this object. Other
+// machines consider the process alive until the marker is older than kGone.
+class AtWork {
+ public:
+  static constexpr std::chrono::seconds kTold{10};
+  static constexpr std::chrono::seconds kGone{60};
+
+  AtWork(const PlanFolder& folder, const Shard& shard);
+  ~AtWork();
+  AtWork(const AtWork&) = delete;
+  AtWork& operator=(const AtWork&) = delete;
+  // Updates the marker's time stamp, at most once per kTold. Must be called more often than that.
+  void Tell();
+
+ private:
+  std::filesystem::path file_;
+  std::chrono::steady_clock::time_point told_;
+};
+
+// Splits the name of a hidden file in parts/ into the shard's name and the suffix: "HOST-PID" (running),
+// "HOST-PID.coming" (being copied) or "failed". Both are empty for other names.
+std::pair<std::string, std::string> ParseHidden(const std::string& name);
+
+// Records why a shard failed; an empty `why` removes the record.
+void SayFailed(const PlanFolder& folder, const Shard& shard, const std::string& why);
+
+}  // namespace evalbus::plans

@@ -1,0 +1,187 @@
+#include "plans/plan_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "base/input_file.h"
+#include "base/json_file.h"
+#include "base/write_whole.h"
+#include "metrics/statistics/run_statistics.h"
+#include "plans/plan_run.h"
+#include "report/comparison_report.h"
+#include "report/page/plan_page.h"
+#include "report/viewer_pack.h"
+#include "results/comparison.h"
+#include "results/run_reader.h"
+#include "results/run_summary.h"
+#include "runner/version.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+using results::RecordedRun;
+using results::RecordedRuns;
+
+report::PlanCell CellOf(const metrics::RunSummary& summary) {
+  return {summary.successes, summary.judged, summary.wilson.lower, summary.wilson.upper, "", {}};
+}
+
+// A policy's report page, which contains some of its episodes for playback.
+class ReportWithEpisodes {
+ public:
+  ReportWithEpisodes(const fs::path& folder, const fs::path& page) : url_(report::Url(page)) {
+    if (fs::exists(folder / page)) text_ = ReadInput(folder / page, "report");
+  }
+  const std::string& url() const { return url_; }
+  // URL of the page's player for an episode; empty if the page does not contain the episode.
+  std::string UrlOf(size_t run, int episode) const {
+    if (text_.find(fmt::format("data-block=\"episode/{}/{}\"", run, episode)) == std::string::npos) return "";
+    return fmt::format("{}#view:run={},episode={}", url_, run, episode);
+  }
+
+ private:
+  std::string url_, text_;
+};
+
+// Adds links to the first failure that can be played, else to the first episode, and to the first failure of
+// each failure reason.
+void AddEpisodes(const RecordedRun& recorded, size_t run, const ReportWithEpisodes& page,
+                 report::PlanCell* cell, std::map<std::string, std::string>* failed) {
+  for (const bool success : {false, true}) {
+    for (const results::RecordedEpisode& episode : recorded.episodes) {
+      const bool is_wanted =
+          cell->episodes.empty() || (!success && !failed->contains(episode.failure_reason));
+      if (!episode.complete || episode.success != success || !is_wanted) continue;
+      const std::string url = page.UrlOf(run, episode.episode);
+      if (url.empty()) break;  // failures were packed first, and in order
+      if (cell->episodes.empty()) cell->episodes.push_back({fmt::format("episode {}", episode.episode), url});
+      if (!success) failed->emplace(episode.failure_reason, url);
+    }
+  }
+}
+
+}  // namespace
+
+PlanResults ReadPlanResults(const PlanFolder& folder) {
+  const Plan& plan = folder.plan();
+  PlanResults results;
+  std::vector<RecordedRuns> others;
+  std::vector<const RecordedRuns*> all;
+  for (const PlannedPolicy& policy : plan.policies) {
+    results.suites.push_back(results::ReadRuns(folder.policy_folder(policy.name)));
+    results.suites.back().name = policy.name;
+  }
+  const RecordedRuns* baseline = nullptr;
+  for (const RecordedRuns& suite : results.suites) {
+    all.push_back(&suite);
+    if (suite.name == plan.baseline) {
+      baseline = &suite;
+    } else {
+      others.push_back(suite);
+    }
+  }
+  results.comparisons = results::CompareAll(others, *baseline);
+  const fs::path stops_file = folder.path() / kStopsJson;
+  if (!plan.until) {
+    results.ranking = results::RankBySuccess(all);
+    return results;
+  }
+  if (!fs::exists(stops_file)) return results;
+  const auto stops = ReadJsonFile(stops_file);
+  for (results::Comparison& comparison : results.comparisons) {
+    const auto stop = std::ranges::find_if(
+        stops, [&](const auto& entry) { return entry.at("policy") == comparison.run.name; });
+    if (stop == stops.end()) continue;
+    comparison.success.SetSequential(stop->at("p_unadjusted"), stop->at("p"), stop->at("is_decided"));
+    results.stops.push_back(stop->at("text"));
+    comparison.remarks.clear();
+    comparison.remarks.push_back(
+        "The plan looked at its results as they came and stopped when they decided. p of success holds all "
+        "the same. "
+        "The difference shown is on average larger than the true one, and p values of metrics are for one "
+        "look.");
+  }
+  return results;
+}
+
+void WritePlanPages(const PlanFolder& folder, const PlanResults& results) {
+  const Plan& plan = folder.plan();
+  const std::string made_by =
+      fmt::format("{} ({}{})", kVersion, kGitCommit, kGitDirty ? ", with changes" : "");
+  report::PlanReport report;
+  report.title = plan.name;
+  report.baseline = plan.baseline;
+  std::map<std::string, report::PlanRow> rows;
+  std::vector<std::string> order;  // of tasks, in the order of the suites
+  for (const RecordedRuns& suite : results.suites) {
+    const ReportWithEpisodes page(folder.path(), fs::path(suite.name) / "report.html");
+    report.policies.push_back(suite.name);
+    report.reports.push_back({suite.name, page.url()});
+    auto& failed = report.failed_episodes.emplace_back();
+    std::vector<std::pair<std::string, report::PlanCell>> cells;
+    for (size_t i = 0; i < suite.runs.size(); ++i) {
+      report::PlanCell& cell =
+          cells.emplace_back(suite.runs[i].task_name(), CellOf(suite.runs[i].Statistics().Summary(false)))
+              .second;
+      cell.url = page.url() + (suite.runs.size() > 1 ? fmt::format("#run-{}-", i) : "");
+      AddEpisodes(suite.runs[i], i, page, &cell, &failed);
+      for (const std::string& remark : suite.runs[i].Remarks()) {
+        report.remarks.push_back(suite.name + ", " + suite.runs[i].task_name() + ": " + remark);
+      }
+    }
+    for (const std::string& missing : suite.missing) {
+      report.remarks.push_back(suite.name + ": no finished episode of " + missing);
+    }
+    for (const auto& [task, cell] : cells) {
+      const auto [row, is_new] = rows.emplace(task, report::PlanRow{task, {}});
+      if (is_new) order.push_back(task);
+      row->second.cells.resize(report.policies.size());
+      row->second.cells.back() = cell;
+    }
+    results::Tally tally;
+    for (const RecordedRun& run : suite.runs) tally.Add(run);
+    const metrics::RunSummary all = tally.Summary();
+    report.all.cells.push_back(CellOf(all));
+    report.failure_reasons.push_back(all.failure_reasons);
+    results::SuiteTally tasks;
+    for (const RecordedRun& run : suite.runs) tasks.Add(run.task_name(), run);
+    report.means.push_back(tasks.mean_over_tasks());
+  }
+  report.all.name = "all";
+  for (const std::string& task : order) {
+    report.tasks.push_back(rows[task]);
+    report.tasks.back().cells.resize(report.policies.size());
+  }
+  for (size_t i = 0; i < results.comparisons.size(); ++i) {
+    const results::Comparison& comparison = results.comparisons[i];
+    const std::string& policy = comparison.run.name;
+    const fs::path page = folder.policy_folder(policy) / ("against_" + plan.baseline + ".html");
+    WriteWhole(page, report::ComparisonReport({comparison}, page, made_by,
+                                              static_cast<size_t>(report::kPageMegabytes * 1e6))
+                         .html);
+    std::string text = results::Conclusion(comparison);
+    if (i < results.stops.size()) text += " The plan: " + results.stops[i] + ".";
+    report.verdicts.push_back({.policy = policy,
+                               .text = text,
+                               .p = comparison.success.p_adjusted,
+                               .judgment = results::Word(comparison.success.judgment()),
+                               .url = report::Url(fs::relative(page, folder.path()))});
+  }
+  report.verdict_note = results.stops.empty()
+                            ? std::string("p values are adjusted by Holm for the policies that are compared.")
+                            : fmt::format(
+                                  "Looked at every {} episodes of each task, {} at most: p values hold at "
+                                  "any look, adjusted by "
+                                  "Bonferroni for the policies that are compared.",
+                                  plan.options.episodes, plan.until->max_episodes);
+  for (const results::RankedRun& run : results.ranking) {
+    report.ranking.push_back({run.name, run.successes, run.trials, run.letters});
+  }
+  report.ranking_note = results::kRankingNote;
+  WriteWhole(folder.path() / "report.html", report::PlanPage(report, made_by));
+}
+
+}  // namespace evalbus::plans

@@ -1,0 +1,33 @@
+// The results of a plan as pages: an overview, and a page for each comparison, all from the same numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "plans/plan_folder.h"
+#include "results/comparison.h"
+#include "results/ranking.h"
+
+namespace evalbus::plans {
+
+struct PlanResults {
+  // By policy, in the plan's order and with the plan's names.
+  std::vector<results::RecordedRuns> suites;
+  // Comparison of each other policy with the baseline. p values are adjusted for the number of policies; with
+  // Plan::until, they are anytime-valid.
+  std::vector<results::Comparison> comparisons;
+  // The decision of each comparison (Stop::Text); empty without Plan::until.
+  std::vector<std::string> stops;
+  // Empty with Plan::until: the policies then have different numbers of episodes, which depend on their
+  // results.
+  std::vector<results::RankedRun> ranking;
+};
+
+// Throws InputError if a policy has no finished episode.
+PlanResults ReadPlanResults(const PlanFolder& folder);
+
+// Writes FOLDER/report.html and the comparison pages POLICY/against_BASELINE.html. The former links to the
+// policies' reports (POLICY/report.html), even if these do not exist yet.
+void WritePlanPages(const PlanFolder& folder, const PlanResults& results);
+
+}  // namespace evalbus::plans

@@ -1,0 +1,244 @@
+#include "plans/plan_run.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/plural.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "bus/host.h"
+#include "metrics/statistics/sequential_mcnemar.h"
+#include "plans/plan_report.h"
+#include "results/comparison.h"
+#include "results/run_reader.h"
+#include "results/summary_table.h"
+#include "runner/suite.h"
+#include "viz/images/video.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+// Runs jobs, `at_once` at a time, and calls ended(name) after each success. Returns false if stopped.
+template <class Ended>
+bool RunJobs(std::vector<runner::Job> jobs, int at_once, const std::string& what, const Ended& ended) {
+  const size_t all = jobs.size();
+  const bool is_terminal = isatty(fileno(stdout)) != 0;
+  const auto began = std::chrono::steady_clock::now();
+  runner::JobPool pool(std::move(jobs), at_once, [&](const std::string& why) {
+    fmt::print("{}retrying: {}\n", is_terminal ? "\x1b[K" : "", Printable(why));
+  });
+  for (size_t done = 0; !pool.done() && !stop_requested();) {
+    if (const auto name = pool.Poll()) {
+      ++done;
+      if (is_terminal) fmt::print("\x1b[K");
+      ended(*name);
+      std::fflush(stdout);
+    } else {
+      if (is_terminal) {
+        const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+        fmt::print("\x1b[K{} of {} {}, {}\r", done, all, what, results::FormatDuration(s));
+        std::fflush(stdout);
+      }
+      std::this_thread::sleep_for(runner::kJobPoll);
+    }
+  }
+  if (is_terminal) fmt::print("\x1b[K");
+  return !stop_requested();
+}
+
+// Runs the suites of these policies, with `episodes` episodes of each task.
+void RunSuites(const PlanFolder& folder, const std::set<std::string>& policies, int episodes, int workers) {
+  const Plan& plan = folder.plan();
+  std::map<std::string, runner::Suite> suites;
+  std::map<std::string, std::pair<std::string, std::string>> of_job;  // policy and task
+  std::vector<runner::Job> jobs;
+  size_t width = 0;
+  for (const PlannedPolicy& policy : plan.policies) {
+    if (!policies.contains(policy.name)) continue;
+    runner::RunOptions options = plan.OptionsOf(policy);
+    options.episodes = episodes;
+    options.out = folder.policy_folder(policy.name);
+    options.resume = true;
+    const runner::Suite& suite = suites
+                                     .emplace(std::piecewise_construct, std::forward_as_tuple(policy.name),
+                                              std::forward_as_tuple(options, plan.tasks))
+                                     .first->second;
+    for (runner::Job& job : suite.Jobs()) {
+      const std::string task = job.name;
+      job.name = policy.name + "  " + task;
+      width = std::max(width, job.name.size());
+      of_job[job.name] = {policy.name, task};
+      jobs.push_back(std::move(job));
+    }
+  }
+  fmt::print("{} runs of {}, {} at a time\n{}", jobs.size(), Plural(episodes, "episode"), workers,
+             results::Tally::Title("policy, task", width));
+  std::fflush(stdout);
+  const bool is_whole = RunJobs(std::move(jobs), workers, "runs", [&](const std::string& job) {
+    const auto& [policy, task] = of_job.at(job);
+    fmt::print("{}", suites.at(policy).Ended(task).Line(job, width));
+  });
+  for (const auto& [name, suite] : suites) suite.WriteSummary();
+  if (is_whole) return;
+  throw EnvironmentError(fmt::format("stopped; the same command with --out {} --resume goes on",
+                                     fs::proximate(folder.path()).string()));
+}
+
+// num_comparisons: number of comparisons that p is adjusted for (Bonferroni).
+Stop Look(const PlanFolder& folder, const std::string& policy, const Stop& before, int episodes,
+          double num_comparisons) {
+  const results::SuccessCounts counts =
+      results::CompareSuccess(results::ReadRuns(folder.policy_folder(policy)),
+                              results::ReadRuns(folder.policy_folder(folder.plan().baseline)))
+          .samples;
+  Stop stop = before;
+  stop.policy = policy;
+  stop.episodes = episodes;
+  stop.only_policy = counts.pairs.only_a;
+  stop.only_baseline = counts.pairs.only_b;
+  stop.p = std::min(before.p, metrics::SequentialMcNemar(stop.only_policy, stop.only_baseline));
+  stop.p_adjusted = std::min(1.0, stop.p * num_comparisons);
+  stop.is_decided = stop.p_adjusted <= folder.plan().until->alpha;
+  return stop;
+}
+
+// Adds episodes until each comparison is decided. The baseline runs as long as any policy does.
+std::vector<Stop> RunUntilDecided(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  std::map<std::string, Stop> stops;
+  std::set<std::string> going;
+  for (const PlannedPolicy& policy : plan.policies) {
+    going.insert(policy.name);
+    if (policy.name != plan.baseline) stops[policy.name];
+  }
+  for (int episodes = plan.options.episodes;;
+       episodes = std::min(episodes + plan.options.episodes, plan.until->max_episodes)) {
+    RunSuites(folder, going, episodes, workers);
+    for (auto& [policy, stop] : stops) {
+      if (!going.contains(policy)) continue;
+      stop = Look(folder, policy, stop, episodes, static_cast<double>(stops.size()));
+      if (!stop.is_decided && episodes < plan.until->max_episodes) continue;
+      fmt::print("{}: {}\n", policy, stop.Text(plan.baseline, *plan.until));
+      going.erase(policy);
+    }
+    if (going.size() <= 1) break;
+    fmt::print("\n");
+  }
+  std::vector<Stop> result;
+  ordered_json json = ordered_json::array();
+  for (const auto& [policy, stop] : stops) {
+    result.push_back(stop);
+    json.push_back({{"policy", policy},
+                    {"episodes", stop.episodes},
+                    {"only_policy", stop.only_policy},
+                    {"only_baseline", stop.only_baseline},
+                    {"p", stop.p_adjusted},
+                    {"p_unadjusted", stop.p},
+                    {"is_decided", stop.is_decided},
+                    {"text", stop.Text(plan.baseline, *plan.until)}});
+  }
+  WriteWhole(folder.path() / kStopsJson, ToText(json, 2) + "\n");
+  return result;
+}
+
+std::vector<int> EpisodesForVideo(const PlannedVideos& videos, const results::RecordedRun& run) {
+  using Which = PlannedVideos::Which;
+  std::vector<int> episodes;
+  for (const results::RecordedEpisode& episode : run.episodes) {
+    const bool is_wanted = videos.which == Which::kAll ||
+                           (videos.which == Which::kFailures && !episode.success) ||
+                           (videos.which == Which::kFirst && episode.episode < videos.first);
+    const auto is_there = [&](const std::string& camera) {
+      return fs::exists(EpisodeFolder(run.folder, episode.episode) / viz::VideoName(camera));
+    };
+    if (is_wanted && !std::ranges::all_of(videos.cameras, is_there)) episodes.push_back(episode.episode);
+  }
+  return episodes;
+}
+
+void MakeVideos(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  std::vector<runner::Job> jobs;
+  if (plan.videos.which == PlannedVideos::Which::kNone) return;
+  for (const PlannedPolicy& policy : plan.policies) {
+    for (const std::string& task : plan.tasks) {
+      const fs::path run = folder.run_folder(policy.name, task);
+      const std::vector<int> episodes = EpisodesForVideo(plan.videos, results::ReadRun(run));
+      if (episodes.empty()) continue;
+      jobs.push_back({policy.name + "  " + task,
+                      {(runner::Processes::BinaryFolder() / "evalbus").string(), "render", run.string(),
+                       "--episode", fmt::format("{}", fmt::join(episodes, ",")), "--camera",
+                       fmt::format("{}", fmt::join(plan.videos.cameras, ","))},
+                      LogFile(run, "video")});
+    }
+  }
+  if (!RunJobs(std::move(jobs), workers, "runs recorded as video", [](const std::string&) {})) {
+    throw EnvironmentError(
+        "stopped before all was recorded as video; the same command with --resume goes on");
+  }
+}
+
+}  // namespace
+
+std::string Stop::Text(const std::string& baseline, const Until& until) const {
+  const std::string counts =
+      fmt::format("{} pairs won and {} lost, p = {:.2g} at any look", only_policy, only_baseline, p_adjusted);
+  if (!is_decided) {
+    return fmt::format(
+        "not decided against {} after {} episodes of each task, the most that the plan allows: {}", baseline,
+        until.max_episodes, counts);
+  }
+  return fmt::format("{} than {}, decided after {} of {} episodes of each task: {}",
+                     only_policy > only_baseline ? "better" : "worse", baseline, episodes, until.max_episodes,
+                     counts);
+}
+
+void RunPlan(const PlanFolder& folder, int workers) {
+  InstallStopSignals();
+  const Plan& plan = folder.plan();
+  fmt::print("plan {}: {} polic{} on {}\n", plan.name, plan.policies.size(),
+             plan.policies.size() == 1 ? "y" : "ies", Plural(plan.tasks.size(), "task"));
+  if (plan.until) {
+    RunUntilDecided(folder, workers);
+  } else {
+    std::set<std::string> all;
+    for (const PlannedPolicy& policy : plan.policies) all.insert(policy.name);
+    RunSuites(folder, all, plan.options.episodes, workers);
+  }
+  FinishPlan(folder, workers);
+}
+
+void FinishPlan(const PlanFolder& folder, int workers) {
+  const Plan& plan = folder.plan();
+  MakeVideos(folder, workers);
+  const PlanResults results = ReadPlanResults(folder);
+  for (const results::Comparison& comparison : results.comparisons) {
+    fmt::print("\n{}\n", results::Conclusion(comparison));
+  }
+  if (!results.ranking.empty()) fmt::print("\n{}", results::RankingText(results.ranking));
+  std::vector<runner::Job> pages;
+  const std::string evalbus = (runner::Processes::BinaryFolder() / "evalbus").string();
+  for (const PlannedPolicy& policy : plan.policies) {
+    const fs::path own = folder.policy_folder(policy.name);
+    pages.push_back({"report of " + policy.name, {evalbus, "report", own.string()}, LogFile(own, "report")});
+    fs::create_directories(pages.back().log_file.parent_path());
+  }
+  RunJobs(std::move(pages), workers, "pages", [](const std::string&) {});
+  WritePlanPages(folder, results);
+  fmt::print("\nreport   {}\n", (fs::proximate(folder.path()) / "report.html").string());
+}
+
+}  // namespace evalbus::plans

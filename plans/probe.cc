@@ -1,0 +1,67 @@
+#include "plans/probe.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
+#include "base/run_layout.h"
+#include "base/write_whole.h"
+#include "plans/scratch.h"
+#include "runner/job_pool.h"
+#include "runner/workers.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+
+uintmax_t Size(const fs::path& folder) {
+  uintmax_t size = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) size += entry.file_size();
+  }
+  return size;
+}
+
+}  // namespace
+
+Probe ProbePlan(const Plan& plan, int most) {
+  Probe probe;
+  const Scratch scratch;
+  const int runs = plan.num_runs(), tried = std::min(runs, most);
+  for (int i = 0; i < tried; ++i) {
+    // The samples are spread evenly over the table of policies by tasks.
+    const auto run = static_cast<size_t>(int64_t{i} * runs / tried);
+    const PlannedPolicy& policy = plan.policies[run / plan.tasks.size()];
+    const std::string& task = plan.tasks[run % plan.tasks.size()];
+    runner::RunOptions options = plan.OptionsOf(policy);
+    options.episodes = 1;
+    const fs::path file = scratch.path() / "options.json", out = scratch.path() / std::to_string(i);
+    WriteWhole(file, ToText(OptionsJson(options), 2) + "\n");
+    runner::Job job{policy.name + " on " + task, runner::RunCommand(file), scratch.path() / "log"};
+    job.command.insert(job.command.end(), {task, "--out", out.string()});
+    const auto began = std::chrono::steady_clock::now();
+    try {
+      runner::JobPool pool({job}, 1, [](const std::string&) {});
+      while (!pool.done()) {
+        if (!pool.Poll()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+      probe.bytes_per_episode += static_cast<double>(Size(out / kEpisodesFolder));
+      probe.seconds_per_episode +=
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+      ++probe.episodes;
+    } catch (const std::exception& error) {
+      probe.problem = error.what();
+    }
+  }
+  if (probe.episodes > 0) {
+    probe.seconds_per_episode /= probe.episodes;
+    probe.bytes_per_episode /= probe.episodes;
+  }
+  return probe;
+}
+
+}  // namespace evalbus::plans

@@ -1,0 +1,24 @@
+// Estimates the duration and disk usage of a plan from a few sample episodes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "plans/plan.h"
+
+namespace evalbus::plans {
+
+struct Probe {
+  // Means of the sampled episodes; wall-clock time on one core of this machine.
+  double seconds_per_episode = 0;
+  double bytes_per_episode = 0;
+  int episodes = 0;
+  // One-line reason why some samples failed; empty if all succeeded.
+  std::string problem;
+};
+
+// Runs the first episode of at most `most` runs of the plan, spread evenly over policies and tasks, in a
+// temporary folder.
+Probe ProbePlan(const Plan& plan, int most);
+
+}  // namespace evalbus::plans

@@ -1,0 +1,137 @@
+#include "plans/slurm.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/errors.h"
+#include "base/plural.h"
+#include "base/text.h"
+#include "base/write_whole.h"
+#include "plans/probe.h"
+#include "runner/processes.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Target duration of one task of the array, in seconds.
+constexpr double kTask_s = 600;
+constexpr int kProbes = 4;
+// Slurm's default limit on the size of a job array.
+constexpr int kMaxTasks = 1000;
+
+std::string Evalbus() { return (runner::Processes::BinaryFolder() / "evalbus").string(); }
+
+// Returns a command's output; throws EnvironmentError with the output if the command fails.
+std::string OutputOf(const std::vector<std::string>& command) {
+  FILE* const pipe = popen((ShellWords(command) + " 2>&1").c_str(), "r");
+  if (!pipe) throw EnvironmentError("no process can be started");
+  std::string said;
+  char part[512];
+  for (size_t n = 0; (n = fread(part, 1, sizeof part, pipe)) > 0;) said.append(part, n);
+  const int status = pclose(pipe);
+  while (said.ends_with('\n')) said.pop_back();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return said;
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
+    throw EnvironmentError(
+        "there is no sbatch here: --slurm is for a machine of a Slurm cluster; --slurm-dry-run shows the "
+        "scripts");
+  }
+  throw EnvironmentError(command[0] + ": " + Printable(said));
+}
+
+int NumParts(const Plan& plan, const SlurmOptions& options) {
+  const int shards = static_cast<int>(ShardsOf(plan).size());
+  if (options.array_size > 0) return std::min(options.array_size, shards);
+  const Probe probe = ProbePlan(plan, kProbes);
+  if (probe.episodes == 0) {
+    throw InputError("--slurm: expected --array-size, how many tasks: no episode can be tried here, " +
+                     Printable(probe.problem));
+  }
+  const double all_s = probe.seconds_per_episode * plan.num_runs() * plan.options.episodes / options.cpus;
+  const int parts =
+      std::clamp(static_cast<int>(std::min(std::ceil(all_s / kTask_s), 1e6)), 1, std::min(shards, kMaxTasks));
+  fmt::print("an episode takes {:.2g} s here: {} of about {:.0f} min\n", probe.seconds_per_episode,
+             Plural(parts, "task"), std::max(1.0, all_s / parts / 60));
+  return parts;
+}
+
+}  // namespace
+
+SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& options, int parts) {
+  SlurmScripts scripts;
+  scripts.parts = parts;
+  const std::vector<Shard> shards = ShardsOf(folder.plan());
+  for (int part = 1; part <= parts; ++part) {
+    const std::vector<Shard> mine = ShardsOfPart(shards, part, parts);
+    if (!std::ranges::all_of(mine, [&](const Shard& shard) { return folder.has(shard); })) {
+      scripts.todo.push_back(part);
+    }
+  }
+  const fs::path own = folder.path() / kSlurmFolder;
+  std::string where;
+  if (!options.partition.empty()) where += "#SBATCH --partition=" + options.partition + "\n";
+  std::string limits = where;
+  if (!options.time.empty()) limits += "#SBATCH --time=" + options.time + "\n";
+  const bool is_all = static_cast<int>(scripts.todo.size()) == parts;
+  // --open-mode=append: a requeued task appends to its log instead of truncating it.
+  scripts.array = fmt::format(
+      "#!/bin/sh\n"
+      "#SBATCH --job-name=evalbus-{name}\n"
+      "#SBATCH --array={array}\n"
+      "#SBATCH --cpus-per-task={cpus}\n"
+      "#SBATCH --requeue\n"
+      "#SBATCH --open-mode=append\n"
+      "#SBATCH --output={log}\n"
+      "{limits}"
+      "exec {evalbus} run {plan} --part \"$SLURM_ARRAY_TASK_ID/{parts}\" --workers {cpus}\n",
+      fmt::arg("name", folder.plan().name),
+      fmt::arg("array",
+               is_all ? fmt::format("1-{}", parts) : fmt::format("{}", fmt::join(scripts.todo, ","))),
+      fmt::arg("cpus", options.cpus), fmt::arg("log", (own / "part-%a.log").string()),
+      fmt::arg("limits", limits), fmt::arg("evalbus", ShellWords({Evalbus()})),
+      fmt::arg("plan", ShellWords({(folder.path() / kPlanJson).string()})), fmt::arg("parts", parts));
+  scripts.merge = fmt::format(
+      "#!/bin/sh\n"
+      "#SBATCH --job-name=evalbus-{}-merge\n"
+      "#SBATCH --requeue\n"
+      "#SBATCH --open-mode=append\n"
+      "#SBATCH --output={}\n"
+      "{}"
+      "exec {} merge {}\n",
+      folder.plan().name, (own / "merge.log").string(), where, ShellWords({Evalbus()}),
+      ShellWords({folder.path().string()}));
+  return scripts;
+}
+
+void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options) {
+  const SlurmScripts scripts = WriteSlurmScripts(folder, options, NumParts(folder.plan(), options));
+  if (scripts.todo.empty()) {
+    throw InputError(folder.path().string() + ": every shard is there; 'evalbus merge " +
+                     folder.path().string() + "' makes the results of them");
+  }
+  const fs::path own = folder.path() / kSlurmFolder;
+  if (options.dry_run) {
+    fmt::print("{}:\n{}\n{}:\n{}", (own / "array.sh").string(), scripts.array, (own / "merge.sh").string(),
+               scripts.merge);
+    return;
+  }
+  fs::create_directories(own);
+  WriteWhole(own / "array.sh", scripts.array);
+  WriteWhole(own / "merge.sh", scripts.merge);
+  const std::string array = OutputOf({"sbatch", "--parsable", (own / "array.sh").string()});
+  const std::string job = array.substr(0, array.find(';'));
+  const std::string merge =
+      OutputOf({"sbatch", "--parsable", "--dependency=afterany:" + job, (own / "merge.sh").string()});
+  fmt::print("array    job {}, {}\nmerge    job {}\nfolder   {}\n'evalbus status {}' says how far it is\n",
+             job, Plural(scripts.todo.size(), "task"), merge.substr(0, merge.find(';')),
+             folder.path().string(), folder.path().string());
+}
+
+}  // namespace evalbus::plans

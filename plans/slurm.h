@@ -1,0 +1,35 @@
+// Runs a plan as jobs of a Slurm cluster: a job array, whose tasks are parts of the plan, and a job that
+// merges the results. Requeueing, limits and accounting are left to Slurm.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "plans/plan_folder.h"
+
+namespace evalbus::plans {
+
+struct SlurmOptions {
+  bool submit = false, dry_run = false;
+  // Values for sbatch; empty: the cluster's defaults.
+  std::string partition, time;
+  // Number of tasks, each with `cpus` processors. 0: chosen such that each task takes about ten minutes.
+  int array_size = 0;
+  int cpus = 1;
+};
+
+struct SlurmScripts {
+  // Parts of the plan with unfinished shards, out of `parts`.
+  std::vector<int> todo;
+  int parts = 0;
+  std::string array, merge;
+};
+
+// `parts`: total number of parts of the plan.
+SlurmScripts WriteSlurmScripts(const PlanFolder& folder, const SlurmOptions& options, int parts);
+
+// Writes the scripts into the plan's folder and submits them; with dry_run, prints them instead. Throws
+// InputError if all shards are finished, EnvironmentError with sbatch's output if sbatch fails.
+void RunOnSlurm(const PlanFolder& folder, const SlurmOptions& options);
+
+}  // namespace evalbus::plans

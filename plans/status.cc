@@ -1,0 +1,107 @@
+#include "plans/status.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "base/input_file.h"
+#include "base/plural.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "results/run_reader.h"
+#include "results/summary_table.h"
+
+namespace evalbus::plans {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::chrono::minutes kRecent{10};
+
+// Time since a file appeared or was last touched. Assumes that the machines' clocks roughly agree.
+std::chrono::duration<double> Age(const fs::path& file) {
+  std::error_code error;
+  const auto then = fs::last_write_time(file, error);
+  return error ? std::chrono::hours(1000)
+               : std::chrono::duration<double>(fs::file_time_type::clock::now() - then);
+}
+
+std::string FirstLine(const fs::path& file) {
+  std::ifstream stream = OpenInput(file);
+  std::string line;
+  std::getline(stream, line);
+  return Printable(line);
+}
+
+int Lines(const fs::path& file) {
+  if (!fs::exists(file)) return 0;
+  std::ifstream stream = OpenInput(file);
+  return static_cast<int>(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'));
+}
+
+}  // namespace
+
+PlanStatus StatusOf(const PlanFolder& folder) {
+  PlanStatus status;
+  std::map<std::string, int> sizes;
+  double oldest = 0;
+  int recent = 0;
+  std::map<fs::path, int> lines_left;  // of runs that are executed in their own folder
+  for (const Shard& shard : ShardsOf(folder.plan())) {
+    status.episodes += shard.size();
+    sizes[shard.name()] = shard.size();
+    if (!folder.has(shard)) {
+      const fs::path run = folder.run_folder(shard.policy, shard.task);
+      const auto [left, is_new] = lines_left.emplace(run, 0);
+      if (is_new) left->second = Lines(run / kEpisodesJsonl);
+      const int there = std::min(left->second, shard.size());
+      left->second -= there;
+      status.done += there;
+      status.by_policy[shard.policy] += there;
+      continue;
+    }
+    status.done += shard.size();
+    status.by_policy[shard.policy] += shard.size();
+    const fs::path come = fs::exists(folder.shard_folder(shard))
+                              ? folder.shard_folder(shard) / kRunJson
+                              : folder.run_folder(shard.policy, shard.task);
+    if (const double age = Age(come).count(); age < std::chrono::duration<double>(kRecent).count()) {
+      recent += shard.size();
+      oldest = std::max(oldest, age);
+    }
+  }
+  // The first of the recent shards took as long as the others.
+  if (recent > 0 && oldest > 0) status.rate = recent / oldest;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder.path() / kPartsFolder, none)) {
+    const auto [shard, rest] = ParseHidden(entry.path().filename());
+    if (!sizes.contains(shard)) continue;
+    if (rest == "failed") {
+      status.failed.push_back({shard, FirstLine(entry.path())});
+    } else if (entry.is_regular_file(none) && Age(entry.path()) < AtWork::kGone) {
+      status.running += sizes[shard];
+      status.at_work.push_back(fmt::format("{}  {}", rest, shard));
+    }
+  }
+  std::ranges::sort(status.at_work);
+  std::ranges::sort(status.failed, {}, &PlanStatus::Failed::shard);
+  return status;
+}
+
+std::string PlanStatus::Text() const {
+  std::string text =
+      fmt::format("{} of {} episodes done ({:.0f} %), {} running, {} failed\n", done, episodes,
+                  100.0 * done / std::max(episodes, 1), running, Plural(failed.size(), "shard"));
+  if (done < episodes && rate > 0) {
+    text += fmt::format("{:.3g} episodes/s, about {} left\n", rate,
+                        results::FormatDuration((episodes - done) / rate));
+  }
+  for (const auto& [policy, count] : by_policy)
+    text += fmt::format("  {}  {}\n", Pad(std::to_string(count), 8), policy);
+  for (const std::string& who : at_work) text += "at work: " + who + "\n";
+  for (const Failed& one : failed) text += fmt::format("failed: {}: {}\n", one.shard, one.why);
+  return text;
+}
+
+}  // namespace evalbus::plans

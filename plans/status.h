@@ -1,0 +1,31 @@
+// Progress of a plan, read from its folder alone, on any machine that can read the folder.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "plans/plan_folder.h"
+
+namespace evalbus::plans {
+
+struct PlanStatus {
+  struct Failed {
+    std::string shard, why;
+  };
+  // Counts of episodes: all, finished, and in shards that are being run.
+  int episodes = 0, done = 0, running = 0;
+  std::vector<Failed> failed;
+  // Entries "HOST-PID  SHARD" of the active processes.
+  std::vector<std::string> at_work;
+  // Number of finished episodes by policy.
+  std::map<std::string, int> by_policy;
+  // Episodes per second over the last ten minutes, from the arrival times of shards; 0 if none arrived.
+  double rate = 0;
+
+  std::string Text() const;
+};
+
+PlanStatus StatusOf(const PlanFolder& folder);
+
+}  // namespace evalbus::plans

@@ -1,0 +1,25 @@
+// Comparisons as an HTML page: converts the structs of comparison.h to those of viz/report.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "results/comparison.h"
+
+namespace evalbus::report {
+
+struct BuiltPage {
+  std::string html;
+  // Which episodes can be played in 3D, as a sentence; empty if none were requested.
+  std::string note;
+};
+
+// Returns the HTML page. `file`: where the page will be written; links to videos are relative to it.
+// `made_by`: version and commit. `most`: maximum size of the page in bytes, including pairs of episodes for
+// 3D playback, flipped seeds first; 0: no 3D playback. Throws InputError if the runs can no longer be read,
+// EnvironmentError if three.js is missing.
+BuiltPage ComparisonReport(const std::vector<results::Comparison>& comparisons,
+                           const std::filesystem::path& file, const std::string& made_by, size_t most);
+
+}  // namespace evalbus::report

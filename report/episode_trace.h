@@ -1,0 +1,21 @@
+// A recorded episode tick by tick: curves of every score, and the events.
+#pragma once
+
+#include <vector>
+
+#include "report/page/figures.h"
+#include "viz/viewer/episode_track.h"
+
+namespace evalbus::report {
+
+struct EpisodeTrace {
+  // One figure for each metric, with a line for each of its parts (arms, distances). Constant metrics are
+  // omitted. The most informative figures come first.
+  std::vector<report::CurveFigure> figures;
+  // Stages reached, slips, collisions with the scene, self-collisions, and the end, in order of time.
+  std::vector<report::EpisodeEvent> events;
+};
+
+EpisodeTrace Trace(const viz::EpisodeTrack& track);
+
+}  // namespace evalbus::report

@@ -1,0 +1,137 @@
+#include "report/episode_tracks.h"
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "bus/channels.h"
+#include "bus/event_log.h"
+#include "lcmtypes/source_name.h"
+#include "metrics/episode/criteria_pace.h"
+#include "metrics/statistics/run_statistics.h"
+#include "models/physics_model.h"
+#include "results/episode_logs.h"
+#include "results/rescorer.h"
+
+namespace evalbus::report {
+
+const viz::SceneBlocks& Scenes::Of(model_info_t model, const std::filesystem::path& run) {
+  UseModelsIn(run, &model);
+  // Names and the variation are stored only in MODEL, not in the model files.
+  const std::string key = model.visual_sha256 + model.physics_sha256 + model.robot + model.variation;
+  Entry& entry = [&]() -> Entry& {
+    const std::lock_guard lock(mutex_);
+    return scenes_[key];
+  }();
+  const std::lock_guard building(entry.mutex);
+  if (!entry.scene) {
+    entry.scene = std::make_unique<viz::SceneBlocks>(model);
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, bytes] : entry.scene->blocks()) {
+      Block& block = blocks_[id];
+      if (!block) block = std::make_shared<const std::string>(bytes);
+    }
+  }
+  return *entry.scene;
+}
+
+std::map<std::string, Scenes::Block> Scenes::blocks() const {
+  const std::lock_guard lock(mutex_);
+  return blocks_;
+}
+
+Scenes::Block Scenes::FindBlock(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = blocks_.find(id);
+  return found == blocks_.end() ? nullptr : found->second;
+}
+
+namespace {
+
+// Adds the images of a source's cameras.
+void HearImages(const std::filesystem::path& log, viz::EpisodeTrack* track) {
+  EventLogReader reader(log);
+  for (LogEvent event; reader.Next(&event);) {
+    if (!channels::Carries(channels::kCameraImage, event.channel)) continue;
+    if (image_t image{}; Decode(event.data, &image)) track->Hear(image);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<viz::EpisodeTrack> TrackEpisode(const std::filesystem::path& log,
+                                                viz::EpisodeTrack::About about, Scenes* scenes) {
+  std::unique_ptr<viz::EpisodeTrack> track;
+  partial_metrics_t partial{};
+  criteria_t criteria{};
+  metrics::CriteriaPace criteria_pace;
+  results::Rescorer rescorer;
+  rescorer.OnBegin([&](const std::shared_ptr<const model_info_t>& model, const episode_begin_t& begin) {
+    nlohmann::ordered_json appearance;
+    if (scenes) {
+      const viz::SceneBlocks& scene = scenes->Of(*model, RunFolderOf(log));
+      about.scene = scene.id();
+      about.bodies = scene.moving_bodies();
+      appearance = scene.Appearance(begin.seed);
+    }
+    track = std::make_unique<viz::EpisodeTrack>(model, begin.header, about);
+    track->Hear(begin, std::move(appearance));
+    criteria = {};
+    criteria_pace.Start();
+  });
+  rescorer.OnTick(
+      [&](const metrics::EpisodeScorer& scorer, const state_t& state, const contacts_t& contacts) {
+        track->Hear(state);
+        track->Hear(contacts);
+        scorer.Partial(&partial);
+        track->Hear(partial);
+        scorer.Criteria(&criteria);
+        if (criteria_pace.IsDue(partial.header, partial.verdict)) track->Hear(criteria);
+      });
+  const results::RescoredLog scores = rescorer.Rescore(log);
+  if (scores.episodes.empty()) throw InputError(log.string() + ": no episode in this log");
+  if (track->model().source != source_name::kSim) HearImages(log, track.get());
+  track->Hear(criteria);
+  track->Hear(scores.episodes.back().summary);
+  return track;
+}
+
+std::string RunBlock(const results::RecordedRun& run, int number) {
+  const metrics::RunSummary summary = run.Statistics().Summary(false);
+  viz::RunNumbers numbers;
+  numbers.task = run.task;
+  numbers.variation = run.variation;
+  numbers.clock = run.clock();
+  numbers.planned = run.planned;
+  numbers.done = summary.episodes;
+  numbers.complete = summary.complete;
+  numbers.successes = summary.successes;
+  numbers.lower = summary.wilson.lower;
+  numbers.upper = summary.wilson.upper;
+  numbers.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
+  return viz::RunBlock(
+      numbers,
+      {.run = number, .name = run.name, .policy = run.policy, .is_live = false, .remarks = run.Remarks()});
+}
+
+viz::EpisodeRow RowOf(const results::RecordedEpisode& episode, const results::RecordedRun& run) {
+  viz::EpisodeRow row;
+  row.episode = episode.episode;
+  row.seed = episode.seed;
+  row.task = run.task;
+  row.variation = run.variation;
+  row.end_reason = episode.end_reason;
+  row.failure_reason = episode.failure_reason;
+  row.success = episode.success;
+  row.complete = episode.complete;
+  row.time = episode.completion_time;
+  row.text = episode.explanation;
+  row.has_track = std::filesystem::exists(EpisodeLog(run.folder, episode.episode));
+  return row;
+}
+
+std::vector<viz::EpisodeRow> EpisodeRows(const results::RecordedRun& run) {
+  std::vector<viz::EpisodeRow> rows;
+  for (const results::RecordedEpisode& episode : run.episodes) rows.push_back(RowOf(episode, run));
+  return rows;
+}
+
+}  // namespace evalbus::report

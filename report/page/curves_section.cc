@@ -1,0 +1,96 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "report/page/folded.h"
+#include "report/page/report_sections.h"
+
+namespace evalbus::report {
+namespace {
+
+// Number of figures that are initially visible; the rest can be expanded.
+constexpr size_t kCurvesShown = 6;
+
+void Event(const EpisodeEvent& event, bool video, Markup* html) {
+  DrawEventMark(event.kind, html);
+  const std::string time = fmt::format("{:.2f} s", event.time);
+  if (video) {
+    html->Element(
+        "button",
+        {{"type", "button"}, {"data-seek", fmt::format("{}", event.time)}, {"title", "show in the video"}},
+        time);
+  } else {
+    html->Element("span", {{"class", "time"}}, time);
+  }
+  html->Text(" " + event.text);
+}
+
+void Events(const std::vector<EpisodeEvent>& events, bool video, Markup* html) {
+  html->Element("ol", {{"class", "events"}}, [&] {
+    for (const EpisodeEvent& event : events) html->Element("li", {}, [&] { Event(event, video, html); });
+  });
+}
+
+void LineKey(const std::string& name, size_t index, Markup* html) {
+  html->Element("span", {{"class", "key"}}, [&] {
+    html->Element("svg", {{"class", "swatch"}, {"viewBox", "0 0 18 8"}, {"aria-hidden", "true"}}, [&] {
+      html->Empty("path", {{"class", fmt::format("line c{}", index % 6)}, {"d", "M0 4H18"}});
+    });
+    html->Text(name);
+  });
+}
+
+void CurveCard(const CurveFigure& figure, Markup* html) {
+  html->Element("figure", {{"class", "card"}}, [&] {
+    html->Element("figcaption", {}, [&] {
+      html->Text(figure.name);
+      if (!figure.unit.empty()) html->Element("span", {{"class", "unit"}}, ", " + figure.unit);
+      if (figure.lines.size() == 1 && figure.lines[0].name.empty()) return;
+      html->Element("span", {{"class", "lines"}}, [&] {
+        for (size_t k = 0; k < figure.lines.size(); ++k) LineKey(figure.lines[k].name, k, html);
+      });
+    });
+    DrawCurves(figure, html);
+  });
+}
+
+// `episode` is null if the run has no such episode.
+void EpisodeCurves(const RunSection& section, const ReportCurves& curves, const ReportEpisode* episode) {
+  Markup* html = section.html;
+  html->Element(section.subheading, {},
+                fmt::format("Episode {}: {}{}", curves.episode, episode ? episode->end_reason : "",
+                            curves.why.empty() ? "" : " (" + curves.why + ")"));
+  if (episode && !episode->explanation.empty()) html->Element("p", {}, episode->explanation);
+  const bool video = episode && !episode->videos.empty();
+  html->Element("div", {{"class", video ? "beside" : ""}}, [&] {
+    if (video) {
+      html->Element("video", {{"controls", ""}, {"preload", "metadata"}, {"src", episode->videos[0].url}},
+                    "");
+    }
+    Events(curves.events, video, html);
+  });
+  std::vector<std::function<void()>> figures;
+  for (const CurveFigure& figure : curves.figures) figures.push_back([&] { CurveCard(figure, html); });
+  Folded(figures, kCurvesShown, "more curves", "curves", html);
+}
+
+}  // namespace
+
+void WriteCurves(const RunSection& section) {
+  const ReportRun& run = section.run;
+  if (run.curves.empty()) return;
+  Markup* html = section.html;
+  html->Element("section", {}, [&] {
+    html->Element(section.heading, {{"id", section.id + "curves"}}, "Episodes over time");
+    html->Element("p", {{"class", "note"}},
+                  "Scores so far, tick by tick, computed from the logs. What does not change is left out.");
+    for (const ReportCurves& curves : run.curves) {
+      const auto found = std::ranges::find(run.episode, curves.episode, &ReportEpisode::episode);
+      const ReportEpisode* episode = found == run.episode.end() ? nullptr : &*found;
+      html->Element("article", {{"id", fmt::format("{}curves-{}", section.id, curves.episode)}},
+                    [&] { EpisodeCurves(section, curves, episode); });
+    }
+  });
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "base/text.h"
+#include "report/page/page.h"
+#include "report/page/report_numbers.h"
+#include "report/page/report_sections.h"
+#include "report/page/scale.h"
+
+namespace evalbus::report {
+namespace {
+
+const char* OutcomeSign(const ReportEpisode& episode) {
+  return !episode.complete ? "–" : episode.success ? "✓" : "✗";
+}
+
+// Successes need no reason; for them, the section with curves over time is more informative.
+bool NeedsReason(const ReportEpisode& episode) {
+  return !(episode.success && episode.complete) &&
+         !(episode.failure_reason.empty() && episode.explanation.empty());
+}
+
+void Titles(bool explained, Markup* html) {
+  html->Element("th", {{"class", "number"}}, "episode");
+  html->Element("th", {}, "end");
+  if (explained) html->Element("th", {}, "why");
+  for (const char* title : {"time, s", "stages", "slips", "collisions", "clearance, mm", "path, m"}) {
+    html->Element("th", {{"class", "number"}}, title);
+  }
+  html->Element("th", {{"class", "unsorted"}}, "files");
+  html->Element("th", {{"class", "number"}}, "seed");
+}
+
+void ReasonCell(const ReportEpisode& episode, Markup* html) {
+  html->Element("td", {{"class", "why"}}, [&] {
+    if (!NeedsReason(episode)) return;
+    // The sentence may start with the reason, which is then not repeated.
+    const std::string& reason = episode.failure_reason;
+    const bool begins = episode.explanation.starts_with(reason);
+    if (!reason.empty()) html->Element("b", {}, reason);
+    if (episode.explanation.empty()) return;
+    html->Text(begins ? episode.explanation.substr(reason.size()) : ": " + episode.explanation);
+  });
+}
+
+void StageCell(const ReportEpisode& episode, Markup* html) {
+  int stages = 0, reached = 0;
+  for (const auto& [name, value] : episode.values) {
+    if (!name.starts_with("task_stage_reached.")) continue;
+    ++stages;
+    reached += value != 0;
+  }
+  NumberCell(stages > 0 ? reached : std::numeric_limits<double>::quiet_NaN(),
+             fmt::format("{}/{}", reached, stages), html);
+}
+
+void NumberCells(const ReportEpisode& episode, Markup* html) {
+  const double time = ValueOf(episode, "completion_time");
+  NumberCell(time, fmt::format("{:.2f}", time), html);
+  StageCell(episode, html);
+  NumberCell(ValueOf(episode, "slip_count"), html);
+  const double scene = ValueOf(episode, "env_collision_count");
+  const double self = ValueOf(episode, "self_collision_count");
+  NumberCell(scene + self, fmt::format("{} + {}", Number(scene), Number(self)), html);
+  const double clearance = ValueOf(episode, "extended.min_clearance_m");
+  NumberCell(clearance, Fixed(clearance * 1e3, 0), html);
+  const double path = FirstOf(episode, {"total_cartesian_path_length", "cartesian_path_length"});
+  NumberCell(path, fmt::format("{:.2f}", path), html);
+}
+
+void FilesCell(const ReportEpisode& episode, Markup* html) {
+  html->Element("td", {{"class", "files"}}, [&] {
+    Links(episode.videos, html);
+    Links(episode.logs, html);
+  });
+}
+
+void EpisodeRow(const RunSection& section, const ReportEpisode& episode, bool explained, bool drawn) {
+  Markup* html = section.html;
+  const std::string number = std::to_string(episode.episode);
+  html->Element("tr", {{"id", EpisodeId(section, episode)}, {"class", Outcome(episode)}}, [&] {
+    html->Element("th", {{"class", "number"}, {"scope", "row"}}, [&] {
+      if (!drawn) return html->Text(number);
+      html->Element("a", {{"href", "#" + section.id + "curves-" + number}, {"title", "its curves"}}, number);
+    });
+    html->Element("td", {{"class", "end"}}, [&] {
+      html->Element("span", {{"class", std::string("sign ") + Outcome(episode)}}, OutcomeSign(episode));
+      html->Text(" " + episode.end_reason + (episode.complete ? "" : ", not complete"));
+    });
+    if (explained) ReasonCell(episode, html);
+    NumberCells(episode, html);
+    FilesCell(episode, html);
+    html->Element("td", {{"class", "number seed"}}, std::to_string(episode.seed));
+  });
+}
+
+// Checkbox that hides successful episodes by means of report.css. It is omitted if it would change nothing.
+void OnlyFailures(const RunSection& section) {
+  const std::vector<ReportEpisode>& episodes = section.run.episode;
+  const auto failures =
+      std::ranges::count_if(episodes, [](const auto& e) { return !(e.success && e.complete); });
+  if (failures == 0 || failures == std::ssize(episodes)) return;
+  const std::string id = section.id + "only-failures";
+  section.html->Empty("input", {{"type", "checkbox"}, {"class", "only-failures"}, {"id", id}});
+  section.html->Element("label", {{"for", id}}, fmt::format("only the {} without success", failures));
+}
+
+}  // namespace
+
+void WriteEpisodes(const RunSection& section) {
+  const ReportRun& run = section.run;
+  Markup* html = section.html;
+  std::set<int> drawn;
+  for (const ReportCurves& curves : run.curves) drawn.insert(curves.episode);
+  const bool explained = std::ranges::any_of(run.episode, NeedsReason);
+  const auto table = [&] {
+    html->Element("thead", {}, [&] { html->Element("tr", {}, [&] { Titles(explained, html); }); });
+    html->Element("tbody", {}, [&] {
+      for (const ReportEpisode& episode : run.episode) {
+        EpisodeRow(section, episode, explained, drawn.contains(episode.episode));
+      }
+    });
+  };
+  html->Element("section", {}, [&] {
+    html->Element(section.heading, {{"id", section.id + "episodes"}}, "Episodes");
+    OnlyFailures(section);
+    html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+      html->Element("table", {{"class", "sortable episodes"}, {"id", section.id + "episode-table"}}, table);
+    });
+    if (!run.video_hint.empty()) html->Element("p", {{"class", "note"}}, run.video_hint);
+  });
+}
+
+}  // namespace evalbus::report

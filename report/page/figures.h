@@ -1,0 +1,73 @@
+// The figures of a report as inline SVG. Colors, fonts and line widths are defined in report.css, so that one
+// figure works in light and dark mode, on screen and on paper. <title> elements describe each figure in
+// words.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "report/page/markup.h"
+
+namespace evalbus::report {
+
+// Distribution of a metric over episodes: stacked bars with the 5th to 95th percentile and the median above
+// them.
+struct HistogramFigure {
+  std::string name;
+  std::string unit;  // empty: a count or share
+  // Values of successful and of failed episodes. They must not all be equal.
+  std::vector<double> succeeded, failed;
+  double p5 = 0, median = 0, p95 = 0;
+};
+void DrawHistogram(const HistogramFigure& figure, Markup* html);
+
+// An event at one point in time of an episode.
+struct EpisodeEvent {
+  enum class Kind { kStage, kSlip, kCollision, kEnd };
+  Kind kind = Kind::kEnd;
+  double time = 0;   // s since the episode began
+  std::string text;  // what happened
+};
+// Draws the mark of an event kind as SVG for use within text.
+void DrawEventMark(EpisodeEvent::Kind kind, Markup* html);
+
+// Values over the time of an episode.
+struct CurveFigure {
+  std::string name;
+  std::string unit;
+  std::vector<double> time;  // s, ascending
+  struct Line {
+    std::string name;           // "left"; may be empty for a single one
+    std::vector<double> value;  // one value per time; NaN if unavailable
+  };
+  std::vector<Line> lines;
+  std::vector<EpisodeEvent> events;
+};
+// At least one value must be finite.
+void DrawCurves(const CurveFigure& figure, Markup* html);
+
+// Draws a share with its interval on a scale from 0 to 100 %. scale: whether tick marks are drawn.
+void DrawShare(double share, double lower, double upper, bool scale, Markup* html);
+// Draws a share without interval.
+void DrawBar(double share, const std::string& css_class, Markup* html);
+
+// Draws a difference with its interval around a line at 0. All values are within -1 to 1.
+void DrawDifference(double difference, double lower, double upper, const std::string& css_class,
+                    Markup* html);
+
+// Maps values in [from, to] to pixels.
+struct Axis {
+  double from, to;
+  double pixel_from, pixel_to;
+  double operator()(double value) const {
+    return pixel_from + (value - from) / (to - from) * (pixel_to - pixel_from);
+  }
+};
+
+// Returns an SVG path such as "M1 2L3 4.5" in pixels with one decimal. After values that are not finite, a
+// new subpath starts. The path is simplified: points within a quarter of a pixel of it are omitted.
+std::string PathOf(std::span<const double> x, std::span<const double> y, const Axis& x_axis,
+                   const Axis& y_axis);
+
+}  // namespace evalbus::report

@@ -1,0 +1,93 @@
+#include "report/page/page.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string_view>
+
+#include "report/page/assets.h"
+#include "report/page/scale.h"
+
+namespace evalbus::report {
+
+namespace {
+
+// Blocks have a type that browsers do not execute.
+void WriteScripts(const viz::PackedViewer& viewer, Markup* html) {
+  for (const auto& [name, packed] : viewer.blocks) {
+    html->Element("script", {{"type", "application/x-evalbus"}, {"data-block", name}}, packed);
+  }
+  const auto script = [&](const std::string& code) {
+    html->Element("script", {}, [&] { html->Verbatim(code); });
+  };
+  script(viewer.libraries.three);
+  script(viewer.libraries.orbit_controls);
+  for (const viz::PageFile& file : viz::PageFiles()) {
+    if (std::string_view(file.name).ends_with(".js")) script(file.text);
+  }
+}
+
+}  // namespace
+
+void WriteViewer(const viz::PackedViewer& viewer, Markup* html) {
+  html->Element("section", {{"class", "in-3d"}}, [&] {
+    html->Element("h2", {{"id", "in-3d"}}, "Episode player");
+    html->Element("p", {{"class", "note"}}, viewer.note);
+    html->Element("div", {{"id", "viewer"}, {"data-from", "page"}},
+                  [&] { html->Element("noscript", {}, "Without scripts nothing is drawn in 3D here."); });
+  });
+}
+
+std::string Page(const std::string& title, const std::string& made_by,
+                 const std::function<void(Markup*)>& content, const viz::PackedViewer* viewer) {
+  Markup html;
+  html.Doctype();
+  html.Element("html", {{"lang", "en"}}, [&] {
+    html.Element("head", {}, [&] {
+      html.Empty("meta", {{"charset", "utf-8"}});
+      html.Empty("meta", {{"name", "viewport"}, {"content", "width=device-width, initial-scale=1"}});
+      // Without this, browsers request /favicon.ico.
+      html.Empty("link", {{"rel", "icon"}, {"href", "data:,"}});
+      html.Element("title", {}, title);
+      html.Element("style", {}, [&] { html.Verbatim(kReportCss); });
+      if (viewer) html.Element("style", {}, [&] { html.Verbatim(viz::PageStyle()); });
+    });
+    html.Element("body", {}, [&] {
+      html.Element("main", {}, [&] {
+        html.Element("h1", {}, title);
+        content(&html);
+      });
+      html.Element("footer", {}, "Made by evalbus " + made_by + ".");
+      html.Element("script", {}, [&] { html.Verbatim(kReportJs); });
+      if (viewer) WriteScripts(*viewer, &html);
+    });
+  });
+  return html.str() + "\n";
+}
+
+void Links(const std::vector<ReportLink>& links, Markup* html) {
+  for (const ReportLink& link : links) {
+    html->Element("a", {{"href", link.url}}, link.text);
+    html->Text(" ");
+  }
+}
+
+std::string Percent(double share) {
+  return std::isfinite(share) ? fmt::format("{:.0f} %", share * 100) : std::string("-");
+}
+
+void Data(double value, const std::string& text, Markup* html) {
+  if (!std::isfinite(value)) {
+    html->Text("-");
+  } else {
+    html->Element("data", {{"value", fmt::format("{}", value)}}, text);
+  }
+}
+void Data(double value, Markup* html) { Data(value, Number(value), html); }
+
+void NumberCell(double value, const std::string& text, Markup* html) {
+  html->Element("td", {{"class", "number"}}, [&] { Data(value, text, html); });
+}
+void NumberCell(double value, Markup* html) { NumberCell(value, Number(value), html); }
+
+}  // namespace evalbus::report

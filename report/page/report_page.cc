@@ -1,0 +1,102 @@
+#include "report/page/report_page.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/plural.h"
+#include "report/page/page.h"
+#include "report/page/report_numbers.h"
+#include "report/page/report_sections.h"
+#include "report/page/scale.h"
+
+namespace evalbus::report {
+namespace {
+
+void Subtitle(const ReportRun& run, Markup* html) {
+  html->Element("p", {{"class", "subtitle"}}, [&] {
+    html->Text("policy ");
+    html->Element("b", {}, run.policy);
+    html->Text(", " + Plural(run.episodes, "episode") + ", run " + run.name);
+  });
+}
+
+std::string Id(size_t run) { return fmt::format("run-{}-", run); }
+
+void SuiteTitles(Markup* html) {
+  for (const char* title : {"task", "variation", "policy"}) html->Element("th", {}, title);
+  html->Element("th", {{"class", "number"}}, "episodes");
+  html->Element("th", {{"class", "number"}}, "success");
+  html->Element("th", {{"class", "unsorted"}}, "95 % interval");
+  for (const char* title : {"success time, s", "progress", "slips", "collisions"}) {
+    html->Element("th", {{"class", "number"}}, title);
+  }
+}
+
+void SuiteRow(const ReportRun& run, const std::string& id, Markup* html) {
+  const ReportInterval interval = FirstInterval(run);
+  const double rate = SuccessRate(run);
+  html->Element("th", {{"scope", "row"}}, [&] { html->Element("a", {{"href", "#" + id}}, run.task); });
+  html->Element("td", {}, run.variation);
+  html->Element("td", {}, run.policy);
+  NumberCell(run.complete,
+             run.complete == run.episodes ? Number(run.episodes)
+                                          : fmt::format("{} of {}", run.complete, run.episodes),
+             html);
+  NumberCell(rate, Percent(rate), html);
+  html->Element("td", {{"class", "bar"}}, [&] {
+    if (std::isfinite(rate)) DrawShare(rate, interval.lower, interval.upper, false, html);
+  });
+  const auto mean = [&](const char* name) { return Statistic(FindIn(run, name), "mean"); };
+  const auto cell = [&](double value) {
+    NumberCell(value, value == 0 ? "0" : fmt::format("{:.2f}", value), html);
+  };
+  cell(mean("completion_time"));
+  NumberCell(mean("subtask_progress"), Percent(mean("subtask_progress")), html);
+  cell(mean("slip_count"));
+  cell(mean("env_collision_count") + mean("self_collision_count"));
+}
+
+void SuiteTable(const Report& report, Markup* html) {
+  const auto table = [&] {
+    html->Element("thead", {}, [&] { html->Element("tr", {}, [&] { SuiteTitles(html); }); });
+    html->Element("tbody", {}, [&] {
+      for (size_t i = 0; i < report.runs.size(); ++i) {
+        html->Element("tr", {}, [&] { SuiteRow(report.runs[i], Id(i), html); });
+      }
+    });
+  };
+  html->Element("div", {{"class", "scroll"}, {"tabindex", "0"}}, [&] {
+    html->Element("table", {{"class", "sortable"}, {"id", "suite"}}, table);
+  });
+  html->Element(
+      "p", {{"class", "note"}},
+      "Progress, slips and collisions are means over complete episodes; time over those that succeeded.");
+}
+
+}  // namespace
+
+std::string ReportPage(const Report& report) {
+  const auto content = [&](Markup* html) {
+    const bool suite = report.runs.size() > 1;
+    for (const std::string& remark : report.remarks) html->Element("p", {{"class", "warning"}}, remark);
+    if (suite) SuiteTable(report, html);
+    if (suite && report.viewer) WriteViewer(*report.viewer, html);
+    for (size_t i = 0; i < report.runs.size(); ++i) {
+      const ReportRun& run = report.runs[i];
+      if (suite) html->Element("h2", {{"id", Id(i)}}, run.task + "/" + run.variation);
+      Subtitle(run, html);
+      const RunSection section{run, suite ? Id(i) : "", suite ? "h3" : "h2", suite ? "h4" : "h3", html};
+      WriteSummary(section);
+      if (!suite && report.viewer) WriteViewer(*report.viewer, html);
+      WriteStages(section);
+      WriteDistributions(section);
+      WriteEpisodes(section);
+      WriteCurves(section);
+      WriteMade(section);
+    }
+  };
+  return Page(report.title, report.made_by, content, report.viewer ? &*report.viewer : nullptr);
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,40 @@
+// The sections of a run's report, one function each.
+#pragma once
+
+#include <string>
+
+#include "report/page/markup.h"
+#include "report/page/report_page.h"
+
+namespace evalbus::report {
+
+// A run, and where and how its sections are written.
+struct RunSection {
+  const ReportRun& run;
+  // Prefix that makes anchors unique on a page with several runs.
+  std::string id;
+  // Element names of headings and of subheadings.
+  const char* heading;
+  const char* subheading;
+  Markup* html;
+};
+
+// Anchor of an episode's row in the table.
+inline std::string EpisodeId(const RunSection& section, const ReportEpisode& episode) {
+  return section.id + "episode-" + std::to_string(episode.episode);
+}
+
+// Success rate, failures and exclusions as sentences; the main numbers; one square per episode.
+void WriteSummary(const RunSection& section);
+// Stages, failure reasons, collisions.
+void WriteStages(const RunSection& section);
+// A histogram of each metric that varies, and all statistics as a table.
+void WriteDistributions(const RunSection& section);
+// The table of episodes.
+void WriteEpisodes(const RunSection& section);
+// Curves and events of selected episodes.
+void WriteCurves(const RunSection& section);
+// Configuration of the run.
+void WriteMade(const RunSection& section);
+
+}  // namespace evalbus::report

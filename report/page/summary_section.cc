@@ -1,0 +1,177 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/plural.h"
+#include "lcmtypes/metric_catalog.h"
+#include "report/page/page.h"
+#include "report/page/report_numbers.h"
+#include "report/page/report_sections.h"
+#include "report/page/scale.h"
+
+namespace evalbus::report {
+namespace {
+
+// Returns e.g. "19 of 20 episodes succeeded: 95 % (95 % interval 76 to 99 %, Wilson)."
+std::string RateSentence(const ReportRun& run) {
+  if (run.complete == 0) return "No episode is complete, so there is no success rate.";
+  const int judged = run.complete - run.not_judged;
+  if (judged == 0) {
+    return "Success was not judged: what success or failure asks for is not known, poses of objects are "
+           "missing.";
+  }
+  std::string text = fmt::format("{} of {} succeeded: {}", run.successes,
+                                 Plural(judged, run.not_judged > 0            ? "judged episode"
+                                                : run.complete < run.episodes ? "complete episode"
+                                                                              : "episode"),
+                                 Percent(SuccessRate(run)));
+  if (!run.intervals.empty()) {
+    const ReportInterval& interval = run.intervals[0];
+    text += fmt::format(" (95 % interval {:.0f} to {:.0f} %, {})", interval.lower * 100, interval.upper * 100,
+                        interval.method);
+  }
+  return text + ".";
+}
+
+std::string FailureSentence(const ReportRun& run) {
+  const ReportCounts& reasons = run.failure_reasons;
+  if (reasons.empty()) return "";
+  std::string text = "Failures: ";
+  for (size_t i = 0; i < reasons.size(); ++i) {
+    text += fmt::format("{}{} ({})", i == 0 ? "" : ", ", reasons[i].first, reasons[i].second);
+  }
+  return text + ".";
+}
+
+std::string IncompleteSentence(const ReportRun& run) {
+  std::string numbers;
+  int count = 0;
+  for (const ReportEpisode& episode : run.episode) {
+    if (episode.complete) continue;
+    numbers += fmt::format("{}{}", count++ == 0 ? "" : ", ", episode.episode);
+  }
+  if (count == 0) return "";
+  return fmt::format("{} not complete, and left out of every rate and statistic: {}.",
+                     count == 1 ? "1 episode is" : fmt::format("{} episodes are", count), numbers);
+}
+
+void IntervalNote(const ReportInterval& interval, Markup* html) {
+  html->Element("div", {{"class", "note"}}, [&] {
+    html->Text("95 % interval ");
+    Data(interval.lower, fmt::format("{:.1f}", interval.lower * 100), html);
+    html->Text(" to ");
+    Data(interval.upper, fmt::format("{:.1f} %", interval.upper * 100), html);
+    html->Text(", " + interval.method);
+  });
+}
+
+void RateTile(const RunSection& section) {
+  Markup* html = section.html;
+  const double rate = SuccessRate(section.run);
+  const ReportInterval interval = FirstInterval(section.run);
+  html->Element("div", {{"class", "tile wide"}}, [&] {
+    html->Element("div", {{"class", "label"}}, "success rate");
+    html->Element("div", {{"class", "value"}, {"id", section.id + "success-rate"}},
+                  [&] { Data(rate, Percent(rate), html); });
+    if (std::isfinite(rate)) DrawShare(rate, interval.lower, interval.upper, true, html);
+    for (const ReportInterval& other : section.run.intervals) IntervalNote(other, html);
+  });
+}
+
+void MetricTile(const ReportMetric& metric, Markup* html) {
+  const MetricNumber number = FindMetric(metric.name);
+  const std::string unit(number.shown_unit());
+  const auto shown = [&](const char* statistic) { return Statistic(&metric, statistic) * number.scale(); };
+  html->Element("div", {{"class", "tile"}}, [&] {
+    html->Element("div", {{"class", "label"}},
+                  "mean " + number.label() + (IsOfSuccessesOnly(metric.name) ? " of successes" : ""));
+    html->Element("div", {{"class", "value"}}, [&] {
+      Data(Statistic(&metric, "mean"), Number(shown("mean")), html);
+      if (!unit.empty()) html->Element("span", {{"class", "unit"}}, " " + unit);
+    });
+    html->Element("div", {{"class", "note"}},
+                  "median " + Number(shown("median"), 3) + ", max " + Number(shown("max"), 3));
+  });
+}
+
+void Tiles(const RunSection& section) {
+  section.html->Element("div", {{"class", "tiles"}}, [&] {
+    RateTile(section);
+    for (const char* name : {"completion_time", "subtask_progress", "slip_count", "env_collision_count",
+                             "self_collision_count", "extended.min_clearance_m"}) {
+      if (const ReportMetric* metric = FindIn(section.run, name)) MetricTile(*metric, section.html);
+    }
+  });
+}
+
+// Writes one square per episode, in order, as a link to its table row. The strip is hidden from assistive
+// technology, which uses the table instead.
+void Strip(const RunSection& section) {
+  const ReportRun& run = section.run;
+  Markup* html = section.html;
+  html->Element("div", {{"class", "strip"}, {"aria-hidden", "true"}}, [&] {
+    for (const ReportEpisode& episode : run.episode) {
+      const std::string& reason =
+          episode.failure_reason.empty() ? episode.end_reason : episode.failure_reason;
+      html->Element("a",
+                    {{"class", Outcome(episode)},
+                     {"href", "#" + EpisodeId(section, episode)},
+                     {"tabindex", "-1"},
+                     {"title", fmt::format("episode {}: {}{}", episode.episode, reason,
+                                           episode.complete ? "" : ", not complete")}},
+                    "");
+    }
+  });
+  const auto key = [&](const char* css_class, const std::string& text) {
+    html->Element("span", {{"class", "key"}}, [&] {
+      html->Element("i", {{"class", css_class}}, "");
+      html->Text(text);
+    });
+  };
+  html->Element("p", {{"class", "legend"}}, [&] {
+    key("good", "success");
+    key("bad", "no success");
+    if (run.complete < run.episodes) key("incomplete", "not complete");
+  });
+}
+
+void TimesTable(const RunSection& section) {
+  Markup* html = section.html;
+  html->Element("p", {}, section.run.pacing);
+  html->Element("table", {{"id", section.id + "times"}}, [&] {
+    html->Element("tr", {}, [&] {
+      html->Element("th", {}, "real time, ms");
+      for (const char* heading : {"p50", "p99", "p99.9", "max"}) {
+        html->Element("th", {{"class", "number"}}, heading);
+      }
+    });
+    for (const ReportTimes& times : section.run.times) {
+      html->Element("tr", {}, [&] {
+        html->Element("td", {}, times.name);
+        for (const double seconds : {times.p50, times.p99, times.p999, times.max}) {
+          html->Element("td", {{"class", "number"}},
+                        [&] { Data(seconds, fmt::format("{:.2f}", seconds * 1e3), html); });
+        }
+      });
+    }
+  });
+}
+
+}  // namespace
+
+void WriteSummary(const RunSection& section) {
+  const ReportRun& run = section.run;
+  Markup* html = section.html;
+  html->Element("p", {{"class", "verdict"}}, RateSentence(run));
+  if (const std::string text = FailureSentence(run); !text.empty()) html->Element("p", {}, text);
+  if (const std::string text = IncompleteSentence(run); !text.empty()) {
+    html->Element("p", {{"class", "warning"}}, text);
+  }
+  for (const std::string& remark : run.remarks) html->Element("p", {{"class", "warning"}}, remark);
+  for (const std::string& note : run.notes) html->Element("p", {}, note);
+  Tiles(section);
+  Strip(section);
+  if (!run.times.empty()) TimesTable(section);
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,27 @@
+// Links of a page to files of runs. They are relative to the page's folder, so that everything can be moved
+// together.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "report/page/page.h"
+
+namespace evalbus::report {
+
+class PageLinks {
+ public:
+  explicit PageLinks(const std::filesystem::path& page);
+
+  // Links for an episode; empty if there are no such files.
+  std::vector<report::ReportLink> Videos(const std::filesystem::path& run, int episode) const;
+  std::vector<report::ReportLink> Log(const std::filesystem::path& run, int episode) const;
+
+ private:
+  report::ReportLink To(const std::filesystem::path& file, const std::string& text) const;
+
+  std::filesystem::path folder_;
+};
+
+}  // namespace evalbus::report

@@ -1,0 +1,112 @@
+#include "report/run_follower.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "report/episode_tracks.h"
+
+namespace evalbus::report {
+namespace fs = std::filesystem;
+
+RunFollower::RunFollower(fs::path folder) : folder_(std::move(folder)), lines_(File()) {
+  numbers_.is_over = false;
+}
+
+void RunFollower::StartAgain() {
+  lines_ = results::NewLines(File());
+  waiting_.clear();
+  next_waiting_ = 0;
+  hashes_.clear();
+  statistics_ = metrics::RunStatistics();
+}
+
+bool RunFollower::ReadLines() {
+  struct stat status {};
+  if (stat(File().c_str(), &status) != 0) return inode_ == 0 || hashes_.empty();
+  const bool is_another = inode_ != 0 && inode_ != status.st_ino;
+  inode_ = status.st_ino;
+  if (is_another) {
+    // At its end, a run rewrites its lines in order; --resume rewrites the lines that it keeps.
+    results::NewLines lines(File());
+    std::vector<std::string> all = lines.Next();
+    const bool begins_alike = all.size() >= hashes_.size() &&
+                              std::ranges::equal(hashes_.begin(), hashes_.end(), all.begin(),
+                                                 all.begin() + static_cast<std::ptrdiff_t>(hashes_.size()),
+                                                 {}, {}, std::hash<std::string>());
+    if (!begins_alike) return false;
+    all.erase(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(hashes_.size()));
+    lines_ = std::move(lines);
+    waiting_ = std::move(all);
+    next_waiting_ = 0;
+  } else if (next_waiting_ == waiting_.size()) {
+    waiting_ = lines_.Next();
+    next_waiting_ = 0;
+  }
+  return true;
+}
+
+RunFollower::News RunFollower::Look() {
+  News news;
+  try {
+    std::error_code none;
+    const auto info_time = fs::last_write_time(folder_ / kRunJson, none);
+    if (!none && (!info_ || info_time != info_time_)) {
+      info_ = results::ReadRunInfo(folder_);
+      info_time_ = info_time;
+      news.is_changed = true;
+    }
+    if (!info_) return news;
+    if (!ReadLines()) {
+      StartAgain();
+      inode_ = 0;
+      ReadLines();
+      news.is_changed = true;
+    }
+    news.from = hashes_.size();
+    const size_t end = std::min(waiting_.size(), next_waiting_ + kLinesAtOnce);
+    for (; next_waiting_ < end; ++next_waiting_) {
+      const std::string& text = waiting_[next_waiting_];
+      const auto number = static_cast<int>(hashes_.size()) + 1;
+      const auto line = ParseJson<nlohmann::ordered_json>(text, File().string(), number);
+      const results::RecordedEpisode episode =
+          results::ReadEpisode(line, fmt::format("{}:{}", File().string(), number), *info_);
+      statistics_.Add(episode.episode, metrics::ResultOf(line));
+      news.rows.push_back(RowOf(episode, *info_));
+      hashes_.push_back(std::hash<std::string>()(text));
+    }
+    error_.clear();
+  } catch (const InputError& error) {
+    // Lines after the invalid one are not read. The error is reported once.
+    news.is_changed |= error_ != error.what();
+    error_ = error.what();
+  }
+  const bool is_over = next_waiting_ == waiting_.size() && fs::exists(folder_ / kSummaryJson);
+  news.is_changed |= !news.rows.empty() || is_over != numbers_.is_over;
+  numbers_.is_over = is_over;
+  if (news.is_changed && info_) Count();
+  return news;
+}
+
+void RunFollower::Count() {
+  const metrics::RunSummary summary = statistics_.Summary(false);
+  numbers_.task = info_->task;
+  numbers_.variation = info_->variation;
+  numbers_.clock = info_->clock();
+  const auto only = info_->info.find("only");
+  const bool is_part = only != info_->info.end() && only->is_array() && !only->empty();
+  numbers_.planned = is_part ? static_cast<int>(only->size()) : info_->planned;
+  numbers_.done = summary.episodes;
+  numbers_.complete = summary.complete;
+  numbers_.successes = summary.successes;
+  const metrics::Interval& interval = numbers_.is_over ? summary.wilson : summary.anytime;
+  numbers_.lower = interval.lower;
+  numbers_.upper = interval.upper;
+  numbers_.failure_reasons.assign(summary.failure_reasons.begin(), summary.failure_reasons.end());
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,64 @@
+// Follows a run on disk that may still be growing: its list of episodes and its rates, read incrementally.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metrics/statistics/run_statistics.h"
+#include "results/run_folder.h"
+#include "results/run_reader.h"
+#include "viz/viewer/run_block.h"
+
+namespace evalbus::report {
+
+class RunFollower {
+ public:
+  // The folder and its files need not exist yet.
+  explicit RunFollower(std::filesystem::path folder);
+
+  // Rows of the list from index `from` on, in the order of episodes.jsonl. is_changed is also set if rates or
+  // facts of the run have changed.
+  struct News {
+    bool is_changed = false;
+    size_t from = 0;
+    std::vector<viz::EpisodeRow> rows{};
+  };
+  // Reads at most kLinesAtOnce new lines; the next call continues.
+  static constexpr size_t kLinesAtOnce = 200;
+  News Look();
+
+  const std::filesystem::path& folder() const { return folder_; }
+  // Null until run.json exists.
+  const results::RecordedRun* info() const { return info_ ? &*info_ : nullptr; }
+  // Updated by Look().
+  const viz::RunNumbers& numbers() const { return numbers_; }
+  // True if summary.json exists: no process works on the run.
+  bool is_over() const { return numbers_.is_over; }
+  // One-line description of what is wrong with the files; empty if nothing is.
+  const std::string& error() const { return error_; }
+
+ private:
+  std::filesystem::path File() const { return folder_ / kEpisodesJsonl; }
+  // Returns false if episodes.jsonl was replaced by a file that does not start with the lines read so far.
+  bool ReadLines();
+  void StartAgain();
+  void Count();
+
+  std::filesystem::path folder_;
+  std::optional<results::RecordedRun> info_;
+  std::filesystem::file_time_type info_time_{};
+  results::NewLines lines_;
+  uint64_t inode_ = 0;
+  // Lines that were read but not yet processed, and the hashes of all lines read so far.
+  std::vector<std::string> waiting_;
+  size_t next_waiting_ = 0;
+  std::vector<size_t> hashes_;
+  metrics::RunStatistics statistics_;
+  viz::RunNumbers numbers_;
+  std::string error_;
+};
+
+}  // namespace evalbus::report

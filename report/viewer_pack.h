@@ -1,0 +1,62 @@
+// Selects and packs the episodes that fit into a page of limited size.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/episode_tracks.h"
+#include "report/page_links.h"
+#include "results/run_reader.h"
+#include "viz/viewer/pack.h"
+
+namespace evalbus::report {
+
+// Default maximum size of a page with a 3D viewer.
+inline constexpr double kPageMegabytes = 8;
+
+class ViewerPack {
+ public:
+  // links: links of the page. Throws EnvironmentError if three.js is missing.
+  explicit ViewerPack(const PageLinks& links);
+
+  // Returns the run's number on the page.
+  int Add(const results::RecordedRun& run);
+
+  // An episode of a run.
+  struct Wanted {
+    int run, episode;
+  };
+  // Packs groups of episodes in the given order until one does not fit; a group is packed completely or not
+  // at all. page: bytes of the rest of the page, without the viewer. most: maximum bytes of the page. A log
+  // that cannot be read adds a remark.
+  void Pack(const std::vector<std::vector<Wanted>>& wanted, size_t page, size_t most);
+
+  // Returns nullopt if no episode is packed: an empty viewer would only enlarge the page.
+  std::optional<viz::PackedViewer> Viewer() const;
+  // States which episodes are packed, in one sentence.
+  std::string Note() const;
+  const std::vector<std::string>& remarks() const { return remarks_; }
+
+ private:
+  std::string ListBlock(int run) const;
+
+  PageLinks links_;
+  viz::ThreeJs libraries_;
+  std::vector<const results::RecordedRun*> runs_;
+  Scenes scenes_;
+  std::set<std::pair<int, int>> packed_;
+  std::vector<std::pair<std::string, std::string>> blocks_;
+  std::set<std::string> names_;
+  std::vector<std::string> remarks_;
+  size_t episodes_ = 0;
+};
+
+// Orders a run's episodes: those of `first`, then failures, then successes.
+std::vector<int> FailuresFirst(const results::RecordedRun& run, const std::vector<int>& first);
+
+}  // namespace evalbus::report

@@ -1,0 +1,71 @@
+// Runs jobs that read files, each on its own thread, so that a file system that does not respond blocks only
+// the jobs that read from it.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <list>
+#include <mutex>
+
+#include "bus/bus.h"
+
+namespace evalbus::report {
+
+class ReaderThreads {
+ public:
+  struct Limits {
+    // Maximum number of jobs that run at the same time, and that wait.
+    size_t at_once = 4, waiting = 64;
+    // A job that takes longer is abandoned. Its thread cannot be stopped, and remains until the file system
+    // responds.
+    std::chrono::seconds timeout{30};
+    // When this many threads are stuck, no job is started, and waiting jobs are abandoned.
+    size_t stuck = 16;
+  };
+  // Delivers a job's result. is_late: GiveUp has been called or is being called. Neither function may throw.
+  using Tell = std::function<void(bool is_late)>;
+  using GiveUp = std::function<void()>;
+
+  explicit ReaderThreads(const Limits& limits) : limits_(limits) {}
+  // Waits for all running jobs.
+  ~ReaderThreads();
+  ReaderThreads(const ReaderThreads&) = delete;
+  ReaderThreads& operator=(const ReaderThreads&) = delete;
+
+  // work: runs on a thread, must not throw, and returns a function that is then called on that thread.
+  // give_up: called in Poll(). Returns false, without adding the job, if too many jobs are waiting.
+  bool Add(std::function<Tell()> work, GiveUp give_up);
+  // Abandons jobs that take too long, and starts waiting jobs. Must be called regularly.
+  void Poll(SteadyTime now);
+  // Sleeps in a job that waits for a file; returns false after Stop() was called.
+  bool Pause(std::chrono::milliseconds duration);
+  // Prevents further jobs from starting, and waits for running ones. Returns false if some are still running
+  // after `timeout`: objects that they refer to must then not be destroyed.
+  bool Stop(std::chrono::milliseconds timeout);
+
+ private:
+  struct Job {
+    std::function<Tell()> work;
+    GiveUp give_up;
+    SteadyTime started{};
+    bool is_told = false, is_stuck = false;
+  };
+
+  // Starts waiting jobs, within the limits and the system's resources. Requires the lock.
+  void Start();
+  void Run(std::list<Job>::iterator job);
+
+  const Limits limits_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool stops_ = false;
+  std::deque<Job> waiting_;
+  // Each has a thread.
+  std::list<Job> running_;
+  size_t num_stuck_ = 0;
+};
+
+}  // namespace evalbus::report

@@ -1,0 +1,426 @@
+#include "report/web/web.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <ctime>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/run_layout.h"
+#include "bus/host.h"
+#include "bus/live_runs.h"
+#include "bus/private_network.h"
+#include "report/run_follower.h"
+#include "report/web/web_jobs.h"
+#include "viz/web/live_feed.h"
+#include "viz/web/page.h"
+#include "viz/web/server.h"
+
+namespace evalbus::report {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::steady_clock;
+
+constexpr int kUsualPort = 8080;
+constexpr int kNice = 10;
+// Intervals for finding new runs and reading folders, and the maximum delay of messages.
+constexpr auto kDiscover = std::chrono::seconds(1);
+constexpr auto kLook = std::chrono::milliseconds(200);
+constexpr auto kMaxBatchDelay = std::chrono::milliseconds(10);
+// Maximum number of messages handled from one bus before the next bus.
+constexpr int kInARow = 1000;
+// More messages than a receive buffer holds.
+constexpr int kMaxQueued = 100000;
+constexpr size_t kMaxRuns = 1000;
+// Short enough for Ctrl-C to end the server within two seconds.
+constexpr std::chrono::seconds kStopping{1};
+
+std::string TimeOfDay() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  return fmt::format("{:%H:%M:%S}", local);
+}
+
+// A run on the page: on disk, on a bus, or both.
+class ShownRun {
+ public:
+  // folder: of a run, or a log that is being played; may be empty.
+  ShownRun(int number, fs::path folder, std::string suffix, viz::UpdateBroadcaster* broadcaster,
+           WebJobs* jobs)
+      : number_(number),
+        folder_(std::move(folder)),
+        suffix_(std::move(suffix)),
+        broadcaster_(broadcaster),
+        jobs_(jobs) {
+    if (!folder_.empty() && !fs::is_regular_file(folder_)) follower_.emplace(folder_);
+    Tell();
+  }
+
+  const fs::path& folder() const { return folder_; }
+  bool has_bus() const { return bus_ != nullptr; }
+  const std::string& url() const { return url_; }
+  bool is_on(const LiveRun& run) const { return has_bus() && url_ == run.url; }
+
+  void Attach(const LiveRun& run) {
+    const results::RecordedRun* info = follower_ ? follower_->info() : nullptr;
+    url_ = run.url;
+    is_replay_ = run.is_replay;
+    bus_ = std::make_unique<Bus>(run.url);
+    feed_ = std::make_unique<viz::LiveFeed>(number_, info ? info->policy : "", info ? info->planned : 0);
+    for (const std::string_view channel : viz::LiveFeed::kChannels) {
+      bus_->SubscribeRaw(std::string(channel),
+                         [this](std::string_view name, std::span<const uint8_t> data, int64_t) {
+                           feed_->Hear(name, data, steady_clock::now(), TimeOfDay());
+                         });
+    }
+    bus_->SetMaxBatchDelay(kMaxBatchDelay);
+    asked_model_.reset();
+    asked_history_.reset();
+    remark_.clear();
+  }
+  // Must be called when the run's processes have ended. Handles the messages that are still queued; received
+  // data are kept.
+  void Detach() {
+    for (int i = 0; i < kMaxQueued && bus_->Handle(); ++i) {
+    }
+    bus_.reset();
+    Tell();
+  }
+  void SetRemark(const std::string& remark) {
+    if (remark_ != remark) Tell();
+    remark_ = remark;
+  }
+
+  // Handles queued messages; returns false if there were none.
+  bool Handle() {
+    bool any = false;
+    for (int i = 0; bus_ && i < kInARow && bus_->Handle(); ++i) any = true;
+    return any;
+  }
+  void WaitForMessage(SteadyTime until) { bus_->Handle(until); }
+
+  // Reads new data from the folder. Returns false if more may be available.
+  bool Look() {
+    if (!follower_) return true;
+    report::RunFollower::News news = follower_->Look();
+    if (news.is_changed) Tell();
+    const bool is_all = news.rows.size() < report::RunFollower::kLinesAtOnce;
+    // If a run has several workers, only the first worker's entry has the list.
+    if (suffix_.empty() && news.is_changed)
+      broadcaster_->SetEpisodes(number_, news.from, std::move(news.rows));
+    return is_all;
+  }
+
+  void Publish(SteadyTime now) {
+    if (!feed_) {
+      if (std::exchange(has_news_, false)) broadcaster_->SetRun(number_, viz::RunBlock(Numbers(), Label()));
+      return;
+    }
+    AskForWhatIsMissing();
+    std::vector<viz::EpisodeRow> done = feed_->TakeDone();
+    if (!follower_) {
+      for (viz::EpisodeRow& row : done) {
+        row.has_track = false;  // the log is not stored
+        broadcaster_->SetEpisodes(number_, broadcaster_->num_episodes(number_), {std::move(row)});
+      }
+    }
+    const viz::RunNumbers counted = Numbers();
+    feed_->Publish(broadcaster_, Label(), follower_ && follower_->info() ? &counted : nullptr, now);
+  }
+
+ private:
+  void Tell() {
+    has_news_ = true;
+    const results::RecordedRun* info = follower_ ? follower_->info() : nullptr;
+    jobs_->SetRun(number_, follower_ ? folder_ : fs::path(), info ? info->policy : "");
+  }
+
+  viz::RunNumbers Numbers() const {
+    viz::RunNumbers numbers;
+    if (follower_) numbers = follower_->numbers();
+    return numbers;
+  }
+
+  viz::RunLabel Label() const {
+    viz::RunLabel label;
+    label.run = number_;
+    label.name = folder_.empty() ? url_ : NameOfRun(folder_);
+    if (!suffix_.empty()) label.name += ", " + suffix_;
+    if (is_replay_) label.name += ", replay";
+    if (follower_ && follower_->info()) label.policy = follower_->info()->policy;
+    label.is_live = has_bus() && !feed_->watch().is_over();
+    if (follower_ && !follower_->error().empty()) label.remarks.push_back(follower_->error());
+    if (!remark_.empty()) label.remarks.push_back(remark_);
+    return label;
+  }
+
+  void AskForWhatIsMissing() {
+    if (const auto& model = feed_->model_without_scene(); model && asked_model_ != model) {
+      asked_model_ = model;
+      jobs_->AskScene(model, follower_ ? folder_ : fs::path(),
+                      [this, model](viz::LiveFeed::Scene scene, const std::string& error) {
+                        if (!error.empty()) SetRemark("without an image: " + error);
+                        if (feed_) feed_->SetScene(model, std::move(scene));
+                      });
+    }
+    const auto episode = feed_->episode_without_begin();
+    if (!episode || (asked_history_ && asked_history_->episode == episode->episode &&
+                     asked_history_->attempt == episode->attempt)) {
+      return;
+    }
+    asked_history_ = episode;
+    // A replay may differ from the log in the run's folder.
+    if (!follower_ || is_replay_) return feed_->SetHistory(*episode, {});
+    jobs_->AskHistory(folder_, episode->episode, episode->tick - 1,
+                      [this, episode](std::vector<viz::LiveFeed::Message> messages) {
+                        if (feed_) feed_->SetHistory(*episode, messages);
+                      });
+  }
+
+  const int number_;
+  const fs::path folder_;
+  const std::string suffix_;
+  viz::UpdateBroadcaster* const broadcaster_;
+  WebJobs* const jobs_;
+  std::optional<report::RunFollower> follower_;
+  std::string url_;
+  bool is_replay_ = false, has_news_ = true;
+  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<viz::LiveFeed> feed_;
+  std::shared_ptr<const model_info_t> asked_model_;
+  std::optional<header_t> asked_history_;
+  std::string remark_;
+};
+
+class WebPage {
+ public:
+  WebPage(const WebOptions& options, viz::UpdateBroadcaster* broadcaster, WebJobs* jobs)
+      : options_(options), broadcaster_(broadcaster), jobs_(jobs) {}
+
+  // Finds the runs to show and joins their networks. This process must have only one thread.
+  void Begin() {
+    if (!options_.runs.empty() && !options_.url.empty()) {
+      throw InputError("run folders and --url exclude each other");
+    }
+    const std::vector<LiveRun> live = FindLiveRuns();
+    if (!options_.runs.empty()) {
+      for (const fs::path& run : options_.runs) CheckFolder(run, live);
+      Discover(live);
+    } else if (const std::string url = options_.url.empty() ? UrlOfEnvironment() : options_.url;
+               !url.empty()) {
+      LiveRun run;
+      run.url = url;
+      if (std::ranges::count(live, url, &LiveRun::url) == 1) run = ChooseLiveRun(live, url);
+      folders_.push_back(run.folder);
+      Attach(run, Add(run.folder, ""));
+    } else {
+      // Workers of the same run count as one run.
+      const bool is_one = !live.empty() && std::ranges::all_of(live, [&](const LiveRun& run) {
+        return !run.folder.empty() && run.folder == live[0].folder;
+      });
+      const LiveRun run = is_one ? live[0] : ChooseLiveRun(live);
+      folders_.push_back(run.folder);
+      if (run.folder.empty()) {
+        Attach(run, Add("", ""));
+      } else {
+        Discover(live);
+      }
+    }
+  }
+
+  void Run(viz::WebServer* server) {
+    SteadyTime discover_at = steady_clock::now() + kDiscover, look_at{}, publish_at{};
+    while (!stop_requested()) {
+      const auto now = steady_clock::now();
+      if (now >= discover_at) {
+        Discover(FindLiveRuns());
+        discover_at = now + kDiscover;
+      }
+      if (now >= look_at) {
+        bool is_all = true;
+        for (const auto& run : runs_) is_all = run->Look() && is_all;
+        // A long list is read without delay, but messages are handled in between.
+        look_at = is_all ? now + kLook : now;
+      }
+      jobs_->TakeAnswers();
+      if (now >= publish_at) {
+        for (const auto& run : runs_) run->Publish(now);
+        server->Wake();
+        publish_at = now + viz::LiveFeed::kTicksPeriod;
+      }
+      HandleMessages(std::min({publish_at, look_at, now + kMaxBatchDelay}));
+    }
+  }
+
+ private:
+  void HandleMessages(SteadyTime until) {
+    bool any = false;
+    ShownRun* listening = nullptr;
+    for (const auto& run : runs_) {
+      if (!run->has_bus()) continue;
+      any = run->Handle() || any;
+      listening = run.get();
+    }
+    if (any) return;
+    if (listening) {
+      listening->WaitForMessage(until);
+    } else {
+      std::this_thread::sleep_until(until);
+    }
+  }
+
+  // Adds a folder to follow; throws InputError if it contains nothing to show.
+  void CheckFolder(const fs::path& folder, const std::vector<LiveRun>& live) {
+    const bool is_known =
+        fs::exists(folder / kRunJson) || fs::exists(folder / kSuiteJson) || !LiveRunsOf(live, folder).empty();
+    if (!is_known && !options_.is_child) {
+      throw InputError(folder.string() + (fs::is_regular_file(folder) ? ": nobody plays this log"
+                                          : fs::exists(folder)        ? ": not a run folder or a suite"
+                                                                      : ": there is no such run"));
+    }
+    folders_.push_back(folder);
+  }
+
+  ShownRun* Add(const fs::path& folder, const std::string& suffix) {
+    runs_.push_back(
+        std::make_unique<ShownRun>(static_cast<int>(runs_.size()), folder, suffix, broadcaster_, jobs_));
+    runs_.back()->Look();
+    return runs_.back().get();
+  }
+
+  void Attach(const LiveRun& live, ShownRun* run) {
+    try {
+      if (live.other_network) JoinNetwork(live);
+      run->Attach(live);
+    } catch (const std::exception& error) {
+      run->SetRemark(error.what());
+    }
+  }
+
+  // Adds the runs of suites, and the buses of active runs; a run with several workers has several buses.
+  void Discover(const std::vector<LiveRun>& live) {
+    std::vector<fs::path> folders;
+    for (const fs::path& folder : folders_) {
+      if (!fs::exists(folder / kSuiteJson)) {
+        folders.push_back(folder);
+        continue;
+      }
+      try {
+        for (const std::string& name : results::RunsInSuite(folder)) folders.push_back(folder / name);
+      } catch (const InputError&) {
+        // suite.json is being written.
+      }
+    }
+    for (const fs::path& folder : folders) {
+      if (folder.empty() || runs_.size() >= kMaxRuns) continue;
+      const auto is_of = [&](const auto& run) { return run->folder() == folder; };
+      if (std::ranges::none_of(runs_, is_of)) Add(folder, "");
+      FollowBuses(folder, LiveRunsOf(live, folder));
+    }
+    for (const auto& run : runs_) {
+      const bool is_there =
+          std::ranges::any_of(live, [&](const LiveRun& other) { return run->is_on(other); });
+      // A bus given by --url may belong to another machine, so it is kept.
+      if (run->has_bus() && !is_there && !run->folder().empty()) run->Detach();
+    }
+  }
+
+  void FollowBuses(const fs::path& folder, const std::vector<LiveRun>& live) {
+    for (const LiveRun& bus : live) {
+      ShownRun* free = nullptr;
+      bool is_followed = false;
+      int workers = 0;
+      for (const auto& run : runs_) {
+        if (run->folder() != folder) continue;
+        ++workers;
+        is_followed = is_followed || run->is_on(bus);
+        const bool is_gone =
+            std::ranges::none_of(live, [&](const LiveRun& other) { return run->is_on(other); });
+        if (!free && is_gone) free = run.get();
+      }
+      if (is_followed) continue;
+      if (!free && runs_.size() < kMaxRuns) free = Add(folder, fmt::format("worker {}", workers + 1));
+      if (free) Attach(bus, free);
+    }
+  }
+
+  const WebOptions& options_;
+  viz::UpdateBroadcaster* const broadcaster_;
+  WebJobs* const jobs_;
+  // Folders of runs and suites; empty for a run without a folder.
+  std::vector<fs::path> folders_;
+  std::vector<std::unique_ptr<ShownRun>> runs_;
+};
+
+void Serve(const viz::WebTarget& target, WebJobs* jobs, viz::WebServer::Reply reply) {
+  using Kind = viz::WebTarget::Kind;
+  if (target.kind == Kind::kEpisode) return jobs->AskEpisode(target.run, target.episode, std::move(reply));
+  if (target.kind == Kind::kBlock) {
+    viz::WebAnswer answer;
+    answer.type = "application/octet-stream";
+    answer.body = jobs->Block(target.name);
+    answer.is_forever = true;
+    return reply(answer.body ? answer : viz::WebAnswer::Text(404, "no such block"));
+  }
+  reply(viz::AnswerFile(target.kind == Kind::kPage ? "index.html" : target.name));
+}
+
+}  // namespace
+
+std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
+                                               std::shared_ptr<viz::UpdateBroadcaster> broadcaster) {
+  const auto listen = [&](int number) {
+    return std::make_unique<viz::WebServer>(viz::WebServer::Address{host, static_cast<uint16_t>(number)},
+                                            broadcaster);
+  };
+  if (port) {
+    if (*port < 0 || *port > 65535) throw InputError("--port: expected 0 to 65535");
+    return listen(*port);
+  }
+  try {
+    return listen(kUsualPort);
+  } catch (const InputError&) {
+    return listen(0);
+  }
+}
+
+int Web(const WebOptions& options) {
+  // Evaluations take precedence over this process.
+  if (getpriority(PRIO_PROCESS, 0) < kNice) setpriority(PRIO_PROCESS, 0, kNice);
+  const auto broadcaster = std::make_shared<viz::UpdateBroadcaster>();
+  InstallStopSignals();
+  // Listens before joining a run's network namespace, which browsers cannot reach.
+  const std::unique_ptr<viz::WebServer> server =
+      options.is_child ? std::make_unique<viz::WebServer>(dup(STDIN_FILENO), broadcaster)
+                       : ListenForPages(options.listen, options.port, broadcaster);
+  WebJobs jobs;
+  WebPage page(options, broadcaster.get(), &jobs);
+  page.Begin();
+  server->Start([&jobs](const viz::WebTarget& target, viz::WebServer::Reply reply) {
+    Serve(target, &jobs, std::move(reply));
+  });
+  if (!options.is_child) fmt::print("page {}  (Ctrl-C ends it)\n", server->url());
+  std::fflush(stdout);
+  int code = 0;
+  try {
+    page.Run(server.get());
+  } catch (const std::exception& error) {
+    code = ReportError(error);
+  }
+  // Jobs whose answers go to connections of the server may still be reading, for example from a disk that
+  // does not respond. Neither object may be destroyed then.
+  server->Stop();
+  if (!jobs.Stop(kStopping)) {
+    std::fflush(stdout);
+    _exit(code);
+  }
+  return code;
+}
+
+}  // namespace evalbus::report

@@ -1,0 +1,41 @@
+// `evalbus web`: a web page that shows the runs of folders and active runs. It only reads folders and
+// receives bus messages, so that runs never wait for it. It lowers its own priority.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "viz/web/server.h"
+
+namespace evalbus::report {
+
+struct WebOptions {
+  // Folders of runs or suites, or a log that is being played; empty: the active run or replay on this
+  // machine.
+  std::vector<std::filesystem::path> runs;
+  // Bus of a run without a known folder, instead of `runs`.
+  std::string url;
+  // Address to listen on; clients need the token. Empty: 127.0.0.1, without a token.
+  std::string listen;
+  // Default: 8080, or a free port if that is in use.
+  std::optional<int> port;
+  // Started by a run or replay of `runs`, which may not have begun yet. The listening socket is passed as
+  // stdin.
+  bool is_child = false;
+};
+
+inline constexpr char kWebChildOption[] = "--on-stdin";
+
+// Listens on this address (empty: loopback) and port, as in WebOptions. Throws InputError.
+std::unique_ptr<viz::WebServer> ListenForPages(const std::string& host, std::optional<int> port,
+                                               std::shared_ptr<viz::UpdateBroadcaster> broadcaster);
+
+// Prints the page's URL and serves until SIGINT or SIGTERM. Returns the exit code. Throws InputError,
+// EnvironmentError.
+int Web(const WebOptions& options);
+
+}  // namespace evalbus::report

@@ -1,0 +1,86 @@
+// File reads of the web server, on separate threads, so that they delay neither live viewers nor requests for
+// other files.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <list>
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/episode_tracks.h"
+#include "report/web/reader_threads.h"
+#include "viz/web/live_feed.h"
+#include "viz/web/server.h"
+
+namespace evalbus::report {
+
+class WebJobs {
+ public:
+  // Maximum total size of cached episodes, in bytes.
+  static constexpr size_t kMaxKept = size_t{64} << 20;
+
+  // Returns false if jobs are still reading after `timeout`; this object must then not be destroyed.
+  bool Stop(std::chrono::milliseconds timeout) { return threads_.Stop(timeout); }
+
+  // Sets the folder of a run of the page. A run without a folder has no recorded episodes.
+  void SetRun(int run, const std::filesystem::path& folder, const std::string& policy);
+  // Reads the block of a finished episode from its log. Concurrent requests for an episode share one read.
+  void AskEpisode(int run, int episode, viz::WebServer::Reply reply);
+  // Returns a block of a scene; null if the id is unknown.
+  viz::SharedBytes Block(const std::string& id) const { return scenes_.FindBlock(id); }
+
+  // The answers below are delivered on the thread that calls TakeAnswers(). AskScene() builds the scene of a
+  // MODEL; `error` is empty if that succeeded.
+  void AskScene(std::shared_ptr<const model_info_t> model, const std::filesystem::path& folder,
+                std::function<void(viz::LiveFeed::Scene, const std::string& error)> answer);
+  // Reads the log of a current or just finished episode. Retries for a limited time until the log contains
+  // the STATE of `tick`.
+  void AskHistory(const std::filesystem::path& folder, int episode, int64_t tick,
+                  std::function<void(std::vector<viz::LiveFeed::Message>)> answer);
+  void TakeAnswers();
+
+ private:
+  struct Key {
+    int run, episode;
+    auto operator<=>(const Key&) const = default;
+  };
+  struct Kept {
+    Key key;
+    // Modification time of the log that the block was made from.
+    std::filesystem::file_time_type time;
+    viz::SharedBytes block;
+  };
+  // Runs `work` on a thread. The answer that it returns is called on the thread that calls TakeAnswers();
+  // `given_up` is called instead if the work takes too long.
+  using Answer = std::function<void()>;
+  void Add(std::function<Answer()> work, Answer given_up);
+  void AnswerLater(Answer answer);
+  viz::WebAnswer MakeEpisode(const Key& key);
+  // is_stuck: the episode is still being read.
+  void Reply(const Key& key, const viz::WebAnswer& answer, bool is_stuck);
+  void Keep(Kept kept);
+
+  std::mutex mutex_;
+  std::vector<Answer> answers_;
+  std::vector<std::pair<std::filesystem::path, std::string>> runs_;
+  // Episodes that are being read, and the requests that wait for them.
+  struct Asked {
+    std::vector<viz::WebServer::Reply> replies;
+    bool is_stuck = false;
+  };
+  std::map<Key, Asked> asked_;
+  // Cached episodes, the most recently used first.
+  std::list<Kept> kept_;
+  size_t kept_bytes_ = 0;
+  report::Scenes scenes_;
+
+  // Declared last, because its jobs use all other members.
+  ReaderThreads threads_{ReaderThreads::Limits{}};
+};
+
+}  // namespace evalbus::report

@@ -1,0 +1,102 @@
+#include "results/comparability.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Keys of run.json that do not change the compared values: what is compared, how it is named, and how it was
+// computed. All other keys may change them, including keys of newer versions.
+constexpr std::string_view kChangesNothing[] = {
+    "run_id",     "task",       "variation",   "task_path", "task_sha256", "robot",          "model_path",
+    "control_hz", "policy",     "policy_name", "seed",      "episodes",    "only",           "workers",
+    "url",        "in_process", "by_hand",     "video",     "git_dirty",   "physics_sha256", "visual_sha256",
+    "contract",   "log",        "seed_stream", "until"};
+
+// Maximum number of differing contract members to list.
+constexpr size_t kMaxContractWords = 4;
+std::vector<std::string> ContractDifferences(const ordered_json& contract, const ordered_json& other) {
+  const nlohmann::json a = nlohmann::json(contract).flatten(), b = nlohmann::json(other).flatten();
+  std::vector<std::string> differences;
+  const auto add = [&](const std::string& path, const std::string& here, const std::string& there) {
+    std::string key = path.substr(1);
+    std::ranges::replace(key, '/', '.');
+    if (key != "name") differences.push_back(fmt::format("{} {} against {}", key, here, there));
+  };
+  for (const auto& [path, value] : a.items()) {
+    if (!b.contains(path)) {
+      add(path, ToText(value), "none");
+    } else if (b[path] != value) {
+      add(path, ToText(value), ToText(b[path]));
+    }
+  }
+  for (const auto& [path, value] : b.items()) {
+    if (!a.contains(path)) add(path, "none", ToText(value));
+  }
+  if (differences.size() > kMaxContractWords) {
+    const size_t more = differences.size() - kMaxContractWords;
+    differences.resize(kMaxContractWords);
+    differences.push_back(fmt::format("{} more in run.json", more));
+  }
+  return differences;
+}
+
+}  // namespace
+
+void CheckComparable(const RecordedRun& run, const RecordedRun& baseline) {
+  const auto value = [](const RecordedRun& of, const char* key) {
+    const auto found = of.info.find(key);
+    if (found == of.info.end()) {
+      throw InputError((of.folder / kRunJson).string() + ": no \"" + key +
+                       "\", without which this run cannot be compared");
+    }
+    return *found;
+  };
+  const ordered_json rate = value(run, "control_hz"), baseline_rate = value(baseline, "control_hz");
+  if (rate != baseline_rate) {
+    const auto shown = [](const ordered_json& hz) {
+      return hz.is_number() ? fmt::format("{:.5g}", hz.get<double>()) : hz.dump();
+    };
+    throw InputError(
+        fmt::format("{} ran at {} Hz and {} at {} Hz: values depend on the control rate, so these runs "
+                    "cannot be compared",
+                    run.name, shown(rate), baseline.name, shown(baseline_rate)));
+  }
+  for (const auto& [key, what] : {std::pair("task_sha256", "descriptions of the task"),
+                                  {"physics_sha256", "physics models (scene, robot or physics step)"}}) {
+    if (value(run, key) == value(baseline, key)) continue;
+    throw InputError(fmt::format("{} and {} were made with different {}, so these runs cannot be compared",
+                                 run.name, baseline.name, what));
+  }
+}
+
+std::string MadeDifferently(const RecordedRun& run, const RecordedRun& baseline) {
+  std::string differences;
+  const auto add = [&](const std::string& words) {
+    differences += (differences.empty() ? "" : ", ") + words;
+  };
+  for (const auto& [key, value] : run.info.items()) {
+    const auto other = baseline.info.find(key);
+    if (std::ranges::find(kChangesNothing, key) != std::end(kChangesNothing) ||
+        other == baseline.info.end() || *other == value) {
+      continue;
+    }
+    if (key != "policy_contract") {
+      add(fmt::format("{} {} against {}", key, ToText(value), ToText(*other)));
+    } else if (value.is_object() && other->is_object()) {  // otherwise the policies' names differ
+      for (const std::string& words : ContractDifferences(value, *other)) add("contract: " + words);
+    }
+  }
+  return differences;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,678 @@
+#include "results/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "base/errors.h"
+#include "base/plural.h"
+#include "base/text.h"
+#include "metrics/statistics/fisher.h"
+#include "metrics/statistics/holm.h"
+#include "metrics/statistics/interval_of_mean.h"
+#include "metrics/statistics/mann_whitney.h"
+#include "metrics/statistics/mcnemar.h"
+#include "metrics/statistics/power.h"
+#include "metrics/statistics/run_statistics.h"
+#include "metrics/statistics/ties.h"
+#include "metrics/statistics/wilcoxon.h"
+#include "results/comparability.h"
+
+namespace evalbus::results {
+namespace {
+
+using BySeed = std::map<int64_t, const RecordedEpisode*>;
+
+BySeed CompleteBySeed(const RecordedRun& run) {
+  BySeed scored;
+  for (const RecordedEpisode& episode : run.episodes) {
+    if (episode.complete) scored[episode.seed] = &episode;
+  }
+  return scored;
+}
+
+// The complete episodes of one of the two runs, and the values that decide whether it may be called better.
+struct Side {
+  explicit Side(BySeed compared, bool is_simulated_run)
+      : episodes(std::move(compared)), is_simulated(is_simulated_run) {
+    std::vector<const metrics::EpisodeResult*> results;
+    double sum = 0;
+    int successes = 0;
+    for (const auto& [seed, episode] : episodes) {
+      results.push_back(&episode->result);
+      successes += episode->success;
+      sum += Value(*episode, kProgress).value_or(0);
+    }
+    num_samples = metrics::NumSamples(results);
+    if (episodes.empty()) return;
+    success_rate = successes / static_cast<double>(episodes.size());
+    progress = sum / static_cast<double>(episodes.size());
+  }
+
+  static std::optional<double> Value(const RecordedEpisode& episode, std::string_view name) {
+    const auto found = std::ranges::find(
+        episode.result.values, name, [](const auto& named) -> const auto& { return named.first; });
+    return found == episode.result.values.end() ? std::nullopt : std::optional(found->second);
+  }
+  // Fewer successes, or as many successes and fewer stages.
+  bool GotLessFarThan(const Side& other) const {
+    return std::pair(success_rate, progress) < std::pair(other.success_rate, other.progress);
+  }
+  bool GotNowhere() const { return success_rate == 0 && progress == 0; }
+
+  static constexpr std::string_view kProgress = "subtask_progress";
+  BySeed episodes;
+  bool is_simulated;
+  int num_samples = 0;
+  double success_rate = 0, progress = 0;
+};
+
+bool IsSimulated(const RecordedRun& run) {
+  return !run.info.value("watch", false) && run.info.value("source", "sim") == "sim";
+}
+
+// Returns why a better value of this metric must not be credited to `side`; null if it may be.
+const char* WhyNoMerit(const MetricInfo& metric, const Side& side, const Side& other, bool paired) {
+  if (side.GotNowhere()) return "succeeded in no episode and reached no stage";
+  if (metric.risk && side.GotLessFarThan(other)) return "got less far, which leaves less to go wrong";
+  if (metric.effort && !paired && (side.success_rate < 1 || other.success_rate < 1))
+    return "is compared over its own successes only, which may have been the easier starts";
+  if (metric.amplifies_noise && side.is_simulated != other.is_simulated)
+    return "is compared with a recording whose noise this metric amplifies";
+  return nullptr;
+}
+
+// Computes p and interval of a metric from its values.
+void TestPaired(std::span<const double> values, std::span<const double> baseline, MetricComparison* metric) {
+  const std::vector<double> differences = metrics::PairedDifferences(values, baseline);
+  metric->difference = metrics::Mean(differences);
+  metric->difference_95 = metrics::IntervalOfMean(differences);
+  if (std::any_of(differences.begin(), differences.end(), [](double d) { return d != 0; })) {
+    metric->p = metrics::WilcoxonSignedRankTest(differences).p;
+  }
+  if (metric->number.metric->effort && metric->baseline_mean > 0) {
+    metric->ratio = metric->mean / metric->baseline_mean;
+    metric->ratio_95 = metrics::IntervalOfRatio(values, baseline);
+  }
+}
+
+void TestUnpaired(std::span<const double> values, std::span<const double> baseline,
+                  MetricComparison* metric) {
+  metric->difference = metric->mean - metric->baseline_mean;
+  metric->difference_95 = metrics::IntervalOfDifference(values, baseline);
+  std::vector<double> all(values.begin(), values.end());
+  all.insert(all.end(), baseline.begin(), baseline.end());
+  const auto [least, most] = std::minmax_element(all.begin(), all.end());
+  if (*most - *least > metrics::kTie * metrics::LargestMagnitude(all)) {
+    metric->p = metrics::MannWhitneyTest(values, baseline).p;
+  }
+}
+
+// The main metrics that at least one of the episodes has.
+std::vector<MetricNumber> MainMetricsOf(const BySeed& run, const BySeed& baseline) {
+  std::set<std::string> names;
+  for (const auto* episodes : {&run, &baseline}) {
+    for (const auto& [seed, scored] : *episodes) {
+      for (const auto& [name, value] : scored->result.values) names.emplace(name);
+    }
+  }
+  return MainMetrics({names.begin(), names.end()});
+}
+
+// Collects the reasons from WhyNoMerit(), one line for all metrics with the same reason.
+class MeritRemarks {
+ public:
+  void Add(const std::string& run, const char* why, const MetricNumber& number) {
+    std::string& metrics = metrics_[{run, why}];
+    metrics += (metrics.empty() ? "" : ", ") + number.label();
+  }
+  void AddTo(std::vector<std::string>* remarks, const std::string& task) const {
+    for (const auto& [run_why, metrics] : metrics_) {
+      remarks->push_back(
+          fmt::format("{}: {} {}: not called better in {}", task, run_why.first, run_why.second, metrics));
+    }
+  }
+
+ private:
+  std::map<std::pair<std::string, std::string>, std::string> metrics_;
+};
+
+std::vector<MetricComparison> CompareMetrics(const Side& run, const Side& baseline, bool paired) {
+  std::vector<MetricComparison> metrics;
+  for (const MetricNumber& number : MainMetricsOf(run.episodes, baseline.episodes)) {
+    const auto value = [&](const RecordedEpisode* scored) {
+      const bool counts = !number.metric->effort || scored->success;
+      return counts ? Side::Value(*scored, number.name) : std::nullopt;
+    };
+    std::vector<double> values, baseline_values;
+    for (const auto& [seed, scored] : run.episodes) {
+      const auto own = value(scored);
+      if (!own) continue;
+      if (paired) {
+        const auto other = value(baseline.episodes.at(seed));
+        if (!other) continue;
+        baseline_values.push_back(*other);
+      }
+      values.push_back(*own);
+    }
+    for (const auto& [seed, scored] : baseline.episodes) {
+      const auto own = paired ? std::nullopt : value(scored);
+      if (own) baseline_values.push_back(*own);
+    }
+    if (values.empty() || baseline_values.empty()) continue;
+    MetricComparison metric{.number = number,
+                            .count = static_cast<int>(values.size()),
+                            .baseline_count = static_cast<int>(baseline_values.size()),
+                            .mean = metrics::Mean(values),
+                            .baseline_mean = metrics::Mean(baseline_values),
+                            .difference = 0,
+                            .difference_95 = {},
+                            .p = std::nullopt,
+                            .p_holm = 1,
+                            .may_be_better = !WhyNoMerit(*number.metric, run, baseline, paired),
+                            .baseline_may_be_better = !WhyNoMerit(*number.metric, baseline, run, paired),
+                            .ratio = std::nullopt,
+                            .ratio_95 = {}};
+    // Episodes that count as one sample are equal, so the test uses only the first one.
+    std::span<const double> tested = values, baseline_tested = baseline_values;
+    if (run.num_samples == 1 && (!paired || baseline.num_samples == 1)) tested = tested.first(1);
+    if (baseline.num_samples == 1 && (!paired || run.num_samples == 1))
+      baseline_tested = baseline_tested.first(1);
+    (paired ? TestPaired : TestUnpaired)(tested, baseline_tested, &metric);
+    metrics.push_back(metric);
+  }
+  std::vector<double> p;
+  for (const MetricComparison& metric : metrics) {
+    if (metric.p) p.push_back(*metric.p);
+  }
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  for (size_t i = 0, k = 0; i < metrics.size(); ++i) {
+    if (metrics[i].p) metrics[i].p_holm = adjusted[k++];
+  }
+  return metrics;
+}
+
+SuccessCounts CountSuccesses(const Side& run, const Side& baseline, bool paired) {
+  SuccessCounts counts;
+  for (const auto& [seed, scored] : run.episodes) {
+    if (!scored->judged()) continue;
+    ++counts.trials;
+    counts.successes += scored->success;
+    if (!paired) continue;
+    const RecordedEpisode& partner = *baseline.episodes.at(seed);
+    if (!partner.judged()) continue;
+    const bool a = scored->success, b = partner.success;
+    ++(a && b ? counts.pairs.both : a ? counts.pairs.only_a : b ? counts.pairs.only_b : counts.pairs.neither);
+  }
+  for (const auto& [seed, scored] : baseline.episodes) {
+    counts.baseline_trials += scored->judged();
+    counts.baseline_successes += scored->judged() && scored->success;
+  }
+  return counts;
+}
+
+// Reduces episodes, or pairs, that count as one sample to a single one.
+SuccessCounts CountSamples(SuccessCounts counts, const Side& run, const Side& baseline, bool paired) {
+  const auto one = [](int* successes, int* trials) {
+    *trials = std::min(1, *trials);
+    *successes = std::min(1, *successes);
+  };
+  const bool is_one = run.num_samples == 1, baseline_is_one = baseline.num_samples == 1;
+  if (paired && !(is_one && baseline_is_one)) return counts;
+  if (is_one) one(&counts.successes, &counts.trials);
+  if (baseline_is_one) one(&counts.baseline_successes, &counts.baseline_trials);
+  for (int* pairs : {&counts.pairs.both, &counts.pairs.only_a, &counts.pairs.only_b, &counts.pairs.neither}) {
+    *pairs = std::min(1, *pairs);
+  }
+  return counts;
+}
+
+std::vector<FlippedPair> FlippedPairs(const Side& run, const Side& baseline) {
+  std::vector<FlippedPair> flipped;
+  for (const auto& [seed, scored] : run.episodes) {
+    const RecordedEpisode& partner = *baseline.episodes.at(seed);
+    if (!scored->judged() || !partner.judged() || scored->success == partner.success) continue;
+    flipped.push_back({.seed = seed,
+                       .episode = scored->episode,
+                       .baseline_episode = partner.episode,
+                       .success = scored->success,
+                       .failure_reason = (scored->success ? partner : *scored).failure_reason});
+  }
+  std::ranges::sort(flipped, {}, &FlippedPair::episode);
+  return flipped;
+}
+
+// For example "1 episode of b and 2 of a".
+std::string Counted(const std::string& what, int count, const std::string& run, int baseline_count,
+                    const std::string& baseline) {
+  return fmt::format("{} of {} and {} of {}", Plural(count, what), run, baseline_count, baseline);
+}
+
+// Adds notes on the comparison, one sentence each.
+void AddRemarks(const TaskComparison& task, const Side& own, const Side& other, const std::string& run,
+                const std::string& baseline, std::vector<std::string>* remarks) {
+  const std::string name = task.name();
+  if (task.unmatched + task.baseline_unmatched > 0) {
+    remarks->push_back(
+        fmt::format("{}: without a partner, and left out: {}", name,
+                    Counted("episode", task.unmatched, run, task.baseline_unmatched, baseline)));
+  }
+  if (task.success.samples.trials < task.success.trials ||
+      task.success.samples.baseline_trials < task.success.baseline_trials) {
+    const auto all_equal = [&](int count, const std::string& of) {
+      remarks->push_back(fmt::format(
+          "{}: all {}{} began alike and are equal in every number: interval and test count them as one", name,
+          count, of));
+    };
+    if (task.paired) {
+      all_equal(task.success.trials, " pairs");
+    } else {
+      if (own.num_samples == 1 && task.success.trials > 1)
+        all_equal(task.success.trials, " episodes of " + run);
+      if (other.num_samples == 1 && task.success.baseline_trials > 1)
+        all_equal(task.success.baseline_trials, " episodes of " + baseline);
+    }
+  }
+  if (!task.paired) {
+    remarks->push_back(name + (task.variation != task.baseline_variation ? "" : ": no seed in common") +
+                       ": compared as independent samples");
+  }
+  if (task.paired && !(own.is_simulated && other.is_simulated)) {
+    remarks->push_back(
+        fmt::format("{}: evalbus did not draw the starts of {}: episodes of equal number count as pairs, "
+                    "whether they began alike "
+                    "or not",
+                    name,
+                    !own.is_simulated && !other.is_simulated ? "either"
+                    : own.is_simulated                       ? baseline
+                                                             : run));
+  }
+  MeritRemarks merits;
+  for (const MetricComparison& metric : task.metrics) {
+    if (metric.judgment() != Judgment::kDiffers) continue;
+    MetricComparison freely = metric;
+    freely.may_be_better = freely.baseline_may_be_better = true;
+    const MetricInfo& info = *metric.number.metric;
+    if (freely.judgment() == Judgment::kBetter) {
+      merits.Add(run, WhyNoMerit(info, own, other, task.paired), metric.number);
+    } else if (freely.judgment() == Judgment::kWorse) {
+      merits.Add(baseline, WhyNoMerit(info, other, own, task.paired), metric.number);
+    }
+  }
+  merits.AddTo(remarks, name);
+}
+
+struct CompareTaskOptions {
+  std::string run_name, baseline_name;
+  bool with_metrics = true;
+};
+
+TaskComparison CompareTask(const RecordedRun& run, const RecordedRun& baseline,
+                           const CompareTaskOptions& options, std::vector<std::string>* remarks) {
+  CheckComparable(run, baseline);
+  TaskComparison result{.task = run.task,
+                        .variation = run.variation,
+                        .baseline_variation = baseline.variation,
+                        .folder = run.folder,
+                        .baseline_folder = baseline.folder,
+                        .paired = false,
+                        .unmatched = 0,
+                        .baseline_unmatched = 0,
+                        .flipped = {},
+                        .success = {},
+                        .metrics = {}};
+  auto episodes = CompleteBySeed(run), baseline_episodes = CompleteBySeed(baseline);
+  const auto partner = [](const auto& in) {
+    return [&in](const auto& entry) { return in.contains(entry.first); };
+  };
+  result.paired = run.variation == baseline.variation &&
+                  std::any_of(episodes.begin(), episodes.end(), partner(baseline_episodes));
+  if (result.paired) {
+    const auto drop = [&](auto* from, const auto& in) {
+      return static_cast<int>(std::erase_if(*from, [&](const auto& entry) { return !partner(in)(entry); }));
+    };
+    result.unmatched = drop(&episodes, baseline_episodes);
+    result.baseline_unmatched = drop(&baseline_episodes, episodes);
+  }
+  const Side own(std::move(episodes), IsSimulated(run)),
+      other(std::move(baseline_episodes), IsSimulated(baseline));
+  SuccessComparison& success = result.success;
+  success.paired = result.paired;
+  static_cast<SuccessCounts&>(success) = CountSuccesses(own, other, result.paired);
+  success.samples = CountSamples(success, own, other, result.paired);
+  success.Test();
+  if (result.paired) result.flipped = FlippedPairs(own, other);
+  if (options.with_metrics) result.metrics = CompareMetrics(own, other, result.paired);
+  AddRemarks(result, own, other, options.run_name, options.baseline_name, remarks);
+  return result;
+}
+
+ComparedRuns About(const RecordedRuns& runs) {
+  return {Printable(runs.name), runs.folder.string(), Printable(runs.runs.front().policy)};
+}
+
+void AddRemarks(const RecordedRuns& runs, std::vector<std::string>* remarks) {
+  for (const RecordedRun& run : runs.runs) {
+    for (const std::string& remark : run.Remarks()) remarks->push_back(run.name + ": " + remark);
+  }
+}
+
+Comparison Compare(const RecordedRuns& run, const RecordedRuns& baseline, bool with_metrics) {
+  Comparison result{
+      .run = About(run), .baseline = About(baseline), .tasks = {}, .success = {}, .remarks = {}};
+  const bool single = run.runs.size() == 1 && baseline.runs.size() == 1;
+  std::set<std::string> made_differently;
+  std::vector<std::string> task_remarks;
+  for (const RecordedRun& own : run.runs) {
+    const auto other =
+        std::find_if(baseline.runs.begin(), baseline.runs.end(), [&](const RecordedRun& candidate) {
+          return candidate.task == own.task && (single || candidate.variation == own.variation);
+        });
+    if (other == baseline.runs.end()) {
+      result.remarks.push_back(fmt::format("{} is not in {}: left out", own.task_name(), baseline.name));
+      continue;
+    }
+    result.tasks.push_back(CompareTask(own, *other, {run.name, baseline.name, with_metrics}, &task_remarks));
+    if (const std::string how = MadeDifferently(own, *other);
+        !how.empty() && made_differently.insert(how).second) {
+      result.remarks.push_back(fmt::format("{} and {} were made with {}: that alone may make them differ",
+                                           run.name, baseline.name, how));
+    }
+  }
+  if (result.tasks.empty()) {
+    throw InputError(fmt::format("{} ({}) and {} ({}) have no task in common", run.name,
+                                 run.runs[0].task_name(), baseline.name, baseline.runs[0].task_name()));
+  }
+  for (const RecordedRun& other : baseline.runs) {
+    const bool used = std::any_of(result.tasks.begin(), result.tasks.end(), [&](const TaskComparison& task) {
+      return task.task == other.task && task.baseline_variation == other.variation;
+    });
+    if (!used) {
+      result.remarks.push_back(fmt::format("{} is not in {}: left out", other.task_name(), run.name));
+    }
+  }
+  result.success.paired = std::all_of(result.tasks.begin(), result.tasks.end(),
+                                      [](const TaskComparison& task) { return task.paired; });
+  std::vector<double> p;
+  for (const TaskComparison& task : result.tasks) {
+    result.success.Add(task.success);
+    p.push_back(task.success.p);
+  }
+  result.remarks.insert(result.remarks.end(), task_remarks.begin(), task_remarks.end());
+  result.success.Test();
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  for (size_t i = 0; i < adjusted.size(); ++i) {
+    result.tasks[i].success.SetAdjusted(adjusted[i], adjusted.size());
+  }
+  AddRemarks(baseline, &result.remarks);
+  AddRemarks(run, &result.remarks);
+  const auto until = [](const RecordedRun& of) { return of.info.value("until", ""); };
+  for (const RecordedRuns* of : {&baseline, &run}) {
+    const auto stopped =
+        std::ranges::find_if(of->runs, [&](const RecordedRun& r) { return !until(r).empty(); });
+    if (stopped == of->runs.end()) continue;
+    result.remarks.push_back(
+        fmt::format("{}: its plan stopped by its results (until: {}): p values here are for a number of "
+                    "episodes that was fixed "
+                    "beforehand, those of the plan's report hold",
+                    of->name, until(*stopped)));
+  }
+  return result;
+}
+
+// One or two sentences on which difference this number of episodes can detect, and how many are needed to
+// detect the observed one.
+std::string OutlookText(const SuccessComparison& success) {
+  const SuccessCounts& counts = success.samples;
+  const std::string what = success.paired
+                               ? Plural(counts.trials, "pair")
+                               : fmt::format("{} and {} episodes", counts.trials, counts.baseline_trials);
+  const Outlook outlook = OutlookOf(success);
+  if (!outlook.findable) {
+    return fmt::format("{} {} too few to find any difference.", what,
+                       success.paired && counts.trials == 1 ? "is" : "are");
+  }
+  const std::string text =
+      fmt::format("{} like these find a true difference of {:.0f} points four times in five", what,
+                  std::ceil(*outlook.findable * 100));
+  if (success.difference == 0) return text + ".";
+  const char* const kind = success.paired ? "pairs" : "episodes each";
+  return fmt::format("{}; to find one of {} points takes {} {}.", text,
+                     Fixed(std::abs(success.difference) * 100, 0),
+                     outlook.needed ? fmt::format("about {}", *outlook.needed)
+                                    : fmt::format("more than {}", metrics::kMaxTrials),
+                     kind);
+}
+
+}  // namespace
+
+const char* Word(Judgment judgment) {
+  switch (judgment) {
+    case Judgment::kBetter:
+      return "better";
+    case Judgment::kWorse:
+      return "worse";
+    case Judgment::kDiffers:
+      return "differs";
+    case Judgment::kNone:
+      break;
+  }
+  return "";
+}
+
+const char* TestName(SuccessTest test) {
+  switch (test) {
+    case SuccessTest::kMcNemar:
+      return "exact McNemar";
+    case SuccessTest::kFisher:
+      return "Fisher's exact test";
+    case SuccessTest::kSequentialMcNemar:
+      return "McNemar valid at any look";
+  }
+  return "";
+}
+
+void SuccessCounts::Add(const SuccessCounts& other) {
+  successes += other.successes;
+  trials += other.trials;
+  baseline_successes += other.baseline_successes;
+  baseline_trials += other.baseline_trials;
+  pairs.both += other.pairs.both;
+  pairs.only_a += other.pairs.only_a;
+  pairs.only_b += other.pairs.only_b;
+  pairs.neither += other.pairs.neither;
+}
+
+void SuccessComparison::Add(const SuccessComparison& other) {
+  SuccessCounts::Add(other);
+  samples.Add(other.samples);
+}
+
+void SuccessComparison::SetAdjusted(double p_holm, size_t comparisons) {
+  p_adjusted = p_holm;
+  is_shown = p_holm < metrics::kAlpha;
+  family = static_cast<int>(comparisons);
+}
+
+void SuccessComparison::SetSequential(double sequential_p, double adjusted, bool is_decided) {
+  test = SuccessTest::kSequentialMcNemar;
+  p = sequential_p;
+  p_adjusted = adjusted;
+  is_shown = is_decided;
+}
+
+Judgment SuccessComparison::judgment() const {
+  if (!is_shown) return Judgment::kNone;
+  return difference > 0 ? Judgment::kBetter : Judgment::kWorse;
+}
+
+Judgment MetricComparison::judgment() const {
+  if (!differs()) return Judgment::kNone;
+  // Without an interval, all pairs differ by the same amount.
+  const bool is_one_value = std::isnan(difference_95.lower);
+  const bool is_up = is_one_value ? difference > 0 : difference_95.lower > 0;
+  const bool is_down = is_one_value ? difference < 0 : difference_95.upper < 0;
+  const Better better = number.metric->better;
+  if (better == Better::kNeither || !(is_up || is_down)) return Judgment::kDiffers;
+  const bool is_better = is_up == (better == Better::kHigher);
+  if (!(is_better ? may_be_better : baseline_may_be_better)) return Judgment::kDiffers;
+  return is_better ? Judgment::kBetter : Judgment::kWorse;
+}
+
+void SuccessComparison::Test() {
+  if (trials == 0 || baseline_trials == 0) {
+    difference_95 = {-1, 1};
+    return;
+  }
+  const double rate = static_cast<double>(successes) / trials,
+               baseline_rate = static_cast<double>(baseline_successes) / baseline_trials;
+  difference = rate - baseline_rate;
+  if (paired) {
+    test = SuccessTest::kMcNemar;
+    difference_95 = metrics::NewcombePairedInterval(pairs, samples.pairs.pairs());
+    p = metrics::McNemarTest(samples.pairs.only_a, samples.pairs.only_b);
+  } else {
+    test = SuccessTest::kFisher;
+    difference_95 =
+        metrics::NewcombeInterval(rate * samples.trials, samples.trials,
+                                  baseline_rate * samples.baseline_trials, samples.baseline_trials);
+    p = metrics::FisherTest(samples.successes, samples.trials, samples.baseline_successes,
+                            samples.baseline_trials);
+  }
+  // If a task counts once in the test, the test's direction may be opposite to that of the rates. Such a
+  // difference is not significant.
+  const double tested = samples.successes * static_cast<double>(samples.baseline_trials) -
+                        samples.baseline_successes * static_cast<double>(samples.trials);
+  if (tested * difference < 0) p = 1;
+  SetAdjusted(p, 1);
+}
+
+Outlook OutlookOf(const SuccessComparison& success) {
+  const SuccessCounts& counts = success.samples;
+  const double alpha = metrics::kAlpha / success.family;
+  if (success.paired) {
+    const double n = counts.pairs.pairs();
+    const auto [against, more] = std::minmax(counts.pairs.only_a, counts.pairs.only_b);
+    const double share_against = against / n;
+    const metrics::DiscordantShares observed{more / n, share_against};
+    Outlook outlook;
+    outlook.findable = metrics::FindableDifference(
+        [&](double difference) {
+          return metrics::McNemarPower(counts.pairs.pairs(), {share_against + difference, share_against},
+                                       alpha);
+        },
+        1 - 2 * share_against);
+    if (more > against) {
+      outlook.needed =
+          metrics::TrialsNeeded([&](int pairs) { return metrics::McNemarPower(pairs, observed, alpha); });
+    }
+    return outlook;
+  }
+  const double rate = static_cast<double>(success.successes) / success.trials,
+               baseline_rate = static_cast<double>(success.baseline_successes) / success.baseline_trials;
+  // Differences are measured from the baseline's rate toward the side with more room.
+  const bool is_up = baseline_rate <= 0.5;
+  Outlook outlook;
+  outlook.findable = metrics::FindableDifference(
+      [&](double difference) {
+        return is_up ? metrics::FisherPower(counts.trials, counts.baseline_trials, baseline_rate + difference,
+                                            baseline_rate, alpha)
+                     : metrics::FisherPower(counts.baseline_trials, counts.trials, baseline_rate,
+                                            baseline_rate - difference, alpha);
+      },
+      is_up ? 1 - baseline_rate : baseline_rate);
+  if (rate != baseline_rate) {
+    outlook.needed = metrics::TrialsNeeded([&](int trials) {
+      return metrics::FisherPower(trials, trials, std::max(rate, baseline_rate),
+                                  std::min(rate, baseline_rate), alpha);
+    });
+  }
+  return outlook;
+}
+
+std::string TaskComparison::name() const {
+  const std::string own = task + "/" + variation;
+  return variation == baseline_variation ? own : own + " against " + task + "/" + baseline_variation;
+}
+
+Comparison CompareRuns(const RecordedRuns& run, const RecordedRuns& baseline) {
+  return Compare(run, baseline, true);
+}
+
+SuccessComparison CompareSuccess(const RecordedRuns& run, const RecordedRuns& baseline) {
+  return Compare(run, baseline, false).success;
+}
+
+std::vector<Comparison> CompareAll(const std::vector<RecordedRuns>& runs, const RecordedRuns& baseline) {
+  std::vector<Comparison> comparisons;
+  std::vector<double> p;
+  for (const RecordedRuns& run : runs) {
+    comparisons.push_back(CompareRuns(run, baseline));
+    p.push_back(comparisons.back().success.p);
+  }
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  for (size_t i = 0; i < adjusted.size(); ++i) {
+    comparisons[i].success.SetAdjusted(adjusted[i], adjusted.size());
+  }
+  return comparisons;
+}
+
+std::string WhatIsCounted(const TaskComparison& task) {
+  const SuccessComparison& success = task.success;
+  if (task.paired) {
+    return fmt::format(
+        "Means over the {} with equal seeds; *: over the {} in which both succeeded. p: Wilcoxon's "
+        "signed-rank "
+        "test.",
+        Plural(success.trials, "pair"), Plural(success.pairs.both, "pair"));
+  }
+  return fmt::format(
+      "Means over {} of the baseline and {} of the run; *: over their {} and {} successes. p: Mann-Whitney's "
+      "test.",
+      Plural(success.baseline_trials, "episode"), success.trials, success.baseline_successes,
+      success.successes);
+}
+
+std::string Conclusion(const Comparison& comparison) {
+  const SuccessComparison& success = comparison.success;
+  const std::string &run = comparison.run.name, &baseline = comparison.baseline.name;
+  std::string variations;
+  if (const TaskComparison& task = comparison.tasks[0]; task.variation != task.baseline_variation) {
+    variations = fmt::format(
+        "These are two variations: {} ran {}/{} and {} ran {}/{}, so policy and task differ at the same "
+        "time. ",
+        run, task.task, task.variation, baseline, task.task, task.baseline_variation);
+  }
+  if (success.trials == 0 || success.baseline_trials == 0) {
+    return variations + fmt::format("Nothing can be said: {} has no complete episode.",
+                                    success.trials == 0 ? run : baseline);
+  }
+  const std::string counts = fmt::format("{} of {} against {} of {}{}", success.successes, success.trials,
+                                         success.baseline_successes, success.baseline_trials,
+                                         success.paired ? " on the same seeds" : "");
+  std::string test = TestName(success.test);
+  if (success.p_adjusted != success.p) {
+    test +=
+        success.test == SuccessTest::kSequentialMcNemar ? ", adjusted by Bonferroni," : ", adjusted by Holm,";
+  }
+  const std::string p = success.p_adjusted < 0.001 ? test + " p < 0.001"
+                                                   : fmt::format("{} p = {:.2g}", test, success.p_adjusted);
+  const std::string numbers = fmt::format(
+      "{}, difference {} points (95 % interval {} to {}), {}", counts, Fixed(success.difference * 100, 0),
+      Fixed(success.difference_95.lower * 100, 0), Fixed(success.difference_95.upper * 100, 0), p);
+  if (success.is_shown) {
+    return variations + fmt::format("{} succeeds {} often than {}: {}.", run,
+                                    success.difference > 0 ? "more" : "less", baseline, numbers);
+  }
+  const std::string none =
+      variations + fmt::format("No difference shown between {} and {}: {}.", run, baseline, numbers);
+  return success.test == SuccessTest::kSequentialMcNemar ? none : none + " " + OutlookText(success);
+}
+
+}  // namespace evalbus::results

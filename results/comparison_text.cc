@@ -1,0 +1,135 @@
+#include "results/comparison_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/plural.h"
+#include "base/text.h"
+
+namespace evalbus::results {
+namespace {
+
+std::string FixedOrDash(double value, int decimals) {
+  return std::isfinite(value) ? Fixed(value, decimals) : "-";
+}
+
+std::string P(double p) { return p < 0.001 ? "<0.001" : fmt::format("{:.3f}", p); }
+
+std::string Range(const metrics::Interval& interval, int decimals) {
+  if (!std::isfinite(interval.lower)) return "-";
+  return fmt::format("{:>8} to {:>8}", FixedOrDash(interval.lower, decimals),
+                     FixedOrDash(interval.upper, decimals));
+}
+
+std::string Row(int label_width, const std::string& label, const std::string& baseline,
+                const std::string& run, const std::string& difference, const std::string& interval,
+                const std::string& p, const std::string& holm, const std::string& unit,
+                const std::string& verdict) {
+  std::string line =
+      fmt::format("{}  {:>9}  {:>9}  {:>9}  {:>20}  {:>6}  {:>6}  {}  {}", Pad(label, -label_width), baseline,
+                  run, difference, interval, p, holm, Pad(unit, -6), verdict);
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+// Decimals for all numbers of a row: those of the larger mean, limited by the standard error of the
+// difference.
+int RowDecimals(const MetricComparison& metric) {
+  const double scale = metric.number.scale();
+  return Decimals(scale * std::max(std::abs(metric.mean), std::abs(metric.baseline_mean)),
+                  scale * metrics::StandardErrorOf(metric.difference_95));
+}
+
+std::string Short(const std::string& name) {
+  return name.size() <= 9 ? name : ".." + name.substr(name.size() - 7);
+}
+
+std::string SuccessRow(const std::string& label, int width, const SuccessComparison& success) {
+  const auto rate = [](int k, int n) { return n > 0 ? fmt::format("{:.0f}", 100.0 * k / n) : "-"; };
+  return Row(width, label, rate(success.baseline_successes, success.baseline_trials),
+             rate(success.successes, success.trials), FixedOrDash(success.difference * 100, 0),
+             Range({success.difference_95.lower * 100, success.difference_95.upper * 100}, 0), P(success.p),
+             P(success.p_adjusted), "%", Word(success.judgment()));
+}
+
+std::string MetricTable(const TaskComparison& task, const Comparison& comparison) {
+  int label_width = 27;
+  for (const MetricComparison& metric : task.metrics)
+    label_width = std::max(label_width, static_cast<int>(metric.number.label().size()));
+  std::string text = Row(label_width, "", Short(comparison.baseline.name), Short(comparison.run.name),
+                         "difference", "its 95 % interval", "p", "Holm", "", "");
+  text += SuccessRow("success", label_width, comparison.success);
+  int tested = 0;
+  for (const MetricComparison& metric : task.metrics) {
+    const MetricInfo& info = *metric.number.metric;
+    const auto scaled = [&](double value) { return value * info.scale; };
+    const int decimals = RowDecimals(metric);
+    text += Row(label_width, metric.number.label() + (info.effort ? " *" : ""),
+                FixedOrDash(scaled(metric.baseline_mean), decimals),
+                FixedOrDash(scaled(metric.mean), decimals), FixedOrDash(scaled(metric.difference), decimals),
+                Range({scaled(metric.difference_95.lower), scaled(metric.difference_95.upper)}, decimals),
+                metric.p ? P(*metric.p) : "-", metric.p ? P(metric.p_holm) : "-",
+                std::string(info.shown_unit), metric.p ? Word(metric.judgment()) : "equal");
+    tested += metric.p.has_value();
+  }
+  return text + fmt::format("\n{}\nHolm: p of metrics adjusted for {}. {}\n", WhatIsCounted(task),
+                            Plural(tested, "metric"), kIntervalsAreSingle);
+}
+
+std::string RatioTable(const TaskComparison& task, const Comparison& comparison) {
+  std::string text;
+  for (const MetricComparison& metric : task.metrics) {
+    if (!metric.ratio) continue;
+    text += fmt::format("{}  {:>6}  {}\n", Pad(metric.number.label(), -27), FixedOrDash(*metric.ratio, 2),
+                        Range(metric.ratio_95, 2));
+  }
+  if (text.empty()) {
+    return fmt::format("Effort relative to {} needs pairs in which both succeed; there are none.\n",
+                       comparison.baseline.name);
+  }
+  return fmt::format("Effort relative to {}, where both succeeded: ratio and its 95 % interval\n{}",
+                     comparison.baseline.name, text);
+}
+
+std::string SuiteTable(const Comparison& comparison) {
+  int width = 4;
+  for (const TaskComparison& task : comparison.tasks)
+    width = std::max(width, static_cast<int>(task.task.size() + 1 + task.variation.size()));
+  std::string text = Row(width, "success", Short(comparison.baseline.name), Short(comparison.run.name),
+                         "difference", "its 95 % interval", "p", "Holm", "", "");
+  std::string metrics;
+  for (const TaskComparison& task : comparison.tasks) {
+    text += SuccessRow(task.task + "/" + task.variation, width, task.success);
+    for (const MetricComparison& metric : task.metrics) {
+      if (!metric.differs()) continue;
+      const int decimals = RowDecimals(metric);
+      metrics +=
+          fmt::format("{}  {} {} against {} {}, p = {}  {}\n", Pad(task.task + "/" + task.variation, -width),
+                      metric.number.label(), FixedOrDash(metric.mean * metric.number.scale(), decimals),
+                      FixedOrDash(metric.baseline_mean * metric.number.scale(), decimals),
+                      metric.number.shown_unit(), P(metric.p_holm), Word(metric.judgment()));
+    }
+  }
+  text += SuccessRow("all", width, comparison.success);
+  text += "\nHolm: p adjusted for the tasks. Intervals are not adjusted: each is for its row alone.\n";
+  if (!metrics.empty()) text += "\nMetrics that differ, p adjusted for those of a task\n" + metrics;
+  return text;
+}
+
+}  // namespace
+
+std::string ComparisonText(const Comparison& comparison, bool ratios) {
+  std::string text = fmt::format("{} ({}) against {} ({})", comparison.run.name, comparison.run.policy,
+                                 comparison.baseline.name, comparison.baseline.policy);
+  const bool one = comparison.tasks.size() == 1;
+  if (one) text += ", " + comparison.tasks[0].name();
+  text += "\n\n" + Conclusion(comparison) + "\n\n";
+  text += one ? MetricTable(comparison.tasks[0], comparison) : SuiteTable(comparison);
+  if (one && ratios) text += "\n" + RatioTable(comparison.tasks[0], comparison);
+  if (!comparison.remarks.empty()) text += "\n";
+  for (const std::string& remark : comparison.remarks) text += "note: " + remark + "\n";
+  return text;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,14 @@
+// Comparisons as text for a terminal.
+#pragma once
+
+#include <string>
+
+#include "results/comparison.h"
+
+namespace evalbus::results {
+
+// Returns the conclusion, the tables and the remarks. With `ratios`, effort metrics are also shown relative
+// to the baseline.
+std::string ComparisonText(const Comparison& comparison, bool ratios);
+
+}  // namespace evalbus::results

@@ -1,0 +1,21 @@
+// Finds the logs of recorded episodes.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+
+// Returns the log of an episode, or the logs of the finished episodes of a run or a suite, in order.
+// `recording`: folder of a suite, a run or an episode, or a log file. If `episodes` is not empty, only these
+// are returned; it is ignored for a log file. Throws InputError if there is no log.
+std::vector<std::filesystem::path> EpisodeLogs(const std::filesystem::path& recording,
+                                               const std::vector<int>& episodes = {});
+
+// Returns the run.json of the run that a log belongs to; nullopt for a log outside of a run folder.
+std::optional<RecordedRun> RunOf(const std::filesystem::path& log);
+
+}  // namespace evalbus::results

@@ -1,0 +1,30 @@
+// The results in episodes.jsonl, for comparison with the logs that they were computed from.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "results/rescorer.h"
+
+namespace evalbus::results {
+
+class KeptResults {
+ public:
+  // Reads the results of a run or a suite; a single log has none. Throws InputError for invalid lines.
+  explicit KeptResults(const std::filesystem::path& recording);
+
+  // Describes how the line of this log's episode differs from its score. Empty if they are equal or if there
+  // are no results at all. Must be called at most once per log.
+  std::string Difference(const std::filesystem::path& log, const RescoredEpisode& episode);
+  // Logs of lines for which Difference() was not called: these logs are missing.
+  std::vector<std::filesystem::path> Missing() const;
+
+ private:
+  bool any_ = false;
+  std::map<std::filesystem::path, nlohmann::ordered_json> lines_;
+};
+
+}  // namespace evalbus::results

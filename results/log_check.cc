@@ -1,0 +1,78 @@
+#include "results/log_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "base/sha256.h"
+#include "bus/channels.h"
+#include "bus/event_log.h"
+#include "bus/message.h"
+#include "evalbus/episode_summary_t.hpp"
+#include "results/episode_json.h"
+#include "results/rescorer.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Differences between a line of episodes.jsonl and a score. Ignores keys that only one of them has: keys of
+// another version of evalbus, and the pacing of a realtime run.
+std::vector<Difference> DifferentValues(const ordered_json& line, const ordered_json& score) {
+  // Parsed from its text, because text that is not valid UTF-8 changes when it is written.
+  std::vector<Difference> differences = Differences(line, ordered_json::parse(ToText(score)));
+  std::erase_if(differences, [](const Difference& one) { return one.before == "-" || one.after == "-"; });
+  return differences;
+}
+
+}  // namespace
+
+model_info_t CheckLog(const RecordedRun& run, const RecordedEpisode& episode) {
+  const std::filesystem::path log = EpisodeLog(run.folder, episode.episode);
+  const auto fail = [&](const std::string& what) { throw InputError(log.string() + ": " + what); };
+  EventLogReader reader(log);
+  std::optional<model_info_t> model;
+  std::optional<episode_summary_t> summary;
+  int64_t events = 0;
+  for (LogEvent event; reader.Next(&event); ++events) {
+    // The recorder numbers events from 0.
+    if (event.number != events && reader.damaged_places() == 0) {
+      fail(fmt::format("event {} is missing", events));
+    }
+    if (event.channel == channels::kModel) {
+      if (model_info_t read; Decode(event.data, &read)) model = std::move(read);
+    } else if (event.channel == channels::kEpisodeSummary) {
+      episode_summary_t read;
+      if (Decode(event.data, &read) && read.header.episode == episode.episode) summary = std::move(read);
+    }
+  }
+  if (reader.damaged_places() > 0) {
+    fail(fmt::format("damaged: {} bytes are no events", reader.damaged_bytes()));
+  }
+  if (!model) fail("no MODEL that this version of evalbus reads");
+  if (!summary) {
+    fail(fmt::format(
+        "no EPISODE_SUMMARY of episode {}: the log was cut off, or is of another version of evalbus",
+        episode.episode));
+  }
+  for (const auto& [key, found] : {std::pair("task_sha256", Sha256Text(model->task_yaml)),
+                                   std::pair("physics_sha256", model->physics_sha256),
+                                   std::pair("visual_sha256", model->visual_sha256)}) {
+    if (const auto made = run.info.find(key); made != run.info.end() && *made != found) {
+      fail(fmt::format("of another run: its {} is not that of {}", key, (run.folder / kRunJson).string()));
+    }
+  }
+  const auto differences = DifferentValues(episode.Json(), EpisodeJson(run.task, run.variation, *summary));
+  if (!differences.empty()) {
+    fail(fmt::format("not the log of line {} of {}: {}", episode.line, kEpisodesJsonl,
+                     DifferencesText(differences)));
+  }
+  return *model;
+}
+
+}  // namespace evalbus::results

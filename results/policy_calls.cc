@@ -1,0 +1,133 @@
+#include "results/policy_calls.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "base/json_file.h"
+#include "base/plural.h"
+#include "base/run_layout.h"
+#include "policy_bridge/remote/latency.h"
+
+namespace evalbus::results {
+namespace {
+
+using nlohmann::ordered_json;
+
+// For example "8.2 ms" or "1.3 s".
+std::string TimeInWords(double seconds) {
+  return seconds < 1 ? fmt::format("{:.3g} ms", seconds * 1e3) : fmt::format("{:.3g} s", seconds);
+}
+
+double Percentile(const std::vector<double>& sorted, double share) {
+  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+  return sorted[static_cast<size_t>(std::max(rank, 1.0)) - 1];
+}
+
+std::string ThinkingInWords(const ordered_json& info) {
+  if (info.value("realtime", false)) return "simulated time ran on while the policy thought (real time)";
+  const std::string latency = info.value("latency", "none");
+  if (latency == "none") return "simulated time stood still while the policy thought";
+  if (latency == "measured") {
+    return "the policy's thinking was charged in simulated time, as long as it took, rounded up to whole "
+           "ticks";
+  }
+  const double tick_s = 1 / info.at("control_hz").get<double>();
+  const int64_t ticks = policy::HeldTicks(policy::ParseLatency(latency).fixed_s, tick_s);
+  return fmt::format("each call was charged with {} ms of simulated time: {} = {:.5g} ms", latency,
+                     Plural(ticks, "tick"), static_cast<double>(ticks) * tick_s * 1e3);
+}
+
+std::vector<ordered_json> ReadCalls(const RecordedRun& run) {
+  std::vector<ordered_json> episodes;
+  for (const RecordedEpisode& episode : run.episodes) {
+    const auto file = EpisodeFolder(run.folder, episode.episode) / kPolicyCallsJson;
+    if (std::filesystem::exists(file)) episodes.push_back(ReadJsonFile<ordered_json>(file));
+  }
+  return episodes;
+}
+
+std::string CallsInWords(const std::vector<ordered_json>& episodes) {
+  std::vector<double> answered_s, server_s;
+  int64_t held_ticks = 0;
+  for (const ordered_json& calls : episodes) {
+    for (const auto& seconds : calls.at("answered_s")) answered_s.push_back(seconds.get<double>());
+    for (const auto& seconds : calls.at("server_s")) {
+      if (seconds.get<double>() >= 0) server_s.push_back(seconds.get<double>());
+    }
+    held_ticks += calls.at("held_ticks").get<int64_t>();
+  }
+  if (answered_s.empty()) return "";
+  std::ranges::sort(answered_s);
+  std::ranges::sort(server_s);
+  std::string words = fmt::format("Its server was called {}: {} median, {} 99th percentile, {} longest",
+                                  Plural(answered_s.size(), "time"), TimeInWords(Percentile(answered_s, 0.5)),
+                                  TimeInWords(Percentile(answered_s, 0.99)), TimeInWords(answered_s.back()));
+  if (!server_s.empty()) {
+    words += fmt::format("; {} median as the server says itself", TimeInWords(Percentile(server_s, 0.5)));
+  }
+  if (held_ticks > 0) words += fmt::format("; the robot held its last command for {} ticks", held_ticks);
+  return words + ".";
+}
+
+}  // namespace
+
+void PolicyCalls::RemoveUndecided(int64_t last_tick) {
+  std::erase_if(calls_, [&](const Call& call) { return call.tick >= last_tick; });
+}
+
+ordered_json PolicyCalls::Json(const CallSchedule& schedule, int64_t num_ticks) const {
+  ordered_json tick = ordered_json::array(), answered_s = tick, server_s = tick;
+  const int64_t ticks = std::max<int64_t>(num_ticks - schedule.settle_steps, 0);
+  int64_t executed = 0;
+  for (const Call& call : calls_) {
+    tick.push_back(call.tick);
+    answered_s.push_back(call.answered_s);
+    server_s.push_back(call.server_s);
+    executed += std::clamp<int64_t>(num_ticks - call.executed_from, 0, schedule.execute_steps);
+  }
+  return {
+      {"tick", tick},         {"answered_s", answered_s},
+      {"server_s", server_s}, {"held_ticks", std::max<int64_t>(ticks - executed, 0)},
+      {"ticks", ticks},       {"due_calls", (ticks + schedule.execute_steps - 1) / schedule.execute_steps}};
+}
+
+std::string RareCallsWarning(const std::vector<ordered_json>& episodes) {
+  int64_t calls = 0, due = 0, ticks = 0, held = 0;
+  for (const ordered_json& episode : episodes) {
+    calls += static_cast<int64_t>(episode.at("tick").size());
+    due += episode.value("due_calls", int64_t{0});
+    ticks += episode.value("ticks", int64_t{0});
+    held += episode.at("held_ticks").get<int64_t>();
+  }
+  if (calls * 2 >= due) return "";
+  return fmt::format(
+      "warning: the policy was called {} in {}, where {} are due: the robot held its last command for {} of "
+      "them, "
+      "and the scores say little about the policy",
+      Plural(calls, "time"), Plural(ticks, "tick"), Plural(due, "call"), held);
+}
+
+std::vector<std::string> PolicyNotes(const RecordedRun& run) {
+  const auto found = run.info.find("policy_contract");
+  if (found == run.info.end() || !found->is_object()) return {};
+  const ordered_json& contract = *found;
+  const ordered_json& action = contract.at("action");
+  const std::vector<ordered_json> episodes = ReadCalls(run);
+  std::vector<std::string> notes;
+  if (std::string warning = RareCallsWarning(episodes); !warning.empty()) notes.push_back(warning + ".");
+  notes.push_back(
+      fmt::format("Policy behind a server, contract {} ({}): {}, {} of each answer executed at {:g} Hz; {}.",
+                  contract.at("name").get<std::string>(), contract.at("wire").get<std::string>(),
+                  action.at("kind").get<std::string>(), Plural(action.at("execute_steps").get<int>(), "step"),
+                  contract.at("rate_hz").get<double>(), ThinkingInWords(run.info)));
+  if (contract.value("privileged", false)) {
+    notes.push_back("The policy was shown poses of objects, which no robot knows.");
+  }
+  if (std::string calls = CallsInWords(episodes); !calls.empty()) notes.push_back(std::move(calls));
+  return notes;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,63 @@
+#include "results/ranking.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "metrics/statistics/holm.h"
+#include "metrics/statistics/letters.h"
+#include "results/comparison.h"
+
+namespace evalbus::results {
+
+std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs) {
+  if (runs.size() < 3) return {};
+  std::vector<std::pair<RankedRun, const RecordedRuns*>> ranked;
+  for (const RecordedRuns* run : runs) {
+    RankedRun entry{.name = run->name, .letters = {}};
+    for (const RecordedRun& task : run->runs) {
+      const metrics::RunSummary summary = task.Statistics().Summary(false);
+      entry.successes += summary.successes;
+      entry.trials += summary.judged;
+    }
+    ranked.emplace_back(entry, run);
+  }
+  std::ranges::stable_sort(ranked, [](const auto& a, const auto& b) {
+    return int64_t{a.first.successes} * b.first.trials > int64_t{b.first.successes} * a.first.trials;
+  });
+  std::vector<double> p;
+  for (size_t i = 0; i < ranked.size(); ++i) {
+    for (size_t j = i + 1; j < ranked.size(); ++j)
+      p.push_back(CompareSuccess(*ranked[i].second, *ranked[j].second).p);
+  }
+  const std::vector<double> adjusted = metrics::HolmAdjusted(p);
+  std::vector<std::vector<bool>> differs(ranked.size(), std::vector<bool>(ranked.size()));
+  auto next = adjusted.begin();
+  for (size_t i = 0; i < ranked.size(); ++i) {
+    for (size_t j = i + 1; j < ranked.size(); ++j) differs[i][j] = differs[j][i] = *next++ < metrics::kAlpha;
+  }
+  const std::vector<std::string> letters = metrics::CompactLetters(differs);
+  std::vector<RankedRun> result;
+  for (size_t i = 0; i < ranked.size(); ++i) {
+    result.push_back(ranked[i].first);
+    result.back().letters = letters[i];
+  }
+  return result;
+}
+
+std::string RankingText(const std::vector<RankedRun>& ranking) {
+  if (ranking.empty()) return "";
+  size_t width = 0;
+  for (const RankedRun& run : ranking) width = std::max(width, run.name.size());
+  std::string text = "Ranking by success\n";
+  for (const RankedRun& run : ranking) {
+    text += fmt::format("{}  {:>14}  {:>5}  {}\n", Pad(run.name, -static_cast<int>(width)),
+                        fmt::format("{} of {}", run.successes, run.trials),
+                        run.trials > 0 ? fmt::format("{:.0f} %", 100.0 * run.successes / run.trials) : "-",
+                        run.letters);
+  }
+  return text + kRankingNote + "\n";
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,28 @@
+// Ranks policies by success, and shows which of them differ significantly.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+
+struct RankedRun {
+  std::string name;
+  int successes = 0, trials = 0;
+  // Policies that share a letter do not differ significantly (metrics/statistics/letters.h).
+  std::string letters;
+};
+
+// Compares all pairs, with p adjusted by Holm for all pairs: the probability that any two equal policies are
+// reported as different is at most 5 %. Ordered by descending success; empty for fewer than three policies.
+// Throws as CompareRuns() does.
+std::vector<RankedRun> RankBySuccess(const std::vector<const RecordedRuns*>& runs);
+
+// Returns a table and a line that explains it; empty for an empty ranking.
+std::string RankingText(const std::vector<RankedRun>& ranking);
+inline constexpr char kRankingNote[] =
+    "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm).";
+
+}  // namespace evalbus::results

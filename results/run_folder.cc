@@ -1,0 +1,276 @@
+#include "results/run_folder.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "base/errors.h"
+#include "base/file_errors.h"
+#include "base/input_file.h"
+#include "base/json_file.h"
+#include "base/run_layout.h"
+#include "base/write_whole.h"
+
+namespace evalbus::results {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The processes of a killed run hold its lock until the last of them has ended, shortly after the run.
+constexpr auto kLockWait = std::chrono::milliseconds(500);
+
+// A file opened for writing; failures throw.
+class File {
+ public:
+  File(fs::path file, int flags)
+      : file_(std::move(file)), fd_(open(file_.c_str(), O_CREAT | O_CLOEXEC | flags, 0644)) {
+    Check(fd_ >= 0);
+  }
+  ~File() {
+    if (fd_ >= 0) close(fd_);
+  }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  // Appends the whole text or, if the disk is full, nothing.
+  void AppendSynced(const std::string& text) {
+    const off_t before = lseek(fd_, 0, SEEK_END);
+    for (size_t done = 0; done < text.size();) {
+      const ssize_t n = write(fd_, text.data() + done, text.size() - done);
+      if (n < 0 && errno != EINTR) {
+        const int error = errno;
+        // If this fails, too, the next append removes the incomplete line.
+        [[maybe_unused]] const int cut = ftruncate(fd_, before);
+        errno = error;
+        Check(false);
+      }
+      if (n > 0) done += static_cast<size_t>(n);
+    }
+    Check(fsync(fd_) == 0);
+  }
+  // The lock is held until this object is destroyed or the process ends.
+  void Lock() { Check(flock(fd_, LOCK_EX) == 0); }
+  // Removes everything after the last end of a line.
+  void CutUnfinishedLine() {
+    off_t end = lseek(fd_, 0, SEEK_END);
+    const off_t size = end;
+    for (char last = 0; end > 0; --end) {
+      Check(pread(fd_, &last, 1, end - 1) == 1);
+      if (last == '\n') break;
+    }
+    if (end < size) Check(ftruncate(fd_, end) == 0);
+  }
+
+ private:
+  void Check(bool good) const {
+    if (!good) ThrowFileError("cannot write " + file_.string(), errno);
+  }
+
+  fs::path file_;
+  int fd_;
+};
+
+bool IsTemporary(const std::string& name, const std::string& file) {
+  const auto temporary = ParseTemporaryName(name);
+  return temporary && temporary->file == file;
+}
+
+// True if the folder contains only what a run creates before its `mark`.
+bool HoldsNothing(const fs::path& folder, const std::string& mark) {
+  return std::ranges::all_of(fs::directory_iterator(folder), [&](const fs::directory_entry& entry) {
+    return (entry.path().filename() == kLogsFolder && entry.is_directory() && fs::is_empty(entry)) ||
+           IsTemporary(entry.path().filename(), mark);
+  });
+}
+
+bool IsHalfWritten(const std::string& name) {
+  return std::ranges::any_of(
+      std::array{kRunJson, kSuiteJson, kEpisodesJsonl, kSummaryJson, kPhysicsModel, kVisualModel, kSceneXml},
+      [&](const char* file) { return IsTemporary(name, file); });
+}
+
+// Removes files of a folder by their names. Processes of a killed worker may still be ending, so files can
+// disappear during the iteration.
+void RemoveFiles(const fs::path& folder, const std::function<bool(const std::string& name)>& is_one) {
+  std::error_code gone;
+  for (auto entry = fs::directory_iterator(folder, gone); entry != fs::directory_iterator();
+       entry.increment(gone)) {
+    if (is_one(entry->path().filename()) && entry->is_regular_file(gone)) fs::remove(entry->path(), gone);
+  }
+}
+
+void RemoveFilesOfEpisodes(const fs::path& run, const std::function<bool(const std::string& name)>& is_one) {
+  for (const fs::path& episode : EpisodeFolders(run)) RemoveFiles(episode, is_one);
+}
+
+// Creates a folder and its missing parents, and adds the created ones to `made`.
+void Make(const fs::path& folder, std::vector<fs::path>* made) {
+  std::vector<fs::path> missing;
+  for (fs::path path = folder; !fs::exists(path); path = path.parent_path()) missing.push_back(path);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) ThrowFileError("--out " + folder.string() + ": cannot create", error.value());
+  made->insert(made->end(), missing.rbegin(), missing.rend());
+}
+
+// Creates runs/NAME-DATE-TIME, with a suffix if several runs start in the same second.
+fs::path MakeNew(const std::string& name, std::vector<fs::path>* made) {
+  char stamp[32];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", std::localtime(&now));
+  const fs::path wish = fs::absolute(fs::path("runs") / (name + "-" + stamp));
+  fs::path folder = wish;
+  for (int i = 2;; ++i) {
+    Make(wish.parent_path(), made);
+    if (mkdir(folder.c_str(), 0777) == 0) break;
+    // A run that failed may just have removed runs/.
+    if (errno != EEXIST && errno != ENOENT) ThrowFileError("cannot create " + folder.string(), errno);
+    folder = wish.string() + "-" + std::to_string(i);
+  }
+  made->push_back(folder);
+  return folder;
+}
+
+}  // namespace
+
+RunFolder::RunFolder(const fs::path& out, const std::string& name, bool resume, const std::string& mark) {
+  path_ = out.empty() ? MakeNew(name, &made_) : fs::absolute(out).lexically_normal();
+  if (!path_.has_filename()) path_ = path_.parent_path();
+  const std::string shown = "--out " + (out.empty() ? path_ : out).string();
+  const bool fresh = !fs::exists(path_) ||
+                     (fs::is_directory(path_) && (resume ? HoldsNothing(path_, mark) : fs::is_empty(path_)));
+  if (!fresh && !(resume && fs::exists(path_ / mark))) {
+    throw InputError(shown + (resume ? ": exists and holds nothing to resume; it has no " + mark
+                                     : ": exists and is not an empty folder; choose another name, or add "
+                                       "--resume to go on with what was interrupted"));
+  }
+  Make(path_, &made_);
+  lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY);
+  const auto deadline = std::chrono::steady_clock::now() + kLockWait;
+  while (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      close(std::exchange(lock_, -1));
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+  if (lock_ < 0) throw InputError(shown + ": another 'evalbus run' is at work in it");
+  Make(path_ / kLogsFolder, &made_);
+}
+
+fs::path RunFolder::shown() const {
+  const fs::path near = fs::proximate(path_);
+  return near.string().starts_with("..") ? path_ : near;
+}
+
+RunFolder RunFolder::OfWorker(const fs::path& folder) {
+  RunFolder run;
+  run.path_ = fs::absolute(folder).lexically_normal();
+  return run;
+}
+
+RunFolder::~RunFolder() {
+  if (lock_ >= 0) close(lock_);
+}
+
+void RunFolder::DiscardAllBut(const std::set<int>& finished) const {
+  for (const fs::path& episode : EpisodeFolders(path_)) {
+    if (!finished.contains(*EpisodeOfFolder(episode)) || IsUnfinished(episode)) fs::remove_all(episode);
+  }
+  RemoveHalfWritten();
+  RemoveHalfWrittenVideos();
+}
+
+void RunFolder::RemoveHalfWritten() const {
+  RemoveFiles(path_, IsHalfWritten);
+  RemoveFiles(path_ / kModelFolder, IsHalfWritten);
+  RemoveFilesOfEpisodes(path_, IsHalfWritten);
+}
+
+void RunFolder::RemoveHalfWrittenVideos(std::optional<pid_t> by) const {
+  RemoveFilesOfEpisodes(path_, [by](const std::string& name) {
+    const auto temporary = ParseTemporaryName(name);
+    const auto is_video = [&](const char* ending) { return temporary->file.ends_with(ending); };
+    return temporary && (is_video(".mp4") || is_video(".gif") || is_video(".webp")) &&
+           (!by || temporary->pid == *by);
+  });
+}
+
+void RunFolder::Remove() const {
+  if (fs::exists(path_ / kEpisodesJsonl)) return;
+  RemoveHalfWritten();
+  std::error_code ignored;
+  for (const char* name : {kRunJson, kSuiteJson, kSummaryJson, kModelFolder, kEpisodesFolder, kLogsFolder}) {
+    fs::remove_all(path_ / name, ignored);
+  }
+  for (auto path = made_.rbegin(); path != made_.rend(); ++path) fs::remove(*path, ignored);
+}
+
+std::vector<std::string> NewLines::Next() {
+  std::vector<std::string> lines;
+  if (!fs::exists(file_)) return lines;
+  std::ifstream stream = OpenInput(file_);
+  stream.seekg(position_);
+  std::string line;
+  while (std::getline(stream, line) && !stream.eof()) {
+    position_ = stream.tellg();
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+std::vector<nlohmann::ordered_json> EpisodeLines::Next() {
+  std::vector<nlohmann::ordered_json> episodes;
+  for (const std::string& text : lines_.Next()) {
+    episodes.push_back(ParseJson<nlohmann::ordered_json>(text, lines_.file().string(), ++line_));
+    const auto& episode = episodes.back();
+    if (!episode.is_object() || !episode.contains("episode") || !episode["episode"].is_number_integer()) {
+      throw InputError(lines_.file().string() + ":" + std::to_string(line_) +
+                       ": expected the result of an episode as JSON");
+    }
+  }
+  return episodes;
+}
+
+void RunFolder::WriteEpisodes(const std::vector<nlohmann::ordered_json>& results) const {
+  std::string text;
+  for (const auto& result : results) text += ToText(result) + "\n";
+  WriteWhole(path_ / kEpisodesJsonl, text);
+}
+
+void RunFolder::WriteJson(const std::string& name, const nlohmann::ordered_json& json) const {
+  WriteWhole(path_ / name, ToText(json, 2) + "\n");
+}
+
+void RunFolder::AddPolicyCalls(int episode, const nlohmann::ordered_json& calls) const {
+  WriteJson((fs::relative(EpisodeFolder(path_, episode), path_) / kPolicyCallsJson).string(), calls);
+}
+
+void RunFolder::AddEpisode(int episode, const nlohmann::ordered_json& result) const {
+  const fs::path folder = fs::relative(EpisodeFolder(path_, episode), path_);
+  fs::create_directories(path_ / folder);
+  WriteJson((folder / kSummaryJson).string(), result);
+  File lines(path_ / kEpisodesJsonl, O_RDWR | O_APPEND);
+  // Another worker may be appending; a worker that was killed or found the disk full may have left an
+  // incomplete line.
+  lines.Lock();
+  lines.CutUnfinishedLine();
+  lines.AppendSynced(ToText(result) + "\n");
+}
+
+void RunFolder::DiscardEpisode(int episode) const {
+  fs::remove_all(EpisodeFolder(path_, episode));
+  fs::remove_all(UnfinishedEpisodeFolder(path_, episode));
+}
+
+}  // namespace evalbus::results

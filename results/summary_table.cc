@@ -1,0 +1,192 @@
+#include "results/summary_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "base/plural.h"
+#include "base/text.h"
+#include "lcmtypes/end_reason.h"
+#include "lcmtypes/metric_catalog.h"
+
+namespace evalbus::results {
+namespace {
+
+// Columns of the line for a finished episode; those that do not fit into the terminal are omitted.
+struct Column {
+  const char* title;
+  // In characters; negative: left-aligned.
+  int width;
+};
+constexpr std::array kColumns = {Column{"episode", 7},   Column{"end", -14}, Column{"time", 7},
+                                 Column{"stages", 6},    Column{"slips", 5}, Column{"collisions", 10},
+                                 Column{"clearance", 9}, Column{"path", 7}};
+
+std::string ColumnLine(const std::array<std::string, kColumns.size()>& cells, int width) {
+  std::string line;
+  for (size_t i = 0; i < kColumns.size(); ++i) {
+    const std::string cell = (i > 0 ? "  " : "") + Pad(cells[i], kColumns[i].width);
+    if (static_cast<int>(Width(line + cell)) > width) break;
+    line += cell;
+  }
+  return line.substr(0, line.find_last_not_of(' ') + 1);
+}
+
+// Formats a value with the given number of decimals and its unit; "-" if the value is missing.
+std::string Value(const nlohmann::ordered_json& values, const char* key, int decimals = 0,
+                  const std::string& unit = "", double scale = 1) {
+  const auto found = values.find(key);
+  if (found == values.end() || !found->is_number()) return "-";
+  return Fixed(found->get<double>() * scale, decimals) + (unit.empty() ? "" : " ") + unit;
+}
+
+// A column for a statistic of a metric. Columns for intervals are wider.
+struct Statistic {
+  const char* title;
+  int width;
+  std::function<std::string(const metrics::MetricSummary&, const std::function<std::string(double)>&)> text;
+};
+
+std::vector<Statistic> Statistics() {
+  using metrics::MetricSummary;
+  constexpr int kWidth = 9, kIntervalWidth = 20;
+  const auto plain = [](double MetricSummary::*member) {
+    return [member](const MetricSummary& metric, const auto& number) { return number(metric.*member); };
+  };
+  const auto interval = [](const MetricSummary& metric, const auto& number) {
+    if (!std::isfinite(metric.mean_95.lower)) return std::string("-");
+    return number(metric.mean_95.lower) + " to" + Pad(number(metric.mean_95.upper), 8);
+  };
+  return {{"mean", kWidth, plain(&MetricSummary::mean)}, {"its 95 % interval", kIntervalWidth, interval},
+          {"std", kWidth, plain(&MetricSummary::std)},   {"median", kWidth, plain(&MetricSummary::median)},
+          {"p5", kWidth, plain(&MetricSummary::p5)},     {"p95", kWidth, plain(&MetricSummary::p95)},
+          {"max", kWidth, plain(&MetricSummary::max)}};
+}
+
+std::string RateText(const metrics::RunSummary& summary, int width) {
+  if (summary.judged == 0) return "Success was not judged: poses of objects are missing\n";
+  const std::string rate =
+      fmt::format("Success in {} of {} {}episodes: {:.0f} %", summary.successes, summary.judged,
+                  summary.judged < summary.complete ? "judged " : "", summary.success_rate * 100);
+  const std::string interval = fmt::format("(95 % interval {}, Wilson)", PercentText(summary.wilson));
+  const bool one_line = static_cast<int>(rate.size() + 1 + interval.size()) <= width;
+  return rate + (one_line ? " " : "\n") + interval + "\n";
+}
+
+}  // namespace
+
+std::string FormatDuration(double seconds) {
+  const auto whole = static_cast<int64_t>(std::llround(std::max(0.0, seconds)));
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string PercentText(const metrics::Interval& interval) {
+  const int decimals = interval.upper - interval.lower < 0.02 ? 1 : 0;
+  return fmt::format("{:.{}f} to {:.{}f} %", interval.lower * 100, decimals, interval.upper * 100, decimals);
+}
+
+std::string EpisodeHeader(int width) {
+  std::array<std::string, kColumns.size()> titles;
+  for (size_t i = 0; i < titles.size(); ++i) titles[i] = kColumns[i].title;
+  return ColumnLine(titles, width);
+}
+
+std::string EpisodeLine(const nlohmann::ordered_json& episode, int width) {
+  const auto &m = episode["metrics"], &extended = episode["extended"];
+  const auto stages = m.value("task_stage_reached", nlohmann::ordered_json::object());
+  const auto reached = std::count_if(stages.begin(), stages.end(),
+                                     [](const auto& stage) { return stage.template get<bool>(); });
+  const char* path =
+      m.contains("total_cartesian_path_length") ? "total_cartesian_path_length" : "cartesian_path_length";
+  const auto reason = episode["failure_reason"].get<std::string>();
+  std::string line = ColumnLine(
+      {std::to_string(episode["episode"].get<int>()), end_reason::Outcome(reason),
+       Value(m, "completion_time", 2, "s"), fmt::format("{}/{}", reached, stages.size()),
+       Value(m, "slip_count"), Value(m, "env_collision_count") + " + " + Value(m, "self_collision_count"),
+       Value(extended, "min_clearance_m", 0, "mm", 1e3), Value(m, path, 2, "m")},
+      width);
+  if (episode["end_reason"] == end_reason::kServerError) {
+    line += "  invalid";
+  } else if (!episode["complete"].get<bool>()) {
+    line += "  incomplete";
+  }
+  const auto detail = episode["end_detail"].get<std::string>();
+  if (!detail.empty()) line += "  " + detail;
+  return line;
+}
+
+std::string InvalidText(int invalid, const std::string& folder) {
+  if (invalid == 0) return "";
+  return fmt::format(
+      "{} invalid, since the policy's server failed; the same command with --out {} --resume runs {} "
+      "again\n",
+      invalid == 1 ? "1 episode is" : fmt::format("{} episodes are", invalid), folder,
+      invalid == 1 ? "it" : "them");
+}
+
+std::string FailuresText(const metrics::RunSummary& summary) {
+  std::string text;
+  for (const auto& [reason, count] : summary.failure_reasons) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, Printable(reason));
+  }
+  return text;
+}
+
+std::string SummaryTable(const metrics::RunSummary& summary, int width) {
+  std::string text;
+  if (summary.complete > 0) text += RateText(summary, width);
+  if (const std::string samples = summary.SamplesText(); !samples.empty()) {
+    text += fmt::format("Note: {}\n", samples);
+  }
+  if (summary.invalid > 0) {
+    text +=
+        fmt::format("{} of {} episodes invalid: left out of all this\n", summary.invalid, summary.episodes);
+  }
+  if (const int incomplete = summary.episodes - summary.complete - summary.invalid; incomplete > 0) {
+    text += fmt::format("{} of {} episodes incomplete: left out of all this\n", incomplete, summary.episodes);
+  }
+  if (summary.complete == 0) return text;
+  if (!summary.failure_reasons.empty()) text += "Failures: " + FailuresText(summary) + "\n";
+
+  std::vector<std::string> names;
+  for (const metrics::MetricSummary& metric : summary.metrics) names.push_back(metric.name);
+  const std::vector<MetricNumber> numbers = MainMetrics(names);
+  int label_width = 25;
+  for (const MetricNumber& main : numbers)
+    label_width = std::max(label_width, static_cast<int>(main.label().size()));
+  constexpr int kUnitWidth = 8;
+  std::vector<Statistic> statistics = Statistics();
+  size_t shown = 0;
+  for (int used = label_width + kUnitWidth; shown < statistics.size(); ++shown) {
+    used += statistics[shown].width;
+    if (used > width && shown > 0) break;
+  }
+  statistics.resize(shown);
+  text += "\n" + std::string(static_cast<size_t>(label_width), ' ');
+  for (const Statistic& statistic : statistics) text += Pad(statistic.title, statistic.width);
+  text += "\n";
+  std::string note;
+  for (const MetricNumber& main : numbers) {
+    const metrics::MetricSummary& metric = *summary.Find(main.name);
+    const auto number = [&](double value) {
+      return ShownValue(*main.metric, value, metric.std / std::sqrt(metric.episodes));
+    };
+    const bool is_of_fewer = IsOfSuccessesOnly(main.name) && metric.episodes < summary.complete;
+    text += Pad(main.label() + (is_of_fewer ? " *" : ""), -label_width);
+    for (const Statistic& statistic : statistics)
+      text += Pad(statistic.text(metric, number), statistic.width);
+    text += main.shown_unit().empty() ? "\n" : fmt::format("  {}\n", main.shown_unit());
+    if (is_of_fewer) {
+      note = fmt::format("* of the {} that succeeded; all else of all {}\n",
+                         Plural(metric.episodes, "episode"), summary.complete);
+    }
+  }
+  return text + note;
+}
+
+}  // namespace evalbus::results

@@ -1,0 +1,65 @@
+#include "results/tally.h"
+
+#include <fmt/format.h>
+
+#include "base/plural.h"
+#include "base/text.h"
+#include "results/summary_table.h"
+
+namespace evalbus::results {
+namespace {
+
+std::string Row(const std::string& name, size_t width, const std::string& success, const std::string& rate,
+                const std::string& time, const std::string& why) {
+  std::string line = fmt::format("{:<{}}  {:>9}  {:>14}  {:>12}  {}", name, width, success, rate, time, why);
+  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
+std::vector<std::pair<std::string, int>> FailuresOf(const metrics::RunSummary& summary) {
+  auto failures = summary.failure_reasons;
+  if (summary.invalid > 0) failures.emplace_back("invalid", summary.invalid);
+  if (const int incomplete = summary.episodes - summary.complete - summary.invalid; incomplete > 0) {
+    failures.emplace_back("incomplete", incomplete);
+  }
+  return failures;
+}
+
+}  // namespace
+
+void Tally::Add(const RecordedRun& run) {
+  for (const RecordedEpisode& episode : run.episodes) {
+    statistics_.Add(episodes_++, episode.result, tasks_);
+  }
+  ++tasks_;
+}
+
+nlohmann::ordered_json Tally::Json() const {
+  const metrics::RunSummary summary = statistics_.Summary(false);
+  const metrics::MetricSummary* time = summary.Find("completion_time");
+  nlohmann::ordered_json json = metrics::RatesJson(summary);
+  json["mean_completion_time_s"] = time ? nlohmann::ordered_json(time->mean) : nullptr;
+  nlohmann::ordered_json& reasons = json["failure_reasons"] = nlohmann::ordered_json::object();
+  for (const auto& [reason, count] : FailuresOf(summary)) reasons[reason] = count;
+  return json;
+}
+
+std::string Tally::Title(const std::string& what, size_t width) {
+  return Row(what, width, "success", "95 % interval", "success time", "remarks");
+}
+
+std::string Tally::Line(const std::string& name, size_t width) const {
+  const metrics::RunSummary summary = statistics_.Summary(false);
+  const metrics::MetricSummary* time = summary.Find("completion_time");
+  std::string notes;
+  const auto add = [&notes](const std::string& note) { notes += (notes.empty() ? "" : ", ") + note; };
+  for (const auto& [reason, count] : FailuresOf(summary)) add(fmt::format("{} {}", count, Printable(reason)));
+  if (summary.samples < summary.complete) {
+    add(fmt::format("interval of {}", Plural(summary.samples, "episode")));
+  }
+  const bool judged = summary.judged > 0 || summary.complete == 0;
+  return Row(name, width, judged ? fmt::format("{} of {}", summary.successes, summary.judged) : "not judged",
+             judged ? PercentText(summary.wilson) : "-", time ? fmt::format("{:.2f} s", time->mean) : "-",
+             notes);
+}
+
+}  // namespace evalbus::results

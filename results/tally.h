@@ -1,0 +1,29 @@
+// Sums up one or several runs of a suite, as a row of its table and as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "metrics/statistics/run_statistics.h"
+#include "results/run_reader.h"
+
+namespace evalbus::results {
+
+class Tally {
+ public:
+  // The sum is bit-identical for any order of the runs.
+  void Add(const RecordedRun& run);
+
+  // JSON for a suite's summary.json (docs/run_folder.md).
+  nlohmann::ordered_json Json() const;
+  metrics::RunSummary Summary() const { return statistics_.Summary(false); }
+  // width: number of characters of the name column. `what`: its title.
+  static std::string Title(const std::string& what, size_t width);
+  std::string Line(const std::string& name, size_t width) const;
+
+ private:
+  metrics::RunStatistics statistics_;
+  int episodes_ = 0, tasks_ = 0;
+};
+
+}  // namespace evalbus::results

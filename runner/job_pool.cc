@@ -1,0 +1,44 @@
+#include "runner/job_pool.h"
+
+#include "base/errors.h"
+#include "bus/host.h"
+
+namespace evalbus::runner {
+namespace {
+
+constexpr int kMaxStarts = 3;
+
+}  // namespace
+
+JobPool::JobPool(std::vector<Job> jobs, int at_once, std::function<void(const std::string&)> on_restart,
+                 std::chrono::milliseconds timeout)
+    : waiting_(std::make_move_iterator(jobs.begin()), std::make_move_iterator(jobs.end())),
+      at_once_(static_cast<size_t>(at_once)),
+      on_restart_(std::move(on_restart)),
+      processes_(timeout) {}
+
+std::optional<std::string> JobPool::Poll() {
+  std::optional<std::string> ended;
+  if (const auto exit = processes_.Poll()) {
+    const auto job = running_.extract(exit->name);
+    if (exit->code > 128 && starts_[exit->name] < kMaxStarts) {
+      on_restart_(exit->description);
+      waiting_.push_front(std::move(job.mapped()));
+    } else if (exit->code != 0) {
+      exit->Throw(exit->name);
+    } else {
+      ended = exit->name;
+    }
+  }
+  // Starting many jobs takes time, so Ctrl-C is checked in between.
+  while (!waiting_.empty() && running_.size() < at_once_ && !stop_requested()) {
+    Job job = std::move(waiting_.front());
+    waiting_.pop_front();
+    processes_.Start(job.name, job.command, job.log_file);
+    ++starts_[job.name];
+    running_.emplace(job.name, std::move(job));
+  }
+  return ended;
+}
+
+}  // namespace evalbus::runner

@@ -1,0 +1,134 @@
+#include "runner/launch.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "base/realtime.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "bus/host.h"
+#include "runner/components.h"
+#include "runner/processes.h"
+
+namespace evalbus::runner {
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr auto kIdlePoll = std::chrono::milliseconds(20);
+// Time to receive the last messages of processes that have exited.
+constexpr auto kLastWords = std::chrono::milliseconds(20);
+
+// RUN/logs/sim.log, or sim-0.log for worker 0.
+std::filesystem::path LogOf(const RunOptions& options, const std::string& component) {
+  return LogFile(options.out,
+                 options.worker < 0 ? component : fmt::format("{}-{}", component, options.worker));
+}
+
+// The command that starts a component; users may run it by hand instead.
+std::vector<std::string> CommandOf(const ComponentType& type, const RunOptions& options,
+                                   const results::RunFolder& folder) {
+  std::vector<std::string> command = {(Processes::BinaryFolder() / type.program).string()};
+  if (!type.argument.empty()) command.emplace_back(type.argument);
+  command.insert(command.end(), {"--options", (folder.path() / kRunJson).string(), "--url", options.url});
+  if (options.sim.realtime && type.realtime_priority > 0) {
+    command.insert(command.end(), {"--realtime-priority", std::to_string(type.realtime_priority)});
+  }
+  return command;
+}
+
+void SayDropped(const RunController& controller, RunListener* listener) {
+  if (const std::string dropped = controller.DroppedMessages(); !dropped.empty()) listener->OnRemark(dropped);
+}
+
+}  // namespace
+
+void EvaluateInProcess(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
+                       RunListener* listener) {
+  Log::SetFiles([options](const std::string& component) { return LogOf(options, component); });
+  Bus bus("memq://");
+  std::vector<std::unique_ptr<Component>> components;
+  for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, options));
+  if (options.sim.realtime) AskForRealtime(kSimRealtimePriority);
+  RunController controller(&bus, plan, folder, listener);
+  SteadyTime idle_poll_at{}, poll_at{};
+  while (!controller.done() && !stop_requested()) {
+    const auto now = steady_clock::now();
+    if (now >= poll_at) {
+      for (const auto& component : components) component->Poll(now);
+      controller.Poll(now);
+      listener->Poll(now);
+      idle_poll_at = now + kIdlePoll;
+    }
+    poll_at = idle_poll_at;
+    for (const auto& component : components) poll_at = std::min(poll_at, component->next_poll());
+    // No message: it is time to poll, or a policy's answer has arrived.
+    if (!bus.Handle(poll_at)) poll_at = {};
+  }
+  SayDropped(controller, listener);
+}
+
+void EvaluateProcesses(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
+                       RunListener* listener) {
+  Log::SetFiles([options](const std::string& component) { return LogOf(options, component); });
+  // Processes started by hand have no session.
+  const int64_t session = options.by_hand ? 0 : DrawId();
+  Bus bus(options.url, session);
+  RunController controller(&bus, plan, folder, listener);
+  Processes processes;
+  const auto start = [&] {
+    std::map<std::string, int64_t> instances;
+    for (const ComponentType& type : ComponentsOf(options)) {
+      const std::string name(type.name);
+      const int64_t instance = instances[name] = DrawId();
+      std::vector<std::string> command = CommandOf(type, options, folder);
+      command.insert(command.end(),
+                     {"--session", std::to_string(session), "--instance", std::to_string(instance)});
+      processes.Start(name, command, LogOf(options, name));
+    }
+    controller.ExpectStart(instances);
+  };
+  if (options.by_hand) {
+    fmt::print("start these, in any order, each wherever you like:\n");
+    for (const ComponentType& type : ComponentsOf(options)) {
+      fmt::print("  {}\n", ShellWords(CommandOf(type, options, folder)));
+    }
+    std::fflush(stdout);
+  } else {
+    start();
+  }
+  const auto start_again = [&](const std::string& why) {
+    processes.KillAll();
+    controller.Retry(why);
+    start();
+  };
+  SteadyTime poll_at{};
+  while (!controller.done() && !stop_requested()) {
+    const auto now = steady_clock::now();
+    if (now >= poll_at) {
+      controller.Poll(now);
+      listener->Poll(now);
+      poll_at = now + kIdlePoll;
+      if (const auto exit = processes.Poll()) {
+        // Invalid input would fail again; the last line of the component's log describes it.
+        if (exit->code == 1) exit->Throw();
+        start_again(exit->description);
+      } else if (const std::string silent = controller.Silent(now); !silent.empty()) {
+        start_again(silent + " hangs: not a word from it for 10 s");
+      }
+    }
+    bus.Handle(poll_at);
+  }
+  if (controller.done()) {
+    for (const Processes::Exit& exit : processes.StopAll())
+      listener->OnRemark("warning: " + exit.description);
+    const auto deadline = steady_clock::now() + kLastWords;
+    while (steady_clock::now() < deadline) bus.Handle(deadline);
+    SayDropped(controller, listener);
+  }
+  // Stopped last, so that observers do not report a missing process.
+  controller.Stop();
+}
+
+}  // namespace evalbus::runner

@@ -1,0 +1,76 @@
+// Terminal output of `evalbus run`: a line per finished episode and, on a terminal, the live state of the
+// current one.
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metrics/statistics/run_statistics.h"
+#include "runner/run_controller.h"
+#include "viz/watch/run_watch.h"
+
+namespace evalbus::runner {
+
+struct LiveHeader {
+  std::string task, variation, policy, clock;
+  double control_hz = 0;
+  int64_t seed = 0;
+  int episodes = 0;
+  // Number of episodes that had finished before the run was resumed. They are reported immediately, through
+  // OnEpisodeDone(), unless tells_those_before is false.
+  int there_before = 0;
+  bool tells_those_before = true;
+};
+
+class LiveView : public RunListener {
+ public:
+  using Clock = std::function<SteadyTime()>;
+
+  // Draws the live state if `out` is a terminal; otherwise prints plain lines only.
+  LiveView(FILE* out, const LiveHeader& header, Clock clock = std::chrono::steady_clock::now);
+  ~LiveView() override { Finish(); }
+
+  void OnEpisodeBegin(const episode_begin_t& begin) override;
+  void OnPartial(const partial_metrics_t& partial) override;
+  void OnEpisodeDone(const nlohmann::ordered_json& episode) override;
+  void OnRemark(const std::string& text) override { Print(text); }
+
+  // Redraws at most ten times per second of wall time.
+  void Poll(SteadyTime now) override;
+  // Erases the live lines.
+  void Finish();
+
+  // Returns the live lines for a terminal of this width, without color codes.
+  std::vector<std::string> Lines(int width, SteadyTime now);
+
+ private:
+  bool has_scores() const { return is_running_ && watch_.has_scores(); }
+  double Progress() const;
+  std::vector<std::string> LinesThatFit(SteadyTime now);
+  // Prints a line, if not empty, above the live lines, and replaces the previous live lines.
+  void Draw(const std::string& above, const std::vector<std::string>& live);
+  void Print(const std::string& line);
+
+  FILE* out_;
+  bool is_terminal_;
+  LiveHeader header_;
+  Clock clock_;
+  SteadyTime started_;
+  SteadyTime drawn_{};
+  int drawn_lines_ = 0;
+  // The current episode, if this process runs it; workers' episodes are not shown live.
+  viz::RunWatch watch_;
+  bool is_running_ = false;
+  metrics::RunStatistics statistics_;
+  // Summary of statistics_; empty until the next redraw.
+  std::optional<metrics::RunSummary> summary_;
+  int num_episodes_ = 0;
+  // Simulated duration of finished episodes, for the estimate of the remaining time.
+  double simulated_s_ = 0;
+};
+
+}  // namespace evalbus::runner

@@ -1,0 +1,250 @@
+#include "runner/prepared_run.h"
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
+#include "base/plugins.h"
+#include "base/run_layout.h"
+#include "base/sha256.h"
+#include "bus/private_network.h"
+#include "models/scene.h"
+#include "results/run_reader.h"
+#include "runner/components.h"
+#include "runner/version.h"
+#include "runner/workers.h"
+#include "viz/images/video.h"
+
+namespace evalbus::runner {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Keys of run.json, besides the fixed options, that must not change when a run is resumed. `words` describes
+// what a digest belongs to.
+struct Fact {
+  const char* key;
+  const char* words = nullptr;
+};
+constexpr std::array kFixedFacts = {
+    Fact{"task"},
+    Fact{"variation"},
+    Fact{"evalbus_version"},
+    Fact{"git_commit"},
+    Fact{"plugins", "other plugins"},
+    Fact{"mujoco_version"},
+    Fact{"task_sha256", "another task description"},
+    Fact{"robot_sha256", "another robot description"},
+    Fact{"physics_sha256", "another physics model"},
+    Fact{"visual_sha256", "another visual model"},
+    Fact{"policy_contract", "another policy contract"},
+};
+
+// Makes all paths absolute, so that every process of the run uses the same files.
+TaskSelection Resolve(RunOptions* options) {
+  TaskSelection selection = FindTask(options->sim.task);
+  options->sim.task = (fs::absolute(selection.task.file) / selection.variation).string();
+  options->sim.robot =
+      fs::absolute(options->sim.robot.empty() ? selection.task.robot_file : FindRobot(options->sim.robot));
+  FollowRecording(options);
+  // Contract files also get absolute paths, because processes may have other working directories.
+  for (std::string* name : {&options->policy.policy, &options->policy.contract}) {
+    if (policy::IsContractFile(*name)) *name = fs::absolute(*name).lexically_normal().string();
+  }
+  return selection;
+}
+
+// SHA-256 of each plugin by file name; null without plugins.
+nlohmann::ordered_json PluginsJson() {
+  nlohmann::ordered_json plugins;
+  for (const char* variable : {kPredicatePlugins, kPolicyPlugins}) {
+    for (const fs::path& plugin : PluginsOf(variable))
+      plugins[plugin.filename().string()] = Sha256File(plugin);
+  }
+  return plugins;
+}
+
+// Task, robot, models, software and contract, as their files are now.
+nlohmann::ordered_json FactsOf(const sim::PreparedScene& prepared, const RunOptions& options) {
+  nlohmann::ordered_json facts = SceneFacts(prepared);
+  const auto contract = policy::FindContractOf(options.policy);
+  facts["policy_contract"] = contract ? policy::ContractJson(*contract) : nlohmann::ordered_json();
+  return facts;
+}
+
+[[noreturn]] void FailDiffers(const fs::path& file, const std::string& key,
+                              const nlohmann::ordered_json& before, const nlohmann::ordered_json& now) {
+  throw InputError(fmt::format("--resume: {}: the run was made with {} {}, not {}", file.string(), key,
+                               ToText(before), ToText(now)));
+}
+
+void CheckFacts(const fs::path& file, const nlohmann::ordered_json& before,
+                const nlohmann::ordered_json& now) {
+  for (const Fact& fact : kFixedFacts) {
+    const auto was = before.value(fact.key, nlohmann::ordered_json());
+    if (was == now[fact.key]) continue;
+    if (!fact.words) FailDiffers(file, fact.key, was, now[fact.key]);
+    throw InputError(fmt::format(
+        "--resume: {}: the run was made with {} ({}); put back what was changed, or begin another run",
+        file.string(), fact.words, fact.key));
+  }
+}
+
+// Throws InputError if the folder's run was made differently or has more episodes than requested.
+void CheckResumable(const results::RecordedRun& before, const RunOptions& options,
+                    const nlohmann::ordered_json& facts) {
+  const fs::path file = before.folder / kRunJson;
+  CheckFacts(file, before.info, facts);
+  CheckFixedOptions(file, before.info, options);
+  if (!before.episodes.empty() && before.episodes.back().episode >= options.episodes) {
+    throw InputError(fmt::format("--resume: {} has episode {} already; --episodes {} is less",
+                                 before.folder.string(), before.episodes.back().episode, options.episodes));
+  }
+}
+
+bool IsWanted(const RunOptions& options, int episode) {
+  return options.only.empty() || std::ranges::find(options.only, episode) != options.only.end();
+}
+
+RunPlan PlanOf(const RunOptions& options, const nlohmann::ordered_json& facts,
+               const std::set<int>& finished) {
+  RunPlan plan;
+  plan.task = facts["task"].get<std::string>();
+  plan.variation = facts["variation"].get<std::string>();
+  plan.model_hashes = {facts["task_sha256"].get<std::string>(), facts["physics_sha256"].get<std::string>(),
+                       facts["visual_sha256"].get<std::string>()};
+  plan.seed = options.seed;
+  plan.seed_stream = options.seed_stream;
+  plan.required = RequiredComponents(options);
+  plan.realtime = options.sim.realtime;
+  plan.is_by_hand = options.by_hand;
+  plan.is_watched = options.watch;
+  plan.policy_is_external = options.policy.policy == policy::kExternalPolicy;
+  if (const auto contract = policy::FindContractOf(options.policy)) {
+    plan.calls = {contract->execute_steps, contract->settle_steps};
+  }
+  plan.policy_timeout_s = options.sim.policy_timeout_s;
+  for (int episode = 0; episode < options.episodes; ++episode) {
+    if (IsWanted(options, episode) && !finished.contains(episode)) plan.episodes.push_back(episode);
+  }
+  return plan;
+}
+
+// Chooses the run's bus and prints it. A bus that the user asked for is never replaced.
+void DecideBus(PreparedRun* run) {
+  RunOptions& options = run->options;
+  if (options.in_process) return;
+  run->bus = ChooseBus(options.url);
+  options.url = run->bus.url();
+  if (!options.url.empty()) return;
+  options.in_process = true;
+  fmt::print("everything in one process, since this machine has no multicast ('evalbus doctor' says why)\n");
+}
+
+}  // namespace
+
+void CheckFixedOptions(const fs::path& file, const nlohmann::ordered_json& before,
+                       const RunOptions& options) {
+  const nlohmann::ordered_json now = OptionsJson(options);
+  for (const std::string& key : FixedKeys(options)) {
+    const auto was = before.value(key, nlohmann::ordered_json());
+    if (was != now[key]) FailDiffers(file, key, was, now[key]);
+  }
+}
+
+nlohmann::ordered_json SceneFacts(const sim::PreparedScene& prepared) {
+  const ModelHashes model_hashes = ModelHashes::Of(prepared.info);
+  return {{"task", prepared.task.name},
+          {"variation", prepared.variation},
+          {"task_sha256", model_hashes.task_sha256},
+          {"robot_sha256", Sha256File(prepared.robot.file)},
+          {"physics_sha256", model_hashes.physics_sha256},
+          {"visual_sha256", model_hashes.visual_sha256},
+          {"evalbus_version", kVersion},
+          {"git_commit", kGitCommit},
+          {"git_dirty", kGitDirty},
+          {"plugins", PluginsJson()},
+          {"mujoco_version", mj_versionString()}};
+}
+
+std::string ShortPolicyName(const RunOptions& options) {
+  std::string name = PolicyName(options);
+  if (options.policy_name.empty()) name = name.substr(0, name.find(':'));
+  std::replace(name.begin(), name.end(), '/', '-');
+  return name;
+}
+
+PreparedRun PrepareRun(RunOptions options) {
+  const TaskSelection selection = Resolve(&options);
+  sim::PreparedScene prepared = sim::ComposeScene(options.sim);
+  options.sim.physics_sha256 = prepared.info.physics_sha256;
+  options.sim.visual_sha256 = prepared.info.visual_sha256;
+  viz::CheckCameras(*prepared.scene.visual, options.video);
+  const std::string rate = sim::MakeControlRateReal(prepared.info.timestep_us, &options.sim);
+  if (!rate.empty()) fmt::print("{}\n", rate);
+  options.sim.scene_warnings = prepared.scene.warnings;
+  std::erase(options.sim.scene_warnings, rate);
+  nlohmann::ordered_json facts = FactsOf(prepared, options);
+  results::RunFolder folder = results::RunFolder::OfRun(
+      options.out,
+      fmt::format("{}-{}-{}", selection.task.name, selection.variation, ShortPolicyName(options)),
+      options.resume);
+  options.out = folder.path();
+  options.sim.run_id = NameOfRun(folder.path());
+  std::vector<nlohmann::ordered_json> finished;
+  std::set<int> numbers;
+  if (fs::exists(folder.path() / kRunJson)) {
+    const results::RecordedRun before = results::ReadRunAsFarAsItGot(folder.path());
+    CheckResumable(before, options, facts);
+    for (const results::RecordedEpisode& episode : before.episodes) {
+      if (episode.invalid() && IsWanted(options, episode.episode)) continue;
+      finished.push_back(episode.Json());
+      numbers.insert(episode.episode);
+    }
+    // The folder is changed only from here on.
+    folder.DiscardAllBut(numbers);
+    if (fs::exists(folder.path() / kEpisodesJsonl)) folder.WriteEpisodes(finished);
+  }
+  RunPlan plan = PlanOf(options, facts, numbers);
+  return {std::move(options), std::move(prepared), std::move(facts),
+          std::move(folder),  std::move(plan),     std::move(finished)};
+}
+
+PreparedRun PrepareWorker(RunOptions options) {
+  results::RunFolder folder = results::RunFolder::OfWorker(options.out);
+  const int workers = options.workers;
+  options.workers = 1;
+  const results::RecordedRun before = results::ReadRunAsFarAsItGot(folder.path());
+  std::set<int> finished;
+  for (const results::RecordedEpisode& episode : before.episodes) finished.insert(episode.episode);
+  RunPlan plan = PlanOf(options, before.info, finished);
+  plan.episodes = EpisodesOfWorker(plan.episodes, options.worker, workers);
+  // Removes what this worker left when it was killed.
+  for (const int episode : plan.episodes) folder.DiscardEpisode(episode);
+  PreparedRun run{std::move(options), {}, before.info, std::move(folder), std::move(plan), {}};
+  DecideBus(&run);
+  return run;
+}
+
+void Announce(PreparedRun* run) {
+  // Each worker chooses its own bus.
+  if (run->options.workers == 1) DecideBus(run);
+  if (!run->plan.episodes.empty()) fs::remove(run->folder.path() / kSummaryJson);
+  if (run->scene) sim::WriteModels(*run->scene, run->folder.path());
+  run->scene.reset();
+  run->folder.WriteJson(kRunJson, run->Json());
+}
+
+nlohmann::ordered_json PreparedRun::Json() const {
+  nlohmann::ordered_json json = facts;
+  json.update(OptionsJson(options));
+  return json;
+}
+
+}  // namespace evalbus::runner

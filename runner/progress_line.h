@@ -1,0 +1,45 @@
+// Progress of a long command: a line redrawn in place if standard output is a terminal; otherwise a line on
+// standard error every ten seconds, so that pipes and logs contain it, too.
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "runner/video_progress.h"
+
+namespace evalbus::runner {
+
+class ProgressLine {
+ public:
+  using Time = VideoProgress::Time;
+  static constexpr std::chrono::milliseconds kInPlace{200};
+  // A command that takes less time prints nothing.
+  static constexpr std::chrono::seconds kBetweenLines{10};
+
+  // Shows, for example, "exporting 50 episodes: 24 %, 1:10 min left".
+  ProgressLine(size_t episodes, std::string verb);
+  // For tests.
+  ProgressLine(size_t episodes, std::string verb, std::FILE* out, bool is_in_place, Time now);
+  ~ProgressLine() { Clear(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  // done: number of episodes, including fractions. Must be called often.
+  void Show(double done) { Show(done, std::chrono::steady_clock::now()); }
+  void Show(double done, Time now);
+  // Must be called before anything else is printed.
+  void Clear();
+
+ private:
+  size_t episodes_;
+  std::string verb_;
+  std::FILE* out_;
+  bool is_in_place_, is_shown_ = false;
+  Time last_;
+  // Starts at the first call of Show(): what was done before is not included in the estimate.
+  std::optional<VideoProgress> progress_;
+};
+
+}  // namespace evalbus::runner

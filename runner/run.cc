@@ -1,0 +1,182 @@
+#include "runner/run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <optional>
+
+#include "base/errors.h"
+#include "base/plural.h"
+#include "base/realtime.h"
+#include "base/run_layout.h"
+#include "bus/host.h"
+#include "bus/private_network.h"
+#include "lcmtypes/clock.h"
+#include "results/pacing.h"
+#include "results/run_summary.h"
+#include "results/summary_table.h"
+#include "runner/launch.h"
+#include "runner/live_view.h"
+#include "runner/prepared_run.h"
+#include "runner/suite.h"
+#include "runner/video_recording.h"
+#include "runner/web_child.h"
+#include "runner/workers.h"
+#include "viz/images/video.h"
+#include "viz/terminal/terminal.h"
+
+namespace evalbus::runner {
+namespace {
+
+using std::chrono::steady_clock;
+
+// LCM's default URL.
+constexpr char kLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0";
+
+double SecondsSince(steady_clock::time_point start) {
+  return std::chrono::duration<double>(steady_clock::now() - start).count();
+}
+
+const char* ClockOf(const RunOptions& options) {
+  if (options.watch) return clock_name::kSource;
+  return options.sim.realtime ? clock_name::kRealtime : clock_name::kLockstep;
+}
+
+LiveHeader HeaderOf(const PreparedRun& run) {
+  const RunOptions& options = run.options;
+  return {
+      run.plan.task,          run.plan.variation, PolicyName(options), ClockOf(options),
+      options.sim.control_hz, options.seed,       run.num_wanted(),    static_cast<int>(run.finished.size()),
+      options.round < 1};
+}
+
+// Runs the missing episodes, and records videos in parallel.
+void Evaluate(const PreparedRun& run, LiveView* view, VideoRecording* video_recording) {
+  for (const auto& episode : run.finished) video_recording->OnEpisodeDone(episode);
+  if (run.plan.policy_is_external && !run.plan.is_by_hand) {
+    fmt::print("waiting for a policy on {}\n", run.options.url);
+    std::fflush(stdout);
+  }
+  if (run.options.watch) {
+    fmt::print("waiting for a source that publishes SOURCE_ANNOUNCEMENT on {}\n", run.options.url);
+    std::fflush(stdout);
+  }
+  if (run.options.sim.realtime) {
+    const Realtime allowed = RealtimeAllowed();
+    fmt::print("real time: {}{}\n", allowed.Words(),
+               allowed.is_scheduled && allowed.is_locked ? "" : " (see 'evalbus doctor')");
+    std::fflush(stdout);
+  }
+  const auto evaluate = run.options.workers > 1  ? EvaluateWorkers
+                        : run.options.in_process ? EvaluateInProcess
+                                                 : EvaluateProcesses;
+  if (!run.plan.episodes.empty()) evaluate(run.options, run.folder, run.plan, video_recording);
+  view->Finish();
+}
+
+void PrintSummary(const PreparedRun& run, const results::RunSummary& summary, double wall_s) {
+  fmt::print("\n{}", results::SummaryTable(summary.statistics, viz::TerminalWidth(stdout)));
+  if (run.options.sim.realtime && summary.statistics.episodes > 0) {
+    fmt::print("\n{}", results::PacingText(summary.pacing));
+  }
+  if (!summary.policy_notes.empty()) fmt::print("\n");
+  for (const std::string& note : summary.policy_notes) fmt::print("{}\n", note);
+  const auto shown = run.folder.shown();
+  if (const std::string note = results::InvalidText(summary.statistics.invalid, shown.string());
+      !note.empty()) {
+    fmt::print("\n{}", note);
+  }
+  const size_t added = static_cast<size_t>(summary.statistics.episodes) - run.finished.size();
+  fmt::print("\n{} in {:.1f} s{}\n", Plural(added, "episode"), wall_s,
+             run.finished.empty() ? "" : fmt::format(", {} from before", run.finished.size()));
+  fmt::print("results  {}\n", (shown / kEpisodesJsonl).string());
+  fmt::print("summary  {}\n", (shown / kSummaryJson).string());
+  const char* const ending = run.options.recorder.log == "zstd" ? kPackedEnding : "";
+  fmt::print("logs     {}{}\n", (shown / kEpisodesFolder / "*" / kEventLog).string(), ending);
+}
+
+void RunOne(RunOptions options) {
+  PreparedRun run = PrepareRun(std::move(options));
+  InstallStopSignals();
+  const auto started = steady_clock::now();
+  std::optional<WebChild> web;
+  std::optional<LiveView> view;
+  std::optional<VideoRecording> video_recording;
+  try {
+    if (run.options.web) web.emplace();
+    Announce(&run);
+    // Started in the run's network namespace, which Announce() may have entered.
+    if (web) web->Start(run.folder.path(), run.folder.log_file("web"));
+    view.emplace(stdout, HeaderOf(run));
+    video_recording.emplace(run.folder, run.options.video, &*view);
+    Evaluate(run, &*view, &*video_recording);
+  } catch (...) {
+    run.folder.Remove();
+    throw;
+  }
+  run.folder.RemoveHalfWritten();
+  const double wall_s = SecondsSince(started);
+  const results::RunSummary summary = results::WriteRunSummary(run.folder.path());
+  if (run.options.round < 0) PrintSummary(run, summary, wall_s);
+
+  const size_t without_video = video_recording->Finish();
+  const auto shown = run.folder.shown();
+  for (const std::string& camera : run.options.video) {
+    if (without_video > 0) break;
+    fmt::print("videos   {}  (done after {:.1f} s)\n",
+               (shown / kEpisodesFolder / "*" / viz::VideoName(camera)).string(), SecondsSince(started));
+  }
+  if (summary.statistics.episodes < run.num_wanted() && run.options.watch) {
+    fmt::print("stopped after {} of {} episodes\n", summary.statistics.episodes, run.num_wanted());
+  } else if (summary.statistics.episodes < run.num_wanted()) {
+    throw EnvironmentError(
+        fmt::format("stopped after {} of {} episodes; to resume, run the same command with --out {} --resume",
+                    summary.statistics.episodes, run.num_wanted(), shown.string()));
+  }
+  if (without_video > 0) {
+    throw EnvironmentError(
+        fmt::format("stopped before {} episode{} recorded as video; to resume, run the same command with "
+                    "--out {} --resume",
+                    without_video, without_video == 1 ? " was" : "s were", shown.string()));
+  }
+  if (web) web->Stay();
+}
+
+}  // namespace
+
+void Watch(RunOptions options) {
+  if (options.video == std::vector<std::string>{"none"}) options.video.clear();
+  if (options.url.empty()) options.url = UrlOfEnvironment();
+  if (options.url.empty()) options.url = kLcmUrl;
+  unsetenv(kUrlVariable);
+  sim::CheckSimOptions(options.sim);
+  CheckRanges(options);
+  options.watch = options.sim.is_source = true;
+  options.policy.policy = "source";
+  RunOne(std::move(options));
+}
+
+void RunWorker(RunOptions options) {
+  InstallStopSignals();
+  const PreparedRun run = PrepareWorker(std::move(options));
+  WorkerLog log;
+  (run.options.in_process ? EvaluateInProcess : EvaluateProcesses)(run.options, run.folder, run.plan, &log);
+}
+
+void Run(RunOptions options) {
+  if (options.video == std::vector<std::string>{"none"}) options.video.clear();
+  const std::vector<std::string> tasks = ExpandTasks(options.tasks);
+  // Command-line options take precedence over the environment. Processes of this run receive its bus as an
+  // option.
+  if (options.url.empty() && !options.in_process && options.workers == 1 && tasks.size() == 1) {
+    options.url = UrlOfEnvironment();
+  }
+  unsetenv(kUrlVariable);
+  CheckRunOptions(options, tasks.size());
+  if (tasks.size() > 1) return RunSuite(options, tasks);
+  options.sim.task = tasks[0];
+  RunOne(std::move(options));
+}
+
+}  // namespace evalbus::runner

@@ -1,0 +1,18 @@
+// Implements `evalbus run`: from options to results, videos and the final table.
+#pragma once
+
+#include "runner/run_options.h"
+
+namespace evalbus::runner {
+
+// Runs the tasks in options.tasks: a single run, or a suite. Throws InputError, EnvironmentError.
+void Run(RunOptions options);
+
+// The same for `evalbus watch`, where an external system moves the robot. options.url: the bus of its source.
+// A stop by the user is a regular end.
+void Watch(RunOptions options);
+
+// Runs a worker's episodes of a run that another process has prepared (options.worker).
+void RunWorker(RunOptions options);
+
+}  // namespace evalbus::runner

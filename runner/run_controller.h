@@ -1,0 +1,175 @@
+// Controls the episodes of a run: commands the sim, collects summaries, maintains the run folder, retries
+// episodes that were aborted or affected by a failure of the policy's server, and detects components that
+// stop publishing. Communicates only over the bus, so that it works identically with processes and in one
+// process.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "bus/batch_delay.h"
+#include "bus/component.h"
+#include "bus/conflict_detector.h"
+#include "bus/repeater.h"
+#include "bus/wait.h"
+#include "results/policy_calls.h"
+#include "results/run_folder.h"
+
+namespace evalbus::runner {
+
+// SHA-256 hashes of the task and the models, which are the same for all episodes of a run.
+struct ModelHashes {
+  std::string task_sha256, physics_sha256, visual_sha256;
+
+  static ModelHashes Of(const model_info_t& model);
+};
+
+struct RunPlan {
+  std::string task;
+  std::string variation;
+  ModelHashes model_hashes;
+  // Episodes to run, in this order.
+  std::vector<int> episodes;
+  int64_t seed = 0;
+  std::string seed_stream = kRunSeeds;
+  SeedSource seeds() const { return {seed, seed_stream, task, variation}; }
+  std::vector<std::string> required;
+  // Maximum number of attempts per episode. If all fail, the run is aborted. If the last one ended with
+  // server_error, the episode is marked invalid, and the run continues.
+  int max_attempts = 3;
+  // Results of episodes then include their pacing.
+  bool realtime = false;
+  // The policy is an external process, which may start and stop at any time. The run waits for it for at most
+  // policy_timeout_s.
+  bool policy_is_external = false;
+  double policy_timeout_s = 60;
+  // Set for a policy behind a server.
+  std::optional<results::CallSchedule> calls;
+  // Episodes come from a source that moves the robot on its own schedule: there is no time limit for the
+  // start of an episode, and data that the source did not send are missing in the log.
+  bool is_watched = false;
+  // All components are started by hand, so that there are no time limits for them.
+  bool is_by_hand = false;
+};
+
+// Receives the events of a run to be displayed. Called from the controller's handlers.
+class RunListener {
+ public:
+  virtual ~RunListener() = default;
+  virtual void OnEpisodeBegin(const episode_begin_t&) {}
+  virtual void OnPartial(const partial_metrics_t&) {}
+  // `episode`: the episode's line of episodes.jsonl.
+  virtual void OnEpisodeDone(const nlohmann::ordered_json& /*episode*/) {}
+  // A line about a problem that was recovered from.
+  virtual void OnRemark(const std::string&) {}
+  // Called every few hundredths of a second of wall time.
+  virtual void Poll(SteadyTime) {}
+};
+
+class RunController : public Component {
+ public:
+  RunController(Bus* bus, const RunPlan& plan, const results::RunFolder& folder, RunListener* listener);
+
+  void Poll(SteadyTime now) override;
+  bool done() const override { return next_ >= plan_.episodes.size(); }
+
+  // Returns a required component that has not published STATUS for too long: 10 s, or 60 s after a start.
+  // Empty if there is none.
+  std::string Silent(SteadyTime now);
+  // Must be called when the components were started. Timeouts are measured from here, and episodes start only
+  // with these instances (component_status_t). Components without an entry may be any process.
+  void ExpectStart(const std::map<std::string, int64_t>& instances = {});
+
+  // Must be called when components have ended: the current episode is lost and is run again. Throws
+  // EnvironmentError after max_attempts.
+  void Retry(const std::string& why);
+
+  // Describes in one line the messages that components reported as dropped; empty if there are none.
+  std::string DroppedMessages() const;
+
+ private:
+  // State of one attempt of an episode. Each attempt starts with a new object.
+  struct Attempt {
+    int number = 0;
+    // Set when the MODEL of this run's sim is received; an EPISODE_BEGIN received earlier is kept in
+    // early_begin.
+    bool own_model_heard = false;
+    std::optional<episode_begin_t> early_begin, begin;
+    bool begun() const { return begin.has_value(); }
+    // The first score was received.
+    bool started = false;
+    // Time since the attempt was first polled.
+    std::optional<Wait> waiting;
+    // A process of this run reported an error. It is about to exit, and its exit code decides how to proceed.
+    bool has_failed_process = false;
+    // Error reported by an external policy.
+    std::string policy_error;
+    // Time since the episode's end, as reported by EPISODE_END or, if that was lost, by the sim's STATUS.
+    std::optional<Wait> ended;
+    std::optional<episode_end_t> end;
+    std::optional<episode_summary_t> summary;
+    results::PolicyCalls calls;
+    // Time since only the log has been missing.
+    std::optional<Wait> unrecorded;
+    bool recorded = false;
+    // Physics model of another run that was received; empty if there was none.
+    std::string foreign_model;
+  };
+  struct Silence {
+    Wait wait;
+    SteadyTime::duration allowed;
+  };
+  struct Dropped {
+    int64_t decode_errors = 0, foreign_messages = 0;
+  };
+
+  int episode_index() const { return plan_.episodes[next_]; }
+  bool has_another_try() const { return attempt_.number + 1 < plan_.max_attempts; }
+  // Returns why an attempt with this end does not count and must be repeated; nullopt if it counts.
+  std::optional<std::string> WhyWorthless(const std::string& end_reason, const std::string& detail) const;
+  int64_t seed() const;
+  void Command();
+  void OnModel(const model_info_t& model);
+  // Checks the files of a restarted sim, which were read again. Throws InputError if they have changed.
+  void CheckUnchanged(const model_info_t& model);
+  void OnBegin(const episode_begin_t& begin);
+  void OnPartial(const partial_metrics_t& partial);
+  void OnEnd(const episode_end_t& end);
+  void OnSummary(const episode_summary_t& summary);
+  void OnStatus(const component_status_t& status);
+  void OnLog(const log_t& line);
+  void FinishIfRecorded();
+  void CheckPolicyComes(SteadyTime::duration waited) const;
+  void BeginAgain(const std::string& why);
+
+  RunPlan plan_;
+  std::map<std::string, int64_t> instances_;
+  // Messages of other sessions were reported.
+  bool foreign_reported_ = false;
+  // An episode with too few calls of the policy's server was reported.
+  bool rare_calls_reported_ = false;
+  const results::RunFolder& folder_;
+  RunListener* listener_;
+  // Path of the physics model in the run's folder. A MODEL with another path comes from the sim of another
+  // run, which may have answered the COMMAND.
+  std::string own_model_;
+  // Instance of the last sim that published STATUS.
+  int64_t sim_ = 0;
+  // First MODEL of this run's sim.
+  std::optional<model_info_t> model_;
+  // Index in plan_.episodes.
+  size_t next_ = 0;
+  Attempt attempt_;
+  Repeater command_;
+  ConflictDetector conflicts_;
+  BatchDelay batch_delay_;
+  // By component: time since its last STATUS, and the timeout.
+  std::map<std::string, Silence> silence_;
+  // By component: the highest counts that it has reported.
+  std::map<std::string, Dropped> dropped_;
+};
+
+}  // namespace evalbus::runner

@@ -1,0 +1,109 @@
+#include "runner/run_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/errors.h"
+#include "base/json_file.h"
+#include "base/options_json.h"
+#include "base/plural.h"
+#include "base/run_layout.h"
+#include "base/text.h"
+#include "bus/packed_log.h"
+#include "policy_bridge/policies/demonstration.h"
+#include "policy_bridge/policies/replay_policy.h"
+#include "policy_bridge/policy_options.h"
+#include "results/run_reader.h"
+
+namespace evalbus::runner {
+
+std::vector<std::string> ReadOlderOptions(const nlohmann::json& json, const std::string& file,
+                                          RunOptions* options) {
+  const RunOptions defaults;
+  nlohmann::json all = OptionsJson(defaults);
+  for (const char* always : {"task_path", "policy", "episodes", "seed", "control_hz"}) all.erase(always);
+  std::vector<std::string> newer;
+  ForEachOption(defaults, [&](const auto& row, const auto&) {
+    if (row.help.empty() || !all.contains(row.key) || json.contains(row.key)) return;
+    newer.push_back(fmt::format("{} {}", OptionName(row.key), ToText(all[row.key])));
+  });
+  // The only stream before the option existed.
+  all["seed_stream"] = kSharedSeeds;
+  if (json.is_object()) all.update(json);
+  ReadOptions(json.is_object() ? all : json, file, options);
+  return newer;
+}
+
+void FollowContract(bool rate_is_given, bool timeout_is_given, RunOptions* options) {
+  const std::optional<policy::Contract> contract = policy::FindContractOf(options->policy);
+  if (!contract) return;
+  if (!rate_is_given) options->sim.control_hz = contract->rate_hz;
+  // The policy enforces its own deadlines; the sim's timeout only detects a policy that hangs.
+  const policy::Deadlines& deadlines = contract->deadlines;
+  if (!timeout_is_given) {
+    options->sim.policy_timeout_s = std::max(
+        options->sim.policy_timeout_s, deadlines.connect_s + deadlines.first_reply_s + deadlines.return_s);
+  }
+  if (options->policy_name.empty()) options->policy_name = contract->name;
+}
+
+void FollowRecording(RunOptions* options) {
+  namespace fs = std::filesystem;
+  const std::string path = policy::RecordingPath(options->policy.policy);
+  if (path.empty() || !fs::exists(path)) return;
+  const fs::path run = fs::is_directory(path) ? fs::path(path) : RunFolderOf(path);
+  if (!fs::exists(run / kRunJson)) return;
+  options->seed_stream = results::ReadRunInfo(run).seed_stream;
+}
+
+void CheckRunOptions(const RunOptions& options, size_t num_tasks) {
+  sim::CheckSimOptions(options.sim);
+  CheckRanges(options);
+  ParseLogForm(options.recorder.log);
+  if (options.resume && options.out.empty()) {
+    throw InputError("--resume: expected --out, too: the folder of the run that is to go on");
+  }
+  if (options.in_process && !options.url.empty())
+    throw InputError("--in-process and --url exclude each other");
+  if (options.by_hand &&
+      (options.in_process || options.url.empty() || num_tasks > 1 || options.workers > 1)) {
+    throw InputError(
+        "--by-hand: expected one task, one worker and --url or EVALBUS_URL, the bus of the processes, as "
+        "udpm://239.255.76.67:7667?ttl=0");
+  }
+  if (Printable(options.policy_name) != options.policy_name) {
+    throw InputError("--policy-name: expected text without control characters");
+  }
+  if (options.workers > 1 && !options.url.empty()) {
+    throw InputError("--workers and --url exclude each other: each worker has a bus of its own");
+  }
+  if (options.policy.policy == policy::kExternalPolicy) {
+    if (options.url.empty() || num_tasks > 1) {
+      throw InputError(
+          "--policy lcm: expected one task, and with --url or EVALBUS_URL the bus on which the policy is, as "
+          "udpm://239.255.76.67:7667?ttl=0");
+    }
+  } else {
+    policy::FindPolicy(options.policy);
+  }
+  constexpr char kDemo[] = "demo:";
+  if (const std::string& name = options.policy.policy; name.starts_with(kDemo)) {
+    const std::string path = name.substr(sizeof kDemo - 1);
+    const size_t demos = policy::DemonstrationFiles(path).size();
+    if (static_cast<size_t>(options.episodes) > demos) {
+      throw InputError(fmt::format("--episodes {}: {} holds {}, one for each episode", options.episodes, path,
+                                   Plural(demos, "demonstration")));
+    }
+  }
+  if (num_tasks > 1 && !options.url.empty()) {
+    throw InputError("--url: expected one task; each run of a suite has a bus of its own");
+  }
+  for (const int episode : options.only) {
+    if (episode < options.episodes) continue;
+    throw InputError(fmt::format("--only {}: expected 0 to {}, since --episodes is {}", episode,
+                                 options.episodes - 1, options.episodes));
+  }
+}
+
+}  // namespace evalbus::runner

@@ -1,0 +1,51 @@
+// A suite: runs of several tasks and variations in one folder (docs/run_folder.md).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "results/run_folder.h"
+#include "results/run_summary.h"
+#include "runner/job_pool.h"
+#include "runner/run_options.h"
+
+namespace evalbus::runner {
+
+// Expands "all", "lift_pot/all", "lift_pot/position", RoboEval's names and files, in this order, to
+// TASK/VARIATION. Throws InputError for unknown or duplicate names.
+std::vector<std::string> ExpandTasks(const std::vector<std::string>& names);
+
+// Name of a task's run folder in its suite.
+std::string FolderOfTask(std::string task);
+
+// The runs of one policy on several tasks in a folder, with one job for each run.
+class Suite {
+ public:
+  // Creates the folder and writes suite.json. Throws InputError, EnvironmentError.
+  Suite(RunOptions options, const std::vector<std::string>& tasks);
+
+  const std::vector<std::string>& tasks() const { return tasks_; }
+  const results::RunFolder& folder() const { return folder_; }
+  std::filesystem::path run_folder(const std::string& task) const {
+    return folder_.path() / FolderOfTask(task);
+  }
+  // Jobs have the names of the tasks.
+  std::vector<Job> Jobs() const;
+  // Must be called when the job of this task has succeeded; returns its results.
+  const results::Tally& Ended(const std::string& task);
+  const results::SuiteTally& tally() const { return tally_; }
+  int num_done() const { return num_done_; }
+  void WriteSummary() const { folder_.WriteJson(kSummaryJson, tally_.Json(tasks_)); }
+
+ private:
+  std::vector<std::string> tasks_;
+  results::RunFolder folder_;
+  results::SuiteTally tally_;
+  int num_done_ = 0;
+};
+
+// Runs the tasks, options.workers at the same time. Throws InputError, EnvironmentError.
+void RunSuite(RunOptions options, const std::vector<std::string>& tasks);
+
+}  // namespace evalbus::runner

@@ -1,0 +1,43 @@
+// Reads columns of numbers from external files: CSV with a header line, NumPy's npz (np.savez), HDF5.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace evalbus::runner {
+
+class TrajectoryTable {
+ public:
+  virtual ~TrajectoryTable() = default;
+  // Returns a column by its name: for CSV as in the header line; for npz and HDF5 the array's name, or "q[3]"
+  // for a column of a two-dimensional array. Throws InputError with file and column if the column does not
+  // exist, differs in length from the others, or contains NaN.
+  std::vector<double> Column(const std::string& name);
+  // For example "FILE:12" or "FILE, row 12".
+  virtual std::string Place(size_t row) const;
+
+ protected:
+  explicit TrajectoryTable(std::string file) : file_(std::move(file)) {}
+  virtual std::vector<double> Read(const std::string& name) = 0;
+  std::string file_;
+
+ private:
+  std::string first_;
+  size_t rows_ = 0;
+};
+
+// Opens a table by the file's extension. Throws InputError.
+std::unique_ptr<TrajectoryTable> OpenTable(const std::filesystem::path& file);
+
+// Returns the entries of an uncompressed zip file, such as an npz file; their data refer to `bytes`. Throws
+// InputError with the file's name.
+struct ZipEntry {
+  std::string name;
+  std::span<const uint8_t> bytes;
+};
+std::vector<ZipEntry> ZipEntries(std::span<const uint8_t> bytes, const std::string& file);
+
+}  // namespace evalbus::runner

@@ -1,0 +1,35 @@
+// Worker processes of a run (`evalbus run`): each runs a share of the episodes, or a run of a suite.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "runner/job_pool.h"
+#include "runner/launch.h"
+
+namespace evalbus::runner {
+
+// Returns the command `evalbus run` with the options of a file; callers append the options that differ.
+std::vector<std::string> RunCommand(const std::filesystem::path& options_file);
+
+// Listener of a worker. Writes remarks to the worker's log, from which the launcher forwards them.
+class WorkerLog : public RunListener {
+ public:
+  void OnRemark(const std::string& text) override;
+};
+
+// Like EvaluateInProcess, but with options.workers workers at the same time, each of which runs every n-th
+// episode. A worker that dies is restarted and resumes. run.json must have been written.
+void EvaluateWorkers(const RunOptions& options, const results::RunFolder& folder, const RunPlan& plan,
+                     RunListener* listener);
+
+// Runs jobs that write episodes into the folder, at most `at_once` at a time. Forwards these episodes and the
+// remarks in the jobs' logs to the listener.
+void EvaluateJobs(std::vector<Job> jobs, int at_once, const results::RunFolder& folder,
+                  RunListener* listener);
+
+// Returns the episodes of worker `worker` (from 0) of `workers`.
+std::vector<int> EpisodesOfWorker(const std::vector<int>& episodes, int worker, int workers);
+
+}  // namespace evalbus::runner

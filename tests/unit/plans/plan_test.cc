@@ -1,0 +1,203 @@
+#include "plans/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <numeric>
+
+#include "base/errors.h"
+#include "plans/plan_folder.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::plans::plan_test {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class PlanTest : public testing::Test {
+ protected:
+  Plan Read(const std::string& text) {
+    std::ofstream(file_) << text;
+    return ReadPlan(file_);
+  }
+  // What is behind the file's name.
+  std::string ErrorOf(const std::string& text) {
+    try {
+      Read(text);
+    } catch (const InputError& error) {
+      const std::string what = error.what();
+      const std::string name = file_.string();
+      return what.starts_with(name) ? what.substr(name.size()) : what;
+    }
+    return "(no error)";
+  }
+
+  TemporaryFolder folder_;
+  const std::filesystem::path file_ = folder_.path() / "my_plan.yaml";
+};
+
+constexpr char kSmall[] = "policies: [expert]\ntasks: lift_pot\n";
+
+TEST(PlanFolder, HiddenNamesSayTheirShard) {
+  const Shard shard{"pi0.5", "lift_pot/all", 0, 19};
+  using Pair = std::pair<std::string, std::string>;
+  EXPECT_EQ(ParseHidden("." + shard.name() + ".node7.lab-4711.coming"),
+            Pair(shard.name(), "node7.lab-4711.coming"));
+  EXPECT_EQ(ParseHidden("." + shard.name() + ".failed"), Pair(shard.name(), "failed"));
+  EXPECT_EQ(ParseHidden(shard.name()), Pair());
+  EXPECT_EQ(ParseHidden(".nfs0001"), Pair());
+}
+
+TEST_F(PlanTest, SaysWhatIsToBeRun) {
+  const Plan plan = Read(R"(plan: checkpoints
+policies:
+  - expert
+  - {name: shaky, policy: noisy_expert}
+  - {name: pi0, policy: "ws://127.0.0.1:8000", contract: roboeval}
+tasks: [lift_pot/position, LiftPotOrientation]
+episodes: 30
+seed: 4
+options: {after_success_s: 1}
+video: {episodes: first 3, cameras: [overview, head]}
+compare: {baseline: shaky}
+until: decided(alpha 0.01, max 200)
+)");
+  EXPECT_EQ(plan.name, "checkpoints");
+  EXPECT_THAT(plan.tasks, ElementsAre("lift_pot/position", "lift_pot/orientation"));
+  ASSERT_EQ(plan.policies.size(), 3u);
+  EXPECT_EQ(plan.policies[0].name, "expert");
+  EXPECT_EQ(plan.policies[1].policy, "noisy_expert");
+  EXPECT_EQ(plan.num_runs(), 6);
+  EXPECT_EQ(plan.baseline, "shaky");
+  EXPECT_EQ(plan.options.episodes, 30);
+  EXPECT_EQ(plan.options.seed, 4);
+  EXPECT_EQ(plan.options.sim.after_success_s, 1);
+  EXPECT_TRUE(plan.options.in_process);
+  EXPECT_EQ(VideosText(plan.videos), "the first 3 of each run, from overview, head");
+  ASSERT_TRUE(plan.until);
+  EXPECT_EQ(plan.until->alpha, 0.01);
+  EXPECT_EQ(plan.until->max_episodes, 200);
+  // A contract's rate is the policy's own, unless the plan says another.
+  EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
+  EXPECT_EQ(plan.OptionsOf(plan.policies[2]).sim.control_hz, 20);
+  EXPECT_EQ(plan.OptionsOf(plan.policies[2]).policy_name, "pi0");
+}
+
+TEST_F(PlanTest, ARateThatThePlanNamesGoesBeforeTheContracts) {
+  const Plan plan = Read(
+      "policies: [{name: a, policy: 'ws://127.0.0.1:1', contract: roboeval}]\n"
+      "tasks: lift_pot\noptions: {control_hz: 50}\n");
+  EXPECT_EQ(plan.OptionsOf(plan.policies[0]).sim.control_hz, 50);
+}
+
+TEST_F(PlanTest, IsKeptAsJsonAndReadBack) {
+  for (const char* text : {kSmall,
+                           "policies: [expert, hold]\ntasks: lift_pot/all\nvideo: failures\n"
+                           "until: decided(alpha 0.05, max 90)\nshard_episodes: 7\n"}) {
+    const Plan plan = Read(text);
+    const auto json = PlanJson(plan);
+    EXPECT_EQ(PlanJson(PlanOfJson(nlohmann::json::parse(json.dump()), "plan.json")), json);
+  }
+}
+
+TEST_F(PlanTest, IsToldFromATaskByItsPolicies) {
+  Read(kSmall);
+  EXPECT_TRUE(IsPlanFile(file_.string()));
+  std::ofstream(file_) << "name: my_task\n";
+  EXPECT_FALSE(IsPlanFile(file_.string()));
+  EXPECT_FALSE(IsPlanFile("lift_pot"));
+  EXPECT_FALSE(IsPlanFile((folder_.path() / "none.yaml").string()));
+}
+
+TEST_F(PlanTest, WhatIsWrongIsSaidWhereItStands) {
+  EXPECT_THAT(ErrorOf("policies: [expert]\ntask: lift_pot\n"),
+              HasSubstr(":2: key 'task': not a key here; did you mean 'tasks'?"));
+  EXPECT_THAT(ErrorOf("policies: [expert]\ntasks: [lift_pots]\n"), HasSubstr(":2: key 'tasks': "));
+  EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr(":1: "));
+  EXPECT_THAT(ErrorOf("policies: [expret]\ntasks: lift_pot\n"), HasSubstr("expert"));
+  EXPECT_THAT(ErrorOf("policies: [expert, expert]\ntasks: lift_pot\n"),
+              HasSubstr("two policies are called 'expert'; give them a 'name'"));
+  EXPECT_THAT(ErrorOf("policies: ['ws://127.0.0.1:1']\ntasks: lift_pot\n"), HasSubstr(":1: "));
+  EXPECT_THAT(ErrorOf("policies: [{name: ../a, policy: hold}]\ntasks: lift_pot\n"),
+              HasSubstr("expected a name that a folder can have, got '../a'"));
+  EXPECT_THAT(ErrorOf("policies: [lcm]\ntasks: lift_pot\n"), HasSubstr("a process of yours"));
+  const std::string small = kSmall;
+  EXPECT_THAT(ErrorOf(small + "episodes: 0\n"), HasSubstr(":3: key 'episodes': "));
+  EXPECT_THAT(ErrorOf(small + "options: {control_hertz: 20}\n"),
+              HasSubstr(":3: key 'control_hertz': no option of a run in a plan; did you mean 'control_hz'?"));
+  EXPECT_THAT(ErrorOf(small + "options: {workers: 2}\n"), HasSubstr("no option of a run in a plan"));
+  EXPECT_THAT(ErrorOf(small + "options: {control_hz: 5000}\n"), HasSubstr(":3: key 'control_hz': "));
+  EXPECT_THAT(ErrorOf(small + "options: {realtime: maybe}\n"), HasSubstr(":3: key 'realtime': "));
+  EXPECT_THAT(ErrorOf(small + "video: some\n"),
+              HasSubstr("expected none, all, failures or 'first N', got 'some'"));
+  EXPECT_THAT(ErrorOf(small + "compare: {baseline: hold}\n"), HasSubstr("no policy 'hold' in this plan"));
+  EXPECT_THAT(ErrorOf(small + "until: soon\n"), HasSubstr("expected decided(alpha A, max EPISODES)"));
+  EXPECT_THAT(ErrorOf(small + "until: decided(alpha 0.05, max 200)\n"), HasSubstr("expected two policies"));
+  EXPECT_THAT(
+      ErrorOf(
+          "policies: [expert, hold]\ntasks: lift_pot\nepisodes: 50\nuntil: decided(alpha 0.05, max 20)\n"),
+      HasSubstr(":4: key 'until': expected max 50 to "));
+}
+
+TEST_F(PlanTest, ShardsAreEachEpisodeOnce) {
+  const Plan plan = Read(
+      "policies: [expert, hold]\ntasks: [lift_pot, stack_two_blocks]\nepisodes: 10\nshard_episodes: 4\n");
+  const std::vector<Shard> shards = ShardsOf(plan);
+  ASSERT_EQ(shards.size(), 12u);
+  EXPECT_EQ(shards[0].name(), "expert+lift_pot-base+0000-0003");
+  EXPECT_EQ(shards[2].name(), "expert+lift_pot-base+0008-0009");
+  EXPECT_EQ(shards[2].size(), 2);
+  EXPECT_EQ(
+      std::accumulate(shards.begin(), shards.end(), 0, [](int n, const Shard& c) { return n + c.size(); }),
+      40);
+  std::vector<std::string> of_parts;
+  for (int part = 1; part <= 5; ++part) {
+    for (const Shard& shard : ShardsOfPart(shards, part, 5)) of_parts.push_back(shard.name());
+  }
+  std::vector<std::string> all;
+  for (const Shard& shard : shards) all.push_back(shard.name());
+  EXPECT_THAT(of_parts, testing::UnorderedElementsAreArray(all));
+}
+
+TEST_F(PlanTest, AFolderIsOfOnePlan) {
+  const Plan plan = Read(kSmall);
+  const auto out = folder_.path() / "out";
+  const PlanFolder first(plan, out);
+  const PlanFolder again(plan, out);
+  EXPECT_EQ(PlanJson(PlanFolder(out).plan()), PlanJson(plan));
+  try {
+    PlanFolder(Read(std::string(kSmall) + "episodes: 7\n"), out);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the plan there has another \"options\""));
+  }
+  const auto taken = folder_.path() / "taken";
+  std::filesystem::create_directories(taken / "thesis");
+  EXPECT_THROW(PlanFolder(plan, taken), InputError);
+  EXPECT_THROW(PlanFolder{taken}, InputError);
+}
+
+TEST_F(PlanTest, AShardThatIsPutTwiceIsThereOnce) {
+  const PlanFolder folder(Read(kSmall), folder_.path() / "out");
+  const Shard shard = ShardsOf(folder.plan())[0];
+  const auto made = folder_.path() / "made";
+  std::filesystem::create_directories(made / "episodes");
+  std::ofstream(made / "run.json") << "first";
+  EXPECT_FALSE(folder.has(shard));
+  folder.Put(shard, made);
+  EXPECT_TRUE(folder.has(shard));
+  std::ofstream(made / "run.json") << "second";
+  folder.Put(shard, made);
+  std::ifstream stream(folder.shard_folder(shard) / "run.json");
+  std::string text;
+  stream >> text;
+  EXPECT_EQ(text, "first");
+  // Nothing half-written beside it.
+  int entries = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path() / kPartsFolder))
+    ++entries;
+  EXPECT_EQ(entries, 1);
+}
+
+}  // namespace evalbus::plans::plan_test

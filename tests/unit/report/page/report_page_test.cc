@@ -1,0 +1,349 @@
+// The report's page: well-formed, escaped, and with the numbers that it was given.
+#include "report/page/report_page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tinyxml2.h>
+
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "base/json_file.h"
+
+namespace evalbus::report::report_page_test {
+
+using testing::HasSubstr;
+using testing::Not;
+using tinyxml2::XMLElement;
+
+class Page {
+ public:
+  explicit Page(const std::string& html) {
+    EXPECT_EQ(document_.Parse(html.c_str()), tinyxml2::XML_SUCCESS) << document_.ErrorStr();
+  }
+  // All elements of the name for which `wanted` is true, in order.
+  std::vector<const XMLElement*> All(
+      const std::string& name,
+      const std::function<bool(const XMLElement&)>& wanted = [](const XMLElement&) { return true; }) const {
+    std::vector<const XMLElement*> found;
+    const std::function<void(const XMLElement*)> visit = [&](const XMLElement* element) {
+      if (element->Name() == name && wanted(*element)) found.push_back(element);
+      for (auto* child = element->FirstChildElement(); child; child = child->NextSiblingElement())
+        visit(child);
+    };
+    visit(document_.RootElement());
+    return found;
+  }
+  const XMLElement* ById(const std::string& id) const {
+    for (const char* name : {"table", "tr", "div", "h2", "h3", "h4", "article"}) {
+      for (const XMLElement* element : All(name)) {
+        if (element->Attribute("id", id.c_str())) return element;
+      }
+    }
+    return nullptr;
+  }
+
+ private:
+  tinyxml2::XMLDocument document_;
+};
+
+std::string TextOf(const XMLElement* element) {
+  std::string text;
+  for (auto* node = element->FirstChild(); node; node = node->NextSibling()) {
+    if (node->ToText()) text += node->Value();
+    if (node->ToElement()) text += TextOf(node->ToElement());
+  }
+  return text;
+}
+
+// Four episodes: two successes, a failure, one that is not complete.
+ReportRun SomeRun() {
+  ReportRun run;
+  run.name = "a";
+  run.task = "lift_pot";
+  run.variation = "position";
+  run.policy = "expert";
+  run.episodes = 4;
+  run.complete = 3;
+  run.successes = 2;
+  run.intervals = {{"Wilson", 0.2, 0.9}};
+  run.stages = {{"1", "left_gripper_holds_pot", 1, 3.5}};
+  run.failure_reasons = {{"timeout", 1}};
+  run.metrics = {
+      {"completion_time",
+       {{"mean", {9.25}}, {"median", {5.5}}, {"p5", {4.5}}, {"p95", {17.5}}, {"max", {20}}}},
+      {"extended.min_clearance_m", {{"mean", {0.125}}, {"mean_bca_95", {0.11, 0.14}}}},
+      {"extended.contact_time_s", {{"mean", {5.25}}, {"median", {5.25}}, {"p5", {4.3}}, {"p95", {6.2}}}},
+      {"slip_count", {{"mean", {0.0}}}}};
+  for (int i = 0; i < 4; ++i) {
+    ReportEpisode episode;
+    episode.episode = i;
+    episode.seed = 100 + i;
+    episode.end_reason = i < 2 ? "success" : "time_limit";
+    episode.success = i < 2;
+    episode.complete = i < 3;
+    episode.failure_reason = i < 2 ? "" : "timeout";
+    episode.explanation = i == 2 ? "tilt of pot 27.4 deg > 20 deg" : "";
+    episode.values = {{"completion_time", 4.25 + i},
+                      {"extended.contact_time_s", 4.25 + i},
+                      {"slip_count", 0},
+                      {"task_stage_reached.1", i == 0}};
+    episode.logs = {{"log", "episodes/000" + std::to_string(i) + "/events.lcmlog"}};
+    run.episode.push_back(episode);
+  }
+  run.episode[2].videos = {{"front", "episodes/0002/front.mp4"}};
+  ReportCurves curves{.episode = 2, .why = "first failure", .figures = {}, .events = {}};
+  curves.figures.push_back({.name = "gripper opening",
+                            .unit = "",
+                            .time = {0, 1, 2},
+                            .lines = {{"left", {1, 0.5, 0}}, {"right", {1, 1, 0}}},
+                            .events = {}});
+  curves.events = {{EpisodeEvent::Kind::kSlip, 1.5, "left loses pot"},
+                   {EpisodeEvent::Kind::kEnd, 2, "time_limit"}};
+  curves.figures[0].events = curves.events;
+  run.curves.push_back(curves);
+  run.made = {{"git_commit", "919abb6a9159"}};
+  return run;
+}
+
+std::string PageOf(std::vector<ReportRun> runs) {
+  return ReportPage({.title = "title", .runs = std::move(runs), .remarks = {}, .made_by = "0.1.0"});
+}
+
+TEST(ReportPage, SaysTheRateAndWhatIsLeftOut) {
+  const Page page(PageOf({SomeRun()}));
+  std::string text;
+  for (const XMLElement* p : page.All("p")) text += TextOf(p) + "\n";
+  EXPECT_THAT(text,
+              HasSubstr("2 of 3 complete episodes succeeded: 67 % (95 % interval 20 to 90 %, Wilson)."));
+  EXPECT_THAT(text, HasSubstr("timeout (1)"));
+  EXPECT_THAT(text, HasSubstr("left out of every rate and statistic: 3."));
+}
+
+TEST(ReportPage, NumbersHaveAllTheirDigits) {
+  const Page page(PageOf({SomeRun()}));
+  const auto rate = page.All("data");
+  ASSERT_FALSE(rate.empty());
+  EXPECT_EQ(std::stod(rate[0]->Attribute("value")), 2.0 / 3);
+  const auto row = page.All("tr", [](const XMLElement& tr) {
+    return tr.Attribute("data-metric", "extended.min_clearance_m") != nullptr;
+  });
+  ASSERT_EQ(row.size(), 1u);
+  EXPECT_THAT(TextOf(row[0]), HasSubstr("0.11 to 0.14"));
+}
+
+// To people in millimeters, to programs in meters.
+TEST(ReportPage, TilesAndFiguresHaveTheCatalogsWordsAndUnits) {
+  ReportRun run = SomeRun();
+  for (int i = 0; i < 4; ++i) run.episode[i].values.emplace_back("extended.min_clearance_m", 0.1 + 0.01 * i);
+  const Page page(PageOf({run}));
+  const auto tiles = page.All("div", [](const XMLElement& div) {
+    return TextOf(&div).starts_with("mean smallest clearance") && div.Attribute("class", "tile");
+  });
+  ASSERT_EQ(tiles.size(), 1u);
+  EXPECT_THAT(TextOf(tiles[0]), HasSubstr("125 mm"));
+  const auto* value =
+      tiles[0]->FirstChildElement("div")->NextSiblingElement("div")->FirstChildElement("data");
+  ASSERT_TRUE(value);
+  EXPECT_EQ(value->DoubleAttribute("value"), 0.125);
+  const auto figures = page.All("svg", [](const XMLElement& svg) {
+    const char* label = svg.Attribute("aria-label");
+    return label && std::string(label).starts_with("histogram of smallest clearance");
+  });
+  ASSERT_EQ(figures.size(), 1u);
+  EXPECT_THAT(TextOf(figures[0]), HasSubstr("110 to 112 mm: 1 of 3 episodes"));
+}
+
+TEST(ReportPage, ARunInRealTimeSaysItsTimes) {
+  ReportRun run = SomeRun();
+  EXPECT_EQ(Page(PageOf({run})).ById("times"), nullptr);
+  run.pacing = "Of 50 ticks 1 without an action in time.";
+  run.times = {{"STATE to ACTION", 0.00031, 0.00095, 0.0021, 0.0123}};
+  const std::string html = PageOf({run});
+  EXPECT_THAT(html, HasSubstr(run.pacing));
+  const Page page(html);
+  const XMLElement* table = page.ById("times");
+  ASSERT_NE(table, nullptr);
+  EXPECT_EQ(TextOf(table), "real time, msp50p99p99.9maxSTATE to ACTION0.310.952.1012.30");
+}
+
+TEST(ReportPage, HasARowForEachEpisodeWithItsFiles) {
+  const Page page(PageOf({SomeRun()}));
+  const XMLElement* row = page.ById("episode-2");
+  ASSERT_TRUE(row);
+  EXPECT_THAT(TextOf(row), HasSubstr("timeout: tilt of pot 27.4 deg > 20 deg"));
+  std::set<std::string> links;
+  for (const XMLElement* a : page.All("a")) links.insert(a->Attribute("href"));
+  EXPECT_TRUE(links.contains("episodes/0002/front.mp4"));
+  EXPECT_TRUE(links.contains("episodes/0003/events.lcmlog"));
+  EXPECT_TRUE(links.contains("#curves-2"));
+}
+
+// Bars of the histogram: 4.25, 5.25 and 6.25 in bins of 0.2 from 4.2 on, the last one not a success.
+TEST(ReportPage, HistogramHasABarForEachBinWithValues) {
+  const Page page(PageOf({SomeRun()}));
+  const auto bars_of = [&](const std::string& metric) {
+    const auto figures = page.All("svg", [&](const XMLElement& svg) {
+      const char* label = svg.Attribute("aria-label");
+      return label && std::string(label).starts_with("histogram of " + metric);
+    });
+    EXPECT_EQ(figures.size(), 1u) << metric;
+    return figures.at(0);
+  };
+  std::vector<std::string> titles, classes;
+  const auto* figure = bars_of("time touching the scene");
+  for (auto* g = figure->FirstChildElement("g"); g; g = g->NextSiblingElement("g")) {
+    if (g->Attribute("class")) continue;
+    titles.push_back(TextOf(g->FirstChildElement("title")));
+    classes.push_back(g->FirstChildElement("rect")->Attribute("class"));
+    EXPECT_EQ(g->FirstChildElement("rect")->DoubleAttribute("height"), 72);
+  }
+  EXPECT_EQ(titles,
+            (std::vector<std::string>{"4.2 to 4.4 s: 1 of 3 episodes", "5.2 to 5.4 s: 1 of 3 episodes",
+                                      "6.2 to 6.4 s: 1 of 3 episodes, 1 without success"}));
+  EXPECT_EQ(classes, (std::vector<std::string>{"good", "good", "bad"}));
+  // When a failure was given up is no completion time.
+  int bars = 0;
+  for (auto* g = bars_of("completion time")->FirstChildElement("g"); g; g = g->NextSiblingElement("g"))
+    bars += !g->Attribute("class");
+  EXPECT_EQ(bars, 2);
+}
+
+// The figure's frame is 260 pixels wide; a character takes about 6.4.
+TEST(ReportPage, LabelsOfAScaleStayInTheFigure) {
+  ReportRun run = SomeRun();
+  for (size_t i = 0; i < 3; ++i) run.episode[i].values[0].second = 0.1008 + 0.0004 * static_cast<double>(i);
+  const Page page(PageOf({run}));
+  const auto figures = page.All("svg", [](const XMLElement& svg) {
+    const char* label = svg.Attribute("aria-label");
+    return label && std::string(label).starts_with("histogram of completion time");
+  });
+  ASSERT_EQ(figures.size(), 1u);
+  int labels = 0;
+  for (auto* text = figures[0]->FirstChildElement("text"); text; text = text->NextSiblingElement("text")) {
+    if (!text->Attribute("text-anchor", "middle")) continue;
+    ++labels;
+    EXPECT_LE(text->DoubleAttribute("x") + 3.2 * static_cast<double>(TextOf(text).size()), 260)
+        << TextOf(text);
+  }
+  EXPECT_GT(labels, 1);
+}
+
+TEST(ReportPage, ValuesThatDifferByRoundingAreTheSameInEveryEpisode) {
+  ReportRun run = SomeRun();
+  run.episode[1].values[0].second = std::nextafter(4.25, 5);
+  run.episode[2].values[0].second = 4.25;
+  const Page page(PageOf({run}));
+  const auto notes = page.All("p", [](const XMLElement& p) {
+    return TextOf(&p).starts_with("The same in every episode: completion time 4.25 s");
+  });
+  EXPECT_EQ(notes.size(), 1u);
+}
+
+TEST(ReportPage, NothingFromARunBecomesMarkup) {
+  const std::string evil = "</script><img src=x onerror=\"alert(1)\">&'";
+  ReportRun run = SomeRun();
+  run.name = run.policy = run.task = run.variation = evil;
+  run.stages[0].name = evil;
+  run.metrics[0].name = evil;
+  run.remarks = {evil};
+  run.made = {{evil, evil}};
+  run.episode[2].failure_reason = run.episode[2].explanation = run.episode[2].end_reason = evil;
+  run.episode[2].videos = {{evil, Url(evil)}};
+  run.episode[0].values[0].first = run.episode[1].values[0].first = evil;
+  run.curves[0].why = run.curves[0].events[0].text = run.curves[0].figures[0].name = evil;
+  run.curves[0].figures[0].lines[0].name = run.curves[0].figures[0].unit = evil;
+  const std::string html =
+      ReportPage({.title = evil, .runs = {run, run}, .remarks = {evil}, .made_by = evil});
+  EXPECT_THAT(html, Not(HasSubstr("<img")));
+  EXPECT_THAT(html, HasSubstr("&lt;img"));
+  const Page page(html);
+  EXPECT_EQ(page.All("script").size(), 1u);
+}
+
+TEST(ReportPage, CharactersThatXmlHasNoPlaceForAreReplaced) {
+  const std::string odd = std::string("a\x1b[31mb\xff\xc2\x9b", 9) + std::string(1, '\0') + "z";
+  ReportRun run = SomeRun();
+  run.name = run.policy = run.episode[2].explanation = odd;
+  run.made = {{odd, odd}};
+  run.episode[2].videos = {{odd, Url(odd)}};
+  const std::string html = ReportPage({.title = odd, .runs = {run}, .remarks = {odd}, .made_by = odd});
+  EXPECT_THAT(html, HasSubstr("a?[31mb???z"));
+  for (const char c : html) EXPECT_TRUE(static_cast<unsigned char>(c) >= 0x20 || c == '\n') << int{c};
+  const Page page(html);
+}
+
+TEST(ReportPage, SquaresLeadToTheirEpisodes) {
+  const Page page(PageOf({SomeRun(), SomeRun()}));
+  const auto squares = page.All("a", [](const XMLElement& a) {
+    return a.Attribute("title") && std::string(a.Attribute("title")).starts_with("episode ");
+  });
+  ASSERT_EQ(squares.size(), 8u);
+  EXPECT_STREQ(squares[6]->Attribute("href"), "#run-1-episode-2");
+  EXPECT_STREQ(squares[6]->Attribute("class"), "bad");
+  for (const XMLElement* square : squares) EXPECT_TRUE(page.ById(square->Attribute("href") + 1));
+}
+
+TEST(ReportPage, FailuresCanBeShownAlone) {
+  const auto boxes = [](const Page& page) {
+    return page.All("input",
+                    [](const XMLElement& input) { return input.Attribute("class", "only-failures"); });
+  };
+  const Page page(PageOf({SomeRun()}));
+  ASSERT_EQ(boxes(page).size(), 1u);
+  // The style hides rows of the class good that come after it.
+  EXPECT_STREQ(page.ById("episode-0")->Attribute("class"), "good");
+  EXPECT_STREQ(page.ById("episode-2")->Attribute("class"), "bad");
+  const auto labels = page.All("label");
+  ASSERT_EQ(labels.size(), 1u);
+  EXPECT_STREQ(labels[0]->Attribute("for"), boxes(page)[0]->Attribute("id"));
+  EXPECT_EQ(TextOf(labels[0]), "only the 2 without success");
+  ReportRun good = SomeRun();
+  for (ReportEpisode& episode : good.episode) episode.success = episode.complete = true;
+  EXPECT_TRUE(boxes(Page(PageOf({good}))).empty());
+}
+
+TEST(ReportPage, HtmlElementsWithoutContentAreClosed) {
+  // A browser takes <td/> for an open element.
+  const std::string html = PageOf({SomeRun()});
+  for (const char* name : {"td", "th", "div", "i", "span", "script", "video", "data", "a", "text", "p"})
+    EXPECT_THAT(html, Not(testing::ContainsRegex("<" + std::string(name) + "( [^>]*)?/>"))) << name;
+}
+
+TEST(ReportPage, SeveralRunsHaveATableAndAnchorsOfTheirOwn) {
+  ReportRun other = SomeRun();
+  other.variation = "orientation";
+  const Page page(PageOf({SomeRun(), other}));
+  const XMLElement* table = page.ById("suite");
+  ASSERT_TRUE(table);
+  EXPECT_THAT(TextOf(table), HasSubstr("orientation"));
+  EXPECT_TRUE(page.ById("run-0-episode-2"));
+  EXPECT_TRUE(page.ById("run-1-episode-2"));
+  std::set<std::string> ids;
+  for (const char* name : {"table", "tr", "div", "h2", "h3", "h4", "article"}) {
+    for (const XMLElement* element : page.All(name)) {
+      if (!element->Attribute("id")) continue;
+      EXPECT_TRUE(ids.insert(element->Attribute("id")).second) << element->Attribute("id");
+    }
+  }
+}
+
+TEST(ReportPage, RunWithoutACompleteEpisodeHasNoRate) {
+  ReportRun run = SomeRun();
+  for (ReportEpisode& episode : run.episode) episode.complete = false;
+  run.complete = run.successes = 0;
+  run.metrics.clear();
+  const std::string html = PageOf({run});
+  const Page page(html);
+  EXPECT_THAT(html, HasSubstr("no success rate"));
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
+}
+
+TEST(Url, KeepsNothingThatMeansSomething) {
+  EXPECT_EQ(Url("../a b/#1?.mp4"), "../a%20b/%231%3F.mp4");
+  EXPECT_EQ(Url("javascript:x"), "javascript%3Ax");
+  EXPECT_EQ(Url("épisode"), "%C3%A9pisode");
+}
+
+}  // namespace evalbus::report::report_page_test

@@ -1,0 +1,139 @@
+// A run on disk while it grows, is rewritten, and is resumed.
+#include "report/run_follower.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "metrics/statistics/confidence_sequence.h"
+#include "metrics/statistics/wilson.h"
+#include "tests/unit/results/run_folders.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::report::run_follower_test {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class Followed : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(run_);
+    results::WriteFile(run_ / kRunJson, results::RunInfo(5).dump());
+  }
+  static std::string Line(int episode, bool success) {
+    return results::EpisodeLine(episode, success).dump() + "\n";
+  }
+  void Append(const std::string& text) { std::ofstream(run_ / kEpisodesJsonl, std::ios::app) << text; }
+  // As a run does at its end.
+  void WriteAnew(const std::string& text) {
+    std::ofstream(run_ / "new") << text;
+    std::filesystem::rename(run_ / "new", run_ / kEpisodesJsonl);
+  }
+  static std::vector<int> Numbers(const RunFollower::News& news) {
+    std::vector<int> numbers;
+    for (const viz::EpisodeRow& row : news.rows) numbers.push_back(row.episode);
+    return numbers;
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path run_ = folder_.path() / "run";
+  RunFollower follower_{run_};
+};
+
+TEST_F(Followed, TellsWhatIsAdded) {
+  RunFollower::News news = follower_.Look();
+  EXPECT_TRUE(news.is_changed);
+  EXPECT_EQ(follower_.numbers().planned, 5);
+  EXPECT_EQ(follower_.numbers().done, 0);
+  Append(Line(0, true) + Line(1, false));
+  news = follower_.Look();
+  EXPECT_EQ(news.from, 0u);
+  EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
+  EXPECT_EQ(news.rows[1].failure_reason, "timeout");
+  EXPECT_DOUBLE_EQ(news.rows[1].time, 4);
+  EXPECT_FALSE(news.rows[1].has_track);
+  EXPECT_FALSE(follower_.Look().is_changed);
+  // A line that is being written is none yet.
+  const std::string line = Line(2, true);
+  Append(line.substr(0, 20));
+  EXPECT_FALSE(follower_.Look().is_changed);
+  Append(line.substr(20));
+  news = follower_.Look();
+  EXPECT_EQ(news.from, 2u);
+  EXPECT_THAT(Numbers(news), ElementsAre(2));
+  EXPECT_EQ(follower_.numbers().done, 3);
+  EXPECT_EQ(follower_.numbers().complete, 3);
+  EXPECT_EQ(follower_.numbers().successes, 2);
+  EXPECT_THAT(follower_.numbers().failure_reasons, ElementsAre(std::pair("timeout", 1)));
+}
+
+TEST_F(Followed, IntervalsAreThoseOfTheRunsState) {
+  Append(Line(0, true) + Line(1, false));
+  follower_.Look();
+  EXPECT_FALSE(follower_.is_over());
+  EXPECT_DOUBLE_EQ(follower_.numbers().lower, metrics::ConfidenceSequence(1, 2).lower);
+  std::ofstream(run_ / kSummaryJson) << "{}";
+  EXPECT_TRUE(follower_.Look().is_changed);
+  EXPECT_TRUE(follower_.is_over());
+  EXPECT_DOUBLE_EQ(follower_.numbers().upper, metrics::WilsonInterval(1, 2).upper);
+}
+
+TEST_F(Followed, TheSameLinesWrittenAnewAreNoNews) {
+  Append(Line(0, true) + Line(1, false));
+  follower_.Look();
+  WriteAnew(Line(0, true) + Line(1, false) + Line(2, true));
+  const RunFollower::News news = follower_.Look();
+  EXPECT_EQ(news.from, 2u);
+  EXPECT_THAT(Numbers(news), ElementsAre(2));
+  EXPECT_FALSE(follower_.Look().is_changed);
+}
+
+TEST_F(Followed, OtherLinesAreReadFromTheBegin) {
+  // Two workers; at the end the lines are put in order.
+  Append(Line(1, false) + Line(0, true));
+  follower_.Look();
+  WriteAnew(Line(0, true) + Line(1, false));
+  RunFollower::News news = follower_.Look();
+  EXPECT_EQ(news.from, 0u);
+  EXPECT_THAT(Numbers(news), ElementsAre(0, 1));
+  EXPECT_EQ(follower_.numbers().done, 2);
+  // Gone on with, without the one that is run again.
+  WriteAnew(Line(0, true));
+  news = follower_.Look();
+  EXPECT_EQ(news.from, 0u);
+  EXPECT_THAT(Numbers(news), ElementsAre(0));
+  EXPECT_EQ(follower_.numbers().done, 1);
+}
+
+TEST_F(Followed, ALongListComesInPieces) {
+  std::string lines;
+  constexpr int kMany = 2 * static_cast<int>(RunFollower::kLinesAtOnce) + 7;
+  for (int i = 0; i < kMany; ++i) lines += Line(i, true);
+  Append(lines);
+  EXPECT_EQ(follower_.Look().rows.size(), RunFollower::kLinesAtOnce);
+  EXPECT_EQ(follower_.Look().rows.size(), RunFollower::kLinesAtOnce);
+  const RunFollower::News last = follower_.Look();
+  EXPECT_EQ(last.from, 2 * RunFollower::kLinesAtOnce);
+  EXPECT_EQ(last.rows.size(), 7u);
+  EXPECT_EQ(follower_.numbers().done, kMany);
+}
+
+TEST_F(Followed, WhatDoesNotBelongIsSaidWithItsLine) {
+  Append(Line(0, true) + "nonsense\n");
+  const RunFollower::News news = follower_.Look();
+  EXPECT_THAT(Numbers(news), ElementsAre(0));
+  EXPECT_THAT(follower_.error(), HasSubstr("episodes.jsonl:2"));
+  EXPECT_FALSE(follower_.Look().is_changed);
+  EXPECT_EQ(follower_.numbers().done, 1);
+}
+
+TEST(RunFollower, AFolderMayComeLater) {
+  TemporaryFolder folder;
+  RunFollower follower(folder.path() / "later");
+  EXPECT_FALSE(follower.Look().is_changed);
+  EXPECT_EQ(follower.info(), nullptr);
+  EXPECT_TRUE(follower.error().empty());
+}
+
+}  // namespace evalbus::report::run_follower_test

@@ -1,0 +1,611 @@
+#include "results/comparison.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/errors.h"
+#include "export/episode_table.h"
+#include "report/comparison_report.h"
+#include "results/comparability.h"
+#include "results/comparison_json.h"
+#include "results/comparison_text.h"
+#include "tests/unit/results/run_folders.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::results::comparison_test {
+
+using nlohmann::ordered_json;
+
+// A run of n episodes, of which the first k succeed, each taking `time` and a little more than the one
+// before.
+ordered_json Info(int episodes, int64_t seed = 7, double rate = 50) {
+  ordered_json info = RunInfo(episodes);
+  info["seed"] = seed;
+  info["control_hz"] = rate;
+  info["task_sha256"] = "task";
+  info["physics_sha256"] = "model";
+  return info;
+}
+
+class CompareTest : public testing::Test {
+ protected:
+  RecordedRuns Run(const std::string& name, const ordered_json& info, const std::vector<bool>& success,
+                   double time) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < success.size(); ++i) {
+      const int n = static_cast<int>(i);
+      lines.push_back(EpisodeLine(
+          n, success[i],
+          {{"completion_time", time + 0.01 * n * n}, {"slip_count", 0}, {"subtask_progress", 1}}));
+      lines.back()["seed"] = EpisodeSeed(info["seed"], n);
+    }
+    WriteRun(folder_.path() / name, info, lines);
+    return ReadRuns(folder_.path() / name);
+  }
+  static std::vector<bool> First(int successes, int episodes) {
+    std::vector<bool> result(static_cast<size_t>(episodes), false);
+    std::fill_n(result.begin(), successes, true);
+    return result;
+  }
+  std::string Refusal(const RecordedRuns& a, const RecordedRuns& b) {
+    try {
+      CompareRuns(a, b);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CompareTest, PairsBySeed) {
+  // Of 50 seeds 28 succeed in both, 15 with b only, 3 with a only.
+  std::vector<bool> in_a(50), in_b(50);
+  for (size_t i = 0; i < 50; ++i) {
+    in_a[i] = i < 31;
+    in_b[i] = i < 28 || (i >= 31 && i < 46);
+  }
+  const Comparison result = CompareRuns(Run("b", Info(50), in_b, 6), Run("a", Info(50), in_a, 5));
+  const SuccessComparison& success = result.success;
+  EXPECT_TRUE(success.paired);
+  EXPECT_EQ(success.successes, 43);
+  EXPECT_EQ(success.baseline_successes, 31);
+  EXPECT_EQ(success.pairs.both, 28);
+  EXPECT_EQ(success.pairs.only_a, 15);
+  EXPECT_EQ(success.pairs.only_b, 3);
+  EXPECT_EQ(success.pairs.neither, 4);
+  EXPECT_DOUBLE_EQ(success.difference, 0.24);
+  EXPECT_NEAR(success.p, 0.0075378, 5e-8);  // scipy's binomtest(3, 18)
+  const metrics::Interval expected = metrics::NewcombePairedInterval(success.pairs);
+  EXPECT_EQ(success.difference_95.lower, expected.lower);
+  EXPECT_EQ(
+      Conclusion(result),
+      "b succeeds more often than a: 43 of 50 against 31 of 50 on the same seeds, difference 24 points (95 % "
+      "interval 8 to 39), exact McNemar p = 0.0075.");
+
+  ASSERT_EQ(result.tasks.size(), 1u);
+  const std::vector<MetricComparison>& metrics = result.tasks[0].metrics;
+  ASSERT_EQ(metrics.size(), 3u);
+  // Effort counts where both succeeded; everywhere one second more.
+  EXPECT_EQ(metrics[0].number.name, "completion_time");
+  EXPECT_EQ(metrics[0].count, 28);
+  EXPECT_NEAR(metrics[0].difference, 1, 1e-12);
+  EXPECT_LT(*metrics[0].p, 1e-7);
+  EXPECT_EQ(metrics[0].p_holm, *metrics[0].p);  // the only one with a p
+  EXPECT_NEAR(*metrics[0].ratio, metrics[0].mean / (metrics[0].mean - 1), 1e-12);
+  // The same everywhere: nothing to test.
+  EXPECT_EQ(metrics[2].number.name, "slip_count");
+  EXPECT_EQ(metrics[2].count, 50);
+  EXPECT_FALSE(metrics[2].p);
+
+  const std::string text = ComparisonText(result, true);
+  EXPECT_NE(text.find("worse"), std::string::npos) << text;
+  EXPECT_NE(text.find("Effort relative to a"), std::string::npos) << text;
+  const ordered_json json = ComparisonJson({result});
+  EXPECT_EQ(json["comparisons"][0]["success"]["pairs"]["run_only"], 15);
+  // Which they are: first of those seeds that of episode 28, or another with success on one side only.
+  const ordered_json& flipped = json["comparisons"][0]["tasks"][0]["flipped"];
+  ASSERT_EQ(flipped.size(), 18u);
+  int of_run = 0;
+  for (const ordered_json& pair : flipped) {
+    const int episode = pair["episode"];
+    EXPECT_EQ(pair["baseline_episode"], episode);
+    EXPECT_EQ(pair["seed"], EpisodeSeed(7, episode));
+    EXPECT_EQ(pair["failure_reason"], "timeout");
+    EXPECT_EQ(pair["succeeded"], episode < 31 ? "baseline" : "run") << episode;
+    EXPECT_TRUE(episode >= 28 && episode < 46) << episode;
+    of_run += pair["succeeded"] == "run";
+  }
+  EXPECT_EQ(of_run, 15);
+  EXPECT_EQ(json["comparisons"][0]["tasks"][0]["metrics"]["slip_count"]["p"].dump(), "null");
+}
+
+TEST_F(CompareTest, SaysWhenNothingCanBeSaid) {
+  const RecordedRuns a = Run("a", Info(10), First(7, 10), 5);
+  EXPECT_EQ(
+      Conclusion(CompareRuns(Run("b", Info(10), First(10, 10), 5), a)),
+      "No difference shown between b and a: 10 of 10 against 7 of 10 on the same seeds, difference 30 points "
+      "(95 % interval -4 to 60), exact McNemar p = 0.25. 10 pairs like these find a true difference of 68 "
+      "points "
+      "four times in five; to find one of 30 points takes about 25 pairs.");
+  const std::string few =
+      Conclusion(CompareRuns(Run("c", Info(4), First(4, 4), 5), Run("d", Info(4), First(0, 4), 5)));
+  EXPECT_TRUE(few.ends_with("4 pairs are too few to find any difference.")) << few;
+}
+
+TEST_F(CompareTest, UnpairedSaysSo) {
+  const Comparison result =
+      CompareRuns(Run("b", Info(50, 8), First(43, 50), 5), Run("a", Info(50), First(31, 50), 5));
+  EXPECT_FALSE(result.success.paired);
+  EXPECT_NEAR(result.success.p, 0.01129645681947858, 1e-10);  // scipy's fisher_exact
+  EXPECT_EQ(result.success.difference_95.lower, metrics::NewcombeInterval(43, 50, 31, 50).lower);
+  EXPECT_TRUE(Conclusion(result).ends_with("Fisher's exact test p = 0.011.")) << Conclusion(result);
+  EXPECT_EQ(result.remarks[0], "lift_pot/position: no seed in common: compared as independent samples");
+  EXPECT_EQ(result.tasks[0].metrics[0].count, 43);
+  EXPECT_EQ(result.tasks[0].metrics[0].baseline_count, 31);
+  EXPECT_FALSE(result.tasks[0].metrics[0].ratio);
+}
+
+TEST_F(CompareTest, NothingHasASign) {
+  // Newcombe's lower bound is -0.2 points.
+  const std::string text =
+      Conclusion(CompareRuns(Run("b", Info(10, 8), First(10, 10), 5), Run("a", Info(40), First(28, 40), 5)));
+  EXPECT_THAT(text, testing::HasSubstr("difference 30 points (95 % interval 0 to 45)"));
+}
+
+TEST_F(CompareTest, LeavesOutWhatHasNoPartner) {
+  RecordedRuns a = Run("a", Info(12), First(12, 12), 5);
+  a.runs[0].episodes[2].complete = false;
+  const Comparison result = CompareRuns(Run("b", Info(10), First(9, 10), 5), a);
+  EXPECT_EQ(result.success.trials, 9);
+  EXPECT_EQ(result.tasks[0].unmatched, 1);
+  EXPECT_EQ(result.tasks[0].baseline_unmatched, 2);
+  EXPECT_EQ(result.remarks[0],
+            "lift_pot/position: without a partner, and left out: 1 episode of b and 2 of a");
+  a.runs[0].episodes[2].end_reason = "server_error";
+  EXPECT_THAT(
+      CompareRuns(Run("b", Info(10), First(9, 10), 5), a).remarks,
+      testing::Contains("a: invalid and left out of all rates, since the policy's server failed: episode 2; "
+                        "--resume runs it again"));
+}
+
+TEST_F(CompareTest, SaysThatEpisodesWentOnAfterSuccess) {
+  ordered_json info = Info(2), other = Info(2);
+  info["after_success_s"] = 1.0;
+  other["after_success_s"] = 0.0;
+  EXPECT_THAT(
+      CompareRuns(Run("b", info, First(2, 2), 5), Run("a", other, First(2, 2), 5)).remarks,
+      testing::Contains("b and a were made with after_success_s 1.0 against 0.0: that alone may make them "
+                        "differ"));
+}
+
+TEST_F(CompareTest, RefusesWhatCannotBeCompared) {
+  const RecordedRuns a = Run("a", Info(2), First(2, 2), 5);
+  EXPECT_EQ(Refusal(Run("b", Info(2, 7, 100), First(2, 2), 5), a),
+            "b ran at 100 Hz and a at 50 Hz: values depend on the control rate, so these runs cannot be "
+            "compared");
+  ordered_json info = Info(2);
+  info["physics_sha256"] = "other";
+  EXPECT_EQ(Refusal(Run("c", info, First(2, 2), 5), a),
+            "c and a were made with different physics models (scene, robot or physics step), so these runs "
+            "cannot be "
+            "compared");
+  info = Info(2);
+  info["task_sha256"] = "other";
+  EXPECT_EQ(Refusal(Run("d", info, First(2, 2), 5), a),
+            "d and a were made with different descriptions of the task, so these runs cannot be compared");
+  info.erase("task_sha256");
+  EXPECT_NE(Refusal(Run("e", info, First(2, 2), 5), a).find("no \"task_sha256\""), std::string::npos);
+  RecordedRuns other = a;
+  other.runs[0].task = "stack_two_blocks";
+  EXPECT_NE(Refusal(other, a).find("no task in common"), std::string::npos);
+}
+
+// Runs whose episodes are equal in every number but in what is given.
+class EqualEpisodesTest : public CompareTest {
+ protected:
+  struct Each {
+    bool success;
+    double time, yaw_rad = 0;
+  };
+  // with_starts: what was drawn is known.
+  RecordedRuns Equal(const std::string& name, const std::vector<Each>& episodes, bool with_starts = false) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < episodes.size(); ++i) {
+      lines.push_back(
+          EpisodeLine(static_cast<int>(i), episodes[i].success, {{"completion_time", episodes[i].time}}));
+      if (with_starts) lines.back()["parameters"] = {{"cube_yaw_rad", episodes[i].yaw_rad}};
+    }
+    WriteRun(folder_.path() / name, Info(static_cast<int>(episodes.size())), lines);
+    return ReadRuns(folder_.path() / name);
+  }
+};
+
+// Nothing was randomized and both always do the same: twenty pairs are one, but the rates are those of
+// twenty.
+TEST_F(EqualEpisodesTest, EqualPairsAreOneSample) {
+  const RecordedRuns good = Equal("good", std::vector<Each>(20, {true, 5}));
+  const RecordedRuns bad = Equal("bad", std::vector<Each>(20, {false, 20}));
+  const Comparison result = CompareRuns(good, bad);
+  EXPECT_EQ(result.success.trials, 20);
+  EXPECT_EQ(result.success.successes, 20);
+  EXPECT_EQ(result.success.difference, 1);
+  EXPECT_EQ(result.success.samples.pairs.only_a, 1);
+  EXPECT_EQ(result.success.p, 1);
+  EXPECT_EQ(result.success.difference_95.lower,
+            metrics::NewcombePairedInterval({.both = 0, .only_a = 1, .only_b = 0, .neither = 0}).lower);
+  EXPECT_THAT(result.remarks,
+              testing::Contains("lift_pot/position: all 20 pairs began alike and are equal in every number: "
+                                "interval and test count them as one"));
+  EXPECT_TRUE(Conclusion(result).ends_with(" 1 pair is too few to find any difference."))
+      << Conclusion(result);
+  // Where a single one differs, all count.
+  std::vector<Each> some(20, {false, 20});
+  some[3] = {true, 4};
+  EXPECT_EQ(CompareRuns(good, Equal("some", some)).success.samples.pairs.only_a, 19);
+  // Of independent samples each side by itself.
+  RecordedRuns other = bad;
+  for (RecordedEpisode& episode : other.runs[0].episodes) episode.seed += 1;
+  const Comparison independent = CompareRuns(good, other);
+  EXPECT_EQ(independent.success.trials, 20);
+  EXPECT_EQ(independent.success.samples.trials, 1);
+  EXPECT_EQ(independent.success.samples.baseline_trials, 1);
+  EXPECT_EQ(independent.success.p, 1);
+  EXPECT_EQ(independent.success.difference_95.upper, metrics::NewcombeInterval(1, 1, 0, 1).upper);
+}
+
+// No number depends on the start, yet each start is another: all count.
+TEST_F(EqualEpisodesTest, EqualNumbersFromDifferentStartsAreAllSamples) {
+  std::vector<Each> half, none;
+  for (int i = 0; i < 30; ++i) {
+    half.push_back({i < 15, i < 15 ? 5.0 : 20.0, 0.01 * i});
+    none.push_back({false, 20, 0.01 * i});
+  }
+  const Comparison result = CompareRuns(Equal("half", half, true), Equal("none", none, true));
+  EXPECT_EQ(result.success.successes, 15);
+  EXPECT_EQ(result.success.trials, 30);
+  EXPECT_EQ(result.success.samples.trials, 30);
+  EXPECT_EQ(result.success.difference, 0.5);
+  EXPECT_NEAR(result.success.p, 2 * std::pow(0.5, 15), 1e-12);
+  EXPECT_TRUE(Conclusion(result).starts_with(
+      "half succeeds more often than none: 15 of 30 against 0 of 30 on the same seeds, difference 50 points"))
+      << Conclusion(result);
+  // Also where all of both are equal but for the start.
+  EXPECT_EQ(CompareRuns(Equal("never", none, true), Equal("none", none, true)).success.samples.trials, 30);
+  // And where starts are equal and the policy does not do the same each time.
+  for (Each& each : half) each.yaw_rad = 0;
+  for (Each& each : none) each.yaw_rad = 0;
+  EXPECT_EQ(CompareRuns(Equal("half", half, true), Equal("none", none, true)).success.samples.trials, 30);
+}
+
+// A suite: a task of which all pairs are one counts once in the test, and fully in the rates.
+TEST_F(EqualEpisodesTest, InASuiteTheyCountOnceAndNeverTurnTheTestAround) {
+  const auto suite = [&](const std::string& name, const RecordedRuns& base, const RecordedRuns& position) {
+    RecordedRuns runs{.folder = name, .name = name, .is_suite = true, .runs = {}, .missing = {}};
+    runs.runs = {base.runs[0], position.runs[0]};
+    runs.runs[0].variation = "base";
+    return runs;
+  };
+  const RecordedRuns good = Equal("good", std::vector<Each>(40, {true, 5}));
+  const RecordedRuns bad = Equal("bad", std::vector<Each>(40, {false, 20}));
+  const Comparison result = CompareRuns(suite("b", good, Run("b1", Info(10), First(1, 10), 5)),
+                                        suite("a", bad, Run("a1", Info(10), First(10, 10), 5)));
+  EXPECT_EQ(result.success.successes, 41);
+  EXPECT_EQ(result.success.samples.pairs.only_a, 1);
+  EXPECT_EQ(result.success.samples.pairs.only_b, 9);
+  EXPECT_GT(result.success.difference, 0);
+  // 1 to 9 would be p = 0.02, for the other side.
+  EXPECT_EQ(result.success.p, 1);
+  EXPECT_EQ(result.success.judgment(), Judgment::kNone);
+}
+
+TEST_F(CompareTest, TwoVariationsAreSaidFirst) {
+  RecordedRuns b = Run("b", Info(6), First(6, 6), 5);
+  b.runs[0].variation = "base";
+  const Comparison result = CompareRuns(b, Run("a", Info(6), First(0, 6), 5));
+  EXPECT_TRUE(
+      Conclusion(result).starts_with("These are two variations: b ran lift_pot/base and a ran "
+                                     "lift_pot/position, so policy and task differ at the "
+                                     "same time. b succeeds more often than a: "))
+      << Conclusion(result);
+  const std::string text = ComparisonText(result, false);
+  EXPECT_TRUE(text.starts_with("b (expert) against a (expert), lift_pot/base against lift_pot/position\n"))
+      << text;
+}
+
+TEST_F(CompareTest, SaysWhatTwoContractsHaveDifferently) {
+  ordered_json info = Info(3);
+  info["policy_contract"] = {
+      {"name", "a"}, {"rate_hz", 20}, {"action", {{"kind", "joint_delta"}, {"arms", {1, 2}}}}};
+  const RecordedRuns a = Run("a", info, First(1, 3), 1);
+  info["policy_contract"]["name"] = "b";
+  const RecordedRuns same = Run("b", info, First(1, 3), 1);
+  EXPECT_EQ(MadeDifferently(same.runs[0], a.runs[0]), "");
+  info["policy_contract"]["action"] = {{"kind", "joint_position"}, {"arms", {1}}, {"first_step_rad", 0.5}};
+  const RecordedRuns other = Run("c", info, First(1, 3), 1);
+  EXPECT_EQ(
+      MadeDifferently(other.runs[0], a.runs[0]),
+      "contract: action.first_step_rad 0.5 against none, contract: action.kind \"joint_position\" against "
+      "\"joint_delta\", contract: action.arms.1 none against 2");
+  info["policy_contract"] = nullptr;
+  const RecordedRuns scripted = Run("d", info, First(1, 3), 1);
+  EXPECT_EQ(MadeDifferently(scripted.runs[0], a.runs[0]), "");
+}
+
+TEST_F(CompareTest, SaysWhatElseWasDifferent) {
+  ordered_json live = Info(6), lockstep = Info(6);
+  live["realtime"] = true;
+  lockstep["realtime"] = false;
+  live["evalbus_version"] = lockstep["evalbus_version"] = "0.1.0";
+  live["mujoco_version"] = "3.1.0";
+  lockstep["mujoco_version"] = "2.2.2";
+  // Who, where and how many are no such thing.
+  live["policy"] = "mine";
+  live["workers"] = 4;
+  lockstep["workers"] = 1;
+  const RecordedRuns a = Run("a", lockstep, First(6, 6), 5);
+  const Comparison result = CompareRuns(Run("b", live, First(6, 6), 5), a);
+  EXPECT_THAT(
+      result.remarks,
+      testing::ElementsAre("b and a were made with realtime true against false, mujoco_version \"3.1.0\" "
+                           "against \"2.2.2\": that alone may make them differ"));
+  EXPECT_THAT(CompareRuns(Run("c", lockstep, First(5, 6), 5), a).remarks, testing::IsEmpty());
+  // Nor how the log is kept, which is scored alike.
+  ordered_json packed = lockstep;
+  packed["log"] = "zstd";
+  packed["video"] = {"front"};
+  packed["workers"] = 2;
+  EXPECT_THAT(CompareRuns(Run("d", packed, First(5, 6), 5), a).remarks, testing::IsEmpty());
+}
+
+// Which policy is called better, and why none is.
+class MeritTest : public CompareTest {
+ protected:
+  struct Each {
+    bool success;
+    // Highest of two stages; 0: none.
+    int stage;
+    double slips, time = 20, jerk = 1;
+  };
+  RecordedRuns With(const std::string& name, const std::vector<Each>& episodes, ordered_json info) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < episodes.size(); ++i) {
+      const Each& each = episodes[i];
+      lines.push_back(EpisodeLine(static_cast<int>(i), each.success,
+                                  {{"completion_time", each.time},
+                                   {"subtask_progress", each.stage / 2.0},
+                                   {"slip_count", each.slips},
+                                   {"overall_rms_joint_jerk", each.jerk}}));
+      lines.back()["seed"] = EpisodeSeed(info["seed"], static_cast<int>(i));
+    }
+    info["episodes"] = episodes.size();
+    WriteRun(folder_.path() / name, info, lines);
+    return ReadRuns(folder_.path() / name);
+  }
+  RecordedRuns With(const std::string& name, const std::vector<Each>& episodes) {
+    return With(name, episodes, Info(1));
+  }
+  static Judgment Of(const Comparison& comparison, const std::string& metric) {
+    for (const MetricComparison& compared : comparison.tasks[0].metrics) {
+      if (compared.number.name == metric) return compared.judgment();
+    }
+    ADD_FAILURE() << metric;
+    return Judgment::kNone;
+  }
+};
+
+// Who never grasps cannot slip.
+TEST_F(MeritTest, WhoGetsLessFarIsNotBetterInWhatMayGoWrong) {
+  std::vector<Each> tries, stays, careful, worse;
+  for (int i = 0; i < 30; ++i) {
+    tries.push_back({i < 23, 2, 1.0 + i % 3});
+    stays.push_back({false, 0, 0, 20, 1 + 0.1 * i});
+    careful.push_back({i < 23, 2, 0});
+    worse.push_back({i < 10, 2, 5.0 + i % 3});
+  }
+  const RecordedRuns baseline = With("tries", tries);
+  const Comparison result = CompareRuns(With("stays", stays), baseline);
+  EXPECT_EQ(Of(result, "slip_count"), Judgment::kDiffers);
+  EXPECT_THAT(
+      result.remarks,
+      testing::ElementsAre("lift_pot/position: stays succeeded in no episode and reached no stage: not "
+                           "called better in slips"));
+  // Nor is the other one worse.
+  EXPECT_EQ(Of(CompareRuns(baseline, With("stays", stays)), "slip_count"), Judgment::kDiffers);
+  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kBetter);
+  // Fewer successes.
+  careful[0].success = false;
+  const Comparison less = CompareRuns(With("careful", careful), baseline);
+  EXPECT_EQ(Of(less, "slip_count"), Judgment::kDiffers);
+  EXPECT_THAT(less.remarks, testing::ElementsAre(
+                                "lift_pot/position: careful got less far, which leaves less to go wrong: not "
+                                "called better in slips"));
+  // As many, and fewer stages.
+  careful[0].success = true;
+  careful[29].stage = 1;
+  EXPECT_EQ(Of(CompareRuns(With("careful", careful), baseline), "slip_count"), Judgment::kDiffers);
+  // Who gets less far and slips more is worse all the same.
+  EXPECT_EQ(Of(CompareRuns(With("worse", worse), baseline), "slip_count"), Judgment::kWorse);
+}
+
+// A fails where it is hard, B never; both take the same time on the same start.
+TEST_F(MeritTest, OfIndependentSamplesEffortOfSurvivorsIsNoMerit) {
+  std::vector<Each> fails, never, quick;
+  for (int i = 0; i < 100; ++i) {
+    const double difficulty = (i * 37 % 100) / 100.0;
+    fails.push_back(
+        {difficulty <= 0.5, difficulty <= 0.5 ? 2 : 0, 0, difficulty <= 0.5 ? 4 + 6 * difficulty : 20});
+    never.push_back({true, 2, 0, 4 + 6 * difficulty});
+    quick.push_back({true, 2, 0, 3 + 6 * difficulty});
+  }
+  const RecordedRuns b = With("b", never, Info(1, 8));
+  const Comparison result = CompareRuns(With("a", fails), b);
+  EXPECT_FALSE(result.success.paired);
+  EXPECT_EQ(Of(result, "completion_time"), Judgment::kDiffers);
+  EXPECT_THAT(
+      result.remarks,
+      testing::Contains("lift_pot/position: a is compared over its own successes only, which may have been "
+                        "the easier starts: not called better in completion time"));
+  // Without failures no start is left out.
+  EXPECT_EQ(Of(CompareRuns(With("quick", quick), b), "completion_time"), Judgment::kBetter);
+  // Of pairs both are taken where both succeeded.
+  EXPECT_EQ(Of(CompareRuns(With("quick", quick), With("a", fails)), "completion_time"), Judgment::kBetter);
+}
+
+// Stamps and encoders of a recording multiply jerk.
+TEST_F(MeritTest, ARecordingIsNeitherBetterNorWorseThanASimulationInJerk) {
+  std::vector<Each> smooth, rough;
+  for (int i = 0; i < 20; ++i) {
+    smooth.push_back({true, 2, 0, 5 + 0.1 * i, 1 + 0.01 * i});
+    rough.push_back({true, 2, 0, 6 + 0.1 * i, 9 + 0.01 * i});
+  }
+  ordered_json watched = Info(1), from_file = Info(1);
+  watched["watch"] = true;
+  from_file["source"] = "file";
+  const RecordedRuns simulated = With("sim", smooth);
+  for (const ordered_json& info : {watched, from_file}) {
+    const Comparison result = CompareRuns(With("robot", rough, info), simulated);
+    EXPECT_EQ(Of(result, "overall_rms_joint_jerk"), Judgment::kDiffers);
+    EXPECT_EQ(Of(result, "completion_time"), Judgment::kWorse);
+    EXPECT_THAT(
+        result.remarks,
+        testing::Contains("lift_pot/position: evalbus did not draw the starts of robot: episodes of equal "
+                          "number count as pairs, whether they began alike or not"));
+    EXPECT_THAT(
+        result.remarks,
+        testing::Contains("lift_pot/position: sim is compared with a recording whose noise this metric "
+                          "amplifies: not called better in joint jerk, rms"));
+  }
+  EXPECT_EQ(Of(CompareRuns(With("robot", rough, watched), With("other", smooth, watched)),
+               "overall_rms_joint_jerk"),
+            Judgment::kWorse);
+  EXPECT_EQ(Of(CompareRuns(With("rough", rough), simulated), "overall_rms_joint_jerk"), Judgment::kWorse);
+}
+
+TEST_F(CompareTest, TimesThatOnlyRoundingTellsApartAreEqual) {
+  // 4.66 5.06 5.20 5.80 5.88 against 4.60 5.20 5.46 5.66 5.74: p = 1 (statistics_test.cc works it out).
+  const auto run = [&](const std::string& name, const std::vector<double>& times) {
+    std::vector<ordered_json> lines;
+    for (size_t i = 0; i < times.size(); ++i) {
+      lines.push_back(EpisodeLine(static_cast<int>(i), true, {{"completion_time", times[i]}}));
+    }
+    WriteRun(folder_.path() / name, Info(static_cast<int>(times.size())), lines);
+    return ReadRuns(folder_.path() / name);
+  };
+  const Comparison result =
+      CompareRuns(run("b", {4.66, 5.06, 5.20, 5.80, 5.88}), run("a", {4.60, 5.20, 5.46, 5.66, 5.74}));
+  EXPECT_EQ(result.tasks[0].metrics[0].p, 1);
+  EXPECT_FALSE(CompareRuns(run("c", {0.1 + 0.2, 1}), run("d", {0.3, 1})).tasks[0].metrics[0].p);
+}
+
+// Each row has a p and an adjusted p; a line below states that intervals are not adjusted.
+TEST_F(CompareTest, TheTableSaysWhatIsAdjusted) {
+  const Comparison result = CompareRuns(Run("b", Info(8), First(8, 8), 6), Run("a", Info(8), First(7, 8), 5));
+  const std::string text = ComparisonText(result, false);
+  EXPECT_THAT(text, testing::ContainsRegex("success .* 1.000   1.000  %"));
+  EXPECT_THAT(text,
+              testing::HasSubstr("Means over the 8 pairs with equal seeds; *: over the 7 pairs in which "
+                                 "both succeeded. p: Wilcoxon's signed-rank test.\n"
+                                 "Holm: p of metrics adjusted for 1 metric. Intervals are not adjusted: each "
+                                 "covers 95 % for its metric alone.\n"));
+  const std::string html = report::ComparisonReport({result}, folder_.path() / "page.html", "0.1.0", 0).html;
+  EXPECT_THAT(html, testing::HasSubstr("over the 7 pairs in which both succeeded"));
+  EXPECT_THAT(html, testing::HasSubstr("Intervals are not adjusted"));
+}
+
+TEST_F(CompareTest, SaysThatAPlanStoppedByItsResults) {
+  ordered_json info = Info(4);
+  info["until"] = "decided(alpha 0.05, max 200)";
+  EXPECT_THAT(
+      CompareRuns(Run("b", info, First(4, 4), 5), Run("a", Info(4), First(4, 4), 6)).remarks,
+      testing::Contains("b: its plan stopped by its results (until: decided(alpha 0.05, max 200)): p values "
+                        "here are for a number of episodes that was fixed beforehand, those of the plan's "
+                        "report hold"));
+}
+
+TEST_F(CompareTest, ASequentialTestIsNamedAndDecidesByItself) {
+  Comparison result = CompareRuns(Run("b", Info(10), First(10, 10), 5), Run("a", Info(10), First(3, 10), 5));
+  EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
+  result.success.SetSequential(0.06, 0.12, false);
+  EXPECT_EQ(result.success.judgment(), Judgment::kNone);
+  EXPECT_THAT(Conclusion(result),
+              testing::EndsWith("McNemar valid at any look, adjusted by Bonferroni, p = 0.12."));
+  // A plan may ask for more certainty, or less, than 5 %.
+  result.success.SetSequential(0.03, 0.06, true);
+  EXPECT_EQ(result.success.judgment(), Judgment::kBetter);
+  EXPECT_TRUE(Conclusion(result).starts_with("b succeeds more often than a")) << Conclusion(result);
+}
+
+TEST_F(CompareTest, ThePageLinksTheVideosOfSeedsThatFlipped) {
+  const RecordedRuns a = Run("a", Info(4), {true, true, false, false}, 5);
+  const RecordedRuns b = Run("b", Info(4), {true, false, false, true}, 5);
+  const Comparison comparison = CompareRuns(b, a);
+  const std::filesystem::path page = folder_.path() / "pages/comparison.html";
+  std::string html = report::ComparisonReport({comparison}, page, "0.1.0", 0).html;
+  EXPECT_THAT(html, testing::HasSubstr("2 seeds with success on one side only"));
+  EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 1))));
+  EXPECT_THAT(html, testing::HasSubstr(std::to_string(EpisodeSeed(7, 3))));
+  EXPECT_THAT(html, testing::Not(testing::HasSubstr(std::to_string(EpisodeSeed(7, 2)))));
+  EXPECT_THAT(html, testing::HasSubstr("evalbus render"));
+  WriteFile(folder_.path() / "b/episodes/0001/front.mp4", "video");
+  html = report::ComparisonReport({comparison}, page, "0.1.0", 0).html;
+  EXPECT_THAT(html, testing::HasSubstr("href=\"../b/episodes/0001/front.mp4\""));
+  EXPECT_THAT(html, testing::Not(testing::HasSubstr("evalbus render")));
+}
+
+TEST_F(CompareTest, SeveralAreAdjusted) {
+  const RecordedRuns a = Run("a", Info(6), First(0, 6), 5);
+  const auto results = CompareAll({Run("b", Info(6), First(6, 6), 5), Run("c", Info(6), First(1, 6), 5)}, a);
+  EXPECT_DOUBLE_EQ(results[0].success.p, 1.0 / 32);
+  EXPECT_DOUBLE_EQ(results[0].success.p_adjusted, 1.0 / 16);
+  EXPECT_TRUE(Conclusion(results[0]).starts_with("No difference shown")) << Conclusion(results[0]);
+}
+
+TEST_F(CompareTest, SuitesByTask) {
+  const auto suite = [&](const std::string& name, int successes) {
+    RecordedRuns runs{.folder = name, .name = name, .is_suite = true, .runs = {}, .missing = {}};
+    for (const char* variation : {"position", "base"}) {
+      runs.runs.push_back(Run(name + variation, Info(8), First(successes, 8), 5).runs[0]);
+      runs.runs.back().variation = variation;
+    }
+    return runs;
+  };
+  RecordedRuns b = suite("b", 8);
+  const Comparison result = CompareRuns(b, suite("a", 3));
+  ASSERT_EQ(result.tasks.size(), 2u);
+  EXPECT_EQ(result.success.trials, 16);
+  EXPECT_EQ(result.success.pairs.only_a, 10);
+  EXPECT_DOUBLE_EQ(result.tasks[0].success.p, 2.0 / 32);
+  EXPECT_DOUBLE_EQ(result.tasks[0].success.p_adjusted, 4.0 / 32);
+  EXPECT_NE(ComparisonText(result, false).find("lift_pot/base"), std::string::npos);
+  b.runs.pop_back();
+  EXPECT_EQ(CompareRuns(b, suite("a", 3)).remarks[0], "lift_pot/base is not in b: left out");
+}
+
+TEST_F(CompareTest, EpisodeTable) {
+  ordered_json info = Info(2);
+  info["policy"] = "ws://127.0.0.1:8000";
+  info["policy_name"] = "ckpt-8000";
+  info["robot"] = "/models/robots/single_panda.yaml";
+  info["control_hz"] = 29.41176470588235;
+  info["evalbus_version"] = "0.1.0";
+  RecordedRuns run = Run("a,b", info, {true, false}, 0.1);
+  ordered_json changed = run.runs[0].episodes[1].Json();
+  changed["metrics"]["slip_count"] = 0.1 + 0.2;
+  run.runs[0].episodes[1].text = changed.dump();
+  changed = run.runs[0].episodes[0].Json();
+  changed["metrics"].erase("subtask_progress");
+  run.runs[0].episodes[0].text = changed.dump();
+  EXPECT_EQ(
+      exports::EpisodeTable(run.runs),
+      "run,policy,policy_name,task,variation,robot,control_hz,evalbus_version,episode,seed,end_reason,"
+      "failure_reason,complete,completion_time,slip_count,success,"
+      "extended.missing_ticks,subtask_progress\n"
+      "\"a,b\",ws://127.0.0.1:8000,ckpt-8000,lift_pot,position,single_panda,29.41176470588235,0.1.0,0," +
+          std::to_string(EpisodeSeed(7, 0)) +
+          ",success,,1,0.1,0,1,0,\n"
+          "\"a,b\",ws://127.0.0.1:8000,ckpt-8000,lift_pot,position,single_panda,29.41176470588235,0.1.0,1," +
+          std::to_string(EpisodeSeed(7, 1)) + ",time_limit,timeout,1,0.11,0.30000000000000004,0,0,1\n");
+}
+
+}  // namespace evalbus::results::comparison_test

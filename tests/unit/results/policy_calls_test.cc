@@ -1,0 +1,145 @@
+#include "results/policy_calls.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "base/run_layout.h"
+#include "results/run_reader.h"
+#include "tests/unit/results/run_folders.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::results::policy_calls_test {
+
+using nlohmann::ordered_json;
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::IsEmpty;
+
+policy_action_t Call(int64_t tick, double answered_s, double server_s, int held_ticks = 0) {
+  policy_action_t call{};
+  call.header.tick = tick;
+  call.answered_s = answered_s;
+  call.server_s = server_s;
+  call.held_ticks = held_ticks;
+  return call;
+}
+
+TEST(PolicyCalls, TheCallAboutTheLastTickIsNotCounted) {
+  PolicyCalls calls;
+  calls.Add(Call(0, 0.5, -1));
+  calls.Add(Call(10, 0.25, 0.125, 2));
+  calls.Add(Call(20, 1, -1, 1));
+  const CallSchedule schedule{.execute_steps = 10, .settle_steps = 0};
+  EXPECT_EQ(calls.Json(schedule, 20)["tick"].dump(), "[0,10,20]");
+  calls.RemoveUndecided(20);
+  // Held at ticks 10 and 11, before the second answer.
+  EXPECT_EQ(calls.Json(schedule, 20).dump(),
+            R"({"tick":[0,10],"answered_s":[0.5,0.25],"server_s":[-1.0,0.125],"held_ticks":2,)"
+            R"("ticks":20,"due_calls":2})");
+}
+
+class PolicyNotesTest : public testing::Test {
+ protected:
+  RecordedRun Run(const ordered_json& more) {
+    ordered_json info = RunInfo(2);
+    info.update(more);
+    WriteRun(folder_.path() / "run", info, {EpisodeLine(0, true), EpisodeLine(1, false)});
+    return ReadRun(folder_.path() / "run");
+  }
+  static ordered_json Contract() {
+    return {{"name", "mine"},
+            {"wire", "openpi"},
+            {"rate_hz", 20.0},
+            {"privileged", false},
+            {"action", {{"kind", "joint_delta"}, {"execute_steps", 10}}}};
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(PolicyNotesTest, OfAPolicyWithoutAServerThereAreNone) {
+  EXPECT_THAT(PolicyNotes(Run(ordered_json::object())), IsEmpty());
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", nullptr}})), IsEmpty());
+}
+
+TEST_F(PolicyNotesTest, SaysWhatThinkingCost) {
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}})),
+      ElementsAre("Policy behind a server, contract mine (openpi): joint_delta, 10 steps of each answer "
+                  "executed at 20 Hz; simulated time stood still while the policy thought."));
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}})),
+      ElementsAre(EndsWith("each call was charged with 120 ms of simulated time: 6 ticks = 120 ms.")));
+  EXPECT_THAT(
+      PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "120"}, {"control_hz", 20.0}})),
+      ElementsAre(EndsWith("each call was charged with 120 ms of simulated time: 3 ticks = 150 ms.")));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "1"}, {"control_hz", 20.0}})),
+              ElementsAre(EndsWith("each call was charged with 1 ms of simulated time: 1 tick = 50 ms.")));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "measured"}})),
+              ElementsAre(EndsWith("as long as it took, rounded up to whole ticks.")));
+  EXPECT_THAT(PolicyNotes(Run({{"policy_contract", Contract()}, {"latency", "none"}, {"realtime", true}})),
+              ElementsAre(EndsWith("simulated time ran on while the policy thought (real time).")));
+}
+
+TEST_F(PolicyNotesTest, PoolsTheCallsOfAllEpisodes) {
+  ordered_json contract = Contract();
+  contract["privileged"] = true;
+  const RecordedRun run = Run({{"policy_contract", contract}, {"latency", "none"}});
+  PolicyCalls first, second;
+  first.Add(Call(0, 1.5, 0.004));
+  first.Add(Call(10, 0.010, -1));
+  second.Add(Call(0, 0.020, 0.002, 3));
+  const auto write = [&](int episode, const PolicyCalls& calls, int64_t ticks) {
+    const auto file = EpisodeFolder(run.folder, episode) / kPolicyCallsJson;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << calls.Json({.execute_steps = 10}, ticks);
+  };
+  write(0, first, 17);
+  write(1, second, 13);
+  const auto notes = PolicyNotes(run);
+  ASSERT_EQ(notes.size(), 3u);
+  EXPECT_EQ(notes[1], "The policy was shown poses of objects, which no robot knows.");
+  EXPECT_EQ(
+      notes[2],
+      "Its server was called 3 times: 20 ms median, 1.5 s 99th percentile, 1.5 s longest; 2 ms median as the "
+      "server says itself; the robot held its last command for 3 ticks.");
+}
+
+// Asked once a second or less on a realtime clock: the answer to tick 0 is executed at tick 8.
+TEST_F(PolicyNotesTest, WarnsOfAPolicyThatWasHardlyCalled) {
+  const RecordedRun run = Run({{"policy_contract", Contract()}, {"realtime", true}});
+  PolicyCalls calls;
+  calls.Add(Call(0, 0.1, -1, 8));
+  calls.Add(Call(395, 0.1, -1, 1));
+  const ordered_json episode = calls.Json({.execute_steps = 1, .settle_steps = 10}, 410);
+  EXPECT_EQ(episode["ticks"], 400);
+  EXPECT_EQ(episode["due_calls"], 400);
+  EXPECT_EQ(episode["held_ticks"], 398);
+  const auto file = EpisodeFolder(run.folder, 0) / kPolicyCallsJson;
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream(file) << episode;
+  EXPECT_EQ(
+      PolicyNotes(run).at(0),
+      "warning: the policy was called 2 times in 400 ticks, where 400 calls are due: the robot held its last "
+      "command for 398 of them, and the scores say little about the policy.");
+  // Not one call.
+  EXPECT_NE(RareCallsWarning({PolicyCalls().Json({.execute_steps = 3}, 5)}), "");
+}
+
+TEST(PolicyCalls, HalfOfTheDueCallsAreEnough) {
+  PolicyCalls calls;
+  for (const int64_t tick : {0, 6, 12}) calls.Add(Call(tick, 0.1, -1, 3));
+  // 3 of 6 calls; 3 steps held after each.
+  const ordered_json episode = calls.Json({.execute_steps = 3}, 18);
+  EXPECT_EQ(episode["due_calls"], 6);
+  EXPECT_EQ(episode["held_ticks"], 9);
+  EXPECT_EQ(RareCallsWarning({episode}), "");
+  // An answer to the last tick is not executed any more; an episode without ticks has no calls due.
+  PolicyCalls last;
+  last.Add(Call(0, 0.1, -1));
+  EXPECT_EQ(last.Json({.execute_steps = 3}, 0)["held_ticks"], 0);
+  EXPECT_EQ(RareCallsWarning({last.Json({}, 0)}), "");
+}
+
+}  // namespace evalbus::results::policy_calls_test

@@ -1,0 +1,88 @@
+#include "results/ranking.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace evalbus::results::ranking_test {
+
+// As many episodes as there are outcomes, each from a start of its own.
+RecordedRuns Policy(const std::string& name, const std::vector<bool>& outcomes) {
+  RecordedRun run;
+  run.name = name;
+  run.task = "lift_pot";
+  run.variation = "position";
+  run.info = {{"control_hz", 50}, {"task_sha256", "task"}, {"physics_sha256", "model"}};
+  for (size_t i = 0; i < outcomes.size(); ++i) {
+    RecordedEpisode episode;
+    episode.episode = static_cast<int>(i);
+    episode.seed = static_cast<int64_t>(i);
+    episode.complete = episode.result.complete = true;
+    episode.success = episode.result.success = outcomes[i];
+    episode.result.parameters = {{"pot_x_m", static_cast<double>(i)}};
+    run.episodes.push_back(episode);
+  }
+  run.planned = static_cast<int>(outcomes.size());
+  return {.folder = name, .name = name, .is_suite = false, .runs = {run}, .missing = {}};
+}
+
+std::vector<RankedRun> Rank(const std::vector<RecordedRuns>& policies) {
+  std::vector<const RecordedRuns*> pointers;
+  for (const RecordedRuns& policy : policies) pointers.push_back(&policy);
+  return RankBySuccess(pointers);
+}
+
+std::vector<bool> First(int successes, int episodes) {
+  std::vector<bool> outcomes(static_cast<size_t>(episodes));
+  std::fill_n(outcomes.begin(), successes, true);
+  return outcomes;
+}
+
+TEST(Ranking, MostSuccessfulFirstWithLetters) {
+  const auto ranking = Rank({Policy("expert", First(20, 50)), Policy("small", First(38, 50)),
+                             Policy("large", First(45, 50)), Policy("base", First(28, 50))});
+  EXPECT_EQ(RankingText(ranking),
+            "Ranking by success\n"
+            "large         45 of 50   90 %  a\n"
+            "small         38 of 50   76 %  b\n"
+            "base          28 of 50   56 %  c\n"
+            "expert        20 of 50   40 %  d\n"
+            "Policies that share a letter are not shown to differ (all pairs tested, p adjusted by Holm).\n");
+  EXPECT_TRUE(Rank({Policy("a", First(1, 3)), Policy("b", First(2, 3))}).empty());
+  EXPECT_EQ(RankingText({}), "");
+}
+
+// The probability that any two of several equal policies are separated is at most 5 %.
+TEST(Ranking, ErrsInFivePercentAtMost) {
+  const char* const asked = std::getenv("EVALBUS_SIMULATIONS");
+  const int simulations = asked ? std::max(1, std::atoi(asked)) : 400;
+  for (const double in_common : {0.0, 0.5}) {
+    std::mt19937_64 random(4);
+    const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+    int errors = 0;
+    for (int i = 0; i < simulations; ++i) {
+      // A share of the starts comes out alike for all policies.
+      std::vector<double> luck;
+      for (int start = 0; start < 40; ++start) luck.push_back(uniform() < in_common ? uniform() : -1);
+      std::vector<RecordedRuns> policies;
+      for (int policy = 0; policy < 5; ++policy) {
+        std::vector<bool> outcomes;
+        for (const double shared : luck) outcomes.push_back((shared < 0 ? uniform() : shared) < 0.5);
+        policies.push_back(Policy(std::to_string(policy), outcomes));
+      }
+      const auto ranking = Rank(policies);
+      bool differ = false;
+      for (const RankedRun& a : ranking) {
+        for (const RankedRun& b : ranking) differ |= a.letters.find_first_of(b.letters) == std::string::npos;
+      }
+      errors += differ;
+    }
+    const double share = errors / static_cast<double>(simulations);
+    std::printf("ranking of 5 equal policies, %.0f %% of starts in common: %.1f %% wrong\n", 100 * in_common,
+                100 * share);
+    EXPECT_LE(share, 0.05 + 4 * std::sqrt(0.05 * 0.95 / simulations));
+  }
+}
+
+}  // namespace evalbus::results::ranking_test

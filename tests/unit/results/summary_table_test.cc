@@ -1,0 +1,151 @@
+#include "results/summary_table.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "base/text.h"
+
+namespace evalbus::results::summary_table_test {
+
+// Characters of the longest line; UTF-8 continuation bytes do not count.
+int LongestLine(const std::string& text) {
+  std::istringstream lines(text);
+  int longest = 0;
+  for (std::string line; std::getline(lines, line);) {
+    longest = std::max(longest, static_cast<int>(std::count_if(line.begin(), line.end(),
+                                                               [](char c) { return (c & 0xC0) != 0x80; })));
+  }
+  return longest;
+}
+
+bool Has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+metrics::RunSummary Summary(int complete, int success) {
+  metrics::RunSummary s;
+  s.episodes = s.complete = s.judged = s.samples = complete;
+  s.successes = success;
+  s.success_rate = complete > 0 ? static_cast<double>(success) / complete : 0;
+  s.wilson = {0.0945, 0.9055};
+  s.failure_reasons = {{"timeout", 3}, {"dropped", 1}};
+  const double nan = std::nan("");
+  s.metrics = {
+      {"slip_count", 2, 1.5, 0.5, 1, 1, 2, 1, 2, {1, 2}},
+      {"extended.min_clearance_m", 2, 0.16345, nan, 0.2, 0.1, 0.3, 0.1, 0.3, {nan, nan}},
+      {"bimanual_gripper_vertical_difference",
+       2,
+       0.0001234,
+       12.3456,
+       1234.5678,
+       0,
+       1,
+       0,
+       1,
+       {0.0001, 0.0125}},
+  };
+  return s;
+}
+
+TEST(PercentText, HasADecimalWhereItIsNarrow) {
+  EXPECT_EQ(PercentText({0.7225, 1}), "72 to 100 %");
+  // 3297 of 3300.
+  EXPECT_EQ(PercentText({0.99733, 0.99969}), "99.7 to 100.0 %");
+}
+
+TEST(FormatDuration, HasTheUnitThatFits) {
+  EXPECT_EQ(FormatDuration(-3), "0 s");
+  EXPECT_EQ(FormatDuration(0.4), "0 s");
+  EXPECT_EQ(FormatDuration(59.4), "59 s");
+  EXPECT_EQ(FormatDuration(59.5), "1:00 min");
+  EXPECT_EQ(FormatDuration(65), "1:05 min");
+  EXPECT_EQ(FormatDuration(3599), "59:59 min");
+  EXPECT_EQ(FormatDuration(3600), "1:00:00 h");
+  EXPECT_EQ(FormatDuration(90061), "25:01:01 h");
+}
+
+TEST(SummaryTable, ShowsRateIntervalAndMetricsWithUnits) {
+  EXPECT_EQ(SummaryTable(Summary(5, 1), 80),
+            "Success in 1 of 5 episodes: 20 % (95 % interval 9 to 91 %, Wilson)\n"
+            "Failures: 3 timeout, 1 dropped\n"
+            "\n"
+            "                              mean   its 95 % interval      std   median\n"
+            "slips                         1.50        1 to       2     0.50        1\n"
+            "smallest clearance           163.5                   -        -    200.0  mm\n"
+            "gripper height difference        0        0 to      12    12346    1235k  mm\n");
+}
+
+// No digits beyond what is known: half a second of 16 episodes is 0.12 s, of the mean.
+TEST(SummaryTable, ShowsTwoDigitsOfTheErrorAtMost) {
+  metrics::RunSummary summary = Summary(16, 16);
+  summary.failure_reasons.clear();
+  summary.metrics = {{"completion_time", 16, 5.0496, 0.4853, 5.24, 4.0, 6.0, 4.0, 6.0, {4.791, 5.308}}};
+  EXPECT_TRUE(Has(SummaryTable(summary, 80),
+                  "completion time               5.05     4.79 to    5.31     0.49     5.24  s\n"))
+      << SummaryTable(summary, 80);
+}
+
+TEST(SummaryTable, SaysThatCompletionTimeIsOfSuccesses) {
+  metrics::RunSummary summary = Summary(5, 2);
+  summary.metrics.insert(summary.metrics.begin(), {"completion_time", 2, 5, 1, 5, 4, 6, 4, 6, {-4, 14}});
+  const std::string table = SummaryTable(summary, 80);
+  EXPECT_TRUE(Has(table, "\ncompletion time *             5.00")) << table;
+  EXPECT_TRUE(Has(table, "\n* of the 2 episodes that succeeded; all else of all 5\n")) << table;
+}
+
+// A metric of one's own is one of them.
+TEST(SummaryTable, ShowsTargetDistances) {
+  metrics::RunSummary summary = Summary(2, 1);
+  summary.metrics.push_back(
+      {"target_distance.peg_depth", 2, 0.0123, 0.001, 0.0123, 0.01, 0.02, 0.01, 0.02, {0.01, 0.02}});
+  const std::string table = SummaryTable(summary, 80);
+  EXPECT_TRUE(Has(table, "\npeg depth  ")) << table;
+}
+
+TEST(SummaryTable, FitsEveryWidth) {
+  for (const int width : {50, 60, 70, 80, 100}) {
+    const std::string table = SummaryTable(Summary(2, 1), width);
+    EXPECT_LE(LongestLine(table), width) << table;
+    EXPECT_TRUE(Has(table, "mean")) << width;
+    EXPECT_EQ(Has(table, "interval"), true) << table;
+    EXPECT_EQ(Has(table, "median"), width >= 80) << table;
+    EXPECT_FALSE(Has(table, " \n")) << table;
+  }
+}
+
+TEST(SummaryTable, SaysThatEqualEpisodesAreOneSample) {
+  metrics::RunSummary summary = Summary(3, 3);
+  EXPECT_FALSE(Has(SummaryTable(summary, 80), "Note: "));
+  summary.samples = 1;
+  EXPECT_TRUE(
+      Has(SummaryTable(summary, 80), "Note: all 3 episodes began alike and are equal in every number"))
+      << SummaryTable(summary, 80);
+}
+
+TEST(SummaryTable, SaysWhatIsLeftOut) {
+  metrics::RunSummary summary = Summary(2, 1);
+  summary.episodes = 5;
+  EXPECT_TRUE(Has(SummaryTable(summary, 80), "3 of 5 episodes incomplete"));
+  const std::string none = SummaryTable(Summary(0, 0), 80);
+  EXPECT_EQ(none, "");
+  summary.complete = summary.samples = 0;
+  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes incomplete: left out of all this\n");
+  summary.invalid = 2;
+  EXPECT_EQ(
+      SummaryTable(summary, 80),
+      "2 of 5 episodes invalid: left out of all this\n3 of 5 episodes incomplete: left out of all this\n");
+  summary.invalid = 5;
+  EXPECT_EQ(SummaryTable(summary, 80), "5 of 5 episodes invalid: left out of all this\n");
+}
+
+TEST(InvalidText, SaysHowToRunThemAgain) {
+  EXPECT_EQ(InvalidText(0, "runs/a"), "");
+  EXPECT_EQ(
+      InvalidText(1, "runs/a"),
+      "1 episode is invalid, since the policy's server failed; the same command with --out runs/a --resume "
+      "runs it again\n");
+  EXPECT_TRUE(InvalidText(2, "runs/a").starts_with("2 episodes are invalid")) << InvalidText(2, "runs/a");
+}
+
+}  // namespace evalbus::results::summary_table_test

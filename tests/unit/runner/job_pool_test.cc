@@ -1,0 +1,133 @@
+#include "runner/job_pool.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <thread>
+
+#include "base/errors.h"
+#include "runner/workers.h"
+#include "tests/deadline.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::runner::job_pool_test {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class JobPoolTest : public testing::Test {
+ protected:
+  // A job that runs these words of the shell, in the test's folder.
+  Job Shell(const std::string& name, const std::string& words) {
+    return {name,
+            {"/bin/sh", "-c", "cd " + folder_.path().string() + "; " + words},
+            folder_.path() / (name + ".log")};
+  }
+  // Polls until all is done; what ended, in that order.
+  std::vector<std::string> Run(std::vector<Job> jobs, int at_once,
+                               std::chrono::milliseconds timeout = std::chrono::seconds(60)) {
+    JobPool pool(
+        std::move(jobs), at_once, [this](const std::string& why) { restarts_.push_back(why); }, timeout);
+    std::vector<std::string> ended;
+    const auto give_up = std::chrono::steady_clock::now() + kDeadline;
+    while (!pool.done() && std::chrono::steady_clock::now() < give_up) {
+      if (const auto name = pool.Poll()) {
+        ended.push_back(*name);
+      } else {
+        std::this_thread::yield();
+      }
+    }
+    EXPECT_TRUE(pool.done());
+    return ended;
+  }
+  bool Exists(const std::string& name) { return std::filesystem::exists(folder_.path() / name); }
+
+  TemporaryFolder folder_;
+  std::vector<std::string> restarts_;
+};
+
+TEST_F(JobPoolTest, OneAtATimeRunsInOrder) {
+  // Each waits for what the one before it left.
+  EXPECT_THAT(Run({Shell("a", "touch a"), Shell("b", "test -e a && touch b"), Shell("c", "test -e b")}, 1),
+              ElementsAre("a", "b", "c"));
+}
+
+TEST_F(JobPoolTest, AsManyAsWantedRunAtTheSameTime) {
+  // Each ends only when the other has begun.
+  const auto wait_for = [](const std::string& name) { return "until test -e " + name + "; do :; done"; };
+  EXPECT_EQ(Run({Shell("a", "touch a; " + wait_for("b")), Shell("b", "touch b; " + wait_for("a"))}, 2).size(),
+            2u);
+}
+
+TEST_F(JobPoolTest, OneThatIsKilledIsStartedAgain) {
+  EXPECT_THAT(Run({Shell("a", "test -e a && exit 0; touch a; kill -9 $$")}, 1), ElementsAre("a"));
+  EXPECT_THAT(restarts_, ElementsAre("a was ended by signal Killed"));
+}
+
+// b polls for a file that a creates when it is retried; a job that polls is not taken for one that hangs.
+TEST_F(JobPoolTest, OneThatHangsIsNamedAndStartedAgain) {
+  EXPECT_THAT(Run({Shell("a", "test -e a && touch b && exit 0; touch a; kill -STOP $$"),
+                   Shell("b", "until test -e b; do sleep 0.1; done")},
+                  2, std::chrono::seconds(2)),
+              testing::UnorderedElementsAre("a", "b"));
+  EXPECT_THAT(restarts_, ElementsAre("a hangs: it did nothing for 2 s"));
+}
+
+TEST_F(JobPoolTest, WhatOneSaysBeforeItFailsIsNotTheReason) {
+  try {
+    Run({Shell("a", "echo 'bus udpm://239.255.76.67:7667'; exit 2")}, 1);
+    FAIL();
+  } catch (const EnvironmentError& error) {
+    EXPECT_STREQ(error.what(), "a exited with code 2");
+  }
+}
+
+TEST_F(JobPoolTest, ThreeStartsAreEnough) {
+  EXPECT_THROW(Run({Shell("a", "echo x >> starts; kill -9 $$")}, 1), EnvironmentError);
+  std::ifstream stream(folder_.path() / "starts");
+  EXPECT_EQ(std::count(std::istreambuf_iterator<char>(stream), {}, '\n'), 3);
+}
+
+TEST_F(JobPoolTest, FailuresHaveTheWordsAndTheKindOfTheJob) {
+  try {
+    Run({Shell("a", "echo 'error: no such task' >&2; exit 1")}, 1);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "a: no such task");
+  }
+  try {
+    Run({Shell("b", "echo 'error: the disk' >&2; exit 2")}, 1);
+    FAIL();
+  } catch (const EnvironmentError& error) {
+    EXPECT_STREQ(error.what(), "b: the disk");
+  }
+}
+
+TEST_F(JobPoolTest, RoutineLogLinesAreNotTheReason) {
+  Run({Shell(
+           "a",
+           "test -e a && exit 0; touch a; echo '2026-11-22 05:41:09.521 [info] sim  e0  begins'; kill -9 $$"),
+       Shell("b",
+             "test -e b && exit 0; touch b; echo '2026-11-22 05:41:09.521 [error] sim  e0 t3  falls'; kill "
+             "-9 $$")},
+      1);
+  EXPECT_THAT(restarts_,
+              ElementsAre("a was ended by signal Killed", "b was ended by signal Killed: sim  e0 t3  falls"));
+}
+
+TEST(Workers, ShareTheEpisodes) {
+  const std::vector<int> episodes = {0, 1, 2, 4, 5, 9};
+  std::vector<int> all;
+  for (int worker = 0; worker < 3; ++worker) {
+    for (const int episode : EpisodesOfWorker(episodes, worker, 3)) {
+      EXPECT_EQ(episode % 3, worker);  // whatever else is missing, an episode stays with its worker
+      all.push_back(episode);
+    }
+  }
+  EXPECT_THAT(all, testing::UnorderedElementsAreArray(episodes));
+  EXPECT_THAT(EpisodesOfWorker({0, 3}, 1, 3), IsEmpty());
+}
+
+}  // namespace evalbus::runner::job_pool_test

@@ -1,0 +1,76 @@
+// What a tick costs in memory, all components of a run together.
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "bus/channels.h"
+#include "collision/clearance_watch.h"
+#include "collision/collision_component.h"
+#include "lcmtypes/clock.h"
+#include "runner/components.h"
+#include "runner/prepared_run.h"
+#include "tests/deadline.h"
+#include "tests/unit/allocation_count.h"
+#include "tests/unit/temporary_folder.h"
+
+namespace evalbus::runner::tick_path_test {
+
+constexpr int64_t kFirst = 60, kLast = 160;
+
+// What the checker alone allocates, FCL in it, for the STATEs of these ticks.
+int64_t AllocationsOfChecking(const model_info_t& info, const std::vector<state_t>& states) {
+  const auto checker = collision::LoadChecker(info);
+  collision::ClearanceWatch watch(checker.get(), ControlPeriodUs(info));
+  int64_t before = 0;
+  for (const state_t& state : states) {
+    if (state.header.tick == kFirst) before = AllocationCount();
+    for (int body = 0; body < state.num_bodies; ++body) {
+      checker->SetBodyPose(body, state.body[body].position_m, state.body[body].quat_wxyz);
+    }
+    watch.At(state.header.tick, checker->FindContacts());
+  }
+  return AllocationCount() - before;
+}
+
+TEST(TickPath, NobodyAllocatesButFcl) {
+  TemporaryFolder folder;
+  RunOptions options;
+  options.sim.task = "lift_pot";
+  options.in_process = true;
+  options.out = folder.path() / "run";
+  PreparedRun run = PrepareRun(options);
+  Announce(&run);
+  Bus bus("memq://");
+  std::vector<std::unique_ptr<Component>> components;
+  for (const ComponentType& type : ComponentsOf(options)) components.push_back(type.make(&bus, run.options));
+
+  model_info_t model{};
+  std::vector<state_t> states(kLast + 1);
+  int64_t tick = -1, before = 0, after = 0;
+  bus.Subscribe(channels::kModel, [&](const model_info_t& m) { model = m; });
+  // Their storage is there when it counts.
+  const auto keep = [&](const state_t& state) { states[static_cast<size_t>(state.header.tick)] = state; };
+  bus.Subscribe(channels::kState, [&](const state_t& state) {
+    tick = state.header.tick;
+    if (tick == 0) states.assign(states.size(), state);
+    if (tick == kFirst) before = AllocationCount();
+    if (tick <= kLast) keep(state);
+    if (tick == kLast) after = AllocationCount();
+  });
+  command_t command{};
+  command.kind = command_t::START_EPISODE;
+  command.seed = 1;
+  command.required_component = RequiredComponents(options);
+  command.num_required = static_cast<int32_t>(command.required_component.size());
+  command.required_instance.assign(command.required_component.size(), 0);
+  bus.Publish(channels::kCommand, command);
+  const auto deadline = std::chrono::steady_clock::now() + kDeadline;
+  while (tick < kLast && std::chrono::steady_clock::now() < deadline) bus.Handle(deadline);
+  ASSERT_EQ(tick, kLast);
+  const int64_t of_checking = AllocationsOfChecking(model, states);
+  EXPECT_GT(of_checking, 0);
+  // Storage that grows with the episode does so now and then.
+  EXPECT_LE(after - before - of_checking, (kLast - kFirst) / 10);
+}
+
+}  // namespace evalbus::runner::tick_path_test
