@@ -1,4 +1,4 @@
-// Comparisons as an HTML page: converts the structs of comparison.h to those of viz/report.
+// Comparisons as an HTML page: converts the structs of comparison.h to those of report/page.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Collects demonstrations: successes only, from evenly spread starts (cli/launch/strata.h). Executes runs of
+// Collects demonstrations: successes only, from evenly spread starts (runner/strata.h). Executes runs of
 // `evalbus run` in one folder and removes the failures at the end.
 #pragma once
 
